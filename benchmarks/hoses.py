@@ -14,10 +14,9 @@ import numpy as np
 from dynident.benchmarks import invented
 from dynident.common.arrays import Array
 from dynident.estimation import identify, payload_problem
-from dynident.estimation.diagnosis.nuisances import nuisances, tilt
-from dynident.estimation.diagnosis.pull import outstanding
+from dynident.estimation.diagnosis.diagnose import system_of
+from dynident.estimation.diagnosis.hypotheses import effects_of
 from dynident.estimation.diagnosis.states import states_of
-from dynident.estimation.diagnosis.thinned import thinned_problem
 from dynident.estimation.payload import known_robot_weighing
 from dynident.estimation.payload.problem import PayloadProblem
 from dynident.model import InertialParameters, Recording, robot_names
@@ -53,9 +52,9 @@ CASES = (
 def told(problem: PayloadProblem) -> bool:
     """Whether something is said to pull."""
     assert problem.source is not None
-    system = thinned_problem(problem, states_of(problem.source))
+    system = system_of(problem, states_of(problem.source))
     assert system is not None
-    return bool(outstanding(system, tilt(system), nuisances(system)))
+    return any(effect.name == "pull" for effect in effects_of(system))
 
 
 def counted(name: str, memory: float) -> list[bool]:

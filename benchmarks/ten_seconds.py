@@ -18,7 +18,7 @@ from dynident.apps.logs.read import read_recording
 from dynident.benchmarks import invented
 from dynident.common.arrays import Array
 from dynident.estimation import Estimate, Gains, identify, identify_payload, payload_problem
-from dynident.estimation.diagnosis.checks.joints import disagreement
+from dynident.estimation.diagnosis.joints import disagreement
 from dynident.estimation.payload import known_robot_weighing
 from dynident.estimation.payload.by_joints import payload_by_joints
 from dynident.estimation.payload.constrained import constrain_payload

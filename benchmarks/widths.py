@@ -20,7 +20,7 @@ from dynident.benchmarks import invented
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError
 from dynident.estimation import SolverError, answer_payload, identify_payload, payload_problem
-from dynident.estimation.diagnosis.checks.joints import disagreement
+from dynident.estimation.diagnosis.joints import disagreement
 from dynident.estimation.payload.constrained import constrain_payload
 from dynident.model import InertialParameters, Motion, Recording, Robot
 from dynident.trajectories import Simulator

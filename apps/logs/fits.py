@@ -1,23 +1,18 @@
 """Which of the shipped robots a log can be of, where nobody says it."""
 
-from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
 from ...common.errors import InputError
-from ...estimation.diagnosis.torque import reduced, to_scale
 from ...estimation.fit.least_squares import weighted
-from ...estimation.signals.measurements import measurement
-from ...estimation.signals.plausibility import implausible
 from ...model import Recording, Robot, load_robot, robot_names
 from ...model.drives import Coupling
 from .columns import Columns, Naming, choose
+from .log_check import mistakes, reduced
 from .map import LogMap
 from .opening import open_log
 from .read import read_recordings
 from .table import RawLog
-
-_SCALE = 10.0  # N·m/A: a usual gain makes a current a torque of about the right size
 
 
 class RobotFit(NamedTuple):
@@ -73,15 +68,9 @@ def robot_fits(path: str | Path, log_map: LogMap | None = None) -> RobotFits:
         except InputError as refusal:
             faults.append(str(refusal))
             continue
-        # The size of a current says nothing.
-        scaled = (
-            replace(reading.recording, torque=_SCALE * reading.recording.torque)
-            if reading.currents
-            else reading.recording
-        )
-        mistake = next(implausible(robot, scaled), "")
-        if mistake:
-            others.append((name, mistake))
+        wrong = mistakes(robot, reading.recording, reading.currents)
+        if wrong:
+            others.append((name, wrong[0]))
         else:
             fitting.append(RobotFit(name, _residual(robot, reading)))
     fitting.sort(key=lambda fit: (fit.residual is None, fit.residual or 0.0))
@@ -116,10 +105,7 @@ def _taken(raw: RawLog, robot: Robot, log_map: LogMap, read: dict[_Key, _Taken |
 def _residual(robot: Robot, reading: _Taken) -> float | None:
     """Relative residual of the robot's own model; None where there is too little motion."""
     try:
-        data = measurement(reading.recording, robot.processing)
-        if reading.currents:
-            data = to_scale(robot, data, robot.processing)
-        return weighted(reduced(robot, data, robot.processing)).fit.relative
+        return weighted(reduced(robot, reading.recording, robot.processing, reading.currents)[1]).fit.relative
     except InputError:
         return None
 

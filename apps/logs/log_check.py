@@ -6,27 +6,130 @@ from itertools import islice
 
 import numpy as np
 
+from ...common.arrays import Array
 from ...common.errors import InputError
 from ...common.speech import Speaks
-from ...estimation.diagnosis.beside import beside_robot
-from ...estimation.diagnosis.checks.nuisances import OF_ROBOT
-from ...estimation.diagnosis.evidence import Evidence
-from ...estimation.diagnosis.finding import Finding, error, warning
-from ...estimation.diagnosis.sample import Sample
-from ...estimation.diagnosis.search import likely_cause
-from ...estimation.diagnosis.torque import gravity_findings, position_findings, reduced, scale_findings, to_scale
-from ...estimation.fit.estimate import Estimate
+from ...estimation.diagnosis.diagnose import robot_verdict
+from ...estimation.diagnosis.finding import Finding, error, note, warning
+from ...estimation.equations.equations import Equations
 from ...estimation.fit.least_squares import weighted
+from ...estimation.gains.current_side import relative_scales
 from ...estimation.payload.problem import Source
+from ...estimation.robot.equations import base_problem
 from ...estimation.signals.measurements import measurement
-from ...estimation.signals.plausibility import implausible
-from ...model import Processing, Recording, Robot, base_parameters
-from ...model.motion import Measurement
-from .log_facts import JointFacts, TimeFacts, joint_facts, time_facts
+from ...estimation.signals.plausibility import implausible, position_range, still_joints
+from ...estimation.signals.rows import moving_parts
+from ...model import Motion, Processing, Recording, Robot, base_parameters
 
 _JITTER = 0.02  # of the mean step
 _COARSE = 0.02  # torque step over the torque's range
 _UNSURE = 30.0  # percent: relative sigma of a parameter that is hardly seen
+_MOVES = 1e-3  # rad
+_UNEVEN = 0.05  # of the mean step: larger deviations are jitter
+_WHOLE = 0.05  # of a step: closer differences are whole multiples of it
+_MOST_LEVELS = 200_000  # distinct values that are sorted to find a step
+_GAIN = 10.0  # N·m/A: a usual gain makes a current a torque of about the right size
+
+
+@dataclass(frozen=True)
+class TimeFacts:
+    """Time of a recording.
+
+    Attributes:
+        duration: from the first to the last [s].
+        rate: mean [Hz].
+        steps: shortest and longest [s].
+        jitter: standard deviation of the steps over their mean.
+        moving: first and last moment of the motion that is used [s]; None where nothing moves.
+    """
+
+    samples: int
+    duration: float
+    rate: float
+    steps: tuple[float, float]
+    jitter: float
+    moving: tuple[float, float] | None
+
+    @property
+    def even(self) -> bool:
+        """Whether the time steps are all alike."""
+        mean = 1.0 / self.rate
+        return max(self.steps[1] - mean, mean - self.steps[0]) < _UNEVEN * mean
+
+
+@dataclass(frozen=True)
+class JointFacts:
+    """One joint's signals.
+
+    Attributes:
+        position: smallest and largest [rad or m].
+        speed: largest [.../s], from filtered positions or speeds.
+        torque: smallest and largest [N·m, N, or A].
+        position_step, torque_step: smallest difference of two values; 0 where none shows.
+        saturated: share of the samples at the torque's own extreme.
+    """
+
+    moves: bool
+    position: tuple[float, float]
+    speed: float
+    torque: tuple[float, float]
+    position_step: float
+    torque_step: float
+    saturated: float
+
+
+def _time_facts(recording: Recording, motion: Motion, processing: Processing) -> TimeFacts:
+    steps = np.diff(recording.t)
+    moving = motion.t[moving_parts(motion, processing.still_speed)]
+    return TimeFacts(
+        samples=len(recording.t),
+        duration=float(recording.t[-1] - recording.t[0]),
+        rate=float(1.0 / steps.mean()),
+        steps=(float(steps.min()), float(steps.max())),
+        jitter=float(steps.std() / steps.mean()),
+        moving=(float(moving[0]), float(moving[-1])) if moving.size else None,
+    )
+
+
+def _joint_facts(recording: Recording, motion: Motion) -> tuple[JointFacts, ...]:
+    still = still_joints([recording])
+    speeds = np.abs(motion.qd).max(axis=0)
+    return tuple(
+        JointFacts(
+            moves=j not in still,
+            position=_range(q),
+            speed=float(speed),
+            torque=_range(torque),
+            position_step=smallest_step(q),
+            torque_step=smallest_step(torque),
+            saturated=share_at_extreme(torque),
+        )
+        for j, (q, torque, speed) in enumerate(zip(recording.q.T, recording.torque.T, speeds, strict=True), 1)
+    )
+
+
+def smallest_step(values: Array) -> float:
+    """Smallest difference of two different values: the quantum of coarse numbers; 0 for numbers without one.
+
+    Numbers count as quantised if all their differences are whole multiples of the smallest one.
+    """
+    levels = np.unique(values[:_MOST_LEVELS])
+    gaps = np.diff(levels)
+    gaps = gaps[gaps > 1e-9 * max(float(np.abs(levels).max()), 1e-300)]
+    if gaps.size < 2:
+        return 0.0
+    step = float(gaps.min())
+    multiples = (levels - levels[0]) / step
+    return step if np.abs(multiples - np.rint(multiples)).max() < _WHOLE else 0.0
+
+
+def share_at_extreme(values: Array) -> float:
+    """Share of the samples that stand at the largest or at the smallest value, whichever are more."""
+    return float(max((values == values.max()).mean(), (values == values.min()).mean()))
+
+
+def _range(values: Array) -> tuple[float, float]:
+    return float(values.min()), float(values.max())
 
 
 @dataclass(frozen=True)
@@ -90,72 +193,91 @@ def check_log(
 
     Args:
         robot: the robot it should be of.
+        recording: the log, SI units, joint side.
         processing: settings; the robot's own by default.
-        currents: its torques are currents [A] of unknown gain.
+        currents: whether its torques are currents [A] of unknown gain.
     """
     processing = processing or robot.processing
-    findings = position_findings(robot, recording)
+    findings = _positions(robot, recording)
     try:
         data = measurement(recording, processing)
     except InputError as refusal:
         return LogCheck(robot, recording, currents, None, (), (*findings, error(str(refusal), "recording")))
-    time, joints = time_facts(recording, data.motion, processing), joint_facts(recording, data.motion)
+    time, joints = _time_facts(recording, data.motion, processing), _joint_facts(recording, data.motion)
     findings += [*_time_findings(time), *_joint_findings(joints, currents)]
     check = LogCheck(robot, recording, currents, time, joints, tuple(findings))
     if check.usable:
-        check = check.with_findings(_plausibility(robot, recording, currents))
-    if check.usable:
-        check = _modelled(robot, check, data, processing)
-    return check.with_findings(_excitation_findings(check.excitation))
+        check = check.with_findings([error(text, "recording") for text in mistakes(robot, recording, currents)])
+    return _modelled(check, processing) if check.usable else check
 
 
-def _modelled(robot: Robot, check: LogCheck, data: Measurement, processing: Processing) -> LogCheck:
-    """What the robot's model says of the log: causes of a bad fit, and how surely parameters are seen."""
+def mistakes(robot: Robot, recording: Recording, currents: bool) -> list[str]:
+    """Say why the recording would be refused by any command; the size of a current says nothing."""
+    scaled = replace(recording, torque=_GAIN * recording.torque) if currents else recording
+    return list(islice(implausible(robot, scaled), 1))
+
+
+def reduced(
+    robot: Robot, recording: Recording, processing: Processing, currents: bool
+) -> tuple[Recording, Equations]:
+    """Equations of one recording in the base parameters; currents first become torques in one unknown unit.
+
+    Raises:
+        InputError: if the recording does not tell enough.
+    """
+    base = base_parameters(robot)
+    equations = base_problem(robot, base, [recording], processing, check=False, blocks=True)
+    if currents and robot.coupling is None and robot.spring is None:
+        recording = replace(recording, torque=recording.torque * relative_scales(equations).ratio)
+        equations = base_problem(robot, base, [recording], processing, check=False, blocks=True)
+    return recording, equations
+
+
+def _modelled(check: LogCheck, processing: Processing) -> LogCheck:
+    """Add what the robot's model says of the log: the verdict on it, and how surely parameters are seen."""
+    robot = replace(check.robot, mass=None) if check.currents else check.robot  # their size tells no weight
     try:
-        if check.currents:
-            data = to_scale(robot, data, processing)
-        problem = reduced(robot, data, processing)
-        estimate = weighted(problem)
-        wrong = gravity_findings(robot, data, processing, estimate.fit)
-        if not wrong and not check.currents:
-            wrong = scale_findings(robot, problem, data, processing)
-        if not wrong:
-            cause = likely_cause(robot, [Sample.of(check.recording, processing, data)], contradicted=False)
-            wrong = [cause.finding("It")] if cause is not None else []
-        if not wrong and not check.currents:
-            wrong = _of_robot(robot, check.recording, processing, estimate)
-        condition = problem.condition_numbers()[1]
+        recording, equations = reduced(robot, check.recording, processing, check.currents)
+        estimate = weighted(equations)
+        verdict = robot_verdict(robot, Source((), (recording,), processing), equations, estimate, check.currents)
     except InputError as refusal:
         return check.with_findings([warning(f"Not enough to identify the robot from: {refusal}", "recording")])
-    names, spread = base_parameters(robot).names, estimate.relative_sigma_percent
+    found = [finding._replace(text=f"{finding.text[:1].upper()}{finding.text[1:]}") for finding in verdict.findings]
+    spread = estimate.relative_sigma_percent
+    unsure = int((~(spread < _UNSURE)).sum())
+    if unsure:
+        text = (
+            f"{unsure} of {len(spread)} base parameters are uncertain by more than {_UNSURE:.0f} % from this log "
+            "alone: small ones always are; for others move faster and over a wider range"
+        )
+        found.append(note(text, "excitation"))
     return replace(
-        check.with_findings(wrong),
-        excitation=tuple(map(Excited, names, estimate.values.tolist(), spread.tolist())),
+        check.with_findings(found),
+        excitation=tuple(map(Excited, base_parameters(robot).names, estimate.values.tolist(), spread.tolist())),
         relative_residual=estimate.fit.relative,
-        condition_number_scaled=condition,
+        condition_number_scaled=equations.condition_numbers()[1],
     )
 
 
-def _of_robot(robot: Robot, recording: Recording, processing: Processing, estimate: Estimate) -> list[Finding]:
-    """Whether it is this robot's log, its joints counted as described and its torques torques."""
-    beside = beside_robot(robot, Source((), (recording,), processing))
-    evidence = Evidence(
-        robot,
-        parameters=estimate,
-        rivals=beside.rivals,
-        tilt=beside.tilt,
-        nuisances=beside.nuisances,
-        pulls=beside.pulls,
-    )
-    findings = (finding for look in OF_ROBOT for finding in look(evidence))
-    return [finding._replace(text=f"{finding.text[:1].upper()}{finding.text[1:]}") for finding in findings]
+def _positions(robot: Robot, recording: Recording) -> list[Finding]:
+    """Say what leaves the range of the robot's joints: degrees, turns of a motor, or another zero."""
 
+    def outside(factor: float) -> list[int]:
+        ends = [(position_range(robot.joints[j]), factor * recording.q[:, j]) for j in revolute]
+        return [j for j, ((low, high), q) in zip(revolute, ends, strict=True) if q.min() < low or q.max() > high]
 
-def _plausibility(robot: Robot, recording: Recording, currents: bool) -> list[Finding]:
-    """What would refuse the recording in any command."""
-    # The size of a current says nothing; a usual gain makes it a torque of about the right size.
-    scaled = replace(recording, torque=10.0 * recording.torque) if currents else recording
-    return [error(text, "recording") for text in islice(implausible(robot, scaled), 1)]
+    revolute = [j for j, joint in enumerate(robot.joints) if joint.revolute]
+    wrong = outside(1.0)
+    if not wrong:
+        return []
+    names = ", ".join(f"q{j + 1}" for j in wrong)
+    if 2 * len(wrong) < sum(np.ptp(recording.q[:, j]) > _MOVES for j in revolute):
+        advice = "Another zero, sense or order of joints there: give zero_deg, sign or joints in a log map"
+    elif not outside(np.pi / 180.0):
+        advice = "All positions fit it as degrees: --units q=deg; if they are a motor's, give [motor] gear_ratios"
+    else:
+        advice = "No joint turns so far: looks like the motor side; give [motor] gear_ratios and side in a log map"
+    return [error(f"{names} leave the range of {robot.name}'s joints. {advice}", "positions")]
 
 
 def _time_findings(time: TimeFacts) -> list[Finding]:
@@ -167,7 +289,7 @@ def _time_findings(time: TimeFacts) -> list[Finding]:
             f"Time steps vary from {1e3 * time.steps[0]:.3g} to {1e3 * time.steps[1]:.3g} ms: the log is resampled "
             "to an even rate before filtering"
         )
-        findings.append(Finding("note", "time", text))
+        findings.append(note(text, "time"))
     return findings
 
 
@@ -187,15 +309,3 @@ def _joint_findings(joints: tuple[JointFacts, ...], currents: bool) -> list[Find
             )
             findings.append(warning(text, f"joint {j}"))
     return findings
-
-
-def _excitation_findings(excitation: tuple[Excited, ...]) -> list[Finding]:
-    spread = np.array([entry.relative_sigma_percent for entry in excitation])
-    unsure = int((~(spread < _UNSURE)).sum())
-    if not unsure:
-        return []
-    text = (
-        f"{unsure} of {len(excitation)} base parameters are uncertain by more than {_UNSURE:.0f} % from this log "
-        "alone: small ones always are; for others move faster and over a wider range"
-    )
-    return [Finding("note", "excitation", text)]

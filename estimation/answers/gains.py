@@ -10,8 +10,10 @@ import numpy as np
 from ...common.arrays import Array
 from ...common.errors import InputError
 from ...model import InertialParameters, Robot
-from ..diagnosis.evidence import Evidence, Gained, KnownWeight
-from ..diagnosis.search import likely_causes
+from ..diagnosis.causes import likely_causes
+from ..diagnosis.diagnose import diagnose
+from ..diagnosis.evidence import Diagnosis, Evidence, Gained, KnownWeight
+from ..diagnosis.states import states_of
 from ..diagnosis.verdict import judge
 from ..equations.equations import PAYLOAD, Equations
 from ..fit.estimate import Estimate, Fit
@@ -26,7 +28,6 @@ from ..payload.methods import identify_payload
 from ..payload.problem import PayloadProblem
 from ..payload.result import PayloadEstimate
 from .drive_gains import DriveGains
-from .guarded import Guarded, looked_at
 
 
 def identify_gains(problem: GainProblem, load: KnownLoad | Sequence[KnownLoad]) -> DriveGains:
@@ -58,9 +59,9 @@ def identify_gains(problem: GainProblem, load: KnownLoad | Sequence[KnownLoad]) 
         without_robust=reason,
         recordings=problem.recordings,
         mountings=problem.mountings,
-        disagreement=max((mounting.beside.disagreement for mounting in mountings), default=1.0),
+        disagreement=max((mounting.diagnosis.disagreement for mounting in mountings), default=1.0),
         posed=tuple(mounting.problem for mounting in mountings),
-        by_joints=tuple(mounting.beside.by_joints for mounting in mountings),
+        by_joints=tuple(mounting.diagnosis.by_joints for mounting in mountings),
         source=problem.source,
     )
     return replace(gains, verdict=judge(*_evidence(problem.description, gains, mountings))) if mountings else gains
@@ -121,8 +122,9 @@ def _explained(problem: GainProblem) -> Iterator[None]:
         yield
     except InputError as error:
         source = problem.source
-        likely = likely_causes(problem.description, source, apart=True) if source is not None else ()
-        raise InputError("; ".join([str(error), *(cause.finding(cause.source).text for cause in likely)])) from None
+        states = states_of(source) if source is not None else None
+        likely = likely_causes(problem.description, states, free_gains=True)
+        raise InputError("; ".join([str(error), *(finding.text for finding in likely)])) from None
 
 
 class _Mounting(NamedTuple):
@@ -130,18 +132,18 @@ class _Mounting(NamedTuple):
 
     problem: PayloadProblem
     free: PayloadEstimate
-    beside: Guarded
+    diagnosis: Diagnosis
 
     @staticmethod
     def of(problem: PayloadProblem, description: Robot) -> "_Mounting":
         """The gains' own errors are those of these recordings: none are allowed for."""
         free = identify_payload(problem, 4)
-        return _Mounting(problem, free, looked_at(problem, free, None, description))
+        return _Mounting(problem, free, diagnose(problem, free, None, description))
 
     @property
     def reach(self) -> float:
         """Standard deviation, relative, that lets intervals reach what is found without bursts."""
-        bursts = self.beside.bursts
+        bursts = self.diagnosis.effect("bursts")
         return abs(float(bursts.change[9]) / self.free.mass) / NORMAL95 if bursts else 0.0
 
 
@@ -163,5 +165,5 @@ def _evidence(robot: Robot, gains: DriveGains, mountings: Sequence[_Mounting]) -
             stretches=payload_over_time(problem, mounting.free.estimate.weights),
             gained=Gained(gains.larger_relative_sigma, weights) if k == 0 else None,
             compared=problem.compared,
-            **(mounting.beside._asdict() | ({} if k == 0 else {"rivals": ()})),
+            diagnosis=mounting.diagnosis if k == 0 else replace(mounting.diagnosis, alternatives=()),
         )

@@ -8,10 +8,8 @@ from ...common.errors import InputError
 from ...common.progress import Progress, silent
 from ...common.speech import Speaks
 from ...model import BaseParameters, Processing, Recording, Robot, base_parameters
-from ..diagnosis.beside import beside_robot
-from ..diagnosis.evidence import Evidence, Sampled
+from ..diagnosis.diagnose import robot_verdict
 from ..diagnosis.finding import Verdict
-from ..diagnosis.verdict import robot_verdict
 from ..equations.equations import Equations
 from ..fit.drive_gains import Gains
 from ..fit.essential import Elimination, StopRule, eliminate
@@ -38,7 +36,6 @@ class Identification(Speaks):
         gains: uncertainty of the drive gains; None where they are taken as exact.
         recordings: what was fitted.
         unseen: equations of recordings that were not used.
-        known_beside: what their samples showed, where these are not here any more.
     """
 
     robot: Robot
@@ -53,7 +50,6 @@ class Identification(Speaks):
     held_out: tuple[Recording, ...] = ()
     processing: Processing | None = None
     unseen: Equations | None = None
-    known_beside: Sampled | None = None
 
     @property
     def headline(self) -> str:
@@ -69,24 +65,8 @@ class Identification(Speaks):
     @cached_property
     def verdict(self) -> Verdict:
         """Whether the parameters may be used, and why not."""
-        beside = self.beside
-        return robot_verdict(
-            Evidence(
-                self.robot,
-                parameters=self.estimate,
-                rivals=beside.rivals,
-                tilt=beside.tilt,
-                nuisances=beside.nuisances,
-                pulls=beside.pulls,
-            )
-        )
-
-    @cached_property
-    def beside(self) -> Sampled:
-        """Other ways to take the recordings, and what else is in the torques: what samples alone show."""
-        if self.known_beside is not None:
-            return self.known_beside
-        return beside_robot(self.robot, Source((), self.recordings, self.processing or self.robot.processing))
+        source = Source((), self.recordings, self.processing or self.robot.processing)
+        return robot_verdict(self.robot, source, self.problem, self.estimate)
 
     @cached_property
     def warnings(self) -> tuple[str, ...]:

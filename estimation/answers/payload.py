@@ -8,10 +8,12 @@ import numpy as np
 from ...common.errors import InputError
 from ...model import Processing, Recording
 from ...model.inertia import PayloadSpread
-from ..diagnosis.evidence import Evidence, Sampled, Weighed
+from ..diagnosis.diagnose import allowing as allowing_for
+from ..diagnosis.diagnose import best_of, diagnose
+from ..diagnosis.evidence import Diagnosis, Evidence, Weighed
 from ..diagnosis.finding import Verdict
 from ..diagnosis.quantities import Agreement, allowing
-from ..diagnosis.verdict import judge, sampled
+from ..diagnosis.verdict import judge
 from ..equations.equations import PAYLOAD, Equations, merged
 from ..fit.drive_gains import Gains
 from ..fit.essential import StopRule
@@ -31,7 +33,6 @@ from ..possible.constraints import Constraint, KnownMass
 from ..possible.payload import POSSIBLE
 from ..robot.equations import base_problem
 from .elimination import elimination_warnings
-from .guarded import Guarded, guarded
 from .payload_answer import PayloadAnswer
 
 
@@ -46,7 +47,6 @@ def answer_payload(
     essential: StopRule | None = None,
     stand_in: StandIn | None = None,
     others: Sequence[PayloadProblem] = (),
-    known: Sampled | None = None,
 ) -> PayloadAnswer:
     """Estimate by several methods and judge the result.
 
@@ -60,7 +60,6 @@ def answer_payload(
         essential: method 4: when elimination ends; the paper's ratio of 1.02 by default.
         stand_in: an inertia to assume where none was measured well enough.
         others: the same payload by a short motion reduced in another way, for comparison.
-        known: what the recordings' samples showed, where only their equations are left.
 
     Raises:
         InputError: if a method that was asked for cannot be used, or none can; "mass not visible" where neither
@@ -71,15 +70,17 @@ def answer_payload(
     scale = next((known for known in constraints if isinstance(known, KnownMass)), None)
     free, left_out = _identified(problem, methods, free_friction, scale)
     repeats = repeats_of(problem, scale)
-    free, guards = guarded(problem, _spread(free, repeats), gains, known)
-    unseen = known.held_out if known is not None else _held_out(problem, held_out, processing)
+    free = _spread(free, repeats)
+    diagnosis = diagnose(problem, best_of(free), gains)
+    free = [allowing_for(estimate, diagnosis) for estimate in free]
+    unseen = _held_out(problem, held_out, processing)
     constrained, failures = _constrained(free, constraints, gains)
     answer = PayloadAnswer(
         problem=problem,
         estimates=_without_failures(free, failures),
         constrained=tuple(constrained),
         left_out=left_out | {method: str(error) for method, error in failures.items()},
-        by_joints=guards.by_joints,
+        by_joints=diagnosis.by_joints,
         verdict=Verdict("use"),  # until what speaks against it is known
         scale=scale,
         gains=gains,
@@ -89,12 +90,10 @@ def answer_payload(
         agreement=(*_without_friction(problem), *_other_ways(others, scale)),
         repeats=repeats,
     )
-    evidence = _evidence(answer, free, guards, known)
-    verdict = judge(evidence)
+    verdict = judge(_evidence(answer, free, diagnosis))
     if failures and not constrained:
         raise _first_failure(free, failures, verdict)
-    answer = replace(answer, verdict=verdict, sampled=known or sampled(evidence, verdict, unseen))
-    return _assumed(_essential(answer, essential), stand_in)
+    return _assumed(_essential(replace(answer, verdict=verdict), essential), stand_in)
 
 
 def _spread(free: list[PayloadEstimate], repeats: Repeats | None) -> list[PayloadEstimate]:
@@ -178,28 +177,29 @@ def _held_out(
     return base_problem(problem.robot, problem.base, held_out, processing or problem.robot.processing, check=False)
 
 
-def _evidence(
-    answer: PayloadAnswer, free: Sequence[PayloadEstimate], guards: Guarded, known: Sampled | None
-) -> Evidence:
+def _evidence(answer: PayloadAnswer, free: Sequence[PayloadEstimate], diagnosis: Diagnosis) -> Evidence:
     """What the verdict looks at; ``free``: by all methods, those without a possible payload among them."""
     problem = answer.problem
-    beside = guards._asdict() | {"compared": problem.compared or problem.pairs, "sampled": known}
+    compared = problem.compared or problem.pairs
     spread = _reported_spread(answer)
     if problem.short is not None:
         return Evidence(
             problem.robot,
             source=problem.source,
+            diagnosis=diagnosis,
+            compared=compared,
             parameters=problem.known,
             constrained=answer.constrained,
             weighed=_weighed(answer, problem.short),
             spread=spread,
-            **beside,
         )
     weights = (answer.possible.free if answer.possible else free[-1]).estimate.weights
     return Evidence(
         robot=problem.robot,
         source=problem.source,
+        diagnosis=diagnosis,
         pairs=problem.pairs,
+        compared=compared,
         condition=problem.unloaded.condition_numbers()[1] if problem.unloaded else None,
         parameters=problem.alone,
         validation=answer.validation,
@@ -208,7 +208,6 @@ def _evidence(
         recommended=answer.possible,
         stretches=payload_over_time(problem, weights),
         spread=spread,
-        **beside,
     )
 
 

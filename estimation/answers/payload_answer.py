@@ -9,7 +9,6 @@ from ...common.arrays import Array
 from ...common.speech import Speaks, voice
 from ...model import InertialParameters, Processing, Recording
 from ...model.inertia import PayloadSpread, payload_spread
-from ..diagnosis.evidence import Sampled
 from ..diagnosis.finding import Verdict
 from ..diagnosis.quantities import Agreement, Judged, allowing, judge_com, judge_inertia, judge_mass
 from ..fit.drive_gains import Gains
@@ -53,7 +52,6 @@ class PayloadAnswer(Speaks):
         agreement: other ways to the numbers of a short motion.
         repeats: of several recordings of a short motion, each of them alone.
         stand_in: an assumed inertia, where it was asked for and none was measured well enough.
-        sampled: what the recordings' samples showed, which equations cannot show again.
     """
 
     problem: PayloadProblem
@@ -72,7 +70,6 @@ class PayloadAnswer(Speaks):
     agreement: tuple[Agreement, ...] = ()
     repeats: Repeats | None = None
     stand_in: StandIn | None = None
-    sampled: Sampled = Sampled()
 
     @property
     def headline(self) -> str:

@@ -1,4 +1,4 @@
-"""What the checks look at."""
+"""What the verdict rests on: the diagnosis of the recordings, and the numbers that were computed from them."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -7,40 +7,73 @@ from typing import NamedTuple
 from ...common.arrays import Array
 from ...model import Robot
 from ...model.inertia import PayloadSpread
-from ..equations.equations import Equations
 from ..fit.estimate import Estimate, Fit
+from ..gains.current_side import RelativeScales
 from ..payload.by_joints import ByJoints
 from ..payload.constrained import ConstrainedPayload
 from ..payload.problem import Source
 from ..payload.repeats import Repeats
 from ..payload.result import PayloadEstimate
 from ..signals.alignment import AlignedPair
-from .finding import Finding
-from .loaded_rows import Scale
-from .nuisances import Bursts, Nuisance, Tilt
-from .pull import Pull
+from .engine import Effect
 from .quantities import Agreement, Judged
-from .rivals import Rival
 
 
-class Sampled(NamedTuple):
-    """What samples alone show, kept for when only their equations are left.
+class Alternative(NamedTuple):
+    """Another reading of the recordings.
 
-    ``rivals``: other ways to take the recordings; ``alignment`` and ``zeros``: findings on pairs; ``causes``: what
-    most likely went wrong; ``held_out``: equations of recordings that were not fitted; ``tilt``, ``bursts``,
-    ``nuisances`` and ``pulls``: what else is in the torques; ``scales`` beside a stored robot.
+    ``kind``: "robot", "turned", "weightless" or "friction"; ``name``: of the robot, or number of the joint;
+    ``fall``: fraction by which chi2 falls, negative where it rises; ``z``: Vuong's statistic.
     """
 
-    rivals: tuple[Rival, ...] = ()
-    alignment: tuple[Finding, ...] = ()
-    causes: tuple[Finding, ...] = ()
-    held_out: Equations | None = None
-    zeros: tuple[Finding, ...] = ()
-    tilt: Tilt | None = None
-    bursts: Bursts | None = None
-    nuisances: tuple[Nuisance, ...] = ()
+    kind: str
+    name: str
+    fall: float
+    z: float
+
+
+class Scale(NamedTuple):
+    """Scale of the loaded torques over that of the unloaded ones.
+
+    ``joint``: whose, 0 for all; ``ratio`` with its standard deviation ``sigma``; ``mass``: the payload's on one
+    scale [kg]; ``effect``: change of the mass by torques on a scale of 2 [kg].
+    """
+
+    joint: int
+    ratio: float
+    sigma: float
+    mass: float
+    effect: float = 0.0
+
+    @property
+    def z(self) -> float:
+        """Standard deviations by which the ratio differs from 1."""
+        return (self.ratio - 1.0) / max(self.sigma, 1e-300)
+
+
+@dataclass(frozen=True)
+class Diagnosis:
+    """What one set of recordings shows beside robot and payload, for every command alike.
+
+    Attributes:
+        by_joints: the payload as single joints see it.
+        disagreement: Birge ratio of the joints' shares, a factor on every interval; 1 where they agree.
+        effects: of the hypotheses that add columns.
+        alternatives: other readings of the recordings.
+        scales: of the loaded torques.
+        signals: scales of the joints' signals, of a robot alone.
+    """
+
+    by_joints: ByJoints = ByJoints((), ())
+    disagreement: float = 1.0
+    effects: tuple[Effect, ...] = ()
+    alternatives: tuple[Alternative, ...] = ()
     scales: tuple[Scale, ...] = ()
-    pulls: tuple[Pull, ...] = ()
+    signals: RelativeScales | None = None
+
+    def effect(self, name: str) -> Effect | None:
+        """Effect of one hypothesis."""
+        return next((effect for effect in self.effects if effect.name == name), None)
 
 
 KNOWN_WELL = 0.05
@@ -48,26 +81,16 @@ KNOWN_WELL = 0.05
 
 
 class KnownWeight(NamedTuple):
-    """A weight of known mass, and the mass that the gains give it.
-
-    ``mounting``: its number; ``told``: its mass [kg]; ``mass`` by the torques that the gains give, with its
-    standard deviation ``sigma`` [kg].
-    """
+    """A weight of nominal mass and the ``mass`` that the gains give it, with its deviation ``sigma`` [kg]."""
 
     mounting: int
-    told: float
+    nominal: float
     mass: float
     sigma: float
 
 
-@dataclass(frozen=True)
-class Gained:
-    """Drive gains that were identified.
-
-    Attributes:
-        sigma: their relative standard deviations, shape (n,).
-        weights: in each mounting.
-    """
+class Gained(NamedTuple):
+    """Identified drive gains: their relative standard deviations, (n,), and the weight of each mounting."""
 
     sigma: Array
     weights: tuple[KnownWeight, ...]
@@ -80,9 +103,10 @@ class Weighed:
     Attributes:
         mass: by the torques, else by the scale [kg].
         sigma: its standard deviation [kg].
-        unexplained: each joint's error over its torque, nan for held ones, shape (n,).
+        from_scale: whether a scale gave it.
+        unexplained: error over torque of each joint, nan where it is at rest, shape (n,).
         judged: "mass", "centre of mass", "inertia".
-        repeats: with several recordings, each of them alone.
+        repeats: of several recordings, the mass by each.
         agreement: other ways to the mass.
     """
 
@@ -100,8 +124,10 @@ class Evidence:
     """All that was computed from one set of recordings; checks of what a command does not compute are silent.
 
     Attributes:
-        source: the recordings themselves, to look for causes in.
+        source: the recordings, in which causes are searched.
+        diagnosis: what they show beside robot and payload.
         pairs: recordings of one motion without and with payload.
+        compared: recordings without and with payload, whether of one motion or not.
         condition: condition number of the equations without payload, columns scaled to norm 1.
         parameters: the robot's own, where they were identified or stored.
         validation: fit of those on recordings that were held out.
@@ -110,41 +136,24 @@ class Evidence:
         recommended: the one of them that is to be used, if there is one.
         stretches: the payload in the order of time.
         spread: standard deviations of what is recommended: half the reported intervals, over 1.96.
-        disagreement: factor on every interval by which all joints' shares together disagree; 1 where they do not.
-        scales: of the loaded torques, where one may differ from that of the unloaded ones.
         gained: drive gains, where they are what is asked for.
-        compared: recordings without and with payload side by side, whether of one motion or not.
-        sampled: what the samples showed, where they are not here any more.
     """
 
     robot: Robot
     source: Source | None = None
+    diagnosis: Diagnosis = Diagnosis()
     pairs: tuple[AlignedPair, ...] = ()
+    compared: tuple[AlignedPair, ...] = ()
     condition: float | None = None
     parameters: Estimate | None = None
     validation: Fit | None = None
     estimates: tuple[PayloadEstimate, ...] = ()
     constrained: tuple[ConstrainedPayload, ...] = ()
     recommended: ConstrainedPayload | None = None
-    by_joints: ByJoints = ByJoints((), ())
     stretches: tuple[Estimate, ...] = ()
     weighed: Weighed | None = None
     spread: PayloadSpread | None = None
-    disagreement: float = 1.0
-    rivals: tuple[Rival, ...] = ()
-    scales: tuple[Scale, ...] = ()
-    bursts: Bursts | None = None
     gained: Gained | None = None
-    tilt: Tilt | None = None
-    nuisances: tuple[Nuisance, ...] = ()
-    pulls: tuple[Pull, ...] = ()
-    compared: tuple[AlignedPair, ...] = ()
-    sampled: Sampled | None = None
-
-    @property
-    def robot_fit(self) -> Fit | None:
-        """How well the robot's own parameters explain the torques without payload."""
-        return self.parameters.fit if self.parameters is not None else None
 
     @property
     def best(self) -> PayloadEstimate | None:
@@ -166,17 +175,12 @@ class Evidence:
         return self.best.mass if self.best is not None else float("nan")
 
     @property
-    def pull(self) -> Pull | None:
-        """What pulls at the flange hardest, of what stands out: it looks like a scale or another robot, too."""
-        return max((pull for pull in self.pulls if pull.stands_out), key=lambda pull: pull.z, default=None)
-
-    @property
     def modelled(self) -> list[PayloadEstimate]:
         """Estimates of methods that model the robot: the residual of method 3 is that of a torque difference."""
         return [estimate for estimate in self.estimates if estimate.method != 3]
 
 
 def by(estimates: Sequence[PayloadEstimate]) -> str:
-    """The methods in words."""
+    """Name the methods."""
     numbers = ", ".join(str(estimate.method) for estimate in estimates)
     return f"method {numbers}" if len(estimates) == 1 else f"each of methods {numbers}"

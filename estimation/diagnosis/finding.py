@@ -1,27 +1,23 @@
-"""What speaks against something, and the verdict on numbers: the form in which every look at data answers."""
+"""Findings on recordings or numbers, and the verdict that they add up to."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import filterfalse
 from typing import Literal, NamedTuple
 
 Severity = Literal["error", "warning", "note"]
 """error: nothing may be used so; warning: not everything may, or numbers will be poor; note: worth knowing."""
 Level = Literal["use", "mass_and_com_only", "identified_only", "do_not_use"]
 """Use every number; of a payload mass and centre of mass; of drive gains those that are identified; none."""
-_FOUNDATION = ("mass", "everything")
 _OUTDONE = 1.5
-"""A way to take all recordings that leaves so many times the squared residual of the best cause is none."""
+"""A reading of all recordings that leaves so many times the squared residual of the best cause is none."""
 
 
 class Finding(NamedTuple):
-    """One thing that was found out about recordings or about numbers made from them.
+    """What was found out about recordings, or about numbers made from them.
 
-    Attributes:
-        about: the quantity, joint or recording it speaks of; "everything" where it is all of them.
-        text: one or two sentences: what, where, what to do.
-        cause: whether it says where what else was found may come from.
-        explains: of a cause, the share of the squared residual that it takes off.
+    ``about``: the quantity, joint or recording; "everything" where it is all of them; ``text``: what, where, what
+    to do; ``cause``: whether it says where other findings may come from; ``explains``: of a cause, the fraction of
+    the squared residual that it takes off.
     """
 
     severity: Severity
@@ -29,6 +25,26 @@ class Finding(NamedTuple):
     text: str
     cause: bool = False
     explains: float = 0.0
+
+    @property
+    def spoils_all(self) -> bool:
+        """Whether no number may be used: the mass is what every number rests on."""
+        return self.severity == "error" or (self.severity == "warning" and self.about in ("mass", "everything"))
+
+
+def error(text: str, about: str = "everything") -> Finding:
+    """Make a finding against every number."""
+    return Finding("error", about, text)
+
+
+def warning(text: str, about: str = "inertia") -> Finding:
+    """Make a finding against the inertia, or some other number, only."""
+    return Finding("warning", about, text)
+
+
+def note(text: str, about: str = "everything") -> Finding:
+    """Make a finding that is worth knowing."""
+    return Finding("note", about, text)
 
 
 @dataclass(frozen=True)
@@ -40,77 +56,45 @@ class Verdict:
 
     @property
     def reasons(self) -> tuple[str, ...]:
-        """What speaks against the numbers, in words."""
+        """Texts of what speaks against the numbers."""
         return tuple(finding.text for finding in self.findings if finding.severity != "note")
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What is worth knowing, in words."""
+        """Texts of what is worth knowing."""
         return tuple(finding.text for finding in self.findings if finding.severity == "note")
 
 
-def error(text: str, about: str = "everything") -> Finding:
-    """A finding against every number."""
-    return Finding("error", about, text)
-
-
-def note(text: str, about: str = "everything") -> Finding:
-    """A finding that is worth knowing."""
-    return Finding("note", about, text)
-
-
-def warning(text: str, about: str = "inertia") -> Finding:
-    """A finding against the inertia, or some other number, only."""
-    return Finding("warning", about, text)
-
-
 def verdict_of(findings: Sequence[Finding], brief: bool = True, partly: Level = "mass_and_com_only") -> Verdict:
-    """The level that findings leave, and those that are reported: what explains most first, notes last.
-
-    The mass is what every number rests on: whatever speaks against it, or against everything, leaves nothing.
+    """Find the level that findings leave, and put what explains most first, notes last.
 
     Args:
         findings: in the order in which they are reported, behind what explains them.
-        brief: where no number may be used, leave out what speaks against single ones and is no cause; else it
-            comes last.
-        partly: the level where only single numbers are spoken against.
+        brief: where no number may be used, leave out what spoils single ones and is no cause; else it comes last.
+        partly: the level where only single numbers are spoilt.
     """
-    distinct_findings = dict.fromkeys(findings)
-    notes = list(filter(_is_note, distinct_findings))
-    distinct = _best_explained(list(filterfalse(_is_note, distinct_findings)))
-    if not any(map(_against_all, distinct)):
-        return Verdict(partly if distinct else "use", (*distinct, *notes))
-    weighty = [finding for finding in distinct if _against_all(finding) or finding.cause]
-    rest = [] if brief else [finding for finding in distinct if finding not in weighty]
-    weighty.sort(key=_place)
-    return Verdict("do_not_use", (*weighty, *rest, *notes))
-
-
-def _best_explained(findings: list[Finding]) -> list[Finding]:
-    """Without ways to take all recordings that a cause outdoes: a turned joint may look like another robot."""
-    left = min((1.0 - finding.explains for finding in findings if _explains(finding)), default=1.0)
-    return [
+    notes = [finding for finding in dict.fromkeys(findings) if finding.severity == "note"]
+    distinct = [finding for finding in dict.fromkeys(findings) if finding.severity != "note"]
+    left = min((1.0 - finding.explains for finding in distinct if _explains(finding)), default=1.0)
+    # A turned joint may look like another robot: what a better cause outdoes is not reported.
+    distinct = [
         finding
-        for finding in findings
+        for finding in distinct
         if not (finding.cause and finding.about == "everything" and 1.0 - finding.explains > _OUTDONE * left)
     ]
+    if not any(finding.spoils_all for finding in distinct):
+        return Verdict(partly if distinct else "use", (*distinct, *notes))
+    weighty = [finding for finding in distinct if finding.spoils_all or finding.cause]
+    rest = [] if brief else [finding for finding in distinct if finding not in weighty]
+    return Verdict("do_not_use", (*sorted(weighty, key=_rank), *rest, *notes))
 
 
-def _is_note(finding: Finding) -> bool:
-    return finding.severity == "note"
+def _explains(finding: Finding) -> bool:
+    return finding.cause and finding.severity == "error"
 
 
-def _place(finding: Finding) -> tuple[float, bool]:
+def _rank(finding: Finding) -> tuple[float, bool]:
     """Causes first, the best before others, and of equal ones that of all recordings before that of one."""
     if not _explains(finding):
         return 2.0, False
     return 1.0 - round(finding.explains, 2), finding.about != "everything"
-
-
-def _explains(finding: Finding) -> bool:
-    """Whether it names where most of what else was found comes from: a screen shows the first reasons only."""
-    return finding.cause and finding.severity == "error"
-
-
-def _against_all(finding: Finding) -> bool:
-    return finding.severity == "error" or (finding.severity == "warning" and finding.about in _FOUNDATION)

@@ -7,7 +7,7 @@ from math import pi
 import numpy as np
 
 from ...common.arrays import Array
-from .sample import Sample
+from .states import States
 
 
 @dataclass(frozen=True, order=True)
@@ -54,16 +54,17 @@ class Reading:
         """Joint positions [rad or m] from a log's, N x n."""
         return np.asarray(q[:, list(self.order)] * np.array(self.sign) + np.array(self.quarters) * (pi / 2))
 
-    def of(self, sample: Sample) -> Sample:
-        """A log's sample as it is read."""
+    def of(self, states: States) -> States:
+        """Read the states of a log."""
         order, sign = list(self.order), np.array(self.sign)
         return replace(
-            sample,
-            q=self.positions(sample.q),
-            qd=sample.qd[:, order] * sign,
-            qdd=sample.qdd[:, order] * sign,
-            torque=sample.torque[:, order] * (sign * np.array(self.torque)),
-            keep=sample.keep[:, order],
+            states,
+            q=self.positions(states.q),
+            qd=states.qd[:, order] * sign,
+            qdd=states.qdd[:, order] * sign,
+            torque=states.torque[:, order] * (sign * np.array(self.torque)),
+            slope=states.slope[:, order] * (sign * np.array(self.torque)),
+            keep=states.keep[:, order],
         )
 
     @property
@@ -74,20 +75,20 @@ class Reading:
         return moved + signs + sum(quarter != 0 for quarter in self.quarters)
 
     def told(self) -> str:
-        """In words, joints counted from 1; "as recorded" if nothing is changed."""
+        """Describe the reading, joints counted from 1; "as recorded" if nothing is changed."""
         parts = []
         for j in range(len(self.order)):
-            words = []
+            changes = []
             if self.order[j] != j:
-                words.append(f"from column {self.order[j] + 1}")
+                changes.append(f"from column {self.order[j] + 1}")
             if self.sign[j] < 0:
-                words.append("turned round (position and torque)")
+                changes.append("turned round (position and torque)")
             if self.quarters[j]:
-                words.append(f"zero moved by {(90, 180, -90)[self.quarters[j] - 1]} degrees")
+                changes.append(f"zero moved by {(90, 180, -90)[self.quarters[j] - 1]} degrees")
             if self.torque[j] < 0:
-                words.append("torque turned round")
-            if words:
-                parts.append(f"joint {j + 1} {', '.join(words)}")
+                changes.append("torque turned round")
+            if changes:
+                parts.append(f"joint {j + 1} {', '.join(changes)}")
         return "; ".join(parts) or "as recorded"
 
 

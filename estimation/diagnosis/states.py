@@ -1,102 +1,178 @@
-"""Recordings thinned to some 10 states a second: cheap enough to ask many questions of them."""
+"""Recordings subsampled to some 10 states a second: cheap enough to try many hypotheses on them."""
 
 from collections.abc import Sequence
-from dataclasses import replace
-from typing import NamedTuple
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...common.arrays import Array
-from ...model import Recording
+from ...model import Processing, Recording
+from ...model.motion import Measurement
 from ..payload.problem import Source
-from .sample import Sample
+from ..signals.filtering import lowpass
+from ..signals.measurements import measurement
+from ..signals.rows import Mask, kept_rows
 
 BLOCKS = 20
-"""Blocks of time, that are left out in turn."""
+"""Blocks of time that are left out in turn."""
 STRETCH = 3.0
-"""s: the shortest stretch of time that is looked at alone; shorter ones of good recordings stand out too."""
+"""s: the shortest stretch of time that is judged; shorter ones of good recordings stand out by chance."""
+FEW = 200
+"""States of a recording that are enough to compare readings of it."""
 _RATE = 10.0  # Hz
 _MOST = 600  # states of a recording
-_LONGEST = 180.0  # s: of a longer recording the middle is looked at
+_LONGEST = 180.0  # s: of a longer recording the middle is used
 _FEWEST = 60  # states altogether
-_ROUGHLY = 5  # times fewer states decide first
+_COARSER = 5  # times fewer states decide first
 _STEP = 0.01  # s: to either side, over which a torque's slope is taken
+_STUCK = 0.5  # s
+_CUTOFF = 0.4  # of the states' own rate
+_PER_STATE = ("t", "q", "qd", "qdd", "torque", "slope", "keep", "stuck", "loaded", "block", "stretch", "recording")
+Index = NDArray[np.intp]
 
-Places = NDArray[np.intp]
 
+@dataclass(frozen=True, eq=False)
+class States:
+    """Subsampled states of one or more recordings: N states of n joints.
 
-class States(NamedTuple):
-    """Thinned states of all recordings, N.
-
-    ``sample``: the states; ``loaded`` (N,): 1 with payload; ``block`` (N,): of time; ``stretch`` (N,): of 3 s;
-    ``slope``: of the torques [N·m/s or N/s], N x n.
+    Attributes:
+        source: names of the recordings.
+        t: time in its recording [s], shape (N,).
+        q, qd, qdd: filtered motion [rad or m], N x n.
+        torque: low-passed torque [N·m or N], N x n.
+        slope: derivative of the torque [N·m/s or N/s], N x n.
+        keep: rows that are used, N x n.
+        stuck: where a position is the very same number for over half a second, N x n.
+        loaded: 1 with payload, else 0, shape (N,).
+        block: number of the block of time, shape (N,).
+        stretch: number of the stretch of 3 s, shape (N,).
+        recording: number of the recording, shape (N,).
+        signals: time [s] and torque of each recording's every sample, to read the torque at another time.
+        gains: of the drives, with which currents were read; empty for torques.
     """
 
-    sample: Sample
-    loaded: Array
-    block: Places
-    stretch: Places
+    source: str
+    t: Array
+    q: Array
+    qd: Array
+    qdd: Array
+    torque: Array
     slope: Array
+    keep: Mask
+    stuck: Mask
+    loaded: Array
+    block: Index
+    stretch: Index
+    recording: Index
+    signals: tuple[tuple[Array, Array], ...]
+    gains: tuple[float, ...] = ()
 
-    def thinned(self) -> "States":
-        """Every so many-th state; all of them where few would be left."""
-        count = len(self.block)
-        step = _ROUGHLY if count >= 3 * _ROUGHLY * _FEWEST else 1
-        return States(
-            self.sample.part(0, count, step),
-            self.loaded[::step],
-            self.block[::step],
-            self.stretch[::step],
-            self.slope[::step],
-        )
+    @staticmethod
+    def of(
+        recording: Recording,
+        processing: Processing,
+        count: int = FEW,
+        data: Measurement | None = None,
+        loaded: float = 0.0,
+    ) -> "States":
+        """Subsample one recording evenly over its moving part.
+
+        Args:
+            recording: to take states of.
+            processing: how it is filtered.
+            count: about so many states.
+            data: its measurement, where it is filtered already.
+            loaded: 1 with payload.
+        """
+        data = data or measurement(recording, processing)
+        motion, step = data.motion, 1.0 / data.motion.rate
+        keep = kept_rows(motion, processing)
+        moving = np.flatnonzero(keep.any(axis=1))
+        thin = max(1, len(moving) // count)
+        torque = lowpass(data.torque, step, _CUTOFF / (thin * step) if thin > 1 else None, recording.source)
+        at = moving[thin // 2 :: thin]
+        t, zeros = motion.t[at], np.zeros(len(at), dtype=np.intp)
+        states = States(
+            recording.source, t, motion.q[at], motion.qd[at], motion.qdd[at], torque[at], torque[at], keep[at],
+            _stuck(recording, t), np.full(len(at), loaded), zeros, ((t - t[:1].sum()) / STRETCH).astype(np.intp),
+            zeros, ((motion.t, torque),), tuple(recording.gains),
+        )  # fmt: skip
+        return replace(states, slope=(states.later(_STEP).torque - states.later(-_STEP).torque) / (2.0 * _STEP))
+
+    @staticmethod
+    def joined(parts: Sequence["States"]) -> "States":
+        """Join the states of several recordings, in blocks of time over all of them."""
+        names = ", ".join(part.source for part in parts)
+        arrays: dict[str, Any] = {
+            name: np.concatenate([getattr(part, name) for part in parts]) for name in _PER_STATE
+        }
+        counts = [int(part.stretch.max(initial=-1)) + 1 for part in parts]
+        first = np.repeat(np.cumsum([0, *counts[:-1]]), [len(part.t) for part in parts])
+        total, number = len(arrays["t"]), np.repeat(np.arange(len(parts)), [len(part.t) for part in parts])
+        arrays |= {"block": np.arange(total) * BLOCKS // max(total, 1), "stretch": arrays["stretch"] + first}
+        signals = tuple(signal for part in parts for signal in part.signals)
+        return replace(parts[0], source=names, signals=signals, **(arrays | {"recording": number}))
+
+    @property
+    def passed(self) -> Array:
+        """Time that has passed, from 0 to 1 over each recording, shape (N,)."""
+        first, last = np.array([t[[0, -1]] for t, _ in self.signals])[self.recording].T
+        return np.asarray((self.t - first) / (last - first))
+
+    def later(self, delay: "float | Array") -> "States":
+        """Read the torque that was written ``delay`` [s] later, a number or one for each state."""
+        times, torque = self.t + delay, np.array(self.torque)
+        for number, (t, signal) in enumerate(self.signals):
+            own = self.recording == number
+            torque[own] = np.column_stack([np.interp(times[own], t, channel) for channel in signal.T])
+        return replace(self, torque=torque)
+
+    def taken(self, index: Any) -> "States":
+        """Take some of the states: a slice, a mask or numbers."""
+        return replace(self, **{name: getattr(self, name)[index] for name in _PER_STATE})
+
+    def mixed(self, other: "States", mask: Mask) -> "States":
+        """Take some of the states in another reading."""
+        names = ("q", "qd", "qdd", "torque", "keep")
+        arrays: dict[str, Any] = {
+            name: np.where(mask[:, None], getattr(other, name), getattr(self, name)) for name in names
+        }
+        return replace(self, **arrays)
+
+    def coarser(self) -> "States":
+        """Every fifth state; all of them where few would be left."""
+        return self.taken(slice(None, None, _COARSER if len(self.t) >= 3 * _COARSER * _FEWEST else 1))
 
 
 def states_of(source: Source) -> States | None:
     """Some 10 states a second of all recordings, without payload first; None where there is too little motion."""
-    samples: list[Sample] = []
-    loaded: list[Array] = []
-    for recordings, with_payload in ((source.unloaded, 0.0), (source.loaded, 1.0)):
-        for recording in recordings:
-            part = _middle(recording)
-            samples.append(Sample.of(part, source.processing, count=_count(part)))
-            loaded.append(np.full(len(samples[-1].t), with_payload))
-    total = sum(len(sample.t) for sample in samples)
-    if total < _FEWEST:
-        return None
-    return States(
-        Sample.joined(samples),
-        np.concatenate(loaded),
-        np.arange(total) * BLOCKS // total,
-        _stretches([sample.t for sample in samples]),
-        np.concatenate([_slope(sample) for sample in samples]),
-    )
-
-
-def _stretches(times: Sequence[Array]) -> Places:
-    """Numbers of the stretches of 3 s, recording after recording."""
-    numbers, first = [], 0
-    for t in times:
-        numbers.append(first + ((t - t[:1].sum()) / STRETCH).astype(np.intp))
-        first = int(numbers[-1].max(initial=first - 1)) + 1
-    return np.concatenate(numbers)
-
-
-def _slope(sample: Sample) -> Array:
-    later, earlier = (sample.later(step).torque for step in (_STEP, -_STEP))
-    return np.asarray((later - earlier) / (2.0 * _STEP))
+    parts = []
+    for recordings, loaded in ((source.unloaded, 0.0), (source.loaded, 1.0)):
+        for recording in map(_middle, recordings):
+            count = min(_MOST, int(_RATE * float(recording.t[-1] - recording.t[0])) + 1)
+            parts.append(States.of(recording, source.processing, count, loaded=loaded))
+    return States.joined(parts) if sum(len(part.t) for part in parts) >= _FEWEST else None
 
 
 def _middle(recording: Recording) -> Recording:
-    """The middle of a recording that has far more than the states that are looked at."""
     t = recording.t
-    first, last = np.searchsorted(t, 0.5 * (t[0] + t[-1]) + 0.5 * _LONGEST * np.array([-1.0, 1.0]))
+    ends = 0.5 * (t[0] + t[-1]) + 0.5 * _LONGEST * np.array([-1.0, 1.0])
+    first, last = np.searchsorted(t, ends)
     if last - first >= len(t) - 1:
         return recording
-    part = slice(int(first), int(last))
-    qd = recording.qd[part] if recording.qd is not None else None
-    return replace(recording, t=t[part], q=recording.q[part], torque=recording.torque[part], qd=qd)
+    own = slice(int(first), int(last))
+    qd = recording.qd[own] if recording.qd is not None else None
+    return replace(recording, t=t[own], q=recording.q[own], torque=recording.torque[own], qd=qd)
 
 
-def _count(recording: Recording) -> int:
-    return min(_MOST, int(_RATE * float(recording.t[-1] - recording.t[0])) + 1)
+def _stuck(recording: Recording, t: Array) -> Mask:
+    result = np.zeros((len(t), recording.q.shape[1]), dtype=bool)
+    for j, q in enumerate(recording.q.T):
+        edges = np.flatnonzero(np.diff(q) != 0.0) + 1
+        starts, stops = recording.t[np.append(0, edges)], recording.t[np.append(edges - 1, len(q) - 1)]
+        for start, stop in zip(starts, stops, strict=True):
+            if stop - start > _STUCK:
+                result[:, j] |= (t >= start) & (t <= stop)
+    return result

@@ -81,10 +81,12 @@ class ByJoints:
     Attributes:
         masses: by every joint alone, then by the arm's and by the wrist's joints together.
         shares: of every joint against the others.
+        without: the masses by all joints but one.
     """
 
     masses: tuple[JointsMass, ...]
     shares: tuple[JointShare, ...]
+    without: tuple[JointsMass, ...] = ()
 
 
 def joint_groups(n: int) -> tuple[tuple[int, ...], ...]:
@@ -170,7 +172,8 @@ def joints_view(
         groups: of joints, for the masses.
         joints: for the shares, each against all others with equations.
     """
-    sought: list[Callable[[JointEquations], Number | None]] = [mass_of(group) for group in groups]
+    without = [tuple(other for other in joints if other != joint) for joint in joints if len(joints) > 1]
+    sought: list[Callable[[JointEquations], Number | None]] = [mass_of(group) for group in (*groups, *without)]
     sought += [share_of(joint) for joint in joints]
     equations = JointEquations.of(whole, weights)
     numbers = [number(equations) for number in sought]
@@ -179,13 +182,12 @@ def joints_view(
         (number.value if number else None, float(sigma))
         for number, sigma in zip(numbers, np.sqrt(variance), strict=True)
     ]
-    k = len(groups)
     masses = [
         JointsMass(group, mass, sigma, dof) if mass is not None else JointsMass(group, None)
-        for group, (mass, sigma) in zip(groups, pairs[:k], strict=True)
+        for group, (mass, sigma) in zip((*groups, *without), pairs, strict=False)
     ]
-    shares = [JointShare(joint, *pair) for joint, pair in zip(joints, pairs[k:], strict=True)]
-    return ByJoints(tuple(masses), tuple(shares))
+    shares = [JointShare(joint, *pair) for joint, pair in zip(joints, pairs[len(masses) :], strict=True)]
+    return ByJoints(tuple(masses[: len(groups)]), tuple(shares), tuple(masses[len(groups) :]))
 
 
 def _variances(

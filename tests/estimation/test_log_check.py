@@ -7,11 +7,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from dynident.apps.logs.log_check import LogCheck, check_log
-from dynident.apps.logs.log_facts import share_at_extreme, smallest_step
+from dynident.apps.logs.log_check import LogCheck, check_log, share_at_extreme, smallest_step
 from dynident.apps.logs.read import read_recording
-from dynident.estimation.diagnosis.torque import reduced, scale_findings
-from dynident.estimation.signals import measurement
 from dynident.model import Motion, Processing, Recording, Robot, load_robot
 from dynident.trajectories import Simulator
 
@@ -185,9 +182,7 @@ def test_real_torques_are_to_one_scale_and_real_currents_are_not(recordings: Pat
     robot = load_robot("ur10e")
     for gains, words_said in ((UR10E, False), ((1.0,) * 6, True)):
         recording = read_recording(recordings / f"ur10e/{name}.csv.gz", robot, gains)
-        data = measurement(recording, robot.processing)
-        problem = reduced(robot, data, robot.processing)
-        findings = scale_findings(robot, problem, data, robot.processing)
+        findings = check_log(robot, recording).findings
         assert any("one scale" in finding.text for finding in findings) == words_said
 
 

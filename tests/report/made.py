@@ -5,9 +5,9 @@ from typing import Any
 
 import numpy as np
 from dynident.estimation import PAYLOAD, Estimate, Gains, SigmaRatio, Verdict
-from dynident.estimation.diagnosis import robot_verdict
 from dynident.estimation.diagnosis.evidence import Evidence
 from dynident.estimation.diagnosis.finding import note, warning
+from dynident.estimation.diagnosis.verdict import judge
 from dynident.estimation.fit import Elimination, EliminationPath, Fit, RobustCovariance
 from dynident.estimation.fit.drive_gains import Fingerprints
 from dynident.estimation.gains import Mountings, known_mass
@@ -21,6 +21,7 @@ FIT = Fit(np.array([1.1, 1.2, 1.3]), np.array([21.0, 22.0, 23.0]), (31, 32, 33))
 CHECK = Fit(np.array([1.4, 1.5, 1.6]), np.array([24.0, 25.0, 26.0]), (34, 35, 36))
 DRIVES = SimpleNamespace(offsets=True)
 ROBOT = SimpleNamespace(
+    n=2,
     name="arm",
     fingerprint="f00",
     mass=None,
@@ -87,7 +88,7 @@ def identification() -> Any:
         gains=GAINS,
         validation=CHECK,
         warnings=("warned",),
-        verdict=robot_verdict(Evidence(ANY_ROBOT, parameters=estimate(("A", "B")))),
+        verdict=judge(Evidence(ANY_ROBOT, parameters=estimate(("A", "B")))),
     )
 
 

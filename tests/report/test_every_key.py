@@ -11,9 +11,9 @@ from dynident.apps.results.parts import PossibleRobotDocument
 from dynident.common.errors import InputError
 from dynident.common.schema import convert, write_json
 from dynident.estimation import Verdict
-from dynident.estimation.diagnosis import robot_verdict
 from dynident.estimation.diagnosis.evidence import Evidence
 from dynident.estimation.diagnosis.finding import error
+from dynident.estimation.diagnosis.verdict import judge
 from dynident.estimation.payload import RIPPLE_CHANCE
 from dynident.model import INERTIAL, Processing
 from dynident.tests.report import made
@@ -83,7 +83,7 @@ def test_identify() -> None:
             "gain_sigma": GAINS,
             "relative_residual": residual(made.FIT),
             "validation": residual(made.CHECK),
-            "reasons_against_use": robot_verdict(Evidence(made.ANY_ROBOT, parameters=estimate)).reasons,
+            "reasons_against_use": judge(Evidence(made.ANY_ROBOT, parameters=estimate)).reasons,
         },
     )
     stored = convert(written(document), StoredRobot)

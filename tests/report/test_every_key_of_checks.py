@@ -6,8 +6,7 @@ from typing import Any
 
 import numpy as np
 from dynident.apps.logs.fits import RobotFit, RobotFits
-from dynident.apps.logs.log_check import Excited
-from dynident.apps.logs.log_facts import JointFacts, TimeFacts
+from dynident.apps.logs.log_check import Excited, JointFacts, TimeFacts
 from dynident.apps.report import documents
 from dynident.estimation.diagnosis import Finding
 from dynident.tests.report import made

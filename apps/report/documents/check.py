@@ -10,8 +10,7 @@ from ....estimation.diagnosis import KinematicsCheck, PoseCheck
 from ....model import Pose, Robot
 from ...logs.fits import RobotFits
 from ...logs.following import FollowingChange
-from ...logs.log_check import Excited, LogCheck
-from ...logs.log_facts import JointFacts, TimeFacts
+from ...logs.log_check import Excited, JointFacts, LogCheck, TimeFacts
 from ...results.parts import Number
 
 

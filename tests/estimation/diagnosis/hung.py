@@ -6,7 +6,7 @@ import casadi as ca
 import numpy as np
 from dynident.benchmarks import invented
 from dynident.common.arrays import Array
-from dynident.estimation.diagnosis.pull import flange
+from dynident.estimation.diagnosis.hypotheses import flange
 from dynident.model import Recording
 from dynident.model.kinematics import forward_kinematics
 

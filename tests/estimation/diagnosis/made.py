@@ -1,11 +1,11 @@
 """Evidence that is made: nothing is wrong with it but what a test asks for."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import numpy as np
 from dynident.common.arrays import Array
-from dynident.estimation.diagnosis.evidence import Evidence, Weighed
+from dynident.estimation.diagnosis.evidence import Diagnosis, Evidence, Weighed
 from dynident.estimation.diagnosis.quantities import Judged, judge_com, judge_inertia, judge_mass
 from dynident.estimation.equations.equations import PAYLOAD
 from dynident.estimation.fit.estimate import Estimate, Fit
@@ -79,6 +79,12 @@ def possible_of(
     return ConstrainedPayload(free, result, NO_INTERVALS, None, tested)
 
 
+def evidence_of(**parts: Any) -> Evidence:
+    """Evidence on an RX90, what belongs to the diagnosis among its parts."""
+    seen = {field.name for field in fields(Diagnosis)} & parts.keys()
+    return Evidence(ROBOT, diagnosis=Diagnosis(**{name: parts.pop(name) for name in seen}), **parts)
+
+
 def of_payload(*estimates: PayloadEstimate, **more: Any) -> Evidence:
     """Evidence on a payload, the last estimate's body to be used."""
     return of_possible(*map(possible_of, estimates), **more)
@@ -91,7 +97,7 @@ def of_possible(*payloads: ConstrainedPayload, **more: Any) -> Evidence:
     more = {
         "spread": PayloadSpread(float(free.larger_sigma[9]), free.larger_sigma_com, free.larger_sigma_inertia_com)
     } | more
-    return Evidence(ROBOT, estimates=estimates, constrained=payloads, recommended=payloads[-1], **more)
+    return evidence_of(estimates=estimates, constrained=payloads, recommended=payloads[-1], **more)
 
 
 def spread_of(mass: float) -> PayloadSpread:
@@ -105,7 +111,7 @@ def of_weighing(*constrained: ConstrainedPayload, by_joints: ByJoints | None = N
     spread = changed.pop("spread", None)
     weighed = replace(Weighed(5.0, 0.01, False, np.full(6, 0.1), judged), **changed)
     joints = by_joints or ByJoints((), ())
-    return Evidence(ROBOT, constrained=constrained, by_joints=joints, weighed=weighed, spread=spread)
+    return evidence_of(constrained=constrained, by_joints=joints, weighed=weighed, spread=spread)
 
 
 def of_spread(mass: float = 0.01, com: float = 0.001, inertia: float = 1e-4) -> Evidence:
@@ -141,14 +147,17 @@ def inertia_sigma(**sigmas: float) -> Evidence:
     return of_payload(estimate_of(sigma=deviations))
 
 
-def by_masses(*masses: tuple[float, float]) -> ByJoints:
-    """Masses that single joints show, from the second on, with their standard deviations [kg]."""
-    return ByJoints(tuple(JointsMass((j,), value, sigma) for j, (value, sigma) in enumerate(masses, 2)), ())
+def by_masses(*masses: tuple[float, float], without: float | None = None) -> ByJoints:
+    """Masses that single joints show, from the second on, with their standard deviations, and that of the
+    others."""
+    rest = tuple(JointsMass((j,), without, 0.001) for j in (7, 8)) if without is not None else ()
+    return ByJoints(tuple(JointsMass((j,), value, sigma) for j, (value, sigma) in enumerate(masses, 2)), (), rest)
 
 
-def by_share(share: float, sigma: float = 0.001) -> ByJoints:
-    """What the third joint shows of the payload."""
-    return ByJoints((), (JointShare(1, 1.0, 0.01), JointShare(3, share, sigma), JointShare(4, None)))
+def by_share(share: float, sigma: float = 0.001, without: float | None = None) -> ByJoints:
+    """What the third joint shows of the payload, and the mass by the others."""
+    rest = (JointsMass((1, 2, 4), without, 0.001),) if without is not None else ()
+    return ByJoints((), (JointShare(1, 1.0, 0.01), JointShare(3, share, sigma), JointShare(4, None)), rest)
 
 
 def in_time(place: int, change: float, sigma: float = 1e-9) -> Evidence:

@@ -5,14 +5,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
-from dynident.estimation.diagnosis.checks import recordings
-from dynident.estimation.diagnosis.evidence import Evidence, Gained, KnownWeight
-from dynident.estimation.diagnosis.loaded_rows import Scale
-from dynident.estimation.diagnosis.nuisances import WITH_PAYLOAD, Nuisance, Tilt
-from dynident.estimation.diagnosis.pull import Pull
+from dynident.common.arrays import Array
+from dynident.estimation.diagnosis import verdict
+from dynident.estimation.diagnosis.engine import Effect
+from dynident.estimation.diagnosis.evidence import Alternative, Evidence, Gained, KnownWeight, Scale
+from dynident.estimation.diagnosis.finding import Finding
+from dynident.estimation.diagnosis.hypotheses import WITH_PAYLOAD
 from dynident.estimation.diagnosis.quantities import Agreement
-from dynident.estimation.diagnosis.rivals import Rival
-from dynident.estimation.diagnosis.search import Cause
 from dynident.estimation.fit.estimate import Estimate
 from dynident.estimation.signals.alignment import AlignedPair
 from dynident.model import Recording
@@ -22,6 +21,7 @@ from dynident.tests.estimation.diagnosis.made import (
     ROBOT,
     drift_of,
     estimate_of,
+    evidence_of,
     of_payload,
     of_weighing,
     robot_of,
@@ -48,7 +48,7 @@ class Side(NamedTuple):
 
 def rival(kind: str, name: str, fall: float, z: float = 9.0) -> Evidence:
     """Another way to take the recordings."""
-    return of_payload(estimate_of(), rivals=(Rival(kind, name, fall, z),))
+    return of_payload(estimate_of(), alternatives=(Alternative(kind, name, fall, z),))
 
 
 def scaled(joint: int, off: float, sigma: float) -> Evidence:
@@ -62,16 +62,23 @@ def leaning_on(change: float, sigma: float, of_scale: float = 0.001) -> Evidence
     return of_payload(estimate_of(), scales=(Scale(0, 1.0, of_scale, 5.0, 100.0 * change),), spread=spread)
 
 
+def lean_of(angle: float, sigma: float = 1e-4, effect: Array | None = None) -> Effect:
+    """Gravity that leans by an angle [rad]; the effect on the ten by methods that model the robot."""
+    values, none = np.array([0.6, 0.8]) * angle, np.zeros((10, 2))
+    effect = none if effect is None else effect
+    return Effect("tilt", "", values, sigma**2 * np.eye(2), effect, 0.0, angle, sigma, none)
+
+
 def leaning(angle: float, sigma: float = 1e-4) -> Evidence:
-    """Gravity that leans by an angle [rad]."""
-    effects = np.zeros((10, 2)), np.zeros((10, 2))
-    return of_payload(estimate_of(), tilt=Tilt(np.array([0.6, 0.8]) * angle, sigma**2 * np.eye(2), effects))
+    """A payload beside such a tilt."""
+    return of_payload(estimate_of(), effects=(lean_of(angle, sigma),))
 
 
 def beside(kind: str, size: float, z: float = 9.0, change: float = 0.0) -> Evidence:
     """Something else in the torques, that changes the mass by a share."""
-    nuisance = Nuisance(kind, " with payload", size, abs(size) / z, z, 5.0 * change * np.eye(10)[9])
-    return of_payload(estimate_of(), nuisances=(nuisance,))
+    effect, sigma = 5.0 * change * np.eye(10)[:, 9:] / size, abs(size) / z
+    found = Effect(kind, " with payload", np.array([size]), np.array([[sigma**2]]), effect, 0.0, size, sigma)
+    return of_payload(estimate_of(), effects=(found,))
 
 
 def hose(
@@ -81,17 +88,17 @@ def hose(
     change: float = 1.0,
     across: bool = False,
     where: str = WITH_PAYLOAD,
-) -> Pull:
+) -> Effect:
     """A pull at the flange of a share of the payload's weight, that changes the mass by a share."""
     effect, values = np.zeros((10, 4)), np.zeros(4)
     effect[9, int(across)] = 5.0 * change / 9.0
     values[int(across)] = z
-    return Pull(values, np.diag([1.0, 1.0, 1.0, 50.0]), effect, force, fall, where)
+    return Effect("pull", where, values, np.diag([1.0, 1.0, 1.0, 50.0]), effect, fall, force)
 
 
 def pulling(force: float, z: float = 9.0, **more: Any) -> Evidence:
     """A payload beside such a pull."""
-    return of_payload(estimate_of(), pulls=(hose(force, z, **more),))
+    return of_payload(estimate_of(), effects=(hose(force, z, **more),))
 
 
 def apart(constant: float, changing: float = 0.0, second: float = 0.0) -> Evidence:
@@ -123,7 +130,7 @@ def weighed_apart(agreement: float) -> Evidence:
 
 def of_motor(off: float, sigma: float) -> Evidence:
     """A third motor whose currents with payload are too small by a share."""
-    return Evidence(ROBOT, gained=Gained(np.full(3, 0.01), ()), scales=(Scale(3, 1.0 - off, sigma, 5.5),))
+    return evidence_of(gained=Gained(np.full(3, 0.01), ()), scales=(Scale(3, 1.0 - off, sigma, 5.5),))
 
 
 def of_weights(ratio: float, sigma: float) -> Evidence:
@@ -135,4 +142,6 @@ def of_weights(ratio: float, sigma: float) -> Evidence:
 @pytest.fixture(autouse=True)
 def one_cause(monkeypatch: pytest.MonkeyPatch) -> None:
     """Where causes are looked for, one is found that is not serious."""
-    monkeypatch.setattr(recordings, "likely_causes", lambda *_: (Cause("L", "q1 is late", 0.2, 0.15),))
+    cause = Finding("warning", "L", "L looks as if q1 is late", True, 0.3)
+    monkeypatch.setattr(verdict, "likely_causes", lambda *_: [cause])
+    monkeypatch.setattr(verdict, "states_of", lambda _: None)

@@ -1,9 +1,10 @@
 """Both sides of each threshold of the checks on residuals, methods and joints."""
 
 import numpy as np
-from dynident.estimation.diagnosis.checks import joints, payload, recordings
+from dynident.estimation.diagnosis import checks, joints
 from dynident.estimation.diagnosis.evidence import Evidence
 from dynident.estimation.diagnosis.quantities import COM_FLOOR, COM_SIGMA, INERTIA_SIGMA, MASS_SIGMA
+from dynident.estimation.fit.robust import NORMAL95
 from dynident.tests.estimation.diagnosis.made import (
     MOMENTS,
     ROBOT,
@@ -28,83 +29,83 @@ OF_FITS = (
     Side(
         "residual",
         "error",
-        "payload leaves 25 %",
+        "the model leaves 25 %",
         lambda x: Evidence(ROBOT, parameters=robot_of(x)),
-        recordings.RESIDUAL,
+        checks.RESIDUAL,
     ),
     Side(
         "residual",
         "error",
         "50 % of the torque of joint 3",
         lambda x: Evidence(ROBOT, parameters=robot_of(one_joint(x))),
-        recordings.JOINT_RESIDUAL,
+        checks.JOINT_RESIDUAL,
     ),
     Side(
         "residual",
         "error",
         "method 4 leaves 25 % of the torque unexplained",
         lambda x: of_payload(estimate_of(left=x), parameters=robot_of(0.2)),
-        recordings.RESIDUAL,
+        checks.RESIDUAL,
     ),
     Side(
         "residual",
         "error",
         "of the torque with payload",
         lambda x: of_payload(estimate_of(left=0.05 * x), parameters=robot_of(0.05)),
-        recordings.LOADED_RATIO,
+        checks.LOADED_RATIO,
     ),
     Side(
         "residual",
         "error",
         "of the torque with payload",
         lambda x: of_payload(estimate_of(left=0.01 * x), parameters=robot_of(0.001)),
-        recordings.LOADED_RATIO,
+        checks.LOADED_RATIO,
     ),
     Side(
         "validation",
         "warning",
         "does not carry over",
         lambda x: held_out(0.05 * x, 0.05),
-        recordings.VALIDATION_RATIO,
+        checks.VALIDATION_RATIO,
     ),
-    Side("validation", "warning", "does not carry over", lambda x: held_out(x, 0.01), recordings.VALIDATION_FLOOR),
-    Side("validation", "error", "does not carry over", lambda x: held_out(x, 0.1), recordings.RESIDUAL),
+    Side("validation", "warning", "does not carry over", lambda x: held_out(x, 0.01), checks.VALIDATION_FLOOR),
+    Side("validation", "error", "does not carry over", lambda x: held_out(x, 0.1), checks.RESIDUAL),
     Side(
         "friction",
         "error",
         "friction of joint 2 comes out negative",
         lambda x: Evidence(ROBOT, parameters=robot_of(friction=(-9.0, x))),
-        -recordings.DRIVEN_SIGMAS,
+        -checks.DRIVEN_SIGMAS,
     ),
     Side(
         "friction",
         "error",
         "friction of joint 2 comes out negative",
         lambda x: Evidence(ROBOT, parameters=robot_of(friction=(x, -9.0))),
-        -recordings.DRIVEN_SIGMAS,
+        -checks.DRIVEN_SIGMAS,
     ),
     Side(
         "sign",
         "error",
-        "gives a negative mass",
+        "mass is negative",
         lambda x: of_payload(estimate_of(ten=with_mass(0.01 * x))),
-        -payload.SIGMAS,
+        -checks.SIGMAS,
     ),
     Side(
         "sign",
         "error",
         "does not differ from zero",
         lambda x: of_payload(estimate_of(ten=with_mass(0.01 * x))),
-        payload.SIGMAS,
+        checks.SIGMAS,
         True,
     ),
-    Side("weighed_sign", "error", "mass is negative", lambda x: of_weighing(mass=0.01 * x), -payload.SIGMAS),
+    Side("sign", "error", "mass is negative", lambda x: of_weighing(mass=0.01 * x), -checks.SIGMAS),
     Side(
-        "weighed_sign",
+        "sign",
         "error",
         "does not differ from zero",
         lambda x: of_weighing(mass=0.01 * x),
-        payload.SIGMAS,
+        checks.SIGMAS,
         True,
     ),
     Side(
@@ -112,28 +113,28 @@ OF_FITS = (
         "error",
         "masses spread from 5 to",
         lambda x: two_masses(5.0 * x / (1.0 - x / 2.0)),
-        payload.MASS_SPREAD,
+        checks.MASS_SPREAD,
     ),
     Side(
         "methods_apart",
         "error",
         "methods 1 and 3 disagree",
         lambda x: two_masses(5.0 * x / (1.0 - x / 2.0)),
-        payload.APART,
+        checks.METHODS_APART,
     ),
     Side(
         "methods_apart",
         "error",
         "methods 1 and 3 disagree",
         lambda x: two_masses(x * float(np.hypot(0.03, 0.03)), 0.03),
-        payload.SIGMAS,
+        checks.SIGMAS,
     ),
     Side(
         "rating",
         "error",
         "more than the 12 kg that this arm carries",
         lambda x: of_payload(estimate_of(ten=with_mass(1.02 * 12.0 + 0.01 * x))),
-        payload.TOLD,
+        NORMAL95,
     ),
     Side(
         "uncertain",
@@ -172,7 +173,7 @@ OF_FITS = (
         "error",
         "50 % of the torque of joint 3",
         lambda x: of_weighing(unexplained=one_joint(x)),
-        recordings.JOINT_RESIDUAL,
+        checks.JOINT_RESIDUAL,
     ),
     Side(
         "joints",
@@ -199,19 +200,8 @@ OF_FITS = (
         "joints",
         "warning",
         "joint 2 5 ± 0.03 kg, joint 3 5.17",
-        lambda x: of_payload(estimate_of(), by_joints=by_masses((5.0, 0.03), (5.0 + 0.05 * x, 0.04))),
+        lambda x: of_payload(estimate_of(), by_joints=by_masses((5.0, 0.03), (5.0 + 0.05 * x, 0.04), without=5.0)),
         joints.NOTABLE_SIGMAS,
-    ),
-    Side(
-        "joints",
-        "error",
-        "joint 2 4.86 ± 0.01 kg, joint 3 5.15",
-        lambda x: of_payload(
-            estimate_of(),
-            by_joints=by_masses((4.86, 0.01), (5.1 + 0.01 * x, 0.01)),
-            spread=spread_of(0.1 / 1.96),
-        ),
-        joints.SIGMAS,
     ),
     Side(
         "joints",
@@ -235,24 +225,28 @@ OF_FITS = (
         joints.SIGMAS,
     ),
     Side(
-        "shares_together",
+        "joints",
         "note",
-        "every interval is widened",
-        lambda x: of_payload(estimate_of(), disagreement=x),
+        "that of joint 3 most",
+        lambda x: of_payload(estimate_of(), by_joints=by_share(1.06, 0.05, without=5.0), disagreement=x),
         joints.TOGETHER,
     ),
     Side(
-        "shares_together",
+        "joints",
         "error",
-        "that of joint 3 over 5 % off",
-        lambda x: of_payload(estimate_of(), by_joints=by_share(1.06, 0.05), disagreement=x),
-        joints.TOO_FAR,
+        "without joint 3 the mass is 5.0",
+        lambda x: of_payload(
+            estimate_of(), by_joints=by_share(1.3, without=5.0 + 0.01 * x * NORMAL95), spread=spread_of(0.009)
+        ),
+        1.0,
     ),
     Side(
-        "shares_together",
+        "joints",
         "error",
-        "that of joint 3 over 5 % off",
-        lambda x: of_payload(estimate_of(), by_joints=by_share(1.0 + x, 0.05), disagreement=3.0),
-        joints.CARRIED,
+        "the interval that holds all of them is ± 10 %",
+        lambda x: of_payload(
+            estimate_of(), by_joints=by_share(1.3, without=5.0), spread=spread_of(5.0 * x / NORMAL95)
+        ),
+        joints.USEFUL,
     ),
 )

@@ -1,13 +1,9 @@
 """Both sides of each threshold of the guards, and of the checks on constraints, gains and other ways."""
 
 import numpy as np
-from dynident.estimation.diagnosis import loaded_rows
-from dynident.estimation.diagnosis import nuisances as beside_both
-from dynident.estimation.diagnosis import pull as at_flange
-from dynident.estimation.diagnosis.checks import gains, joints, loaded, nuisances, payload, recordings
-from dynident.estimation.diagnosis.checks import robot as rival_checks
+from dynident.estimation.diagnosis import causes, checks, hypotheses, joints, scales
 from dynident.estimation.diagnosis.evidence import KNOWN_WELL, Evidence, Gained
-from dynident.estimation.diagnosis.nuisances import WHERE, Bursts
+from dynident.estimation.diagnosis.hypotheses import WHERE
 from dynident.estimation.diagnosis.quantities import INERTIA_SIGMA
 from dynident.estimation.possible.result import CONFLICT
 from dynident.estimation.signals import alignment
@@ -51,64 +47,55 @@ from dynident.tests.estimation.diagnosis.sides import (
 )
 
 OF_GUARDS = (
-    Side("scale", "error", "the torques with payload", lambda x: scaled(0, x, 0.0), loaded_rows.SCALE),
-    Side("scale", "error", "the torques with payload", lambda x: scaled(0, 0.1 * x, 0.1), loaded_rows.SCALE_Z),
-    Side("scale", "error", "joint 3's torques with payload", lambda x: scaled(3, x, 0.0), loaded_rows.JOINT_SCALE),
+    Side("scale", "error", "the torques with payload", lambda x: scaled(0, x, 0.0), scales.SCALE),
+    Side("scale", "error", "the torques with payload", lambda x: scaled(0, 0.1 * x, 0.1), scales.SCALE_Z),
+    Side("scale", "error", "joint 3's torques with payload", lambda x: scaled(3, x, 0.0), scales.JOINT_SCALE),
     Side(
         "scale",
         "error",
         "joint 3's torques with payload",
         lambda x: scaled(3, 0.1 * x, 0.1),
-        loaded_rows.JOINT_SCALE_Z,
+        scales.JOINT_SCALE_Z,
     ),
-    Side("sensitive", "note", "3.0 %, out of its interval", lambda x: leaning_on(5.0 * x, 0.01), loaded.SENSITIVE),
+    Side("sensitive", "note", "3.0 %, out of its interval", lambda x: leaning_on(5.0 * x, 0.01), scales.SENSITIVE),
     Side("sensitive", "note", "3.9 %, out of its interval", lambda x: leaning_on(0.1 * x, 0.1), 1.96),
     Side("sensitive", "note", "3.0 %, out of its interval", lambda x: leaning_on(0.05, 1e-3, x / 196.0), 3.0),
     Side("sensitive", "note", "5 % too large or too small", lambda x: leaning_on(0.03 * x, 1e-3, 0.1), 1.0),
+    Side("hypotheses", "note", "gravity leans by 0.5", leaning, hypotheses.TILT),
+    Side("hypotheses", "note", "gravity leans by 2.9", lambda x: leaning(0.05, 0.05 / x), hypotheses.TILT_Z),
+    Side("hypotheses", "error", "without it the mass would be 10 ± 0.6 kg", pulling, hypotheses.PULL),
+    Side("hypotheses", "error", "(4.5 ± 1 N/m", lambda x: pulling(1.0, x), hypotheses.ALONG_Z),
+    Side("hypotheses", "error", "7 N to the side", lambda x: pulling(1.0, x, across=True), hypotheses.PULL_Z),
+    Side("hypotheses", "error", "(7.01 ± 1 N/m", lambda x: pulling(1.0, x, where=WHERE[0]), hypotheses.PULL_Z),
+    Side("hypotheses", "warning", "lag position by about 8", lambda x: beside("late", x), hypotheses.LATE),
+    Side("hypotheses", "warning", "lead position by about 8", lambda x: beside("late", -x), hypotheses.LATE),
+    Side("hypotheses", "warning", "lag position by about 20", lambda x: beside("late", 0.02, x), hypotheses.LATE_Z),
+    Side("hypotheses", "error", "moves by 10", lambda x: beside("slip", x), hypotheses.SLIP),
+    Side("hypotheses", "error", "moves by 50", lambda x: beside("slip", 0.05, x), hypotheses.SLIP_Z),
+    Side("new_zeros", "error", "q3 of L differs from that of U", apart, alignment.OFFSET),
+    Side("new_zeros", "error", "constant -20.0", lambda x: apart(-0.02, 0.02 * x), alignment.CONSTANT, below=True),
+    Side("new_zeros", "error", "constant +50.0", lambda x: apart(0.05, 0.0, x), alignment.CHANGING, below=True),
+    Side("other_readings", "error", "robot 'ur5e'", lambda x: rival("robot", "ur5e", x), causes.ROBOT),
+    Side("other_readings", "error", "robot 'ur5e'", lambda x: rival("robot", "ur5e", 0.1, x), causes.ROBOT_Z),
     Side(
-        "burst",
-        "note",
-        "without them the mass is 5.13",
-        lambda x: of_payload(estimate_of(), bursts=Bursts(1, 20, 1.0, 5.0 * x * np.eye(10)[9])),
-        loaded.MOVED,
-    ),
-    Side("tilted", "note", "gravity leans by 0.5", leaning, beside_both.TILT),
-    Side("tilted", "note", "gravity leans by 2.9", lambda x: leaning(0.05, 0.05 / x), beside_both.TILT_Z),
-    Side("pulled", "error", "without it the mass would be 10 ± 0.6 kg", pulling, at_flange.PULL),
-    Side("pulled", "error", "(4.5 ± 1 N/m", lambda x: pulling(1.0, x), at_flange.ALONG_Z),
-    Side("pulled", "error", "7 N to the side", lambda x: pulling(1.0, x, across=True), at_flange.PULL_Z),
-    Side("pulled", "error", "(7.01 ± 1 N/m", lambda x: pulling(1.0, x, where=WHERE[0]), at_flange.PULL_Z),
-    Side("late", "warning", "lag position by about 8", lambda x: beside("late", x), nuisances.LATE),
-    Side("late", "warning", "lead position by about 8", lambda x: beside("late", -x), nuisances.LATE),
-    Side("late", "warning", "lag position by about 20", lambda x: beside("late", 0.02, x), nuisances.LATE_Z),
-    Side("slipped", "error", "moves by 10", lambda x: beside("slip", x), nuisances.SLIP),
-    Side("slipped", "error", "moves by 50", lambda x: beside("slip", 0.05, x), nuisances.SLIP_Z),
-    Side("zeros_apart", "error", "q3 of L differs from that of U", apart, alignment.OFFSET),
-    Side(
-        "zeros_apart", "error", "constant -20.0", lambda x: apart(-0.02, 0.02 * x), alignment.CONSTANT, below=True
-    ),
-    Side("zeros_apart", "error", "constant +50.0", lambda x: apart(0.05, 0.0, x), alignment.CHANGING, below=True),
-    Side("other_robots", "error", "robot 'ur5e'", lambda x: rival("robot", "ur5e", x), rival_checks.ROBOT),
-    Side("other_robots", "error", "robot 'ur5e'", lambda x: rival("robot", "ur5e", 0.1, x), rival_checks.ROBOT_Z),
-    Side(
-        "other_robots",
+        "other_readings",
         "note",
         "do not tell 'rx90' from 'ur5e'",
         lambda x: rival("robot", "ur5e", -x),
-        rival_checks.ALIKE,
+        causes.ALIKE,
         True,
     ),
-    Side("turned_joints", "error", "joint 5 is counted", lambda x: rival("turned", "5", x), rival_checks.TURNED),
+    Side("other_readings", "error", "joint 5 is counted", lambda x: rival("turned", "5", x), causes.TURNED),
     Side(
-        "turned_joints",
+        "other_readings",
         "error",
         "joint 5 is counted",
         lambda x: rival("turned", "5", 0.1, x),
-        rival_checks.TURNED_Z,
+        causes.TURNED_Z,
     ),
-    Side("arm_weight", "note", "the arm weighs 0.12", weighing_arm, rival_checks.LIGHT, True),
-    Side("arm_weight", "error", "the arm weighs 0.08", weighing_arm, rival_checks.WEIGHTLESS, True),
-    Side("arm_weight", "note", "the arm weighs 0.51", weighing_arm, rival_checks.HEAVY + 12.0 / 111.0),
+    Side("arm_weight", "note", "the arm weighs 0.12", weighing_arm, checks.LIGHT, True),
+    Side("arm_weight", "error", "the arm weighs 0.08", weighing_arm, checks.WEIGHTLESS, True),
+    Side("arm_weight", "note", "the arm weighs 0.51", weighing_arm, checks.HEAVY + 12.0 / 111.0),
     Side(
         "joints",
         "error",
@@ -145,7 +132,7 @@ OF_GUARDS = (
         CONFLICT,
         True,
     ),
-    Side("other_ways", "error", "by the other way the mass is 5.25", weighed_apart, payload.OTHER_WAY),
+    Side("other_ways", "error", "by the other way the mass is 5.25", weighed_apart, checks.OTHER_WAY),
     Side("drift", "error", "mass drifts", drifting, FIVE_PERCENT),
     Side("drift", "error", "mass drifts", lambda x: drifting(9.0, spread_of(DRIFT / x)), 2.0 * 1.96),
     Side(
@@ -153,25 +140,25 @@ OF_GUARDS = (
         "error",
         "the mass changes",
         lambda x: in_time(9, 5.0 * x / (1.0 - x / 2.0)),
-        recordings.CHANGE,
+        checks.CHANGE,
     ),
     Side(
         "steadiness",
         "error",
         "the mass changes",
         lambda x: in_time(9, x * float(np.hypot(0.05, 0.05)), 0.05),
-        recordings.CHANGE_SIGMAS,
+        checks.CHANGE_SIGMAS,
     ),
-    Side("steadiness", "error", "centre of mass moves", lambda x: in_time(6, 5.0 * SIZE * x), recordings.CHANGE),
-    Side("alignment", "warning", "U and L differ by 5.0 mrad", mismatched, recordings.MISMATCH),
-    Side("condition", "warning", "nearly dependent", lambda x: Evidence(ROBOT, condition=x), payload.CONDITION),
+    Side("steadiness", "error", "centre of mass moves", lambda x: in_time(6, 5.0 * SIZE * x), checks.CHANGE),
+    Side("alignment", "warning", "U and L differ by 5.0 mrad", mismatched, checks.MISMATCH),
+    Side("condition", "warning", "nearly dependent", lambda x: Evidence(ROBOT, condition=x), checks.CONDITION),
     Side("inertia", "warning", "YY by 30 %", lambda x: inertia_sigma(YY=float(MOMENTS[1]) * x), INERTIA_SIGMA),
     Side(
         "inertia",
         "warning",
         "hardly shows XY",
         lambda x: inertia_sigma(YY=0.31 * float(MOMENTS[1]), XY=OWN * x),
-        payload.OWN_SIZE,
+        checks.OWN_SIZE,
     ),
     Side(
         "known_gains",
@@ -187,15 +174,15 @@ OF_GUARDS = (
         lambda x: Evidence(ROBOT, gained=Gained(np.array([0.06, x, 0.06]), ())),
         KNOWN_WELL,
     ),
-    Side("motors_apart", "warning", "motor 3", lambda x: of_motor(x, x / 4.0), loaded_rows.JOINT_SCALE),
-    Side("motors_apart", "warning", "motor 3", lambda x: of_motor(0.1, 0.1 / x), gains.OWN_SCALE_Z),
-    Side("weights_apart", "error", "do not go together", lambda x: of_weights(1.0 + x, 1e-4), gains.APART),
-    Side("weights_apart", "error", "do not go together", lambda x: of_weights(1.05, 0.05 / x), gains.APART_SIGMAS),
+    Side("motors_apart", "warning", "motor 3", lambda x: of_motor(x, x / 4.0), scales.JOINT_SCALE),
+    Side("motors_apart", "warning", "motor 3", lambda x: of_motor(0.1, 0.1 / x), scales.OWN_SCALE_Z),
+    Side("weights_apart", "error", "do not go together", lambda x: of_weights(1.0 + x, 1e-4), checks.APART),
+    Side("weights_apart", "error", "do not go together", lambda x: of_weights(1.05, 0.05 / x), checks.APART_SIGMAS),
     Side(
         "causes",
         "warning",
         "L looks as if q1 is late",
         lambda x: of_payload(estimate_of(left=one_joint(x)), source=SOURCE),
-        recordings.SUSPICIOUS,
+        causes.SUSPICIOUS,
     ),
 )

@@ -5,10 +5,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from dynident.estimation.diagnosis.checks import loaded, nuisances, payload, recordings
-from dynident.estimation.diagnosis.evidence import Evidence
+from dynident.estimation.diagnosis import checks, hypotheses, scales
+from dynident.estimation.diagnosis.evidence import Diagnosis, Evidence
 from dynident.estimation.diagnosis.finding import Finding
-from dynident.estimation.diagnosis.verdict import BEFOREHAND, CHECKS, judge
+from dynident.estimation.diagnosis.verdict import BEFOREHAND, CHECKS, causes, judge, table
 from dynident.tests.estimation.diagnosis.made import ROBOT, estimate_of, of_payload, weighed_as, with_mass
 from dynident.tests.estimation.diagnosis.sides import Side, beside, hose, leaning_on
 from dynident.tests.estimation.diagnosis.sides import one_cause as one_cause
@@ -18,12 +18,18 @@ from dynident.tests.estimation.diagnosis.sides_of_guards import OF_GUARDS
 SIDES = (*OF_FITS, *OF_GUARDS)
 FUNCTIONS: dict[str, Callable[[Evidence], list[Finding]]] = {
     check.__name__: check for check in (*CHECKS, *BEFOREHAND)
-} | {"causes": lambda evidence: recordings.causes(evidence, [])}
+} | {"causes": lambda evidence: causes(evidence, False)}
 
 
 def test_every_check_has_a_threshold_here() -> None:
-    assert {side.check for side in SIDES} == set(FUNCTIONS)
+    assert {side.check for side in SIDES} == set(FUNCTIONS) - {"off_scale"}
     assert len(FUNCTIONS) == len(CHECKS) + len(BEFOREHAND) + 1
+
+
+def test_the_table_tells_every_limit() -> None:
+    rows = table()
+    assert len(rows) == len(CHECKS) - 1 + len(hypotheses.HYPOTHESES) + len(BEFOREHAND)
+    assert all(what and limits and "{" not in limits for what, limits in rows)
 
 
 @pytest.mark.parametrize("side", SIDES, ids=[f"{side.check}: {side.words}" for side in SIDES])
@@ -56,21 +62,20 @@ def test_a_check_is_silent_about_what_was_not_computed(name: str) -> None:
 
 def test_a_delay_or_a_pull_that_moves_the_centre_of_mass_leaves_nothing() -> None:
     for share, severity in ((0.999, "warning"), (1.001, "error")):
-        moved = share * nuisances.SLIP * 5.0 * np.array([0.6, 0.0, 0.8])
-        evidence = beside("late", 0.02)
-        change = np.array([*np.zeros(6), *moved, 0.0])
-        (late,) = nuisances.late(replace(evidence, nuisances=(evidence.nuisances[0]._replace(change=change),)))
-        effect = np.zeros((10, 4))
-        effect[6:9, 0] = moved / 9.0
-        (hung,) = nuisances.pulled(replace(evidence, pulls=(hose(1.0)._replace(effect=effect),)))
-        assert (late.severity, hung.severity) == (severity, severity)
+        moved = share * hypotheses.SLIP * 5.0 * np.array([0.6, 0.0, 0.8])
+        (late,) = beside("late", 0.02).diagnosis.effects
+        by_delay, by_pull = np.zeros((10, 1)), np.zeros((10, 4))
+        by_delay[6:9, 0], by_pull[6:9, 0] = moved / 0.02, moved / 9.0
+        for effect in (late._replace(effect=by_delay), hose(1.0)._replace(effect=by_pull)):
+            (finding,) = hypotheses.hypotheses(of_payload(estimate_of(), effects=(effect,)))
+            assert finding.severity == severity
 
 
 def test_a_rating_that_is_assumed_is_called_so() -> None:
     """The RX90's is; one with a source stands on its data sheet."""
     heavy = of_payload(estimate_of(ten=with_mass(20.0)))
     sheet = replace(ROBOT, sources={"rated_payload": "the maker's data sheet"})
-    texts = [finding.text for robot in (ROBOT, sheet) for finding in payload.rating(replace(heavy, robot=robot))]
+    texts = [finding.text for robot in (ROBOT, sheet) for finding in checks.rating(replace(heavy, robot=robot))]
     assert [text.partition(" carries ")[2].partition(":")[0] for text in texts] == [
         "as is assumed",
         "by its data sheet",
@@ -79,6 +84,7 @@ def test_a_rating_that_is_assumed_is_called_so() -> None:
 
 def test_a_mass_that_was_weighed_or_a_pull_leaves_nothing_to_say_of_scale() -> None:
     plain = leaning_on(0.2, 1e-3)
-    assert loaded.sensitive(plain)
-    assert not loaded.sensitive(replace(plain, pulls=(hose(1.0),)))
-    assert not loaded.sensitive(replace(plain, constrained=(weighed_as(0.0),)))
+    assert scales.sensitive(plain)
+    hung = Diagnosis(scales=plain.diagnosis.scales, effects=(hose(1.0),))
+    assert not scales.sensitive(replace(plain, diagnosis=hung))
+    assert not scales.sensitive(replace(plain, constrained=(weighed_as(0.0),)))

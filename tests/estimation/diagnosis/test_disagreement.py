@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from dynident.common.arrays import Array
-from dynident.estimation.diagnosis.checks.joints import CHANCE, disagreement
+from dynident.estimation.diagnosis.joints import CHANCE, disagreement
 from dynident.estimation.payload.by_joints import ByJoints, JointShare, JointsMass
 from hypothesis import given
 from hypothesis import strategies as st

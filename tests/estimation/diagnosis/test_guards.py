@@ -10,12 +10,22 @@ from dynident.apps.logs.read import read_recording
 from dynident.benchmarks import invented
 from dynident.common.arrays import Array
 from dynident.estimation import PayloadAnswer, answer_payload, identify, identify_payload, payload_problem
-from dynident.estimation.diagnosis.checks import nuisances as checks
-from dynident.estimation.diagnosis.loaded_rows import scales
-from dynident.estimation.diagnosis.nuisances import BURST, FEWEST, bursts, nuisances, tilt
-from dynident.estimation.diagnosis.rivals import Rival, rivals
+from dynident.estimation.diagnosis.causes import alternatives
+from dynident.estimation.diagnosis.diagnose import system_of
+from dynident.estimation.diagnosis.engine import System
+from dynident.estimation.diagnosis.evidence import Alternative
+from dynident.estimation.diagnosis.hypotheses import (
+    BURST,
+    BY_NAME,
+    FEWEST,
+    bursts,
+    late,
+    slip,
+    tilt,
+    tilt_correction,
+)
+from dynident.estimation.diagnosis.scales import scales
 from dynident.estimation.diagnosis.states import states_of
-from dynident.estimation.diagnosis.thinned import Thinned, thinned_problem
 from dynident.estimation.payload.problem import PayloadProblem, Source
 from dynident.model import InertialParameters, Recording, load_robot
 from dynident.trajectories import Simulator, random_via_points
@@ -96,10 +106,10 @@ def test_contact_is_a_burst(pair: tuple[Recording, Recording]) -> None:
     assert BURST > 1.0
     problem = payload_problem(invented.robot(NAME), [struck(pair[1])], [pair[0]], robust=True)
     free = identify_payload(problem, 4).estimate
-    system = thinned_problem(problem, states_of(problem.source)) if problem.source else None
+    system = system_of(problem, states_of(problem.source)) if problem.source else None
     burst = bursts(system) if system else None
     assert burst is not None
-    assert burst.many <= 3
+    assert burst.size <= 3
     whole = answered(problem)
     assert 1.96 * whole.free.estimate.sigma[9] >= 0.999 * abs(burst.change[9])
     assert whole.free.estimate.sigma[9] > free.sigma[9]
@@ -129,13 +139,16 @@ def until(recording: Recording, stop: float) -> Recording:
     return replace(recording, t=recording.t[own], q=recording.q[own], qd=speeds, torque=recording.torque[own])
 
 
-def named(rivals: tuple[Rival, ...], kind: str, name: str) -> Rival:
-    return next(rival for rival in rivals if (rival.kind, rival.name) == (kind, name))
+def named(found: tuple[Alternative, ...], kind: str, name: str) -> Alternative:
+    return next(rival for rival in found if (rival.kind, rival.name) == (kind, name))
 
 
 def test_the_robot_that_was_recorded_explains_most(pair: tuple[Recording, Recording]) -> None:
     source = Source((pair[1],), (pair[0],), load_robot(NAME).processing)
-    right, wrong = rivals(load_robot(NAME), states_of(source)), rivals(load_robot("ur20"), states_of(source))
+    right, wrong = (
+        alternatives(load_robot(NAME), states_of(source)),
+        alternatives(load_robot("ur20"), states_of(source)),
+    )
     assert all(rival.fall < 0.0 for rival in right if rival.kind == "robot")
     assert max(wrong, key=lambda rival: rival.fall).name == NAME
     assert named(wrong, "robot", NAME).z > 2.0
@@ -154,7 +167,7 @@ def test_a_joint_counted_the_other_way_is_found(pair: tuple[Recording, Recording
         for recording in pair
     ]
     source = Source((turned[1],), (turned[0],), load_robot(NAME).processing)
-    best = max(rivals(load_robot(NAME), states_of(source)), key=lambda rival: rival.fall)
+    best = max(alternatives(load_robot(NAME), states_of(source)), key=lambda rival: rival.fall)
     assert (best.kind, best.name) == ("turned", "4")
     assert best.z > 3.0
 
@@ -162,7 +175,7 @@ def test_a_joint_counted_the_other_way_is_found(pair: tuple[Recording, Recording
 def test_too_little_motion_tells_nothing_of_the_robot(pair: tuple[Recording, Recording]) -> None:
     short = slice(200, 500)
     bare = replace(pair[0], t=pair[0].t[short], q=pair[0].q[short], qd=None, torque=pair[0].torque[short])
-    assert rivals(load_robot(NAME), states_of(Source((), (bare,), load_robot(NAME).processing))) == ()
+    assert alternatives(load_robot(NAME), states_of(Source((), (bare,), load_robot(NAME).processing))) == ()
 
 
 def test_currents_taken_for_torques_are_too_light(recordings: Path) -> None:
@@ -173,10 +186,10 @@ def test_currents_taken_for_torques_are_too_light(recordings: Path) -> None:
     assert any("are the torques currents" in reason for reason in verdict.reasons)
 
 
-def beside(loaded: Recording, bare: Recording) -> Thinned:
+def beside(loaded: Recording, bare: Recording) -> System:
     problem = payload_problem(invented.robot(NAME), [loaded], [bare], robust=True)
     assert problem.source is not None
-    system = thinned_problem(problem, states_of(problem.source))
+    system = system_of(problem, states_of(problem.source))
     assert system is not None
     return system
 
@@ -185,12 +198,11 @@ def test_good_recordings_hold_nothing_else(pair: tuple[Recording, Recording]) ->
     system = beside(pair[1], pair[0])
     leaning = tilt(system)
     assert leaning is not None
-    assert not leaning.stands_out
-    assert not leaning.change(4)[0].any()
-    assert [nuisance.kind for nuisance in nuisances(system)] == ["late", "slip"]
-    delay, slip = nuisances(system)
-    assert abs(delay.size) < checks.LATE
-    assert slip.z < checks.SLIP_Z
+    assert not tilt_correction(leaning, 4)[0].any()
+    for name in ("tilt", "late", "slip"):
+        effect = BY_NAME[name].seen(system)
+        assert effect is not None
+        assert not BY_NAME[name].stands_out(effect)
     assert bursts(system) is None
 
 
@@ -205,16 +217,16 @@ def test_a_base_that_leans_is_seen(pair: tuple[Recording, Recording], degrees: f
     heavy, bare = leaning.record(motion, BODY, NOISE, 2), leaning.record(motion, None, NOISE, 1)
     lean = tilt(beside(heavy, bare))
     assert lean is not None
-    assert lean.stands_out == (degrees > 0.5)
-    assert np.degrees(lean.angle) == pytest.approx(degrees, abs=0.2 * degrees + 3.0 * np.degrees(lean.sigma))
+    assert BY_NAME["tilt"].stands_out(lean) == (degrees > 0.5)
+    assert np.degrees(lean.size) == pytest.approx(degrees, abs=0.2 * degrees + 3.0 * np.degrees(lean.sigma))
 
 
 def test_torques_that_are_late_are_seen(pair: tuple[Recording, Recording]) -> None:
     torque = np.column_stack([np.interp(pair[1].t - 0.03, pair[1].t, column) for column in pair[1].torque.T])
-    delay, _ = nuisances(beside(replace(pair[1], torque=torque), pair[0]))
+    delay = late(beside(replace(pair[1], torque=torque), pair[0]))
     assert delay.where == " with payload"
-    assert delay.size > checks.LATE
-    assert delay.z > checks.LATE_Z
+    assert delay.size > 0.0
+    assert BY_NAME["late"].stands_out(delay)
 
 
 def test_a_payload_that_slips_is_seen(pair: tuple[Recording, Recording]) -> None:
@@ -224,9 +236,10 @@ def test_a_payload_that_slips_is_seen(pair: tuple[Recording, Recording]) -> None
     later = arm.record(random_via_points(arm.robot, 12, seed=3).motion(200.0), slipped, NOISE, 2)
     half = pair[1].t > 0.5 * pair[1].t[-1]
     torque = np.where(half[:, None], later.torque, pair[1].torque)
-    _, slip = nuisances(beside(replace(pair[1], torque=torque), pair[0]))
-    assert slip.size == pytest.approx(0.03, abs=0.01)
-    assert slip.z > checks.SLIP_Z
+    moved = slip(beside(replace(pair[1], torque=torque), pair[0]))
+    assert moved is not None
+    assert moved.size == pytest.approx(0.03, abs=0.01)
+    assert BY_NAME["slip"].stands_out(moved)
 
 
 @pytest.mark.long
@@ -235,6 +248,6 @@ def test_gains_of_a_wrong_robot_do_not_hide_it(pair: tuple[Recording, Recording]
     off = np.array([1.0, 1.4, 1.3, 1.3, 1.3, 1.25])  # as gains come out that are identified with a ur20
     bare, heavy = (replace(recording, torque=recording.torque * off) for recording in pair)
     states = states_of(Source((heavy,), (bare,), load_robot(NAME).processing))
-    assert named(rivals(load_robot("ur20"), states, free_gains=True), "robot", NAME).z > 2.0
-    right = [rival for rival in rivals(load_robot(NAME), states, free_gains=True) if rival.kind == "robot"]
+    assert named(alternatives(load_robot("ur20"), states, free_gains=True), "robot", NAME).z > 2.0
+    right = [rival for rival in alternatives(load_robot(NAME), states, free_gains=True) if rival.kind == "robot"]
     assert all(rival.fall < 0.0 for rival in right)

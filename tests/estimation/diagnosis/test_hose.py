@@ -12,10 +12,20 @@ from dynident.apps.logs.log_check import check_log
 from dynident.benchmarks import invented
 from dynident.common.arrays import Array
 from dynident.estimation import answer_payload, identify, identify_payload, payload_problem
-from dynident.estimation.diagnosis.nuisances import WHERE, WITH_PAYLOAD, nuisances, tilt
-from dynident.estimation.diagnosis.pull import ALONG_Z, Pull, outstanding, pulls, upright
+from dynident.estimation.diagnosis.diagnose import system_of as system_on
+from dynident.estimation.diagnosis.engine import Effect, System
+from dynident.estimation.diagnosis.hypotheses import (
+    ALONG_Z,
+    BY_NAME,
+    WHERE,
+    WITH_PAYLOAD,
+    effects_of,
+    pull_z,
+    pulls,
+    tilt,
+    upright,
+)
 from dynident.estimation.diagnosis.states import states_of
-from dynident.estimation.diagnosis.thinned import Thinned, thinned_problem
 from dynident.estimation.payload import known_robot_weighing
 from dynident.estimation.payload.problem import PayloadProblem
 from dynident.model import InertialParameters, Recording, robot_names
@@ -48,25 +58,38 @@ def test_a_constant_pull_upwards_is_a_lighter_payload(pair: tuple[Recording, Rec
     assert hung.estimate.fit.relative == pytest.approx(free.estimate.fit.relative, rel=0.2)
 
 
-def system_of(problem: PayloadProblem) -> Thinned:
+def system_of(problem: PayloadProblem) -> System:
     """The problem on thinned states."""
     assert problem.source is not None
-    system = thinned_problem(problem, states_of(problem.source))
+    system = system_on(problem, states_of(problem.source))
     assert system is not None
     return system
 
 
-def pull_of(loaded: Recording, bare: Recording, name: str = "ur10e") -> tuple[Thinned, Pull]:
+def pull_of(loaded: Recording, bare: Recording, name: str = "ur10e") -> tuple[System, Effect]:
     """What pulls at the flange, where it explains most."""
     system = system_of(payload_problem(invented.robot(name), [loaded], [bare], robust=False))
     return system, max(pulls(system), key=lambda force: force.fall)
 
 
+stands_out = BY_NAME["pull"].stands_out
+
+
+def acting(system: System) -> list[Effect]:
+    """What is said to pull."""
+    return [effect for effect in effects_of(system) if effect.name == "pull"]
+
+
+def mass_sigma(pull: Effect) -> float:
+    """Standard deviation of the mass's change [kg]."""
+    return float(np.sqrt(pull.effect[9] @ pull.covariance @ pull.effect[9]))
+
+
 def test_good_recordings_show_no_pull(pair: tuple[Recording, Recording]) -> None:
     system, force = pull_of(pair[1], pair[0])
-    assert force.z < ALONG_Z
-    assert not force.stands_out
-    assert outstanding(system, tilt(system), nuisances(system)) == ()
+    assert pull_z(force) < ALONG_Z
+    assert not stands_out(force)
+    assert acting(system) == []
 
 
 @pytest.mark.parametrize(
@@ -83,7 +106,7 @@ def test_good_recordings_show_no_pull(pair: tuple[Recording, Recording]) -> None
 def test_what_pulls_with_payload_is_told_sooner_than_what_pushes(stiffness: float, where: str, tells: bool) -> None:
     """Standard deviations of 1: 4.5 of a pull with payload alone, 7 of all else."""
     values = np.array([stiffness, 0.0, 0.0, 0.0])
-    assert Pull(values, np.eye(4), np.zeros((10, 4)), 1.0, 0.5, where).stands_out is tells
+    assert stands_out(Effect("pull", where, values, np.eye(4), np.zeros((10, 4)), 0.5, 1.0)) is tells
 
 
 @pytest.mark.parametrize("end", [ABOVE, BESIDE], ids=["above", "beside"])
@@ -93,9 +116,9 @@ def test_a_spring_is_measured(pair: tuple[Recording, Recording], end: Array) -> 
     sigmas = np.sqrt(np.diag(force.covariance))
     assert np.all(np.abs(force.values - 5.0 * np.array([1.0, *(upright(ROBOT) @ end)])) < 3.0 * sigmas)
     mass = float(system.values[system.payload][9])
-    assert abs(mass + force.change[9] - 5.0) < 3.0 * force.mass_sigma
-    (acting,) = outstanding(system, tilt(system), nuisances(system))
-    assert acting.where == WITH_PAYLOAD
+    assert abs(mass + force.change[9] - 5.0) < 3.0 * mass_sigma(force)
+    (found,) = acting(system)
+    assert found.where == WITH_PAYLOAD
 
 
 @pytest.mark.parametrize("name", every(6, robot_names()))
@@ -111,15 +134,15 @@ def test_a_spring_is_seen_where_it_is(name: str) -> None:
         return pulled(recording, stiffness, ABOVE, name=name)
 
     system, force = pull_of(heavy, bare, name)
-    assert outstanding(system, tilt(system), nuisances(system)) == ()
+    assert acting(system) == []
     for where, pair_of in zip(
         WHERE, ((hung(heavy), hung(bare)), (heavy, hung(bare)), (hung(heavy), bare)), strict=True
     ):
         system, force = pull_of(*pair_of, name)
         mass = float(system.values[system.payload][9])
-        assert (force.where, force.stands_out) == (where, True)
+        assert (force.where, stands_out(force)) == (where, True)
         assert force.values[0] == pytest.approx(stiffness, abs=4.0 * float(np.sqrt(force.covariance[0, 0])))
-        assert abs(mass + force.change[9] - body.mass) < 4.0 * force.mass_sigma + 0.02 * body.mass
+        assert abs(mass + force.change[9] - body.mass) < 4.0 * mass_sigma(force) + 0.02 * body.mass
 
 
 @pytest.mark.parametrize("name", every(6, robot_names()))
@@ -136,8 +159,8 @@ def test_a_tilted_base_is_no_pull(name: str) -> None:
     system, _ = pull_of(heavy, bare, name)
     leaning = tilt(system)
     assert leaning is not None
-    assert leaning.stands_out
-    assert outstanding(system, leaning, nuisances(system)) == ()
+    assert BY_NAME["tilt"].stands_out(leaning)
+    assert acting(system) == []
 
 
 def test_a_spring_in_all_recordings_leaves_the_mass_of_one_motion(pair: tuple[Recording, Recording]) -> None:
@@ -193,5 +216,5 @@ def test_a_fast_motion_tells_a_constant_pull_from_a_lighter_payload() -> None:
     motion = random_via_points(arm.robot, 12, seed=5, speed=0.6).motion(100.0)
     heavy, bare = (arm.record(motion, load, 0.02 * np.ones(6), k) for k, load in enumerate((BODY, None)))
     _, force = pull_of(pulled(heavy, 0.0, NOTHING, np.array([0.0, 0.0, 40.0]), "gp8"), bare, "gp8")
-    assert force.stands_out
+    assert stands_out(force)
     assert force.values[3] == pytest.approx(40.0, abs=3.0 * float(np.sqrt(force.covariance[3, 3])))

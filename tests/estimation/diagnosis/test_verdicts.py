@@ -4,18 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from dynident.estimation.diagnosis import loaded_rows
-from dynident.estimation.diagnosis import nuisances as beside_both
-from dynident.estimation.diagnosis.checks import joints, loaded, nuisances, recordings
-from dynident.estimation.diagnosis.checks import robot as rival_checks
-from dynident.estimation.diagnosis.evidence import Evidence
-from dynident.estimation.diagnosis.finding import Finding, Verdict, error, verdict_of, warning
-from dynident.estimation.diagnosis.loaded_rows import Scale
-from dynident.estimation.diagnosis.nuisances import Tilt
+from dynident.estimation.diagnosis import causes, checks, hypotheses, joints, scales
+from dynident.estimation.diagnosis import verdict as table
+from dynident.estimation.diagnosis.evidence import Alternative, Evidence, Scale
+from dynident.estimation.diagnosis.finding import Finding, error, verdict_of, warning
 from dynident.estimation.diagnosis.quantities import COM_FLOOR, Agreement, Judged, allowing, judge_com
-from dynident.estimation.diagnosis.rivals import Rival
-from dynident.estimation.diagnosis.search import SERIOUS, Cause
-from dynident.estimation.diagnosis.verdict import judge, robot_verdict
+from dynident.estimation.diagnosis.verdict import judge
 from dynident.estimation.fit.estimate import Fit
 from dynident.estimation.payload.by_joints import ByJoints, JointShare, JointsMass
 from dynident.estimation.possible.constraints import PossibleBody
@@ -35,7 +29,7 @@ from dynident.tests.estimation.diagnosis.made import (
     spread_of,
     with_mass,
 )
-from dynident.tests.estimation.diagnosis.sides import beside, hose, leaning, pulling, rival, scaled
+from dynident.tests.estimation.diagnosis.sides import beside, hose, lean_of, leaning, pulling, rival, scaled
 from dynident.tests.estimation.diagnosis.sides import one_cause as one_cause
 from hypothesis import given
 from hypothesis import strategies as st
@@ -96,29 +90,22 @@ def test_causes_are_looked_for_where_something_contradicts(monkeypatch: pytest.M
     """Then a smaller gain is told as well."""
     flags: list[bool] = []
 
-    def causes(_: Robot, __: object, contradicted: bool, apart: bool) -> tuple[Cause, ...]:
+    def likely(_: Robot, __: object, contradicted: bool, free_gains: bool) -> list[Finding]:
         flags.append(contradicted)
-        return ()
+        return []
 
-    monkeypatch.setattr(recordings, "likely_causes", causes)
+    monkeypatch.setattr(table, "likely_causes", likely)
     for evidence in (of_payload(estimate_of(), source=SOURCE), of_payload(estimate_of(left=0.2), source=SOURCE)):
         judge(evidence)
     judge(of_payload(estimate_of(ten=with_mass(-5.0)), source=SOURCE))
     assert flags == [False, True]
 
 
-def test_a_cause_is_serious_where_it_explains_half() -> None:
-    for after, severity in ((1.001 * SERIOUS, "warning"), (0.999 * SERIOUS, "error")):
-        finding = Cause("L", "q1 is late", 1.0, after).finding("It")
-        assert (finding.severity, finding.about, finding.cause) == (severity, "L", True)
-        assert finding.text.startswith("It looks as if q1 is late: corrected for it")
-
-
 def test_the_scale_of_all_and_that_of_a_joint_are_told_where_either_may_be() -> None:
     """A joint's z of 10, and that of all on both sides of the share from which it explains them as well."""
     for z, words in ((0.999, "joint 4's torques with payload"), (1.001, "all torques, or joint 4's alone, with")):
-        whole = Scale(0, 0.9, 0.1 / (10.0 * z * loaded.EITHER), 5.5)
-        (finding,) = loaded.scale(of_payload(estimate_of(), scales=(whole, Scale(4, 1.1, 0.01, 4.5))))
+        whole = Scale(0, 0.9, 0.1 / (10.0 * z * scales.EITHER), 5.5)
+        (finding,) = scales.scale(of_payload(estimate_of(), scales=(whole, Scale(4, 1.1, 0.01, 4.5))))
         assert finding.text.startswith(words)
     assert "0.900 ± 0.015 or 1.100 ± 0.01 times" in finding.text
     assert "5.5 or 4.5 kg" in finding.text
@@ -126,75 +113,71 @@ def test_the_scale_of_all_and_that_of_a_joint_are_told_where_either_may_be() -> 
 
 def test_a_tilt_that_does_not_stand_out_moves_nothing() -> None:
     """But its mean square is in the covariance; one that does is taken out as far as it is believed."""
-    effects = np.eye(10)[:, :2], np.zeros((10, 2))
     for share, moved in ((0.999, False), (1.001, True)):
-        values = np.array([0.6, 0.8]) * share * beside_both.TILT
-        lean = Tilt(values, 1e-8 * np.eye(2), effects)
-        change, covariance = lean.change(4)
-        assert change[:2] == pytest.approx(values if moved else 0.0, rel=1e-3)
-        square = values[0] ** 2 * (not moved)
+        lean = lean_of(share * hypotheses.TILT, 1e-4, np.eye(10)[:, :2])
+        change, covariance = hypotheses.tilt_correction(lean, 4)
+        assert change[:2] == pytest.approx(lean.values if moved else 0.0, rel=1e-3)
+        square = lean.values[0] ** 2 * (not moved)
         assert covariance[0, 0] == pytest.approx(square + 1e-8, rel=1e-3)
-        assert not lean.change(3)[0].any()
+        assert not hypotheses.tilt_correction(lean, 3)[0].any()
 
 
 def test_a_tilt_that_no_mounting_has_leaves_nothing() -> None:
-    for angle, severity in ((0.999 * nuisances.STEEP, "note"), (1.001 * nuisances.STEEP, "error")):
-        (finding,) = nuisances.tilted(leaning(angle))
+    for angle, severity in ((0.999 * hypotheses.STEEP, "note"), (1.001 * hypotheses.STEEP, "error")):
+        (finding,) = hypotheses.hypotheses(leaning(angle))
         assert finding.severity == severity
 
 
 def test_a_pull_that_leaves_the_mass_as_it_is_speaks_against_the_inertia_alone() -> None:
     """The change of the mass and twice its deviation count: 5 kg (x + 2 x / 9) beside 2.5 % of 5 kg."""
     for share, severity in ((0.999, "warning"), (1.001, "error")):
-        change = share * loaded.MOVED / (1.0 + 2.0 / 9.0)
-        (finding,) = nuisances.pulled(pulling(1.0, change=change))
+        change = share * hypotheses.MOVED / (1.0 + 2.0 / 9.0)
+        (finding,) = hypotheses.hypotheses(pulling(1.0, change=change))
         assert finding.severity == severity
 
 
 def test_what_a_pull_explains_better_is_not_told() -> None:
     """A scale by fewer deviations, a robot and a turned joint that take off half; the next robot is no matter."""
+
+    def hung(evidence: Evidence, z: float = 9.0) -> Evidence:
+        return replace(evidence, diagnosis=replace(evidence.diagnosis, effects=(hose(1.0, z=z),)))
+
     for evidence, check in (
-        (scaled(0, 0.1, 0.1 / 8.9), loaded.scale),
-        (rival("robot", "ur5e", 0.049), rival_checks.other_robots),
-        (rival("robot", "ur5e", 0.0), rival_checks.other_robots),
-        (rival("turned", "5", 0.049), rival_checks.turned_joints),
+        (scaled(0, 0.1, 0.1 / 8.9), scales.scale),
+        (rival("robot", "ur5e", 0.049), causes.other_readings),
+        (rival("robot", "ur5e", 0.0), causes.other_readings),
+        (rival("turned", "5", 0.049), causes.other_readings),
     ):
         assert check(evidence)
-        assert not check(replace(evidence, pulls=(hose(1.0),)))
-        assert check(replace(evidence, pulls=(hose(1.0, z=0.5),)))
+        assert not check(hung(evidence))
+        assert check(hung(evidence, 0.5))
     for evidence, check in (
-        (scaled(0, 0.1, 0.1 / 9.1), loaded.scale),
-        (rival("robot", "ur5e", 0.051), rival_checks.other_robots),
-        (rival("turned", "5", 0.051), rival_checks.turned_joints),
+        (scaled(0, 0.1, 0.1 / 9.1), scales.scale),
+        (rival("robot", "ur5e", 0.051), causes.other_readings),
+        (rival("turned", "5", 0.051), causes.other_readings),
     ):
-        assert check(replace(evidence, pulls=(hose(1.0),)))
+        assert check(hung(evidence))
+
+
+def test_another_robot_must_explain_more_than_more_friction_does() -> None:
+    """One further friction column a joint on the robot as described."""
+    for fall, count in ((0.019, 1), (0.021, 0)):
+        both = (Alternative("robot", "ur5e", 0.02, 9.0), Alternative("friction", "", fall, 0.0))
+        findings = causes.other_readings(of_payload(estimate_of(), alternatives=both))
+        assert sum("it is a recording of robot" in finding.text for finding in findings) == count
+        assert sum("do not tell" in finding.text for finding in findings) == 1 - count
 
 
 def test_a_delay_that_moves_the_mass_leaves_nothing() -> None:
-    for change, severity in ((0.999 * loaded.MOVED, "warning"), (1.001 * loaded.MOVED, "error")):
-        (finding,) = nuisances.late(beside("late", 0.02, change=change))
+    for change, severity in ((0.999 * hypotheses.MOVED, "warning"), (1.001 * hypotheses.MOVED, "error")):
+        (finding,) = hypotheses.hypotheses(beside("late", 0.02, change=change))
         assert finding.severity == severity
     assert "the mass is 5.13 kg" in finding.text
 
 
-def test_what_is_mixed_up_is_looked_for_where_a_guard_is_raised(monkeypatch: pytest.MonkeyPatch) -> None:
-    """And told on both sides of its thresholds."""
-    tried = Rival("mixed up", "joints 2 and 3 are exchanged", rival_checks.TURNED, rival_checks.TURNED_Z)
-    for fall, z, count in ((1.001, 1.001, 1), (0.999, 1.001, 0), (1.001, 0.999, 0)):
-        mixture = tried._replace(fall=fall * tried.fall, z=z * tried.z)
-        monkeypatch.setattr(nuisances, "mixed_up", lambda *_, mixture=mixture: (mixture,))
-        evidence = of_payload(estimate_of(), source=SOURCE)
-        assert len(nuisances.mixtures(evidence, ["scale"])) == count
-        assert nuisances.mixtures(evidence, ["other_robots"]) == []
-        assert nuisances.mixtures(of_payload(estimate_of()), ["scale"]) == []
-
-
 def test_the_verdict_on_a_robot() -> None:
-    def verdict_of_fit(left: float) -> Verdict:
-        return robot_verdict(Evidence(ROBOT, parameters=robot_of(left)))
-
-    assert verdict_of_fit(0.999 * recordings.RESIDUAL).level == "use"
-    verdict = verdict_of_fit(1.001 * recordings.RESIDUAL)
+    assert judge(Evidence(ROBOT, parameters=robot_of(0.999 * checks.RESIDUAL))).level == "use"
+    verdict = judge(Evidence(ROBOT, parameters=robot_of(1.001 * checks.RESIDUAL)))
     assert verdict.level == "do_not_use"
     assert verdict.reasons[0].startswith("the model leaves 25 %")
 
@@ -265,7 +248,10 @@ def test_no_reason_speaks_against_a_mass_that_may_be_used(
             by_joints=by_joints,
             disagreement=factor,
             scales=(Scale(0, scale, sigma / 10.0, 5.0),),
-            rivals=(Rival("robot", "ur5e", fall, 100.0 * fall), Rival("turned", "2", fall, 100.0 * fall)),
+            alternatives=(
+                Alternative("robot", "ur5e", fall, 100.0 * fall),
+                Alternative("turned", "2", fall, 100.0 * fall),
+            ),
             spread=spread_of(sigma),
         )
     )
@@ -273,7 +259,7 @@ def test_no_reason_speaks_against_a_mass_that_may_be_used(
     if verdict.level != "do_not_use":
         assert all(finding.about not in ("mass", "everything") for finding in reasons)
         assert all(abs(share - 1.0) <= max(joints.SHARE, joints.SIGMAS * sigma) for share in shares)
-        assert abs(scale - 1.0) <= max(loaded_rows.SCALE, loaded_rows.SCALE_Z * sigma / 10.0)
+        assert abs(scale - 1.0) <= max(scales.SCALE, scales.SCALE_Z * sigma / 10.0)
 
 
 def test_a_joint_without_torque_is_judged_by_noise() -> None:
@@ -281,6 +267,6 @@ def test_a_joint_without_torque_is_judged_by_noise() -> None:
     rows = (100, 100, 100)
     little = Fit(np.array([10.0, 8.0, 1.9]), np.array([200.0, 150.0, 2.0]), rows)
     much = Fit(np.array([10.0, 8.0, 2.1]), np.array([200.0, 150.0, 2.0]), rows)
-    assert not recordings.fit_findings(little, "it")
-    assert [finding.severity for finding in recordings.fit_findings(much, "it")] == ["error"]
-    assert "joint 3" in recordings.fit_findings(much, "it")[0].text
+    assert not checks.fit_findings(little, "it")
+    assert [finding.severity for finding in checks.fit_findings(much, "it")] == ["error"]
+    assert "joint 3" in checks.fit_findings(much, "it")[0].text

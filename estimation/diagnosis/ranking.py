@@ -1,8 +1,7 @@
-"""Searches the table of wrong assumptions: one at a time where recordings fit badly, readings one upon another.
+"""Ways to read the joint columns of a log, ranked by torques or by tool poses.
 
-A reading is how a log's joint columns are taken; the best one is a suggestion. Some readings no torque can tell
-apart: the zero of an upright first axis, and on an arm that is its own mirror image the senses of all axes in the
-mirror plane together.
+Some readings no torque can tell apart: the zero of an upright first axis, and on an arm that is its own mirror
+image the senses of all axes in the mirror plane together.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -16,106 +15,18 @@ from ...common.arrays import Array
 from ...common.errors import InputError
 from ...common.progress import Progress, silent
 from ...model import Processing, Recording, Robot
-from ..payload.problem import Source
-from .finding import Finding, Severity
-from .misfit import Model, compiled
+from .engine import System
 from .poses import quick_residual
 from .reading import Reading
-from .sample import Sample
-from .suspects import FAMILIES, Suspect
+from .states import States
 
-CONVINCING = 0.8
-"""Misfit left over misfit before above which an assumption is not worth a word."""
-HELPFUL = 0.93
-"""Misfit left over misfit before where other checks speak against the recordings already."""
-NOTABLE = 0.005
-"""The misfit must fall by this as well."""
-AS_GOOD = 1.05
-"""Assumptions whose misfit is within this factor of the best count as equal."""
-SETTLED = 0.3
-"""Misfit left over misfit before below which no further family of assumptions is tried."""
-SERIOUS = 0.5
-"""Misfit left over misfit before: where undoing an assumption takes off half, the assumption was wrong."""
-_TOLD = 3
-_FEWEST = 100  # moving samples of a recording
+_FEWEST = 100  # moving states of a recording
 _ROUNDS = 6
-_WORTH = 0.03
-"""A change must lower the residual by this fraction to be kept."""
-_FRONT = 3
-"""Readings from which each round goes on: the best alone may be a dead end."""
-_ALIKE = 0.03
-_ROUNDING = 1e-9
-"""Residuals that differ by less do equally well."""
+_WORTH = 0.03  # a change must lower the residual by this fraction to be kept
+_FRONT = 3  # readings from which each round goes on: the best one may be a dead end
+_ALIKE, _ROUNDING = 0.03, 1e-9  # residuals that differ by less do equally well
+_CLEAR = 0.95  # the suggestion must lie below this fraction of the residual as recorded
 _DIGITS = 9
-_CLEAR = 0.95
-"""The suggestion must lie below this fraction of the residual as recorded."""
-
-
-class Cause(NamedTuple):
-    """A likely cause in a recording, with the joints' mean residual as it is and as it would be."""
-
-    source: str
-    words: str
-    before: float
-    after: float
-
-    def finding(self, subject: str) -> Finding:
-        """What it says of a recording that is called ``subject``."""
-        text = (
-            f"{subject} looks as if {self.words}: corrected for it, the joints' mean residual falls from "
-            f"{100 * self.before:.1f} to {100 * self.after:.1f} %"
-        )
-        severity: Severity = "error" if self.after < SERIOUS * self.before else "warning"
-        return Finding(severity, self.source, text, cause=True, explains=1.0 - (self.after / self.before) ** 2)
-
-
-def likely_causes(
-    robot: Robot, source: Source, contradicted: bool = True, apart: bool = False
-) -> tuple[Cause, ...]:
-    """What would explain the recordings better, one cause each for those without and with payload.
-
-    The most convincing comes first.
-
-    Args:
-        source: the recordings; of each kind the one that fits worst is looked at.
-        contradicted: whether something is known to be wrong; if not, only a clear gain counts.
-        apart: whether the recordings hold currents of unknown gains, so that joints share nothing.
-    """
-    kinds = [
-        likely_cause(
-            robot, [Sample.of(recording, source.processing) for recording in recordings], contradicted, apart
-        )
-        for recordings in (source.unloaded, source.loaded)
-    ]
-    causes = sorted((cause for cause in kinds if cause is not None), key=lambda cause: cause.after / cause.before)
-    words = [cause.words for cause in causes]
-    return tuple(cause for k, cause in enumerate(causes) if cause.words not in words[:k])
-
-
-def likely_cause(robot: Robot, samples: Iterable[Sample], contradicted: bool, apart: bool = False) -> Cause | None:
-    """What would explain the worst of some samples better; arguments as for ``likely_causes``."""
-    models = [Model.of(robot, sample, apart=apart) for sample in samples if len(sample.t) > 1]
-    if not models:
-        return None
-    before, worst = max(((model.misfit(), model) for model in models), key=lambda entry: entry[0])
-    suspects = _suspects(worst, before, HELPFUL if contradicted else CONVINCING)
-    if not suspects:
-        return None
-    best = min(suspect.misfit for suspect in suspects)
-    alike = [suspect for suspect in suspects if suspect.misfit <= AS_GOOD * best][:_TOLD]
-    return Cause(worst.sample.source, ", or ".join(s.words for s in alike), before, alike[0].misfit)
-
-
-def _suspects(model: Model, before: float, enough: float) -> list[Suspect]:
-    """Assumptions without which the misfit falls to less than ``enough`` of what it was before."""
-    suspects: list[Suspect] = []
-    for family in FAMILIES:
-        suspects += [
-            suspect for suspect in family(model) if suspect.misfit < min(enough * before, before - NOTABLE)
-        ]
-        if any(suspect.misfit < SETTLED * before for suspect in suspects):
-            break
-    return suspects
 
 
 def neighbours(robot: Robot, reading: Reading, torques: bool = True) -> Iterator[Reading]:
@@ -143,13 +54,8 @@ def neighbours(robot: Robot, reading: Reading, torques: bool = True) -> Iterator
         yield reading.moved(i, a).moved(j, b)
 
 
-@dataclass(frozen=True)
-class Ranked:
-    """A reading and what it leaves unexplained.
-
-    Attributes:
-        residual: relative torque residual, or rms distance of the tool [m].
-    """
+class Ranked(NamedTuple):
+    """A reading, and the relative torque residual or rms distance of the tool [m] that it leaves."""
 
     reading: Reading
     residual: float
@@ -193,15 +99,18 @@ def rank_readings(
     Raises:
         InputError: if there is too little motion to tell anything.
     """
-    samples = [Sample.of(recording, processing or robot.processing) for recording in recordings]
-    for sample in samples:
-        if len(sample.t) < _FEWEST:
-            raise InputError(f"{sample.source}: {len(sample.t)} moving samples are too few to check the kinematics")
-    together, evaluate = Sample.joined(samples), compiled(robot)
+    parts = [States.of(recording, processing or robot.processing) for recording in recordings]
+    for part in parts:
+        if len(part.t) < _FEWEST:
+            raise InputError(f"{part.source}: {len(part.t)} moving samples are too few to check the kinematics")
+    together = States.joined(parts)
 
     def residual(reading: Reading) -> float:
+        states = reading.of(together)
+        norms = np.linalg.norm(np.where(states.keep, states.torque, 0.0), axis=0)
         try:
-            return Model.of(robot, reading.of(together), evaluate).misfit()
+            fit = System.of(robot, states).fit(1.0 / np.where(norms == 0.0, 1.0, norms))
+            return float(np.sqrt(np.mean(fit.relative() ** 2)))
         except InputError:  # outside the spring's table: this cannot be the reading
             return float("inf")
 
@@ -218,11 +127,11 @@ def rank_readings_by_pose(
         positions: of the tool in any fixed frame [m], N x 3.
         rotations: axes of the tool, N x 3 x 3; without them the sense and zero of the last joint stay open.
     """
-    places = np.unique(np.linspace(0, len(q) - 1, 60).astype(int))
+    some = np.unique(np.linspace(0, len(q) - 1, 60).astype(int))
 
     def residual(reading: Reading) -> float:
-        axes = None if rotations is None else rotations[places]
-        return quick_residual(robot, reading.positions(q[places]), positions[places], axes)
+        axes = None if rotations is None else rotations[some]
+        return quick_residual(robot, reading.positions(q[some]), positions[some], axes)
 
     unit = (
         "m, rms distance of the tool"
@@ -261,7 +170,8 @@ def _alike(candidates: Iterable[Ranked]) -> float:
 
 
 def _best_first(candidates: Iterable[Ranked]) -> list[Ranked]:
-    """Sort causes: those as good as the best by the number of their changes, then the others by their residual."""
+    """Sort readings: those as good as the best by the number of their changes, then the others by their
+    residual."""
     candidates = list(candidates)
     limit = _alike(candidates)
 

@@ -1,0 +1,422 @@
+"""The table of other readings: another robot, joints turned or exchanged, units, clocks, gravity.
+
+A reading takes the recordings, or some of them, in another way and is compared with them as described by Vuong's
+statistic: the mean over blocks of time of the difference of log-likelihoods, over its standard error. What fits
+better is suggested, never corrected.
+"""
+
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from itertools import combinations, product
+
+import numpy as np
+
+from ...common.arrays import Array
+from ...common.errors import InputError
+from ...model import Coupling, Robot, load_robot, robot_names
+from ..signals.rows import Mask
+from .engine import System, SystemFit
+from .evidence import Alternative, Evidence
+from .finding import Finding, Severity, note
+from .hypotheses import pull_of
+from .reading import Reading
+from .states import BLOCKS, States
+
+ROBOT, ROBOT_Z = 0.01, 2.0
+"""Fraction by which chi2 falls with another robot, and Vuong's statistic, above which it is that robot's."""
+TURNED, TURNED_Z = 0.03, 2.5
+"""The same limits of a joint that is counted the other way."""
+WEIGHTLESS = 0.36
+"""Fraction by which chi2 falls without gravity, above which the torque holds none."""
+ALIKE = 0.02
+"""Fraction of chi2 within which two robots, or two joints turned round, are the same to the data."""
+BESIDE_PULL = 0.5
+"""Fraction of what a pull at the flange takes off above which another robot, or a turned joint, is named besides:
+of a real pull others take off .06 at most, of another robot's recordings a pull takes off as much as that robot."""
+HELPFUL, CONVINCING, CAUSE_Z = 0.1, 0.2, 3.0
+"""Fall of chi2 by a cause where something else speaks against the recordings, and where not; Vuong's statistic."""
+SERIOUS = 0.5
+"""Fall of chi2 above which the assumption was wrong; below, it may have been."""
+AS_GOOD = 1.1
+"""Causes that leave within this factor of the best's chi2 count as equal."""
+SETTLED = 0.1
+"""Fraction of chi2 left below which no less likely causes are tried."""
+SUSPICIOUS = 0.1
+"""Relative residual of some joint above which causes are tried, even if all else looks well."""
+_REPORTED = 3
+_FAR = -0.5  # fall of chi2 by coarser states: such a reading is not compared closer
+_STEPS = 6  # of Gauss-Newton for gains
+_GAIN = 0.3  # longest step of a gain's reciprocal, and how near to 1 it is thought to be
+_LONGEST, _STEP = 0.5, 0.01  # s: delays that are tried
+_CLOCKS = 0.2, 0.05  # s: delays at the begin and end of recordings that are tried, and their step
+_LEAST = 0.02  # a factor beyond this, or beyond its inverse, is no unit but a channel without content
+_UNIT, _OFF = 0.3, 0.15  # logarithm of a factor that counts as another unit, and as another gain
+
+Read = tuple[str, Robot | None, States]
+"""Words, another robot or None, and the states as a reading takes them; torques alone differ where they are
+shared."""
+
+
+class Comparison:
+    """The recordings as described, with which readings are compared.
+
+    Args:
+        robot: as described.
+        states: of the recordings.
+        free_gains: whether each joint's torque has a scale of its own in every comparison, for gains that were
+            identified with the robot as described favour it; not of coupled drives, nor beside a spring.
+
+    Raises:
+        InputError: if a joint leaves the table of the robot's spring.
+    """
+
+    def __init__(self, robot: Robot, states: States, free_gains: bool = False) -> None:
+        """Fit the recordings as described."""
+        self.robot, self.states = robot, states
+        self.free_gains = free_gains and robot.coupling is None and robot.spring is None
+        self.system = System.of(robot, states)
+        self.fit = self._fitted(self.system, self.system.weights)
+        self.likelihood = self.fit.likelihood()
+
+    def _fitted(self, system: System, weights: Array) -> SystemFit:
+        """Fit, with gains of their own where they are free: Gauss-Newton from 1, the best of its steps."""
+        if not self.free_gains:
+            return system.fit(weights)
+        n = len(weights)
+        scales, best, least = np.ones(n), None, np.inf
+        for _ in range(_STEPS):
+            fit = replace(system, columns=system.columns * scales[:, None, None]).fit(weights)
+            errors = fit.errors()
+            if best is None or np.sum(errors**2) < least:
+                best, least = fit, float(np.sum(errors**2))
+            modelled = (system.torque - errors / weights[:, None]) / scales[:, None]
+            left = np.array([fit.errors(np.eye(n)[j][:, None] * modelled) for j in range(n)]).reshape(n, -1)
+            gram, right = left @ left.T + np.eye(n) / _GAIN**2, left @ errors.ravel() + (1.0 - scales) / _GAIN**2
+            scales = np.clip(scales + np.clip(np.linalg.solve(gram, right), -_GAIN, _GAIN), _GAIN, 1.0 / _GAIN)
+        assert best is not None
+        return best
+
+    def compared(self, kind: str, name: str, robot: Robot | None, states: States) -> Alternative:
+        """Compare another reading of the same states; with torques alone changed, no equation is set up again."""
+        same = robot is None and not self.free_gains and np.array_equal(states.q, self.states.q)
+        if same and np.array_equal(states.keep, self.states.keep):
+            known = self.system.torque - self.states.torque.T
+            likelihood = self.fit.likelihood(states.torque.T + known)
+        else:
+            likelihood = self._fitted(System.of(robot or self.robot, states), self.system.weights).likelihood()
+        both = self.system.keep & states.keep.T
+        rise = np.bincount(self.states.block, np.sum((likelihood - self.likelihood) * both, axis=0), BLOCKS)
+        error = float(np.std(rise, ddof=1)) / np.sqrt(len(rise))
+        fall = 1.0 - float(np.exp(-2.0 * rise.sum() / max(int(both.sum()), 1)))
+        return Alternative(kind, name, fall, float(rise.mean()) / max(error, 1e-300))
+
+
+def alternatives(robot: Robot, states: States | None, free_gains: bool = False) -> tuple[Alternative, ...]:
+    """Compare what is always compared: other robots, turned joints, no gravity, and more friction.
+
+    Only robots of other geometry are tried, with as many joints and drives as described. None where there is too
+    little motion; other arguments as of ``Comparison``.
+    """
+    try:
+        if states is None:
+            return ()
+        rough, close = (Comparison(robot, part, free_gains) for part in (states.coarser(), states))
+    except InputError:
+        return ()
+    speed = states.qd.T
+    rubs = np.eye(robot.n)[:, :, None] * (np.sign(speed) * np.sqrt(np.abs(speed)))[:, None]
+    found = [Alternative("friction", "", close.system.with_columns(rubs).effect(*range(robot.n)).fall, 0.0)]
+    readings: list[tuple[str, str, Robot | None, States]] = [
+        ("turned", str(j + 1), None, Reading.as_recorded(robot.n).turned(j).of(states)) for j in range(robot.n)
+    ]
+    if any(robot.gravity):
+        readings.append(("weightless", "", replace(robot, gravity=(0.0, 0.0, 0.0)), states))
+    for name in robot_names():
+        other = load_robot(name)
+        if other.n == robot.n and _geometry(other) != _geometry(robot):
+            coupling = other.drives.coupling if robot.drives.rotor_inertia and robot.drives.friction else None
+            drives = replace(robot.drives, coupling=coupling, spring=other.drives.spring)
+            readings.append(("robot", name, replace(other, gravity=robot.gravity, drives=drives), states))
+    for kind, name, another, changed in readings:
+        try:
+            first = rough.compared(kind, name, another, changed.coarser())
+            found.append(first if first.fall < _FAR else close.compared(kind, name, another, changed))
+        except InputError:  # outside the table of that robot's spring
+            continue
+    return tuple(found)
+
+
+def _geometry(robot: Robot) -> list[tuple[str, float, float, float, float]]:
+    return [(joint.kind, joint.alpha, joint.d, joint.theta, joint.r) for joint in robot.joints]
+
+
+def other_readings(evidence: Evidence) -> list[Finding]:
+    """Another shipped robot, a joint counted the other way, or no gravity explain the recordings better.
+
+    A robot takes {ROBOT:.0%} (and z > {ROBOT_Z:g}) off the squared residuals, and more than one further friction
+    column a joint does on the robot as described; a turned joint {TURNED:.0%} (z > {TURNED_Z:g}), no gravity
+    {WEIGHTLESS:.0%}: spoils all. Within {ALIKE:.0%} a note says that the data do not tell two robots apart.
+    """
+    found, pull = evidence.diagnosis.alternatives, pull_of(evidence)
+    least = BESIDE_PULL * pull.fall if pull is not None else 0.0
+    friction = max((a.fall for a in found if a.kind == "friction"), default=0.0)
+
+    def beyond(kind: str, fall: float, z: float) -> list[Alternative]:
+        own = [a for a in found if a.kind == kind and a.fall > max(fall, least) and a.z > z]
+        return sorted(own, key=lambda a: -a.fall)
+
+    findings = []
+    for weightless in beyond("weightless", WEIGHTLESS, TURNED_Z):
+        findings.append(_cause(NO_GRAVITY, weightless))
+    robots = beyond("robot", max(ROBOT, friction), ROBOT_Z)
+    if robots:
+        findings.append(_cause(f"it is a recording of robot {robots[0].name!r}", robots[0]))
+    alike = [a.name for a in found if a.kind == "robot" and a.fall > -ALIKE]
+    if alike and pull is None and not robots:
+        names = " or ".join(map(repr, alike))
+        text = f"the data do not tell {evidence.robot.name!r} from {names}: make sure that it is the right robot"
+        findings.append(note(text))
+    turned = beyond("turned", TURNED, TURNED_Z)
+    if turned:
+        names = " or ".join(a.name for a in turned if a.fall > turned[0].fall - ALIKE)
+        findings.append(_cause(f"joint {names} is counted the other way, in position and torque", turned[0]))
+    return findings
+
+
+NO_GRAVITY = "the torques hold no gravity (they are gravity-compensated)"
+
+
+def _cause(words: str, found: Alternative, source: str = "") -> Finding:
+    text = (
+        f"{source or 'the recordings'} {'looks' if source else 'look'} as if {words}: corrected for it, the "
+        "squared "
+        f"residuals fall by {100 * found.fall:.0f} % ({found.z:.1f} standard errors)"
+    )
+    severity: Severity = "warning" if source and found.fall < SERIOUS else "error"
+    return Finding(severity, source or "everything", text, True, found.fall)
+
+
+def likely_causes(
+    robot: Robot, states: States | None, contradicted: bool = True, free_gains: bool = False
+) -> list[Finding]:
+    """Name what would explain the recordings better: all of them, those of one kind, or one recording.
+
+    Args:
+        robot: as described.
+        states: of the recordings.
+        contradicted: whether something is known to be wrong; if not, only a clear gain counts.
+        free_gains: as of ``Comparison``.
+    """
+    try:
+        if states is None:
+            return []
+        rough, close = (Comparison(robot, part, free_gains) for part in (states.coarser(), states))
+    except InputError:
+        return []
+    least = HELPFUL if contradicted else CONVINCING
+    tried: list[tuple[Alternative, str]] = []
+    for family, several in FAMILIES:
+        for source, mask in _parts(states):
+            own = []
+            for words, other, changed in family(close, mask):
+                mixed = changed if mask.all() else states.mixed(changed, mask)
+                try:
+                    if rough.compared("", words, other, mixed.coarser()).fall > 0.5 * least:
+                        own.append(close.compared("", words, other, mixed))
+                except InputError:  # a joint leaves the table of a spring
+                    continue
+            own = [found for found in own if found.fall > least and found.z > CAUSE_Z]
+            own.sort(key=lambda found: -found.fall)
+            tried += [(found, source) for found in (own if several else own[:1])]
+        if any(1.0 - found.fall < SETTLED for found, _ in tried):
+            break
+    if not tried:
+        return []
+    left = AS_GOOD * (1.0 - max(found.fall for found, _ in tried))
+    alike = [(found, source) for found, source in tried if 1.0 - found.fall <= left]
+    best, where = alike[0]
+    named = dict.fromkeys(found.name for found, source in alike if source == where)
+    return [_cause(", or ".join(list(named)[:_REPORTED]), best, where)]
+
+
+def _parts(states: States) -> list[tuple[str, Mask]]:
+    """All states, those of one kind, and those of single recordings, with the names of the recordings."""
+    names = states.source.split(", ")
+    masks = [np.ones(len(states.t), dtype=bool), states.loaded == 0.0, states.loaded > 0.0]
+    masks += [states.recording == k for k in range(len(names))]
+    distinct = {mask.tobytes(): mask for mask in masks if mask.any()}
+    return [
+        ("" if mask.all() else ", ".join(names[k] for k in np.unique(states.recording[mask])), mask)
+        for mask in distinct.values()
+    ]
+
+
+def delays(own: Comparison, _: Mask) -> Iterator[Read]:
+    """Torque written later or earlier than position."""
+    for delay in np.arange(-_LONGEST, _LONGEST + 0.5 * _STEP, _STEP):
+        if abs(delay) >= 0.5 * _STEP:
+            late = "lags" if delay > 0.0 else "leads"
+            yield f"torque {late} position by about {abs(delay):.2f} s", None, own.states.later(float(delay))
+
+
+def clocks(own: Comparison, _: Mask) -> Iterator[Read]:
+    """Torque and position on two clocks: a delay that grows from the begin to the end of a recording."""
+    states, passed, (longest, step) = own.states, own.states.passed, _CLOCKS
+    tried = np.arange(-longest, longest + 0.5 * step, step)
+    for first, last in product(tried, tried):
+        if abs(last - first) > 0.5 * step:
+            words = f"torque lags by {first:.2f} s early on and {last:.2f} s late"
+            changed = states.later(first + (last - first) * passed)
+            yield f"torque and position ran on two clocks ({words})", None, changed
+
+
+def torque_signs(own: Comparison, _: Mask) -> Iterator[Read]:
+    """A torque channel with the wrong sign."""
+    for j in range(own.robot.n):
+        words = f"the sign of the torque of joint {j + 1} is wrong"
+        yield words, None, Reading.as_recorded(own.robot.n).pushed(j).of(own.states)
+
+
+def exchanged_torques(own: Comparison, _: Mask) -> Iterator[Read]:
+    """Two torque channels exchanged."""
+    for i, j in combinations(range(own.robot.n), 2):
+        torque = Reading.as_recorded(own.robot.n).swapped(i, j).of(own.states).torque
+        words = f"the torques of joints {i + 1} and {j + 1} are exchanged"
+        yield words, None, replace(own.states, torque=torque)
+
+
+def exchanged_joints(own: Comparison, _: Mask) -> Iterator[Read]:
+    """Two joints that changed places, in position and torque or in position alone."""
+    for i, j in combinations(range(own.robot.n), 2):
+        changed = Reading.as_recorded(own.robot.n).swapped(i, j).of(own.states)
+        yield f"joints {i + 1} and {j + 1} are exchanged", None, changed
+        words = f"the positions of joints {i + 1} and {j + 1} are exchanged"
+        yield words, None, replace(changed, torque=own.states.torque)
+
+
+def turned_joints(own: Comparison, _: Mask) -> Iterator[Read]:
+    """A joint that turns the other way, in position alone or in torque too."""
+    for j in range(own.robot.n):
+        changed = Reading.as_recorded(own.robot.n).turned(j).of(own.states)
+        yield f"the sign of q{j + 1} is wrong", None, replace(changed, torque=own.states.torque)
+        yield f"joint {j + 1} is counted the other way, in position and torque", None, changed
+
+
+def zeros(own: Comparison, _: Mask) -> Iterator[Read]:
+    """A joint whose zero lies a quarter or half turn away."""
+    for j, quarters in product(range(1, own.robot.n), (1, 3, 2)):
+        words = f"the zero of q{j + 1} is off by {180 if quarters == 2 else 90} degrees"
+        yield words, None, Reading.as_recorded(own.robot.n).moved(j, quarters).of(own.states)
+
+
+def gravity(own: Comparison, mask: Mask) -> Iterator[Read]:
+    """Gravity along another axis."""
+    usual = np.array(own.robot.gravity)
+    size = float(np.linalg.norm(usual)) or 9.81
+    mounted = [(-usual, "gravity points the other way (the robot is mounted upside down)")]
+    for axis, sign in product(range(3), (1.0, -1.0)):
+        if abs(usual[axis]) <= 0.9 * size:
+            along = f"{'-' * (sign < 0)}{'xyz'[axis]}"
+            words = f"gravity points along {along} of frame 0 (the robot is mounted on a wall)"
+            mounted.append((sign * size * np.eye(3)[axis], words))
+    for g, words in mounted if mask.all() else ():
+        yield words, replace(own.robot, gravity=(float(g[0]), float(g[1]), float(g[2]))), own.states
+
+
+def descriptions(own: Comparison, mask: Mask) -> Iterator[Read]:
+    """Drives coupled that are described as single, and lengths a tenth off."""
+    robot, drives = own.robot, own.robot.drives
+    if not mask.all():
+        return
+    if robot.coupling is None and robot.n > 1 and drives.rotor_inertia and drives.friction:
+        pair = (robot.n - 1, robot.n)
+        words = f"the drives of joints {pair[0]} and {pair[1]} are coupled, which the description leaves out"
+        yield words, replace(robot, drives=replace(drives, coupling=Coupling(pair))), own.states
+    for (j, joint), name in product(enumerate(robot.joints), ("d", "r")):
+        length = getattr(joint, name)
+        for factor, word in ((0.9, "shorter"), (1.1, "longer")) if length != 0.0 else ():
+            changed = replace(joint, **{name: factor * length})
+            joints = (*robot.joints[:j], changed, *robot.joints[j + 1 :])
+            words = f"the length {name}{j + 1} is {word} than the {length:g} m of the description"
+            yield words, replace(robot, joints=joints), own.states
+
+
+def offsets(own: Comparison, mask: Mask) -> Iterator[Read]:
+    """A torque channel with an offset, constant or growing with time."""
+    n, passed, error = own.robot.n, own.states.passed, own.fit.errors()
+    for (shape, words), j in product(((passed**0, "holds an offset of"), (passed, "drifts by")), range(n)):
+        column = np.zeros((n, len(passed)))
+        column[j] = shape * mask
+        left = own.fit.errors(column)
+        square = float(np.sum(left**2))
+        if square > 1e-9 * own.fit.weights[j] ** 2 * float(np.sum(column**2)):
+            size = float(np.sum(left * error)) / square
+            words_of = f"the torque of joint {j + 1} {words} {size:.3g} (N·m or N)"
+            yield words_of, None, replace(own.states, torque=own.states.torque - size * column.T)
+
+
+def channels(own: Comparison, mask: Mask) -> Iterator[Read]:
+    """Torque channels with a wrong drive gain, a reversed list of gains, or no common unit."""
+    states, n = own.states, own.robot.n
+    if own.free_gains:
+        return
+    each = np.eye(n)[:, :, None] * (states.torque * mask[:, None]).T[:, None]
+    left = np.array(
+        [own.fit.errors(each[:, j]) / own.fit.weights[:, None] / _norms(states)[:, None] for j in range(n)]
+    )
+    gram = np.einsum("ijn,kjn->ik", left, left)
+    rest = own.fit.errors() / own.fit.weights[:, None] / _norms(states)[:, None]
+    for j in range(n):
+        ratio = 1.0 - float(np.sum(left[j] * rest)) / max(gram[j, j], 1e-300)
+        if _LEAST < ratio < 1.0 / _LEAST and abs(np.log(ratio)) >= _OFF:
+            size = f"{1.0 / ratio:.2g} times too large" if ratio < 1.0 else f"{ratio:.2g} times too small"
+            factors = np.where(np.arange(n) == j, ratio, 1.0)
+            words = f"the torque of joint {j + 1} is about {size} (drive gain or unit)"
+            yield words, None, replace(states, torque=states.torque * factors)
+    if states.gains and states.gains != states.gains[::-1]:
+        factors = np.array(states.gains[::-1]) / np.array(states.gains)
+        yield "the list of drive gains is reversed", None, replace(states, torque=states.torque * factors)
+    fixed, factors = int(np.argmax(_norms(states))), np.ones(n)
+    free = [j for j in range(n) if j != fixed]
+    factors[free] = -np.linalg.lstsq(gram[np.ix_(free, free)], gram[free, fixed], rcond=1e-12)[0]
+    usable = mask.all() and (factors > _LEAST).all() and (factors < 1.0 / _LEAST).all()
+    if usable and (np.abs(np.log(factors)) > _UNIT).sum() > 1:
+        sizes = ", ".join(f"{1.0 / factor:.2g}" for factor in factors)
+        words = (
+            f"the torques of the joints share no unit (they are {sizes} times too large, joint by joint), as "
+            "motor-side torques or percent of each drive's maximum do"
+        )
+        yield words, None, replace(states, torque=states.torque * factors)
+
+
+def stuck_encoders(own: Comparison, _: Mask) -> Iterator[Read]:
+    """An encoder that sticks while the robot moves on."""
+    states = own.states
+    for j in range(own.robot.n):
+        still = states.stuck[:, j]
+        if still.any() and not still.all():
+            start, stop = states.t[still][0], states.t[still][-1]
+            words = f"the encoder of joint {j + 1} is stuck from {start:.3g} s to {stop:.3g} s"
+            yield words, None, replace(states, keep=states.keep & ~still[:, None])
+
+
+def _norms(states: States) -> Array:
+    norms = np.linalg.norm(np.where(states.keep, states.torque, 0.0), axis=0)
+    return np.where(norms == 0.0, 1.0, norms)
+
+
+FAMILIES: tuple[tuple[Callable[[Comparison, Mask], Iterator[Read]], bool], ...] = (
+    (delays, False),
+    (torque_signs, True),
+    (exchanged_torques, True),
+    (gravity, True),
+    (exchanged_joints, True),
+    (turned_joints, True),
+    (clocks, False),
+    (offsets, True),
+    (channels, True),
+    (zeros, True),
+    (stuck_encoders, True),
+    (descriptions, True),
+)
+"""Readings, the likelier ones first, and whether several of one family may be named as equally good."""

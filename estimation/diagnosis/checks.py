@@ -1,0 +1,525 @@
+"""The table of checks on fits and answers: each a function from the evidence to its findings.
+
+The first line of a docstring says what is checked, the rest from where on and what that spoils; docs/verdict.md
+prints them.
+"""
+
+from collections.abc import Iterator
+from itertools import combinations
+
+import numpy as np
+
+from ...common.arrays import Array
+from ...model import INERTIAL
+from ..fit.estimate import Fit
+from ..fit.robust import NORMAL95
+from ..payload.constrained import ConstrainedPayload
+from ..possible.constraints import PossibleBody
+from .evidence import KNOWN_WELL, Evidence, KnownWeight, by
+from .finding import Finding, error, note, warning
+from .quantities import MASS_SIGMA, com_allowed, percent, vague_moments
+
+RESIDUAL, JOINT_RESIDUAL = 0.25, 0.5
+"""Relative residual of all joints, and of one, above which the model does not describe them: on real and on noisy
+simulated robots good joints stay under 0.36."""
+NOISE = 0.01
+"""Of the largest joint torque's rms: what noise may be in any joint (real ones: 0.5 to 0.9 % of limits)."""
+LOADED_RATIO = 3.0
+"""Relative residual with payload over that without, above which the two recordings do not belong together."""
+VALIDATION_RATIO, VALIDATION_FLOOR = 2.0, 0.06
+"""Relative residual on held-out recordings over that of the fit above which the model does not carry over; held-out
+residuals below the second are good whatever the ratio."""
+MISMATCH = 0.005
+"""rad or m, rms: positions of a pair that differ by more are not one motion; real pairs lie below 2e-4."""
+CHANGE, CHANGE_SIGMAS = 0.10, 20.0
+"""Change of the mass, or of a first moment in units of the payload's M l, above which it is not one payload, and
+its standard deviations by the formula: on real data they are up to 4 times too small."""
+DRIVEN_SIGMAS = 5.0
+"""Standard deviations below zero at which friction counts as negative."""
+LIGHT, HEAVY, WEIGHTLESS = 0.12, 0.40, 0.08
+"""Weight that the torques show over the maker's: known arms lie from .19 to .31; below the last nothing is used."""
+MASS_SPREAD, METHODS_APART = 0.05, 0.02
+"""Relative spread of the mass over the methods, and difference of two that also exceeds their intervals."""
+SIGMAS = 4.0
+"""Standard deviations beyond which a difference is none by chance."""
+ROUNDED = 0.02
+"""Fraction by which a mass may pass the rated payload: data sheets round, and a given mass may be the rated one."""
+OTHER_WAY = 0.05
+"""Relative difference of a weighing's mass by another way that speaks against all numbers."""
+OWN_SIZE = 0.3
+"""Standard deviation, in units of the payload's own M l^2, above which the motion does not show a parameter."""
+CONDITION = 500.0
+"""Condition number with columns scaled above which small errors spoil the answer; good motions have 10."""
+APART, APART_SIGMAS = 0.03, 4.0
+"""Difference of two weights' ratio from the nominal one, and its standard deviations, above which one is wrong."""
+
+
+def relative_per_joint(fit: Fit) -> Array:
+    """Relative residual of each joint, shape (n,); 0 where what is left is no more than a torque's noise.
+
+    A joint that carries next to no torque, such as the last one of an arm with sensors on the link side, leaves
+    nearly all of it unexplained by noise alone: its own norm cannot judge it.
+    """
+    rows = np.maximum(np.array(fit.rows), 1)
+    noise = NOISE * np.max(fit.torque_norms / np.sqrt(rows))
+    return np.asarray(np.where(fit.error_norms / np.sqrt(rows) <= noise, 0.0, fit.relative_per_joint))
+
+
+def fit_findings(fit: Fit, subject: str) -> list[Finding]:
+    """Say why a fit is too bad for its parameters to be used; empty if it is not."""
+    if not fit.relative <= RESIDUAL:
+        text = (
+            f"{subject} leaves {100 * fit.relative:.0f} % of the torque unexplained: check units, signs, order of "
+        )
+        return [error(f"{text}joints and drive gains")]
+    left = relative_per_joint(fit)
+    joints = [str(j) for j, relative in enumerate(left, 1) if not relative <= JOINT_RESIDUAL]
+    if not joints:
+        return []
+    text = (
+        f"{subject} leaves up to {100 * np.max(left):.0f} % of the torque of joint {', '.join(joints)} "
+        "unexplained: "
+    )
+    return [error(f"{text}check sign, unit and drive gain there, and whether the joint moved enough")]
+
+
+def residual(evidence: Evidence) -> list[Finding]:
+    """Residual without payload, and with it.
+
+    All joints over {RESIDUAL:.0%}, one joint over {JOINT_RESIDUAL:.0%}, with payload over {LOADED_RATIO:g} times
+    that without: spoils all.
+    """
+    fit = evidence.parameters.fit if evidence.parameters is not None else None
+    if fit is None:
+        return []
+    subject = "the model" if evidence.of_robot else "the robot's model without payload"
+    findings = fit_findings(fit, subject)
+    for estimate in evidence.modelled:
+        findings = findings or fit_findings(estimate.estimate.fit, f"method {estimate.method}")
+    apart = [e for e in evidence.modelled if e.estimate.fit.relative > LOADED_RATIO * max(fit.relative, 0.01)]
+    if apart:
+        worst = max(e.estimate.fit.relative for e in apart)
+        text = (
+            f"{by(apart)} leaves {100 * worst:.0f} % of the torque with payload unexplained, without payload it "
+            f"is {100 * fit.relative:.1f} %: check signs, and that both recordings are of one robot"
+        )
+        findings.append(error(text))
+    return findings
+
+
+def validation(evidence: Evidence) -> list[Finding]:
+    """Residual of the robot's model on held-out recordings.
+
+    Over {VALIDATION_RATIO:g} times the fit's and {RESIDUAL:.0%}: spoils all; over {VALIDATION_FLOOR:.0%}: the
+    inertia.
+    """
+    held_out = evidence.validation
+    if evidence.parameters is None or held_out is None:
+        return []
+    own = evidence.parameters.fit.relative
+    if held_out.relative <= max(VALIDATION_FLOOR, VALIDATION_RATIO * own):
+        return []
+    text = (
+        f"the robot's model leaves {100 * held_out.relative:.0f} % of the torque of the validation recording "
+        f"unexplained, {100 * own:.1f} % of its own: it does not carry over to other motions"
+    )
+    return [error(text) if held_out.relative > RESIDUAL else warning(text)]
+
+
+def friction(evidence: Evidence) -> list[Finding]:
+    """Friction that drives its joint instead of braking.
+
+    Coulomb and viscous friction of a joint both over {DRIVEN_SIGMAS:g} sigma below zero: spoils all.
+    """
+    parameters, driven = evidence.parameters, list[str]()
+    if parameters is None:
+        return []
+    for joint in range(1, evidence.robot.n + 1):
+        names = tuple(name for name in (f"FS{joint}", f"FV{joint}") if name in parameters.names)
+        values, C = parameters.select(names) if names else (np.zeros(1), np.eye(1))
+        if (values < -DRIVEN_SIGMAS * np.sqrt(np.diag(C))).all():
+            driven.append(str(joint))
+    if not driven:
+        return []
+    text = (
+        f"the friction of joint {', '.join(driven)} comes out negative, as if it drove the joint: the sign of its "
+    )
+    return [error(f"{text}torque or of its position is wrong")]
+
+
+def judged_mass(evidence: Evidence) -> list[Finding]:
+    """Mass of a short weighing not measured well enough (`weigh`).
+
+    Sigma over {MASS_SIGMA:.0%}: spoils all.
+    """
+    if evidence.weighed is None or evidence.weighed.judged["mass"].use != "not measured well enough":
+        return []
+    return [error(f"mass: {evidence.weighed.judged['mass'].why}", "mass")]
+
+
+def sign(evidence: Evidence) -> list[Finding]:
+    """Mass that is negative, or none at all.
+
+    Not {SIGMAS:g} sigma above zero: spoils all.
+    """
+    weighed = evidence.weighed
+    masses = [(by([e]), e.mass, float(e.larger_sigma[9])) for e in evidence.estimates]
+    masses += (
+        [("the torque", weighed.mass, weighed.sigma)] if weighed is not None and not weighed.from_scale else []
+    )
+    little = [(who, mass, sigma) for who, mass, sigma in masses if not mass > SIGMAS * sigma]
+    negative = [entry for entry in little if entry[1] < -SIGMAS * entry[2]]
+    if not little:
+        return []
+    texts = ", ".join(f"{mass:.3g} ± {sigma:.2g} kg by {who}" for who, mass, sigma in negative or little)
+    if negative:
+        text = (
+            f"the mass is negative ({texts}): the recordings with and without payload look swapped, or the "
+            "signs of "
+        )
+        return [error(f"{text}torques or of gravity are wrong", "mass")]
+    return [error(f"the mass does not differ from zero ({texts}): is the same load on the robot in both?", "mass")]
+
+
+def methods_apart(evidence: Evidence) -> list[Finding]:
+    """Masses of the methods that do not go together.
+
+    Spread over {MASS_SPREAD:.0%}, or two by {METHODS_APART:.0%} and {SIGMAS:g} sigma: spoils all.
+    """
+    masses = np.array([e.mass for e in evidence.estimates])
+    if not masses.size:
+        return []
+    if np.ptp(masses) > MASS_SPREAD * abs(masses.mean()):
+        return [error(f"the methods' masses spread from {masses.min():.3g} to {masses.max():.3g} kg", "mass")]
+    for a, b in combinations(evidence.estimates, 2):
+        sigma = float(np.hypot(a.larger_sigma[9], b.larger_sigma[9]))
+        if abs(a.mass - b.mass) > max(METHODS_APART * abs(masses.mean()), SIGMAS * sigma):
+            text = f"methods {a.method} and {b.method} disagree beyond their intervals: {a.mass:.4g} and "
+            return [error(f"{text}{b.mass:.4g} kg", "mass")]
+    return []
+
+
+def uncertain(evidence: Evidence) -> list[Finding]:
+    """Mass and centre of mass that are not measured well enough.
+
+    Sigma of the mass over {MASS_SIGMA:.0%}, of the centre of mass over {COM_FLOOR:g} m and over {COM_SIGMA:g} of
+    the payload's own size: spoils all.
+    """
+    free, spread = evidence.best, evidence.spread
+    if free is None or spread is None:
+        return []
+    relative = spread.mass / max(abs(free.mass), 1e-300)
+    if not relative <= MASS_SIGMA:
+        text = (
+            f"method {free.method} leaves the mass uncertain by {100 * relative:.0f} % (1 sigma): move the arm's "
+        )
+        return [error(f"{text}joints faster, farther or longer", "mass")]
+    if evidence.recommended is None:
+        return []
+    size, allowed = com_allowed(evidence.recommended.body.vector)
+    axis = int(np.argmax(spread.com))
+    if spread.com[axis] <= allowed:
+        return []
+    text = (
+        f"method {free.method} leaves the centre of mass uncertain by {1e3 * spread.com[axis]:.0f} mm along "
+        f"{'xyz'[axis]} (1 sigma), the payload being {1e3 * size:.0f} mm large: turn the wrist farther"
+    )
+    return [error(text, "centre of mass")]
+
+
+def unexplained(evidence: Evidence) -> list[Finding]:
+    """Torque that neither payload, friction nor the recording without payload explain (`weigh`).
+
+    Over {JOINT_RESIDUAL:.0%} of a joint's: spoils all.
+    """
+    left = evidence.weighed.unexplained if evidence.weighed is not None else np.zeros(0)
+    joints = [str(j) for j, relative in enumerate(left, 1) if relative > JOINT_RESIDUAL]
+    if not joints:
+        return []
+    text = (
+        f"up to {100 * np.nanmax(left):.0f} % of the torque of joint {', '.join(joints)} is not explained: "
+        "check its "
+    )
+    return [error(f"{text}sign, unit and drive gain, and that both recordings are of one motion")]
+
+
+def new_zeros(evidence: Evidence) -> list[Finding]:
+    """Positions of a pair that differ by a constant.
+
+    Over 2 mrad, all else by under 10 mrad and a fifth of it: spoils all.
+    """
+    return [
+        error(
+            f"q{j + 1} of {pair.loaded.source} differs from that of {pair.unloaded.source} by a constant "
+            f"{1e3 * pair.constant[j]:+.1f} mrad or mm: was the encoder's zero set anew in between?"
+        )
+        for pair in evidence.compared
+        for j in pair.new_zeros
+    ]
+
+
+def arm_weight(evidence: Evidence) -> list[Finding]:
+    """Weight of the arm by its torques against its mass by the maker; not of arms whose springs carry them.
+
+    kappa = (h2 + h3) / (m L), h_j the first moment of link j and all that it carries about its axis, L the length
+    of all links from joint 2 on; of seven axes h2 + h4 + h6. Below {WEIGHTLESS:g}: spoils all; noted below
+    {LIGHT:g} and above {HEAVY:g}.
+    """
+    robot, kappa = evidence.robot, _arm_weight(evidence)
+    if kappa is None or robot.mass is None:
+        return []
+    load = robot.rated_payload / robot.mass if np.isfinite(robot.rated_payload) else 0.0
+    if LIGHT <= kappa <= HEAVY + load:
+        return []
+    source = " (assumed)" if robot.assumed("mass") else ""
+    text = (
+        f"the arm weighs {kappa:.2f} of its {robot.mass:g} kg{source} times the length of its links, .19 to .31 is "
+        "usual: are the torques currents, motor-side or in another unit?"
+    )
+    return [error(text) if kappa < WEIGHTLESS else note(text)]
+
+
+def _arm_weight(evidence: Evidence) -> float | None:
+    robot, parameters = evidence.robot, evidence.parameters
+    if parameters is None or not robot.mass or robot.spring is not None or not any(robot.gravity):
+        return None
+    if robot.n not in (6, 7) or not all(joint.revolute for joint in robot.joints):
+        return None
+    names = [(f"MX{j}", f"MY{j}") for j in ((2, 3) if robot.n == 6 else (2, 4, 6))]
+    if not {name for pair in names for name in pair} <= set(parameters.names):
+        return None
+    weight = sum(float(np.hypot(parameters[x], parameters[y])) for x, y in names)
+    return weight / (robot.mass * sum(float(np.hypot(joint.d, joint.r)) for joint in robot.joints[1:]))
+
+
+def contradictions(evidence: Evidence) -> list[Finding]:
+    """A scale, or what else was known beforehand, against the torques (`weigh`).
+
+    p below 0.01: spoils all; an answer held at a bound that was given: the inertia.
+    """
+    if evidence.weighed is None or not evidence.constrained:
+        return []
+    (payload,) = evidence.constrained
+    findings = [
+        error(
+            f"the torques show {weighing.identified:.4g} ± {weighing.identified_sigma:.2g} kg, the scale "
+            f"{weighing.mass:g} ± {weighing.sigma:g} kg: {abs(weighing.z):.1f} sigma apart; check the drive gains "
+            "and the scale"
+        )
+        for weighing in payload.weighings
+        if weighing.conflict
+    ]
+    contradicted = [test.constraint.description for test in payload.conflicts]
+    findings += [error(f"the torques contradict: {description}") for description in contradicted]
+    if not findings and payload.conflict:
+        findings.append(error(f"what is known beforehand contradicts the torques (p {payload.p_value:.1g})"))
+    return findings + [finding for key, finding in _bounds(payload) if key not in contradicted]
+
+
+def other_ways(evidence: Evidence) -> list[Finding]:
+    """The mass by other ways (`weigh`).
+
+    Over {OTHER_WAY:.0%} off: spoils all.
+    """
+    mass, ways = evidence.mass, evidence.weighed.agreement if evidence.weighed is not None else ()
+    off = [way for way in ways if way.counts and abs(way.mass - mass) > OTHER_WAY * abs(mass)]
+    return [error(f"by the {way.name} the mass is {way.mass:.4g} kg, not {mass:.4g} kg", "mass") for way in off]
+
+
+def drift(evidence: Evidence) -> list[Finding]:
+    """A mass that changes steadily from recording to recording (`weigh`).
+
+    A trend with p below 0.05 that leaves the mass's interval: spoils all; noted within.
+    """
+    repeats = evidence.weighed.repeats if evidence.weighed is not None else None
+    if repeats is None or not repeats.drifts or repeats.drift is None:
+        return []
+    step, sigma = repeats.drift
+    text = f"the mass drifts by {step:+.3g} ± {sigma:.2g} kg from recording to recording: warm the robot up first"
+    across = abs(step) * (len(repeats.masses) - 1)
+    if evidence.spread is not None and across <= 2.0 * NORMAL95 * evidence.spread.mass:
+        return [note(f"{text}; the interval of the mass allows for it", "mass")]
+    return [error(text, "mass")]
+
+
+def judged_com_and_inertia(evidence: Evidence) -> list[Finding]:
+    """Centre of mass and inertia of a short weighing not measured well enough (`weigh`).
+
+    The centre of mass spoils all, the inertia itself.
+    """
+    judged = evidence.weighed.judged if evidence.weighed is not None else {}
+    return [
+        against(f"{quantity}: {judged[quantity].use}; {judged[quantity].why}", quantity)
+        for quantity, against in (("centre of mass", error), ("inertia", warning))
+        if quantity in judged and judged[quantity].use != "use"
+    ]
+
+
+def steadiness(evidence: Evidence) -> list[Finding]:
+    """A payload that changed, slipped, or torques that drifted during the loaded recordings.
+
+    Mass or first moments change by {CHANGE:g} of the payload's own size and {CHANGE_SIGMAS:g} sigma: spoils all.
+    """
+    stretches, free = evidence.stretches, evidence.best
+    if len(stretches) < 2 or free is None:
+        return []
+    values = np.array([stretch.values for stretch in stretches])[:, 6:]
+    sigma = np.array([np.sqrt(np.diag(stretch.covariance)) for stretch in stretches])[:, 6:]
+    mass = float(np.median(values[:, 3]))
+    length = float(np.sqrt(np.abs(free.estimate.values[[0, 3, 5]]).sum() / 2.0 / max(abs(mass), 1e-300)))
+    size = abs(mass) * np.array([length, length, length, 1.0])
+    low, high, change, k = values.argmin(axis=0), values.argmax(axis=0), np.ptp(values, axis=0), np.arange(4)
+    moved = change > np.maximum(CHANGE * size, CHANGE_SIGMAS * np.hypot(sigma[low, k], sigma[high, k]))
+    if moved[3]:
+        masses = ", ".join(f"{value:.3g}" for value in values[:, 3])
+        text = f"the mass changes during the loaded recording ({masses} kg, in the order of time): was the payload "
+        return [error(f"{text}taken up or put down, or does a torque drift?", "mass")]
+    if not moved[:3].any():
+        return []
+    axis = int(np.argmax(change[:3] / size[:3]))
+    along = ", ".join(f"{1e3 * value:.0f}" for value in values[:, axis] / values[:, 3])
+    text = (
+        f"the centre of mass moves during the loaded recording ({'xyz'[axis]} at {along} mm, in the order of "
+        "time): "
+    )
+    return [error(f"{text}did the payload slip, or does a torque drift?", "centre of mass")]
+
+
+def alignment(evidence: Evidence) -> list[Finding]:
+    """Pairs that method 3 takes for one motion, although their positions differ.
+
+    Over {MISMATCH:g} rad (rms): spoils the inertia.
+    """
+    worst = max(evidence.pairs, key=lambda pair: pair.rms_mismatch, default=None)
+    if worst is None or worst.rms_mismatch <= MISMATCH:
+        return []
+    text = (
+        f"{worst.unloaded.source} and {worst.loaded.source} differ by {1e3 * worst.rms_mismatch:.1f} mrad (rms) "
+        "after "
+    )
+    return [warning(f"{text}alignment: method 3 takes them for one motion")]
+
+
+def condition(evidence: Evidence) -> list[Finding]:
+    """Nearly dependent equations.
+
+    Condition number over {CONDITION:g} with columns scaled: spoils the inertia.
+    """
+    if evidence.condition is None or evidence.condition <= CONDITION:
+        return []
+    text = (
+        f"the equations are nearly dependent (condition number {evidence.condition:.0f} with columns scaled): move "
+    )
+    return [warning(f"{text}more joints at once, over a wider range")]
+
+
+def inertia(evidence: Evidence) -> list[Finding]:
+    """Inertia of the payload that is to be used.
+
+    Sigma of a moment at the centre of mass over {INERTIA_SIGMA:.0%}: spoils the inertia.
+    """
+    payload, spread = evidence.recommended, evidence.spread
+    if payload is None or spread is None:
+        return []
+    moments = np.diag(payload.body.inertia_com)
+    moments = np.maximum(moments, 1e-12 * max(float(moments.max()), 1e-300))
+    vague = ", ".join(f"{name} by {percent(part)}" for name, part in vague_moments(moments, spread.moments))
+    if not vague:
+        return []
+    size = max(float(np.trace(payload.body.inertia_com)) / 2.0, 1e-300)
+    sigmas = payload.free.larger_sigma[:6]
+    hidden = [kind for kind, sigma in zip(INERTIAL, sigmas, strict=False) if sigma > OWN_SIZE * size]
+    text = f"the inertia at the centre of mass is not determined (method {payload.method}, 1 sigma: {vague})"
+    if hidden:
+        text += f"; in units of the payload's own size the motion hardly shows {', '.join(hidden)}"
+    return [warning(f"{text}: use mass and centre of mass, or move the wrist faster")]
+
+
+def weights_apart(evidence: Evidence) -> list[Finding]:
+    """Nominal masses of weights that contradict one another: each only sets the scale of all gains (`gains`).
+
+    By {APART:.0%} and {APART_SIGMAS:g} sigma: spoils all.
+    """
+    apart = []
+    for first, second in combinations(evidence.gained.weights if evidence.gained is not None else (), 2):
+        ratio = (first.mass / first.nominal) / (second.mass / second.nominal)
+        sigma = float(np.hypot(first.sigma / first.mass, second.sigma / second.mass))
+        if abs(ratio - 1.0) > max(APART, APART_SIGMAS * sigma):
+            apart.append((abs(ratio - 1.0) / sigma, first, second))
+    if not apart:
+        return []
+
+    def text(weight: KnownWeight) -> str:
+        mass = f"{weight.mass:.4g} ± {weight.sigma:.2g} kg"
+        return f"mounting {weight.mounting} weighs {mass}, given as {weight.nominal:g} kg"
+
+    _, first, second = max(apart, key=lambda entry: entry[0])
+    return [
+        error(
+            f"the weights do not go together: with these gains {text(first)} and {text(second)}: is one mass given "
+            "wrongly, or are recordings of two mountings taken for one?",
+            "mass",
+        )
+    ]
+
+
+def known_gains(evidence: Evidence) -> list[Finding]:
+    """Gains that the recordings do not show well (`gains`).
+
+    None known to {KNOWN_WELL:.0%}: spoils all; some not: those.
+    """
+    sigma = evidence.gained.sigma if evidence.gained is not None else np.zeros(0)
+    vague = [(str(j), f"{100 * s:.2g}") for j, s in enumerate(sigma, 1) if not s <= KNOWN_WELL]
+    if not vague:
+        return []
+    names, parts = (", ".join(column) for column in zip(*vague, strict=True))
+    text = f"motor {names}: the gain is known to {parts} % only (1 sigma)"
+    if len(vague) == len(sigma):
+        return [error(f"{text}: take a heavier weight, off the flange's axis, and move faster, farther or longer")]
+    return [warning(f"{text}: keep the maker's there", "gain")]
+
+
+def rating(evidence: Evidence) -> list[Finding]:
+    """A mass beyond what the arm carries.
+
+    With all of its interval, and by over {ROUNDED:.0%}: spoils all.
+    """
+    rated, sigma = evidence.robot.rated_payload, evidence.spread.mass if evidence.spread is not None else 0.0
+    if not evidence.mass - NORMAL95 * sigma > (1.0 + ROUNDED) * rated:
+        return []
+    source = "as is assumed" if evidence.robot.assumed("rated_payload") else "by its data sheet"
+    text = f"a mass of {evidence.mass:.4g} kg is more than the {rated:g} kg that this arm carries {source}: "
+    return [error(f"{text}are the torques, the drive gains and the robot's description right?", "mass")]
+
+
+def conflicts(evidence: Evidence) -> list[Finding]:
+    """Constraints and weighed masses that contradict the data, and bounds that hold the answer back.
+
+    p below 0.01 by the robust variance: spoils all; an answer held at a bound that was given: the inertia.
+    """
+    if evidence.weighed is not None:
+        return []
+    findings: dict[str, Finding] = {}
+    for payload in evidence.constrained:
+        for test in payload.conflicts:
+            text = f"the data of method {payload.method} contradict the constraint: {test.constraint.description}"
+            findings.setdefault(test.constraint.description, error(f"{text} (p {test.p_value:.1g})"))
+        for weighing in payload.weighings:
+            if weighing.conflict:
+                text = f"method {payload.method} identifies {weighing.identified:.4g} kg, the scale shows "
+                text += f"{weighing.mass:g} kg: {abs(weighing.z):.1f} sigma apart"
+                findings.setdefault(f"weighed {weighing.mass}", error(text, "mass"))
+    together = [payload.p_value for payload in evidence.constrained if payload.conflict]
+    if together and not findings:
+        findings[""] = error(f"the constraints together contradict the data (p {min(together):.1g})")
+    for key, finding in _bounds(evidence.recommended) if evidence.recommended is not None else ():
+        findings.setdefault(key, finding)
+    return list(findings.values())
+
+
+def _bounds(payload: ConstrainedPayload) -> Iterator[tuple[str, Finding]]:
+    """Active constraints; that the body must exist is no bound that someone set."""
+    for test in payload.tested:
+        if not isinstance(test.constraint, PossibleBody):
+            description = test.constraint.description
+            yield description, warning(f"the answer is held at a bound that was given: {description}")

@@ -1,1 +1,0 @@
-"""Checks of recordings and answers: each a function from the evidence to its findings, thresholds beside it."""

@@ -1,0 +1,321 @@
+"""One least-squares engine for every hypothesis: robot and payload together (method 4) on subsampled states.
+
+A hypothesis adds columns, or reads the recordings in another way. Gram matrices of columns scaled to norm 1 are
+accurate enough for both, and fast; standard deviations leave out one block of time after another.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+from scipy.linalg import solve_triangular
+
+from ...common.arrays import Array
+from ...model import Robot
+from ...model.many_states import own_columns, regressor_at
+from ...model.regressors import payload_columns
+from ..equations.equations import PAYLOAD
+from ..fit.roles import Prior
+from ..payload.result import frame_change
+from ..signals.rows import Mask
+from .states import BLOCKS, Index, States
+
+_RANK = 1e-10  # of the largest eigenvalue: squares of columns, scaled to norm 1
+_REMAINS = 1e-6  # fraction of a direction that the other blocks must determine
+_NOTHING = 1e-20  # of the largest column's square: rounding
+_FLOOR = 1e-9  # of a joint's torque: data without noise still need finite weights
+
+
+@dataclass(frozen=True, eq=False)
+class System:
+    """Equations of robot and payload on subsampled states.
+
+    Attributes:
+        names: of the robot's columns.
+        columns: the robot's, the payload's ten in its frame, and what friction changes by under load, n x c x N.
+        torque: less what is known of the robot [N·m or N], n x N.
+        keep: rows that are used, n x N.
+        nominal: values of the robot from an earlier identification, else zero, by ``names``.
+        prior: Gram matrix of the prior rows, c x c.
+        inflation: factor by which memory of the errors raises the variances that these equations leave.
+    """
+
+    robot: Robot
+    states: States
+    names: tuple[str, ...]
+    columns: Array
+    torque: Array
+    keep: Mask
+    nominal: Array
+    prior: Array
+    inflation: float = 1.0
+
+    @staticmethod
+    def of(
+        robot: Robot, states: States, changes: Mapping[str, float] | None = None, known: Prior | None = None
+    ) -> "System":
+        """Set up the equations.
+
+        Args:
+            robot: as described.
+            states: with payload where any of them is loaded.
+            changes: frictions that may differ under load, with the weight of the prior row of each, 0 for none.
+            known: parameters of the robot from an earlier identification.
+
+        Raises:
+            InputError: if a joint leaves the table of its spring.
+        """
+        own = known.names if known is not None else own_columns(robot)
+        payload = payload_columns(robot) if states.loaded.any() else ()
+        changes = dict(changes or {}) if payload else {}
+        names = tuple(dict.fromkeys((*own, *payload, *changes)))
+        W = regressor_at(robot.with_offsets(True), names, states.q, states.qd, states.qdd)
+        load, friction = (W[:, [names.index(name) for name in some]] * states.loaded for some in (payload, changes))
+        if payload:
+            load = np.einsum("jcn,cd->jdn", load, frame_change(robot.flange))
+        torque = np.array(states.torque.T)
+        if robot.spring is not None:
+            k = robot.spring.joint - 1
+            torque[k] = torque[k] + robot.spring.torque(states.q[:, k])
+        columns = np.concatenate([W[:, : len(own)], load, friction], axis=1)
+        prior, nominal = np.zeros((columns.shape[1],) * 2), np.zeros(len(own))
+        if known is not None:
+            prior[: len(own), : len(own)], nominal = known.root.T @ known.root, known.values
+            torque -= np.einsum("jcn,c->jn", W[:, : len(own)], nominal)
+        index = np.arange(len(own) + len(payload), len(prior))
+        prior[index, index] = np.square(list(changes.values()))
+        inflation = known.inflation if known is not None else 1.0
+        return System(robot, states, tuple(own), columns, torque, states.keep.T, nominal, prior, inflation)
+
+    @property
+    def payload(self) -> slice:
+        """Index of the payload's ten; empty where nothing hangs on the robot."""
+        return slice(len(self.names), len(self.names) + (len(PAYLOAD) if self.states.loaded.any() else 0))
+
+    @cached_property
+    def weights(self) -> Array:
+        """Weights of the joints by their residuals [1/(N·m) or 1/N], shape (n,)."""
+        weights = np.ones(self.robot.n)
+        for _ in range(2):
+            weights = self.fit(weights).own_weights
+        return weights
+
+    @cached_property
+    def values(self) -> Array:
+        """Parameters of robot and payload, shape (c,); those that nothing shows are zero."""
+        values = self.fit(self.weights).values
+        values[: len(self.names)] += self.nominal
+        return values
+
+    def fit(self, weights: Array) -> "SystemFit":
+        """Solve the equations, friction as it is without load."""
+        c = self.payload.stop
+        rows = (self.columns[:, :c] * (weights[:, None] * self.keep)[:, None]).transpose(1, 0, 2).reshape(c, -1)
+        return SystemFit(self, weights, _whitening(rows @ rows.T + self.prior[:c, :c]))
+
+    def grams(self, columns: Array, groups: Index, count: int) -> Array:
+        """Gram matrices of all columns, more columns (n x m x N) and the torque, group by group; count x C x C."""
+        rows = np.concatenate([self.columns, columns, self.torque[:, None]], axis=1)
+        rows = (rows * (self.weights[:, None] * self.keep)[:, None]).transpose(1, 0, 2)
+        edges = np.searchsorted(groups, np.arange(count + 1))
+        parts = (rows[:, :, a:b].reshape(len(rows), -1) for a, b in pairwise(edges))
+        return np.array([part @ part.T for part in parts])
+
+    def with_columns(self, columns: Array) -> "Added":
+        """Add columns to the equations, n x m x N."""
+        return Added.of(self.grams(columns, self.states.block, BLOCKS), self.prior, self.payload, self.inflation)
+
+    def without_stretches(self, worse: float) -> tuple[int, int, Array]:
+        """Leave out stretches of 3 s whose mean squared residual is ``worse`` times the median.
+
+        Returns:
+            Number left out, number of stretches, change of the payload's ten, shape (10,).
+        """
+        stretch, none = self.states.stretch, np.zeros((self.robot.n, 0, len(self.states.t)))
+        grams = self.grams(none, stretch, int(stretch[-1]) + 1)
+        whole = grams.sum(axis=0)
+        whole[:-1, :-1] += self.prior
+        values = _solution(whole)
+        error, rows = np.append(-values, 1.0), np.bincount(stretch, self.keep.sum(axis=0), len(grams))
+        means = np.einsum("i,kij,j->k", error, grams, error)[rows > 0] / rows[rows > 0]
+        high = means > worse * np.median(means)
+        change = _solution(whole - grams[rows > 0][high].sum(axis=0)) - values
+        return int(high.sum()), len(means), change[self.payload]
+
+    def of_difference(self) -> "System":
+        """Equations of method 3: the loaded torque less the robot's own."""
+        own = slice(len(self.names), None)
+        torque = self.torque - np.einsum("jcn,c->jn", self.columns[:, : own.start], self.values[: own.start])
+        keep = self.keep & (self.states.loaded > 0.0)
+        columns, prior = self.columns[:, own], self.prior[own, own]
+        return System(self.robot, self.states, (), columns, torque, keep, self.nominal[:0], prior, self.inflation)
+
+
+class SystemFit(NamedTuple):
+    """Solution of a system for some weights of the joints; ``root``: root root' inverts the Gram matrix."""
+
+    system: System
+    weights: Array
+    root: Array
+
+    def errors(self, torque: Array | None = None) -> Array:
+        """Weighted errors that are left of the system's torque, or of another one, n x N."""
+        system = self.system
+        torque = system.torque if torque is None else torque
+        values = self._values(torque)
+        left = torque - np.einsum("jcn,c->jn", system.columns[:, : len(values)], values)
+        return np.asarray(left * system.keep * self.weights[:, None])
+
+    @property
+    def values(self) -> Array:
+        """Parameters, friction as it is without load, shape (c,)."""
+        values = self._values(self.system.torque)
+        return np.concatenate([values, np.zeros(len(self.system.prior) - len(values))])
+
+    def _values(self, torque: Array) -> Array:
+        c, weighted = len(self.root), torque * self.system.keep * self.weights[:, None] ** 2
+        return np.asarray(self.root @ (self.root.T @ np.einsum("jcn,jn->c", self.system.columns[:, :c], weighted)))
+
+    def relative(self, torque: Array | None = None) -> Array:
+        """Error norm over torque norm of each joint, shape (n,); of the system's torque, or of another one."""
+        keep, torque = self.system.keep, self.system.torque if torque is None else torque
+        norms = np.linalg.norm(torque * keep, axis=1)
+        errors = np.linalg.norm(self.errors(torque), axis=1) / self.weights
+        return np.asarray(errors / np.where(norms == 0.0, 1.0, norms) + _FLOOR)
+
+    @property
+    def own_weights(self) -> Array:
+        """Weights of the joints by their errors [1/(N·m) or 1/N], shape (n,)."""
+        keep = self.system.keep
+        norms = np.linalg.norm(self.system.torque * keep, axis=1)
+        rms = self.relative() * np.where(norms == 0.0, 1.0, norms) / np.sqrt(np.maximum(keep.sum(axis=1), 1))
+        return np.asarray(1.0 / np.where(keep.any(axis=1), rms, 1.0))
+
+    def likelihood(self, torque: Array | None = None) -> Array:
+        """Log-likelihood of each row, n x N; each joint's variance by its own errors, over its torque's.
+
+        Over the torque's, for a joint's torque may be in another unit.
+        """
+        keep, torque = self.system.keep, self.system.torque if torque is None else torque
+        relative = self.relative(torque)
+        norms = np.linalg.norm(torque * keep, axis=1)
+        rms = relative * np.where(norms == 0.0, 1.0, norms) / np.sqrt(np.maximum(keep.sum(axis=1), 1))
+        errors = self.errors(torque) / self.weights[:, None] / rms[:, None]
+        return np.asarray(np.where(keep, -np.log(relative)[:, None] - 0.5 * errors**2, 0.0))
+
+
+class Effect(NamedTuple):
+    """What the recordings say of columns that a hypothesis adds.
+
+    ``name``: of the hypothesis; ``where``: in which recordings; ``values`` (k,) of the columns with ``covariance``,
+    nan where nothing shows them; ``effect``: on the payload's ten once corrected, 10 x k; ``fall``: fraction of the
+    squared residual that they take off; ``size`` in SI units with its standard deviation ``sigma``;
+    ``by_difference``: the effect on method 3, if that is another one.
+    """
+
+    name: str
+    where: str
+    values: Array
+    covariance: Array
+    effect: Array
+    fall: float = 0.0
+    size: float = 0.0
+    sigma: float = 0.0
+    by_difference: Array | None = None
+
+    def z(self, *index: int) -> float:
+        """Standard deviations from zero of some of the values together, of all by default; 0 where not shown."""
+        k = list(index or range(len(self.values)))
+        C = self.covariance[np.ix_(k, k)]
+        if not np.isfinite(C).all():
+            return 0.0
+        square = float(self.values[k] @ np.linalg.pinv(C, hermitian=True) @ self.values[k])
+        return float(np.sqrt(max(square, 0.0)))
+
+    @property
+    def change(self) -> Array:
+        """Change of the payload's ten by correcting it, shape (10,)."""
+        return np.asarray(self.effect @ self.values)
+
+
+class Added(NamedTuple):
+    """What a system's columns leave of added columns and of the torque.
+
+    ``whole``: their Gram matrix, torque last; ``left``: the same without each block of time; ``payload``: the
+    payload's ten that stand for each column and the torque, 10 x (m + 1).
+    """
+
+    whole: Array
+    left: Array
+    payload: Array
+    inflation: float = 1.0
+
+    @staticmethod
+    def of(blocks: Array, prior: Array, payload: slice, inflation: float = 1.0) -> "Added":
+        """Project Gram matrices by block (columns, added columns, torque) on what the first columns leave."""
+        c, whole = len(prior), blocks.sum(axis=0)
+        whole[:c, :c] += prior
+        root = _whitening(whole[:c, :c])
+        left = np.array([_rest(whole - block, root) for block in blocks])
+        return Added(_rest(whole, root), left, (root @ (root.T @ whole[:c, c:]))[payload], inflation)
+
+    def effect(self, *index: int, beside: tuple[int, ...] = (), name: str = "", where: str = "") -> Effect:
+        """Estimate some of the added columns, others free as far as these are more than rounding."""
+        squares, k = np.diag(self.whole), len(index)
+        beside = tuple(i for i in beside if squares[i] > _RANK * squares[list(index)].max())
+        every = [*index, *beside]
+        inverse = _inverse(self.whole[np.ix_(every, every)])
+        values = (inverse @ self.whole[every, -1])[:k]
+        each = [(_inverse(gram[np.ix_(every, every)]) @ gram[every, -1])[:k] - values for gram in self.left]
+        covariance = (1.0 - 1.0 / len(each)) * np.array(each).T @ np.array(each)
+        variance = self.inflation * np.diag(inverse)[:k]
+        sigma, formula = np.sqrt(np.diag(covariance)), np.sqrt(np.where(variance > 0.0, variance, np.nan))
+        wider = np.maximum(1.0, formula / np.maximum(sigma, 1e-300))
+        free = _inverse(self.whole[np.ix_(beside, beside)]) @ self.whole[np.ix_(beside, index)]
+        effect = self.payload[:, list(beside)] @ free - self.payload[:, list(index)]
+        fall = (self._explained(every) - self._explained(list(beside))) / max(float(self.whole[-1, -1]), 1e-300)
+        return Effect(name, where, values, covariance * np.outer(wider, wider), effect, fall)
+
+    def _explained(self, k: list[int]) -> float:
+        return float(self.whole[k, -1] @ _inverse(self.whole[np.ix_(k, k)]) @ self.whole[k, -1])
+
+
+def _whitening(gram: Array) -> Array:
+    """K with K K' the inverse of a Gram matrix, as far as it determines its columns; c x r."""
+    squares = np.diag(gram)
+    size = np.sqrt(np.where(squares > _NOTHING * squares.max(initial=0.0), squares, np.inf))
+    eigenvalues, V = np.linalg.eigh(gram / np.outer(size, size))
+    significant = eigenvalues > _RANK * eigenvalues[-1:].sum()
+    return np.asarray(V[:, significant] / np.sqrt(eigenvalues[significant]) / size[:, None])
+
+
+def _solution(gram: Array) -> Array:
+    root = _whitening(gram[:-1, :-1])
+    return np.asarray(root @ (root.T @ gram[:-1, -1]))
+
+
+def _rest(gram: Array, root: Array) -> Array:
+    """Gram matrix of the last columns less all that the first ones explain; ``root`` makes these nearly white."""
+    c = len(root)
+    white, right = root.T @ gram[:c, :c] @ root, root.T @ gram[:c, c:]
+    try:
+        L = np.linalg.cholesky(white)
+        clear = bool(np.diag(L).min(initial=1.0) ** 2 > _REMAINS)
+    except np.linalg.LinAlgError:
+        clear = False
+    if clear:
+        explained = solve_triangular(L, right, lower=True)
+    else:
+        eigenvalues, V = np.linalg.eigh(white)
+        significant = eigenvalues > _REMAINS
+        explained = (V[:, significant] / np.sqrt(eigenvalues[significant])).T @ right
+    return np.asarray(gram[c:, c:] - explained.T @ explained)
+
+
+def _inverse(gram: Array) -> Array:
+    """Inverse of a small Gram matrix, columns of which nothing is left taken out."""
+    size = np.sqrt(np.maximum(np.diag(gram), 1e-300))
+    return np.asarray(np.linalg.pinv(gram / np.outer(size, size), 1e-12, hermitian=True) / np.outer(size, size))

@@ -1,0 +1,366 @@
+"""The table of hypotheses that add columns: what else than robot and payload may be in the torques.
+
+A row holds everything about one fault: its columns, from where on it stands out, what it spoils, its text and what
+to do. To look for another fault, add a row.
+"""
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from ...common.arrays import Array
+from ...model import INERTIAL, Robot
+from ...model.many_states import point_at, regressor_at
+from ...model.names import parameter_kind
+from ...model.regressors import payload_columns
+from ..payload.result import frame_change
+from .engine import Effect, System
+from .evidence import Evidence
+from .finding import Finding, error, note, warning
+from .states import STRETCH
+
+WITH_PAYLOAD = " with payload"
+WHERE = ("", " without payload", WITH_PAYLOAD)
+"""In which recordings: all, or some."""
+MOVED = 0.025
+"""Relative change of the mass above which a fault spoils every number."""
+SLIP, SLIP_Z = 0.01, 6.0
+"""m and standard deviations by which the centre of mass differs in the second half of the loaded recordings."""
+LATE, LATE_Z = 0.008, 5.0
+"""s and standard deviations of a delay between torque and position."""
+LEVEL = np.radians(1.0)
+"""rad: standard deviation of a base's tilt about either horizontal axis, as mounted arms have it."""
+TILT, TILT_Z, STEEP = np.radians(0.5), 5.0, np.radians(5.0)
+"""rad and standard deviations of a tilt that is taken out of the payload and reported; smaller ones widen the
+intervals only. Beyond the last no mounting leans by mistake: nothing should be used."""
+PULL, PULL_Z, ALONG_Z = 0.025, 7.0, 4.5
+"""Force over the payload's weight, and standard deviations of it, above which something pulls at the flange.
+
+The last: of stiffness and upward force with payload alone, if the stiffness pulls. What a model leaves of a real
+arm shows least there, up to 2.8; a force to the side with payload up to 4.8, stiffness in all recordings up to 5.7.
+"""
+BURST, FEWEST = 3.0, 12
+"""Mean squared residual of a stretch over their median, above which the stretch is left out; stretches of which a
+median says something."""
+CLEARER = 1.2
+"""Ratio of what a pull takes off to what a tilt, a delay or a slip does, above which it is reported.
+
+A tilted base looks like a force to the side, which takes off as much at most (1.01); a spring that pulls to the
+side takes off 1.4 times as much as a tilt, and more.
+"""
+_UPRIGHT = 1e-9  # sine of the angle between the first axis and gravity
+_ALONG, _ACROSS = (0, 3), (1, 2)  # stiffness and upward force; the horizontal force
+
+
+class Hypothesis(NamedTuple):
+    """A fault that adds columns to the equations.
+
+    ``seen``: estimates it on a system, None where the recordings cannot show it; ``stands_out``: whether it is more
+    than chance, a model's own errors and its own standard deviation; ``finding``: what it spoils, the text and what
+    to do; ``limits``: from where on, for the documentation.
+    """
+
+    name: str
+    seen: Callable[[System], Effect | None]
+    stands_out: Callable[[Effect], bool]
+    finding: Callable[[Effect, Evidence], Finding]
+    limits: str
+
+
+def parts(loaded: Array) -> list[tuple[str, Array]]:
+    """All states, those without and those with payload, as 1 or 0; where all are alike, these."""
+    if loaded.all():
+        return [(WITH_PAYLOAD, loaded)]
+    masks = np.ones(len(loaded)), 1.0 - loaded, loaded
+    return list(zip(WHERE, masks if loaded.any() else masks[:1], strict=False))
+
+
+def spoils(evidence: Evidence, change: Array, more: float = 0.0) -> bool:
+    """Whether a change of the ten moves the mass, by up to ``more`` [kg] more, or the centre of mass."""
+    mass = abs(evidence.mass)
+    return float(np.linalg.norm(change[6:9])) > SLIP * mass or not abs(change[9]) + more <= MOVED * mass
+
+
+def late(system: System) -> Effect:
+    """Estimate the delay in the recordings in which it stands out most: the slope of the torques."""
+    masks = parts(system.states.loaded)
+    added = system.with_columns(np.stack([system.states.slope.T * mask for _, mask in masks], axis=1))
+    effects = [added.effect(k, name="late", where=where) for k, (where, _) in enumerate(masks)]
+    best = max(effects, key=lambda effect: effect.z())
+    return best._replace(size=-float(best.values[0]), sigma=float(np.sqrt(best.covariance[0, 0])))
+
+
+def _late(effect: Effect, evidence: Evidence) -> Finding:
+    text = (
+        f"the torques{effect.where} {'lag' if effect.size > 0.0 else 'lead'} position by about "
+        f"{1e3 * abs(effect.size):.0f} ± {1e3 * effect.sigma:.1g} ms or more: check the log's time stamps"
+    )
+    if evidence.of_robot:
+        return note(text)
+    if not spoils(evidence, effect.change):
+        return warning(text)
+    mass = evidence.mass + effect.change[9]
+    return error(f"{text}; corrected for it, the mass is {mass:.3g} kg" if np.isfinite(mass) else text)
+
+
+def slip(system: System) -> Effect | None:
+    """Estimate a step of the centre of mass half way through the loaded recordings."""
+    loaded, load = system.states.loaded, system.columns[:, system.payload]
+    mass = system.values[system.payload][9] if loaded.any() else 0.0
+    if not mass > 0.0:
+        return None
+    second_half = (np.cumsum(loaded) > 0.5 * loaded.sum()) * loaded
+    effect = system.with_columns(load[:, 6:9] * second_half).effect(0, 1, 2, name="slip", where=WITH_PAYLOAD)
+    size, sigma = np.linalg.norm(effect.values) / mass, np.sqrt(np.trace(effect.covariance)) / mass
+    return effect._replace(size=float(size), sigma=float(sigma))
+
+
+def _slip(effect: Effect, _: Evidence) -> Finding:
+    return error(
+        f"the centre of mass moves by {1e3 * effect.size:.0f} ± {1e3 * effect.sigma:.1g} mm half way through the "
+        "recordings with payload: did it slip?",
+        "centre of mass",
+    )
+
+
+def tilt(system: System) -> Effect | None:
+    """Estimate by how much gravity leans about two horizontal axes; None where there is none, or nothing shows it.
+
+    First moments about a first axis along gravity show in a tilt alone: they are free.
+    """
+    robot, states, g = system.robot, system.states, np.array(system.robot.gravity)
+    if not g.any():
+        return None
+    first = robot.joints[0]
+    axis = np.array([0.0, -np.sin(first.alpha), np.cos(first.alpha)])
+    upright_axis = first.revolute and np.linalg.norm(np.cross(axis, g)) < _UPRIGHT * np.linalg.norm(g)
+    rigid = [k for k, name in enumerate(system.names) if parameter_kind(name) in INERTIAL]
+    load, moments = payload_columns(robot) if states.loaded.any() else (), ("MX1", "MY1") if upright_axis else ()
+    names = tuple(dict.fromkeys([*(system.names[k] for k in rigid), *load, *moments]))
+    ten = frame_change(robot.flange) @ system.values[system.payload] if load else np.zeros(0)
+    own, heavy, free = [], [], list[Array]()
+    for across in horizontal(g):
+        leaning = replace(robot, gravity=(float(across[0]), float(across[1]), float(across[2])))
+        W = regressor_at(leaning, names, states.q, np.zeros(states.q.shape), np.zeros(states.q.shape))
+        own.append(np.einsum("jcn,c->jn", W[:, : len(rigid)], system.values[rigid]))
+        heavy.append(np.einsum("jcn,c->jn", W[:, [names.index(name) for name in load]], ten) * states.loaded)
+        free = free or [W[:, names.index(name)] for name in moments]
+    lean = np.stack([a + b for a, b in zip(own, heavy, strict=True)], axis=1)
+    added = system.with_columns(np.concatenate([lean, *(column[:, None] for column in free)], axis=1))
+    effect = added.effect(0, 1, beside=tuple(range(2, 2 + len(free))), name="tilt")
+    if not (np.diag(effect.covariance) > 0.0).all():
+        return None
+    size = float(np.linalg.norm(effect.values))
+    along = effect.values / max(size, 1e-300)
+    by_difference = None
+    if load:
+        by_difference = system.of_difference().with_columns(np.stack(heavy, axis=1)).effect(0, 1).effect
+    sigma = float(np.sqrt(along @ effect.covariance @ along))
+    return effect._replace(size=size, sigma=sigma, by_difference=by_difference)
+
+
+def tilt_correction(lean: Effect, method: int) -> tuple[Array, Array]:
+    """Change of a method's ten by correcting a tilt that stands out, as far as it is believed, and its covariance.
+
+    A tilt that does not stand out is left in the ten: the covariance then holds its mean square.
+    """
+    effect = lean.by_difference if method == 3 and lean.by_difference is not None else lean.effect
+    inverse = np.linalg.inv(lean.covariance)
+    variance = np.linalg.inv(inverse + np.eye(2) / LEVEL**2)
+    mean = variance @ inverse @ lean.values
+    if not BY_NAME["tilt"].stands_out(lean):
+        return np.zeros(len(effect)), effect @ (variance + np.outer(mean, mean)) @ effect.T
+    return effect @ mean, effect @ variance @ effect.T
+
+
+def _tilt(effect: Effect, evidence: Evidence) -> Finding:
+    text = (
+        f"gravity leans by {np.degrees(effect.size):.1f} ± {np.degrees(effect.sigma):.1g} degrees from the robot's "
+        "description (is the base level?)"
+    )
+    if effect.size > STEEP:
+        return error(f"{text}: correct gravity in the robot's file, or the mounting")
+    left = "the robot's parameters hold that" if evidence.of_robot else "the payload is corrected for it"
+    return note(f"{text}: {left}")
+
+
+def pulls(system: System) -> tuple[Effect, ...]:
+    """Estimate a hose or cable at the flange, in all recordings or some: a force that changes with its position.
+
+    Towards a fixed anchor it is F = c - k p, p the flange's position. Four columns: J'p, that of the stiffness k,
+    and J'e along two horizontal axes and upwards for the constant c. A constant pull upwards differs from a lighter
+    payload by the payload's inertia alone: a slow motion leaves it open, and the mass with it.
+    """
+    robot, masks = system.robot, parts(system.states.loaded)
+    position, moved = point_at(robot, flange(robot), system.states.q)
+    axes = upright(robot)
+    columns = np.stack([np.einsum("ajn,an->jn", moved, position), *np.einsum("ajn,ka->kjn", moved, -axes)], axis=1)
+    added = system.with_columns(np.concatenate([columns * mask for _, mask in masks], axis=1))
+    weight = float(np.abs(system.values[system.payload][9:]).sum()) * float(np.linalg.norm(robot.gravity))
+    effects = []
+    for k, (where, mask) in enumerate(masks):
+        effect = added.effect(4 * k, 4 * k + 1, 4 * k + 2, 4 * k + 3, name="pull", where=where)
+        force = (effect.values[1:] @ axes)[:, None] - effect.values[0] * position[:, mask > 0.0]
+        rms = float(np.sqrt(np.mean(np.sum(force**2, axis=0))))
+        effects.append(effect._replace(size=rms / max(weight, 1e-300)))
+    return tuple(effects)
+
+
+def _pulls(effect: Effect) -> bool:
+    """No hose pushes away from where it ends."""
+    along = effect.where == WITH_PAYLOAD and effect.values[0] > 0.0 and effect.z(*_ALONG) > ALONG_Z
+    shown = bool((np.abs(effect.values) > np.sqrt(np.diag(effect.covariance))).any())
+    return effect.size > PULL and shown and (along or pull_z(effect) > PULL_Z)
+
+
+def pull_z(effect: Effect) -> float:
+    """Standard deviations from none: of stiffness and upward force together, or of the horizontal force."""
+    return max(effect.z(*_ALONG), effect.z(*_ACROSS))
+
+
+def pull_of(evidence: Evidence) -> Effect | None:
+    """The pull that stands out, which may look like a scale or another robot, too."""
+    effect = evidence.diagnosis.effect("pull")
+    return effect if effect is not None and _pulls(effect) else None
+
+
+def _pull(effect: Effect, evidence: Evidence) -> Finding:
+    (stiffness, *_, up), (sigma, *_, up_sigma) = effect.values, np.sqrt(np.diag(effect.covariance))
+    sideways = float(np.linalg.norm(effect.values[list(_ACROSS)]))
+    force = [f"{stiffness:.3g} ± {sigma:.1g} N/m"] if abs(stiffness) > sigma else []
+    force += [f"{sideways:.2g} N to the side"] if effect.z(*_ACROSS) > 1.0 else []
+    force += [f"{up:.2g} ± {up_sigma:.1g} N up"] if abs(up) > up_sigma else []
+    mass_sigma = (
+        float(np.sqrt(effect.effect[9] @ effect.covariance @ effect.effect[9])) if len(effect.effect) else 0.0
+    )
+    mass, left = evidence.mass + (effect.change[9] if len(effect.effect) else 0.0), ""
+    if evidence.of_robot:
+        left = ": the robot's parameters hold that"
+    elif np.isfinite(mass) and np.isfinite(mass_sigma):
+        left = f" without it the mass would be {mass:.3g} ± {mass_sigma:.1g} kg"
+    text = (
+        f"{effect.where} something pulls at the flange ({', '.join(force)}), a hose or cable?{left}: take it off, "
+        "or "
+        "fasten it so that it does not pull, and record again"
+    ).strip()
+    if evidence.of_robot:
+        return note(text)
+    return error(text) if spoils(evidence, effect.change, 2.0 * mass_sigma) else warning(text)
+
+
+def horizontal(g: Array) -> tuple[Array, Array]:
+    """Two vectors as long as gravity, across it and each other."""
+    length = float(np.linalg.norm(g))
+    first = np.cross(g, np.eye(3)[int(np.argmin(np.abs(g)))])
+    first *= length / float(np.linalg.norm(first))
+    return first, np.cross(g, first) / length
+
+
+def upright(robot: Robot) -> Array:
+    """Two horizontal unit vectors and the one upwards; the axes of the base where there is no gravity."""
+    g = np.array(robot.gravity)
+    rows = np.array([*horizontal(g), -g]) if g.any() else np.eye(3)
+    return np.asarray(rows / np.linalg.norm(rows, axis=1)[:, None])
+
+
+def flange(robot: Robot) -> Array:
+    """Origin of the flange in frame n [m]; that of the payload's frame where the flange is not known."""
+    origin = np.array(robot.flange.origin)
+    if robot.flange_pose is None:
+        return origin
+    return np.asarray(origin + np.array(robot.flange.rotation) @ np.array(robot.flange_pose.origin))
+
+
+def bursts(system: System) -> Effect | None:
+    """Find stretches of 3 s whose mean squared residual stands out, and the payload without them.
+
+    None where there are none, or more than half, or few stretches altogether.
+    """
+    if not system.states.loaded.any():
+        return None
+    count, stretches, change = system.without_stretches(BURST)
+    if not count or 2 * count > stretches or stretches < FEWEST:
+        return None
+    return Effect("bursts", "", np.ones(1), np.zeros((1, 1)), change[:, None], size=count, sigma=stretches)
+
+
+def _bursts(effect: Effect, evidence: Evidence) -> Finding:
+    return note(
+        f"{effect.size:.0f} of {effect.sigma:.0f} stretches of {STRETCH:.2g} s have outstanding residuals "
+        "(contact, a "
+        f"hose, a shock?): without them the mass is {evidence.mass + effect.change[9]:.3g} kg; the intervals reach "
+        "both",
+        "mass",
+    )
+
+
+HYPOTHESES = (
+    Hypothesis(
+        "pull",
+        lambda system: max(filter(_pulls, pulls(system)), key=lambda effect: effect.fall, default=None),
+        _pulls,
+        _pull,
+        f"a force at the flange over {PULL:.1%} of the payload's weight and {PULL_Z:g} sigma, or {ALONG_Z:g} sigma "
+        "of "
+        f"stiffness and upward force with payload alone; spoils all where the mass may be {MOVED:.1%} (2 sigma), "
+        "or "
+        f"the centre of mass {1e3 * SLIP:.0f} mm off, else the inertia",
+    ),
+    Hypothesis(
+        "slip",
+        slip,
+        lambda effect: effect.size > SLIP and effect.z() > SLIP_Z,
+        _slip,
+        f"the centre of mass in the second half of the loaded recordings {1e3 * SLIP:.0f} mm and {SLIP_Z:g} sigma "
+        "off; spoils all",
+    ),
+    Hypothesis(
+        "late",
+        late,
+        lambda effect: abs(effect.size) > LATE and effect.z() > LATE_Z,
+        _late,
+        f"torques {1e3 * LATE:.0f} ms and {LATE_Z:g} sigma late or early; spoils all where the mass is "
+        f"{MOVED:.1%}, or "
+        f"the centre of mass {1e3 * SLIP:.0f} mm off, else the inertia",
+    ),
+    Hypothesis(
+        "tilt",
+        tilt,
+        lambda effect: effect.size > TILT and effect.z() > TILT_Z,
+        _tilt,
+        f"gravity leans by over {np.degrees(STEEP):.0f} degrees and {TILT_Z:g} sigma: spoils all; noted from "
+        f"{np.degrees(TILT):g} degrees",
+    ),
+    Hypothesis(
+        "bursts",
+        bursts,
+        lambda _: True,
+        _bursts,
+        f"stretches of {STRETCH:.0f} s with over {BURST:g} times the median's squared residual: noted where the "
+        "mass "
+        f"without them differs by over {MOVED:.1%} and 2 sigma",
+    ),
+)
+BY_NAME = {hypothesis.name: hypothesis for hypothesis in HYPOTHESES}
+
+
+def effects_of(system: System) -> tuple[Effect, ...]:
+    """Estimate every hypothesis; a pull only where it takes off clearly more than the others, then no tilt."""
+    effects = [effect for row in HYPOTHESES if (effect := row.seen(system)) is not None]
+    others = max((effect.fall for effect in effects if effect.name != "pull"), default=0.0)
+    hung = any(effect.name == "pull" and effect.fall > CLEARER * others for effect in effects)
+    return tuple(effect for effect in effects if effect.name != ("tilt" if hung else "pull"))
+
+
+def hypotheses(evidence: Evidence) -> list[Finding]:
+    """Faults that add torques: a hose, a slip, a delay, a tilt."""
+    findings = []
+    for effect in evidence.diagnosis.effects:
+        row = BY_NAME[effect.name]
+        if row.stands_out(effect):
+            finding = row.finding(effect, evidence)
+            serious = finding.severity == "error"
+            findings.append(finding._replace(cause=serious, explains=effect.fall if serious else 0.0))
+    return findings

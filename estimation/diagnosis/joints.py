@@ -1,0 +1,159 @@
+"""Whether all joints show the same payload: the test of drive gains and friction."""
+
+from dataclasses import replace
+from itertools import combinations
+from typing import NamedTuple
+
+import numpy as np
+from scipy.special import fdtrc
+
+from ...common.arrays import Array
+from ..fit.robust import NORMAL95, few_blocks
+from ..payload.by_joints import ByJoints
+from .evidence import Evidence
+from .finding import Finding, error, note, warning
+
+NOTABLE, NOTABLE_SIGMAS = 0.03, 3.3
+"""Relative difference of the mass between two joints that is reported, and its standard deviations."""
+WRONG, SHARE = 0.10, 0.15
+"""Relative difference of one joint's mass from the answer, and of its share from 1: real joints lie within 0.1."""
+SIGMAS = 4.5
+"""Standard deviations beyond which a difference is none by chance."""
+CHANCE = (0.1, 0.01)
+"""Probabilities that joints which agree disagree as much by chance: below the first intervals widen, below the
+second by all of the disagreement."""
+TOGETHER = 2.5
+"""Factor by which all shares together widen the intervals, above which it is reported."""
+USEFUL = 0.10
+"""Relative half-width of the mass's 95 % interval, grown by the joints' disagreement, above which it is useless."""
+
+
+class Odd(NamedTuple):
+    """Joints that do not go with the answer, the worst first, and whether that is more than worth knowing."""
+
+    joints: tuple[int, ...]
+    text: str
+    serious: bool = True
+
+
+def joints(evidence: Evidence) -> list[Finding]:
+    """Joints that show another payload than the others: drive gains, friction.
+
+    A share {SHARE:.0%}, a mass {WRONG:.0%} (and {SIGMAS:g} sigma) off, two masses {NOTABLE:.0%} and
+    {NOTABLE_SIGMAS:g} sigma apart. Every interval grows by the disagreement (Birge), and all is spoilt only where
+    the mass's is then over {USEFUL:.0%}, or where leaving the joint out moves the mass out of it; else the inertia.
+    Noted from a growth of {TOGETHER:g}.
+    """
+    view = evidence.diagnosis.by_joints
+    view = view if evidence.weighed is None else _allowing(view)
+    odd = _odd(evidence, view)
+    if odd is None:
+        return []
+    mass, advice = evidence.mass, "check drive gains and friction there"
+    if evidence.spread is None:
+        return [error(f"{odd.text}: {advice}")]
+    half = NORMAL95 * evidence.spread.mass
+    if not half <= USEFUL * abs(mass):
+        grown = f"the interval that holds all of them is ± {100 * half / max(abs(mass), 1e-300):.0f} %"
+        return [error(f"{odd.text}; {grown}: {advice}")]
+    for joint in odd.joints:
+        without = next((reading for reading in view.without if joint not in reading.joints), None)
+        left = without.mass if without is not None else None
+        if without is None or left is None:
+            return [error(f"{odd.text}; without joint {joint} nothing shows the mass: {advice}")] * odd.serious
+        if abs(left - mass) > half + NORMAL95 * without.sigma:
+            moved = f"without joint {joint} the mass is {left:.3g} ± {without.sigma:.2g} kg"
+            return [error(f"{odd.text}; {moved}: {advice}")]
+    grown = f"every interval is widened by {evidence.diagnosis.disagreement:.1f} and holds the mass without them"
+    return [(warning if odd.serious else note)(f"{odd.text}; {grown}: {advice}")]
+
+
+def _odd(evidence: Evidence, view: ByJoints) -> Odd | None:
+    mass = evidence.mass
+    shares = [(r.share, r) for r in view.shares if r.share is not None]
+    off = [(abs(np.log(max(s, 0.05))), s, r) for s, r in shares if abs(s - 1.0) > max(SHARE, SIGMAS * r.sigma)]
+    if off:  # what it spoils in the others is its doing too
+        _, share, worst = max(off, key=lambda entry: entry[0])
+        text = f"joint {worst.joint} shows {share:.2f} ± {worst.sigma:.2g} times the payload that the others show"
+        return Odd((worst.joint,), text)
+    single = [(r.mass, r) for r in view.masses if len(r.joints) == 1 and r.mass is not None]
+    wrong = [r for m, r in single if abs(m - mass) > max(WRONG * abs(mass), SIGMAS * r.sigma)]
+    pairs = [
+        (abs(a - b) / np.hypot(first.sigma, second.sigma), [first, second])
+        for (a, first), (b, second) in combinations(single, 2)
+        if abs(a - b) > NOTABLE * abs(mass)
+    ]
+    z, pair = max(pairs, key=lambda entry: entry[0], default=(0.0, []))
+    apart = wrong or (pair if z >= NOTABLE_SIGMAS else [])
+    if apart:
+        apart = sorted(apart, key=lambda r: -abs((r.mass or 0.0) - mass) / r.sigma)
+        texts = ", ".join(
+            f"{r.name} {r.mass:.3g} ± {r.sigma:.2g} kg" for r in sorted(apart, key=lambda r: r.joints)
+        )
+        return Odd(tuple(r.joints[0] for r in apart), f"the joints do not weigh the same ({texts})")
+    factor = evidence.diagnosis.disagreement
+    if factor <= TOGETHER or not shares:
+        return None
+    worst = max(shares, key=lambda entry: abs(entry[0] - 1.0) / entry[1].sigma)[1]
+    text = (
+        f"the joints do not show one payload: their shares lie {factor:.1f} times farther apart than their errors, "
+        f"that of joint {worst.joint} most"
+    )
+    return Odd((worst.joint,), text, False)
+
+
+def disagreement(by_joints: ByJoints, gains: Array, few: bool = False) -> float:
+    """Birge ratio of the joints' shares: how much farther they lie from 1 than their errors let them.
+
+    Joints that disagree prove an error of some gain, friction or description, of which no residual knows. What
+    chance brings about widens nothing (F test).
+
+    Args:
+        by_joints: the payload as single joints see it.
+        gains: covariance of the gains' stated relative errors, n x n; only what joints do not have in common
+        counts. few: whether the standard deviations come from few blocks of time.
+    """
+    shares = (_allowing(by_joints) if few else by_joints).shares
+    readings = [(r.joint - 1, r.share, r.sigma) for r in shares if r.share is not None]
+    k = len(readings)
+    if k < 2:
+        return 1.0
+    index = [joint for joint, *_ in readings]
+    apart = (np.eye(k) * k - 1.0) / (k - 1)  # each less the others' mean
+    variance = np.diag(apart @ gains[np.ix_(index, index)] @ apart.T)
+    square = sum((s - 1.0) ** 2 / (sigma**2 + own) for (_, s, sigma), own in zip(readings, variance, strict=True))
+    freedom = float("inf") if few else min((r.degrees_of_freedom for r in by_joints.masses), default=float("inf"))
+    first, last = CHANCE
+    proven = np.clip((first - fdtrc(k, min(freedom, 1e9), square / k)) / (first - last), 0.0, 1.0)
+    return 1.0 + float(proven) * (float(np.sqrt(max(1.0, square / (k - 1)))) - 1.0)
+
+
+def _allowing(by_joints: ByJoints) -> ByJoints:
+    """Standard deviations from few blocks are uncertain themselves: widened as Student's t is."""
+    factor = few_blocks(min((r.degrees_of_freedom for r in by_joints.masses), default=float("inf")))
+    masses, without = (
+        tuple(replace(r, sigma=factor * r.sigma) for r in group) for group in (by_joints.masses, by_joints.without)
+    )
+    return ByJoints(masses, tuple(replace(r, sigma=factor * r.sigma) for r in by_joints.shares), without)
+
+
+def worst_joint(by_joints: ByJoints, mass: float) -> Finding | None:
+    """Find the joint that agrees least with the answer's mass [kg] or with the others; None where none can tell."""
+    readings = [
+        (
+            abs(r.share - 1.0) / r.sigma,
+            r.joint,
+            f"joint {r.joint} shows {r.share:.3f} ± {r.sigma:.2g} times what the others demand there",
+        )
+        for r in by_joints.shares
+        if r.share is not None
+    ]
+    readings += [
+        (abs(r.mass - mass) / r.sigma, r.joints[0], f"{r.name} alone weighs {r.mass:.4g} ± {r.sigma:.2g} kg")
+        for r in by_joints.masses
+        if len(r.joints) == 1 and r.mass is not None
+    ]
+    if not readings:
+        return None
+    _, joint, text = max(readings)
+    return Finding("note", f"joint {joint}", text)
