@@ -17,17 +17,14 @@ from .blocks import Section as Section
 from .blocks import Spread as Spread
 from .blocks import Table as Table
 from .blocks import columns as columns
-from .blocks import tables_of as tables_of
 from .figures.canvas import legend as legend
 from .figures.canvas import panels as panels
 from .figures.canvas import save_figure as save_figure
 from .figures.stick import save_drawing as save_drawing
 from .provenance import Provenance as Provenance
 from .provenance import SourceFile as SourceFile
-from .render.csv import csv_tables as csv_tables
 from .render.html import write_plots as write_plots
 from .render.html import write_report as write_report
-from .render.latex import latex_tables as latex_tables
 from .render.terminal import print_blocks as print_blocks
 from .render.terminal import print_screen as print_screen
 from .render.terminal import screen_text as screen_text

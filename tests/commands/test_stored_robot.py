@@ -69,11 +69,10 @@ def test_uncertain_gains_of_a_stored_robot(run: Run, logs: dict[str, str], tmp_p
     assert status == 0
     assert "Drive gains are taken as exact: --gain-sigma" in " ".join(out.split())
     assert "by gains" not in out
-    csv = tmp_path / "t.csv"
-    status, out, _ = run(*identify, "--gain-sigma", "2%", "--json", str(stored), "--csv", str(csv))
+    status, out, _ = run(*identify, "--gain-sigma", "2%", "--json", str(stored))
     assert status == 0
     assert "include errors of the drive gains: 2 % per motor" in " ".join(out.split())
-    assert ",value,value sigma,%,by gains,constrained" in csv.read_text().splitlines()[0]
+    assert "by gains" in out
     document, before = json.loads(stored.read_text()), json.loads(exact.read_text())
     assert (document["gain_sigma"], before["gain_sigma"]) == ({"per_joint": [0.02], "common": 0.0}, None)
     for now, then in zip(document["base_parameters"], before["base_parameters"], strict=True):
