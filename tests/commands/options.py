@@ -162,7 +162,6 @@ OPTIONS: dict[str, dict[str, str]] = {
         "--robot": "--robot rx90",
         "--robot-parameters": "--robot rx90 | --robot-parameters earlier.json",
         "--into": "--into six_axis.urdf",
-                "--gauge": "--gauge prior",
         "--despite-verdict": "--robot heavy.toml | --despite-verdict",
         "--out": "--out b.xml",
     }),

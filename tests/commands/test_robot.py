@@ -189,7 +189,6 @@ BAD = {
     "mount": (["robot", "show", "--robot", "panda", "--mount", "table"], "'table' is not 3 finite numbers"),
     "tool": (["robot", "show", "--robot", "panda", "--tool-frame", "1,2,3"], "not 6 finite numbers"),
     "no bodies": (["robot", "urdf", "--robot", "panda", "--out", "x.urdf"], "bodies need all ten"),
-    "gauge": (["robot", "sdf", "--robot", "rx90", "--gauge", "base", "--out", "x.sdf"], "--gauge is gone"),
 }
 
 

@@ -44,10 +44,6 @@ def test_whole_robot_for_a_simulator(run: Run, tmp_path: Path, bare_log: str) ->
         assert "the data allow at least" in text
         assert "Prior: the robot file of rx90." in out.read_text()
     out.unlink()
-    status, _, error = run(*export, "--gauge", "base")
-    assert (status, error.count("\n")) == (2, 1)
-    assert "--gauge is gone" in error
-    assert "'dynident identify --constrained prior --prior-mass KG --json F'" in error
     assert run(*identify, "--constrained", "base")[0] == 0
     status, _, error = run(*export)
     assert (status, error.count("\n")) == (2, 1)
