@@ -135,6 +135,7 @@ OPTIONS: dict[str, dict[str, str]] = {
         "--drawing": "--drawing a.svg",
     },
     "robot new": {
+        "--template": "--template",
         "--name": "--name other",
         "--title": "--title Other",
         "--joint": "--joint=x,0,0,0.4",
