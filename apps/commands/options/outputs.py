@@ -77,7 +77,7 @@ class PageOptions(ResultOptions):
     plots: str | None = option(
         writes="folder",
         metavar="DIR",
-        help="write its figures as PNG, SVG and PDF, a moving arm as SVG; made if missing",
+        help="write its figures as PNG, SVG and PDF; made if missing",
     )
     argv: tuple[str, ...] = ()
     parser: argparse.ArgumentParser | None = None
