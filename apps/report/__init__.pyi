@@ -4,16 +4,11 @@ from . import figures as figures
 from . import npz as npz
 from . import provenance as provenance
 from . import recordings as recordings
-from . import render as render
 from . import sections as sections
-from .blocks import Block as Block
 from .blocks import Cell as Cell
-from .blocks import Drawing as Drawing
 from .blocks import Notes as Notes
 from .blocks import Page as Page
-from .blocks import Remarks as Remarks
 from .blocks import Screen as Screen
-from .blocks import Section as Section
 from .blocks import Spread as Spread
 from .blocks import Table as Table
 from .blocks import columns as columns
@@ -27,7 +22,6 @@ from .render.html import write_plots as write_plots
 from .render.html import write_report as write_report
 from .render.terminal import print_blocks as print_blocks
 from .render.terminal import print_screen as print_screen
-from .render.terminal import screen_text as screen_text
 from .sections.compare import compared_screen as compared_screen
 from .sections.description import assumed_notes as assumed_notes
 from .sections.description import robot_description as robot_description
@@ -50,7 +44,6 @@ from .sections.near import near_page as near_page
 from .sections.near import near_screen as near_screen
 from .sections.near import second_pose_note as second_pose_note
 from .sections.near import visibility_table as visibility_table
-from .sections.payload import payload_notes as payload_notes
 from .sections.payload import payload_page as payload_page
 from .sections.payload_screen import payload_screen as payload_screen
 from .sections.readings import readings_agree as readings_agree

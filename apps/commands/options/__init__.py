@@ -6,7 +6,6 @@ from .limits import LimitOptions
 from .motion_files import MotionFiles
 from .outputs import EquationOptions, PageOptions, ResultOptions, ViewOptions, print_lines
 from .reading import Options, add_command, in_si, option
-from .recipes import recipe_of
 from .recordings import EssentialOptions, FilterOptions, LogOptions, PairOptions, ProcessingOptions, Setup
 from .robots import ArmOptions, FramedRobotOptions, HostOptions, RehearsedRobotOptions, RobotOptions
 from .shapes import ShapeOptions
@@ -40,5 +39,4 @@ __all__ = [
     "in_si",
     "option",
     "print_lines",
-    "recipe_of",
 ]
