@@ -15,7 +15,7 @@ from importlib import import_module
 from types import ModuleType
 from typing import Any, NoReturn
 
-from .apps.commands import BAD_INPUT, BROKEN_PIPE, COMMANDS, INTERRUPTED, moved
+from .apps.commands import BAD_INPUT, BROKEN_PIPE, COMMANDS, INTERRUPTED
 from .common import interruption
 from .common.errors import InputError
 from .common.letters import one_line
@@ -48,8 +48,6 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 def _run(words: tuple[str, ...]) -> int:
     """Find the command and call it."""
-    if today := moved(words):
-        return _refused(today)
     _prepare()
     parser = _parser(_completed() if "_ARGCOMPLETE" in os.environ else words)
     if "_ARGCOMPLETE" in os.environ:

@@ -12,7 +12,7 @@ from collections.abc import Callable
 
 import cvxpy
 import numpy as np
-from dynident.apps.commands.demo.paper import paper_tables
+from dynident.apps.commands.demo.setup import PAYLOAD as PAPER_PAYLOAD
 from dynident.common.arrays import Array
 from dynident.estimation import PAYLOAD, Estimate, solve_constrained
 from dynident.estimation.equations import Observer, reduced_measurement
@@ -40,7 +40,7 @@ def measured() -> tuple[Simulator, Measurement, Measurement]:
     motion = Motion(*(values[:SAMPLES] for values in (motion.t, motion.q, motion.qd, motion.qdd)))
     noise = np.array(RX90_NOISE) * draw.standard_normal((2, SAMPLES, 6)) / np.sqrt(10.0)
     bare = simulator.measure(motion).torque + noise[0]
-    loaded = simulator.measure(motion, paper_tables().payload).torque + noise[1]
+    loaded = simulator.measure(motion, PAPER_PAYLOAD).torque + noise[1]
     return simulator, Measurement(motion, loaded - bare), Measurement(motion, bare)
 
 

@@ -12,7 +12,7 @@ import argparse
 from concurrent.futures import ProcessPoolExecutor
 
 import numpy as np
-from dynident.apps.commands.demo.paper import paper_tables
+from dynident.apps.commands.demo.setup import PAYLOAD
 from dynident.common.arrays import Array
 from dynident.estimation import PayloadProblem, identify_payload
 from dynident.estimation.payload import PairedMeasurement, payload_equations
@@ -35,7 +35,7 @@ class Experiment:
         self.memory, self.robust = memory, robust
         self.robot = load_robot("rx90")
         self.base = base_parameters(self.robot)
-        self.payload = paper_tables().payload
+        self.payload = PAYLOAD
         self.simulator = Simulator(self.robot)
         self.motions = [random_via_points(self.robot, 14, seed).motion(250.0) for seed in range(trajectories)]
 

@@ -1,6 +1,6 @@
 """The RX90 of the design benchmarks: limits, noise, parameters, obstacles; and how their tables look."""
 
-from dynident.apps.commands.demo.paper import paper_tables
+from dynident.examples.paper.printed import paper_tables
 from dynident.model import load_robot
 from dynident.trajectories import JointBounds, Scene
 from dynident.trajectories.design import Capsule, HalfSpace

@@ -10,7 +10,7 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
-from dynident.apps.commands.demo.paper import paper_tables
+from dynident.apps.commands.demo.setup import PAYLOAD as PAPER_PAYLOAD
 from dynident.common.arrays import Array
 from dynident.estimation import PAYLOAD, Estimate, PayloadProblem, identify_payload
 from dynident.estimation.equations import Observation
@@ -27,7 +27,7 @@ from dynident.trajectories import RX90_NOISE, Simulator, random_via_points
 from scipy.signal import lfilter
 
 BODIES = {
-    "disc": paper_tables().payload,
+    "disc": PAPER_PAYLOAD,
     "cube": InertialParameters.from_com(7.025, [0.0, 0.0, 0.143], 7.025 * 0.2**2 / 6.0 * np.eye(3)),
 }
 JOINTS = range(6)

@@ -9,17 +9,17 @@ then misses comes from its filter and from dry friction that is smooth about res
 import time
 
 import numpy as np
-from dynident.apps.commands.demo.analysis import reduced_experiment, robust_joint, true_values
-from dynident.apps.commands.demo.paper import paper_tables
-from dynident.apps.commands.demo.setup import levels, paper_robot, simulate_paper
+from dynident.apps.commands.demo.setup import levels, paper_robot, reduced_experiment, simulate_paper
 from dynident.estimation import PAYLOAD
+from dynident.examples.paper.analysis import robust_joint, true_values
+from dynident.examples.paper.printed import paper_tables
 
 
 def main() -> None:
     robot, paper = paper_robot(), paper_tables()
-    simulate_paper(robot, paper.payload, levels("none"), 0, 1)  # compiles
+    simulate_paper(robot, levels("none"), 0, 1)  # compiles
     start = time.process_time()
-    experiment = simulate_paper(robot, paper.payload, levels("none"), 0)
+    experiment = simulate_paper(robot, levels("none"), 0)
     seconds = time.process_time() - start
     duration = sum(run.exact.motion.t[-1] for run in experiment.runs)
     print(f"{len(experiment.runs)} runs, {duration:.0f} s of motion: {seconds:.1f} s of processor time")

@@ -3,9 +3,6 @@
 Only the file of the command that is called is imported, so that ``dynident --help`` answers at once.
 """
 
-import shlex
-from collections.abc import Sequence
-
 ANSWERED, DO_NOT_USE, BAD_INPUT, INTERNAL_ERROR, INTERRUPTED, BROKEN_PIPE = 0, 1, 2, 3, 130, 141
 """Exit statuses of every command."""
 COMMANDS = {
@@ -31,29 +28,7 @@ COMMANDS = {
 }
 """Each command and what it does, in the order of ``dynident --help``."""
 
-_MOVED = {"--near": ("near", ("--pose",)), "--evaluate": ("score", ())}
-"""Options of ``design`` that are commands of their own: the command, and what stands before the option's value."""
-_RENAMED = {command: {"--csv": "--samples"} for command in ("design", "near")}
-"""Commands, and their options that have another name now."""
-
 
 def answered(level: str) -> int:
     """Exit status of an answer with a verdict of this level."""
     return DO_NOT_USE if level == "do_not_use" else ANSWERED
-
-
-def moved(words: Sequence[str]) -> str | None:
-    """What to write today instead of a command line of the version before; None for all others."""
-    for k, word in enumerate(words[1:], 1):
-        option, equals, value = word.partition("=")
-        if words[0] == "design" and option in _MOVED:
-            command, before = _MOVED[option]
-            rest = words[k + 1 :] if value else words[k + 2 :]
-            pose = value or "".join(words[k + 1 : k + 2])
-            named = [f"{before[0]}={pose}"] if before else [pose]
-            today = shlex.join(["dynident", command, *named, *words[1:k], *rest])
-            return f"this is a command of its own now: {today}"
-        if name := _RENAMED.get(words[0], {}).get(option):
-            line = shlex.join(["dynident", *words[:k], f"{name}{equals}{value}", *words[k + 1 :]])
-            return f"{option} is called {name} now: {line}"
-    return None

@@ -12,7 +12,6 @@ from ...common.errors import InputError
 from ...common.letters import one_line, printable
 from .. import export, live
 from . import ANSWERED, DO_NOT_USE
-from .dialogue import ask
 from .options import HostOptions, Options, option
 from .progress import note, quiet
 from .values import port_number
@@ -93,7 +92,8 @@ def command_of(load: ControllerLoad) -> str:
 def _agreed() -> bool:
     if not sys.stdin.isatty():
         return False
-    return ask("Send it? yes or no", str) in ("yes", "y")
+    print("Send it? yes or no: ", end="", flush=True)
+    return sys.stdin.readline().strip() in ("yes", "y")
 
 
 def _apply(request: _Apply, controller: _Host, load: ControllerLoad, text: str) -> None:

@@ -54,19 +54,14 @@ def show_payload(
     files: PageOptions,
     page: Callable[[results.StoredPayload], report.Page],
     measured: bool = False,
-) -> report.Screen:
+) -> None:
     """Print the answer, write its document and its page.
 
     Args:
         page: makes the report of the document; called only where it is asked for.
         measured: whether an inertia that was to be assumed is measured.
-
-    Returns:
-        What was printed.
     """
-    screen = report.payload_screen(answer, files.document, measured)
-    files.show(screen)
+    files.show(report.payload_screen(answer, files.document, measured))
     document = report.documents.payload_document(answer, setup.processing, setup.gains)
     files.write_json(lambda: document)
     files.write_page(lambda: page(document))
-    return screen

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from contextlib import nullcontext
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
+from ... import estimation
 from ...common.errors import InputError
+from ...common.schema import given, json_text
 from .. import fleet, report
 from . import ANSWERED, DO_NOT_USE
-from .options import GainOptions, Options, ProcessingOptions, ResultOptions, RobotOptions, option, recipe_of
+from .options import GainOptions, Options, ProcessingOptions, ResultOptions, RobotOptions, Setup, option
 from .progress import bar, note
 from .values import positive
 
@@ -55,7 +57,7 @@ def run(
     if request.scheduler is None:
         request.refuse("batch", "belongs to --scheduler: a process takes one recording at a time")
     setup, entries = processing.setup(arm.load()), request.entries()
-    recipe = recipe_of(setup, drives.errors(setup, [], []))
+    recipe = _recipe(setup, drives.errors(setup, [], []))
     address = None if request.scheduler == _LOCAL else request.scheduler
     cluster = (
         fleet.engine.dask_executor(address, request.workers)
@@ -79,3 +81,10 @@ def run(
     files.show(report.reduced_screen(reduced))
     files.write_json(lambda: report.documents.reduced_document(reduced))
     return ANSWERED if reduced.new or reduced.known else DO_NOT_USE
+
+
+def _recipe(setup: Setup, gains: estimation.Gains | None) -> fleet.Recipe:
+    """How this run makes its numbers, as the store remembers it."""
+    how = {key: entry for key, entry in given(setup.log_map).items() if key != "title"}
+    sure = replace(gains, notes=()) if gains is not None else None  # notes speak of single recordings
+    return fleet.Recipe(setup.processing, setup.gains, sure, json_text(how).decode() if how else "")

@@ -12,12 +12,12 @@ from .. import report
 from .. import rollout as rollouts
 from . import answered
 from .options import (
+    EquationOptions,
     EssentialOptions,
     GainOptions,
     Options,
     ProcessingOptions,
     RobotOptions,
-    TableOptions,
     option,
 )
 from .progress import note, status
@@ -151,7 +151,7 @@ def run(
     essential: EssentialOptions,
     drives: GainOptions,
     processing: ProcessingOptions,
-    files: TableOptions,
+    files: EquationOptions,
 ) -> int:
     """Run it."""
     setup = processing.setup(arm.load())
@@ -164,8 +164,7 @@ def run(
         )
         possible = request.possible(result)
         rollouts = request.rollouts(result, possible, held_out, setup.processing, progress)
-        screen = report.robot_screen(result, possible, rollouts, files.document)
-    files.show(screen)
+    files.show(report.robot_screen(result, possible, rollouts, files.document))
     files.write_json(
         lambda: report.documents.identification_document(result, setup.processing, setup.gains, possible, rollouts)
     )
@@ -175,9 +174,7 @@ def run(
         return _page(result, possible, rollouts, provenance, len(held_out or recordings))
 
     files.write_page(page)
-    files.write_tables(
-        screen, lambda: estimation.answers.identification_system(result, recordings, setup.processing)
-    )
+    files.write_equations(lambda: estimation.answers.identification_system(result, recordings, setup.processing))
     return answered(result.verdict.level)
 
 

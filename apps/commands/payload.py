@@ -13,6 +13,7 @@ from .. import view as views
 from . import answered
 from .comparison import check_compared, constraints_solved, show_payload, stored_robot
 from .options import (
+    EquationOptions,
     EssentialOptions,
     FramedRobotOptions,
     FrictionOptions,
@@ -20,7 +21,6 @@ from .options import (
     KnowledgeOptions,
     PairOptions,
     Setup,
-    TableOptions,
     ViewOptions,
     option,
 )
@@ -97,7 +97,7 @@ def run(
     drives: GainOptions,
     essential: EssentialOptions,
     processing: PairOptions,
-    files: TableOptions,
+    files: EquationOptions,
     view: ViewOptions,
 ) -> int:
     """Run it."""
@@ -120,10 +120,8 @@ def run(
         provenance = files.provenance(setup.in_words(), request, arm, processing)
         return _page(answer, document, provenance, len(loaded) + len(held_out))
 
-    screen = show_payload(answer, setup, files, page)
-    files.write_tables(
-        screen, lambda: estimation.answers.payload_system(problem, loaded, unloaded, setup.processing)
-    )
+    show_payload(answer, setup, files, page)
+    files.write_equations(lambda: estimation.answers.payload_system(problem, loaded, unloaded, setup.processing))
     view.write_view(lambda: views.view_of_answer(setup.robot, loaded[0], answer))
     return answered(answer.verdict.level)
 

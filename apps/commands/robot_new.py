@@ -4,10 +4,7 @@ from __future__ import annotations
 
 import argparse
 import math
-import sys
-from collections.abc import Callable
-from dataclasses import dataclass, replace
-from functools import partial
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -18,26 +15,97 @@ from ...common.errors import InputError
 from ...common.files import write_text
 from .. import report
 from . import ANSWERED
-from .dialogue import ask
 from .options import Options, option, print_lines
 from .progress import note
 from .robot_show import check_drawing, draw
-from .values import number, numbers, positive_number, texts
+from .values import number, numbers, texts
 
 _AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 DESCRIPTION = """
 Take any pose in which the data sheet draws the arm. x, y, z are those of the base: z up along the mounting, x to
 the front. For every joint, base to tip, give the direction of its axis (by the right-hand rule: thumb along it, the
-fingers turn the way the sheet counts positive) and any point on the axis; then the flange. What is not given as
-an option is asked for.
+fingers turn the way the sheet counts positive) and any point on the axis; then the flange. Where the modified DH
+table is known, --template gives its file to fill in.
 """
 """What its help says."""
+TEMPLATE = """\
+# A robot: replace the example's values; what is not known may be left out. Lengths in m, angles in degrees.
+name = "my_arm"
+title = "Maker's name of the arm"
+source = "where the numbers come from"
+rated_payload_kg = 5
+# The whole arm with its base: only rehearsals (simulate, design, near) use it.
+mass_kg = 30
+# Names of the joints in your logs, base to tip.
+joint_names = [["joint_1", "joint_2", "joint_3"]]
+payload_frame = "the bare flange: origin on its face, z out of it"
+# In the base's frame; z up: an arm on the floor.
+gravity = [0, 0, -9.81]
+
+# The frame of the payload in the last joint's frame.
+[flange]
+xyz = [0, 0, 0]
+rpy_deg = [0, 0, 0]
+
+# Frame 0, in which joint 1 turns, in the robot's base.
+[base]
+xyz = [0, 0, 0]
+rpy_deg = [0, 0, 0]
+
+# Joints from base to tip, modified DH (Khalil, Craig): from frame j-1 turn by alpha about x and go d along it, then
+# turn by theta about z, which is the joint's axis, and go r along it. theta is its angle where the arm counts zero.
+[[joints]]
+alpha_deg = 0
+r = 0.4
+position_deg = [-170, 170]
+speed_deg_s = 220
+acceleration_deg_s2 = 900
+# Largest torque, N·m: of every joint, or of none.
+torque = 300
+
+[[joints]]
+alpha_deg = -90
+d = 0.05
+theta_deg = -90
+position_deg = [-90, 120]
+speed_deg_s = 200
+torque = 300
+
+# A joint that slides; r is where it stands when the arm counts zero.
+[[joints]]
+kind = "prismatic"
+alpha_deg = -90
+r = 0.1
+position_m = [0, 0.5]
+speed_m_s = 0.8
+acceleration_m_s2 = 4
+torque = 500
+
+# Where torque is measured: "motor" (currents too) or "link" (sensors behind the gears).
+[drives]
+side = "motor"
+# Two coupled drives, as wrists have:
+# coupling = { joints = [2, 3] }
+
+# How recordings are treated: low-pass of positions and torques, and every k-th row is kept.
+[processing]
+cutoff_hz = 10
+decimate = 5
+
+# Bodies and drives of a robot whose parameters are known (XX1 to M1, IA1, FV1, FS1, ..), for simulation:
+# [parameters]
+# M1 = 10
+"""
+"""A description that loads as it stands."""
 
 
 @dataclass(frozen=True)
 class _Sheet(Options):
-    """What a data sheet says; what must be known and is not given is asked for."""
+    """What a data sheet says."""
 
+    template: bool = option(
+        action="store_true", help="a file to fill in: every key with an example (default: to standard output)"
+    )
     name: str | None = option(help="short name")
     title: str | None = option(help="full name")
     joint: tuple[str, ...] | None = option(
@@ -62,8 +130,8 @@ class _Sheet(Options):
     joint_names: tuple[str, ...] | None = option(
         type=texts, metavar="A,B,..", help="of the joints in your logs, base to tip"
     )
-    side: str = option(choices=("motor", "link"), default="motor", help="where torque is measured")
-    source: str = option(default="", help="where the numbers come from")
+    side: str | None = option(choices=("motor", "link"), help="where torque is measured (default: motor)")
+    source: str | None = option(help="where the numbers come from")
     out: str | None = option(writes="file", metavar="F.toml", help="file to write (default: NAME.toml)")
     drawing: str | None = option(
         writes="file", metavar="F", help=".svg, .png or .pdf (default: beside the file, .svg)"
@@ -73,91 +141,40 @@ class _Sheet(Options):
 
 def run(request: _Sheet) -> int:
     """Run it."""
+    if request.template:
+        return _write_template(request)
     check_drawing(request.drawing)
-    sheet = asked(request)
-    robot, drawn_at = new_robot(sheet)
-    out = Path(sheet.out or f"{robot.name}.toml")
-    if out.exists() and not sheet.overwrite:
-        raise InputError(f"{out}: is there already: give another --out, or --overwrite")
-    write_text(out, model.files.robot_toml(robot, sheet.source))
+    if missing := [f"--{name}" for name in ("name", "joint", "flange") if not request.has(name)]:
+        raise InputError(f"give {', '.join(missing)}, or --template for a file to fill in")
+    robot, drawn_at = new_robot(request)
+    out = Path(request.out or f"{robot.name}.toml")
+    _write(request, out, model.files.robot_toml(robot, request.source or ""))
     report.print_blocks(report.robot_description(robot))
-    draw(robot, sheet.drawing or str(out.with_suffix(".svg")), drawn_at)
+    draw(robot, request.drawing or str(out.with_suffix(".svg")), drawn_at)
     print_lines(f"Written: {out}. Compare the drawing with the data sheet before you use it.")
     if not model.stand_in.can_stand_in(robot):
         note(f"to rehearse on it, add the mass of the arm to {out} (mass_kg = ..), or give --arm-mass KG")
     return ANSWERED
 
 
-def asked(sheet: _Sheet) -> _Sheet:
-    """The sheet with answers to what it leaves out.
-
-    Raises:
-        InputError: without a terminal to ask on; names what is missing.
-    """
-    missing = [name for name in ("name", "joint", "flange") if not getattr(sheet, name)]
-    if not missing:
-        return sheet
-    if not sys.stdin.isatty():
-        options = ", ".join(f"--{name}" for name in missing)
-        raise InputError(f"give {options}, or run it in a terminal to be asked")
-    print(" ".join(DESCRIPTION.split()))
-    name = sheet.name or ask("Short name", str)
-    joint = sheet.joint or _asked_joints()
-    flange = sheet.flange or ask(
-        "Flange: x,y,z [m], direction out of it, its x axis (0.9,0,1.2,x,-z)", _checked(_flange)
-    )
-    sheet = replace(sheet, name=name, joint=joint, flange=flange)
-    for field, question in _OPTIONAL.items():
-        if getattr(sheet, field) is None:
-            answer = ask(question, partial(_read, sheet, field), optional=True)
-            sheet = replace(sheet, **{field: answer})
-    return sheet
+def _write(request: _Sheet, out: Path, text: str) -> None:
+    """Write the file, over another one only where that is wanted."""
+    if out.exists() and not request.overwrite:
+        raise InputError(f"{out}: is there already: give another --out, or --overwrite")
+    write_text(out, text)
 
 
-_OPTIONAL = {
-    "drawn_at": "Joint positions of that pose [deg or m], all zero if not given",
-    "limits": "Position limits, low:high of each joint [deg or m]",
-    "speeds": "Largest speeds [deg/s or m/s]",
-    "accelerations": "Largest accelerations [deg/s² or m/s²]",
-    "torques": "Largest torques [N·m or N]",
-    "rated_payload": "Rated payload [kg]",
-    "mass": "Mass of the arm, base and all [kg]",
-    "joint_names": "Names of the joints in your logs, base to tip",
-}
-"""Questions whose answers may stay unknown, by option."""
-
-
-def _read(sheet: _Sheet, field: str, text: str) -> Any:
-    """An answer as its option holds it; a robot is built with it, so that what does not fit is told at once."""
-    reads: dict[str, Callable[[str], Any]] = {
-        "limits": str,
-        "rated_payload": positive_number,
-        "mass": positive_number,
-        "joint_names": texts,
-    }
-    value = reads.get(field, numbers)(text)
-    new_robot(replace(sheet, **{field: value}))
-    return value
-
-
-def _asked_joints() -> tuple[str, ...]:
-    joints: list[str] = []
-    while True:
-        question = f"Joint {len(joints) + 1}: axis,x,y,z [m]{' (empty: no more joints)' if joints else ''}"
-        text = ask(question, _checked(_axis), optional=bool(joints))
-        if text is None:
-            return tuple(joints)
-        joints.append(text)
-
-
-def _checked(read: Callable[[str], Any]) -> Callable[[str], str]:
-    """Reads a text as it is, if ``read`` can make something of it."""
-
-    def checked(text: str) -> str:
-        read(text)
-        return text
-
-    return checked
+def _write_template(request: _Sheet) -> int:
+    """The file to fill in; what options say of the robot is said in it."""
+    for entry in fields(request):
+        if entry.name not in ("template", "out", "overwrite"):
+            request.refuse(entry.name, "belongs to a robot by options, --template is a file to fill in")
+    if request.out is None:
+        print(TEMPLATE, end="")
+    else:
+        _write(request, Path(request.out), TEMPLATE)
+        print_lines(f"Written: {request.out}. Fill it in, then: dynident robot show --robot {request.out}")
+    return ANSWERED
 
 
 def new_robot(sheet: _Sheet) -> tuple[model.Robot, tuple[float, ...]]:

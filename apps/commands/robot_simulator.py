@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import argparse
 import sys
 from dataclasses import dataclass
 
@@ -40,19 +39,13 @@ class _Bodies(Options):
         help="mjcf, urdf: a model of your own that gets the numbers, matched by names of joints",
     )
     despite_verdict: bool = option(action="store_true", help="write it whatever the verdict")
-    gauge: str | None = option(help=argparse.SUPPRESS)
 
     def check(self, name: str) -> None:
-        """Refuse what the format does not know, and what there was once, with what to do today."""
+        """Refuse what the format does not know."""
         if name not in INTO:
             self.refuse("into", f"belongs to {' and '.join(INTO)}, not to {name}")
         if len(self.robot_parameters) > 1:
             raise InputError("several --robot-parameters: give all recordings to one 'dynident identify'")
-        self.refuse(
-            "gauge",
-            "is gone: only links that can exist are written, where data say nothing by a prior: 'dynident identify "
-            "--constrained prior --prior-mass KG --json F' gives them (KG: the moving links' mass)",
-        )
 
 
 def run(name: str, arm: RobotOptions, bodies: _Bodies) -> int:

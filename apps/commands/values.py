@@ -57,12 +57,6 @@ def port_number(text: str) -> int:
     return checked(port, 0 < port < 65536, text, "a port from 1 to 65535")
 
 
-def mass(text: str) -> float:
-    """A mass [kg]: "50g", "0.05kg" or "0.05"."""
-    digits, unit = (text[:-1], 1e-3) if text.endswith("g") and not text.endswith("kg") else (text, 1.0)
-    return unit * positive_number(digits.removesuffix("kg"))
-
-
 def number(text: str) -> float:
     """Any number that an arm may have."""
     try:

@@ -76,7 +76,7 @@ def run(
     stored = stored_robot(request)
     setup = processing.setup(arm.load(), stored)
     loaded, unloaded = setup.read(request.loaded), setup.read(request.unloaded)
-    gains = drives.errors(setup, loaded, unloaded, stored, compared=bool(unloaded))
+    gains = drives.errors(setup, loaded, unloaded, stored)
     with status("reading") as progress:
         problem, others = _problems(request, setup, loaded, unloaded, stored, progress)
         progress("estimating")

@@ -11,10 +11,8 @@ from .fields import CURRENT as CURRENT
 from .fields import FIELDS as FIELDS
 from .fields import INERTIA as INERTIA
 from .fields import MASS as MASS
-from .fields import POSITION as POSITION
 from .fields import SPEED as SPEED
 from .fields import TIME as TIME
-from .fields import TORQUE as TORQUE
 from .fields import LinkError as LinkError
 from .fields import Samples as Samples
 from .record import Recorder as Recorder

@@ -36,9 +36,8 @@ class Recorder:
         stops: what stopped the arm, with the time since the start [s].
     """
 
-    def __init__(self, recipe: Recipe, rate: float, length: float = math.inf, keep: bool = True) -> None:
-        """Begin an empty one, that ends after a length [s]; without ``keep`` samples are only watched."""
-        self._keep = keep
+    def __init__(self, recipe: Recipe, rate: float, length: float = math.inf) -> None:
+        """Begin an empty one, that ends after a length [s]."""
         self.recipe, self.rate, self.length = recipe, rate, length
         self.count = self.repeated = 0
         self.stops: list[tuple[float, str]] = []
@@ -91,8 +90,6 @@ class Recorder:
                 self.count += 1
         new = Samples(self.recipe, bytes(self._kept[count:]))
         self._watch(new)
-        if not self._keep:
-            self._kept.clear()
         return new
 
     def _new(self, now: float) -> bool:

@@ -1,16 +1,7 @@
-from .fits import RobotFits as RobotFits
-from .fits import robot_fits as robot_fits
-from .following import Following as Following
-from .following import FollowingChange as FollowingChange
-from .following import following_change as following_change
-from .following import read_following as read_following
-from .log_check import LogCheck as LogCheck
 from .log_check import check_log as check_log
 from .map import FilePart as FilePart
 from .map import Gears as Gears
-from .map import LogMap as LogMap
 from .map import Time as Time
-from .map import read_log_map as read_log_map
 from .map import with_flags as with_flags
 from .opening import open_log as open_log
 from .planned import read_trajectory as read_trajectory

@@ -152,14 +152,7 @@ class Drawing:
         return self.draw()
 
 
-class Animation(NamedTuple):
-    """A moving drawing; ``draw`` gives it as one SVG element with the identifier it is told."""
-
-    name: str
-    draw: Callable[[str], str]
-
-
-Block = Table | Text | Notes | Remarks | Banner | Code | Details | Pair | Drawing | Animation
+Block = Table | Text | Notes | Remarks | Banner | Code | Details | Pair | Drawing
 
 
 class Section(NamedTuple):

@@ -1,7 +1,7 @@
 """Parts of the JSON documents that later runs read again.
 
-Keys without a default are needed to read a document; those with one are absent from files of older versions, or
-where there is nothing to say. null stands for a number that was not determined. All in SI units.
+Keys without a default are needed to read a document; those with one are absent where there is nothing to
+say. null stands for a number that was not determined. All in SI units.
 """
 
 from collections.abc import Mapping

@@ -127,15 +127,15 @@ class StoredRobot(Document, frozen=True, kw_only=True, dict=True):
     data: RobotData
     columns: tuple[str, ...]
     covariance: Matrix
-    covariance_robust: Matrix | None = None
-    robust: RobustDocument | None = None
+    covariance_robust: Matrix | None
+    robust: RobustDocument | None
     base_parameters: tuple[ParameterDocument, ...]
     elimination: EliminationDocument | UnsetType = UNSET
     constrained: PossibleRobotDocument | None = None
     chi2_by: str | UnsetType = UNSET
     condition_number: Number | UnsetType = UNSET
     condition_number_scaled: Number | UnsetType = UNSET
-    gain_sensitivity: Matrix | None = None
+    gain_sensitivity: Matrix | None
     gain_sigma: GainErrorsDocument | None = None
     relative_residual: ResidualDocument | UnsetType = UNSET
     validation: ResidualDocument | UnsetType | None = UNSET
@@ -187,7 +187,7 @@ class StoredRobot(Document, frozen=True, kw_only=True, dict=True):
         return np.array([parameter.value for parameter in stored])
 
     def _robust(self) -> RobustCovariance | None:
-        """Robust covariance, absent from files of version 0.1.0 and where the recordings did not allow one."""
+        """Robust covariance, none where the recordings did not allow one."""
         C, stored = self.covariance_robust, self.robust
         if C is None:
             return None

@@ -40,20 +40,6 @@ class Observation:
         shared = tuple(torque._replace(torque=torque.torque[ends[torque.joint]]) for torque in self.shared)
         return replace(self, W=W, Y=Y, t=t, shared=shared)
 
-    def followed_by(self, others: "Sequence[Observation]") -> "Observation":
-        """The equations of several observations in the same columns as one."""
-        every = (self, *others)
-        W, t = (
-            tuple(map(np.concatenate, zip(*parts, strict=True)))
-            for parts in ([o.W for o in every], [o.t for o in every])
-        )
-        Y = tuple(map(np.concatenate, zip(*(observation.Y for observation in every), strict=True)))
-        shared = tuple(
-            alike[0]._replace(torque=np.concatenate([torque.torque for torque in alike]))
-            for alike in zip(*(observation.shared for observation in every), strict=True)
-        )
-        return replace(self, W=W, Y=Y, t=t, shared=shared)
-
     def eliminate(self, columns: Sequence[str]) -> "Observation":
         """The equations less all that some columns can explain, joint by joint; rows keep their times."""
         gone = [self.columns.index(name) for name in columns]

@@ -110,14 +110,6 @@ def reduced(observation: Observation) -> Equations:
     return Equations(observation.columns, tuple(factors), rows, effective, tuple(shared))
 
 
-def unreduced(observation: Observation) -> Equations:
-    """Equations that are held whole, row by row in the place of triangular factors: for few rows."""
-    rows = tuple(len(Y) for Y in observation.Y)
-    effective = tuple(observation.bandwidth * count for count in rows)
-    factors = tuple(np.column_stack([W, Y]) for W, Y in zip(observation.W, observation.Y, strict=True))
-    return Equations(observation.columns, factors, rows, effective, observation.shared)
-
-
 def _reduced(observer: Observer, blocks: Iterable[Block], decimate: int) -> Equations:
     """Each joint's rows touch only its own columns: a QR of those alone, spread out at the end.
 

@@ -1,4 +1,3 @@
-from .drive_gains import NOT_TOLD as NOT_TOLD
 from .essential import Elimination as Elimination
 from .essential import EliminationPath as EliminationPath
 from .essential import StopRule as StopRule

@@ -17,10 +17,6 @@ from ...common.linear import is_covariance
 from ...model import Recording, Robot
 from ..equations.equations import Equations
 
-NOT_TOLD = (
-    "the stored robot parameters do not tell how they depend on the drive gains: identify the robot again with "
-    "this version to use an uncertainty of the gains"
-)
 Fingerprints = Mapping[Literal["unloaded", "loaded"], tuple[str, ...]]
 """Of the recordings that drive gains were identified from."""
 

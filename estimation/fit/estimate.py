@@ -9,7 +9,7 @@ import numpy as np
 from ...common.arrays import Array, frozen_array
 from ...common.errors import InputError
 from ..equations.equations import Equations
-from .drive_gains import NOT_TOLD, Gains
+from .drive_gains import Gains
 from .robust import RobustCovariance, student95
 
 
@@ -217,7 +217,9 @@ def error_model(estimate: Estimate, gains: Gains | None = None) -> Estimate:
     if gains is not None:
         S = estimate.gain_sensitivity
         if S is None:
-            raise InputError(NOT_TOLD)
+            raise InputError(
+                "the robot's parameters do not tell how they depend on the drive gains: identify the robot again"
+            )
         C = C + S @ gains.covariance(S.shape[1]) @ S.T
     by_gains = estimate.covariance_by_gains
     C = C if by_gains is None else C + by_gains

@@ -104,17 +104,14 @@ def free_friction(n: int) -> HeldFriction:
     return HeldFriction({}, np.zeros(n), np.ones(n))
 
 
-def held_friction(
-    observations: Sequence[Observation], sigmas: Mapping[str, float], factors: Sequence[Equations] = ()
-) -> HeldFriction:
+def held_friction(observations: Sequence[Observation], sigmas: Mapping[str, float]) -> HeldFriction:
     """The equations that hold friction near zero; an equation counts as much as the joint's noise and memory allow.
 
     Args:
         observations: with free columns of each joint, ``PAYLOAD`` and no other.
         sigmas: standard deviations by name [N·m or N, or per speed].
-        factors: of each observation, where they are there already.
     """
-    return _held(sigmas, *_errors(observations, [_plain(part) for part in factors or map(reduced, observations)]))
+    return _held(sigmas, *_errors(observations, [_plain(part) for part in map(reduced, observations)]))
 
 
 def held_offsets(observations: Sequence[Observation], coulomb: Array) -> HeldFriction:

@@ -21,8 +21,8 @@ from .loaded_scale import LoadedScale
 from .short_motion import ShortMotion
 
 FORMULA_ONLY = (
-    "the stored robot parameters have the formula's standard deviations only: identify the robot again with this "
-    "version"
+    "the stored robot parameters have the formula's standard deviations only: identify the robot again, by a "
+    "longer recording"
 )
 
 

@@ -115,16 +115,11 @@ def moving_joints(motions: Sequence[Motion], still_speed: float) -> tuple[int, .
     Raises:
         InputError: if none moves.
     """
-    joints = seen_moving(motions, still_speed)
+    fast = np.vstack([np.abs(motion.qd[moving_parts(motion, still_speed)]) > SLOW for motion in motions])
+    joints = tuple(int(j) + 1 for j in np.flatnonzero(fast.mean(axis=0) > _SHARE)) if len(fast) else ()
     if not joints:
         raise InputError("no joint moves: record the short motion that 'dynident near' gives")
     return joints
-
-
-def seen_moving(motions: Sequence[Motion], still_speed: float) -> tuple[int, ...]:
-    """Numbers of the joints that move; none where all stand still. Arguments as ``moving_joints``."""
-    fast = np.vstack([np.abs(motion.qd[moving_parts(motion, still_speed)]) > SLOW for motion in motions])
-    return tuple(int(j) + 1 for j in np.flatnonzero(fast.mean(axis=0) > _SHARE)) if len(fast) else ()
 
 
 def at_rest(data: Measurement, moving: Sequence[int]) -> Measurement:

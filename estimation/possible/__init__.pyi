@@ -16,8 +16,6 @@ from .prior import cylinder_prior as cylinder_prior
 from .prior import has_prior as has_prior
 from .prior import robot_prior as robot_prior
 from .prior import solve_constrained_prior as solve_constrained_prior
-from .ranges import Ranges as Ranges
-from .ranges import parameter_ranges as parameter_ranges
 from .result import CONFLICT as CONFLICT
 from .robot import PossibleRobot as PossibleRobot
 from .robot import solve_constrained_base as solve_constrained_base

@@ -9,7 +9,6 @@ import numpy as np
 from ...common.arrays import Array
 from ...model import InertialParameters, Robot
 from .origin import Origin
-from .ranges import Ranges
 
 BODY_NUMBERS = ("mass", "x", "y", "z", "ixx", "ixy", "ixz", "iyy", "iyz", "izz")
 """A body as simulators hold it: mass [kg], centre of mass [m], inertia there [kg m^2], in the link's frame."""
@@ -23,9 +22,8 @@ _NONE = Origin("prior", (), 0.0)
 class Labelled(NamedTuple):
     """A number, who decides it, and how sure it is.
 
-    ``sigma`` and ``interval`` (95 %) are the data's. Where they do not determine the number, there is no sigma and
-    the interval is what they allow; None for a number that is no standard parameter, such as the centre of mass.
-    ``bound``: whether it stands at the bound of what can exist, which data alone would pass.
+    ``sigma`` and ``interval`` (95 %) are the data's; None where they do not determine the number. ``bound``:
+    whether it stands at the bound of what can exist, which data alone would pass.
     """
 
     value: float
@@ -77,7 +75,6 @@ class WholeRobot:
         groupings: the base parameters, in text; none where nothing was identified.
         source: where the numbers come from.
         prior: what decides where data do not.
-        ranges: what the data allow of what they do not determine, where there are data.
     """
 
     robot: Robot
@@ -88,7 +85,6 @@ class WholeRobot:
     groupings: tuple[str, ...]
     source: str
     prior: str
-    ranges: Ranges | None = None
 
     @property
     def mass(self) -> float:

@@ -12,7 +12,6 @@ from ...model.names import parameter_kind
 from ..fit.estimate import Estimate, error_model
 from .labelled import BODY_NUMBERS, DRIVE_NUMBERS, SIGNED, Labelled, LinkNumbers, WholeRobot
 from .origin import origins_of
-from .ranges import Ranges
 
 _AT_BOUND = 1e-3
 """Of its standard deviation, or of the largest such number: a smaller one stands at its bound, zero."""
@@ -26,7 +25,6 @@ def whole_robot(
     base: BaseParameters | None = None,
     estimate: Estimate | None = None,
     prior: str = "the robot's own description",
-    ranges: Ranges | None = None,
 ) -> WholeRobot:
     """All numbers of a robot, labelled.
 
@@ -39,13 +37,12 @@ def whole_robot(
         base: its base parameters, where they were identified.
         estimate: of all of them; without it all numbers are the prior's.
         prior: what decides where data do not, in words.
-        ranges: what the data allow of the parameters that they do not determine.
 
     Raises:
         InputError: if parameters of a link are missing.
     """
     bodies = bodies_in_link_frames(robot, parameters)
-    labels = _Labels(robot, base, estimate, parameters, ranges)
+    labels = _Labels(robot, base, estimate, parameters)
     links = []
     for j, ((name, body), move) in enumerate(zip(bodies.items(), _into_link_frames(robot), strict=True), start=1):
         ten = [f"{kind}{j}" for kind in INERTIAL]
@@ -58,7 +55,7 @@ def whole_robot(
     *drives, coupled = labels.drives([*_coupled_apart(robot, rows, shared), shared])
     groupings = tuple(base.groupings()) if base is not None and estimate is not None else ()
     apart = tuple(labels.drives(rows))
-    return WholeRobot(robot, tuple(links), tuple(drives), coupled, apart, groupings, source, prior, ranges)
+    return WholeRobot(robot, tuple(links), tuple(drives), coupled, apart, groupings, source, prior)
 
 
 Slopes = dict[str, float]
@@ -74,16 +71,14 @@ class _Labels:
         base: BaseParameters | None,
         estimate: Estimate | None,
         values: Mapping[str, float],
-        ranges: Ranges | None,
     ) -> None:
-        self._ranges = {} if ranges is None else ranges.parameters
         self._robot, self._values = robot, values
         self._known = None if base is None or estimate is None else (base, error_model(estimate))
         if self._known is not None:
             base, errors = self._known
             self._moved = errors.values - base.value(values)
         labelled = self.of(list(values.values()), [{name: 1.0} for name in values])
-        self.own = {name: self._ranged(label, [name]) for name, label in zip(values, labelled, strict=True)}
+        self.own = dict(zip(values, labelled, strict=True))
 
     def of(self, numbers: Sequence[float], slopes: Sequence[Slopes]) -> list[Labelled]:
         """Labels of numbers, each with its slopes."""
@@ -107,21 +102,10 @@ class _Labels:
             for k, (number, origin) in enumerate(zip(numbers, origins, strict=True))
         ]
 
-    def _ranged(self, label: Labelled, names: Sequence[str]) -> Labelled:
-        """With what the data allow of a number that is one standard parameter, where they do not determine it."""
-        alone = len(names) == 1 and label.interval is None
-        return label._replace(interval=self._ranges.get(names[0])) if alone else label
-
     def drives(self, rows: Sequence[dict[str, Slopes]]) -> list[dict[str, Labelled]]:
         """Labels of drives' numbers, those that stand at their bound marked."""
         drives = [
-            {
-                quantity: self._ranged(label, [*row[quantity]])
-                for quantity, label in zip(
-                    row, self.of([*map(self._sum, row.values())], [*row.values()]), strict=True
-                )
-            }
-            for row in rows
+            dict(zip(row, self.of([*map(self._sum, row.values())], [*row.values()]), strict=True)) for row in rows
         ]
         if self._known is None:
             return drives

@@ -12,11 +12,11 @@ from concurrent.futures import ProcessPoolExecutor, as_completed
 from pathlib import Path
 
 from dynident.apps import report
-from dynident.apps.commands.demo.paper import paper_tables
 from dynident.apps.commands.demo.setup import TRAJECTORIES
 from dynident.apps.commands.progress import bar
 from dynident.apps.commands.values import positive, share, whole
 from dynident.common.files import write_text
+from dynident.examples.paper.printed import paper_tables
 
 from .figure import save_repetitions
 from .repetition import Outcome, one_experiment
@@ -48,12 +48,11 @@ def run_repeated(folder: Path, seed: int, trajectories: int, count: int, gain_er
         gain_error: standard deviation of the drive gains in the scenario with gain errors, relative.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    payload = paper_tables().payload
     results: dict[int, dict[str, Outcome]] = {}
     # A new interpreter each: a copy of this one would share its compiled code's state.
     context = multiprocessing.get_context("spawn")
     with ProcessPoolExecutor(min(WORKERS, count), mp_context=context) as pool, bar("experiments") as progress:
-        jobs = {pool.submit(one_experiment, payload, seed + k, trajectories, gain_error): k for k in range(count)}
+        jobs = {pool.submit(one_experiment, seed + k, trajectories, gain_error): k for k in range(count)}
         try:
             for job in as_completed(jobs):
                 results[jobs[job]] = job.result()

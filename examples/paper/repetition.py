@@ -7,11 +7,10 @@ from typing import NamedTuple
 
 import numpy as np
 from dynident import estimation, trajectories
-from dynident.apps.commands.demo.analysis import reduced_experiment, robust_joint, true_values
-from dynident.apps.commands.demo.setup import TRAJECTORIES, levels, paper_robot, simulate_paper
+from dynident.apps.commands.demo.setup import TRAJECTORIES, levels, paper_robot, reduced_experiment, simulate_paper
 from dynident.common.arrays import Array
 from dynident.estimation import Estimate
-from dynident.model import InertialParameters
+from dynident.examples.paper.analysis import robust_joint, true_values
 from numpy.typing import NDArray
 
 
@@ -152,12 +151,10 @@ def _of(truth: dict[str, float], names: Sequence[str]) -> Array:
     return np.array([truth[name] for name in names])
 
 
-def one_experiment(
-    payload: InertialParameters, seed: int, trajectories: int = TRAJECTORIES, gain_error: float = 0.02
-) -> dict[str, Outcome]:
+def one_experiment(seed: int, trajectories: int = TRAJECTORIES, gain_error: float = 0.02) -> dict[str, Outcome]:
     """One experiment in every scenario: the same runs, recorded with other errors of measurement."""
     robot = paper_robot()
-    experiment = simulate_paper(robot, payload, levels("paper"), seed, trajectories)
+    experiment = simulate_paper(robot, levels("paper"), seed, trajectories)
     recorded = {
         "paper": experiment,
         "slow": experiment.again(levels("slow")),

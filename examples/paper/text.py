@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from dynident.apps.commands.demo.paper import PaperTables
+from dynident.examples.paper.printed import PaperTables
 from dynident.model import InertialParameters
 
 from .repetition import Outcome, Repetition

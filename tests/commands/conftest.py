@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from dynident.apps.commands.demo.paper import paper_tables
+from dynident.apps.commands.demo.setup import PAYLOAD
 from dynident.model import InertialParameters, Recording, load_robot
 from dynident.tests.commands.runs import Run, runner, write_csv
 from dynident.trajectories import RX90_NOISE, Simulator, random_via_points
@@ -30,7 +30,7 @@ def logs(shared: Callable[[str, Callable[[Path], object]], Path]) -> dict[str, s
 def _write_logs(folder: Path) -> None:
     robot = load_robot("rx90")
     simulator = Simulator(robot)
-    load: InertialParameters = paper_tables().payload
+    load: InertialParameters = PAYLOAD
     paths: dict[str, Path] = {}
     for k in range(3):
         motion = random_via_points(robot, 14, seed=k).motion(250.0)

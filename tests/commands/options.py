@@ -8,6 +8,7 @@ with a value that must change something.
 from dynident.tests.commands.lines import BRIEF, NEAR, NOISE, SCALE, SCORE, WHOLE
 from dynident.tests.commands.shared_options import (
     CURRENTS,
+    EQUATIONS,
     FILTER,
     GAINS,
     HOST,
@@ -21,7 +22,6 @@ from dynident.tests.commands.shared_options import (
     ROBOT,
     STAND_IN,
     STOPS,
-    TABLES,
     VIEW,
 )
 
@@ -44,7 +44,7 @@ OPTIONS: dict[str, dict[str, str]] = {
         "--after": "--after before.csv",
         "--json": "--json a.json",
     },
-    "payload": ROBOT | LOGS | CURRENTS | PROCESSING | KNOWN | GAINS | STOPS | TABLES | PAGE | VIEW | {
+    "payload": ROBOT | LOGS | CURRENTS | PROCESSING | KNOWN | GAINS | STOPS | EQUATIONS | PAGE | VIEW | {
         "--tool-frame": "--tool-frame 0,0,0.05,0,0,30",
         "--unloaded": "--unloaded rx_near_unloaded.csv",
         "--loaded": "--loaded rx_near_loaded.csv",
@@ -56,7 +56,7 @@ OPTIONS: dict[str, dict[str, str]] = {
         "--max-mismatch": "--max-mismatch 1e-9",
         "--validate": "--validate rx_near_unloaded.csv",
     },
-    "identify": ROBOT | LOGS | CURRENTS | PROCESSING | GAINS | STOPS | TABLES | PAGE | {
+    "identify": ROBOT | LOGS | CURRENTS | PROCESSING | GAINS | STOPS | EQUATIONS | PAGE | {
         "--data": "--data rx_near_unloaded.csv",
         "--validate": "--validate rx_near_unloaded.csv",
         "--constrained": "--constrained none",
@@ -135,6 +135,7 @@ OPTIONS: dict[str, dict[str, str]] = {
         "--drawing": "--drawing a.svg",
     },
     "robot new": {
+        "--template": "--template",
         "--name": "--name other",
         "--title": "--title Other",
         "--joint": "--joint=x,0,0,0.4",
@@ -162,7 +163,6 @@ OPTIONS: dict[str, dict[str, str]] = {
         "--robot": "--robot rx90",
         "--robot-parameters": "--robot rx90 | --robot-parameters earlier.json",
         "--into": "--into six_axis.urdf",
-                "--gauge": "--gauge prior",
         "--despite-verdict": "--robot heavy.toml | --despite-verdict",
         "--out": "--out b.xml",
     }),

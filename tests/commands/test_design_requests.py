@@ -183,26 +183,3 @@ def test_bad_requests_of_score(
     assert len(errors) == 1
     assert words in errors[0]
     assert list(tmp_path.iterdir()) == []
-
-
-@pytest.mark.parametrize(
-    ("options", "today"),
-    [
-        (
-            ("--robot", "rx90", "--near=-10,0,0,0,0,0", "--joints", "2,3"),
-            "dynident near --pose=-10,0,0,0,0,0 --robot rx90 --joints 2,3",
-        ),
-        (("--near", "0,0", "--robot", "rx90"), "dynident near --pose=0,0 --robot rx90"),
-        (
-            ("--robot", "rx90", "--evaluate", "my log.csv", "--bound"),
-            "dynident score 'my log.csv' --robot rx90 --bound",
-        ),
-        (("--evaluate=m.csv", "--robot", "rx90"), "dynident score m.csv --robot rx90"),
-    ],
-)
-def test_what_moved_is_told_with_the_new_command_line(
-    options: tuple[str, ...], today: str, capsys: pytest.CaptureFixture[str]
-) -> None:
-    status, out, err = runner(capsys)("design", *options, details=False)
-    assert (status, out) == (2, "")
-    assert err == f"dynident: error: this is a command of its own now: {today}\n"

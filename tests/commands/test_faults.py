@@ -208,14 +208,14 @@ def test_the_options_beside_a_report_overwrite_nothing(name: str, folder: Path) 
     """An input or another output of that name, or a file that no run has written, is refused before any work."""
     before, line, beside = contents(folder), words(name), folder / "page.run.toml"
     inputs = [word for word in line if (folder / word).is_file()]
-    second = next((option for command, option in FILES if (command, option) == (name, "--latex")), "--plots")
+    second = next((option for command, option in FILES if (command, option) == (name, "--npz")), "--plots")
     for source in inputs:
         beside.symlink_to(folder / source)
         status, out, err = run([*line, "--report", "page.html"])
         beside.unlink()
         assert (status, out) == (2, "")
         assert "page.run.toml" in err
-    if second == "--latex":
+    if second == "--npz":
         status, out, err = run([*line, "--report", "page.html", second, "page.run.toml"])
         assert (status, out) == (2, "")
         assert f"--report's options 'page.run.toml': {second} names this file too" in err

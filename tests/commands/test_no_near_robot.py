@@ -43,9 +43,7 @@ def test_without_a_bound_the_note_says_what_to_do(
     assert "--total-mass 0 KG" in " ".join(line.split())
 
 
-def test_a_bound_of_the_mass_leads_to_a_file(
-    run: Run, gen3: tuple[str, ...], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_bound_of_the_mass_leads_to_a_file(run: Run, gen3: tuple[str, ...], tmp_path: Path) -> None:
     stored, out = tmp_path / "robot.json", tmp_path / "arm.xml"
     run("identify", *gen3, "--prior-mass", "7", "--total-mass", "0", f"{HIGH:g}", "--json", str(stored))
     values = {entry["name"]: entry["value"] for entry in document(stored)["constrained"]["parameters"]}
@@ -54,11 +52,6 @@ def test_a_bound_of_the_mass_leads_to_a_file(
     status, _, errors = run(*written)
     assert status == 1, errors
     assert not out.exists()
-    status, text, errors = run(*written, "--despite-verdict")
+    status, _, errors = run(*written, "--despite-verdict")
     assert status == 0, errors
-    assert "the data allow" in " ".join(text.split())
-    monkeypatch.setattr("dynident.apps.export.simulators.whole_robot.parameter_ranges", fails)
-    status, text, errors = run(*written, "--despite-verdict")
-    assert status == 0, errors
-    assert "the data allow of the prior's numbers is not known" in " ".join(text.split())
     assert out.exists()

@@ -14,11 +14,12 @@ import numpy as np
 import pytest
 from dynident.apps.commands import COMMANDS
 from dynident.apps.commands.demo import experiment
-from dynident.apps.commands.demo.analysis import Analysis, analyse
+from dynident.apps.commands.demo.experiment import identified
 from dynident.apps.commands.demo.setup import simulate_paper
 from dynident.apps.report.blocks import Drawing
 from dynident.apps.report.figures.canvas import new_figure
 from dynident.cli import _parser, main
+from dynident.common.progress import silent
 from dynident.model import INERTIAL
 from dynident.tests.commands.lines import LINES, PORTS, make_recordings, put_payloads
 from dynident.tests.commands.options import OPTIONS
@@ -74,20 +75,18 @@ def empty_figures(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.fixture(autouse=True)
 def each_experiment_once(monkeypatch: pytest.MonkeyPatch) -> None:
     """The paper's experiment once for each noise, seed and count: other options of ``demo`` only show it."""
-    analyses: dict[str, Analysis] = {}
+    simulated: dict[str, Experiment] = {}
+    answers: dict[int, Any] = {}
 
     def remembered(*arguments: Any) -> Experiment:
-        name = repr(arguments[2:5])
-        if name not in analyses:
-            analyses[name] = analyse(simulate_paper(*arguments))
-        return analyses[name].experiment
+        name = repr(arguments[1:4])
+        if name not in simulated:
+            simulated[name] = simulate_paper(*arguments)
+            answers[id(simulated[name])] = identified(simulated[name], silent)
+        return simulated[name]
 
     monkeypatch.setattr(experiment, "simulate_paper", remembered)
-    monkeypatch.setattr(
-        experiment,
-        "analyse",
-        lambda runs, progress: next(known for known in analyses.values() if known.experiment is runs),
-    )
+    monkeypatch.setattr(experiment, "identified", lambda runs, progress: answers[id(runs)])
 
 
 @pytest.fixture(scope="module")

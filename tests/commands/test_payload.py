@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from dynident.apps.commands.demo.paper import paper_tables
+from dynident.apps.commands.demo.setup import PAYLOAD
 from dynident.tests.commands.runs import Run, by_estimator, payload_arguments
 
 
@@ -29,7 +29,7 @@ def test_payload(run: Run, logs: dict[str, str], tmp_path: Path) -> None:
     assert [estimate["method"] for estimate in free] == [1, 2, 3, 4]
     assert [estimate["method"] for estimate in constrained] == [1, 2, 3, 4]
     assert data["recommended"] == {"method": 4, "estimator": "constrained"}
-    truth = paper_tables().payload.named()
+    truth = PAYLOAD.named()
     for estimate in constrained:
         assert set(estimate) >= {
             "parameters", "sigma", "sigma_robust", "interval95", "com", "com_interval95", "inertia_com",

@@ -12,10 +12,8 @@ from dynident.common.arrays import Array
 from dynident.model import (
     Drives,
     InertialParameters,
-    Limits,
     Pose,
     Recording,
-    Robot,
     load_robot,
     mounted,
     robot_names,
@@ -88,75 +86,41 @@ def test_new_robot_is_the_shipped_one(run: Run, tmp_path: Path) -> None:
     assert run(*NEW, "--out", str(out), "--overwrite")[0] == 0
 
 
-def test_new_robot_asks(run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A SCARA in a dialogue; empty answers leave out what is not known."""
-    replies = iter(
-        ["scara", "z,0,0,0.3", "z,0.4,0,0.3", "-z,0.7,0,0.3,slide", "z,0.7,0,0.3", "", "0.7,0,0.2,-z,x", "",
-         "-130:130,-150:150,0:0.2,-360:360", "", "unknown", "?", "3", "Unknown", "a,b,c,d"]
-    )  # fmt: skip
-    monkeypatch.setattr("builtins.input", lambda _: next(replies))
-    monkeypatch.setattr("sys.stdin.isatty", lambda: True)
+def test_a_scara(run: Run, tmp_path: Path) -> None:
+    """A joint that slides; what is not known stays unknown."""
     out = tmp_path / "scara.toml"
-    status, text, error = run(
-        "robot", "new", "--out", str(out), "--side", "link", "--drawing", str(tmp_path / "s.png")
-    )
+    joints = ("--joint=z,0,0,0.3", "--joint=z,0.4,0,0.3", "--joint=-z,0.7,0,0.3,slide", "--joint=z,0.7,0,0.3")
+    limits = ("--limits=-130:130,-150:150,0:0.2,-360:360", "--rated-payload", "3", "--joint-names", "a,b,c,d")
+    line = ("robot", "new", "--name", "scara", *joints, "--flange", "0.7,0,0.2,-z,x", *limits)
+    status, _, error = run(*line, "--out", str(out), "--side", "link", "--drawing", str(tmp_path / "s.png"))
     assert status == 0, error
-    assert "thumb along it" in text
     robot = load_robot(out)
     assert [joint.kind for joint in robot.joints] == ["revolute", "revolute", "prismatic", "revolute"]
     assert robot.joints[2].limits.position == (0.0, 0.2)
     assert robot.drives == Drives.on_link_side()
     assert (robot.rated_payload, robot.mass, robot.joint_names) == (3.0, None, (("a", "b", "c", "d"),))
-    assert np.isinf([[limit.speed, limit.acceleration, limit.torque] for limit in limits_of(robot)]).all()
+    unknown = [joint.limits for joint in robot.joints]
+    assert np.isinf([[limit.speed, limit.acceleration, limit.torque] for limit in unknown]).all()
     assert "mass_kg" in error
     corners: Array = outline(robot, [0.0, 0.0, 0.1, 0.0])
     np.testing.assert_allclose(corners[-1], [0.7, 0.0, 0.1], atol=1e-12)
 
 
-def limits_of(robot: Robot) -> list[Limits]:
-    return [joint.limits for joint in robot.joints]
+TEMPLATE = ("robot", "new", "--template")
 
 
-def test_a_question_comes_again_after_a_typo(
-    run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    """Each question is answered wrongly first; the wrong answer is named, and nothing is lost."""
-    answers = {
-        "Short name": ("", "arm"),
-        "Joint 1": ("w,0,0,0", "z,0,0,0"),
-        "Joint 2": ("y,0,0", "y,0,0,0.3"),
-        "Joint 3": ("-x,1,a,0", ""),
-        "Flange": ("0,0,0.6,z,1:0:1", "0,0,0.6,z,x"),
-        "Joint positions": ("0", "0,90"),
-        "Position limits": ("10:-10,1:2", "-170:170,-90:90"),
-        "Largest speeds": ("100", "100,90"),
-        "Largest accelerations": ("300,-1", "300,200"),
-        "Largest torques": ("30;20", "30,20"),
-        "Rated payload": ("three", "3"),
-        "Mass of the arm": ("-4", "20"),
-        "Names of the joints": ("a", "a,b"),
-    }
-    replies = iter([reply for pair in answers.values() for reply in pair])
-    questions: list[str] = []
-
-    def reply(question: str) -> str:
-        questions.append(question)
-        return next(replies)
-
-    monkeypatch.setattr("builtins.input", reply)
-    monkeypatch.setattr("sys.stdin.isatty", lambda: True)
+def test_the_template_loads_as_it_stands(run: Run, tmp_path: Path) -> None:
+    """Printed or written, it is a robot, and options beside it are refused."""
     out = tmp_path / "arm.toml"
-    status, text, error = run("robot", "new", "--out", str(out))
-    assert status == 0, error
-    assert questions[::2] == questions[1::2]
-    assert all(question.startswith(begin) for question, begin in zip(questions[::2], answers, strict=True))
-    assert text.count("Once more, please.") == len(answers)
+    status, text, _ = run(*TEMPLATE)
+    assert (status, run(*TEMPLATE, "--out", str(out))[0]) == (0, 0)
+    assert out.read_text(encoding="utf-8") == text
     robot = load_robot(out)
-    assert [np.degrees([limit.speed, limit.acceleration]).round(9).tolist() for limit in limits_of(robot)] == [
-        [100, 300], [90, 200],
-    ]  # fmt: skip
-    assert [limit.torque for limit in limits_of(robot)] == [30, 20]
-    assert (robot.rated_payload, robot.mass, robot.joint_names) == (3.0, 20.0, (("a", "b"),))
+    assert (robot.name, robot.n, robot.joints[2].kind, robot.rated_payload) == ("my_arm", 3, "prismatic", 5.0)
+    assert run("robot", "show", "--robot", str(out))[0] == 0
+    assert "is there already" in run(*TEMPLATE, "--out", str(out))[2]
+    status, _, error = run(*TEMPLATE, "--name", "kr")
+    assert (status, "--name belongs to a robot by options" in error) == (2, True)
 
 
 def without(option: str) -> list[str]:
@@ -189,7 +153,6 @@ BAD = {
     "mount": (["robot", "show", "--robot", "panda", "--mount", "table"], "'table' is not 3 finite numbers"),
     "tool": (["robot", "show", "--robot", "panda", "--tool-frame", "1,2,3"], "not 6 finite numbers"),
     "no bodies": (["robot", "urdf", "--robot", "panda", "--out", "x.urdf"], "bodies need all ten"),
-    "gauge": (["robot", "sdf", "--robot", "rx90", "--gauge", "base", "--out", "x.sdf"], "--gauge is gone"),
 }
 
 

@@ -9,6 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 from dynident.cli import main
+from dynident.examples.paper.printed import paper_tables
+from dynident.examples.paper.tables import short_value
 from dynident.model import base_parameters, load_robot
 from dynident.tests.commands.runs import Run
 from dynident.trajectories import plan_point_to_point
@@ -32,21 +34,46 @@ def test_demo(run: Run, tmp_path: Path) -> None:
     assert len(robot["columns"]) == 54
     assert robot["validation"]["all"] < 0.15
     assert (tmp_path / "demo" / "torques.png").stat().st_size > 50_000
-    for words in ("Table 1", "Table 2", "method 4", "FSM6", "7.216", "6.700", "condition number", "robust sigma"):
-        assert words in out
-    assert "Drive gains are off" not in out
+    assert "it carries 7.025 kg" in " ".join(out.split())
     page = (tmp_path / "demo" / "report.html").read_text(encoding="utf-8")
-    for words in ('id="paper"', 'id="parameters"', "Table 1: payload", "Table 2: essential", "7.216", "held out"):
+    for words in ('id="parameters"', "FSM6", "held out"):
         assert words in page
     assert page.count("<svg") == 8
 
 
+def tables(*arguments: str) -> str:
+    command = [sys.executable, "-m", "dynident.examples.paper.tables", *arguments]
+    return subprocess.run(command, capture_output=True, text=True, check=True).stdout
+
+
 @pytest.mark.long
-def test_demo_tells_wrong_gains(run: Run, tmp_path: Path) -> None:
-    arguments = ("--trajectories", "2", "--gain-error", "0.02", "--noise", "none")
-    status, out, _ = run("demo", "--out", str(tmp_path / "demo"), *arguments)
-    assert status == 0
+def test_the_papers_tables() -> None:
+    out = tables("--trajectories", "3", "--seed", "4")
+    for words in ("Table 1", "Table 2", "method 4", "FSM6", "7.216", "6.700", "condition number", "robust sigma"):
+        assert words in out
+    assert "Drive gains are off" not in out
+
+
+@pytest.mark.long
+def test_the_tables_tell_wrong_gains() -> None:
+    out = tables("--trajectories", "2", "--gain-error", "0.02", "--noise", "none")
     assert "Drive gains are off by" in out
+
+
+def test_values_are_as_the_paper_prints() -> None:
+    assert str(short_value(0.157, 0.019)) == ".157±.019"
+    assert str(short_value(10.05, 0.02)) == "10.050±.020"
+    assert short_value(-0.0001, 0.0) == "0.000"
+
+
+def test_printed_sigma_and_percent_agree() -> None:
+    """2 sigma and the relative sigma of every row of Tables 1 and 2 are of the same estimate."""
+    tables = paper_tables()
+    for rows in (tables.table1, tables.table2, tables.table2_robot):
+        for name, row in rows.items():
+            sigma = row.relative_sigma_percent / 100.0 * abs(row.value)
+            rounding = 0.00025 + 0.0005 * row.relative_sigma_percent / 100.0
+            assert sigma == pytest.approx(row.two_sigma / 2.0, abs=2.0 * rounding), name
 
 
 @pytest.mark.long

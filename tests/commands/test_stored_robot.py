@@ -46,8 +46,7 @@ def test_identify_once_weigh_ever_after(run: Run, logs: dict[str, str], tmp_path
     assert later["sigma"] == pytest.approx({k: wider * sigma for k, sigma in at_once["sigma"].items()}, rel=0.01)
     for name, sigma in at_once["sigma_robust"].items():
         assert 0.3 < later["sigma_robust"][name] / sigma < 3.0
-    for key in ("covariance_robust", "robust"):
-        del robot[key]
+    robot |= {"covariance_robust": None, "robust": None}
     stored.write_text(json.dumps(robot))
     status, out, _ = run(
         "payload", "--robot", "rx90", "--robot-parameters", str(stored), *loaded, "--json", str(target)
@@ -69,11 +68,10 @@ def test_uncertain_gains_of_a_stored_robot(run: Run, logs: dict[str, str], tmp_p
     assert status == 0
     assert "Drive gains are taken as exact: --gain-sigma" in " ".join(out.split())
     assert "by gains" not in out
-    csv = tmp_path / "t.csv"
-    status, out, _ = run(*identify, "--gain-sigma", "2%", "--json", str(stored), "--csv", str(csv))
+    status, out, _ = run(*identify, "--gain-sigma", "2%", "--json", str(stored))
     assert status == 0
     assert "include errors of the drive gains: 2 % per motor" in " ".join(out.split())
-    assert ",value,value sigma,%,by gains,constrained" in csv.read_text().splitlines()[0]
+    assert "by gains" in out
     document, before = json.loads(stored.read_text()), json.loads(exact.read_text())
     assert (document["gain_sigma"], before["gain_sigma"]) == ({"per_joint": [0.02], "common": 0.0}, None)
     for now, then in zip(document["base_parameters"], before["base_parameters"], strict=True):
@@ -111,24 +109,13 @@ def test_uncertain_gains_of_a_stored_robot(run: Run, logs: dict[str, str], tmp_p
 
 
 @pytest.mark.long
-def test_wrong_gain_errors_are_refused_before_any_work(run: Run, logs: dict[str, str], tmp_path: Path) -> None:
+def test_wrong_gain_errors_are_refused_before_any_work(run: Run, logs: dict[str, str]) -> None:
     """Joint 6 stands still in the recording, which the reduction refuses: it was not reached."""
     identify = ("identify", "--robot", "rx90", "--data", logs["still"])
     assert "joint 6 never moves" in run(*identify)[2]
     status, _, err = run(*identify, "--gain-sigma", "1%,2%")
     assert (status, len(err.splitlines())) == (2, 1)
     assert "2 uncertainties of drive gains for 6 joints" in err
-    stored = tmp_path / "robot.json"
-    run("identify", "--robot", "rx90", "--data", logs["bare0"], "--json", str(stored))
-    robot = json.loads(stored.read_text())
-    del robot["gain_sensitivity"]
-    stored.write_text(json.dumps(robot))
-    for command in ("payload", "weigh"):
-        weighed = (command, "--robot", "rx90", "--robot-parameters", str(stored), "--loaded", logs["still"])
-        assert "identify the robot again" not in run(*weighed)[2]
-        status, _, err = run(*weighed, "--gain-sigma", "1%")
-        assert (status, len(err.splitlines())) == (2, 1)
-        assert "do not tell how they depend on the drive gains: identify the robot again" in err
 
 
 def test_stored_parameters_of_another_robot(run: Run, logs: dict[str, str], tmp_path: Path) -> None:

@@ -169,11 +169,6 @@ def test_methods_have_names(name: str, number: str) -> None:
     )
 
 
-def test_an_option_of_another_name_says_which(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["design", "--robot", "rx90", "--csv", "m.csv"]) == 2
-    assert "dynident design --robot rx90 --samples m.csv" in capsys.readouterr().err
-
-
 def test_a_full_disk_is_one_line(log: str, capsys: pytest.CaptureFixture[str]) -> None:
     if not Path("/dev/full").exists():
         pytest.skip("no /dev/full here")

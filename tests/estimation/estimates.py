@@ -1,11 +1,11 @@
 """Estimates of a payload to be constrained, made or published."""
 
 import numpy as np
-from dynident.apps.commands.demo.paper import Printed, paper_tables
 from dynident.common.arrays import Array
 from dynident.estimation import PAYLOAD, CentreOfMassInBox, Estimate, InEllipsoid, KnownMass, MassBounds
 from dynident.estimation.fit import Fit
 from dynident.estimation.possible import Constraint, InHull
+from dynident.examples.paper.printed import Printed, paper_tables
 from dynident.model import Processing
 
 BOX = [[x, y, z] for x in (-0.1, 0.1) for y in (-0.1, 0.1) for z in (0.0, 0.25)]

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from dynident.apps.commands.demo.paper import paper_tables
+from dynident.apps.commands.demo.setup import PAYLOAD as PAPER_PAYLOAD
 from dynident.apps.logs.read import read_recording
 from dynident.common.errors import InputError
 from dynident.estimation import (
@@ -71,7 +71,7 @@ def test_every_reading_of_table_2_agrees(reading: str) -> None:
 
 
 def test_reference_payload_passes_by_a_hair() -> None:
-    body = paper_tables().payload
+    body = PAPER_PAYLOAD
     assert PossibleBody().violation(body.vector) == pytest.approx(-2.9e-4, abs=1e-5)
 
 

@@ -176,7 +176,7 @@ def test_estimates_that_contradict_the_zeros(payload: InertialParameters) -> Non
 
 def test_the_papers_robot_cannot_exist(rx90: Robot) -> None:
     """Table 2 eliminates ZZ6 while YZ6 is essential: link 6 would have no inertia about z."""
-    from dynident.apps.commands.demo.paper import paper_tables
+    from dynident.examples.paper.printed import paper_tables
     from dynident.model import base_parameters
 
     printed = paper_tables().table2_robot
@@ -198,10 +198,10 @@ def test_the_papers_robot_cannot_exist(rx90: Robot) -> None:
 @pytest.fixture(scope="module")
 def both() -> PayloadAnswer:
     """Robot and the paper's payload together, as in Table 2."""
-    from dynident.apps.commands.demo.paper import paper_tables
+    from dynident.apps.commands.demo.setup import PAYLOAD as PAPER_PAYLOAD
 
     robot = load_robot("rx90")
-    simulator, body = Simulator(robot), paper_tables().payload
+    simulator, body = Simulator(robot), PAPER_PAYLOAD
     motions = [random_via_points(robot, 14, seed=k).motion(250.0) for k in range(4)]
     runs = [
         [simulator.record(m, load, RX90_NOISE, [0, k, j], f"{k}{j}") for k, m in enumerate(motions)]

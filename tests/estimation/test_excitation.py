@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from dynident.apps.commands.demo.paper import paper_tables
+from dynident.apps.commands.demo.setup import PAYLOAD as PAPER_PAYLOAD
 from dynident.common.arrays import Array
 from dynident.estimation import PAYLOAD, answer_payload, payload_problem
 from dynident.estimation.equations import Equations, Observer
@@ -47,7 +47,7 @@ def test_robot_and_payload_together() -> None:
     robot = load_robot("rx90")
     simulator, motion = Simulator(robot), random_via_points(robot, 8, seed=4).motion(100.0)
     bare = simulator.record(motion, None, RX90_NOISE, [4, 0])
-    loaded = simulator.record(motion, paper_tables().payload, RX90_NOISE, [4, 1])
+    loaded = simulator.record(motion, PAPER_PAYLOAD, RX90_NOISE, [4, 1])
     problem = payload_problem(robot, [loaded], [bare], robust=False)
     signals = answer_payload(problem, (4,)).excitation
     assert signals is not None

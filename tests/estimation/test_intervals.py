@@ -7,7 +7,7 @@ from typing import Any
 import cvxpy
 import numpy as np
 import pytest
-from dynident.apps.commands.demo.paper import paper_tables
+from dynident.apps.commands.demo.setup import PAYLOAD as PAPER_PAYLOAD
 from dynident.common.arrays import Array
 from dynident.estimation import (
     PAYLOAD,
@@ -27,7 +27,7 @@ from dynident.model import InertialParameters
 NOTHING = Fit(np.ones(1), np.ones(1), (1,))
 DOF = 40.0
 T = 2.0210753903062715  # Student's 97.5 % point of 40 degrees, from a table
-DISC = paper_tables().payload
+DISC = PAPER_PAYLOAD
 CUBE = InertialParameters.from_com(7.0, [0.02, -0.01, 0.15], 0.05 * np.eye(3))
 SIGMA = np.array([0.01, 0.004, 0.004, 0.01, 0.005, 0.004, 0.006, 0.006, 0.008, 0.03])
 

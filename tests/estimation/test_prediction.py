@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from dynident.apps.commands.demo.paper import paper_tables
+from dynident.apps.commands.demo.setup import PAYLOAD
 from dynident.estimation import answer_payload, identify, payload_problem
 from dynident.estimation.answers import robot_prediction
 from dynident.estimation.equations.correlation import autocorrelation
@@ -19,7 +19,7 @@ QUIET = tuple(0.1 * sigma for sigma in RX90_NOISE)
 
 def recorded(seed: int, loaded: int) -> Recording:
     motion = random_via_points(ROBOT, 8, seed=seed).motion(250.0)
-    return Simulator(ROBOT).record(motion, paper_tables().payload if loaded else None, QUIET, [seed, loaded])
+    return Simulator(ROBOT).record(motion, PAYLOAD if loaded else None, QUIET, [seed, loaded])
 
 
 def test_residuals_are_those_of_the_fit() -> None:

@@ -5,8 +5,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from dynident.apps.commands.demo.comparison import short_value
-from dynident.apps.commands.demo.paper import paper_tables
 from dynident.apps.report.blocks import with_sigma
 from dynident.apps.report.documents import free_estimate
 from dynident.apps.report.sections.payload import payload_table, sigma_notes
@@ -82,19 +80,3 @@ def test_the_table_shows_the_larger_standard_deviation_of_each_entry() -> None:
     assert result.sigma_com_robust[2] > result.sigma_com[2]
     assert cells[0][12] == with_sigma(0.1, result.sigma_com_robust[2])
     assert cells[1][12] == with_sigma(0.1, result.sigma_com[2])
-
-
-def testshort_value_values_are_as_the_paper_prints() -> None:
-    assert str(short_value(0.157, 0.019)) == ".157±.019"
-    assert str(short_value(10.05, 0.02)) == "10.050±.020"
-    assert short_value(-0.0001, 0.0) == "0.000"
-
-
-def test_printed_sigma_and_percent_agree() -> None:
-    """2 sigma and the relative sigma of every row of Tables 1 and 2 are of the same estimate."""
-    tables = paper_tables()
-    for rows in (tables.table1, tables.table2, tables.table2_robot):
-        for name, row in rows.items():
-            sigma = row.relative_sigma_percent / 100.0 * abs(row.value)
-            rounding = 0.00025 + 0.0005 * row.relative_sigma_percent / 100.0
-            assert sigma == pytest.approx(row.two_sigma / 2.0, abs=2.0 * rounding), name

@@ -1,16 +1,11 @@
-"""Figures of a motion show its limits, what it teaches, and the arm itself."""
+"""Figures of a motion show its limits and what it teaches."""
 
-import re
-import xml.etree.ElementTree as ET
 from typing import Any
 
 import numpy as np
 import pytest
-from dynident.apps.report.figures.arm import arm_animation, arm_points, arm_strip
 from dynident.apps.report.figures.motion import motion_figure, sigma_figure
 from dynident.model import Robot, load_robot
-from dynident.model.frames import frames_at
-from dynident.tests.conftest import SCARA
 from dynident.tests.report.written import names_below_of
 from dynident.trajectories import (
     DesignProblem,
@@ -27,7 +22,6 @@ from dynident.trajectories import (
 )
 
 TORQUE = (300.0, 300.0, 120.0, 50.0, 40.0, 20.0)
-SVG = "{http://www.w3.org/2000/svg}"
 
 
 @pytest.fixture(scope="module")
@@ -93,47 +87,3 @@ def test_predicted_sigma(score: Score) -> None:
 
 def bars(axis: Any) -> list[Any]:
     return list(axis.containers[0])
-
-
-@pytest.mark.parametrize("robot", [load_robot("rx90"), load_robot("ur10e"), SCARA], ids=lambda robot: robot.name)
-def test_the_stick_figure_has_the_robots_joints(robot: Robot) -> None:
-    q = np.random.default_rng(0).uniform(-1.0, 1.0, (3, robot.n))
-    for points, pose in zip(arm_points(robot, q), q, strict=True):
-        for frame in frames_at(robot, pose.tolist()):
-            assert np.abs(points - frame.p).max(axis=1).min() < 1e-12
-
-
-@pytest.mark.long
-def test_animation_needs_nothing_else(rx90: Robot, plan: ViaPoints) -> None:
-    text = arm_animation(rx90, plan, "a&b")
-    root = ET.fromstring(text)
-    assert root.get("id") == "a&b"
-    assert "SMIL" not in text
-    assert not re.search(r"href|script|url\(|@import", text)
-    assert re.findall(r"http[^\"]*", text) == ["http://www.w3.org/2000/svg"]
-    assert root.get("role") == "img"
-    assert f"{plan.duration:.1f} s" in str(root.get("aria-label"))
-    animated = list(root.iter(SVG + "animate"))
-    assert {entry.get("dur") for entry in animated} == {f"{plan.duration:.3f}s"}
-    arms = [entry for entry in animated if entry.get("attributeName") == "points"]
-    assert len(arms) == 2
-    frames = [str(arm.get("values")).split(";") for arm in arms]
-    assert len(frames[0]) == len(frames[1]) == int(plan.duration * 12) + 1
-    side, above = (
-        np.array([[float(x) for x in point.split(",")] for point in view[-1].split()]) for view in frames
-    )
-    last = arm_points(rx90, plan.points[-1:])[0]
-    scale = np.ptp(side[:, 1]) / np.ptp(last[:, 2])
-    assert np.allclose(side - side[1], scale * (last - last[1])[:, [0, 2]] * [1, -1], atol=0.2)
-    assert np.allclose(above - above[1], scale * (last - last[1])[:, [0, 1]] * [1, -1], atol=0.2)
-    assert len(text) < 200_000
-    assert text == arm_animation(rx90, plan, "a&b")
-
-
-@pytest.mark.long
-def test_strip_of_stills(rx90: Robot, plan: ViaPoints) -> None:
-    figure = arm_strip(rx90, plan, poses=5).figure
-    assert len(figure.axes) == 10
-    assert figure.axes[4].get_title() == f"{plan.duration:.1f} s"
-    arm = figure.axes[4].get_lines()[1]
-    assert np.allclose(np.asarray(arm.get_ydata()), arm_points(rx90, plan.points[-1:])[0, :, 2])

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from dynident.apps.commands.demo.paper import paper_tables
+from dynident.apps.commands.demo.setup import PAYLOAD
 from dynident.apps.logs.read import read_recording
 from dynident.apps.report.recordings import write_recording, write_truth
 from dynident.model import InertialParameters, load_robot
@@ -22,7 +22,7 @@ LEVELS = replace(RX90_DISTURBANCES, gain_error=0.02)
 @pytest.fixture(scope="module")
 def experiment() -> Experiment:
     reference = plan_point_to_point(RX90, random_points(RX90, 2, 0))
-    tasks = [Task("a", reference), Task("b", reference, paper_tables().payload)]
+    tasks = [Task("a", reference), Task("b", reference, PAYLOAD)]
     return run_experiment(RX90, tasks, LEVELS, seed=3)
 
 
@@ -50,5 +50,5 @@ def test_the_truth_is_whole(experiment: Experiment, tmp_path: Path) -> None:
     assert [run["payload"] for run in truth["runs"]] == [False, True]
     assert truth["runs"][0]["mean_friction"] == experiment.runs[0].friction
     # The payload of the truth can be simulated again.
-    assert np.allclose(read_payload(target).vector, paper_tables().payload.vector)
+    assert np.allclose(read_payload(target).vector, PAYLOAD.vector)
     assert isinstance(read_payload(target), InertialParameters)

@@ -4,7 +4,7 @@ import re
 
 import pytest
 from dynident.apps.report.blocks import Column, Notes, Remarks, Screen, Table, columns
-from dynident.apps.report.render.terminal import COLUMNS, LINES, screen_text
+from dynident.apps.report.render.terminal import COLUMNS, LINES, print_blocks, screen_text
 from rich.cells import cell_len
 
 LONG = "a reason that goes on and on, " * 40
@@ -72,3 +72,14 @@ def test_names_are_text(name: str) -> None:
     table = Table(f"Robot {name}", (Column(name), Column(f"[{name}]", numeric=True)), [(name, "1")])
     shown = screen_text(Screen([Notes([f"{name}: read"]), Remarks([f"note of {name}"]), table], [], name))
     assert shown.count(name) == 7
+
+
+def test_text_is_printed_as_it_is(capsys: pytest.CaptureFixture[str]) -> None:
+    """Brackets are no markup, neither in titles nor in cells nor in notes; a section ends with a line."""
+    rows = [("MY3R", "-1.5e-05", "<5", "2"), ("\\_^&", "2", "", 'k, "m"')]
+    table = Table("Other [things], 95 %", columns(("",), ("value", "%", "%")), rows, ends=("MY3R",))
+    print_blocks([table, Notes(["[red]x[/red]"])])
+    out = capsys.readouterr().out
+    assert "Other [things], 95 %" in out
+    assert "[red]x[/red]" in out
+    assert [line.split()[0] for line in out.splitlines() if line.strip()[:2] in ("MY", "\\_")] == ["MY3R", "\\_^&"]

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from dynident.apps.commands.demo.paper import paper_tables
+from dynident.apps.commands.demo.setup import PAYLOAD
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError
 from dynident.model import (
@@ -48,7 +48,7 @@ def loop(rx90: Robot) -> ClosedLoop:
 def pair(rx90: Robot, loop: ClosedLoop) -> list[tuple[Measurement, Array]]:
     """A trajectory of the paper's kind without and with the paper's payload."""
     reference = motion(rx90, 0, 8)
-    return loop.run([Task("", reference), Task("", reference, paper_tables().payload)])
+    return loop.run([Task("", reference), Task("", reference, PAYLOAD)])
 
 
 def without_dry_friction(robot: Robot) -> Robot:
@@ -58,7 +58,7 @@ def without_dry_friction(robot: Robot) -> Robot:
 def test_torques_are_those_of_the_inverse_model(rx90: Robot, loop: ClosedLoop) -> None:
     """Forward dynamics by base parameters against Newton-Euler by standard ones, friction and ripple added."""
     shaken = ClosedLoop(rx90, ripple=ripple(rx90, 2.0))
-    payload = paper_tables().payload
+    payload = PAYLOAD
     ((data, _),) = shaken.run([Task("", motion(rx90, 1), payload)])
     expected = Simulator(without_dry_friction(rx90)).measure(data.motion, payload).torque.copy()
     dry = smooth_dry_friction(rx90, SMOOTHING)
@@ -72,7 +72,7 @@ def test_torques_are_those_of_the_inverse_model(rx90: Robot, loop: ClosedLoop) -
 def test_power_balance(rx90: Robot, pair: list[tuple[Measurement, Array]]) -> None:
     """What the motors give goes into height, speed and friction; energies from kinematics alone."""
     data = pair[1][0]
-    payload = paper_tables().payload
+    payload = PAYLOAD
     some = slice(None, None, 20)
     energy = stored_energy(rx90, payload, data.motion.q[some], data.motion.qd[some])
     dry = smooth_dry_friction(rx90, SMOOTHING)
@@ -108,7 +108,7 @@ def test_alone_as_in_lockstep(rx90: Robot, loop: ClosedLoop) -> None:
     """Runs of different length and load do not know of each other."""
     runs = [
         Task("", motion(rx90, 1)),
-        Task("", motion(rx90, 2, 3), paper_tables().payload, 0.9 * friction(rx90)),
+        Task("", motion(rx90, 2, 3), PAYLOAD, 0.9 * friction(rx90)),
         Task("", motion(rx90, 3, 2), friction=1.1 * friction(rx90)),
     ]
     together = loop.run(runs)
@@ -131,7 +131,7 @@ def test_tracking_differs_by_a_milliradian_under_load(pair: list[tuple[Measureme
 @pytest.mark.parametrize("sag", [2e-3, 4e-3, 9e-3])
 def test_without_integral_action_the_payload_pulls_the_arm_off_its_path(rx90: Robot, kind: str, sag: float) -> None:
     """The worst joint sags by what was asked for: a controller with an integral keeps within a hundredth of it."""
-    reference, payload = motion(rx90, 0), paper_tables().payload
+    reference, payload = motion(rx90, 0), PAYLOAD
     soft = CONTROLLERS[kind].sagging(rx90, payload, [reference], sag)
     runs = [Task("", reference), Task("", reference, payload)]
     (bare, _), (loaded, _) = ClosedLoop(rx90, soft, ripple(rx90, 0.0)).run(runs)
@@ -222,4 +222,4 @@ def test_what_cannot_be_simulated_is_told(rx90: Robot) -> None:
     with pytest.raises(ValueError, match="'motion' or 'gravity'"):
         replace(Controller(), compensates="nothing")  # type: ignore[arg-type]
     with pytest.raises(InputError, match="does not sag"):
-        Controller().sagging(rx90, paper_tables().payload, [motion(rx90, 1)], 1e-3)
+        Controller().sagging(rx90, PAYLOAD, [motion(rx90, 1)], 1e-3)

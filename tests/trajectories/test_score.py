@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from dynident.apps.commands.demo.paper import paper_tables
+from dynident.examples.paper.printed import paper_tables
 from dynident.tests.trajectories.design_problems import BOUNDS, ROBOT, limited
 from dynident.trajectories import (
     DesignProblem,

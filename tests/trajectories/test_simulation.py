@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from dynident.apps.commands.demo.paper import paper_tables
 from dynident.common.errors import InputError
+from dynident.examples.paper.printed import paper_tables
 from dynident.model import InertialParameters, base_parameters, load_robot, regressor
 from dynident.trajectories import RX90_NOISE, Simulator, random_via_points
 

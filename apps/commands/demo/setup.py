@@ -1,4 +1,4 @@
-"""The paper's experiment as it is simulated: robot, motion, and what is assumed where the paper is silent."""
+"""The paper's experiment as it is simulated: robot, payload, motion, and what is assumed where it is silent."""
 
 from __future__ import annotations
 
@@ -7,7 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from .... import model, trajectories
+from .... import estimation, model, trajectories
+from ....common.progress import Progress, silent
 
 TRAJECTORIES = 18
 """For identification, as in the paper; one more is held out."""
@@ -16,6 +17,8 @@ POINTS = 16
 SPEED, ACCELERATION, BLEND = 0.42, 0.5, 0.2
 """Shares of the limits, and of a ramp that passes into the next: 63,000 equations, condition number near 58."""
 
+PAYLOAD = model.InertialParameters(np.array([0.161, 0, 0, 0.161, 0, 0.035, 0, 0, 1.003, 7.025]))
+"""The paper's payload: its a priori values (CATIA, weighed mass)."""
 ASSUMED_SPRING = model.Spring(joint=2, stiffness=6000.0, length=0.15, arms=(0.08, 0.35), zero=np.pi / 2)
 """The manufacturer's law is not public: a spring that takes off about 60 % of the gravity torque of the bare arm.
 
@@ -41,7 +44,6 @@ def levels(noise: str, gain_error: float = 0.0) -> trajectories.Disturbances:
 
 def simulate_paper(
     robot: model.Robot,
-    payload: model.InertialParameters,
     disturbances: trajectories.Disturbances,
     seed: int,
     motions: int = TRAJECTORIES,
@@ -53,5 +55,15 @@ def simulate_paper(
         points = trajectories.motions.random_points(robot, POINTS, seed=1000 * seed + k)
         motion = trajectories.plan_point_to_point(robot, points, SPEED, ACCELERATION, BLEND)
         tasks.append(trajectories.Task(f"trajectory {k + 1} without payload", motion))
-        tasks.append(trajectories.Task(f"trajectory {k + 1} with payload", motion, payload))
+        tasks.append(trajectories.Task(f"trajectory {k + 1} with payload", motion, PAYLOAD))
     return trajectories.run_experiment(robot, tasks, disturbances, seed, progress=progress)
+
+
+def reduced_experiment(
+    experiment: trajectories.Experiment, progress: Progress = silent
+) -> estimation.PayloadProblem:
+    """The equations of all runs but those of the held-out trajectory."""
+    used = [run.recording for run in experiment.runs[:-2]]
+    return estimation.payload_problem(
+        experiment.robot, used[1::2], used[::2], progress=progress, robust=True, friction_change=0.0
+    )

@@ -4,15 +4,15 @@ from .goals import GoalOptions, NoiseOptions
 from .knowledge import FrictionOptions, GainOptions, KnowledgeOptions
 from .limits import LimitOptions
 from .motion_files import MotionFiles
-from .outputs import PageOptions, ResultOptions, TableOptions, ViewOptions, print_lines
+from .outputs import EquationOptions, PageOptions, ResultOptions, ViewOptions, print_lines
 from .reading import Options, add_command, in_si, option
-from .recipes import recipe_of
 from .recordings import EssentialOptions, FilterOptions, LogOptions, PairOptions, ProcessingOptions, Setup
 from .robots import ArmOptions, FramedRobotOptions, HostOptions, RehearsedRobotOptions, RobotOptions
 from .shapes import ShapeOptions
 
 __all__ = [
     "ArmOptions",
+    "EquationOptions",
     "EssentialOptions",
     "FilterOptions",
     "FramedRobotOptions",
@@ -34,11 +34,9 @@ __all__ = [
     "RobotOptions",
     "Setup",
     "ShapeOptions",
-    "TableOptions",
     "ViewOptions",
     "add_command",
     "in_si",
     "option",
     "print_lines",
-    "recipe_of",
 ]

@@ -111,7 +111,6 @@ class GainOptions(Options):
         loaded: Sequence[model.Recording],
         unloaded: Sequence[model.Recording],
         stored: results.StoredRobot | None = None,
-        compared: bool = False,
     ) -> estimation.Gains | None:
         """The uncertainty of the drive gains; None where nothing is said of it.
 
@@ -122,7 +121,6 @@ class GainOptions(Options):
             loaded: recordings with the payload that is asked for.
             unloaded: without, or the robot's own.
             stored: the robot's parameters from a file.
-            compared: whether these are no part of the answer.
 
         Raises:
             InputError: if it cannot be used, before any work is done.
@@ -138,8 +136,6 @@ class GainOptions(Options):
             gains = then
         else:
             return None
-        if stored is not None and stored.estimate.gain_sensitivity is None and not compared:
-            raise InputError(estimation.fit.NOT_TOLD)
         # The same gains, even if they are told by numbers now.
         source = then if then is not None and not any(gains.recordings.values()) else gains
         used = source.reused(loaded, unloaded)

@@ -77,7 +77,7 @@ class PageOptions(ResultOptions):
     plots: str | None = option(
         writes="folder",
         metavar="DIR",
-        help="write its figures as PNG, SVG and PDF, a moving arm as SVG; made if missing",
+        help="write its figures as PNG, SVG and PDF; made if missing",
     )
     argv: tuple[str, ...] = ()
     parser: argparse.ArgumentParser | None = None
@@ -144,26 +144,15 @@ class PageOptions(ResultOptions):
 
 
 @dataclass(frozen=True)
-class TableOptions(PageOptions):
-    """The printed tables and the equations beside the report."""
+class EquationOptions(PageOptions):
+    """The equations beside the report."""
 
-    csv: str | None = option(writes="file", metavar="F", help="write the printed tables for a spreadsheet")
-    latex: str | None = option(writes="file", metavar="F", help="write the printed tables for a paper (booktabs)")
     npz: str | None = option(
         writes="file", metavar="F", help="write W, Y, weights and reduced factors for your own solver"
     )
 
-    def write_tables(self, screen: Screen, system: Callable[[], estimation.answers.ObservationSystem]) -> None:
-        """Write what was asked for.
-
-        Args:
-            screen: its tables are written, those of the details too.
-            system: makes the equations, held whole; called only where they are asked for.
-        """
-        if self.csv:
-            write_text(self.csv, report.csv_tables(report.tables_of(screen.blocks)))
-        if self.latex:
-            write_text(self.latex, report.latex_tables(report.tables_of(screen.blocks)))
+    def write_equations(self, system: Callable[[], estimation.answers.ObservationSystem]) -> None:
+        """Write them, held whole; they are made only if they were asked for."""
         if self.npz:
             report.npz.write_npz(self.npz, system())
 

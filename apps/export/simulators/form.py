@@ -16,10 +16,7 @@ _STANDARD_GRAVITY = [0.0, 0.0, -9.81]
 LEGEND = (
     "Each number has a mark. 'data': they alone determine it; sigma and the 95 % interval (low, high) are theirs. "
     "'prior': data give only the share of it that is told (0 to 1), within the base parameters that are named, or "
-    "nothing (none). 'rule': it stands at the bound of what can exist, zero, which the data alone would pass. Of "
-    "a prior's number low and high are the least and the largest of links that can exist and fit the data as well, "
-    "within their 95 % (-inf, inf: no bound below 1,000 kg of moving links); none for centres of mass and for "
-    "inertia about them, which are no standard parameters: see MX, XX and the like."
+    "nothing (none). 'rule': it stands at the bound of what can exist, zero, which the data alone would pass."
 )
 
 
@@ -119,12 +116,7 @@ class SimulatorFormat:
 def _masses(whole: WholeRobot) -> Iterator[str]:
     arm = whole.robot.mass
     maker = f"; the whole arm weighs {arm:g} kg by its maker, base included" if arm is not None else ""
-    allowed = ""
-    if whole.ranges is not None:
-        low, high = whole.ranges.total
-        most = f"at most {high:.4g} kg" if math.isfinite(high) else "no largest"
-        allowed = f"; the data allow at least {low:.4g} kg and {most}"
-    yield f"Moving links weigh {whole.mass:.4g} kg together{allowed}{maker}."
+    yield f"Moving links weigh {whole.mass:.4g} kg together{maker}."
     yield from (f"{text}: no link of a real arm does." for text in whole.heavier_than_the_arm())
     least = min(whole.links, key=lambda link: float(link.moments[0]))
     yield (

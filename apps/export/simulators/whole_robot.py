@@ -1,14 +1,9 @@
 """The whole robot that an identification stored: links that can exist, each number labelled."""
 
-from collections.abc import Mapping
-
 from ....common.errors import InputError
-from ....estimation.fit.estimate import Estimate
-from ....estimation.possible.cone import SolverError
 from ....estimation.possible.labelled import WholeRobot
 from ....estimation.possible.labelling import whole_robot
-from ....estimation.possible.ranges import parameter_ranges
-from ....model import BaseParameters, Robot, base_parameters
+from ....model import Robot, base_parameters
 from ...results.stored import StoredRobot
 
 
@@ -32,36 +27,8 @@ def stored_whole_robot(robot: Robot, stored: StoredRobot, path: str) -> WholeRob
         )
     if stored.estimate.names != base.columns or set(nearest.standard) != set(base.standard):
         raise InputError(f"{path}: other parameters than this robot's: identify the robot again")
-    words = f"{len(base.columns)} base parameters identified ({path})"
-    return identified_whole_robot(
-        robot, base, stored.estimate, nearest.standard, nearest.chi2_rise, nearest.source, words
+    source = (
+        f"{len(base.columns)} base parameters identified ({path}), moved to those of a robot that can exist "
+        f"(chi2 rises by {nearest.chi2_rise:.3g})"
     )
-
-
-def identified_whole_robot(
-    robot: Robot,
-    base: BaseParameters,
-    estimate: Estimate,
-    standard: Mapping[str, float],
-    chi2_rise: float,
-    prior: str,
-    source: str,
-) -> WholeRobot:
-    """A robot that can exist with what the data say of each number.
-
-    Args:
-        estimate: of all of them.
-        standard: parameters of the robot nearest to the prior.
-        chi2_rise: what these cost.
-        prior: what decides where data do not, in words.
-        source: where the numbers come from, in words.
-    """
-    source = f"{source}, moved to those of a robot that can exist (chi2 rises by {chi2_rise:.3g})"
-    try:
-        ranges = parameter_ranges(robot, base, estimate)
-    except SolverError:  # only a bound of the mass, which identify was given, made a nearest robot
-        ranges, source = (
-            None,
-            f"{source}; what the data allow of the prior's numbers is not known: no robot is near them",
-        )
-    return whole_robot(robot, standard, source, base, estimate, prior, ranges)
+    return whole_robot(robot, nearest.standard, source, base, stored.estimate, nearest.source)

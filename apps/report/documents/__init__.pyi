@@ -17,5 +17,4 @@ from .payload import free_estimate as free_estimate
 from .payload import payload_document as payload_document
 from .robot import constrained_document as constrained_document
 from .robot import identification_document as identification_document
-from .rollout import rollout_document as rollout_document
 from .rollout import rollouts_document as rollouts_document

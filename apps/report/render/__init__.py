@@ -1,1 +1,1 @@
-"""Blocks on a terminal, as HTML, CSV and LaTeX: the only files that know how a block looks."""
+"""Blocks on a terminal, and as HTML: the only files that know how a block looks."""

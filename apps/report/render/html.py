@@ -7,7 +7,6 @@ from pathlib import Path
 
 from ....common.files import made_folder, write_text
 from ..blocks import (
-    Animation,
     Banner,
     Block,
     Cell,
@@ -25,7 +24,7 @@ from ..blocks import (
 )
 from ..figures.canvas import save_figure
 from .markup import Html, joined, tag
-from .svg import inline_svg, without_namespaces
+from .svg import inline_svg
 
 _ENDINGS = ("png", "svg", "pdf")
 _WIDE = 7.5  # inches: a wider figure scrolls where the screen is narrow
@@ -37,14 +36,11 @@ def write_report(path: str | Path, page: Page) -> None:
 
 
 def write_plots(folder: str | Path, page: Page) -> None:
-    """Write the page's figures as PNG, SVG and PDF, what moves as SVG; the folder is made if missing."""
+    """Write the page's figures as PNG, SVG and PDF; the folder is made if missing."""
     folder = made_folder(folder)
-    for block in page.blocks():
-        if isinstance(block, Drawing):
-            for ending in _ENDINGS:
-                save_figure(block.figure, folder / f"{block.name}.{ending}")
-        elif isinstance(block, Animation):
-            write_text(folder / f"{block.name}.svg", block.draw(block.name))
+    for drawing in page.drawings():
+        for ending in _ENDINGS:
+            save_figure(drawing.figure, folder / f"{drawing.name}.{ending}")
 
 
 def page_html(page: Page) -> str:
@@ -127,11 +123,6 @@ def _(block: Drawing) -> Html:
     framed = tag("div", inline_svg(block), class_="drawing" + wide, tabindex="0", role="group",
                  aria_label=f"figure {block.name}")  # fmt: skip
     return tag("figure", framed, tag("figcaption", block.caption), id=f"figure-{block.name}")
-
-
-@block_html.register
-def _(block: Animation) -> Html:
-    return tag("div", without_namespaces(block.draw(f"moving-{block.name}")), class_="drawing moving")
 
 
 @block_html.register

@@ -16,7 +16,9 @@ def inline_svg(drawing: Drawing) -> Html:
 
     Text stays text, set in the reader's own fonts; the same figure gives the same text.
     """
-    text = _METADATA.sub("", without_namespaces(svg_text(drawing.figure, drawing.name)))
+    text = _HEAD.sub("", svg_text(drawing.figure, drawing.name))
+    text = re.sub(r' xmlns(?::xlink)?="[^"]*"', "", text).replace("xlink:href", "href")  # HTML needs no address
+    text = _METADATA.sub("", text)
     text = _FONTS.sub(r"\1sans-serif", text)
     text = _own_names(text, f"{drawing.name}-")
     text = re.sub(r' (?:width|height)="[\d.]+pt"', "", text, count=2)
@@ -25,11 +27,6 @@ def inline_svg(drawing: Drawing) -> Html:
     text = text.replace("<svg ", described, 1)
     at = text.index(">") + 1
     return Html(text[:at] + tag("title", drawing.text, id=label) + text[at:])
-
-
-def without_namespaces(svg: str) -> Html:
-    """An SVG document's element as HTML wants it inline: without the addresses that name its kind."""
-    return Html(re.sub(r' xmlns(?::xlink)?="[^"]*"', "", _HEAD.sub("", svg)).replace("xlink:href", "href"))
 
 
 def _own_names(text: str, prefix: str) -> str:

@@ -11,8 +11,7 @@ from ....model.names import parameter_kind
 from ....trajectories import Design, DesignProblem, Score
 from ....trajectories.design import Floor
 from ...export.motions.written import rests_on
-from ..blocks import Animation, Banner, Block, Notes, Page, Pair, Remarks, Screen, Section, Table, Text, columns
-from ..figures.arm import arm_animation, arm_strip
+from ..blocks import Banner, Block, Notes, Page, Pair, Remarks, Screen, Section, Table, Text, columns
 from ..figures.motion import motion_figure, sigma_figure
 from ..provenance import Provenance
 from .bounded import holding_tables, payload_notes
@@ -220,7 +219,7 @@ def design_page(
     labels: Mapping[str, str],
     provenance: Provenance,
 ) -> Page:
-    """What the motion would teach, its limits, and the arm in motion.
+    """What the motion would teach, and its limits.
 
     Args:
         design: the designed motion; None where one was only judged.
@@ -228,20 +227,16 @@ def design_page(
         reference: values that standard deviations are relative to.
         labels: how to call parameters, by their names.
     """
-    robot = problem.robot
-    title = robot.title or robot.name
+    title = problem.robot.title or problem.robot.name
     drawings: list[Block] = [motion_figure(problem, motion, f"{title}: motion between its limits")]
     if np.isfinite(list(score.learnt.sigma.values())).all():
         drawings.append(sigma_figure(score, f"{title}: what the motion would teach", reference, labels))
     sections = [Section("motion", "Motion and what it would teach", [*screen, *drawings])]
-    moving, how = list[Block](), list[Block]()
+    how: list[Block] = []
     if design is not None:
-        plan = design.plan
-        moving = [Animation("arm", lambda name: arm_animation(robot, plan, name))]
-        sections.append(Section("moving", "The arm in motion, pose by pose", [arm_strip(robot, plan)]))
         how = [Text("How to run it", "heading"), how_to_run(score.duration, _WRITERS, _PAYLOAD)]
     taught: list[Block] = [Text("What it will teach", "heading"), taught_table(problem, score)]
-    lead: list[Block] = [limits_banner(score), Pair([limits_table(score)], taught), *moving, *how]
+    lead: list[Block] = [limits_banner(score), Pair([limits_table(score)], taught), *how]
     return report_page(f"Motion for the {title}", provenance.day, lead, sections, (), provenance)
 
 

@@ -13,8 +13,7 @@ from ....model.visibility import PayloadVisibility
 from ....trajectories import Design, NearMotion, NearShape
 from ....trajectories.design import Rung
 from ...export.motions.written import assumed_line, rests_on
-from ..blocks import Animation, Block, Notes, Page, Pair, Remarks, Screen, Section, Table, Text, columns, tables_of
-from ..figures.arm import arm_animation, arm_strip
+from ..blocks import Block, Notes, Page, Pair, Remarks, Screen, Section, Table, Text, columns, tables_of
 from ..figures.motion import motion_figure
 from ..provenance import Provenance
 from .bounded import holding_tables, payload_notes
@@ -167,7 +166,7 @@ def second_pose_note(first: Array, second: Array) -> str:
 
 
 def near_page(result: NearResult, motion: Motion, screen: Screen, provenance: Provenance) -> Page:
-    """What the motion shows of a payload, the motion between its limits, and the arm in motion.
+    """What the motion shows of a payload, and the motion between its limits.
 
     Args:
         screen: what the terminal shows of it.
@@ -181,7 +180,6 @@ def near_page(result: NearResult, motion: Motion, screen: Screen, provenance: Pr
         limits_banner(score),
         Text(f"{plan.duration:.1f} s; joints {joints} move, the others are held."),
         Pair([limits_table(score)], shows),
-        Animation("arm", lambda name: arm_animation(robot, plan, name)),
         Text("How to run it", "heading"),
         how_to_run(plan.duration, "--samples, --ros2 or --urscript", "dynident weigh --unloaded A --loaded B"),
     ]
@@ -189,6 +187,5 @@ def near_page(result: NearResult, motion: Motion, screen: Screen, provenance: Pr
     sections = [
         Section("payload", "What it shows of a payload", screen.blocks),
         Section("motion", "The motion between its limits", [drawn]),
-        Section("moving", "The arm in motion, pose by pose", [arm_strip(robot, plan)]),
     ]
     return report_page(title, provenance.day, lead, sections, (), provenance)

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from dynident.apps.commands.demo.paper import paper_tables
+from dynident.apps.commands.demo.setup import PAYLOAD
 from dynident.cli import main
 from dynident.model import Recording, load_robot
 from dynident.trajectories import RX90_NOISE, Simulator, random_via_points
@@ -78,7 +78,7 @@ def short_logs(shared: Shared) -> Path:
 
     def fill(folder: Path) -> None:
         robot = load_robot("rx90")
-        simulator, load = Simulator(robot), paper_tables().payload
+        simulator, load = Simulator(robot), PAYLOAD
         noise = tuple(0.2 * sigma for sigma in RX90_NOISE)
         for k in range(2):
             motion = random_via_points(robot, 10, seed=k).motion(250.0)

@@ -1,17 +1,34 @@
-"""The simulated experiment's tables beside the paper's."""
+"""The simulated experiment's tables beside the paper's.
 
+Run: ``python -m dynident.examples.paper.tables``.
+"""
+
+import argparse
 from collections.abc import Mapping, Sequence
 from itertools import pairwise
 
 import numpy as np
+from dynident.apps.commands.demo.setup import (
+    PAYLOAD,
+    TRAJECTORIES,
+    levels,
+    paper_robot,
+    reduced_experiment,
+    simulate_paper,
+)
+from dynident.apps.commands.progress import bar, status
+from dynident.apps.commands.values import positive, share, whole
+from dynident.apps.report import Cell, Notes, Spread, Table, columns, print_blocks, residual_text
+from dynident.common.progress import Progress
+from dynident.estimation import PAYLOAD as TEN
+from dynident.estimation import Estimate, Identification, PayloadAnswer, answer_payload, identify, payload, signals
+from dynident.estimation.fit import Fit, fit
+from dynident.estimation.payload import PayloadEstimate
+from dynident.model import INERTIAL
+from dynident.trajectories import Experiment
 
-from ....estimation import PAYLOAD, Estimate, Identification, PayloadAnswer
-from ....estimation.fit import Fit
-from ....estimation.payload import PayloadEstimate
-from ....model import INERTIAL, InertialParameters
-from ....trajectories import Experiment
-from ...report import Cell, Spread, Table, columns, residual_text
-from .paper import PaperTables, Printed
+from .analysis import essential_joint, robust_joint, true_values
+from .printed import PaperTables, Printed, paper_tables
 
 _OWN = ("truth", "identified", "2 sigma", "%", "robust sigma")
 _PAPER = ("paper", "2 sigma", "%")
@@ -19,12 +36,12 @@ _PAPER = ("paper", "2 sigma", "%")
 
 def table1(answer: PayloadAnswer, paper: PaperTables) -> list[Table]:
     """Table 1: the payload by method 3; none where it could not be used."""
-    return [_table1(payload.estimate, paper) for payload in answer.estimates if payload.method == 3]
+    return [_table1(each.estimate, paper) for each in answer.estimates if each.method == 3]
 
 
 def _table1(estimate: Estimate, paper: PaperTables) -> Table:
     rows = [
-        (kind, *_own(estimate, k, paper.payload.vector[k]), *_printed(paper.table1.get(kind)))
+        (kind, *_own(estimate, k, PAYLOAD.vector[k]), *_printed(paper.table1.get(kind)))
         for k, kind in enumerate(INERTIAL)
     ]
     title = "Table 1: payload by method 3, simulated and as printed (SI units)"
@@ -48,38 +65,36 @@ def table2(joint: Estimate, essential: Estimate, truth: Mapping[str, float], pap
             identified = _own(essential, essential.names.index(name), truth[name])
         value = _number(joint.values[joint.names.index(name)])
         rows.append((name, *identified, value, *_printed(printed.get(name))))
-    last_of_robot = [name for name, after in pairwise(names) if name not in PAYLOAD and after in PAYLOAD]
+    last_of_robot = [name for name, after in pairwise(names) if name not in TEN and after in TEN]
     largest = essential.relative_sigma_percent.max()
     title = f"Table 2: essential parameters (relative sigma up to {largest:.1f} %) by method 4, and as printed (SI)"
     return Table(title, columns(("",), (*_OWN, "all parameters", *_PAPER)), rows, last_of_robot)
 
 
-def paper_payload_table(
-    estimates: Sequence[PayloadEstimate], truth: InertialParameters, paper: PaperTables
-) -> Table:
+def paper_payload_table(estimates: Sequence[PayloadEstimate], paper: PaperTables) -> Table:
     """Simulated payload: truth, the methods with two sigma, and the paper's Tables 1 and 2."""
     rows: list[tuple[Cell, ...]] = []
     for k, kind in enumerate(INERTIAL):
         cells = [short_value(e.estimate.values[k], 2.0 * e.estimate.sigma[k]) for e in estimates]
         printed = [paper.table1.get(kind), paper.table2.get(kind)]
         cells += [short_value(row.value, row.two_sigma) if row else "" for row in printed]
-        rows.append((kind, f"{truth.vector[k]:.3f}", *cells))
+        rows.append((kind, f"{PAYLOAD.vector[k]:.3f}", *cells))
     headings = ["truth", *(f"method {e.method}" for e in estimates), "Table 1", "Table 2"]
     title = "Payload: simulated truth, identified ± 2 sigma, the paper's tables (SI)"
     return Table(title, columns(("",), headings), rows)
 
 
-def constrained_table(answer: PayloadAnswer, truth: InertialParameters) -> Table:
+def constrained_table(answer: PayloadAnswer) -> Table:
     """The payload that can exist, by each method: value ± half its 95 % interval."""
     rows: list[tuple[Cell, ...]] = []
     for k, kind in enumerate(INERTIAL):
-        halves = [0.5 * float(np.ptp(payload.intervals.parameters[k])) for payload in answer.constrained]
+        halves = [0.5 * float(np.ptp(bounded.intervals.parameters[k])) for bounded in answer.constrained]
         cells = [
-            short_value(payload.body.vector[k], half if np.isfinite(half) else 0.0)
-            for payload, half in zip(answer.constrained, halves, strict=True)
+            short_value(bounded.body.vector[k], half if np.isfinite(half) else 0.0)
+            for bounded, half in zip(answer.constrained, halves, strict=True)
         ]
-        rows.append((kind, f"{truth.vector[k]:.3f}", *cells))
-    headings = ["truth", *(f"method {payload.method}" for payload in answer.constrained)]
+        rows.append((kind, f"{PAYLOAD.vector[k]:.3f}", *cells))
+    headings = ["truth", *(f"method {bounded.method}" for bounded in answer.constrained)]
     title = "Payload that can exist (constrained): value ± half the 95 % interval (SI units)"
     return Table(title, columns(("",), headings), rows)
 
@@ -151,3 +166,42 @@ def _printed(row: Printed | None) -> tuple[str, str, str]:
 
 def _number(value: float) -> str:
     return f"{round(value, 4) + 0.0:.4f}"
+
+
+def main() -> None:
+    """Simulate the experiment, identify robot and payload as the paper does, and print the tables."""
+    parser = argparse.ArgumentParser(prog="python -m dynident.examples.paper.tables", description=__doc__)
+    parser.add_argument("--seed", type=whole, default=0, help="of the trajectories and the noise (default: 0)")
+    parser.add_argument("--trajectories", type=positive, default=TRAJECTORIES, metavar="N", help="default: 18")
+    parser.add_argument("--noise", choices=("paper", "slow", "none"), default="paper")
+    parser.add_argument("--gain-error", type=share, default=0.0, metavar="SHARE", help="default: 0")
+    arguments = parser.parse_args()
+    noise = levels(arguments.noise, arguments.gain_error)
+    with bar("simulating") as simulated:
+        experiment = simulate_paper(paper_robot(), noise, arguments.seed, arguments.trajectories, simulated)
+    with status("reducing") as progress:
+        blocks = compared(experiment, progress)
+    print_blocks(blocks)
+
+
+def compared(experiment: Experiment, progress: Progress) -> list[Table | Notes]:
+    """Tables of what is identified from an experiment, its last trajectory held out, and notes."""
+    robot, paper, problem = experiment.robot, paper_tables(), reduced_experiment(experiment, progress)
+    bare, loaded = (run.recording for run in experiment.runs[-2:])
+    used = [run.recording for run in experiment.runs[:-2:2]]
+    alone = identify(robot, used, validation=[bare], progress=progress, robust=True)
+    answer = answer_payload(problem, held_out=[bare])
+    joint, essential = robust_joint(problem), essential_joint(problem)
+    measured = signals.measurement(loaded, robot.processing)
+    rows = payload.payload_equations(robot, problem.base, [measured], [], [], robot.processing, blocks=False).loaded
+    return [
+        *table1(answer, paper),
+        table2(joint, essential, true_values(experiment, problem), paper),
+        paper_payload_table(answer.estimates, paper),
+        constrained_table(answer),
+        Notes(experiment_notes(experiment, alone, joint, fit(rows, joint.values), paper)),
+    ]
+
+
+if __name__ == "__main__":
+    main()
