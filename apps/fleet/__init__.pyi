@@ -1,5 +1,3 @@
-from . import alarms as alarms
-from . import answers as answers
 from . import catalog as catalog
 from . import comparing as comparing
 from . import engine as engine
@@ -7,7 +5,6 @@ from . import identity as identity
 from . import nights as nights
 from . import reduction as reduction
 from . import results as results
-from . import series as series
 from . import store as store
 from . import stored as stored
 from . import trends as trends
