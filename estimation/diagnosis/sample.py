@@ -10,7 +10,7 @@ from ...model import Processing, Recording
 from ...model.motion import Measurement
 from ..signals.filtering import lowpass
 from ..signals.measurements import measurement
-from ..signals.rows import Mask, kept_rows
+from ..signals.rows import Mask, used_rows
 
 _SAMPLES = 200
 _STUCK = 0.5  # s
@@ -50,7 +50,7 @@ class Sample:
         """Take some 200 instants, evenly over the moving part; ``filtered`` is their measurement if it is there."""
         data = filtered or measurement(recording, processing)
         motion, step = data.motion, 1.0 / data.motion.rate
-        keep = kept_rows(motion, processing)
+        keep = used_rows(motion, processing)
         moving = np.flatnonzero(keep.any(axis=1))
         thin = max(1, len(moving) // count)
         cutoff = _CUTOFF / (thin * step) if thin > 1 else None

@@ -9,7 +9,7 @@ from ...common.errors import InputError
 from ...model import Processing, Recording, Robot, base_parameters
 from ...model.motion import Measurement
 from ..equations.equations import Equations
-from ..equations.observer import Observer, used_pieces
+from ..equations.observer import Observer, used
 from ..equations.reduction import recorded, reduced_measurement
 from ..fit.estimate import Fit
 from ..fit.least_squares import weighted
@@ -111,7 +111,7 @@ def _off_scale(scales: RelativeScales) -> NDArray[np.intp]:
 def _parts(robot: Robot, data: Measurement, processing: Processing) -> list[Equations]:
     """The equations of a recording, in equal parts of time."""
     observer = Observer(robot, base_parameters(robot).columns)
-    _, (recording,) = recorded(observer, [used_pieces(data, processing)])
+    _, (recording,) = recorded(observer, [used(data, processing)])
     ends = np.linspace(data.motion.t[0], data.motion.t[-1], _PARTS + 1)
     ends[[0, -1]] = -np.inf, np.inf
     return recording.cut(ends)
