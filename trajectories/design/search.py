@@ -13,8 +13,7 @@ from ...common.speech import Speaks
 from ...model import Motion
 from ..motions.samples import Plan
 from .criterion import ORDERS, STARTS
-from .descent import Minimum, Smooth, minimised
-from .effort import Effort, Worth, effort_of
+from .descent import Effort, Minimum, Smooth, Worth, effort_of, minimised
 from .limits import LimitCheck
 from .problem import DesignProblem
 from .score import Learnt, Score
