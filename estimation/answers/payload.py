@@ -7,19 +7,17 @@ import numpy as np
 
 from ...common.errors import InputError
 from ...model import Processing, Recording
-from ...model.inertia import PayloadSpread
 from ..diagnosis.diagnose import allowing as allowing_for
 from ..diagnosis.diagnose import best_of, diagnose
 from ..diagnosis.evidence import Diagnosis, Evidence, Weighed
 from ..diagnosis.finding import Verdict
-from ..diagnosis.quantities import Agreement, allowing
+from ..diagnosis.quantities import Agreement
 from ..diagnosis.verdict import judge
 from ..equations.equations import PAYLOAD, Equations, merged
 from ..fit.drive_gains import Gains
 from ..fit.essential import StopRule
 from ..fit.estimate import Fit, fit
 from ..fit.least_squares import weighted
-from ..fit.robust import NORMAL95
 from ..payload.by_joints import payload_over_time
 from ..payload.constrained import ConstrainedPayload, constrain_payload
 from ..payload.methods import METHODS, essential_combined, identify_payload, usable_methods
@@ -181,7 +179,7 @@ def _evidence(answer: PayloadAnswer, free: Sequence[PayloadEstimate], diagnosis:
     """What the verdict looks at; ``free``: by all methods, those without a possible payload among them."""
     problem = answer.problem
     compared = problem.compared or problem.pairs
-    spread = _reported_spread(answer)
+    spread, judged = answer.reported_spread, answer.measured
     if problem.short is not None:
         return Evidence(
             problem.robot,
@@ -192,6 +190,7 @@ def _evidence(answer: PayloadAnswer, free: Sequence[PayloadEstimate], diagnosis:
             constrained=answer.constrained,
             weighed=_weighed(answer, problem.short),
             spread=spread,
+            judged=judged,
         )
     weights = (answer.possible.free if answer.possible else free[-1]).estimate.weights
     return Evidence(
@@ -208,6 +207,7 @@ def _evidence(answer: PayloadAnswer, free: Sequence[PayloadEstimate], diagnosis:
         recommended=answer.possible,
         stretches=payload_over_time(problem, weights),
         spread=spread,
+        judged=judged,
     )
 
 
@@ -218,18 +218,9 @@ def _weighed(answer: PayloadAnswer, short: ShortMotion) -> Weighed:
         sigma=float(answer.model.sigma[answer.model.names.index("M_L")]),
         from_scale=answer.free.from_scale,
         unexplained=answer.free.unexplained(short.torque_rms),
-        judged=answer.measured,
         repeats=answer.repeats,
         agreement=answer.agreement,
     )
-
-
-def _reported_spread(answer: PayloadAnswer) -> PayloadSpread:
-    """Standard deviations behind the reported intervals; constraints may make the mass's shorter."""
-    spread = allowing(answer.spread, answer.model.degrees_of_freedom)
-    low, high = answer.mass_interval
-    half = 0.5 * (high - low) / NORMAL95
-    return replace(spread, mass=min(spread.mass, half)) if np.isfinite(half) else spread
 
 
 def _without_friction(problem: PayloadProblem) -> list[Agreement]:

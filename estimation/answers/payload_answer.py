@@ -1,6 +1,6 @@
 """What ``payload`` and ``weigh`` answer: estimates, quantities with intervals, and whether to use them."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -15,7 +15,7 @@ from ..fit.drive_gains import Gains
 from ..fit.essential import Elimination
 from ..fit.estimate import Estimate, Fit, error_model
 from ..fit.least_squares import Excitation, excitation
-from ..fit.robust import student95
+from ..fit.robust import NORMAL95, student95
 from ..payload.by_joints import ByJoints
 from ..payload.constrained import ConstrainedPayload
 from ..payload.methods import combined
@@ -174,9 +174,17 @@ class PayloadAnswer(Speaks):
         return payload_spread(self.ten, self._with_scale[1], self.free.places)
 
     @cached_property
+    def reported_spread(self) -> PayloadSpread:
+        """Half the reported 95 % intervals over 1.96; constraints may make the mass's shorter."""
+        spread = allowing(self.spread, self.model.degrees_of_freedom)
+        low, high = self.mass_interval
+        half = 0.5 * (high - low) / NORMAL95
+        return replace(spread, mass=min(spread.mass, half)) if np.isfinite(half) else spread
+
+    @cached_property
     def measured(self) -> dict[str, Judged]:
         """Whether "mass", "centre of mass", "inertia" were measured well enough."""
-        wide = allowing(self.spread, self.model.degrees_of_freedom)
+        wide = self.reported_spread
         best = self.possible
         moments = np.diag(best.body.inertia_com) if best is not None else _UNKNOWN[:3]
         return {

@@ -58,7 +58,7 @@ shared."""
 
 
 class Comparison:
-    """The recordings as described, with which readings are compared.
+    """The recordings as described, with which readings are compared: by every fifth state first.
 
     Args:
         robot: as described.
@@ -74,9 +74,16 @@ class Comparison:
         """Fit the recordings as described."""
         self.robot, self.states = robot, states
         self.free_gains = free_gains and robot.coupling is None and robot.spring is None
-        self.system = System.of(robot, states)
-        self.fit = self._fitted(self.system, self.system.weights)
-        self.likelihood = self.fit.likelihood()
+        self.fits: list[tuple[SystemFit, Array]] = []
+        for part in (states.coarser(), states):
+            system = System.of(robot, part)
+            fit = self._fitted(system, system.weights)
+            self.fits.append((fit, fit.likelihood()))
+
+    @property
+    def fit(self) -> SystemFit:
+        """Fit of all states as described."""
+        return self.fits[1][0]
 
     def _fitted(self, system: System, weights: Array) -> SystemFit:
         """Fit, with gains of their own where they are free: Gauss-Newton from 1, the best of its steps."""
@@ -96,16 +103,32 @@ class Comparison:
         assert best is not None
         return best
 
-    def compared(self, kind: str, name: str, robot: Robot | None, states: States) -> Alternative:
-        """Compare another reading of the same states; with torques alone changed, no equation is set up again."""
-        same = robot is None and not self.free_gains and np.array_equal(states.q, self.states.q)
-        if same and np.array_equal(states.keep, self.states.keep):
-            known = self.system.torque - self.states.torque.T
-            likelihood = self.fit.likelihood(states.torque.T + known)
+    def compared(
+        self, kind: str, name: str, robot: Robot | None, states: States, worth: float = _FAR
+    ) -> Alternative | None:
+        """Compare another reading of the states; None where a few of them show a fall below ``worth``, or
+        nothing."""
+        found = None
+        for (fit, likelihood), part in zip(self.fits, (states.coarser(), states), strict=True):
+            try:
+                found = self._alternative(kind, name, robot, part, fit, likelihood)
+            except InputError:  # outside the table of a spring
+                return None
+            if found.fall < worth:
+                return None
+        return found
+
+    def _alternative(
+        self, kind: str, name: str, robot: Robot | None, states: States, fit: SystemFit, likelihood: Array
+    ) -> Alternative:
+        system = fit.system
+        same = robot is None and not self.free_gains and np.array_equal(states.q, system.states.q)
+        if same and np.array_equal(states.keep.T, system.keep):  # torques alone differ: the equations are there
+            other = fit.likelihood(states.torque.T + system.torque - system.states.torque.T)
         else:
-            likelihood = self._fitted(System.of(robot or self.robot, states), self.system.weights).likelihood()
-        both = self.system.keep & states.keep.T
-        rise = np.bincount(self.states.block, np.sum((likelihood - self.likelihood) * both, axis=0), BLOCKS)
+            other = self._fitted(System.of(robot or self.robot, states), fit.weights).likelihood()
+        both = system.keep & states.keep.T
+        rise = np.bincount(states.block, np.sum((other - likelihood) * both, axis=0), BLOCKS)
         error = float(np.std(rise, ddof=1)) / np.sqrt(len(rise))
         fall = 1.0 - float(np.exp(-2.0 * rise.sum() / max(int(both.sum()), 1)))
         return Alternative(kind, name, fall, float(rise.mean()) / max(error, 1e-300))
@@ -117,32 +140,29 @@ def alternatives(robot: Robot, states: States | None, free_gains: bool = False) 
     Only robots of other geometry are tried, with as many joints and drives as described. None where there is too
     little motion; other arguments as of ``Comparison``.
     """
+    if states is None:
+        return ()
     try:
-        if states is None:
-            return ()
-        rough, close = (Comparison(robot, part, free_gains) for part in (states.coarser(), states))
+        own = Comparison(robot, states, free_gains)
     except InputError:
         return ()
     speed = states.qd.T
     rubs = np.eye(robot.n)[:, :, None] * (np.sign(speed) * np.sqrt(np.abs(speed)))[:, None]
-    found = [Alternative("friction", "", close.system.with_columns(rubs).effect(*range(robot.n)).fall, 0.0)]
-    readings: list[tuple[str, str, Robot | None, States]] = [
-        ("turned", str(j + 1), None, Reading.as_recorded(robot.n).turned(j).of(states)) for j in range(robot.n)
-    ]
+    friction = own.fit.system.with_columns(rubs).effect(*range(robot.n)).fall
+    found = [Alternative("friction", "", friction, 0.0)]
+    for j in range(robot.n):
+        turned = Reading.as_recorded(robot.n).turned(j).of(states)
+        found += filter(None, [own.compared("turned", str(j + 1), None, turned)])
     if any(robot.gravity):
-        readings.append(("weightless", "", replace(robot, gravity=(0.0, 0.0, 0.0)), states))
+        weightless = replace(robot, gravity=(0.0, 0.0, 0.0))
+        found += filter(None, [own.compared("weightless", "", weightless, states)])
     for name in robot_names():
         other = load_robot(name)
         if other.n == robot.n and _geometry(other) != _geometry(robot):
             coupling = other.drives.coupling if robot.drives.rotor_inertia and robot.drives.friction else None
             drives = replace(robot.drives, coupling=coupling, spring=other.drives.spring)
-            readings.append(("robot", name, replace(other, gravity=robot.gravity, drives=drives), states))
-    for kind, name, another, changed in readings:
-        try:
-            first = rough.compared(kind, name, another, changed.coarser())
-            found.append(first if first.fall < _FAR else close.compared(kind, name, another, changed))
-        except InputError:  # outside the table of that robot's spring
-            continue
+            other = replace(other, gravity=robot.gravity, drives=drives)
+            found += filter(None, [own.compared("robot", name, other, states)])
     return tuple(found)
 
 
@@ -207,25 +227,21 @@ def likely_causes(
         contradicted: whether something is known to be wrong; if not, only a clear gain counts.
         free_gains: as of ``Comparison``.
     """
+    if states is None:
+        return []
     try:
-        if states is None:
-            return []
-        rough, close = (Comparison(robot, part, free_gains) for part in (states.coarser(), states))
+        described = Comparison(robot, states, free_gains)
     except InputError:
         return []
     least = HELPFUL if contradicted else CONVINCING
     tried: list[tuple[Alternative, str]] = []
     for family, several in FAMILIES:
         for source, mask in _parts(states):
-            own = []
-            for words, other, changed in family(close, mask):
-                mixed = changed if mask.all() else states.mixed(changed, mask)
-                try:
-                    if rough.compared("", words, other, mixed.coarser()).fall > 0.5 * least:
-                        own.append(close.compared("", words, other, mixed))
-                except InputError:  # a joint leaves the table of a spring
-                    continue
-            own = [found for found in own if found.fall > least and found.z > CAUSE_Z]
+            readings = (
+                described.compared("", words, other, states.mixed(changed, mask), 0.5 * least)
+                for words, other, changed in family(described, mask)
+            )
+            own = [found for found in readings if found is not None and found.fall > least and found.z > CAUSE_Z]
             own.sort(key=lambda found: -found.fall)
             tried += [(found, source) for found in (own if several else own[:1])]
         if any(1.0 - found.fall < SETTLED for found, _ in tried):
@@ -270,43 +286,23 @@ def clocks(own: Comparison, _: Mask) -> Iterator[Read]:
             yield f"torque and position ran on two clocks ({words})", None, changed
 
 
-def torque_signs(own: Comparison, _: Mask) -> Iterator[Read]:
-    """A torque channel with the wrong sign."""
-    for j in range(own.robot.n):
-        words = f"the sign of the torque of joint {j + 1} is wrong"
-        yield words, None, Reading.as_recorded(own.robot.n).pushed(j).of(own.states)
-
-
-def exchanged_torques(own: Comparison, _: Mask) -> Iterator[Read]:
-    """Two torque channels exchanged."""
-    for i, j in combinations(range(own.robot.n), 2):
-        torque = Reading.as_recorded(own.robot.n).swapped(i, j).of(own.states).torque
-        words = f"the torques of joints {i + 1} and {j + 1} are exchanged"
-        yield words, None, replace(own.states, torque=torque)
-
-
-def exchanged_joints(own: Comparison, _: Mask) -> Iterator[Read]:
-    """Two joints that changed places, in position and torque or in position alone."""
-    for i, j in combinations(range(own.robot.n), 2):
-        changed = Reading.as_recorded(own.robot.n).swapped(i, j).of(own.states)
-        yield f"joints {i + 1} and {j + 1} are exchanged", None, changed
-        words = f"the positions of joints {i + 1} and {j + 1} are exchanged"
-        yield words, None, replace(changed, torque=own.states.torque)
-
-
-def turned_joints(own: Comparison, _: Mask) -> Iterator[Read]:
-    """A joint that turns the other way, in position alone or in torque too."""
-    for j in range(own.robot.n):
-        changed = Reading.as_recorded(own.robot.n).turned(j).of(own.states)
-        yield f"the sign of q{j + 1} is wrong", None, replace(changed, torque=own.states.torque)
+def joint_columns(own: Comparison, _: Mask) -> Iterator[Read]:
+    """Joints, torques or positions exchanged, of the wrong sign, or with a zero a quarter or half turn away."""
+    n, states, plain = own.robot.n, own.states, Reading.as_recorded(own.robot.n)
+    for j in range(n):
+        yield f"the sign of the torque of joint {j + 1} is wrong", None, plain.pushed(j).of(states)
+    for i, j in combinations(range(n), 2):
+        changed, names = plain.swapped(i, j).of(states), f"joints {i + 1} and {j + 1} are exchanged"
+        yield f"the torques of {names}", None, replace(states, torque=changed.torque)
+        yield names, None, changed
+        yield f"the positions of {names}", None, replace(changed, torque=states.torque)
+    for j in range(n):
+        changed = plain.turned(j).of(states)
+        yield f"the sign of q{j + 1} is wrong", None, replace(changed, torque=states.torque)
         yield f"joint {j + 1} is counted the other way, in position and torque", None, changed
-
-
-def zeros(own: Comparison, _: Mask) -> Iterator[Read]:
-    """A joint whose zero lies a quarter or half turn away."""
-    for j, quarters in product(range(1, own.robot.n), (1, 3, 2)):
+    for j, quarters in product(range(1, n), (1, 3, 2)):
         words = f"the zero of q{j + 1} is off by {180 if quarters == 2 else 90} degrees"
-        yield words, None, Reading.as_recorded(own.robot.n).moved(j, quarters).of(own.states)
+        yield words, None, plain.moved(j, quarters).of(states)
 
 
 def gravity(own: Comparison, mask: Mask) -> Iterator[Read]:
@@ -407,15 +403,11 @@ def _norms(states: States) -> Array:
 
 FAMILIES: tuple[tuple[Callable[[Comparison, Mask], Iterator[Read]], bool], ...] = (
     (delays, False),
-    (torque_signs, True),
-    (exchanged_torques, True),
+    (joint_columns, True),
     (gravity, True),
-    (exchanged_joints, True),
-    (turned_joints, True),
     (clocks, False),
     (offsets, True),
     (channels, True),
-    (zeros, True),
     (stuck_encoders, True),
     (descriptions, True),
 )

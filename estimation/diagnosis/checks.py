@@ -4,20 +4,16 @@ The first line of a docstring says what is checked, the rest from where on and w
 prints them.
 """
 
-from collections.abc import Iterator
 from itertools import combinations
 
 import numpy as np
 
 from ...common.arrays import Array
-from ...model import INERTIAL
 from ..fit.estimate import Fit
 from ..fit.robust import NORMAL95
-from ..payload.constrained import ConstrainedPayload
 from ..possible.constraints import PossibleBody
 from .evidence import KNOWN_WELL, Evidence, KnownWeight, by
 from .finding import Finding, error, note, warning
-from .quantities import MASS_SIGMA, com_allowed, percent, vague_moments
 
 RESIDUAL, JOINT_RESIDUAL = 0.25, 0.5
 """Relative residual of all joints, and of one, above which the model does not describe them: on real and on noisy
@@ -46,8 +42,6 @@ ROUNDED = 0.02
 """Fraction by which a mass may pass the rated payload: data sheets round, and a given mass may be the rated one."""
 OTHER_WAY = 0.05
 """Relative difference of a weighing's mass by another way that speaks against all numbers."""
-OWN_SIZE = 0.3
-"""Standard deviation, in units of the payload's own M l^2, above which the motion does not show a parameter."""
 CONDITION = 500.0
 """Condition number with columns scaled above which small errors spoil the answer; good motions have 10."""
 APART, APART_SIGMAS = 0.03, 4.0
@@ -147,16 +141,6 @@ def friction(evidence: Evidence) -> list[Finding]:
     return [error(f"{text}torque or of its position is wrong")]
 
 
-def judged_mass(evidence: Evidence) -> list[Finding]:
-    """Mass of a short weighing not measured well enough (`weigh`).
-
-    Sigma over {MASS_SIGMA:.0%}: spoils all.
-    """
-    if evidence.weighed is None or evidence.weighed.judged["mass"].use != "not measured well enough":
-        return []
-    return [error(f"mass: {evidence.weighed.judged['mass'].why}", "mass")]
-
-
 def sign(evidence: Evidence) -> list[Finding]:
     """Mass that is negative, or none at all.
 
@@ -181,6 +165,19 @@ def sign(evidence: Evidence) -> list[Finding]:
     return [error(f"the mass does not differ from zero ({texts}): is the same load on the robot in both?", "mass")]
 
 
+def measured(evidence: Evidence) -> list[Finding]:
+    """Mass, centre of mass and inertia that are not measured well enough.
+
+    Sigma of the mass over {MASS_SIGMA:.0%}, of the centre of mass over {COM_FLOOR:g} m and over {COM_SIGMA:g} of
+    the payload's own size: spoils all; of a moment at the centre of mass over {INERTIA_SIGMA:.0%}: the inertia.
+    """
+    return [
+        against(f"{quantity}: {judged.use}; {judged.why}", quantity)
+        for quantity, against in (("mass", error), ("centre of mass", error), ("inertia", warning))
+        if (judged := evidence.judged.get(quantity)) is not None and judged.use not in ("use", "weighed")
+    ]
+
+
 def methods_apart(evidence: Evidence) -> list[Finding]:
     """Masses of the methods that do not go together.
 
@@ -197,34 +194,6 @@ def methods_apart(evidence: Evidence) -> list[Finding]:
             text = f"methods {a.method} and {b.method} disagree beyond their intervals: {a.mass:.4g} and "
             return [error(f"{text}{b.mass:.4g} kg", "mass")]
     return []
-
-
-def uncertain(evidence: Evidence) -> list[Finding]:
-    """Mass and centre of mass that are not measured well enough.
-
-    Sigma of the mass over {MASS_SIGMA:.0%}, of the centre of mass over {COM_FLOOR:g} m and over {COM_SIGMA:g} of
-    the payload's own size: spoils all.
-    """
-    free, spread = evidence.best, evidence.spread
-    if free is None or spread is None:
-        return []
-    relative = spread.mass / max(abs(free.mass), 1e-300)
-    if not relative <= MASS_SIGMA:
-        text = (
-            f"method {free.method} leaves the mass uncertain by {100 * relative:.0f} % (1 sigma): move the arm's "
-        )
-        return [error(f"{text}joints faster, farther or longer", "mass")]
-    if evidence.recommended is None:
-        return []
-    size, allowed = com_allowed(evidence.recommended.body.vector)
-    axis = int(np.argmax(spread.com))
-    if spread.com[axis] <= allowed:
-        return []
-    text = (
-        f"method {free.method} leaves the centre of mass uncertain by {1e3 * spread.com[axis]:.0f} mm along "
-        f"{'xyz'[axis]} (1 sigma), the payload being {1e3 * size:.0f} mm large: turn the wrist farther"
-    )
-    return [error(text, "centre of mass")]
 
 
 def unexplained(evidence: Evidence) -> list[Finding]:
@@ -292,30 +261,6 @@ def _arm_weight(evidence: Evidence) -> float | None:
     return weight / (robot.mass * sum(float(np.hypot(joint.d, joint.r)) for joint in robot.joints[1:]))
 
 
-def contradictions(evidence: Evidence) -> list[Finding]:
-    """A scale, or what else was known beforehand, against the torques (`weigh`).
-
-    p below 0.01: spoils all; an answer held at a bound that was given: the inertia.
-    """
-    if evidence.weighed is None or not evidence.constrained:
-        return []
-    (payload,) = evidence.constrained
-    findings = [
-        error(
-            f"the torques show {weighing.identified:.4g} ± {weighing.identified_sigma:.2g} kg, the scale "
-            f"{weighing.mass:g} ± {weighing.sigma:g} kg: {abs(weighing.z):.1f} sigma apart; check the drive gains "
-            "and the scale"
-        )
-        for weighing in payload.weighings
-        if weighing.conflict
-    ]
-    contradicted = [test.constraint.description for test in payload.conflicts]
-    findings += [error(f"the torques contradict: {description}") for description in contradicted]
-    if not findings and payload.conflict:
-        findings.append(error(f"what is known beforehand contradicts the torques (p {payload.p_value:.1g})"))
-    return findings + [finding for key, finding in _bounds(payload) if key not in contradicted]
-
-
 def other_ways(evidence: Evidence) -> list[Finding]:
     """The mass by other ways (`weigh`).
 
@@ -340,19 +285,6 @@ def drift(evidence: Evidence) -> list[Finding]:
     if evidence.spread is not None and across <= 2.0 * NORMAL95 * evidence.spread.mass:
         return [note(f"{text}; the interval of the mass allows for it", "mass")]
     return [error(text, "mass")]
-
-
-def judged_com_and_inertia(evidence: Evidence) -> list[Finding]:
-    """Centre of mass and inertia of a short weighing not measured well enough (`weigh`).
-
-    The centre of mass spoils all, the inertia itself.
-    """
-    judged = evidence.weighed.judged if evidence.weighed is not None else {}
-    return [
-        against(f"{quantity}: {judged[quantity].use}; {judged[quantity].why}", quantity)
-        for quantity, against in (("centre of mass", error), ("inertia", warning))
-        if quantity in judged and judged[quantity].use != "use"
-    ]
 
 
 def steadiness(evidence: Evidence) -> list[Finding]:
@@ -411,28 +343,6 @@ def condition(evidence: Evidence) -> list[Finding]:
         f"the equations are nearly dependent (condition number {evidence.condition:.0f} with columns scaled): move "
     )
     return [warning(f"{text}more joints at once, over a wider range")]
-
-
-def inertia(evidence: Evidence) -> list[Finding]:
-    """Inertia of the payload that is to be used.
-
-    Sigma of a moment at the centre of mass over {INERTIA_SIGMA:.0%}: spoils the inertia.
-    """
-    payload, spread = evidence.recommended, evidence.spread
-    if payload is None or spread is None:
-        return []
-    moments = np.diag(payload.body.inertia_com)
-    moments = np.maximum(moments, 1e-12 * max(float(moments.max()), 1e-300))
-    vague = ", ".join(f"{name} by {percent(part)}" for name, part in vague_moments(moments, spread.moments))
-    if not vague:
-        return []
-    size = max(float(np.trace(payload.body.inertia_com)) / 2.0, 1e-300)
-    sigmas = payload.free.larger_sigma[:6]
-    hidden = [kind for kind, sigma in zip(INERTIAL, sigmas, strict=False) if sigma > OWN_SIZE * size]
-    text = f"the inertia at the centre of mass is not determined (method {payload.method}, 1 sigma: {vague})"
-    if hidden:
-        text += f"; in units of the payload's own size the motion hardly shows {', '.join(hidden)}"
-    return [warning(f"{text}: use mass and centre of mass, or move the wrist faster")]
 
 
 def weights_apart(evidence: Evidence) -> list[Finding]:
@@ -497,29 +407,29 @@ def conflicts(evidence: Evidence) -> list[Finding]:
 
     p below 0.01 by the robust variance: spoils all; an answer held at a bound that was given: the inertia.
     """
-    if evidence.weighed is not None:
-        return []
     findings: dict[str, Finding] = {}
     for payload in evidence.constrained:
+        data = "the torques" if evidence.weighed is not None else f"the data of method {payload.method}"
         for test in payload.conflicts:
-            text = f"the data of method {payload.method} contradict the constraint: {test.constraint.description}"
-            findings.setdefault(test.constraint.description, error(f"{text} (p {test.p_value:.1g})"))
+            text = f"{data} contradict the constraint: {test.constraint.description} (p {test.p_value:.1g})"
+            findings.setdefault(test.constraint.description, error(text))
         for weighing in payload.weighings:
             if weighing.conflict:
-                text = f"method {payload.method} identifies {weighing.identified:.4g} kg, the scale shows "
-                text += f"{weighing.mass:g} kg: {abs(weighing.z):.1f} sigma apart"
+                text = (
+                    f"{data} show {weighing.identified:.4g} ± {weighing.identified_sigma:.2g} kg, the scale shows "
+                    f"{weighing.mass:g} ± {weighing.sigma:g} kg: {abs(weighing.z):.1f} sigma apart; check the "
+                    "drive "
+                    "gains and the scale"
+                )
                 findings.setdefault(f"weighed {weighing.mass}", error(text, "mass"))
     together = [payload.p_value for payload in evidence.constrained if payload.conflict]
     if together and not findings:
         findings[""] = error(f"the constraints together contradict the data (p {min(together):.1g})")
-    for key, finding in _bounds(evidence.recommended) if evidence.recommended is not None else ():
-        findings.setdefault(key, finding)
-    return list(findings.values())
-
-
-def _bounds(payload: ConstrainedPayload) -> Iterator[tuple[str, Finding]]:
-    """Active constraints; that the body must exist is no bound that someone set."""
-    for test in payload.tested:
+    # That the body must exist is no bound that someone set.
+    chosen = evidence.recommended or next(iter(evidence.constrained), None)
+    for test in chosen.tested if chosen is not None else ():
         if not isinstance(test.constraint, PossibleBody):
             description = test.constraint.description
-            yield description, warning(f"the answer is held at a bound that was given: {description}")
+            text = f"the answer is held at a bound that was given: {description}"
+            findings.setdefault(description, warning(text))
+    return list(findings.values())

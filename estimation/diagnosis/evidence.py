@@ -1,7 +1,7 @@
 """What the verdict rests on: the diagnosis of the recordings, and the numbers that were computed from them."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
 from ...common.arrays import Array
@@ -105,7 +105,6 @@ class Weighed:
         sigma: its standard deviation [kg].
         from_scale: whether a scale gave it.
         unexplained: error over torque of each joint, nan where it is at rest, shape (n,).
-        judged: "mass", "centre of mass", "inertia".
         repeats: of several recordings, the mass by each.
         agreement: other ways to the mass.
     """
@@ -114,7 +113,6 @@ class Weighed:
     sigma: float
     from_scale: bool
     unexplained: Array
-    judged: dict[str, Judged]
     repeats: Repeats | None = None
     agreement: tuple[Agreement, ...] = ()
 
@@ -136,6 +134,7 @@ class Evidence:
         recommended: the one of them that is to be used, if there is one.
         stretches: the payload in the order of time.
         spread: standard deviations of what is recommended: half the reported intervals, over 1.96.
+        judged: "mass", "centre of mass", "inertia": whether they were measured well enough.
         gained: drive gains, where they are what is asked for.
     """
 
@@ -153,6 +152,7 @@ class Evidence:
     stretches: tuple[Estimate, ...] = ()
     weighed: Weighed | None = None
     spread: PayloadSpread | None = None
+    judged: Mapping[str, Judged] = field(default_factory=dict)
     gained: Gained | None = None
 
     @property

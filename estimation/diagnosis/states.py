@@ -135,6 +135,8 @@ class States:
 
     def mixed(self, other: "States", mask: Mask) -> "States":
         """Take some of the states in another reading."""
+        if mask.all():
+            return other
         names = ("q", "qd", "qdd", "torque", "keep")
         arrays: dict[str, Any] = {
             name: np.where(mask[:, None], getattr(other, name), getattr(self, name)) for name in names

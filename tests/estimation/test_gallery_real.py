@@ -48,7 +48,7 @@ def answer(pair: Pair) -> PayloadAnswer:
 
 def test_the_pair_gives_mass_and_centre_of_mass_without_a_conflict(answer: PayloadAnswer) -> None:
     assert answer.verdict.level == "mass_and_com_only"
-    assert "inertia at the centre of mass is not determined" in answer.verdict.reasons[-1]
+    assert "inertia: not measured well enough" in answer.verdict.reasons[-1]
     assert not any(payload.conflict for payload in answer.constrained)
     assert min(payload.p_value for payload in answer.constrained) > 0.05
     assert abs(answer.recommended.mass / MASS - 1.0) < 0.01

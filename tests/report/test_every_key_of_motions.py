@@ -56,7 +56,7 @@ PLANS = [
 def test_design(plan: Any, motion: dict[str, Any]) -> None:
     goal = SimpleNamespace(rate=14.0, data_length=60.0)
     problem: Any = SimpleNamespace(
-        robot=SimpleNamespace(**vars(made.ROBOT), n=2), criterion=SimpleNamespace(kind="a"), goal=goal,
+        robot=SimpleNamespace(**vars(made.ROBOT)), criterion=SimpleNamespace(kind="a"), goal=goal,
         noise=np.array([1.5, 2.5]),
         torque_limited=False, payloads=PayloadSet.within(3.5, (0.1, 0.2, 0.3), (0.4, 0.5, 0.6), box=True),
         limits=(HELD,), at_rest=lambda poses: None,

@@ -94,9 +94,15 @@ def of_possible(*payloads: ConstrainedPayload, **more: Any) -> Evidence:
     """Evidence on possible payloads, the last of them to be used."""
     estimates = tuple(payload.free for payload in payloads)
     free = payloads[-1].free
-    more = {
-        "spread": PayloadSpread(float(free.larger_sigma[9]), free.larger_sigma_com, free.larger_sigma_inertia_com)
-    } | more
+    spread = PayloadSpread(float(free.larger_sigma[9]), free.larger_sigma_com, free.larger_sigma_inertia_com)
+    more = {"spread": spread} | more
+    body = payloads[-1].body
+    judged = {
+        "mass": judge_mass(free.mass, more["spread"], False),
+        "centre of mass": judge_com(body.vector, more["spread"]),
+        "inertia": judge_inertia(np.diag(body.inertia_com), more["spread"]),
+    }
+    more = {"judged": judged} | more
     return evidence_of(estimates=estimates, constrained=payloads, recommended=payloads[-1], **more)
 
 
@@ -107,11 +113,11 @@ def spread_of(mass: float) -> PayloadSpread:
 
 def of_weighing(*constrained: ConstrainedPayload, by_joints: ByJoints | None = None, **changed: Any) -> Evidence:
     """Evidence on a short weighing of 5 kg."""
-    judged = dict.fromkeys(("mass", "centre of mass", "inertia"), Judged("use"))
+    judged = changed.pop("judged", dict.fromkeys(("mass", "centre of mass", "inertia"), Judged("use")))
     spread = changed.pop("spread", None)
-    weighed = replace(Weighed(5.0, 0.01, False, np.full(6, 0.1), judged), **changed)
+    weighed = replace(Weighed(5.0, 0.01, False, np.full(6, 0.1)), **changed)
     joints = by_joints or ByJoints((), ())
-    return evidence_of(constrained=constrained, by_joints=joints, weighed=weighed, spread=spread)
+    return evidence_of(constrained=constrained, by_joints=joints, weighed=weighed, spread=spread, judged=judged)
 
 
 def of_spread(mass: float = 0.01, com: float = 0.001, inertia: float = 1e-4) -> Evidence:
