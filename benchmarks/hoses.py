@@ -14,9 +14,9 @@ import numpy as np
 from dynident.benchmarks import invented
 from dynident.common.arrays import Array
 from dynident.estimation import identify, payload_problem
-from dynident.estimation.diagnosis.diagnose import system_of
 from dynident.estimation.diagnosis.hypotheses import effects_of
 from dynident.estimation.diagnosis.states import states_of
+from dynident.estimation.diagnosis.verdict import system_of
 from dynident.estimation.payload import known_robot_weighing
 from dynident.estimation.payload.problem import PayloadProblem
 from dynident.model import InertialParameters, Recording, robot_names

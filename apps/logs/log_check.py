@@ -9,8 +9,8 @@ import numpy as np
 from ...common.arrays import Array
 from ...common.errors import InputError
 from ...common.speech import Speaks
-from ...estimation.diagnosis.diagnose import robot_verdict
 from ...estimation.diagnosis.finding import Finding, error, note, warning
+from ...estimation.diagnosis.verdict import robot_verdict
 from ...estimation.equations.equations import Equations
 from ...estimation.fit.least_squares import weighted
 from ...estimation.gains.current_side import relative_scales

@@ -11,10 +11,9 @@ from ...common.arrays import Array
 from ...common.errors import InputError
 from ...model import InertialParameters, Robot
 from ..diagnosis.causes import likely_causes
-from ..diagnosis.diagnose import diagnose
 from ..diagnosis.evidence import Diagnosis, Evidence, Gained, KnownWeight
 from ..diagnosis.states import states_of
-from ..diagnosis.verdict import judge
+from ..diagnosis.verdict import diagnose, judge
 from ..equations.equations import PAYLOAD, Equations
 from ..fit.estimate import Estimate, Fit
 from ..fit.robust import NORMAL95, RobustCovariance, jackknife

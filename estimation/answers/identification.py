@@ -8,8 +8,8 @@ from ...common.errors import InputError
 from ...common.progress import Progress, silent
 from ...common.speech import Speaks
 from ...model import BaseParameters, Processing, Recording, Robot, base_parameters
-from ..diagnosis.diagnose import robot_verdict
 from ..diagnosis.finding import Verdict
+from ..diagnosis.verdict import robot_verdict
 from ..equations.equations import Equations
 from ..fit.drive_gains import Gains
 from ..fit.essential import Elimination, StopRule, eliminate

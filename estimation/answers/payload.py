@@ -7,12 +7,11 @@ import numpy as np
 
 from ...common.errors import InputError
 from ...model import Processing, Recording
-from ..diagnosis.diagnose import allowing as allowing_for
-from ..diagnosis.diagnose import best_of, diagnose
 from ..diagnosis.evidence import Diagnosis, Evidence, Weighed
 from ..diagnosis.finding import Verdict
 from ..diagnosis.quantities import Agreement
-from ..diagnosis.verdict import judge
+from ..diagnosis.verdict import allowing as allowing_for
+from ..diagnosis.verdict import best_of, diagnose, judge
 from ..equations.equations import PAYLOAD, Equations, merged
 from ..fit.drive_gains import Gains
 from ..fit.essential import StopRule

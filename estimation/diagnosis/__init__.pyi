@@ -1,10 +1,10 @@
-from .diagnose import robot_verdict as robot_verdict
 from .finding import Finding as Finding
 from .finding import Verdict as Verdict
 from .joints import worst_joint as worst_joint
-from .poses import PoseCheck as PoseCheck
-from .poses import check_pose as check_pose
-from .ranking import KinematicsCheck as KinematicsCheck
-from .ranking import rank_readings as rank_readings
-from .ranking import rank_readings_by_pose as rank_readings_by_pose
-from .reading import Reading as Reading
+from .kinematics import KinematicsCheck as KinematicsCheck
+from .kinematics import PoseCheck as PoseCheck
+from .kinematics import check_pose as check_pose
+from .kinematics import rank_readings as rank_readings
+from .kinematics import rank_readings_by_pose as rank_readings_by_pose
+from .states import Reading as Reading
+from .verdict import robot_verdict as robot_verdict

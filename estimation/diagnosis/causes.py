@@ -19,8 +19,7 @@ from .engine import System, SystemFit
 from .evidence import Alternative, Evidence
 from .finding import Finding, Severity, note
 from .hypotheses import pull_of
-from .reading import Reading
-from .states import BLOCKS, States
+from .states import BLOCKS, Reading, States
 
 ROBOT, ROBOT_Z = 0.01, 2.0
 """Fraction by which chi2 falls with another robot, and Vuong's statistic, above which it is that robot's."""

@@ -11,7 +11,6 @@ from dynident.benchmarks import invented
 from dynident.common.arrays import Array
 from dynident.estimation import PayloadAnswer, answer_payload, identify, identify_payload, payload_problem
 from dynident.estimation.diagnosis.causes import alternatives
-from dynident.estimation.diagnosis.diagnose import system_of
 from dynident.estimation.diagnosis.engine import System
 from dynident.estimation.diagnosis.evidence import Alternative
 from dynident.estimation.diagnosis.hypotheses import (
@@ -26,6 +25,7 @@ from dynident.estimation.diagnosis.hypotheses import (
 )
 from dynident.estimation.diagnosis.scales import scales
 from dynident.estimation.diagnosis.states import states_of
+from dynident.estimation.diagnosis.verdict import system_of
 from dynident.estimation.payload.problem import PayloadProblem, Source
 from dynident.model import InertialParameters, Recording, load_robot
 from dynident.trajectories import Simulator, random_via_points

@@ -12,7 +12,6 @@ from dynident.apps.logs.log_check import check_log
 from dynident.benchmarks import invented
 from dynident.common.arrays import Array
 from dynident.estimation import answer_payload, identify, identify_payload, payload_problem
-from dynident.estimation.diagnosis.diagnose import system_of as system_on
 from dynident.estimation.diagnosis.engine import Effect, System
 from dynident.estimation.diagnosis.hypotheses import (
     ALONG_Z,
@@ -26,6 +25,7 @@ from dynident.estimation.diagnosis.hypotheses import (
     upright,
 )
 from dynident.estimation.diagnosis.states import states_of
+from dynident.estimation.diagnosis.verdict import system_of as system_on
 from dynident.estimation.payload import known_robot_weighing
 from dynident.estimation.payload.problem import PayloadProblem
 from dynident.model import InertialParameters, Recording, robot_names
