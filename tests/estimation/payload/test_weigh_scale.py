@@ -38,7 +38,7 @@ def test_a_scale_that_is_wrong_is_told(record: Record, simulator: Simulator) -> 
     rules = (PossibleBody(), KnownMass(9.0, 0.02))
     answer = weighed(simulator.robot, record((2, 3, 5, 6)), constraints=rules)
     assert answer.verdict.level == "do_not_use"
-    assert any("the scale 9" in reason for reason in answer.verdict.reasons)
+    assert any("the scale shows 9" in reason for reason in answer.verdict.reasons)
 
 
 def test_a_scale_sharpens(record: Record, simulator: Simulator) -> None:
