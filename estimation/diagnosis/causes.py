@@ -21,7 +21,7 @@ from .finding import Finding, Severity, note
 from .hypotheses import pull_of
 from .states import BLOCKS, Reading, States
 
-ROBOT, ROBOT_Z = 0.01, 2.0
+ROBOT, ROBOT_Z = 0.01, 3.0
 """Fraction by which chi2 falls with another robot, and Vuong's statistic, above which it is that robot's."""
 TURNED, TURNED_Z = 0.03, 2.5
 """The same limits of a joint that is counted the other way."""

@@ -317,5 +317,6 @@ def _rest(gram: Array, root: Array) -> Array:
 
 def _inverse(gram: Array) -> Array:
     """Inverse of a small Gram matrix, columns of which nothing is left taken out."""
-    size = np.sqrt(np.maximum(np.diag(gram), 1e-300))
+    squares = np.diag(gram)
+    size = np.sqrt(np.where(squares > _NOTHING * squares.max(initial=0.0), squares, np.inf))
     return np.asarray(np.linalg.pinv(gram / np.outer(size, size), 1e-12, hermitian=True) / np.outer(size, size))

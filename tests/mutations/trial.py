@@ -139,7 +139,7 @@ def _files(status: int, before: dict[str, bytes], words: Sequence[str]) -> str:
     for path in new:
         if path.name.startswith(".") or path.suffix == ".part":
             return f"half a file: {path}"
-        if path.suffix == ".json":
+        if path.suffix == ".json" and f"--out={path.name}" not in words:
             try:
                 json.loads(path.read_bytes())
             except ValueError as error:
