@@ -1,13 +1,10 @@
 from ..common.errors import InputError as InputError
 from . import assumed_limits as assumed_limits
-from . import base as base
 from . import codegen as codegen
 from . import drives as drives
 from . import dynamics as dynamics
-from . import files as files
 from . import frames as frames
 from . import inertia as inertia
-from . import kernel as kernel
 from . import kinematics as kinematics
 from . import motion as motion
 from . import names as names
@@ -35,8 +32,11 @@ from .dynamics import inverse_dynamics as inverse_dynamics
 from .dynamics import inverse_dynamics_base as inverse_dynamics_base
 from .dynamics import mass_matrix as mass_matrix
 from .files.payload_file import read_payload as read_payload
+from .files.reframe import JointAxis as JointAxis
+from .files.reframe import modified_dh as modified_dh
 from .files.robot_file import load_robot as load_robot
 from .files.robot_file import robot_names as robot_names
+from .files.robot_file import robot_toml as robot_toml
 from .frames import mounted as mounted
 from .frames import with_gravity as with_gravity
 from .frames import with_tool as with_tool

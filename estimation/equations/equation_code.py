@@ -7,7 +7,7 @@ import numpy as np
 
 from ...common.arrays import Array
 from ...model import Robot
-from ...model.kernel import Kernel
+from ...model.kernel.kernel import Kernel
 from ...model.regressors import regressor_expression
 from .shared_torque import NO_MOTOR, known_spring, sharing
 

@@ -9,7 +9,7 @@ import numpy as np
 from ...common.arrays import Array
 from ...common.errors import InputError
 from ...common.schema import Real, WrongKeyError, read_toml
-from ...model.files import BodyTable
+from ...model.files.payload_file import BodyTable
 from ..equations.equations import PAYLOAD
 
 

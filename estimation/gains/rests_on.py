@@ -3,8 +3,8 @@
 import numpy as np
 
 from ...model import Robot, standard_columns, standard_regressor
-from ...model.base import random_states
-from ...model.kernel import Kernel
+from ...model.base.rank import random_states
+from ...model.kernel.kernel import Kernel
 from ...model.names import parameter_kind
 
 

@@ -8,7 +8,7 @@ from ...common.errors import InputError
 from ...common.linear import least_squares
 from ...common.progress import Progress, each, silent
 from ...model import BaseParameters, Processing, Recording, Robot
-from ...model.base import leftmost_independent, random_states, stacked_regressor
+from ...model.base.rank import leftmost_independent, random_states, stacked_regressor
 from ...model.motion import Measurement
 from ..equations.equations import Equations, merged
 from ..equations.observer import Observer, used_pieces

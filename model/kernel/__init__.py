@@ -4,7 +4,3 @@ program.py reads CasADi's own operation list, numpy_path.py runs it over blocks 
 it as C that works on several samples per instruction, cache.py compiles that once and keeps it. c_scalar.py
 writes the same list as readable C for a single sample.
 """
-
-from ...common.lazy import attach
-
-__getattr__, __dir__, __all__ = attach(__name__, __file__)

@@ -6,8 +6,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from dynident.estimation.signals import measurement, measurements
+from dynident.estimation.signals import measurements
 from dynident.estimation.signals.filtering import measured
+from dynident.estimation.signals.measurements import measurement
 from dynident.model import Motion, Processing, Recording
 
 SETTINGS = Processing(rate=100.0, cutoff=8.0)

@@ -10,8 +10,8 @@ import casadi as ca
 import numpy as np
 import pytest
 from dynident.common.arrays import Array
-from dynident.model.kernel import Kernel
 from dynident.model.kernel.c_path import CPath
+from dynident.model.kernel.kernel import Kernel
 from dynident.model.kernel.numpy_path import NumpyPath
 from dynident.model.kernel.operations import OPERATIONS
 from dynident.model.kernel.program import Program, Step, read_program

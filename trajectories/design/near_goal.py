@@ -9,7 +9,7 @@ from ...common.arrays import Array
 from ...common.errors import InputError
 from ...common.linear import decomposed, without
 from ...model import InertialParameters, Robot
-from ...model.base import leftmost_independent
+from ...model.base.rank import leftmost_independent
 from ...model.inertia import PayloadSpread, payload_spread
 from ...model.names import parameter_kind
 from ...model.regressors import payload_columns

@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike
 from ...common.arrays import Array, frozen_array
 from ...common.errors import InputError
 from ...model import Pose
-from ...model.kernel import Kernel
+from ...model.kernel.kernel import Kernel
 from .extremes import Eigen, eigen, largest_in_ball, largest_in_cube
 
 Region = Literal["ball", "cube"]

@@ -46,7 +46,7 @@ class ShapeOptions(Options):
     max_duration: float | None = option(type=positive_number, metavar="S", help="longest time through via points")
     start: tuple[float, ...] | None = option(type=gains_list, metavar="Q1,Q2,..", help="where it starts [deg or m]")
 
-    def shape(self) -> trajectories.motions.Shape:
+    def shape(self) -> trajectories.Shape:
         """The shape of the motion.
 
         Raises:
@@ -104,7 +104,7 @@ class ShapeOptions(Options):
             if self.rest:
                 raise InputError("--segments blend passes the via points: --segments trapezoid rests in each")
             return trajectories.BlendShape(self._count, fixed=fixed)
-        segment: trajectories.motions.Segment = trajectories.motions.Quintic()
+        segment: trajectories.Segment = trajectories.Quintic()
         if self.segments == "trapezoid":
             segment = trajectories.Trapezoid() if self.ramp is None else trajectories.Trapezoid(self.ramp)
         passing = segment.passes and not self.rest

@@ -7,7 +7,7 @@ from xml.sax.saxutils import quoteattr
 
 from .... import __version__
 from ....common.letters import printable
-from ....estimation.possible import Labelled, LinkNumbers, WholeRobot
+from ....estimation.possible.labelled import Labelled, LinkNumbers, WholeRobot
 from ...numbers import exact
 from .frames import gravity
 
