@@ -19,7 +19,7 @@ from dynident.common.arrays import Array
 from dynident.common.errors import InputError
 from dynident.estimation import Gains, KnownMass, PayloadAnswer, PossibleBody, answer_payload
 from dynident.estimation.payload.constant_torques import OFFSET_SHARE
-from dynident.estimation.payload.weighing_pairs import difference_weighing
+from dynident.estimation.payload.weighing import difference_weighing
 from dynident.estimation.signals.alignment import aligned
 from dynident.model import InertialParameters, Recording, Robot, load_robot
 from dynident.model.inertia import PayloadSpread

@@ -32,8 +32,8 @@ from .payload.methods import with_robust as with_robust
 from .payload.problem import PayloadProblem as PayloadProblem
 from .payload.result import METHOD_NAMES as METHOD_NAMES
 from .payload.stand_in import StandIn as StandIn
+from .payload.weighing import difference_weighing as difference_weighing
 from .payload.weighing import known_robot_weighing as known_robot_weighing
-from .payload.weighing_pairs import difference_weighing as difference_weighing
 from .possible.cone import SolverError as SolverError
 from .possible.constraints import CentreOfMassInBox as CentreOfMassInBox
 from .possible.constraints import Constraint as Constraint
@@ -52,4 +52,4 @@ from .possible.prior import robot_prior as robot_prior
 from .possible.prior import solve_constrained_prior as solve_constrained_prior
 from .possible.robot import PossibleRobot as PossibleRobot
 from .possible.robot import solve_constrained_base as solve_constrained_base
-from .signals.measurements import measurement as measurement
+from .signals.filtering import measurement as measurement

@@ -1,5 +1,4 @@
 from ..common.errors import InputError as InputError
-from . import assumed_limits as assumed_limits
 from . import codegen as codegen
 from . import drives as drives
 from . import dynamics as dynamics
@@ -7,18 +6,16 @@ from . import frames as frames
 from . import inertia as inertia
 from . import kinematics as kinematics
 from . import motion as motion
-from . import names as names
 from . import pose as pose
 from . import regressors as regressors
 from . import robot as robot
 from . import stand_in as stand_in
 from . import visibility as visibility
 from .base.grouping import closed_form_base_parameters as closed_form_base_parameters
-from .base.local_transfers import local_transfer_base_parameters as local_transfer_base_parameters
 from .base.parameters import BaseParameters as BaseParameters
+from .base.parameters import base_regressor as base_regressor
+from .base.parameters import essential_regressor as essential_regressor
 from .base.rank import base_parameters as base_parameters
-from .base.regressors import base_regressor as base_regressor
-from .base.regressors import essential_regressor as essential_regressor
 from .codegen import generate_code as generate_code
 from .drives import Coupling as Coupling
 from .drives import Drives as Drives

@@ -6,9 +6,8 @@ import sys
 from dataclasses import dataclass
 
 from ... import estimation, model
-from ...common.errors import InputError
+from ...common.errors import InputError, one_line
 from ...common.files import write_text
-from ...common.letters import one_line
 from ...common.schema import present
 from .. import export, results
 from ..export.simulators.whole_robot import stored_whole_robot

@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...common.arrays import Array
-from ...model.names import parameter_kind
+from ...model.drives import parameter_kind
 from .nights import MASS, Arm, Night
 
 LAST = 7

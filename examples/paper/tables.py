@@ -25,7 +25,7 @@ from dynident.estimation import Estimate, Identification, PayloadAnswer, answer_
 from dynident.estimation.fit.estimate import Fit, fit
 from dynident.estimation.payload.equations import payload_equations
 from dynident.estimation.payload.result import PayloadEstimate
-from dynident.estimation.signals.measurements import measurement
+from dynident.estimation.signals.filtering import measurement
 from dynident.model import INERTIAL
 from dynident.trajectories import Experiment
 

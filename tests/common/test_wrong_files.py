@@ -18,8 +18,7 @@ from dynident.apps.results import (
 )
 from dynident.cli import main
 from dynident.common.errors import InputError
-from dynident.common.schema import Table, json_text
-from dynident.common.toml import toml_text
+from dynident.common.schema import Table, json_text, toml_text
 from dynident.estimation.gains.known_load import KnownLoad, read_known_load
 from dynident.model import load_robot, read_payload
 from dynident.model.files import payload_file

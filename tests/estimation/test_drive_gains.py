@@ -13,11 +13,11 @@ from dynident.estimation.equations.equations import PAYLOAD, Equations, merged
 from dynident.estimation.fit.estimate import error_model
 from dynident.estimation.fit.least_squares import weighted
 from dynident.estimation.fit.linear_problem import gain_sensitivity
+from dynident.estimation.fit.own_equations import base_problem
 from dynident.estimation.payload.constrained import constrain_payload
 from dynident.estimation.payload.methods import method_of
 from dynident.estimation.payload.result import PayloadEstimate
-from dynident.estimation.payload.weighing_pairs import difference_weighing
-from dynident.estimation.robot.equations import base_problem
+from dynident.estimation.payload.weighing import difference_weighing
 from dynident.model import InertialParameters, Motion, Processing, Recording, Robot, Spring, base_parameters
 from dynident.tests.estimation.payload.recordings import short
 from dynident.trajectories import Simulator

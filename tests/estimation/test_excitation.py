@@ -8,7 +8,7 @@ from dynident.estimation import PAYLOAD, answer_payload, payload_problem
 from dynident.estimation.equations.equations import Equations
 from dynident.estimation.equations.observer import Observer
 from dynident.estimation.fit.least_squares import excitation, weighted
-from dynident.estimation.signals.measurements import measurement
+from dynident.estimation.signals.filtering import measurement
 from dynident.model import Processing, base_parameters, load_robot
 from dynident.trajectories import RX90_NOISE, Simulator, random_via_points
 

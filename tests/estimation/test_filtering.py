@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 from dynident.common.errors import InputError
 from dynident.estimation.signals.decimation import Decimator, decimated, noise_bandwidth
-from dynident.estimation.signals.filtering import resampled
-from dynident.estimation.signals.measurements import measurement
+from dynident.estimation.signals.filtering import measurement, resampled
 from dynident.model import Processing, Recording
 from hypothesis import given, settings
 from hypothesis import strategies as st

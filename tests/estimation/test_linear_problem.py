@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 from dynident.common.arrays import Array
 from dynident.estimation.equations.equations import Equations
-from dynident.estimation.fit.linear_problem import LinearProblem
-from dynident.estimation.fit.roles import Held, Known
+from dynident.estimation.fit.linear_problem import Held, Known, LinearProblem
 
 NAMES = ("A", "B", "C", "D")
 TRUTH = np.array([1.0, -2.0, 0.5, 3.0])

@@ -10,8 +10,7 @@ from dynident.common.errors import InputError
 from dynident.common.paged import ROWS, empty
 from dynident.estimation import answer_payload, identify, payload_problem
 from dynident.estimation.signals.alignment import aligned
-from dynident.estimation.signals.filtering import lowpass, on_grid, slopes
-from dynident.estimation.signals.measurements import measurement
+from dynident.estimation.signals.filtering import lowpass, measurement, on_grid, slopes
 from dynident.estimation.signals.plausibility import check_recordings
 from dynident.model import InertialParameters, Motion, Processing, Recording, base_parameters
 from dynident.trajectories import Simulator

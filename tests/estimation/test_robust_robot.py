@@ -24,7 +24,7 @@ from dynident.estimation.fit.estimate import error_model
 from dynident.estimation.fit.least_squares import weighted
 from dynident.estimation.possible.prior import robot_prior, solve_constrained_prior
 from dynident.estimation.possible.robot import solve_constrained_base
-from dynident.estimation.signals.measurements import measurement
+from dynident.estimation.signals.filtering import measurement
 from dynident.model import Recording, load_robot
 from dynident.tests.report.written import written
 from dynident.trajectories import RX90_NOISE, Simulator, random_via_points

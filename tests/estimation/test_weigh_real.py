@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from dynident.apps.logs.read import read_recording
 from dynident.estimation import Gains, PayloadAnswer, answer_payload
-from dynident.estimation.payload.weighing_pairs import difference_weighing
+from dynident.estimation.payload.weighing import difference_weighing
 from dynident.estimation.signals.alignment import aligned
 from dynident.model import Recording, load_robot
 

@@ -6,7 +6,7 @@ from xml.etree import ElementTree
 
 import pytest
 from dynident.common.errors import InputError
-from dynident.common.toml import toml_text
+from dynident.common.schema import toml_text
 from dynident.model import Robot, load_robot
 from dynident.model.files.robot_file import robot_toml
 

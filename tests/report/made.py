@@ -12,8 +12,7 @@ from dynident.estimation.fit.drive_gains import Fingerprints
 from dynident.estimation.fit.essential import Elimination, EliminationPath
 from dynident.estimation.fit.estimate import Fit
 from dynident.estimation.fit.robust import RobustCovariance
-from dynident.estimation.gains.known_load import known_mass
-from dynident.estimation.gains.mounting import Mountings
+from dynident.estimation.gains.known_load import Mountings, known_mass
 from dynident.estimation.payload.result import PayloadEstimate
 from dynident.estimation.possible.prior import PriorRobot
 from dynident.estimation.possible.robot import PossibleRobot

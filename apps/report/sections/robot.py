@@ -11,7 +11,7 @@ from ....estimation.possible.prior import PriorRobot
 from ....estimation.possible.result import CONFLICT
 from ....estimation.possible.robot import PossibleRobot
 from ....model import INERTIAL
-from ....model.names import parameter_kind
+from ....model.drives import parameter_kind
 from ...numbers import percent
 from ...rollout import Rollout
 from ..blocks import (

@@ -8,8 +8,8 @@ import pytest
 from dynident.benchmarks import invented
 from dynident.common.arrays import Array
 from dynident.estimation import Estimate, PayloadProblem, identify_payload, payload_problem
+from dynident.estimation.fit.linear_problem import Held
 from dynident.estimation.fit.robust import student95
-from dynident.estimation.fit.roles import Held
 from dynident.estimation.payload.friction import FRICTION_CHANGE, friction_changes
 from dynident.estimation.payload.methods import METHODS, combined, global_fit
 from dynident.model import InertialParameters, Recording

@@ -8,9 +8,9 @@ import pytest
 from dynident.benchmarks import invented
 from dynident.common.errors import InputError
 from dynident.estimation import identify_payload, payload_problem
-from dynident.estimation.equations.equation_code import PATH
+from dynident.estimation.equations.observer import PATH
 from dynident.estimation.payload.methods import from_difference
-from dynident.estimation.payload.weighing_pairs import difference_weighing
+from dynident.estimation.payload.weighing import difference_weighing
 from dynident.estimation.signals.alignment import aligned
 from dynident.model import InertialParameters, Recording
 from dynident.trajectories import NearMotion, Task, random_via_points, run_experiment

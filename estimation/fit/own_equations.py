@@ -13,10 +13,9 @@ from ...model.motion import Measurement
 from ..equations.equations import Equations, merged
 from ..equations.observer import Observer, used_pieces
 from ..equations.reduction import recorded, reduced_measurement
-from ..fit.blocks import block_edges, block_length, in_blocks, remembered
-from ..signals.filtering import mean_rate
-from ..signals.measurements import measurement
+from ..signals.filtering import mean_rate, measurement
 from ..signals.plausibility import check_recordings, still_joints
+from .blocks import block_edges, block_length, in_blocks, remembered
 
 
 def base_problem(

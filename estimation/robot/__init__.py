@@ -1,1 +1,0 @@
-"""The robot's own base parameters from recordings without payload."""
