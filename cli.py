@@ -17,8 +17,7 @@ from typing import Any, NoReturn
 
 from .apps.commands import BAD_INPUT, BROKEN_PIPE, COMMANDS, INTERRUPTED
 from .common import interruption
-from .common.errors import InputError
-from .common.letters import one_line
+from .common.errors import InputError, one_line
 
 
 def main(argv: Sequence[str] | None = None) -> int:

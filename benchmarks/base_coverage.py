@@ -20,7 +20,7 @@ from dynident.benchmarks import invented
 from dynident.common.errors import InputError
 from dynident.estimation import identify
 from dynident.model import INERTIAL, Robot, base_parameters, robot_names
-from dynident.model.names import parameter_kind
+from dynident.model.drives import parameter_kind
 from dynident.trajectories import Simulator, random_via_points
 from rich.console import Console
 from rich.progress import track

@@ -20,7 +20,7 @@ from dynident.estimation.equations.correlation import autocorrelation_time
 from dynident.estimation.equations.observation import Observation
 from dynident.estimation.equations.observer import Observer
 from dynident.estimation.payload.short_motion import telling_rows
-from dynident.estimation.signals.measurements import measurement
+from dynident.estimation.signals.filtering import measurement
 from dynident.model import Robot, base_parameters, load_robot
 from numpy.typing import NDArray
 from scipy.stats import chi2

@@ -15,12 +15,14 @@ import numpy as np
 from dynident.apps.commands.demo.setup import PAYLOAD as PAPER_PAYLOAD
 from dynident.common.arrays import Array
 from dynident.estimation import PAYLOAD, Estimate, solve_constrained
-from dynident.estimation.equations import Observer, reduced_measurement
-from dynident.estimation.fit import weighted
-from dynident.estimation.possible import robot_prior, solve_constrained_base, solve_constrained_prior
+from dynident.estimation.equations.observer import Observer
+from dynident.estimation.equations.reduction import reduced_measurement
+from dynident.estimation.fit.least_squares import weighted
 from dynident.estimation.possible.constraints import PSEUDO_INERTIA
+from dynident.estimation.possible.prior import robot_prior, solve_constrained_prior
+from dynident.estimation.possible.robot import solve_constrained_base
 from dynident.model import Motion, Processing, base_parameters, load_robot, payload_regressor
-from dynident.model.kernel import Kernel
+from dynident.model.kernel.kernel import Kernel
 from dynident.model.motion import Measurement
 from dynident.model.regressors import payload_columns
 from dynident.trajectories import RX90_NOISE, Simulator, random_via_points

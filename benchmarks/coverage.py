@@ -15,8 +15,8 @@ import numpy as np
 from dynident.apps.commands.demo.setup import PAYLOAD
 from dynident.common.arrays import Array
 from dynident.estimation import PayloadProblem, identify_payload
-from dynident.estimation.payload import PairedMeasurement, payload_equations
-from dynident.estimation.signals import measurement
+from dynident.estimation.payload.equations import PairedMeasurement, payload_equations
+from dynident.estimation.signals.filtering import measurement
 from dynident.model import INERTIAL, InertialParameters, Motion, Recording, base_parameters, load_robot
 from dynident.trajectories import RX90_NOISE, Simulator, random_via_points
 from rich.console import Console

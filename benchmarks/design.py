@@ -29,7 +29,7 @@ from dynident.trajectories import (
 )
 from dynident.trajectories.design.criterion import Kind
 from dynident.trajectories.design.settle import Multipliers
-from dynident.trajectories.motions import Shape
+from dynident.trajectories.motions.samples import Shape
 
 
 def figures() -> None:

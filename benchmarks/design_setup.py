@@ -3,7 +3,7 @@
 from dynident.examples.paper.printed import paper_tables
 from dynident.model import load_robot
 from dynident.trajectories import JointBounds, Scene
-from dynident.trajectories.design import Capsule, HalfSpace
+from dynident.trajectories.design.scene import Capsule, HalfSpace
 from rich.console import Console
 from rich.table import Table
 

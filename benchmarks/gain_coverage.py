@@ -16,11 +16,11 @@ import numpy as np
 from dynident.apps.commands.demo.setup import ASSUMED_SPRING
 from dynident.common.arrays import Array
 from dynident.estimation import identify_gains
-from dynident.estimation.gains import gain_problem, known_mass
 from dynident.estimation.gains.current_side import torque_side
+from dynident.estimation.gains.known_load import known_mass
+from dynident.estimation.gains.problem import gain_problem
 from dynident.model import InertialParameters, Motion, Processing, Recording, Robot, load_robot
-from dynident.model.drives import SPRING
-from dynident.model.names import parameter_kind
+from dynident.model.drives import SPRING, parameter_kind
 from dynident.trajectories import Simulator, ViaPoints
 from numpy.typing import NDArray
 

@@ -13,7 +13,8 @@ from collections.abc import Callable
 import numpy as np
 from dynident.benchmarks.gain_coverage import BODY, NOISE, SETTINGS, TRUTH, simulator
 from dynident.estimation import Gains, answer_payload, identify, identify_gains, payload_problem
-from dynident.estimation.gains import gain_problem, known_mass
+from dynident.estimation.gains.known_load import known_mass
+from dynident.estimation.gains.problem import gain_problem
 from dynident.model import InertialParameters, Recording, load_robot
 from dynident.trajectories import Simulator, ViaPoints
 from numpy.typing import NDArray

@@ -16,8 +16,8 @@ import numpy as np
 from dynident.benchmarks.repeated_noise import BODIES, Experiment
 from dynident.common.arrays import Array
 from dynident.estimation import Estimate, solve_constrained
-from dynident.estimation.fit import error_model
-from dynident.estimation.possible import profile_intervals
+from dynident.estimation.fit.estimate import error_model
+from dynident.estimation.possible.intervals import profile_intervals
 from dynident.model import INERTIAL
 from rich.console import Console
 from rich.table import Table

@@ -25,9 +25,8 @@ from dynident.apps import results
 from dynident.apps.logs.read import read_recording
 from dynident.apps.rollout import CONSTANT, IDENTIFIED, MujocoArm, Rollout, roll_out_all
 from dynident.common.arrays import Array
-from dynident.estimation.possible import robot_prior
-from dynident.estimation.signals import measurement
-from dynident.estimation.signals.filtering import lowpass
+from dynident.estimation.possible.prior import robot_prior
+from dynident.estimation.signals.filtering import lowpass, measurement
 from dynident.estimation.signals.rows import least_speed
 from dynident.model import Processing, Recording, Robot, load_robot
 from dynident.model.motion import Measurement

@@ -22,8 +22,8 @@ from dynident.benchmarks.peers import pinocchio_model
 from dynident.common.arrays import Array
 from dynident.model import Robot, base_parameters, base_regressor, load_robot
 from dynident.model.base.rank import random_states
-from dynident.model.kernel import Kernel
 from dynident.model.kernel.c_path import aligned_empty
+from dynident.model.kernel.kernel import Kernel
 from rich.console import Console
 from rich.table import Table
 

@@ -13,14 +13,14 @@ import numpy as np
 from dynident.apps.commands.demo.setup import PAYLOAD as PAPER_PAYLOAD
 from dynident.common.arrays import Array
 from dynident.estimation import PAYLOAD, Estimate, PayloadProblem, identify_payload
-from dynident.estimation.equations import Observation
 from dynident.estimation.equations.correlation import autocorrelation_time
-from dynident.estimation.fit import Fit, RobustCovariance
+from dynident.estimation.equations.observation import Observation
 from dynident.estimation.fit.blocks import block_edges, span
-from dynident.estimation.payload import PairedMeasurement, payload_equations
-from dynident.estimation.payload.equations import loaded_observer
-from dynident.estimation.signals import measurement
+from dynident.estimation.fit.estimate import Fit
+from dynident.estimation.fit.robust import RobustCovariance
+from dynident.estimation.payload.equations import PairedMeasurement, loaded_observer, payload_equations
 from dynident.estimation.signals.decimation import decimated
+from dynident.estimation.signals.filtering import measurement
 from dynident.model import InertialParameters, Motion, base_parameters, load_robot
 from dynident.model.motion import Measurement
 from dynident.trajectories import RX90_NOISE, Simulator, random_via_points

@@ -15,8 +15,10 @@ from collections.abc import Iterator
 import numpy as np
 import pinocchio as pin
 from dynident.benchmarks.peers import pinocchio_model
-from dynident.estimation.equations import Equations, Observer, merged, reduced_measurement, reduced_pieces
-from dynident.estimation.fit import weighted
+from dynident.estimation.equations.equations import Equations, merged
+from dynident.estimation.equations.observer import Observer
+from dynident.estimation.equations.reduction import reduced_measurement, reduced_pieces
+from dynident.estimation.fit.least_squares import weighted
 from dynident.model import Motion, Processing, Robot, base_parameters, load_robot
 from dynident.model.base.rank import random_states
 from dynident.model.motion import Measurement

@@ -19,10 +19,10 @@ from dynident.benchmarks import invented
 from dynident.common.arrays import Array
 from dynident.estimation import Estimate, Gains, identify, identify_payload, payload_problem
 from dynident.estimation.diagnosis.joints import disagreement
-from dynident.estimation.payload import known_robot_weighing
 from dynident.estimation.payload.by_joints import payload_by_joints
 from dynident.estimation.payload.constrained import constrain_payload
 from dynident.estimation.payload.repeats import widened
+from dynident.estimation.payload.weighing import known_robot_weighing
 from dynident.model import InertialParameters, Motion, Recording, Robot, load_robot
 from dynident.trajectories import Simulator, random_via_points
 from rich.progress import track

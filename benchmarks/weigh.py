@@ -18,8 +18,9 @@ from dynident.apps.logs.read import read_recording
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError
 from dynident.estimation import Gains, KnownMass, PayloadAnswer, PossibleBody, answer_payload
-from dynident.estimation.payload import OFFSET_SHARE, difference_weighing
-from dynident.estimation.signals import aligned
+from dynident.estimation.payload.constant_torques import OFFSET_SHARE
+from dynident.estimation.payload.weighing import difference_weighing
+from dynident.estimation.signals.alignment import aligned
 from dynident.model import InertialParameters, Recording, Robot, load_robot
 from dynident.model.inertia import PayloadSpread
 from dynident.trajectories import (
@@ -32,7 +33,7 @@ from dynident.trajectories import (
     build_design,
     solve_design,
 )
-from dynident.trajectories.design import second_pose
+from dynident.trajectories.design.near_goal import second_pose
 
 BODY = InertialParameters.from_com(3.0, [0.0, 0.0, 0.1], np.diag([0.01, 0.01, 0.005]))
 GAINS = (11.976, 11.976, 9.839, 10.763, 10.757, 10.680)

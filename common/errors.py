@@ -1,5 +1,30 @@
-"""The one error a user can mend: it says what is wrong, where, and what to do."""
+"""The one error a user can mend, and texts as a terminal can show them, without letters that move it."""
 
 
 class InputError(ValueError):
     """An input that cannot be used. The message is one line: what, where, what to do."""
+
+
+_LONGEST = 1000
+_END = 300
+
+
+def printable(text: str) -> str:
+    """A text with what is no letter written as an escape; its lines and blanks stay."""
+    return text if text.isprintable() else "".join(map(_printable, text))
+
+
+def holds_control(text: str) -> bool:
+    """Whether a text holds control letters beside ends of lines and tabs, which XML and terminals do not show."""
+    return any((letter < " " and letter not in "\n\t") or "\x7f" <= letter < "\xa0" for letter in text)
+
+
+def one_line(text: str) -> str:
+    """A message in one line; of one too long to be read the middle is left out."""
+    line = printable(" ".join(text.split()))
+    return line if len(line) <= _LONGEST else f"{line[: _LONGEST - _END]} .. {line[-_END:]}"
+
+
+def _printable(letter: str) -> str:
+    blank = letter.isspace() and (letter in "\n\t" or letter >= "\xa0")
+    return letter if blank or letter.isprintable() else letter.encode("unicode_escape").decode()

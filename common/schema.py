@@ -4,7 +4,9 @@ A kind of file is a ``Table``: its fields are the keys, their types what may sta
 meant where a key is left out. Keys that are not declared are refused.
 """
 
+import json
 import re
+import tomllib
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from difflib import get_close_matches
@@ -14,12 +16,113 @@ from typing import Annotated, Any, ClassVar, Self, TypeVar, Union, get_args, get
 
 import msgspec
 import numpy as np
-from msgspec import Meta
+from msgspec import Meta, inspect
 
 from .errors import InputError
 from .files import write_bytes
-from .toml import toml_data
-from .type_words import LARGEST, shown, words
+
+LARGEST = 1e9
+"""Bound of numbers in files; no length, angle or parameter of an arm comes near it."""
+
+
+def words(kind: Any) -> str:
+    """What may stand at a key, in words."""
+    return _words(inspect.type_info(kind))
+
+
+def _words(node: inspect.Type, many: bool = False) -> str:
+    match node:
+        case inspect.UnionType(types=types):
+            kinds = (_words(kind, many) for kind in types if not isinstance(kind, inspect.NoneType))
+            return " or ".join(dict.fromkeys(kinds))
+        case inspect.FloatType() | inspect.IntType():
+            return _number_words(node, many)
+        case inspect.TupleType() | inspect.VarTupleType():
+            return f"{'lists' if many else 'a list'} of {_items_words(node)}"
+        case inspect.LiteralType(values=values):
+            return " or ".join(map(repr, values))
+        case inspect.Metadata(extra_json_schema=schema) if schema:
+            return str(schema["description"])
+    plain = {inspect.StrType: ("text", "texts"), inspect.BoolType: ("true or false",) * 2}
+    return plain.get(type(node), ("a table", "tables"))[many]
+
+
+def _number_words(node: inspect.FloatType | inspect.IntType, many: bool) -> str:
+    """A number with its lower bound."""
+    kind = "whole number" if isinstance(node, inspect.IntType) else "number" if many else "finite number"
+    bound = "" if node.ge in (None, -LARGEST, -1e6) else f" of at least {node.ge:g}"
+    bound = bound if node.gt is None else f" above {node.gt:g}"
+    return (f"{kind}s" if many else f"a {kind}") + bound
+
+
+def _items_words(node: inspect.TupleType | inspect.VarTupleType) -> str:
+    """What a list holds, and how many."""
+    if isinstance(node, inspect.TupleType):
+        return f"{len(node.item_types)} {_words(node.item_types[0], True)}"
+    fewest = f", at least {node.min_length}" if node.min_length else ""
+    return _words(node.item_type, True) + fewest
+
+
+def shown(value: Any) -> str:
+    """The beginning of a value as Python writes it."""
+    try:
+        return repr(value)[:40]
+    except (ValueError, RecursionError):  # a number of thousands of digits, a list in a list and so on
+        return "more than can be shown"
+
+
+_DEEP = re.compile(r"""(?<![\w"'-])(?:(?:[\w-]++|"[^"\n]*+"|'[^'\n]*+')[ \t]*+\.[ \t]*+){20}""")
+
+
+def toml_data(text: str, source: str | Path) -> dict[str, Any]:
+    """What a TOML text says, whatever it is.
+
+    Raises:
+        InputError: names the source, if it is no TOML, or would stall or break the parser.
+    """
+    # The parser would need a time that grows with the square of a key's parts.
+    if deep := _DEEP.search(text):
+        raise InputError(f"{source}: a key of twenty parts or more ({deep[0][:20]}...): no table is as deep")
+    try:
+        return tomllib.loads(text)
+    except RecursionError:
+        raise InputError(f"{source}: not valid TOML here: nested too deeply") from None
+    except tomllib.TOMLDecodeError as error:
+        raise InputError(f"{source}: not valid TOML: {error}") from None
+    except ValueError:
+        raise InputError(f"{source}: holds a number of thousands of digits: shorten it") from None
+
+
+def toml_text(data: Mapping[str, Any]) -> str:
+    """A plain mapping as TOML: lists on one line, whole numbers without a point."""
+    return "\n".join(_toml_lines(data, "")) + "\n"
+
+
+def _toml_lines(data: Mapping[str, Any], above: str) -> Iterator[str]:
+    tables: list[str] = []
+    for key, value in data.items():
+        rows = [value] if isinstance(value, Mapping) else value if isinstance(value, list) else []
+        if not rows or not all(isinstance(row, Mapping) for row in rows):
+            yield f"{_toml_key(key)} = {_toml_value(value)}"
+            continue
+        name, (left, right) = f"{above}{_toml_key(key)}", ("[[", "]]") if rows is value else ("[", "]")
+        for row in rows:
+            tables += ["", f"{left}{name}{right}", *_toml_lines(row, f"{name}.")]
+    yield from tables
+
+
+def _toml_key(key: str) -> str:
+    return key if re.fullmatch(r"[A-Za-z0-9_-]+", key) else _toml_value(key)
+
+
+def _toml_value(value: Any) -> str:
+    if isinstance(value, list | tuple):
+        return f"[{', '.join(map(_toml_value, value))}]"
+    if isinstance(value, float):
+        return repr(int(value)) if value == int(value) else repr(value)
+    # JSON's texts, numbers and truth values are TOML's too, but for the one control character JSON leaves as it is.
+    return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
+
 
 TOML_BYTES = 1_000_000
 """A TOML file that a user writes comes nowhere near."""

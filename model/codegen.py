@@ -12,11 +12,10 @@ from ..common.errors import InputError
 from ..common.files import made_folder, write_text
 from . import dynamics
 from . import regressors as regressor
-from .base.parameters import BaseParameters
+from .base.parameters import BaseParameters, base_regressor
 from .base.rank import base_parameters
-from .base.regressors import base_regressor
-from .kernel.c_scalar import c_body
-from .names import parameter_kind
+from .drives import parameter_kind
+from .kernel.c_path import c_body
 from .regressors import payload_columns, standard_columns
 from .robot import Robot
 

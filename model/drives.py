@@ -10,7 +10,15 @@ import numpy as np
 
 from ..common.arrays import Array
 from ..common.errors import InputError
-from .names import parameter_kind
+
+FRICTION = ("FS", "FV", "OFF", "FVM", "FSM")
+"""Kinds of friction, constant torques among them."""
+
+
+def parameter_kind(name: str) -> str:
+    """The kind alone: "XX" of "XX3"."""
+    return name.rstrip("0123456789")
+
 
 SPRING = "SPRING"
 """Kind of the parameter that is 1 where a spring's torque is a column."""

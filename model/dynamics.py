@@ -11,9 +11,8 @@ from dataclasses import replace
 import casadi as ca
 
 from .base.parameters import BaseParameters
-from .drives import drive_terms
+from .drives import drive_terms, parameter_kind
 from .kinematics import base_motion, joint_axis, joint_transform, next_motion
-from .names import parameter_kind
 from .regressors import link_wrench, standard_columns
 from .robot import INERTIAL, Robot
 

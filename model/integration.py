@@ -7,7 +7,7 @@ import casadi as ca
 import numpy as np
 
 from ..common.arrays import Array
-from .kernel import Kernel
+from .kernel.kernel import Kernel
 
 SMOOTHING = 0.01
 """w of tanh(qd / w), which stands for the sign of a speed in dry friction [rad/s or m/s]."""

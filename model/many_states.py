@@ -8,8 +8,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from ..common.arrays import Array
-from .drives import drive_terms
-from .names import parameter_kind
+from .drives import drive_terms, parameter_kind
 from .pose import cos_sin
 from .robot import INERTIAL, Joint, Robot
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import Any, Literal, NamedTuple
 
-from ..common.letters import holds_control
+from ..common.errors import holds_control
 from .drives import Coupling, Drives, Spring
 from .motion import Processing
 from .pose import Pose

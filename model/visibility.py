@@ -15,8 +15,8 @@ from ..common.arrays import Array
 from ..common.errors import InputError
 from ..common.linear import without
 from .base.rank import base_parameters_of
+from .drives import parameter_kind
 from .kernel.kernel import Kernel
-from .names import parameter_kind
 from .regressors import payload_columns, regressor, standard_columns
 from .robot import INERTIAL, Robot
 

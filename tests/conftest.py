@@ -23,8 +23,8 @@ from dynident.model import (
     robot_names,
     standard_columns,
 )
-from dynident.model.kernel import Kernel
 from dynident.model.kernel.cache import CompilerUnavailable, compiled_library
+from dynident.model.kernel.kernel import Kernel
 from hypothesis import settings
 
 gc.set_threshold(100_000, 20, 20)

@@ -8,8 +8,7 @@ import time
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
-from ...common.errors import InputError
-from ...common.letters import one_line, printable
+from ...common.errors import InputError, one_line, printable
 from .. import export, live
 from . import ANSWERED, DO_NOT_USE
 from .options import HostOptions, Options, option

@@ -102,4 +102,4 @@ def _checked(path: str, setup: Setup) -> LogCheck:
     if len(pieces) == 1:
         return check
     text = f"Rows are missing: of {len(pieces)} pieces the longest is looked at; record without losing rows"
-    return check.with_findings([estimation.diagnosis.Finding("note", "recording", text)])
+    return check.with_findings([estimation.Finding("note", "recording", text)])

@@ -8,9 +8,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ...common.errors import InputError
+from ...common.errors import InputError, one_line
 from ...common.files import write_text
-from ...common.letters import one_line
 from .. import export
 from . import ANSWERED, DO_NOT_USE
 from .options import Options, option

@@ -8,7 +8,7 @@ import tempfile
 import traceback
 from collections.abc import Sequence
 
-from ...common.letters import one_line
+from ...common.errors import one_line
 from ...common.versions import versions
 from . import INTERNAL_ERROR
 

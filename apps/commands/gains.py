@@ -46,15 +46,15 @@ class _Known(Options):
         help="one number for each --loaded: equal ones share a centre of mass (default: all one)",
     )
 
-    def load(self) -> estimation.gains.KnownLoad | list[estimation.gains.KnownLoad]:
+    def load(self) -> estimation.KnownLoad | list[estimation.KnownLoad]:
         """What is known of the payload, the same in all mountings or one for each."""
         if self.payload:
             self.refuse("mass_sigma", "belongs to --mass; in a payload's file it is the key mass_sigma")
-            return estimation.gains.read_known_load(self.payload)
+            return estimation.read_known_load(self.payload)
         assert self.mass is not None
         sigma = self.mass_sigma or 0.0
         if len(self.mass) == 1:
-            return estimation.gains.known_mass(self.mass[0], sigma)
+            return estimation.known_mass(self.mass[0], sigma)
         if len(self.mass) != len(self.loaded):
             raise InputError(
                 f"--mass holds {len(self.mass)} numbers for {len(self.loaded)} --loaded recordings: give "
@@ -68,7 +68,7 @@ class _Known(Options):
                     f"mounting {mounting} has masses of {masses[mounting]:g} and {mass:g} kg: give each weight a "
                     "number of its own (--mounting)"
                 )
-        return [estimation.gains.known_mass(mass, sigma) for mass in masses.values()]
+        return [estimation.known_mass(mass, sigma) for mass in masses.values()]
 
 
 class _Processing(ProcessingOptions):
@@ -86,9 +86,7 @@ def run(arm: RobotOptions, known: _Known, processing: _Processing, files: PageOp
     amperes = replace(setup, robot=plain, gains=(1.0,) * robot.n)
     unloaded, loaded = amperes.read(known.unloaded), amperes.read(known.loaded)
     with status("reading") as progress:
-        problem = estimation.gains.gain_problem(
-            robot, unloaded, loaded, setup.processing, progress, load, known.mounting
-        )
+        problem = estimation.gain_problem(robot, unloaded, loaded, setup.processing, progress, load, known.mounting)
         progress("estimating")
         gains = estimation.identify_gains(problem, load)
     files.show(report.gains_screen(gains, files.document))

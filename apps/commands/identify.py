@@ -84,7 +84,7 @@ class _Identify(Options):
         """What is asked for, or what the robot's file allows; tells where a mass is missing."""
         if self.constrained is not None:
             return self.constrained
-        if self.prior_mass is not None or self.prior_budget is not None or estimation.possible.has_prior(robot):
+        if self.prior_mass is not None or self.prior_budget is not None or estimation.has_prior(robot):
             return "prior"
         note(
             "single links are left open, for their mass is not known: --prior-mass KG (of the moving links) gives "
@@ -92,7 +92,7 @@ class _Identify(Options):
         )
         return "base"
 
-    def possible(self, result: estimation.Identification) -> estimation.possible.PossibleRobot | None:
+    def possible(self, result: estimation.Identification) -> estimation.PossibleRobot | None:
         """The robot that can exist, as asked for."""
         gauge = self.gauge(result.robot)
         if gauge == "none":
@@ -107,23 +107,23 @@ class _Identify(Options):
             note(f"no robot that can exist is given, and so no export: {error}; {_CLOSE}")
             return None
 
-    def _nearest_own_prior(self, result: estimation.Identification) -> estimation.possible.PossibleRobot:
+    def _nearest_own_prior(self, result: estimation.Identification) -> estimation.PossibleRobot:
         """By the robot's own file, unless its links cannot exist themselves, as links of CAD often cannot."""
         try:
-            estimation.possible.robot_prior(result.robot)
+            estimation.robot_prior(result.robot)
         except InputError as error:
             self.refuse("prior_budget", f"needs a prior: {error}")
             note(f"single links are left open: {error}, or --prior-mass KG (of the moving links)")
             return self._nearest(result)
         return self._nearest_prior(result)
 
-    def _nearest(self, result: estimation.Identification) -> estimation.possible.PossibleRobot:
-        return estimation.possible.solve_constrained_base(result.robot, result.base, result.estimate, self._mass())
+    def _nearest(self, result: estimation.Identification) -> estimation.PossibleRobot:
+        return estimation.solve_constrained_base(result.robot, result.base, result.estimate, self._mass())
 
-    def _nearest_prior(self, result: estimation.Identification) -> estimation.possible.PriorRobot:
-        budget = estimation.possible.BUDGET if self.prior_budget is None else self.prior_budget
-        prior = estimation.possible.robot_prior(result.robot, self.prior_mass)
-        return estimation.possible.solve_constrained_prior(
+    def _nearest_prior(self, result: estimation.Identification) -> estimation.PriorRobot:
+        budget = estimation.BUDGET if self.prior_budget is None else self.prior_budget
+        prior = estimation.robot_prior(result.robot, self.prior_mass)
+        return estimation.solve_constrained_prior(
             result.robot, result.base, result.estimate, prior, budget, self._mass()
         )
 
@@ -133,7 +133,7 @@ class _Identify(Options):
     def rollouts(
         self,
         result: estimation.Identification,
-        possible: estimation.possible.PossibleRobot | None,
+        possible: estimation.PossibleRobot | None,
         held_out: Sequence[model.Recording],
         processing: model.Processing,
         progress: Progress,
@@ -174,13 +174,13 @@ def run(
         return _page(result, possible, rollouts, provenance, len(held_out or recordings))
 
     files.write_page(page)
-    files.write_equations(lambda: estimation.answers.identification_system(result, recordings, setup.processing))
+    files.write_equations(lambda: estimation.identification_system(result, recordings, setup.processing))
     return answered(result.verdict.level)
 
 
 def _page(
     result: estimation.Identification,
-    possible: estimation.possible.PossibleRobot | None,
+    possible: estimation.PossibleRobot | None,
     rollouts: Sequence[rollouts.Rollout],
     provenance: report.Provenance,
     recorded: int,

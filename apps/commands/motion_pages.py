@@ -28,7 +28,7 @@ class Judged(NamedTuple):
     score: trajectories.Score
     motion: model.Motion
     design: trajectories.Design | None = None
-    floor: trajectories.design.Floor | None = None
+    floor: trajectories.Floor | None = None
     replay: trajectories.Score | None = None
     source: str | None = None
 

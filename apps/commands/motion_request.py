@@ -42,7 +42,7 @@ class Asked(NamedTuple):
         start: where it begins [rad or m], shape (n,).
     """
 
-    shape: trajectories.motions.Shape | None = None
+    shape: trajectories.Shape | None = None
     length: float | None = None
     longest: float | None = None
     start: Array | None = None

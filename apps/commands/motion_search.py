@@ -27,7 +27,7 @@ def best_motion(
     """
     with status("building") as progress:
 
-        def show(step: trajectories.design.Step) -> None:
+        def show(step: trajectories.Step) -> None:
             progress(f"{step.text}, {step.evaluations} evaluations{words(step.best)}")
 
         design = trajectories.solve_design(problem, seed=seed, starts=starts, progress=show)
@@ -47,7 +47,7 @@ def best_motion(
 
 def floor_of(
     problem: trajectories.DesignProblem, score: trajectories.Score, seed: int
-) -> trajectories.design.Floor | None:
+) -> trajectories.Floor | None:
     """The floor under a motion's criterion; None if it was interrupted, which costs no motion."""
     try:
         with status("estimating the floor"):

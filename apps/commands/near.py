@@ -57,7 +57,7 @@ def run(
     limited, loads = _torques(known, bounds, limits, options, payload)
     scene = limits.read_scene()
     problem = trajectories.build_design(robot, shape, goal, bounds=limited, loads=loads, scene=scene)
-    trajectories.design.check_held(problem, shape.poses)
+    trajectories.check_held(problem, shape.poses)
     design = best_motion(problem, options.seed, options.starts)
 
     def bearing(payloads: trajectories.PayloadSet) -> trajectories.DesignProblem:
@@ -80,7 +80,7 @@ def run(
 def _checked(visibility: PayloadVisibility, options: NearOptions, files: NearFiles) -> PayloadVisibility:
     """What joints show; refused, and what they show printed, where the mass is not in it."""
     try:
-        trajectories.design.check_mass_visible(visibility, options.mass_sigma is not None, "near this pose")
+        trajectories.check_mass_visible(visibility, options.mass_sigma is not None, "near this pose")
     except InputError:
         files.show(report.Screen([report.visibility_table(visibility)]))
         raise
@@ -93,7 +93,7 @@ def _ladder(
     design: trajectories.Design,
     goal: trajectories.NearGoal,
     bearing: Callable[[trajectories.PayloadSet], trajectories.DesignProblem],
-) -> tuple[trajectories.design.Rung, ...]:
+) -> tuple[trajectories.Rung, ...]:
     """Runs before the one at full speed where a ladder was asked for."""
     plan, robot = design.plan, design.problem.robot
     if not options.ladder:
@@ -101,7 +101,7 @@ def _ladder(
     assert isinstance(plan, trajectories.NearMotion)
     assert isinstance(payloads, trajectories.PayloadSet)
     with status("looking for the speeds of the ladder"):
-        return trajectories.design.speed_ladder(
+        return trajectories.speed_ladder(
             bearing,
             payloads,
             plan,
@@ -125,9 +125,9 @@ def _shape(
         shape.check(robot, bounds)
     if options.second_pose is None:
         visible = options.mass_sigma is not None or shape.visibility(robot).mass_visible
-        return shape, trajectories.design.second_pose(robot, shape, goal, bounds, seed) if visible else None
+        return shape, trajectories.second_pose(robot, shape, goal, bounds, seed) if visible else None
     if options.second_pose == "auto":
-        second = trajectories.design.second_pose(robot, shape, goal, bounds, seed)
+        second = trajectories.second_pose(robot, shape, goal, bounds, seed)
         if second is None:
             note("no second pose would tell much more: there is one pose only")
             return shape, None

@@ -143,10 +143,10 @@ class NearFiles(MotionFiles):
             )
 
 
-def _runs_before(path: str, ladder: tuple[trajectories.design.Rung, ...]) -> list[tuple[str, float]]:
+def _runs_before(path: str, ladder: tuple[trajectories.Rung, ...]) -> list[tuple[str, float]]:
     """File and speed of each run before the one at full speed."""
     if not ladder:
-        return [(path, trajectories.design.REHEARSAL)]
+        return [(path, trajectories.REHEARSAL)]
     first = Path(path)
     speeds = [rung.speed for rung in ladder if rung.speed < 1.0]
     return [(str(first.with_name(f"{first.stem}_{k}{first.suffix}")), speed) for k, speed in enumerate(speeds, 1)]

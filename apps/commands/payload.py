@@ -121,7 +121,7 @@ def run(
         return _page(answer, document, provenance, len(loaded) + len(held_out))
 
     show_payload(answer, setup, files, page)
-    files.write_equations(lambda: estimation.answers.payload_system(problem, loaded, unloaded, setup.processing))
+    files.write_equations(lambda: estimation.payload_system(problem, loaded, unloaded, setup.processing))
     view.write_view(lambda: views.view_of_answer(setup.robot, loaded[0], answer))
     return answered(answer.verdict.level)
 
@@ -131,9 +131,9 @@ def _answer(
     request: _Payload,
     setup: Setup,
     held_out: Sequence[model.Recording],
-    constraints: Sequence[estimation.possible.Constraint],
+    constraints: Sequence[estimation.Constraint],
     gains: estimation.Gains | None,
-    essential: estimation.fit.StopRule | None,
+    essential: estimation.StopRule | None,
 ) -> estimation.PayloadAnswer:
     """The payload by the methods asked for."""
     with constraints_solved():

@@ -13,7 +13,7 @@ import rich.progress
 from rich.console import Console
 from rich.progress import BarColumn, SpinnerColumn, TaskProgressColumn, TextColumn, TimeRemainingColumn
 
-from ...common.letters import one_line, printable
+from ...common.errors import one_line, printable
 from ...common.progress import Progress
 
 Manner = Literal["quiet", "plain", "verbose"]

@@ -48,7 +48,7 @@ def run(arm: RobotOptions, processing: FilterOptions, files: _Data) -> int:
         recordings = setup.read(_with_torques(files.data, setup) if poses else files.data)
         check = None
         if recordings:
-            check = estimation.diagnosis.rank_readings(robot, recordings, setup.processing, progress)
+            check = estimation.rank_readings(robot, recordings, setup.processing, progress)
     files.show(report.readings_screen(poses, check))
     files.write_json(
         lambda: report.documents.robot_check_document(
@@ -85,12 +85,10 @@ def _checked_poses(paths: Sequence[str], setup: Setup, progress: Progress) -> li
                 f"{poses.source}: the tool moves by less than {1e3 * _LEAST_MOVEMENT:g} mm: too little to check "
                 "the kinematics by; is the unit of its pose right?"
             )
-        check = estimation.diagnosis.check_pose(robot, poses.q, poses.positions, poses.rotations)
+        check = estimation.check_pose(robot, poses.q, poses.positions, poses.rotations)
         look = report.documents.PoseLook(poses.source, check)
         if not check.reproduced and not look.wrong_unit:
-            readings = estimation.diagnosis.rank_readings_by_pose(
-                robot, poses.q, poses.positions, poses.rotations, progress
-            )
+            readings = estimation.rank_readings_by_pose(robot, poses.q, poses.positions, poses.rotations, progress)
             look = look._replace(readings=readings)
         checked.append(look)
     return checked

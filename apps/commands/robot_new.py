@@ -148,7 +148,7 @@ def run(request: _Sheet) -> int:
         raise InputError(f"give {', '.join(missing)}, or --template for a file to fill in")
     robot, drawn_at = new_robot(request)
     out = Path(request.out or f"{robot.name}.toml")
-    _write(request, out, model.files.robot_toml(robot, request.source or ""))
+    _write(request, out, model.robot_toml(robot, request.source or ""))
     report.print_blocks(report.robot_description(robot))
     draw(robot, request.drawing or str(out.with_suffix(".svg")), drawn_at)
     print_lines(f"Written: {out}. Compare the drawing with the data sheet before you use it.")
@@ -187,7 +187,7 @@ def new_robot(sheet: _Sheet) -> tuple[model.Robot, tuple[float, ...]]:
     flange, name = _flange(sheet.flange or ""), sheet.name or ""
     drawn_at = _counted("--drawn-at", sheet.drawn_at, len(axes)) or (0.0,) * len(axes)
     axes = _limited(axes, sheet)
-    frames = model.files.modified_dh(axes, flange)
+    frames = model.modified_dh(axes, flange)
     x, y, z = (frames.base.R[:, 2] * -9.81 + 0.0).tolist()
     try:
         robot = model.Robot(
@@ -209,7 +209,7 @@ def new_robot(sheet: _Sheet) -> tuple[model.Robot, tuple[float, ...]]:
     return robot, drawn_at
 
 
-def _processing(axes: list[model.files.JointAxis]) -> model.Processing:
+def _processing(axes: list[model.JointAxis]) -> model.Processing:
     slow_speed = model.motion.usual_slow_speed([axis.kind == "revolute" for axis in axes])
     return model.Processing(cutoff=10.0, decimate=5, slow_speed=slow_speed)
 
@@ -221,7 +221,7 @@ def _shifted(joint: Any, q: float) -> Any:
     return replace(joint, r=round(joint.r - q, 12) + 0.0)
 
 
-def _limited(axes: list[model.files.JointAxis], sheet: _Sheet) -> list[model.files.JointAxis]:
+def _limited(axes: list[model.JointAxis], sheet: _Sheet) -> list[model.JointAxis]:
     """The axes with the limits that were given."""
     n = len(axes)
     speeds = _counted("--speeds", sheet.speeds, n) or (math.inf,) * n
@@ -252,14 +252,14 @@ def _counted(option: str, values: tuple[float, ...] | None, n: int) -> tuple[flo
     return values
 
 
-def _axis(text: str) -> model.files.JointAxis:
+def _axis(text: str) -> model.JointAxis:
 
     slides = text.replace(" ", "").endswith(",slide")
     try:
         axis, *origin = _parts(text, ",", 4 + slides)[:4]
         x, y, z = map(_real, origin)
         point = (x, y, z)
-        return model.files.JointAxis("prismatic" if slides else "revolute", _direction(axis), point)
+        return model.JointAxis("prismatic" if slides else "revolute", _direction(axis), point)
     except ValueError as error:
         raise InputError(f"--joint {text!r}: AXIS,X,Y,Z[,slide] is needed ({error})") from None
 

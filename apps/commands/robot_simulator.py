@@ -6,9 +6,8 @@ import sys
 from dataclasses import dataclass
 
 from ... import estimation, model
-from ...common.errors import InputError
+from ...common.errors import InputError, one_line
 from ...common.files import write_text
-from ...common.letters import one_line
 from ...common.schema import present
 from .. import export, results
 from ..export.simulators.whole_robot import stored_whole_robot
@@ -70,11 +69,11 @@ def run(name: str, arm: RobotOptions, bodies: _Bodies) -> int:
     return ANSWERED
 
 
-def _numbers(bodies: _Bodies, robot: model.Robot) -> tuple[estimation.possible.WholeRobot, tuple[str, ...]]:
+def _numbers(bodies: _Bodies, robot: model.Robot) -> tuple[estimation.WholeRobot, tuple[str, ...]]:
     """The robot with its numbers, and what speaks against using them."""
     if not bodies.robot_parameters:
         source = f"the description of {robot.name}, nothing identified"
-        return estimation.possible.whole_robot(robot, dict(robot.parameters), source), ()
+        return estimation.whole_robot(robot, dict(robot.parameters), source), ()
     (path,) = bodies.robot_parameters
     stored = results.read_stored_robot(path)
     whole = stored_whole_robot(robot, stored, path)

@@ -77,10 +77,10 @@ def _logged_motion(path: str, robot: model.Robot, log_map: str | None, cutoff: f
             if cutoff is not None:
                 raise InputError(f"{path}: has accelerations and is not filtered: leave --cutoff out")
             planned = model.Motion(table.t, table.q, table.qd, table.qdd)
-            return trajectories.motions.joined(planned, _PLANNED_RATE)
+            return trajectories.joined(planned, _PLANNED_RATE)
         recording = model.Recording(table.t, table.q, np.zeros_like(table.q), table.qd, path)
     processing = robot.processing if cutoff is None else replace(robot.processing, cutoff=cutoff)
-    return estimation.signals.measurement(recording, processing).motion
+    return estimation.measurement(recording, processing).motion
 
 
 def _mapped(path: str, robot: model.Robot, map_path: str) -> model.Recording:

@@ -13,8 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from ...common.errors import InputError
-from ...common.schema import TOML_BYTES, read_text
-from ...common.toml import toml_data
+from ...common.schema import TOML_BYTES, read_text, toml_data
 
 _OPTION = "--config"
 _HEAD = "# Options of a run, repeated by: dynident "

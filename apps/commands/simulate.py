@@ -97,7 +97,7 @@ def run(arm: RehearsedRobotOptions, request: _Simulate, view: ViewOptions) -> in
     tasks = [trajectories.Task(f"{name}_unloaded", reference) for name, reference in references.items()]
     if payload is not None:
         tasks += [trajectories.Task(f"{name}_loaded", reference, payload) for name, reference in references.items()]
-    controller = trajectories.simulation.CONTROLLERS[request.controller]
+    controller = trajectories.CONTROLLERS[request.controller]
     if request.sag is not None:
         if payload is None or controller.integral > 0.0:
             raise InputError("--sag: give --payload, and --controller proportional or gravity: another never sags")
@@ -121,9 +121,9 @@ def _shown(payload: model.InertialParameters | None) -> views.ShownPayload | Non
 
 def _references(
     robot: model.Robot, described: model.Robot, files: Sequence[str], seed: int
-) -> dict[str, trajectories.motions.Plan]:
+) -> dict[str, trajectories.Plan]:
     """What to run, by name; motions of files need only keep the limits of the description, not assumed ones."""
-    motions: dict[str, trajectories.motions.Plan] = {}
+    motions: dict[str, trajectories.Plan] = {}
     for file in files:
         name = Path(file).name.removesuffix(".gz").removesuffix(".csv")
         if name in motions:
@@ -134,40 +134,32 @@ def _references(
     if motions:
         return motions
     try:
-        return {
-            "random": trajectories.plan_point_to_point(
-                robot, trajectories.motions.random_points(robot, _POINTS, seed)
-            )
-        }
+        return {"random": trajectories.plan_point_to_point(robot, trajectories.random_points(robot, _POINTS, seed))}
     except ValueError as error:
         raise InputError(f"{error}: give --trajectory") from None
 
 
 def _disturbances(
-    robot: model.Robot, noise: str, references: Sequence[trajectories.motions.Plan]
+    robot: model.Robot, noise: str, references: Sequence[trajectories.Plan]
 ) -> trajectories.Disturbances:
 
     noise = noise or ("paper" if robot.name == "rx90" else str(_SHARE))
     if noise == "none":
-        return trajectories.simulation.no_disturbances(robot.n)
+        return trajectories.no_disturbances(robot.n)
     if noise in ("paper", "slow"):
         if robot.name != "rx90":
             raise InputError(f"--noise {noise} is the RX90's: give a share of the torque for {robot.name}")
-        return (
-            trajectories.simulation.RX90_DISTURBANCES
-            if noise == "paper"
-            else trajectories.simulation.RX90_SLOW_NOISE
-        )
+        return trajectories.RX90_DISTURBANCES if noise == "paper" else trajectories.RX90_SLOW_NOISE
     try:
         level = share(noise)
     except argparse.ArgumentTypeError:
         raise InputError(
             f"--noise {noise!r}: give none, paper, slow or a share of the torque such as 0.08"
         ) from None
-    return trajectories.simulation.relative_disturbances(root_mean_square(robot, references), level)
+    return trajectories.relative_disturbances(root_mean_square(robot, references), level)
 
 
-def root_mean_square(robot: model.Robot, references: Sequence[trajectories.motions.Plan]) -> Any:
+def root_mean_square(robot: model.Robot, references: Sequence[trajectories.Plan]) -> Any:
     """Root mean square torque of each joint [N·m or N], shape (n,)."""
     simulator, torques = trajectories.Simulator(robot), []
     for reference in references:

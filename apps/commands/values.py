@@ -25,7 +25,7 @@ def checked(value: _Value, good: bool, text: str, words: str) -> _Value:
 
 def method(text: str) -> str:
     """A method's number, from its number or its name."""
-    names = {name: str(number) for number, name in estimation.payload.METHOD_NAMES.items()}
+    names = {name: str(number) for number, name in estimation.METHOD_NAMES.items()}
     known = text in (*names, *names.values(), "all")
     return checked(names.get(text, text), known, text, f"one of {', '.join(names)}, 1 to 4, all")
 

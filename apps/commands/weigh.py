@@ -127,11 +127,11 @@ def _problems(
     robot, processing, problems = setup.robot, setup.processing, []
     if unloaded:
         problems.append(
-            estimation.payload.difference_weighing(robot, loaded, unloaded, processing, request.moving, progress)
+            estimation.difference_weighing(robot, loaded, unloaded, processing, request.moving, progress)
         )
     if stored is not None:
         problems.append(
-            estimation.payload.known_robot_weighing(
+            estimation.known_robot_weighing(
                 robot, loaded, stored.estimate, processing, request.moving, progress, request.change
             )
         )

@@ -14,7 +14,7 @@ from ...estimation.fit.estimate import Estimate
 from ...estimation.fit.least_squares import joint_weights, weighted
 from ...estimation.fit.linear_problem import LinearProblem
 from ...estimation.fit.robust import jackknifed
-from ...model.names import FRICTION, parameter_kind
+from ...model.drives import FRICTION, parameter_kind
 from ...model.regressors import payload_columns
 from .comparing import TINY, compared_sigma
 from .identity import Exchange, exchange_of

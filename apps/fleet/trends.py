@@ -12,7 +12,7 @@ from datetime import datetime
 import numpy as np
 
 from ...common.arrays import Array
-from ...model.names import parameter_kind
+from ...model.drives import parameter_kind
 from .comparing import TINY, Compared, side_by_side
 from .identity import Exchange, named
 from .nights import MASS, Arm, bodies_of

@@ -13,10 +13,10 @@ from ...estimation.diagnosis.finding import Finding, error, note, warning
 from ...estimation.diagnosis.verdict import robot_verdict
 from ...estimation.equations.equations import Equations
 from ...estimation.fit.least_squares import weighted
+from ...estimation.fit.own_equations import base_problem
 from ...estimation.gains.current_side import relative_scales
 from ...estimation.payload.problem import Source
-from ...estimation.robot.equations import base_problem
-from ...estimation.signals.measurements import measurement
+from ...estimation.signals.filtering import measurement
 from ...estimation.signals.plausibility import implausible, position_range, still_joints
 from ...estimation.signals.rows import moving_parts
 from ...model import Motion, Processing, Recording, Robot, base_parameters

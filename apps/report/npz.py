@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from ...common.files import write_bytes
-from ...estimation.answers import ObservationSystem
+from ...estimation.answers.system import ObservationSystem
 
 
 def write_npz(path: str | Path, system: ObservationSystem) -> None:

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from ...common.files import write_text
-from ...common.toml import toml_text
+from ...common.schema import toml_text
 from ...model import Recording
 from ...trajectories import Controller, Experiment
 

@@ -7,8 +7,7 @@ from typing import Any, Literal
 import numpy as np
 from msgspec import UNSET, UnsetType, field
 
-from ...common.schema import Document, Matrix, Vector, WrongKeyError, read_json
-from ...common.type_words import LARGEST
+from ...common.schema import LARGEST, Document, Matrix, Vector, WrongKeyError, read_json
 from .parts import (
     ActiveDocument,
     EliminationDocument,

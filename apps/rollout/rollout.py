@@ -17,8 +17,7 @@ from numpy.typing import NDArray
 from ...common.arrays import Array
 from ...common.errors import InputError
 from ...common.progress import Progress, each, silent
-from ...estimation.signals.filtering import lowpass, slopes
-from ...estimation.signals.measurements import measurement
+from ...estimation.signals.filtering import lowpass, measurement, slopes
 from ...estimation.signals.rows import least_speed
 from ...model import Processing, Recording, Robot, base_parameters
 from ...model.motion import Measurement

@@ -14,7 +14,7 @@ from ...model.frames import frames_at, step
 from ...model.many_states import point_at
 from ...model.stand_in import cylinder_radius
 from ...trajectories import DesignProblem, PayloadSet
-from ...trajectories.design import room_over_time, taught_over_time
+from ...trajectories.design.score import room_over_time, taught_over_time
 from .ground import ground_of
 from .meshes import looks_of
 from .shapes import Colour, Path, Shape, box, capsule, ellipsoid, inertia_axes, plane

@@ -13,8 +13,7 @@ from ..diagnosis.finding import Verdict
 from ..fit.drive_gains import Fingerprints
 from ..fit.estimate import Estimate, Fit
 from ..fit.robust import RobustCovariance
-from ..gains.known_load import KnownLoad, known_values
-from ..gains.mounting import Mountings
+from ..gains.known_load import KnownLoad, Mountings, known_values
 from ..payload.by_joints import ByJoints
 from ..payload.problem import PayloadProblem, Source
 from .prediction import DRAWN, TorquePrediction, payload_prediction

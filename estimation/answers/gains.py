@@ -20,8 +20,7 @@ from ..fit.robust import NORMAL95, RobustCovariance, jackknife
 from ..gains.current_side import CurrentFit
 from ..gains.known_load import KnownLoad
 from ..gains.possible import possible_gains
-from ..gains.problem import GainProblem, free_gains
-from ..gains.rests_on import gravity_acts, rests_on
+from ..gains.problem import GainProblem, free_gains, gravity_acts, rests_on
 from ..payload.by_joints import payload_over_time
 from ..payload.methods import identify_payload
 from ..payload.problem import PayloadProblem

@@ -16,9 +16,9 @@ from ..fit.essential import Elimination, StopRule, eliminate
 from ..fit.estimate import Estimate, Fit, fit
 from ..fit.least_squares import Excitation, excitation, weighted
 from ..fit.linear_problem import LinearProblem, gain_sensitivity
+from ..fit.own_equations import base_problem
 from ..fit.robust import RobustCovariance, jackknifed, naming_blocks
 from ..payload.problem import Source
-from ..robot.equations import base_problem
 from .elimination import impossible_robot
 from .prediction import DRAWN, TorquePrediction, robot_prediction
 

@@ -17,6 +17,7 @@ from ..fit.drive_gains import Gains
 from ..fit.essential import StopRule
 from ..fit.estimate import Fit, fit
 from ..fit.least_squares import weighted
+from ..fit.own_equations import base_problem
 from ..payload.by_joints import payload_over_time
 from ..payload.constrained import ConstrainedPayload, constrain_payload
 from ..payload.methods import METHODS, essential_combined, identify_payload, usable_methods
@@ -28,7 +29,6 @@ from ..payload.stand_in import StandIn
 from ..possible.cone import SolverError
 from ..possible.constraints import Constraint, KnownMass
 from ..possible.payload import POSSIBLE
-from ..robot.equations import base_problem
 from .elimination import elimination_warnings
 from .payload_answer import PayloadAnswer
 

@@ -12,7 +12,7 @@ from ..equations.observation import Observation
 from ..equations.observer import Observer
 from ..payload.equations import loaded_observer
 from ..payload.problem import PayloadProblem
-from ..signals.measurements import measurement
+from ..signals.filtering import measurement
 
 DRAWN = 3
 """Recordings of one kind that are predicted for drawings."""

@@ -11,10 +11,10 @@ from ...model import Processing, Recording
 from ..equations.equations import Equations
 from ..equations.observation import Observation
 from ..equations.observer import Observer
+from ..fit.own_equations import filtered
 from ..payload.equations import loaded_observer
 from ..payload.methods import combined, from_robot
 from ..payload.problem import PayloadProblem
-from ..robot.equations import filtered
 from .identification import Identification
 
 Integers = NDArray[np.int64]

@@ -18,7 +18,7 @@ from ...model import Robot
 from ...model.many_states import own_columns, regressor_at
 from ...model.regressors import payload_columns
 from ..equations.equations import PAYLOAD
-from ..fit.roles import Prior
+from ..fit.linear_problem import Prior
 from ..payload.result import frame_change
 from ..signals.rows import Mask
 from .states import BLOCKS, Index, States

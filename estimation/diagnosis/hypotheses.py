@@ -12,8 +12,8 @@ import numpy as np
 
 from ...common.arrays import Array
 from ...model import INERTIAL, Robot
+from ...model.drives import parameter_kind
 from ...model.many_states import point_at, regressor_at
-from ...model.names import parameter_kind
 from ...model.regressors import payload_columns
 from ..payload.result import frame_change
 from .engine import Effect, System

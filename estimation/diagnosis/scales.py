@@ -12,7 +12,7 @@ import numpy as np
 
 from ...common.arrays import Array
 from ...common.errors import InputError
-from ...model.names import FRICTION, parameter_kind
+from ...model.drives import FRICTION, parameter_kind
 from ..equations.equations import PAYLOAD, Equations
 from ..equations.leave_one_out import WithoutEach
 from ..gains.current_side import RelativeScales, relative_scales

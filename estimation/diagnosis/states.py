@@ -13,8 +13,7 @@ from ...common.arrays import Array
 from ...model import Processing, Recording
 from ...model.motion import Measurement
 from ..payload.problem import Source
-from ..signals.filtering import lowpass
-from ..signals.measurements import measurement
+from ..signals.filtering import lowpass, measurement
 from ..signals.rows import Mask, used_rows
 
 BLOCKS = 20

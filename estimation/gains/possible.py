@@ -13,8 +13,7 @@ import numpy as np
 from ...common.arrays import Array
 from ...common.errors import InputError
 from ...model import INERTIAL
-from ...model.drives import SPRING
-from ...model.names import parameter_kind
+from ...model.drives import SPRING, parameter_kind
 from ..equations.equations import PAYLOAD, Equations, triangular
 from ..possible.cone import ConeProgram, ConeSolution, SolverError, solve_cone
 from ..possible.robot_rules import POWERS, RobotRules, link_places, typical_length

@@ -9,9 +9,10 @@ from ...common.arrays import Array
 from ...common.errors import InputError
 from ...common.linear import least_squares
 from ...common.progress import Progress, silent
-from ...model import BaseParameters, Processing, Recording, Robot
-from ...model.drives import SPRING
-from ...model.names import parameter_kind
+from ...model import BaseParameters, Processing, Recording, Robot, standard_columns, standard_regressor
+from ...model.base.rank import random_states
+from ...model.drives import SPRING, parameter_kind
+from ...model.kernel.kernel import Kernel
 from ..equations.equations import Equations, merged
 from ..equations.leave_one_out import each
 from ..fit.drive_gains import Fingerprints, fingerprints
@@ -19,8 +20,7 @@ from ..payload.long_motion import payload_problem, with_friction
 from ..payload.problem import PayloadProblem, Source
 from ..payload.result import in_payload_frame
 from .current_side import CurrentFit, current_weights, gauss_newton
-from .known_load import KnownLoad, known_mass, known_values, payload_columns
-from .mounting import Mountings
+from .known_load import KnownLoad, Mountings, known_mass, known_values, payload_columns
 
 _SHOWN = 0.05  # of a joint's squared residual: what a payload that is there takes off at least
 _USUAL = 10.0  # N·m/A: the size of an arm's gains, so that checks of torques see torques; divided out again
@@ -290,3 +290,32 @@ def _without_blocks(
     except InputError as error:
         return (), 0.0, str(error)
     return tuple(groups), max(problem.loaded.block_length for problem in problems), ""
+
+
+def gravity_acts(robot: Robot) -> tuple[bool, ...]:
+    """Per motor, whether some mass of the robot or payload weighs on it in some pose."""
+    q, qd, _ = random_states(robot, 20, seed=0)
+    kernel = Kernel(standard_regressor(robot))
+    entries = kernel(q, 0.0 * qd, 0.0 * qd)
+    heavy = [parameter_kind(name) in ("MX", "MY", "MZ", "M") for name in standard_columns(robot)]
+    weights = np.zeros((len(heavy), 20, robot.n))
+    for row, column, values in zip(kernel.rows, kernel.columns, entries, strict=True):
+        weights[column, :, row] = values
+    flat = weights[heavy].reshape(-1, robot.n)
+    motors = robot.coupling.motor_torques(flat) if robot.coupling else flat
+    return tuple(bool(weight > 1e-9) for weight in np.abs(motors).max(axis=0))
+
+
+def rests_on(robot: Robot) -> tuple[str, ...]:
+    """Per motor, in words, which torques its gain rests on."""
+    words = [
+        "gravity and inertia" if gravity else "inertia only: no gravity acts on this joint"
+        for gravity in gravity_acts(robot)
+    ]
+    if robot.spring is not None:
+        words[robot.spring.joint - 1] += ", and the known spring"
+    if robot.coupling is not None:
+        j, k = robot.coupling.joints
+        words[j - 1] += f" (the torque of joint {j} less that of joint {k})"
+        words[k - 1] += f" (motor {k} turns with joints {j} and {k})"
+    return tuple(words)

@@ -16,8 +16,8 @@ from scipy.special import chdtrc
 from ...common.arrays import Array
 from ...common.linear import decomposed, least_squares, without
 from ...model import Processing, Robot, base_parameters
+from ...model.drives import parameter_kind
 from ...model.motion import Measurement
-from ...model.names import parameter_kind
 from ..equations.correlation import inflation
 from ..equations.elimination import Anchor
 from ..equations.equations import PAYLOAD, Equations, merged
@@ -25,7 +25,7 @@ from ..equations.observation import Observation
 from ..equations.observer import Observer
 from ..equations.reduction import reduced
 from ..fit.least_squares import joint_weights
-from ..fit.roles import Held, Known
+from ..fit.linear_problem import Held, Known
 from ..signals.rows import Mask
 
 FREE = "free "

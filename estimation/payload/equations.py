@@ -10,12 +10,11 @@ import numpy as np
 
 from ...common.arrays import Array
 from ...model import BaseParameters, Processing, Robot
+from ...model.drives import FRICTION, parameter_kind
 from ...model.motion import Measurement
-from ...model.names import FRICTION, parameter_kind
 from ...model.regressors import payload_columns
-from ..equations.equation_code import PATH
 from ..equations.equations import PAYLOAD, Equations
-from ..equations.observer import Observer, Used, used
+from ..equations.observer import PATH, Observer, Used, used
 from ..equations.reduction import Recorded, Residuals, recorded
 from ..equations.shared_torque import known_spring
 from ..fit.blocks import (

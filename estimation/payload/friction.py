@@ -6,10 +6,10 @@ mass. So it may change as far as friction of real arms does.
 
 from collections.abc import Mapping, Sequence
 
-from ...model.names import parameter_kind
+from ...model.drives import parameter_kind
 from ..equations.equations import Equations
 from ..fit.estimate import Estimate
-from ..fit.roles import Held
+from ..fit.linear_problem import Held
 
 FRICTION_CHANGE = 0.10
 """Standard deviation of Coulomb and viscous friction from one recording to another, as a share of it.

@@ -10,7 +10,7 @@ import numpy as np
 from ...common.arrays import Array
 from ...common.errors import InputError
 from ...common.linear import decomposed
-from ...model.names import FRICTION, parameter_kind
+from ...model.drives import FRICTION, parameter_kind
 from ...model.regressors import payload_columns
 from ..equations.equations import PAYLOAD, Equations
 from ..fit.drive_gains import motor_torques

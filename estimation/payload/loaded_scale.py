@@ -10,10 +10,9 @@ from typing import NamedTuple
 import numpy as np
 
 from ...common.arrays import Array
-from ...model.names import FRICTION, parameter_kind
+from ...model.drives import FRICTION, parameter_kind
 from ..equations.equations import PAYLOAD, Equations
-from ..fit.linear_problem import LinearProblem
-from ..fit.roles import Held, Known
+from ..fit.linear_problem import Held, Known, LinearProblem
 
 _SCALE = "scale under load"
 

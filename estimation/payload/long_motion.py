@@ -12,11 +12,10 @@ from ...model import INERTIAL, BaseParameters, Processing, Recording, Robot, bas
 from ...model.motion import Measurement
 from ...model.regressors import payload_columns
 from ..fit.estimate import Estimate
-from ..fit.roles import Held
-from ..robot.equations import check_lengths, check_moving, filtered
+from ..fit.linear_problem import Held
+from ..fit.own_equations import check_lengths, check_moving, filtered
 from ..signals.alignment import AlignedPair, best_aligned, check_mismatch
-from ..signals.filtering import grid_rate
-from ..signals.measurements import measurement
+from ..signals.filtering import grid_rate, measurement
 from ..signals.plausibility import check_apart, check_recordings
 from .equations import PairedMeasurement, payload_equations
 from .friction import FRICTION_CHANGE, friction_changes

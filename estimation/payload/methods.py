@@ -10,13 +10,12 @@ import numpy as np
 
 from ...common.arrays import Array
 from ...common.errors import InputError
-from ...model.names import FRICTION, parameter_kind
+from ...model.drives import FRICTION, parameter_kind
 from ..equations.equations import PAYLOAD, Equations
 from ..fit.essential import Elimination, StopRule, eliminate
 from ..fit.estimate import Estimate
-from ..fit.linear_problem import LinearProblem
+from ..fit.linear_problem import Held, Known, LinearProblem
 from ..fit.robust import FEW, RobustCovariance, jackknifed, naming_blocks
-from ..fit.roles import Held, Known
 from ..possible.constraints import KnownMass
 from .friction import with_changes
 from .from_change import from_change

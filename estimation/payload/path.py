@@ -11,10 +11,10 @@ from collections.abc import Sequence
 import numpy as np
 
 from ...common.arrays import Array
-from ...model.names import FRICTION, parameter_kind
-from ..equations.equation_code import PATH
+from ...model.drives import FRICTION, parameter_kind
 from ..equations.equations import Equations
-from ..fit.roles import Known
+from ..equations.observer import PATH
+from ..fit.linear_problem import Known
 
 _UNSURE = 0.25
 """Share of the correction that may be wrong (1 sigma)."""

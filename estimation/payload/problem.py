@@ -14,8 +14,7 @@ from ..equations.leave_one_out import WithoutEach
 from ..fit.estimate import Estimate, error_model
 from ..fit.least_squares import weighted
 from ..fit.left_out import left_out
-from ..fit.linear_problem import gain_sensitivity
-from ..fit.roles import Held, Known, Prior
+from ..fit.linear_problem import Held, Known, Prior, gain_sensitivity
 from ..signals.alignment import AlignedPair
 from .loaded_scale import LoadedScale
 from .short_motion import ShortMotion

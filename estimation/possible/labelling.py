@@ -6,9 +6,9 @@ import numpy as np
 
 from ...common.arrays import Array
 from ...model import INERTIAL, BaseParameters, InertialParameters, Robot
+from ...model.drives import parameter_kind
 from ...model.frames import bodies_in_link_frames
 from ...model.inertia import gradients
-from ...model.names import parameter_kind
 from ..fit.estimate import Estimate, error_model
 from .labelled import BODY_NUMBERS, DRIVE_NUMBERS, SIGNED, Labelled, LinkNumbers, WholeRobot
 from .origin import origins_of

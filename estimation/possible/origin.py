@@ -10,7 +10,7 @@ import numpy as np
 from ...common.arrays import Array
 from ...common.linear import decomposed
 from ...model import BaseParameters, Robot
-from ...model.names import parameter_kind
+from ...model.drives import parameter_kind
 from .robot_rules import POWERS, typical_length
 
 _ROUNDING = 1e-9

@@ -7,7 +7,7 @@ import numpy as np
 
 from ...common.arrays import Array
 from ...model import INERTIAL, BaseParameters, Coupling, Robot
-from ...model.names import parameter_kind
+from ...model.drives import parameter_kind
 from ..fit.estimate import Estimate
 from .constraints import MassBounds
 

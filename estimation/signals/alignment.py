@@ -7,9 +7,8 @@ import numpy as np
 
 from ...common.arrays import Array
 from ...common.errors import InputError
-from ...common.interpolation import MonotoneCubic
 from ...model import Recording
-from .filtering import on_grid, resampled
+from .filtering import MonotoneCubic, on_grid, resampled
 
 _NEIGHBOURS = 3  # samples beside an interval that decide its cubic
 _FINE = 50  # steps per sample in the search for the best lag

@@ -1,15 +1,57 @@
-"""Signal processing: uneven time to even, Butterworth, central differences."""
+"""Recordings made even in time and filtered, once for all questions: Butterworth, central differences."""
 
 import math
+from typing import NamedTuple
+from weakref import finalize
 
 import numpy as np
 
 from ...common.arrays import Array
 from ...common.errors import InputError
-from ...common.interpolation import MonotoneCubic
 from ...common.recursion import butterworth, filtered
 from ...model import Motion, Processing, Recording
 from ...model.motion import Measurement
+
+
+class MonotoneCubic:
+    """Interpolates values between rising times without overshoot (PCHIP: Fritsch & Butland, 1984)."""
+
+    def __init__(self, t: Array, values: Array) -> None:
+        """Take values (N, k) at rising times (N,), N of at least 2."""
+        step, self._t, self._values = np.diff(t)[:, None], t, values
+        rise = np.diff(values, axis=0) / step
+        self._slopes = np.empty(values.shape)
+        if len(t) == 2:
+            self._slopes[:] = rise
+            return
+        before, after = 2.0 * step[1:] + step[:-1], step[1:] + 2.0 * step[:-1]
+        with np.errstate(divide="ignore", invalid="ignore"):  # where the sense changes, the slope is zero anyway
+            mean = (before + after) / (before / rise[:-1] + after / rise[1:])
+        self._slopes[1:-1] = np.where(rise[:-1] * rise[1:] > 0.0, mean, 0.0)
+        self._slopes[0] = _at_end(step[0], step[1], rise[0], rise[1])
+        self._slopes[-1] = _at_end(step[-1], step[-2], rise[-1], rise[-2])
+
+    def __call__(self, times: Array) -> Array:
+        """Values at some times (M,), shape (M, k); nan before the first and after the last."""
+        t, values, slopes = self._t, self._values, self._slopes
+        k = np.clip(np.searchsorted(t, times, side="right") - 1, 0, len(t) - 2)
+        step = (t[k + 1] - t[k])[:, None]
+        share = (times - t[k])[:, None] / step
+        rise = values[k + 1] - values[k]
+        first, last = step * slopes[k], step * slopes[k + 1]
+        bent = 3.0 * rise - 2.0 * first - last + share * (first + last - 2.0 * rise)
+        result: Array = values[k] + share * (first + share * bent)
+        result[(times < t[0]) | (times > t[-1])] = np.nan
+        return result
+
+
+def _at_end(step: Array, further: Array, rise: Array, beyond: Array) -> Array:
+    """Slope at an end, from the two intervals beside it: never against the first, never three times as steep."""
+    slope = ((2.0 * step + further) * rise - step * beyond) / (step + further)
+    slope = np.where(slope * rise > 0.0, slope, 0.0)
+    steep = (rise * beyond < 0.0) & (np.abs(slope) > 3.0 * np.abs(rise))
+    return np.where(steep, 3.0 * rise, slope)
+
 
 _ORDER = 4  # of the Butterworth filter on positions and speeds
 _MOST_OVERSAMPLING = 1.25  # of the mean recorded rate: interpolated samples are not measurements
@@ -157,3 +199,27 @@ def _forward_and_backward(signals: Array, cutoff: float) -> Array:
 def slopes(values: Array, step: float) -> Array:
     """Central differences of values (N, k) that are ``step`` [s] apart, one-sided at the ends."""
     return np.asarray(np.gradient(values, step, axis=0))
+
+
+class _Asked(NamedTuple):
+    """A recording by its identity, and the settings that the filter knows of."""
+
+    recording: int
+    rate: float | None
+    cutoff: float | None
+
+
+_made: dict[_Asked, Measurement] = {}
+
+
+def measurement(recording: Recording, processing: Processing) -> Measurement:
+    """The recording even in time and filtered, as ``measured`` makes it; remembered as long as the recording lives.
+
+    Raises:
+        InputError: as ``measured``.
+    """
+    key = _Asked(id(recording), grid_rate(recording, processing), processing.cutoff)
+    if key not in _made:
+        _made[key] = measured(recording, processing)
+        finalize(recording, _made.pop, key, None)
+    return _made[key]

@@ -11,7 +11,7 @@ ESSENTIAL_BOUND = 0.10
 def robust_joint(problem: estimation.PayloadProblem) -> estimation.Estimate:
     """Robot and payload by method 4, all base parameters."""
     every = problem.loaded.columns
-    return estimation.payload.with_robust(problem, lambda part: estimation.payload.selected(part, every))[0]
+    return estimation.with_robust(problem, lambda part: estimation.selected(part, every))[0]
 
 
 def essential_joint(problem: estimation.PayloadProblem) -> estimation.Estimate:
@@ -20,13 +20,13 @@ def essential_joint(problem: estimation.PayloadProblem) -> estimation.Estimate:
     By the bound on the relative standard deviations, the other of the paper's two rules: here the rule of 1.02
     also cancels moments of the payload that are known to 3 %, and others take their place.
     """
-    names = estimation.payload.essential_combined(problem, estimation.SigmaBound(ESSENTIAL_BOUND)).essential
-    return estimation.payload.with_robust(problem, lambda part: estimation.payload.selected(part, names))[0]
+    names = estimation.essential_combined(problem, estimation.SigmaBound(ESSENTIAL_BOUND)).essential
+    return estimation.with_robust(problem, lambda part: estimation.selected(part, names))[0]
 
 
 def true_values(experiment: trajectories.Experiment, problem: estimation.PayloadProblem) -> dict[str, float]:
     """Base parameters and payload of the simulated robot, by name."""
-    friction = trajectories.simulation.mean_friction(experiment.runs[:-2])
+    friction = trajectories.mean_friction(experiment.runs[:-2])
     base = problem.base.value(dict(experiment.robot.parameters) | friction)
     payload = experiment.runs[1].task.payload
     assert payload is not None

@@ -137,7 +137,7 @@ def outcome_of(experiment: trajectories.Experiment, robot: bool = True) -> Outco
             estimation.PAYLOAD, _of(truth, estimation.PAYLOAD), payload.body.vector, low, high, payload.sigma
         )
         answers[f"method {payload.method}, constrained"] = body
-    alone = estimation.fit.weighted(problem.unloaded).fit
+    alone = estimation.weighted(problem.unloaded).fit
     return Outcome(
         answers,
         alone.relative,

@@ -21,9 +21,11 @@ from dynident.apps.commands.values import positive, share, whole
 from dynident.apps.report import Cell, Notes, Spread, Table, columns, print_blocks, residual_text
 from dynident.common.progress import Progress
 from dynident.estimation import PAYLOAD as TEN
-from dynident.estimation import Estimate, Identification, PayloadAnswer, answer_payload, identify, payload, signals
-from dynident.estimation.fit import Fit, fit
-from dynident.estimation.payload import PayloadEstimate
+from dynident.estimation import Estimate, Identification, PayloadAnswer, answer_payload, identify
+from dynident.estimation.fit.estimate import Fit, fit
+from dynident.estimation.payload.equations import payload_equations
+from dynident.estimation.payload.result import PayloadEstimate
+from dynident.estimation.signals.filtering import measurement
 from dynident.model import INERTIAL
 from dynident.trajectories import Experiment
 
@@ -192,8 +194,8 @@ def compared(experiment: Experiment, progress: Progress) -> list[Table | Notes]:
     alone = identify(robot, used, validation=[bare], progress=progress, robust=True)
     answer = answer_payload(problem, held_out=[bare])
     joint, essential = robust_joint(problem), essential_joint(problem)
-    measured = signals.measurement(loaded, robot.processing)
-    rows = payload.payload_equations(robot, problem.base, [measured], [], [], robot.processing, blocks=False).loaded
+    measured = measurement(loaded, robot.processing)
+    rows = payload_equations(robot, problem.base, [measured], [], [], robot.processing, blocks=False).loaded
     return [
         *table1(answer, paper),
         table2(joint, essential, true_values(experiment, problem), paper),

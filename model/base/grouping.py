@@ -21,7 +21,7 @@ smallest case is two orthogonal prismatic joints, the second horizontal. With jo
 
 M1, IA1, M2 and IA2 have three combinations only: M1R = M1 - IA2, IA1 and M2R = M2 + IA2.
 
-The rules hold for any non-zero gravity; local_transfers.py covers zero gravity. Coupled drives are outside both.
+The rules hold for any non-zero gravity and for drives that are not coupled; rank.py covers the rest.
 The geometry is taken as exact: from the angles that are snapped to a multiple of 90 degrees (1e-4 rad) up to
 about 3e-3 rad from one, effects of the angle squared can be too small for QR to see.
 """
@@ -96,8 +96,7 @@ def moves(robot: Robot) -> list[Move]:
     """
     if not any(robot.gravity):
         raise InputError(
-            f"robot {robot.name!r} has no gravity, which the closed-form rules need: "
-            "use base_parameters or local_transfer_base_parameters"
+            f"robot {robot.name!r} has no gravity, which the closed-form rules need: use base_parameters"
         )
     chain = chain_at_zero(robot)
     regroupings: list[Move] = []

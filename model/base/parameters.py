@@ -1,12 +1,15 @@
-"""Base parameters: what the torques determine, and how standard parameters are grouped in it."""
+"""Base parameters: what the torques determine, how standard parameters are grouped in it, their regressors (13)."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
+import casadi as ca
 import numpy as np
 
 from ...common.arrays import Array, frozen_array
+from ..regressors import regressor
+from ..robot import Robot
 
 _ROUNDING = 1e-10
 """A smaller factor in a grouping is rounding."""
@@ -28,7 +31,7 @@ class BaseParameters:
     standard: tuple[str, ...]
     chosen: tuple[int, ...]
     grouping: Array
-    decided_by: Literal["closed form", "local transfers", "QR"] = "QR"
+    decided_by: Literal["closed form", "QR"] = "QR"
     expressions: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
@@ -105,3 +108,20 @@ class BaseParameters:
         With the last link's ten it is the map from a payload to base parameters behind (25)-(28).
         """
         return self.grouping[:, [self.standard.index(name) for name in columns]]
+
+
+def base_regressor(robot: Robot, base: BaseParameters) -> ca.Function:
+    """``base_regressor(q, qd, qdd) -> Phi``, n x N_b, columns as ``base.columns`` (13)."""
+    return regressor(robot, base.columns, "base_regressor")
+
+
+def essential_regressor(robot: Robot, base: BaseParameters, names: Sequence[str]) -> ca.Function:
+    """``essential_regressor(q, qd, qdd) -> Phi``, n x ``len(names)``: some columns of the base regressor.
+
+    Raises:
+        KeyError: for a name that is not in ``base.columns``.
+    """
+    for name in names:
+        if name not in base.columns:
+            raise KeyError(f"{name!r} is not a base parameter of robot {robot.name!r}")
+    return regressor(robot, names, "essential_regressor")

@@ -7,8 +7,7 @@ from importlib import resources
 from pathlib import Path
 
 from ...common.errors import InputError
-from ...common.schema import TOML_BYTES, given, naming, read_text, toml_table
-from ...common.toml import toml_text
+from ...common.schema import TOML_BYTES, given, naming, read_text, toml_table, toml_text
 from ..robot import Robot
 from .chain import load_urdf
 from .robot_table import RobotTable

@@ -1,10 +1,6 @@
 """Evaluates a scalar CasADi function on many samples at once.
 
 program.py reads CasADi's own operation list, numpy_path.py runs it over blocks of samples, c_path.py writes
-it as C that works on several samples per instruction, cache.py compiles that once and keeps it. c_scalar.py
-writes the same list as readable C for a single sample.
+it as C that works on several samples per instruction, or as readable C for a single one; cache.py compiles
+once and keeps it.
 """
-
-from ...common.lazy import attach
-
-__getattr__, __dir__, __all__ = attach(__name__, __file__)

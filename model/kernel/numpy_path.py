@@ -6,8 +6,7 @@ from typing import Any
 import numpy as np
 
 from ...common.arrays import Array
-from .operations import OPERATIONS
-from .program import Program
+from .program import OPERATIONS, Program
 
 BLOCK = 4096
 """Samples per block: the working set stays in the processor's cache."""

@@ -8,7 +8,7 @@ import numpy as np
 from dynident.apps import fleet
 from dynident.apps.logs.read import read_recording
 from dynident.estimation import identify
-from dynident.estimation.fit import weighted
+from dynident.estimation.fit.least_squares import weighted
 from dynident.model import load_robot
 from dynident.tests.fleet.drawing import drawn, noise_of
 

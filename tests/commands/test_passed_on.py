@@ -14,7 +14,7 @@ from dynident.apps.report.sections.near import ladder_tables
 from dynident.cli import _parser, main
 from dynident.common.errors import InputError
 from dynident.trajectories import NearMotion, PayloadSet
-from dynident.trajectories.design import Rung
+from dynident.trajectories.design.whole_run import Rung
 
 ROBOT = model.load_robot("rx90")
 SETUP = Setup(ROBOT, ROBOT.processing, (2.0,) * 6, None, LogMap())

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from dynident.estimation import Estimate
-from dynident.estimation.fit import Fit
+from dynident.estimation.fit.estimate import Fit
 from dynident.examples.paper.repetition import Answer, Repetition, answer_of
 
 

@@ -11,7 +11,7 @@ from dynident.apps.logs import ToolColumns, read_tool_poses
 from dynident.apps.logs.map import LogMap, read_log_map
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError
-from dynident.estimation.diagnosis import check_pose
+from dynident.estimation.diagnosis.kinematics import check_pose
 from dynident.model import Pose, Recording, Robot, load_robot
 from dynident.model.frames import frames_at
 from dynident.tests.commands.runs import Run, runner

@@ -7,10 +7,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from dynident.estimation.possible import origins
+from dynident.estimation.possible.origin import origins
 from dynident.model import INERTIAL, base_parameters, load_robot
+from dynident.model.drives import parameter_kind
 from dynident.model.files.robot_file import robot_toml
-from dynident.model.names import parameter_kind
 from dynident.tests.commands.runs import Run
 from dynident.tests.commands.test_robot import write_csv
 from dynident.trajectories import Simulator, random_via_points

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from dynident.common.arrays import Array
-from dynident.common.interpolation import MonotoneCubic
+from dynident.estimation.signals.filtering import MonotoneCubic
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.interpolate import PchipInterpolator

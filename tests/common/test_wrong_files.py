@@ -18,9 +18,8 @@ from dynident.apps.results import (
 )
 from dynident.cli import main
 from dynident.common.errors import InputError
-from dynident.common.schema import Table, json_text
-from dynident.common.toml import toml_text
-from dynident.estimation.gains import KnownLoad, read_known_load
+from dynident.common.schema import Table, json_text, toml_text
+from dynident.estimation.gains.known_load import KnownLoad, read_known_load
 from dynident.model import load_robot, read_payload
 from dynident.model.files import payload_file
 from dynident.model.files.robot_table import RobotTable
@@ -30,7 +29,7 @@ from dynident.tests.report import made
 from dynident.tests.report.written import written
 from dynident.tests.trajectories.test_scene_file import WHOLE
 from dynident.trajectories import read_scene
-from dynident.trajectories.design import Scene
+from dynident.trajectories.design.scene import Scene
 
 MAP = """
 title = "a log"

@@ -3,8 +3,8 @@
 import numpy as np
 from dynident.common.arrays import Array
 from dynident.estimation import PAYLOAD, CentreOfMassInBox, Estimate, InEllipsoid, KnownMass, MassBounds
-from dynident.estimation.fit import Fit
-from dynident.estimation.possible import Constraint, InHull
+from dynident.estimation.fit.estimate import Fit
+from dynident.estimation.possible.constraints import Constraint, InHull
 from dynident.examples.paper.printed import Printed, paper_tables
 from dynident.model import Processing
 

@@ -5,7 +5,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 from dynident.common.errors import InputError
-from dynident.estimation.signals import aligned
+from dynident.estimation.signals.alignment import aligned
 from dynident.model import Motion, Recording
 
 

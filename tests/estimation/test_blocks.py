@@ -5,11 +5,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from dynident.common.arrays import Array
-from dynident.estimation.equations import Observation, Observer, merged, reduced
 from dynident.estimation.equations.correlation import autocorrelation_time
-from dynident.estimation.fit import jackknife, weighted
+from dynident.estimation.equations.equations import merged
+from dynident.estimation.equations.observation import Observation
+from dynident.estimation.equations.observer import Observer
+from dynident.estimation.equations.reduction import reduced
 from dynident.estimation.fit.blocks import block_edges, cut_pieces
-from dynident.estimation.payload import PairedMeasurement
+from dynident.estimation.fit.least_squares import weighted
+from dynident.estimation.fit.robust import jackknife
+from dynident.estimation.payload.equations import PairedMeasurement
 from dynident.model import base_parameters
 from dynident.tests.estimation.wandering import SETTINGS, block_length, cut, same_equations
 from dynident.tests.estimation.wandering import pair as pair

@@ -7,10 +7,9 @@ import pytest
 from dynident.benchmarks import invented
 from dynident.common.errors import InputError
 from dynident.estimation import PAYLOAD, PayloadProblem, answer_payload, identify_payload, payload_problem
-from dynident.estimation.equations import Equations
-from dynident.estimation.fit import weighted
-from dynident.estimation.payload import ByJoints, payload_by_joints, payload_over_time
-from dynident.estimation.payload.by_joints import joint_groups
+from dynident.estimation.equations.equations import Equations
+from dynident.estimation.fit.least_squares import weighted
+from dynident.estimation.payload.by_joints import ByJoints, joint_groups, payload_by_joints, payload_over_time
 from dynident.tests.estimation import mistakes
 
 

@@ -20,8 +20,9 @@ from dynident.estimation import (
     payload_problem,
     solve_constrained,
 )
-from dynident.estimation.equations import merged
-from dynident.estimation.payload import combined, payload_equations
+from dynident.estimation.equations.equations import merged
+from dynident.estimation.payload.equations import payload_equations
+from dynident.estimation.payload.methods import combined
 from dynident.estimation.possible.cone import ConeProgram, solve_cone
 from dynident.model import InertialParameters, base_parameters, load_robot
 from dynident.model.motion import Measurement

@@ -11,10 +11,10 @@ from dynident.apps.logs.read import read_recording
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError
 from dynident.estimation import Estimate, PossibleBody, identify
-from dynident.estimation.fit import Fit
-from dynident.estimation.possible import solve_constrained_base
+from dynident.estimation.fit.estimate import Fit
 from dynident.estimation.possible.cone import ConeProgram, solve_cone
 from dynident.estimation.possible.constraints import PSEUDO_INERTIA
+from dynident.estimation.possible.robot import solve_constrained_base
 from dynident.model import INERTIAL, BaseParameters, InertialParameters, Robot, base_parameters, load_robot
 
 NOTHING = Fit(np.ones(1), np.ones(1), (1,))

@@ -14,7 +14,7 @@ from dynident.estimation import (
     build_constrained,
     solve_constrained,
 )
-from dynident.estimation.possible import Constraint
+from dynident.estimation.possible.constraints import Constraint
 from dynident.tests.estimation.estimates import SETS, TABLES, random_estimate
 
 

@@ -22,10 +22,10 @@ from dynident.estimation import (
     payload_problem,
     solve_constrained,
 )
-from dynident.estimation.fit import error_model
+from dynident.estimation.fit.estimate import error_model
 from dynident.estimation.payload.constrained import constrain_payload
-from dynident.estimation.possible import Constraint
 from dynident.estimation.possible import payload as possible_payload
+from dynident.estimation.possible.constraints import Constraint
 from dynident.model import InertialParameters, Motion, load_robot
 from dynident.trajectories import Simulator
 

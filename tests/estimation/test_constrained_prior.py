@@ -12,20 +12,21 @@ from dynident.apps.logs.read import read_recording
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError
 from dynident.estimation import Estimate, MassBounds, PossibleBody, identify
-from dynident.estimation.equations import Observer, reduced_measurement
-from dynident.estimation.fit import Fit, weighted
-from dynident.estimation.possible import (
+from dynident.estimation.equations.observer import Observer
+from dynident.estimation.equations.reduction import reduced_measurement
+from dynident.estimation.fit.estimate import Fit
+from dynident.estimation.fit.least_squares import weighted
+from dynident.estimation.possible.constraints import PSEUDO_INERTIA
+from dynident.estimation.possible.origin import hidden_directions, origins
+from dynident.estimation.possible.prior import (
     PriorRobot,
     RobotPrior,
     cylinder_prior,
     has_prior,
-    hidden_directions,
-    origins,
     robot_prior,
-    solve_constrained_base,
     solve_constrained_prior,
 )
-from dynident.estimation.possible.constraints import PSEUDO_INERTIA
+from dynident.estimation.possible.robot import solve_constrained_base
 from dynident.model import (
     INERTIAL,
     BaseParameters,

@@ -7,7 +7,7 @@ import pytest
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError
 from dynident.estimation import CentreOfMassInBox, InEllipsoid, KnownMass, MassBounds, PossibleBody
-from dynident.estimation.possible import Constraint, InHull
+from dynident.estimation.possible.constraints import Constraint, InHull
 from dynident.model import InertialParameters
 from dynident.model.inertia import ten_parameters
 

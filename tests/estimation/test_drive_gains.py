@@ -10,12 +10,14 @@ from dynident.common.arrays import Array
 from dynident.common.errors import InputError
 from dynident.estimation import Estimate, Gains, PayloadProblem, identify, identify_payload, payload_problem
 from dynident.estimation.equations.equations import PAYLOAD, Equations, merged
-from dynident.estimation.fit import weighted
 from dynident.estimation.fit.estimate import error_model
+from dynident.estimation.fit.least_squares import weighted
 from dynident.estimation.fit.linear_problem import gain_sensitivity
-from dynident.estimation.payload import PayloadEstimate, constrain_payload, difference_weighing
+from dynident.estimation.fit.own_equations import base_problem
+from dynident.estimation.payload.constrained import constrain_payload
 from dynident.estimation.payload.methods import method_of
-from dynident.estimation.robot.equations import base_problem
+from dynident.estimation.payload.result import PayloadEstimate
+from dynident.estimation.payload.weighing import difference_weighing
 from dynident.model import InertialParameters, Motion, Processing, Recording, Robot, Spring, base_parameters
 from dynident.tests.estimation.payload.recordings import short
 from dynident.trajectories import Simulator

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from dynident.common.errors import InputError
 from dynident.estimation import identify_payload, payload_problem
-from dynident.estimation.signals import measurement
+from dynident.estimation.signals.filtering import measurement
 from dynident.model import InertialParameters, Motion, Processing, Recording, load_robot
 from dynident.trajectories import Simulator
 

@@ -19,9 +19,11 @@ from dynident.estimation import (
     identify,
     payload_problem,
 )
-from dynident.estimation.answers import impossible_payload, impossible_robot
-from dynident.estimation.equations import Equations
-from dynident.estimation.fit import Elimination, EliminationPath, Fit, StopRule, eliminate, weighted
+from dynident.estimation.answers.elimination import impossible_payload, impossible_robot
+from dynident.estimation.equations.equations import Equations
+from dynident.estimation.fit.essential import Elimination, EliminationPath, StopRule, eliminate
+from dynident.estimation.fit.estimate import Fit
+from dynident.estimation.fit.least_squares import weighted
 from dynident.model import INERTIAL, InertialParameters, Robot, load_robot
 from dynident.trajectories import RX90_NOISE, Simulator, random_via_points
 
@@ -115,7 +117,8 @@ def test_rules_that_mean_nothing(rule: Callable[[], StopRule]) -> None:
 
 def test_data_without_noise(rx90: Robot) -> None:
     """No division by zero, and nothing that the torques show is eliminated."""
-    from dynident.estimation.equations import Observer, reduced_measurement
+    from dynident.estimation.equations.observer import Observer
+    from dynident.estimation.equations.reduction import reduced_measurement
     from dynident.model import Processing, base_parameters
 
     base = base_parameters(rx90)

@@ -5,9 +5,10 @@ import pytest
 from dynident.apps.commands.demo.setup import PAYLOAD as PAPER_PAYLOAD
 from dynident.common.arrays import Array
 from dynident.estimation import PAYLOAD, answer_payload, payload_problem
-from dynident.estimation.equations import Equations, Observer
-from dynident.estimation.fit import excitation, weighted
-from dynident.estimation.signals import measurement
+from dynident.estimation.equations.equations import Equations
+from dynident.estimation.equations.observer import Observer
+from dynident.estimation.fit.least_squares import excitation, weighted
+from dynident.estimation.signals.filtering import measurement
 from dynident.model import Processing, base_parameters, load_robot
 from dynident.trajectories import RX90_NOISE, Simulator, random_via_points
 

@@ -3,9 +3,8 @@
 import numpy as np
 import pytest
 from dynident.common.errors import InputError
-from dynident.estimation.signals import decimated, measurement, noise_bandwidth, resampled
-from dynident.estimation.signals.decimation import Decimator
-from dynident.estimation.signals.filtering import lowpass, on_grid, slopes
+from dynident.estimation.signals.decimation import Decimator, decimated, noise_bandwidth
+from dynident.estimation.signals.filtering import lowpass, measurement, on_grid, resampled, slopes
 from dynident.model import Processing, Recording
 from hypothesis import given, settings
 from hypothesis import strategies as st

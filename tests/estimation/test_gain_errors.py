@@ -12,8 +12,8 @@ from dynident.apps.results.stored import read_stored_robot
 from dynident.common.schema import write_json
 from dynident.estimation import Estimate, Gains, identify, identify_payload, payload_problem
 from dynident.estimation.fit.estimate import error_model
-from dynident.estimation.payload import constrain_payload
-from dynident.estimation.possible import solve_constrained_base
+from dynident.estimation.payload.constrained import constrain_payload
+from dynident.estimation.possible.robot import solve_constrained_base
 from dynident.model import InertialParameters, Motion, Processing, Recording, Robot, load_robot
 from dynident.trajectories import Simulator
 from numpy.typing import NDArray

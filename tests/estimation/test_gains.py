@@ -13,9 +13,8 @@ from dynident.apps.results import read_stored_gains
 from dynident.common.errors import InputError
 from dynident.common.schema import write_json
 from dynident.estimation import PAYLOAD, identify_gains
-from dynident.estimation.gains import GainProblem, KnownLoad, gain_problem, known_mass, read_known_load
-from dynident.estimation.gains.problem import free_gains
-from dynident.estimation.gains.rests_on import gravity_acts
+from dynident.estimation.gains.known_load import KnownLoad, known_mass, read_known_load
+from dynident.estimation.gains.problem import GainProblem, free_gains, gain_problem, gravity_acts
 from dynident.model import InertialParameters, Motion, Processing, Recording, load_robot
 from dynident.trajectories import Simulator
 

@@ -9,10 +9,10 @@ import pytest
 from dynident.apps.logs.read import read_recording
 from dynident.common.arrays import Array
 from dynident.estimation import Gains, PayloadProblem, identify_gains, identify_payload, payload_problem
-from dynident.estimation.fit import weighted
-from dynident.estimation.gains import gain_problem, known_mass
-from dynident.estimation.gains.rests_on import gravity_acts, rests_on
-from dynident.estimation.payload import constrain_payload
+from dynident.estimation.fit.least_squares import weighted
+from dynident.estimation.gains.known_load import known_mass
+from dynident.estimation.gains.problem import gain_problem, gravity_acts, rests_on
+from dynident.estimation.payload.constrained import constrain_payload
 from dynident.estimation.payload.methods import method_of
 from dynident.model import InertialParameters, Motion, Processing, Recording, Robot, Spring, load_robot
 from dynident.trajectories import Simulator

@@ -8,8 +8,8 @@ import pytest
 from dynident.apps.results import read_information, recorded_noise
 from dynident.common.errors import InputError
 from dynident.estimation import PAYLOAD
-from dynident.estimation.equations import Equations
-from dynident.estimation.fit import weighted
+from dynident.estimation.equations.equations import Equations
+from dynident.estimation.fit.least_squares import weighted
 
 COLUMNS = ("A", "B", "C")
 

@@ -18,10 +18,9 @@ from dynident.estimation import (
     MassBounds,
     solve_constrained,
 )
-from dynident.estimation.fit import Fit
-from dynident.estimation.possible import Constraint, Intervals, profile_intervals
-from dynident.estimation.possible.constraints import PSEUDO_INERTIA
-from dynident.estimation.possible.intervals import WIDENING
+from dynident.estimation.fit.estimate import Fit
+from dynident.estimation.possible.constraints import PSEUDO_INERTIA, Constraint
+from dynident.estimation.possible.intervals import WIDENING, Intervals, profile_intervals
 from dynident.model import InertialParameters
 
 NOTHING = Fit(np.ones(1), np.ones(1), (1,))

@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from dynident.common.arrays import Array
-from dynident.estimation.equations import Equations
-from dynident.estimation.fit import Held, Known, LinearProblem
+from dynident.estimation.equations.equations import Equations
+from dynident.estimation.fit.linear_problem import Held, Known, LinearProblem
 
 NAMES = ("A", "B", "C", "D")
 TRUTH = np.array([1.0, -2.0, 0.5, 3.0])

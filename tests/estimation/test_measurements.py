@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from dynident.estimation.signals import measurement, measurements
-from dynident.estimation.signals.filtering import measured
+from dynident.estimation.signals import filtering
+from dynident.estimation.signals.filtering import measured, measurement
 from dynident.model import Motion, Processing, Recording
 
 SETTINGS = Processing(rate=100.0, cutoff=8.0)
@@ -26,7 +26,7 @@ def test_each_recording_is_filtered_once(recordings: list[Recording], monkeypatc
         filtered.append(recording.source)
         return measured(recording, processing)
 
-    monkeypatch.setattr("dynident.estimation.signals.measurements.measured", counted)
+    monkeypatch.setattr("dynident.estimation.signals.filtering.measured", counted)
     first, second = (measurement(recording, SETTINGS) for recording in recordings)
     assert measurement(recordings[0], SETTINGS) is first
     assert measurement(recordings[1], replace(SETTINGS, decimate=2)) is second
@@ -42,11 +42,11 @@ def test_other_settings_filter_anew(recordings: list[Recording]) -> None:
 
 def test_what_is_made_of_a_recording_goes_with_it(recordings: list[Recording]) -> None:
     gc.collect()
-    before = len(measurements._made)
+    before = len(filtering._made)
     for recording in recordings:
         measurement(recording, SETTINGS)
-    assert len(measurements._made) == before + 2
+    assert len(filtering._made) == before + 2
     del recording
     recordings.clear()
     gc.collect()
-    assert len(measurements._made) <= before
+    assert len(filtering._made) <= before

@@ -9,7 +9,8 @@ import pytest
 from dynident.apps.report.sections.gain_errors import gain_error_notes
 from dynident.apps.report.sections.recommended import recommended_notes
 from dynident.estimation import Gains, KnownMass, PayloadAnswer, PossibleBody, answer_payload, payload_problem
-from dynident.estimation.payload import difference_weighing, frame_change
+from dynident.estimation.payload.result import frame_change
+from dynident.estimation.payload.weighing import difference_weighing
 from dynident.model import Drives, InertialParameters, Motion, Pose, Robot, mounted, standard_columns, with_tool
 from dynident.model.frames import MOUNTS
 from dynident.tests.estimation.payload.recordings import LOAD, NOISE, near

@@ -8,8 +8,10 @@ import pytest
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError
 from dynident.estimation import PAYLOAD, Estimate, PayloadProblem, identify_payload, payload_problem
-from dynident.estimation.fit import weighted
-from dynident.estimation.payload import PairedMeasurement, combined, payload_equations, payload_map, usable_methods
+from dynident.estimation.fit.least_squares import weighted
+from dynident.estimation.payload.equations import PairedMeasurement, payload_equations
+from dynident.estimation.payload.from_change import payload_map
+from dynident.estimation.payload.methods import combined, usable_methods
 from dynident.model import InertialParameters, Joint, Motion, Processing, Recording, Robot, Spring, base_parameters
 from dynident.model.motion import Measurement
 from dynident.trajectories import Simulator

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from dynident.common.errors import InputError
 from dynident.estimation import identify
-from dynident.estimation.robot.equations import hidden_by
+from dynident.estimation.fit.own_equations import hidden_by
 from dynident.estimation.signals.plausibility import check_apart, check_recordings, still_joints
 from dynident.model import Motion, Recording, Robot, base_parameters, load_robot
 from dynident.trajectories import Simulator

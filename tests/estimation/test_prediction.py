@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from dynident.apps.commands.demo.setup import PAYLOAD
 from dynident.estimation import answer_payload, identify, payload_problem
-from dynident.estimation.answers import robot_prediction
+from dynident.estimation.answers.prediction import robot_prediction
 from dynident.estimation.equations.correlation import autocorrelation
-from dynident.estimation.fit import fit
-from dynident.estimation.robot.equations import base_problem
+from dynident.estimation.fit.estimate import fit
+from dynident.estimation.fit.own_equations import base_problem
 from dynident.model import Recording, load_robot
 from dynident.trajectories import RX90_NOISE, Simulator, random_via_points
 

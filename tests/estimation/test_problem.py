@@ -7,11 +7,13 @@ import pytest
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError
 from dynident.common.linear import RANK_TOLERANCE
-from dynident.estimation.equations import Equations, Observation, merged, reduced
 from dynident.estimation.equations.conditioning import check_rank
-from dynident.estimation.fit import fit, ordinary, weighted
+from dynident.estimation.equations.equations import Equations, merged
+from dynident.estimation.equations.observation import Observation
+from dynident.estimation.equations.reduction import reduced
 from dynident.estimation.fit.essential import eliminate
-from dynident.estimation.fit.least_squares import joint_weights
+from dynident.estimation.fit.estimate import fit
+from dynident.estimation.fit.least_squares import joint_weights, ordinary, weighted
 from hypothesis import given, settings
 from hypothesis import strategies as st
 

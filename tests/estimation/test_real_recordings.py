@@ -73,8 +73,8 @@ def test_ur10e_robot(ur10e_robot: Identification) -> None:
 
 def test_ur10e_stiction_shows_on_point_to_point_motion(recordings: Path, ur10e_robot: Identification) -> None:
     """Joint 6 often rests there: its friction is not that of sliding."""
-    from dynident.estimation.fit import fit
-    from dynident.estimation.robot import base_problem
+    from dynident.estimation.fit.estimate import fit
+    from dynident.estimation.fit.own_equations import base_problem
 
     robot = load_robot("ur10e")
     recording = ur10e_recording(recordings, "validation_point_to_point")

@@ -10,8 +10,10 @@ import pytest
 from dynident.apps.logs.read import read_recording
 from dynident.common.errors import InputError
 from dynident.estimation import PayloadProblem, identify, identify_payload, payload_problem
-from dynident.estimation.fit import RobustCovariance, jackknife, weighted
-from dynident.estimation.payload import METHODS, PairedMeasurement, payload_equations, usable_methods
+from dynident.estimation.fit.least_squares import weighted
+from dynident.estimation.fit.robust import RobustCovariance, jackknife
+from dynident.estimation.payload.equations import PairedMeasurement, payload_equations
+from dynident.estimation.payload.methods import METHODS, usable_methods
 from dynident.model import InertialParameters, base_parameters, load_robot
 from dynident.tests.estimation.wandering import SETTINGS, Wander, later, noisy, rows_out, same_equations
 from dynident.tests.estimation.wandering import pair as pair

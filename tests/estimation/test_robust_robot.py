@@ -14,13 +14,17 @@ from dynident.common.arrays import Array
 from dynident.common.errors import InputError
 from dynident.common.schema import write_json
 from dynident.estimation import Identification, identify
-from dynident.estimation.answers import impossible_robot
-from dynident.estimation.equations import Observation, Observer, merged, reduced
-from dynident.estimation.fit import weighted
+from dynident.estimation.answers.elimination import impossible_robot
+from dynident.estimation.equations.equations import merged
+from dynident.estimation.equations.observation import Observation
+from dynident.estimation.equations.observer import Observer
+from dynident.estimation.equations.reduction import reduced
 from dynident.estimation.fit.blocks import block_edges, in_blocks, left_over, length_by_residuals
 from dynident.estimation.fit.estimate import error_model
-from dynident.estimation.possible import robot_prior, solve_constrained_base, solve_constrained_prior
-from dynident.estimation.signals import measurement
+from dynident.estimation.fit.least_squares import weighted
+from dynident.estimation.possible.prior import robot_prior, solve_constrained_prior
+from dynident.estimation.possible.robot import solve_constrained_base
+from dynident.estimation.signals.filtering import measurement
 from dynident.model import Recording, load_robot
 from dynident.tests.report.written import written
 from dynident.trajectories import RX90_NOISE, Simulator, random_via_points

@@ -8,9 +8,9 @@ import pytest
 from dynident.apps.report.npz import write_npz
 from dynident.common.arrays import Array
 from dynident.estimation import identify, identify_payload, payload_problem
-from dynident.estimation.answers import identification_system, payload_system
-from dynident.estimation.equations import Equations
-from dynident.estimation.payload import combined
+from dynident.estimation.answers.system import identification_system, payload_system
+from dynident.estimation.equations.equations import Equations
+from dynident.estimation.payload.methods import combined
 from dynident.model import InertialParameters, Motion, Processing, Recording, load_robot
 from dynident.trajectories import Simulator
 

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from dynident.apps.logs.read import read_recording
 from dynident.estimation import Gains, PayloadAnswer, answer_payload
-from dynident.estimation.payload import difference_weighing
-from dynident.estimation.signals import aligned
+from dynident.estimation.payload.weighing import difference_weighing
+from dynident.estimation.signals.alignment import aligned
 from dynident.model import Recording, load_robot
 
 MASS = 2.805  # kg, weighed

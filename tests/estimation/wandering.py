@@ -5,9 +5,11 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 from dynident.common.arrays import Array
-from dynident.estimation.equations import Equations, Observation, merged, reduced
+from dynident.estimation.equations.equations import Equations, merged
+from dynident.estimation.equations.observation import Observation
+from dynident.estimation.equations.reduction import reduced
 from dynident.estimation.fit.blocks import in_blocks, left_over, length_by_residuals
-from dynident.estimation.payload import PairedMeasurement
+from dynident.estimation.payload.equations import PairedMeasurement
 from dynident.model import InertialParameters, Motion, Processing, load_robot
 from dynident.model.motion import Measurement
 from dynident.trajectories import Simulator

@@ -14,7 +14,7 @@ from dynident.apps.report.documents import fleet_document
 from dynident.apps.report.provenance import Provenance, now
 from dynident.common.errors import InputError
 from dynident.estimation import identify
-from dynident.estimation.fit import weighted
+from dynident.estimation.fit.least_squares import weighted
 from dynident.model import load_robot
 from dynident.model.regressors import payload_columns
 from dynident.tests.fleet.drawing import drawn, noise_of

@@ -8,7 +8,7 @@ import pinocchio as pin
 import pytest
 from dynident.common.errors import InputError
 from dynident.model import Pose, Robot, mounted, with_gravity, with_tool
-from dynident.model.files import JointAxis, modified_dh
+from dynident.model.files.reframe import JointAxis, modified_dh
 from dynident.model.frames import bodies_in_link_frames
 
 RPY = [(0.3, -0.7, 2.0), (0.0, math.pi / 2, 0.0), (0.4, -math.pi / 2, 1.1), (math.pi, 0.0, math.pi / 2)]

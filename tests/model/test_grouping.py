@@ -15,11 +15,11 @@ from dynident.model import (
     base_parameters,
     closed_form_base_parameters,
     load_robot,
-    local_transfer_base_parameters,
     standard_regressor,
 )
 from dynident.model.base.parameters import BaseParameters
 from dynident.model.base.rank import random_states
+from dynident.tests.model.local_transfers import local_transfer_base_parameters
 from dynident.tests.model.plain_regressor import plain_regressor
 from dynident.tests.model.random_robots import random_robot, small_robots
 from dynident.tests.model.three_ways import Comparison, compare
@@ -122,7 +122,7 @@ def test_without_gravity() -> None:
     for seed in range(40):
         robot = replace(random_robot(seed), gravity=(0.0, 0.0, 0.0))
         check(compare(robot))
-        with pytest.raises(InputError, match="local_transfer_base_parameters"):
+        with pytest.raises(InputError, match="use base_parameters"):
             closed_form_base_parameters(robot)
 
 
@@ -161,7 +161,6 @@ def test_coupled_drives_are_decided_by_rank(name: str) -> None:
     assert base.decided_by == "QR"
     assert base.names == base_parameters(robot).names
     assert closed_form_base_parameters(serial(name)).decided_by == "closed form"
-    assert local_transfer_base_parameters(serial(name)).decided_by == "local transfers"
     with pytest.raises(InputError, match="coupled drives"):
         local_transfer_base_parameters(robot)
 

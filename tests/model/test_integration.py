@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from dynident.common.arrays import Array
 from dynident.model.integration import Stepper, runge_kutta
-from dynident.model.kernel import Kernel
+from dynident.model.kernel.kernel import Kernel
 
 STEPS, RUNS = 7, 11
 

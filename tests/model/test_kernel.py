@@ -10,11 +10,10 @@ import casadi as ca
 import numpy as np
 import pytest
 from dynident.common.arrays import Array
-from dynident.model.kernel import Kernel
 from dynident.model.kernel.c_path import CPath
+from dynident.model.kernel.kernel import Kernel
 from dynident.model.kernel.numpy_path import NumpyPath
-from dynident.model.kernel.operations import OPERATIONS
-from dynident.model.kernel.program import Program, Step, read_program
+from dynident.model.kernel.program import OPERATIONS, Program, Step, read_program
 
 TWO_ARGUMENTS = {
     *("ADD", "SUB", "MUL", "DIV", "ATAN2", "FMIN", "FMAX", "POW", "CONSTPOW"),
@@ -220,7 +219,7 @@ def test_compiled_code_leaves_the_process_alone() -> None:
     """Loading a kernel must not switch the process to flush-to-zero."""
     code = (
         "import casadi as ca, numpy as np\n"
-        "from dynident.model.kernel import Kernel\n"
+        "from dynident.model.kernel.kernel import Kernel\n"
         "x = ca.SX.sym('x')\n"
         "Kernel(ca.Function('f', [x], [ca.sin(x)]))(np.zeros((9, 1)))\n"
         "assert np.array([1e-300])[0] * np.array([1e-10])[0] == 1e-310 != 0.0\n"

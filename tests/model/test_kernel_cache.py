@@ -21,7 +21,7 @@ SCRIPT = """
 import sys, time
 from pathlib import Path
 import casadi as ca, numpy as np
-from dynident.model.kernel import Kernel
+from dynident.model.kernel.kernel import Kernel
 if len(sys.argv) > 1:
     Path(sys.argv[1], f"ready{sys.argv[2]}").touch()
     while not Path(sys.argv[1], "go").exists():

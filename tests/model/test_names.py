@@ -6,9 +6,9 @@ from xml.etree import ElementTree
 
 import pytest
 from dynident.common.errors import InputError
-from dynident.common.toml import toml_text
+from dynident.common.schema import toml_text
 from dynident.model import Robot, load_robot
-from dynident.model.files import robot_toml
+from dynident.model.files.robot_file import robot_toml
 
 SEEN = ("[/x] [bold]", "<b>&\"'</b>-->", "Ünï 日本 \U0001f916", "a/b\\c", "*/ x", "%s{}", "-x", '"""', "x" * 3000)
 UNSEEN = ("", "  ", "a\x00", "a\x01b", "a\x1b[31mb", "a\x07", "a\rb", "a\x7f", "a\x9bb")

@@ -22,7 +22,7 @@ from dynident.model import (
     with_stand_in,
     with_tool,
 )
-from dynident.model.files import robot_toml
+from dynident.model.files.robot_file import robot_toml
 from dynident.model.stand_in import rehearsed
 from dynident.tests.reference.chains import CHAINS, Chain
 from scipy.spatial.transform import Rotation

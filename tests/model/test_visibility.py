@@ -8,7 +8,7 @@ from dynident.common.arrays import Array
 from dynident.common.errors import InputError
 from dynident.model import INERTIAL, InertialParameters, Robot, load_robot, payload_regressor
 from dynident.model.inertia import payload_spread
-from dynident.model.kernel import Kernel
+from dynident.model.kernel.kernel import Kernel
 from dynident.model.visibility import payload_visibility, visibility_of
 
 POSES = {"ur10e": (0.0, -60.0, 90.0, -110.0, -80.0, 10.0), "rx90": (0.0, -45.0, 90.0, 10.0, 45.0, 0.0)}

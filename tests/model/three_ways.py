@@ -6,10 +6,11 @@ from typing import NamedTuple
 import numpy as np
 from dynident.common.arrays import Array
 from dynident.common.linear import RANK_TOLERANCE
-from dynident.model import Robot, closed_form_base_parameters, local_transfer_base_parameters, standard_columns
+from dynident.model import Robot, closed_form_base_parameters, standard_columns
 from dynident.model.base.grouping import moves
 from dynident.model.base.parameters import BaseParameters
 from dynident.model.base.rank import STATES_PER_JOINT, base_parameters_of, left_residuals, random_states
+from dynident.tests.model.local_transfers import local_transfer_base_parameters
 from dynident.tests.model.plain_regressor import plain_regressor
 
 

@@ -10,8 +10,9 @@ from dynident.apps.report.documents import free_estimate
 from dynident.apps.report.sections.payload import payload_table, sigma_notes
 from dynident.common.schema import write_json
 from dynident.estimation import PAYLOAD, Estimate
-from dynident.estimation.fit import Fit, RobustCovariance
-from dynident.estimation.payload import PayloadEstimate
+from dynident.estimation.fit.estimate import Fit
+from dynident.estimation.fit.robust import RobustCovariance
+from dynident.estimation.payload.result import PayloadEstimate
 from dynident.tests.report.written import written
 
 

@@ -14,7 +14,7 @@ from dynident.estimation import Verdict
 from dynident.estimation.diagnosis.evidence import Evidence
 from dynident.estimation.diagnosis.finding import error
 from dynident.estimation.diagnosis.verdict import judge
-from dynident.estimation.payload import RIPPLE_CHANCE
+from dynident.estimation.payload.ripple import RIPPLE_CHANCE
 from dynident.model import INERTIAL, Processing
 from dynident.tests.report import made
 from dynident.tests.report.every_key import (

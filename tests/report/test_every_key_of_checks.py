@@ -8,7 +8,7 @@ import numpy as np
 from dynident.apps.logs.fits import RobotFit, RobotFits
 from dynident.apps.logs.log_check import Excited, JointFacts, TimeFacts
 from dynident.apps.report import documents
-from dynident.estimation.diagnosis import Finding
+from dynident.estimation.diagnosis.finding import Finding
 from dynident.tests.report import made
 from dynident.tests.report.every_key import same
 

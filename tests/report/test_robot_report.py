@@ -10,8 +10,10 @@ from dynident.apps.report.figures.essential import essential_figure
 from dynident.apps.report.sections.essential import elimination_notes
 from dynident.apps.report.sections.robot import constrained_notes, standard_table
 from dynident.estimation import Estimate, SigmaBound, SigmaRatio
-from dynident.estimation.fit import Elimination, EliminationPath, Fit, StopRule
-from dynident.estimation.possible import robot_prior, solve_constrained_base, solve_constrained_prior
+from dynident.estimation.fit.essential import Elimination, EliminationPath, StopRule
+from dynident.estimation.fit.estimate import Fit
+from dynident.estimation.possible.prior import robot_prior, solve_constrained_prior
+from dynident.estimation.possible.robot import solve_constrained_base
 from dynident.model import base_parameters, load_robot
 from dynident.tests.report.written import names_below_of, written
 

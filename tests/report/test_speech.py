@@ -15,10 +15,9 @@ from dynident.apps.report.render.terminal import COLUMNS, LINES
 from dynident.common.errors import InputError
 from dynident.common.speech import Speaks
 from dynident.estimation import PayloadAnswer
-from dynident.estimation.answers import DriveGains
-from dynident.estimation.fit import Fit
-from dynident.estimation.fit.estimate import Estimate
-from dynident.estimation.gains import known_mass
+from dynident.estimation.answers.drive_gains import DriveGains
+from dynident.estimation.fit.estimate import Estimate, Fit
+from dynident.estimation.gains.known_load import known_mass
 from dynident.model import Recording, Robot
 from dynident.trajectories import RX90_NOISE, random_via_points
 

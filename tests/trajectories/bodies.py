@@ -5,10 +5,10 @@ from typing import Any
 import numpy as np
 from dynident.common.arrays import Array
 from dynident.model import Motion, Robot, payload_regressor
-from dynident.model.kernel import Kernel
+from dynident.model.kernel.kernel import Kernel
 from dynident.trajectories import PayloadSet
 from dynident.trajectories.design.payloads import points
-from dynident.trajectories.simulation import parameter_vector
+from dynident.trajectories.simulation.simulator import parameter_vector
 
 
 def dense(function: Any, *states: Array) -> Array:

@@ -21,8 +21,10 @@ from dynident.model.dynamics import dry_friction_names, smooth_dry_friction
 from dynident.model.integration import SMOOTHING
 from dynident.model.motion import Measurement
 from dynident.trajectories import Controller, PointToPoint, SampledTrajectory, Simulator, plan_point_to_point
-from dynident.trajectories.motions import random_points
-from dynident.trajectories.simulation import CONTROLLERS, ClosedLoop, Ripple, Task
+from dynident.trajectories.motions.free_points import random_points
+from dynident.trajectories.simulation.closed_loop import ClosedLoop, Task
+from dynident.trajectories.simulation.controller import CONTROLLERS
+from dynident.trajectories.simulation.integrator import Ripple
 
 WAVES = (8, 36)  # as in the demo: the code is compiled once for all tests
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from dynident.common.arrays import Array
 from dynident.model import INERTIAL, InertialParameters, Robot, inverse_dynamics
-from dynident.model.kernel import Kernel
+from dynident.model.kernel.kernel import Kernel
 from dynident.tests.trajectories.design_problems import (
     BOUNDS,
     FEW,
@@ -35,10 +35,11 @@ from dynident.trajectories import (
     score_motion,
     solve_design,
 )
-from dynident.trajectories.design import Step, floor_under
+from dynident.trajectories.design.floor import floor_under
+from dynident.trajectories.design.search import Step
 from dynident.trajectories.design.settle import Multipliers
-from dynident.trajectories.motions import Samples
-from dynident.trajectories.simulation import parameter_vector
+from dynident.trajectories.motions.samples import Samples
+from dynident.trajectories.simulation.simulator import parameter_vector
 
 
 @pytest.mark.parametrize("fixed", [pytest.param(None, marks=pytest.mark.long), 1.25])

@@ -8,7 +8,7 @@ import pytest
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError
 from dynident.model import INERTIAL, Robot, inverse_dynamics
-from dynident.model.kernel import Kernel
+from dynident.model.kernel.kernel import Kernel
 from dynident.tests.conftest import CROOKED
 from dynident.tests.trajectories.design_problems import (
     BOUNDS,
@@ -23,7 +23,7 @@ from dynident.tests.trajectories.design_problems import (
 from dynident.trajectories import Earlier, FourierShape, Goal, JointBounds, Loads, ViaPointShape, build_design
 from dynident.trajectories.design.criterion import Kind
 from dynident.trajectories.design.settle import Multipliers
-from dynident.trajectories.simulation import parameter_vector
+from dynident.trajectories.simulation.simulator import parameter_vector
 
 
 def derivative(function: object, x: Array, direction: Array, step: float = 2e-4) -> float:

@@ -6,15 +6,17 @@ import numpy as np
 import pytest
 from dynident.model import Motion, load_robot
 from dynident.trajectories import Disturbances, Experiment, Task, plan_point_to_point, run_experiment
-from dynident.trajectories.motions import random_points
-from dynident.trajectories.simulation import (
+from dynident.trajectories.motions.free_points import random_points
+from dynident.trajectories.simulation.disturbances import (
     RX90_DISTURBANCES,
     RX90_SLOW_NOISE,
-    mean_friction,
+    draw_friction,
+    draw_robot_errors,
     no_disturbances,
+    record,
     relative_disturbances,
 )
-from dynident.trajectories.simulation.disturbances import draw_friction, draw_robot_errors, record
+from dynident.trajectories.simulation.experiment import mean_friction
 
 RX90 = load_robot("rx90")
 T = np.arange(200_000) / 250.0

@@ -15,8 +15,7 @@ from dynident.trajectories import (
     ViaPointShape,
 )
 from dynident.trajectories.design.floor import FreeStates
-from dynident.trajectories.motions import Samples, Shape
-from dynident.trajectories.motions.samples import Family
+from dynident.trajectories.motions.samples import Family, Samples, Shape
 from dynident.trajectories.motions.via_points import FreeViaPoints
 
 ROBOT = load_robot("rx90")

@@ -23,9 +23,10 @@ from dynident.trajectories import (
     build_design,
     solve_design,
 )
-from dynident.trajectories.design import Capsule, HalfSpace, check_held, holding_torques, load_torques
 from dynident.trajectories.design.limits import Limit, State
 from dynident.trajectories.design.payloads import points
+from dynident.trajectories.design.scene import Capsule, HalfSpace
+from dynident.trajectories.design.score import check_held, holding_torques, load_torques
 from dynident.trajectories.motions.samples import Samples
 from scipy.optimize import minimize
 

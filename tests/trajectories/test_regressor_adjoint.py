@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 from dynident.model import Robot, base_parameters, load_robot, regressor
-from dynident.model.base import random_states
+from dynident.model.base.rank import random_states
 from dynident.model.regressors import smooth_regressor
 from dynident.tests.conftest import CROOKED, SCARA
 from dynident.trajectories.design.information import SPRING, RegressorKernel, regressor_kernel
-from dynident.trajectories.motions import Samples
+from dynident.trajectories.motions.samples import Samples
 
 ROBOTS = {robot.name: robot for robot in (load_robot("rx90"), CROOKED, SCARA)}
 

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 from dynident.common.errors import InputError
 from dynident.trajectories import Scene, read_scene
-from dynident.trajectories.design import Capsule, HalfSpace
+from dynident.trajectories.design.scene import Capsule, HalfSpace
 
 WHOLE = """
 clearance = 0.02

@@ -9,10 +9,9 @@ from dynident.tests.selection import cases
 from dynident.tests.trajectories.bodies import drawn_bodies, drawn_shares, worst_shares
 from dynident.tests.trajectories.safe_runs import RATE, Case, held_case
 from dynident.trajectories import NearMotion, solve_design
-from dynident.trajectories.design import REHEARSAL, holding_torques
 from dynident.trajectories.design.limits import LimitCheck, State
-from dynident.trajectories.design.score import FINER, checks_of_run, score_samples
-from dynident.trajectories.design.whole_run import harder, kept_throughout
+from dynident.trajectories.design.score import FINER, checks_of_run, holding_torques, score_samples
+from dynident.trajectories.design.whole_run import REHEARSAL, harder, kept_throughout
 from dynident.trajectories.motions.samples import Samples
 
 KINDS = ("ur10e", "panda", "rx90")

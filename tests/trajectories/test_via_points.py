@@ -5,8 +5,8 @@ import pytest
 from dynident.common.errors import InputError
 from dynident.model import Joint, Robot, load_robot
 from dynident.trajectories import Task, ViaPoints, random_via_points, run_experiment
-from dynident.trajectories.motions import shortest_durations
-from dynident.trajectories.simulation import no_disturbances
+from dynident.trajectories.motions.via_points import shortest_durations
+from dynident.trajectories.simulation.disturbances import no_disturbances
 from hypothesis import given, settings
 from hypothesis import strategies as st
 

@@ -18,10 +18,9 @@ from dynident.trajectories import (
     build_design,
     score_motion,
 )
-from dynident.trajectories.design import holding_torques, missed_on_run
-from dynident.trajectories.design.score import FINER, score_samples
+from dynident.trajectories.design.score import FINER, holding_torques, score_samples
 from dynident.trajectories.design.settle import drawn_back
-from dynident.trajectories.design.whole_run import REHEARSAL, harder, kept_throughout
+from dynident.trajectories.design.whole_run import REHEARSAL, harder, kept_throughout, missed_on_run
 from dynident.trajectories.motions.samples import Plan
 
 ARM = stand_in.rehearsed(load_robot("ur10e"))

@@ -7,7 +7,3 @@ Example:
     >>> design = solve_design(problem, seed=1)
     >>> motion = design.motion(rate=250.0)
 """
-
-from ...common.lazy import attach
-
-__getattr__, __dir__, __all__ = attach(__name__, __file__)

@@ -12,7 +12,7 @@ import numpy as np
 from ...common.arrays import Array
 from ...common.errors import InputError
 from ...model import Robot
-from ...model.kernel import Kernel
+from ...model.kernel.kernel import Kernel
 from ...model.kinematics import joint_transform
 from .limits import Limit, State
 from .scene import Capsule, HalfSpace, Scene

@@ -14,7 +14,7 @@ import numpy as np
 
 from ...common.arrays import Array
 from ...model import Robot, regressor
-from ...model.kernel import Kernel
+from ...model.kernel.kernel import Kernel
 from ...model.regressors import smooth_regressor
 from ..motions.samples import Samples
 

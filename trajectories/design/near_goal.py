@@ -9,9 +9,9 @@ from ...common.arrays import Array
 from ...common.errors import InputError
 from ...common.linear import decomposed, without
 from ...model import InertialParameters, Robot
-from ...model.base import leftmost_independent
+from ...model.base.rank import leftmost_independent
+from ...model.drives import parameter_kind
 from ...model.inertia import PayloadSpread, payload_spread
-from ...model.names import parameter_kind
 from ...model.regressors import payload_columns
 from ...model.visibility import PayloadVisibility, friction_columns, visibility_of
 from ..motions.bounds import JointBounds

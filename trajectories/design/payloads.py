@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 from ...common.arrays import Array, frozen_array
 from ...common.errors import InputError
 from ...model import Pose
-from ...model.kernel import Kernel
+from ...model.kernel.kernel import Kernel
 from .extremes import Eigen, eigen, largest_in_ball, largest_in_cube
 from .information import RegressorKernel
 from .limits import Limit, State, joint_labels

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from ...common.arrays import Array
 from ...common.errors import InputError
 from ...model import Robot
-from ...model.base import base_parameters_of
+from ...model.base.rank import base_parameters_of
 from ..motions.bounds import JointBounds
 from ..motions.samples import Family, Samples
 from .criterion import Criterion

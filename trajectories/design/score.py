@@ -11,7 +11,7 @@ from ...common.arrays import Array
 from ...common.errors import InputError
 from ...common.linear import decomposed
 from ...model import Motion, inverse_dynamics, standard_columns
-from ...model.kernel import Kernel
+from ...model.kernel.kernel import Kernel
 from ..motions.samples import Samples
 from .criterion import condition_numbers
 from .limits import Limit, LimitCheck, State, check, excess

@@ -11,7 +11,7 @@ from ...common.errors import InputError
 from ...model import InertialParameters, Motion, Robot, base_parameters, inverse_dynamics_base, standard_columns
 from ...model.dynamics import dry_friction_names
 from ...model.integration import Stepper
-from ...model.kernel import Kernel
+from ...model.kernel.kernel import Kernel
 from ...model.motion import Measurement
 from ...model.stand_in import rotor_inertias, with_rotors
 from ..motions.samples import Plan, sample_count

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 from ...common.arrays import Array
 from ...common.errors import InputError
 from ...model import InertialParameters, Motion, Recording, Robot, inverse_dynamics, standard_columns
-from ...model.kernel import Kernel
+from ...model.kernel.kernel import Kernel
 from ...model.motion import Measurement
 
 RX90_NOISE = (24.0, 30.0, 10.8, 5.1, 6.6, 2.3)

@@ -35,9 +35,9 @@ def paper_robot() -> model.Robot:
 def levels(noise: str, gain_error: float = 0.0) -> trajectories.Disturbances:
     """Disturbances by name: paper, slow or none."""
     named = {
-        "paper": trajectories.simulation.RX90_DISTURBANCES,
-        "slow": trajectories.simulation.RX90_SLOW_NOISE,
-        "none": trajectories.simulation.no_disturbances(6),
+        "paper": trajectories.RX90_DISTURBANCES,
+        "slow": trajectories.RX90_SLOW_NOISE,
+        "none": trajectories.no_disturbances(6),
     }
     return replace(named[noise], gain_error=gain_error)
 
@@ -52,7 +52,7 @@ def simulate_paper(
     """Run each trajectory without and then with the payload, the held-out one last."""
     tasks = []
     for k in range(motions + 1):
-        points = trajectories.motions.random_points(robot, POINTS, seed=1000 * seed + k)
+        points = trajectories.random_points(robot, POINTS, seed=1000 * seed + k)
         motion = trajectories.plan_point_to_point(robot, points, SPEED, ACCELERATION, BLEND)
         tasks.append(trajectories.Task(f"trajectory {k + 1} without payload", motion))
         tasks.append(trajectories.Task(f"trajectory {k + 1} with payload", motion, PAYLOAD))

@@ -57,7 +57,7 @@ class GoalOptions(NoiseOptions):
 
     GROUP: ClassVar[str] = "what to learn"
 
-    criterion: trajectories.design.Kind = option(
+    criterion: trajectories.Kind = option(
         choices=_CRITERIA,
         default="d",
         help="d: information (default); a: relative sigma; cond: condition number; cond-scaled: columns scaled",

@@ -48,13 +48,13 @@ class KnowledgeOptions(Options):
         type=six, metavar="X,Y,Z,A,B,C", help="centre and semi-axes of one that holds all of it"
     )
 
-    def constraints(self) -> list[estimation.possible.Constraint]:
+    def constraints(self) -> list[estimation.Constraint]:
         """The constraints that are named.
 
         Raises:
             InputError: if they make no sense.
         """
-        constraints: list[estimation.possible.Constraint] = [estimation.PossibleBody()]
+        constraints: list[estimation.Constraint] = [estimation.PossibleBody()]
         if (self.mass is None) != (self.mass_sigma is None):
             raise InputError("--mass and --mass-sigma belong together: a scale errs too, by how much must be said")
         if self.mass is not None and self.mass_sigma is not None:
@@ -89,7 +89,7 @@ class FrictionOptions(Options):
     @property
     def change(self) -> float:
         """What was said of it, or the default."""
-        return estimation.payload.FRICTION_CHANGE if self.friction_change is None else self.friction_change
+        return estimation.FRICTION_CHANGE if self.friction_change is None else self.friction_change
 
 
 @dataclass(frozen=True)

@@ -109,7 +109,7 @@ class LimitOptions(Options):
         """What is known of the robot: ``--robot-parameters``, or a stand-in."""
         if not self.robot_parameters:
             return Known(model.stand_in.rehearsed(robot), {}, None)
-        robot = model.assumed_limits.with_assumed_limits(robot)
+        robot = model.stand_in.with_assumed_limits(robot)
         stored = results.read_stored_robot(self.robot_parameters)
         values = dict(zip(stored.estimate.names, stored.estimate.values.tolist(), strict=True))
         return Known(stored.applied_to(robot), values, np.asarray(stored.estimate.covariance))

@@ -74,7 +74,7 @@ class MotionFiles(PageOptions):
             (self.controller_rate or export.motions.CONTROLLER_RATE) if self.urscript else None,
         )
         for replay in export.motions.controller_replays(written, rates, val3):
-            for limit in trajectories.design.missed_on_replay(problem, replay.plan, _REPLAY_RATE):
+            for limit in trajectories.missed_on_replay(problem, replay.plan, _REPLAY_RATE):
                 raise InputError(
                     f"as {replay.words} the motion does not keep its limits ({limit}): {replay.advice}"
                 )

@@ -151,7 +151,7 @@ class EquationOptions(PageOptions):
         writes="file", metavar="F", help="write W, Y, weights and reduced factors for your own solver"
     )
 
-    def write_equations(self, system: Callable[[], estimation.answers.ObservationSystem]) -> None:
+    def write_equations(self, system: Callable[[], estimation.ObservationSystem]) -> None:
         """Write them, held whole; they are made only if they were asked for."""
         if self.npz:
             report.npz.write_npz(self.npz, system())

@@ -206,7 +206,7 @@ class EssentialOptions(Options):
         help="or until all relative standard deviations are within this, such as 10%%",
     )
 
-    def rule(self) -> estimation.fit.StopRule | None:
+    def rule(self) -> estimation.StopRule | None:
         """The rule asked for; None for the default."""
         if self.essential_sigma is not None:
             return estimation.SigmaBound(self.essential_sigma)

@@ -45,7 +45,7 @@ class ShapeOptions(Options):
     max_duration: float | None = option(type=positive_number, metavar="S", help="longest time through via points")
     start: tuple[float, ...] | None = option(type=gains_list, metavar="Q1,Q2,..", help="where it starts [deg or m]")
 
-    def shape(self) -> trajectories.motions.Shape:
+    def shape(self) -> trajectories.Shape:
         """The shape of the motion.
 
         Raises:
@@ -99,7 +99,7 @@ class ShapeOptions(Options):
         if times is not None and self.max_duration is not None:
             raise InputError("--segment-durations fixes the whole duration: leave --max-duration out")
         fixed = times[0] if times is not None and len(times) == 1 else times
-        segment: trajectories.motions.Segment = trajectories.motions.Quintic()
+        segment: trajectories.Segment = trajectories.Quintic()
         if self.segments == "trapezoid":
             segment = trajectories.Trapezoid() if self.ramp is None else trajectories.Trapezoid(self.ramp)
         passing = segment.passes and not self.rest

@@ -7,7 +7,7 @@ import numpy as np
 
 from .... import __version__
 from ....common.arrays import Array
-from ....common.letters import printable
+from ....common.errors import printable
 from .load import ControllerLoad
 
 _DIGITS = 10

@@ -11,7 +11,7 @@ import numpy as np
 from ....common.arrays import Array
 from ....common.errors import InputError
 from ....common.schema import present
-from ....estimation.payload import PREFERRED
+from ....estimation.payload.result import PREFERRED
 from ....model import INERTIAL, InertialParameters, Pose
 from ...results import StoredPayload, read_stored_payload
 from ...results.stored_payload import FreeEstimate, PossibleEstimate

@@ -8,7 +8,7 @@ import numpy as np
 from ....common.arrays import Array
 from ....model import forward_kinematics
 from ....trajectories import PointToPoint, Trapezoid, ViaPoints, plan_point_to_point
-from ....trajectories.motions import plan_stops
+from ....trajectories.motions.point_to_point import plan_stops
 from .written import WrittenMotion
 
 _BLEND = 1.0 / 3.0  # of the distance to the nearer neighbour: where a passing quintic's point is left and rejoined

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from xml.sax.saxutils import quoteattr
 
 from .... import __version__
-from ....common.letters import printable
-from ....estimation.possible import Labelled, LinkNumbers, WholeRobot
+from ....common.errors import printable
+from ....estimation.possible.labelled import Labelled, LinkNumbers, WholeRobot
 from ...numbers import exact
 from .frames import gravity
 

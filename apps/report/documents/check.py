@@ -6,7 +6,7 @@ from typing import Literal, NamedTuple
 from msgspec import UNSET, UnsetType, field, structs
 
 from ....common.schema import Document
-from ....estimation.diagnosis import KinematicsCheck, PoseCheck
+from ....estimation.diagnosis.kinematics import KinematicsCheck, PoseCheck
 from ....model import Pose, Robot
 from ...logs.fits import RobotFits
 from ...logs.following import FollowingChange

@@ -8,8 +8,11 @@ from msgspec import UNSET, UnsetType
 
 from ....common.arrays import Array
 from ....estimation import PAYLOAD, PayloadAnswer, PayloadProblem
-from ....estimation.fit import RobustCovariance
-from ....estimation.payload import RIPPLE_CHANCE, ByJoints, ConstrainedPayload, JointShare, PayloadEstimate
+from ....estimation.fit.robust import RobustCovariance
+from ....estimation.payload.by_joints import ByJoints, JointShare
+from ....estimation.payload.constrained import ConstrainedPayload
+from ....estimation.payload.result import PayloadEstimate
+from ....estimation.payload.ripple import RIPPLE_CHANCE
 from ....model import INERTIAL, Processing, Robot
 from ...results import StoredPayload
 from ...results.parts import ActiveDocument, ResidualDocument

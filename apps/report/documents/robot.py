@@ -6,7 +6,8 @@ from typing import Any
 from msgspec import UNSET
 
 from ....estimation import Identification
-from ....estimation.possible import PossibleRobot, PriorRobot
+from ....estimation.possible.prior import PriorRobot
+from ....estimation.possible.robot import PossibleRobot
 from ....model import BaseParameters, Processing
 from ...results import StoredRobot
 from ...results.parts import (

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ....estimation.payload import ByJoints, JointShare, JointsMass
+from ....estimation.payload.by_joints import ByJoints, JointShare, JointsMass
 from ..blocks import Drawing
 from .canvas import BLUE, Axes, Figure, mark_interval, panels, plain
 

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from ....estimation import SigmaBound, SigmaRatio
-from ....estimation.fit import Elimination
+from ....estimation.fit.essential import Elimination
 from ..blocks import Drawing
 from .canvas import Axes, Figure, lines_above, log_scale, names_below, panels
 

@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from ....common.arrays import Array
-from ....estimation.fit import Excitation
+from ....estimation.fit.least_squares import Excitation
 from ..blocks import Drawing
 from .canvas import BLUE, Axes, Figure, legend, log_scale, names_below, panels, plain
 

@@ -3,7 +3,7 @@
 import numpy as np
 
 from ....common.arrays import Array
-from ....estimation.payload import ConstrainedPayload
+from ....estimation.payload.constrained import ConstrainedPayload
 from ..blocks import Drawing
 from .canvas import BLUE, ORANGE, Axes, Figure, legend, matplotlib, panels, plain
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from ....common.arrays import Array
 from ....estimation import PayloadAnswer
-from ....estimation.payload import ConstrainedPayload
+from ....estimation.payload.constrained import ConstrainedPayload
 from ..blocks import Drawing
 from .canvas import BLUE, Axes, Figure, legend, mark_interval, panels, plain
 

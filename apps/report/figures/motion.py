@@ -9,7 +9,7 @@ import numpy as np
 from ....common.arrays import Array
 from ....model import Motion
 from ....trajectories import DesignProblem, Score
-from ....trajectories.design import load_torques
+from ....trajectories.design.score import load_torques
 from ..blocks import Drawing
 from .canvas import Figure, legend, log_scale, names_below, panels
 

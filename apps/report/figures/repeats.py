@@ -1,7 +1,7 @@
 """Several recordings of one payload, each alone."""
 
-from ....estimation.fit import NORMAL95
-from ....estimation.payload import Repeats
+from ....estimation.fit.robust import NORMAL95
+from ....estimation.payload.repeats import Repeats
 from ..blocks import Drawing
 from .canvas import BLUE, Figure, mark_interval, panels, plain
 

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from ....common.arrays import Array
-from ....estimation.answers import TorquePrediction
+from ....estimation.answers.prediction import TorquePrediction
 from ..blocks import Drawing
 from .canvas import BLUE, GREY, ORANGE, Axes, Figure, bands, legend, panels
 

@@ -16,7 +16,7 @@ from rich.console import Console
 from rich.table import Table as Grid
 from rich.text import Text
 
-from ....common.letters import printable
+from ....common.errors import printable
 from ..blocks import Banner, Block, Cell, Column, Notes, Remarks, Screen, Table
 from ..blocks import Text as Words
 

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ....trajectories import DesignProblem, PayloadSet, Score
-from ....trajectories.design import holding_torques
+from ....trajectories.design.score import holding_torques
 from ..blocks import Table, columns
 
 

@@ -6,10 +6,10 @@ import numpy as np
 
 from ....common.arrays import Array
 from ....model import INERTIAL, InertialParameters, Motion, Robot
+from ....model.drives import parameter_kind
 from ....model.inertia import payload_spread
-from ....model.names import parameter_kind
 from ....trajectories import Design, DesignProblem, Score
-from ....trajectories.design import Floor
+from ....trajectories.design.floor import Floor
 from ...export.motions.written import rests_on
 from ..blocks import Banner, Block, Notes, Page, Pair, Remarks, Screen, Section, Table, Text, columns
 from ..figures.motion import motion_figure, sigma_figure

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 
-from ....estimation.fit import Elimination
+from ....estimation.fit.essential import Elimination
 from ..blocks import Block, Notes, Section, Text
 from ..figures.essential import essential_figure
 

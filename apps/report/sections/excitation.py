@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 
-from ....estimation.fit import Excitation
+from ....estimation.fit.least_squares import Excitation
 from ...numbers import percent
 from ..blocks import Details, Section, Table, Text, columns
 from ..figures.excitation import excitation_figure

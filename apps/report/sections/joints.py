@@ -4,7 +4,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from ....estimation.payload import ByJoints, JointShare, JointsMass
+from ....estimation.payload.by_joints import ByJoints, JointShare, JointsMass
 from ...numbers import with_interval
 from ..blocks import Block, Cell, Section, Spread, Table, Text, columns
 

@@ -5,9 +5,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from ....estimation import PayloadAnswer, PayloadProblem
-from ....estimation.answers import TorquePrediction
-from ....estimation.fit import Excitation
-from ....estimation.payload import PayloadEstimate
+from ....estimation.answers.prediction import TorquePrediction
+from ....estimation.fit.least_squares import Excitation
+from ....estimation.payload.result import PayloadEstimate
 from ....model import INERTIAL
 from ...export.controllers.load import is_flange
 from ...results import StoredPayload

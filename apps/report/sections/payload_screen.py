@@ -4,8 +4,8 @@ import numpy as np
 
 from ....common.arrays import Array
 from ....estimation import PayloadAnswer
-from ....estimation.diagnosis import worst_joint
-from ....estimation.payload import METHOD_NAMES
+from ....estimation.diagnosis.joints import worst_joint
+from ....estimation.payload.result import METHOD_NAMES
 from ...export.controllers.load import is_flange
 from ...numbers import interval_digits, with_interval
 from ..blocks import Block, Column, Notes, Remarks, Screen, Table, columns

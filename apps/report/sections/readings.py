@@ -3,7 +3,7 @@
 import math
 from collections.abc import Sequence
 
-from ....estimation.diagnosis import KinematicsCheck
+from ....estimation.diagnosis.kinematics import KinematicsCheck
 from ....model import Pose, Robot
 from ..blocks import Banner, Block, Notes, Page, Remarks, Screen, Section, Table, columns
 from ..documents.check import PoseLook

@@ -6,7 +6,7 @@ import numpy as np
 
 from ....common.arrays import Array
 from ....estimation import PayloadAnswer
-from ....estimation.payload import ConstrainedPayload
+from ....estimation.payload.constrained import ConstrainedPayload
 from ....model import INERTIAL
 from ...numbers import interval_digits, or_dash, with_interval
 from ..blocks import Block, Notes, Section, Table, Text, columns

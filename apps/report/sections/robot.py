@@ -5,11 +5,13 @@ from collections.abc import Sequence
 import numpy as np
 
 from ....estimation import Identification
-from ....estimation.answers import TorquePrediction
-from ....estimation.fit import Excitation
-from ....estimation.possible import CONFLICT, PossibleRobot, PriorRobot
+from ....estimation.answers.prediction import TorquePrediction
+from ....estimation.fit.least_squares import Excitation
+from ....estimation.possible.prior import PriorRobot
+from ....estimation.possible.result import CONFLICT
+from ....estimation.possible.robot import PossibleRobot
 from ....model import INERTIAL
-from ....model.names import parameter_kind
+from ....model.drives import parameter_kind
 from ...numbers import percent
 from ...rollout import Rollout
 from ..blocks import (

@@ -2,8 +2,8 @@
 
 from collections.abc import Sequence
 
-from ....estimation.answers import TorquePrediction
-from ....estimation.fit import Fit
+from ....estimation.answers.prediction import TorquePrediction
+from ....estimation.fit.estimate import Fit
 from ...numbers import percent
 from ..blocks import Block, Drawing, Section, Table, Text, columns
 from ..figures.torques import prediction_figure, words_of, worst_joint_figure

@@ -4,8 +4,11 @@ import numpy as np
 
 from ....common.arrays import Array
 from ....estimation import PAYLOAD, PayloadAnswer, PayloadProblem
-from ....estimation.diagnosis import Finding, worst_joint
-from ....estimation.payload import OFFSET_SHARE, RIPPLE_CHANCE, ShortMotion
+from ....estimation.diagnosis.finding import Finding
+from ....estimation.diagnosis.joints import worst_joint
+from ....estimation.payload.constant_torques import OFFSET_SHARE
+from ....estimation.payload.ripple import RIPPLE_CHANCE
+from ....estimation.payload.short_motion import ShortMotion
 from ....model import INERTIAL
 from ...export.controllers.load import is_flange
 from ...numbers import or_dash

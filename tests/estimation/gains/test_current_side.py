@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError
-from dynident.estimation.equations import Equations
+from dynident.estimation.equations.equations import Equations
 from dynident.estimation.gains.current_side import current_weights, gauss_newton
 
 GAINS = np.array([2.0, 0.5, 1.3])

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from dynident.common.arrays import Array
 from dynident.estimation import PayloadProblem
-from dynident.estimation.payload import difference_weighing
+from dynident.estimation.payload.weighing import difference_weighing
 from dynident.model import InertialParameters, load_robot
 from dynident.tests.estimation.payload.recordings import LOAD, NOISE, Pair, Record, near
 from dynident.trajectories import Simulator

@@ -6,7 +6,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from dynident.estimation import PayloadAnswer, PayloadProblem, answer_payload
-from dynident.estimation.payload import ShortMotion, difference_weighing
+from dynident.estimation.payload.short_motion import ShortMotion
+from dynident.estimation.payload.weighing import difference_weighing
 from dynident.model import InertialParameters, Recording, Robot
 from dynident.trajectories import RX90_NOISE, NearMotion
 

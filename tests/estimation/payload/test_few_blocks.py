@@ -17,10 +17,11 @@ from dynident.estimation import (
     identify_payload,
     payload_problem,
 )
-from dynident.estimation.fit import student95
 from dynident.estimation.fit.blocks import FEWEST
-from dynident.estimation.payload import FRICTION_CHANGE, known_robot_weighing
+from dynident.estimation.fit.robust import student95
+from dynident.estimation.payload.friction import FRICTION_CHANGE
 from dynident.estimation.payload.methods import METHODS, from_robot
+from dynident.estimation.payload.weighing import known_robot_weighing
 from dynident.model import Recording
 from dynident.tests.estimation.payload.recordings import cut
 from dynident.tests.estimation.payload.test_friction import LOAD, NAME, SEEDS, recordings

@@ -8,9 +8,9 @@ import pytest
 from dynident.benchmarks import invented
 from dynident.common.arrays import Array
 from dynident.estimation import Estimate, PayloadProblem, identify_payload, payload_problem
-from dynident.estimation.fit import Held, student95
-from dynident.estimation.payload import FRICTION_CHANGE
-from dynident.estimation.payload.friction import friction_changes
+from dynident.estimation.fit.linear_problem import Held
+from dynident.estimation.fit.robust import student95
+from dynident.estimation.payload.friction import FRICTION_CHANGE, friction_changes
 from dynident.estimation.payload.methods import METHODS, combined, global_fit
 from dynident.model import InertialParameters, Recording
 from dynident.tests.estimation.diagnosis.made import fit_of

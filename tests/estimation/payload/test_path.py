@@ -8,14 +8,15 @@ import pytest
 from dynident.benchmarks import invented
 from dynident.common.errors import InputError
 from dynident.estimation import identify_payload, payload_problem
-from dynident.estimation.equations.equation_code import PATH
-from dynident.estimation.payload import difference_weighing
+from dynident.estimation.equations.observer import PATH
 from dynident.estimation.payload.methods import from_difference
-from dynident.estimation.signals import aligned
+from dynident.estimation.payload.weighing import difference_weighing
+from dynident.estimation.signals.alignment import aligned
 from dynident.model import InertialParameters, Recording
 from dynident.trajectories import NearMotion, Task, random_via_points, run_experiment
-from dynident.trajectories.motions import Plan
-from dynident.trajectories.simulation import CONTROLLERS, no_disturbances
+from dynident.trajectories.motions.samples import Plan
+from dynident.trajectories.simulation.controller import CONTROLLERS
+from dynident.trajectories.simulation.disturbances import no_disturbances
 
 ROBOT = invented.robot("ur10e")
 POSE = np.radians([0.0, -60.0, 90.0, -120.0, -90.0, 0.0])

@@ -5,9 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from dynident.estimation import PayloadProblem, identify_payload
-from dynident.estimation.payload import OFFSET_SHARE, difference_weighing
-from dynident.estimation.payload.constant_torques import free_friction
-from dynident.estimation.payload.weighing import weighing_problem
+from dynident.estimation.payload.constant_torques import OFFSET_SHARE, free_friction
+from dynident.estimation.payload.weighing import difference_weighing, weighing_problem
 from dynident.tests.estimation.payload.recordings import LOAD, Pair, Record, short, weighed
 from dynident.trajectories import Simulator
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from dynident.common.errors import InputError
 from dynident.estimation import Gains, PayloadProblem, identify_payload
-from dynident.estimation.fit import error_model
+from dynident.estimation.fit.estimate import error_model
 from dynident.model import InertialParameters
 from dynident.tests.estimation.payload.recordings import LOAD, Pair, Record, cut, weighed
 from dynident.trajectories import Simulator

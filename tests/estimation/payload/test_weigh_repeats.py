@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from dynident.common.errors import InputError
 from dynident.estimation import Gains, answer_payload, identify, identify_payload
-from dynident.estimation.payload import difference_weighing, known_robot_weighing
+from dynident.estimation.payload.weighing import difference_weighing, known_robot_weighing
 from dynident.tests.estimation.payload.recordings import LOAD, NOISE, Record
 from dynident.trajectories import Simulator, random_via_points
 

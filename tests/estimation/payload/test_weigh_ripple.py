@@ -7,7 +7,9 @@ import numpy as np
 import pytest
 from dynident.apps.report.sections.weighing import detail_notes
 from dynident.common.arrays import Array
-from dynident.estimation.payload import RIPPLE_CHANCE, difference_weighing, ripple
+from dynident.estimation.payload import ripple
+from dynident.estimation.payload.ripple import RIPPLE_CHANCE
+from dynident.estimation.payload.weighing import difference_weighing
 from dynident.tests.estimation.payload.recordings import LOAD, Pair, Record, short, weighed
 from dynident.trajectories import Simulator
 

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from dynident.common.errors import InputError
 from dynident.estimation import PayloadProblem, identify_payload
-from dynident.estimation.payload import difference_weighing
 from dynident.estimation.payload.short_motion import telling_rows
-from dynident.estimation.signals.measurements import measurement
+from dynident.estimation.payload.weighing import difference_weighing
+from dynident.estimation.signals.filtering import measurement
 from dynident.tests.estimation.payload.recordings import LOAD, Record, cut, short
 from dynident.trajectories import Simulator
 

@@ -24,8 +24,8 @@ from dynident.model import (
 )
 from dynident.model.stand_in import with_stand_in
 from dynident.trajectories import plan_point_to_point
-from dynident.trajectories.motions import random_points
-from dynident.trajectories.simulation import ClosedLoop, Task
+from dynident.trajectories.motions.free_points import random_points
+from dynident.trajectories.simulation.closed_loop import ClosedLoop, Task
 
 STEP = 0.01
 PENDULUM = Robot("pendulum", (Joint(alpha=radians(90)),), drives=Drives(friction=False, offsets=False))

@@ -32,7 +32,7 @@ from dynident.trajectories import (
     score_motion,
     solve_design,
 )
-from dynident.trajectories.motions import Shape
+from dynident.trajectories.motions.samples import Shape
 
 DIGITS = 6e-10
 """Half of the last decimal, and the rounding of the sum."""

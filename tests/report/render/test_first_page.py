@@ -16,7 +16,7 @@ from dynident.apps.report.render.html import blocks_html, page_html
 from dynident.apps.report.sections.controller import controller_blocks
 from dynident.apps.results import StoredPayload
 from dynident.estimation import PayloadAnswer, Verdict, answer_payload, payload_problem
-from dynident.estimation.diagnosis import Finding
+from dynident.estimation.diagnosis.finding import Finding
 from dynident.model import load_robot
 from msgspec import UNSET, structs
 

@@ -14,7 +14,7 @@ from dynident.apps.report.provenance import Provenance, SourceFile
 from dynident.apps.report.render.html import block_html, page_html, write_plots
 from dynident.apps.report.render.markup import Html, tag
 from dynident.apps.report.sections.data import report_page
-from dynident.estimation.answers import Curve, TorquePrediction
+from dynident.estimation.answers.prediction import Curve, TorquePrediction
 from hypothesis import given
 from hypothesis import strategies as st
 from matplotlib.figure import Figure

@@ -10,7 +10,7 @@ from dynident.apps.report import Page, Provenance, weigh_page
 from dynident.apps.report.documents import payload_document
 from dynident.apps.report.render.html import page_html
 from dynident.estimation import KnownMass, PayloadAnswer, PossibleBody, StandIn, answer_payload
-from dynident.estimation.payload import difference_weighing
+from dynident.estimation.payload.weighing import difference_weighing
 from dynident.model import InertialParameters, Recording, Robot, load_robot
 from dynident.trajectories import RX90_NOISE, NearMotion, Simulator
 

@@ -13,14 +13,10 @@ from dynident.apps.export.simulators.mjcf import marks
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError
 from dynident.estimation import Estimate
-from dynident.estimation.fit import Fit
-from dynident.estimation.possible import (
-    WholeRobot,
-    cylinder_prior,
-    solve_constrained_prior,
-    whole_robot,
-)
-from dynident.estimation.possible.labelled import BODY_NUMBERS
+from dynident.estimation.fit.estimate import Fit
+from dynident.estimation.possible.labelled import BODY_NUMBERS, WholeRobot
+from dynident.estimation.possible.labelling import whole_robot
+from dynident.estimation.possible.prior import cylinder_prior, solve_constrained_prior
 from dynident.model import (
     Drives,
     Robot,

@@ -23,7 +23,7 @@ from dynident.model.frames import frames_at
 from dynident.model.kinematics import joint_transform
 from dynident.tests.conftest import PRISMATIC
 from dynident.trajectories import Scene, random_via_points
-from dynident.trajectories.design import HalfSpace
+from dynident.trajectories.design.scene import HalfSpace
 
 DRAW = np.random.default_rng(3)
 PAYLOAD = ShownPayload(

@@ -10,21 +10,20 @@ the rotor IA and the offset OFF stay unseen if and only if
 - S' I(delta) S + IA = 0, and a' I(delta) S + OFF = 0 with a the acceleration of gravity at q = 0,
 - link j-1 cannot tell the body's turning or sliding with q from its place at q = 0.
 
-The referee of grouping.py: it shares no code with the rules, and holds without gravity too. Spatial vectors are
-(angular, linear), as in Featherstone's book.
+The referee of the closed-form rules: it shares no code with them, and holds without gravity too. Spatial vectors
+are (angular, linear), as in Featherstone's book.
 """
 
 from dataclasses import dataclass
 
 import numpy as np
-
-from ...common.arrays import Array
-from ...common.errors import InputError
-from ..inertia import InertialParameters, skew
-from ..pose import cos_sin
-from ..regressors import standard_columns
-from ..robot import Joint, Robot
-from .parameters import BaseParameters
+from dynident.common.arrays import Array
+from dynident.common.errors import InputError
+from dynident.model.base.parameters import BaseParameters
+from dynident.model.inertia import InertialParameters, skew
+from dynident.model.pose import cos_sin
+from dynident.model.regressors import standard_columns
+from dynident.model.robot import Joint, Robot
 
 _ZERO = 1e-8
 """A singular value below it is rounding (1e-15 in general) or, at lengths of 0.1 mm, their square."""
@@ -181,7 +180,7 @@ def _from_nullspace(columns: tuple[str, ...], nullspace: Array, dropped: list[in
     grouping = np.zeros((len(basis), len(columns)))
     grouping[:, basis] = np.eye(len(basis))
     grouping[:, dropped] = -np.linalg.solve(nullspace[:, dropped], nullspace[:, basis]).T
-    return BaseParameters(columns, tuple(basis.tolist()), grouping, "local transfers")
+    return BaseParameters(columns, tuple(basis.tolist()), grouping)
 
 
 def _last_entries(unseen: Array) -> list[int]:

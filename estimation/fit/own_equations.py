@@ -8,15 +8,14 @@ from ...common.errors import InputError
 from ...common.linear import least_squares
 from ...common.progress import Progress, each, silent
 from ...model import BaseParameters, Processing, Recording, Robot
-from ...model.base import leftmost_independent, random_states, stacked_regressor
+from ...model.base.rank import leftmost_independent, random_states, stacked_regressor
 from ...model.motion import Measurement
 from ..equations.equations import Equations, merged
 from ..equations.observer import Observer, used
 from ..equations.reduction import recorded, reduced_measurement
-from ..fit.blocks import block_edges, block_length, in_blocks, remembered
-from ..signals.filtering import mean_rate
-from ..signals.measurements import measurement
+from ..signals.filtering import mean_rate, measurement
 from ..signals.plausibility import check_recordings, still_joints
+from .blocks import block_edges, block_length, in_blocks, remembered
 
 
 def base_problem(

@@ -1,1 +1,0 @@
-from .equations import base_problem as base_problem

@@ -1,1 +1,0 @@
-from .kernel import Kernel as Kernel
