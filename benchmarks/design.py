@@ -16,7 +16,6 @@ from dynident.benchmarks.design_peers import cma_es, random_search
 from dynident.benchmarks.design_setup import GUARDED, NOISE, ROBOT, SCENE, SEEDS, TABLE2, console, titled
 from dynident.common.arrays import Array
 from dynident.trajectories import (
-    BlendShape,
     Design,
     DesignProblem,
     FourierShape,
@@ -44,8 +43,6 @@ def figures() -> None:
         ("14 via points, cond", via, "cond", False, 18.0, 5.0),
         ("14 via points, cond-scaled", via, "cond-scaled", False, 2.6, 5.0),
         ("14 via points by trapezoids, cond", trapezoids, "cond", False, 18.0, 5.0),
-        ("14 via points passed by blends, cond", BlendShape(14), "cond", False, 18.0, 5.0),
-        ("14 via points passed by blends, cond-scaled", BlendShape(14), "cond-scaled", False, 2.6, 5.0),
         ("Fourier 10 s, 5 harmonics, cond", fourier, "cond", False, 27.0, 2.0),
         ("Fourier 10 s, 5 harmonics, cond-scaled", fourier, "cond-scaled", False, 4.0, 2.0),
         ("payload, via points in 10 s, cond", via, "cond", True, 1.6, 2.0),
@@ -69,7 +66,6 @@ def replays() -> None:
         "quintic, at rest": ViaPointShape(14, passing=False),
         "trapezoid, ramp 0.25": ViaPointShape(14, passing=False, segment=Trapezoid()),
         "trapezoid, ramp 0.15": ViaPointShape(14, passing=False, segment=Trapezoid(0.15)),
-        "blends, passing": BlendShape(14),
     }
     for name, shape in shapes.items():
         problem = build_design(ROBOT, shape, Goal("cond"))
@@ -159,8 +155,6 @@ def gradient() -> None:
         "with limits",
         "trapezoids",
         "with limits",
-        "blends",
-        "with limits",
         "Fourier",
         "with limits",
     )
@@ -173,7 +167,7 @@ def gradient() -> None:
     for goal in goals:
         errors = []
         trapezoids = ViaPointShape(14, passing=False, segment=Trapezoid())
-        for shape in (ViaPointShape(14), trapezoids, BlendShape(14), FourierShape(5, 10.0)):
+        for shape in (ViaPointShape(14), trapezoids, FourierShape(5, 10.0)):
             problem, draw = build_design(ROBOT, shape, goal, bounds=GUARDED, scene=SCENE), np.random.default_rng(0)
             x = problem.family.random(draw) + 0.02 * draw.standard_normal(problem.family.size)
             limits = Multipliers(problem.limits, problem.state(x, 0.5), 3.0, 0.4)

@@ -25,26 +25,16 @@ class Section(NamedTuple):
         last = self.b2 - self.a2 * level
         return np.array([self.b1 - self.a1 * level + last, last])
 
-    def filtered(self, signals: Array, state: Array) -> tuple[Array, Array]:
-        """Filter signals.
-
-        Args:
-            signals: shape (N, k).
-            state: what earlier samples add to the first two, shape (2, k): zeros at the beginning.
-
-        Returns:
-            The filtered signals, (N, k), and the state after them, (2, k).
-        """
+    def filtered(self, signals: Array, state: Array) -> Array:
+        """Filtered signals (N, k); ``state``: what earlier samples add to the first two, shape (2, k)."""
         driven = self.b0 * signals
         driven[1:] += self.b1 * signals[:-1]
         driven[2:] += self.b2 * signals[:-2]
         driven[:2] += state[: len(driven)]
         band = np.empty((3, len(signals)), order="F")
         band[:] = [[1.0], [self.a1], [self.a2]]
-        result = dtbtrs(band, np.asfortranarray(driven), uplo="L", diag="U", overwrite_b=True)[0]
-        ahead = self.b2 * signals[-1] - self.a2 * result[-1]
-        older = self.b2 * signals[-2] - self.a2 * result[-2] if len(result) > 1 else state[1]
-        return result, np.array([self.b1 * signals[-1] - self.a1 * result[-1] + older, ahead])
+        filtered: Array = dtbtrs(band, np.asfortranarray(driven), uplo="L", diag="U", overwrite_b=True)[0]
+        return filtered
 
 
 def butterworth(order: int, cutoff: float) -> tuple[Section, ...]:
@@ -66,10 +56,9 @@ def butterworth(order: int, cutoff: float) -> tuple[Section, ...]:
     return tuple(sections)
 
 
-def filtered(sections: Sequence[Section], signals: Array, states: Sequence[Array]) -> tuple[Array, list[Array]]:
-    """Filter signals (N, k) by one section after the other, from states (2, k); gives the states after them too."""
-    after = []
-    for section, state in zip(sections, states, strict=True):
-        signals, last = section.filtered(signals, state)
-        after.append(last)
-    return signals, after
+def filtered(sections: Sequence[Section], signals: Array) -> Array:
+    """Filter signals (N, k), which stood at their first values before, by one section of gain 1 after the other."""
+    before = signals[0]
+    for section in sections:
+        signals = section.filtered(signals, np.outer(section.settled, before))
+    return signals

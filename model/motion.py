@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..common.arrays import Array, frozen_array, rising
+from ..common.arrays import Array, frozen_array
 
 _SLOW = {True: 0.05, False: 0.02}  # rad/s where a joint turns, m/s where it slides
 _OVERSAMPLING = 1.25
@@ -32,7 +32,7 @@ class Motion:
         """Lock the arrays and check their shapes."""
         size, n = len(self.t), np.shape(self.q)[-1]
         object.__setattr__(self, "t", frozen_array(self.t, (None,), "t"))
-        if not rising(self.t):
+        if not (np.diff(self.t) > 0.0).all():
             raise ValueError("t must rise from sample to sample")
         for name in ("q", "qd", "qdd"):
             object.__setattr__(self, name, frozen_array(getattr(self, name), (size, n), name))

@@ -15,8 +15,6 @@ from .design.score import Score as Score
 from .design.score import score_motion as score_motion
 from .design.search import Design as Design
 from .design.search import solve_design as solve_design
-from .motions.blends import BlendedPoints as BlendedPoints
-from .motions.blends import BlendShape as BlendShape
 from .motions.bounds import JointBounds as JointBounds
 from .motions.fourier import Fourier as Fourier
 from .motions.fourier import FourierShape as FourierShape

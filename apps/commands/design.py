@@ -46,7 +46,7 @@ class _DesignFiles(MotionFiles):
     val3: str | None = option(
         writes="folder",
         metavar="DIR",
-        help="VAL3 application of via points, best with --segments trapezoid or blend; made if missing",
+        help="VAL3 application of via points, best with --segments trapezoid; made if missing",
     )
 
     def write(self, written: export.motions.WrittenMotion) -> None:

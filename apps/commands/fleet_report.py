@@ -12,36 +12,25 @@ from .. import fleet, report
 from . import ANSWERED
 from .options import Options, PageOptions, option
 from .progress import bar
-from .values import positive_number
 
 
 @dataclass(frozen=True)
 class _Store(Options):
-    """A store, and how many false alarms are allowed."""
+    """A store, and where its numbers go."""
 
     store: str = option("store", metavar="STORE", help="the --store of 'dynident fleet reduce'")
-    false_alarms: float | None = option(
-        type=positive_number,
-        metavar="N",
-        help="alarms a month over the whole fleet where nothing changed (default: 1)",
-    )
     parquet: str | None = option(
-        writes="folder", metavar="DIR", help="every night's numbers and the alarms as Parquet (needs pyarrow)"
+        writes="folder", metavar="DIR", help="every night's numbers as Parquet (needs pyarrow)"
     )
-
-    @property
-    def monthly(self) -> float:
-        """False alarms a month, as asked for or usual; known only where a report is made: start-up stays short."""
-        return self.false_alarms or fleet.alarms.FALSE_ALARMS
 
 
 def run(request: _Store, files: PageOptions) -> int:
     """Run it."""
     store = fleet.Store.opened(request.store)
-    history, refused = fleet.fleet_of(_arms(store), request.monthly), store.refused()
+    history, refused = fleet.fleet_of(_arms(store)), store.refused()
     files.show(report.fleet_screen(history, refused))
     files.write_json(lambda: report.documents.fleet_document(history, refused))
-    words = {"robot": history.arms[0].name, "false alarms a month": f"{request.monthly:g}"}
+    words = {"robot": history.arms[0].name}
     files.write_page(lambda: report.fleet_page(history, refused, files.provenance(words, request)))
     if request.parquet:
         write_tables(Path(made_folder(request.parquet)), history)
@@ -68,7 +57,7 @@ def _arms(store: fleet.Store) -> list[fleet.nights.Arm]:
 
 
 def write_tables(folder: Path, history: fleet.Fleet) -> None:
-    """Every night's numbers, and the alarms.
+    """Every night's numbers.
 
     Raises:
         InputError: without pyarrow.
@@ -80,8 +69,5 @@ def write_tables(folder: Path, history: fleet.Fleet) -> None:
         for name, number in night.numbers.items()
     ]
     names = ("arm", "day", "temperature", "told", "quantity", "value", "sigma")
-    heads = ("arm", "quantity", "since", "step", "sigma", "sigmas", "new")
-    alarms = [[*(getattr(alarm, head) for head in heads[:-1]), str(alarm.new).lower()] for alarm in history.alarms]
     if not fleet.store.write_parquet(folder / "nights.parquet", names, nights):
         raise InputError("--parquet needs pyarrow: pip install 'dynident[fleet]'")
-    fleet.store.write_parquet(folder / "alarms.parquet", heads, alarms)

@@ -1,11 +1,8 @@
-from . import alarms as alarms
-from . import answers as answers
 from . import catalog as catalog
 from . import engine as engine
 from . import identity as identity
 from . import nights as nights
 from . import results as results
-from . import series as series
 from . import store as store
 from . import stored as stored
 from . import worker as worker

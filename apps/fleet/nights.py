@@ -16,7 +16,7 @@ from ...estimation.fit.linear_problem import LinearProblem
 from ...estimation.fit.robust import jackknifed
 from ...model.names import FRICTION, parameter_kind
 from ...model.regressors import payload_columns
-from .answers import TINY, compared_sigma
+from .comparing import TINY, compared_sigma
 from .identity import Exchange, exchange_of
 from .stored import Stored
 

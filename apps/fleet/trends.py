@@ -1,26 +1,63 @@
-"""A fleet over time: what drifts, what changed, and which arm differs from its twins."""
+"""A fleet over time: what changed last night, which arm differs from its twins, and which is another robot.
 
-from collections.abc import Mapping, Sequence
+A series is one quantity of one arm, night by night. Its last night is compared with the median of the nights
+before, by their median absolute deviation and the night's own error. This robust z does not move by a few changed
+nights before.
+"""
+
+from collections.abc import Sequence
 from dataclasses import dataclass
+from datetime import datetime
 
 import numpy as np
-from scipy.linalg import solve_triangular
 
-from ...common.schema import Document
-from .alarms import FALSE_ALARMS, Alarm, alarm_of, bounds_of
-from .comparing import Compared, side_by_side
+from ...common.arrays import Array
+from ...model.names import parameter_kind
+from .comparing import TINY, Compared, side_by_side
 from .identity import Exchange, named
-from .nights import Arm, bodies_of
-from .series import FEWEST, Scatter, Series, scatter_of, series_of
+from .nights import MASS, Arm, bodies_of
+
+FEWEST = 8
+"""Nights before the last one that tell what is usual; of fewer a median absolute deviation says little."""
+CHANGED = 5.0
+"""z beyond which a change is told: a quiet series exceeds it once in 60 nights by 8 before, in 2,000 by 30."""
+_MAD = 1.4826  # standard deviations a median absolute deviation is of
+_RELATIVE = ("FS", "FV", "FSM", "FVM")  # kinds of parameters that are taken over their own median
 
 
-class Drift(Document, frozen=True):
-    """A steady change of a series: per 30 days, with its standard deviation."""
+@dataclass(frozen=True)
+class Series:
+    """One quantity of one arm, night by night.
+
+    Attributes:
+        arm: its name.
+        quantity: its name.
+        relative: whether it is a share of its usual value.
+        usual: the median of the nights before the last one, in the quantity's unit.
+        days: since the first night of the fleet, shape (d,).
+        values: less the usual one, shape (d,); shares where relative.
+        sigma: each night's own standard deviation, shape (d,).
+    """
 
     arm: str
     quantity: str
-    per_month: float
-    sigma: float
+    relative: bool
+    usual: float
+    days: Array
+    values: Array
+    sigma: Array
+
+    @property
+    def spread(self) -> float:
+        """Standard deviation of the last night where nothing changed: of the nights before, and the night's own."""
+        before = self.values[:-1]
+        scatter = _MAD * float(np.median(np.abs(before))) if before.size else 0.0
+        return max(float(np.hypot(scatter, self.sigma[-1])), TINY)
+
+    @property
+    def z(self) -> float | None:
+        """The last night's value in such standard deviations; None with fewer than ``FEWEST`` nights before."""
+        return float(self.values[-1]) / self.spread if len(self.values) > FEWEST else None
 
 
 @dataclass(frozen=True)
@@ -30,72 +67,51 @@ class Fleet:
     Attributes:
         arms: of one type, by name.
         series: of each arm and quantity.
-        bounds: sigmas of each quantity beyond which a step is an alarm.
-        alarms: today, the largest first.
-        drifts: of each series with enough nights.
-        twins: the arms' inertial parameters side by side; None of a single arm.
+        twins: the arms' inertial parameters side by side; None of fewer than three.
         exchanges: recordings that are of another robot than their arm's name says.
         first: day of the first night, ISO.
     """
 
     arms: tuple[Arm, ...]
     series: tuple[Series, ...]
-    scatter: dict[str, Scatter]
-    bounds: dict[str, float]
-    alarms: tuple[Alarm, ...]
-    drifts: tuple[Drift, ...]
     twins: Compared | None
     exchanges: tuple[Exchange, ...]
     first: str
 
+    @property
+    def changed(self) -> tuple[Series, ...]:
+        """The series whose last night is beyond ``CHANGED``, the clearest first."""
+        far = [(abs(line.z), line) for line in self.series if line.z is not None and abs(line.z) > CHANGED]
+        return tuple(line for _, line in sorted(far, key=lambda pair: -pair[0]))
 
-def fleet_of(arms: Sequence[Arm], false_alarms: float = FALSE_ALARMS) -> Fleet:
-    """Trends, alarms and odd arms of a fleet; ``false_alarms``: a month over all of it, without any change."""
+
+def fleet_of(arms: Sequence[Arm]) -> Fleet:
+    """Last night's changes and odd arms of a fleet."""
     arms = tuple(sorted(arms, key=lambda arm: arm.name))
     first = min(night.day for arm in arms for night in arm.nights)
     series = tuple(line for arm in arms for line in series_of(arm, first))
-    scatter = _scatters(series)
-    bounds = bounds_of(series, scatter, false_alarms)
-    drifts = (drift_of(line, scatter[line.quantity]) for line in series)
-    steady = tuple(drift for drift in drifts if drift is not None)
-    alarms = _alarms(series, scatter, bounds)
-    return Fleet(arms, series, scatter, bounds, alarms, steady, _twins(arms), _exchanges(arms), first)
+    pooled = [bodies_of(arm.pooled) for arm in arms]
+    names = [arm.name for arm in arms]
+    twins = side_by_side(names, pooled) if len(arms) >= 3 else None
+    bodies = list(zip(names, pooled, strict=True))
+    exchanges = tuple(named(arm.exchange, bodies) for arm in arms if arm.exchange is not None)
+    return Fleet(arms, series, twins, exchanges, first)
 
 
-def _scatters(series: Sequence[Series]) -> dict[str, Scatter]:
-    """Scatter of each quantity, over all arms."""
-    names = dict.fromkeys(line.quantity for line in series)
-    return {name: scatter_of([line for line in series if line.quantity == name]) for name in names}
+def series_of(arm: Arm, first: str) -> list[Series]:
+    """All quantities of an arm; ``first``: day of the fleet's first night, ISO."""
+    days = np.array([_days(first, night.day) for night in arm.nights])
+    series = []
+    for name in arm.nights[0].numbers:
+        values, sigma = np.array([night.numbers[name] for night in arm.nights]).T
+        relative = " " not in name and name != MASS and parameter_kind(name) in _RELATIVE
+        usual = float(np.median(values[:-1] if len(values) > 1 else values))
+        size = max(abs(usual), 1e-12) if relative else 1.0
+        series.append(Series(arm.name, name, relative, usual, days, (values - usual) / size, sigma / size))
+    return series
 
 
-def _alarms(
-    series: Sequence[Series], scatter: Mapping[str, Scatter], bounds: Mapping[str, float]
-) -> tuple[Alarm, ...]:
-    """Steps that chance does not make, the clearest first."""
-    alarms = (alarm_of(line, scatter[line.quantity], bounds[line.quantity]) for line in series)
-    return tuple(sorted((alarm for alarm in alarms if alarm is not None), key=lambda alarm: -abs(alarm.sigmas)))
-
-
-def _exchanges(arms: Sequence[Arm]) -> tuple[Exchange, ...]:
-    """Arms that are another one from some day on, and which of the fleet that is."""
-    pooled = [(arm.name, bodies_of(arm.pooled)) for arm in arms]
-    return tuple(named(arm.exchange, pooled) for arm in arms if arm.exchange is not None)
-
-
-def drift_of(series: Series, scatter: Scatter) -> Drift | None:
-    """The slope of a series over time, with its memory."""
-    count = len(series.days)
-    if count <= FEWEST or np.ptp(series.days) == 0.0:
-        return None
-    root = np.linalg.cholesky(scatter.covariance(series.days, scatter.errors_of(series)))
-    line = solve_triangular(root, np.column_stack([np.ones(count), series.days / 30.0]), lower=True)
-    y = solve_triangular(root, scatter.rest_of(series), lower=True)
-    inverse = np.linalg.inv(line.T @ line)
-    return Drift(series.arm, series.quantity, float((inverse @ (line.T @ y))[1]), float(np.sqrt(inverse[1, 1])))
-
-
-def _twins(arms: Sequence[Arm]) -> Compared | None:
-    """The arms' parameters without friction, side by side; None of fewer than three."""
-    if len(arms) < 3:
-        return None
-    return side_by_side([arm.name for arm in arms], [bodies_of(arm.pooled) for arm in arms])
+def _days(first: str, day: str) -> float:
+    """Days from one ISO date or time to another."""
+    start, end = (datetime.fromisoformat(text).replace(tzinfo=None) for text in (first, day))
+    return (end - start).total_seconds() / 86400.0

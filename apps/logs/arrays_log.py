@@ -16,7 +16,7 @@ from numpy.lib import format as npy
 from ...common.arrays import Array
 from ...common.errors import InputError
 from .matlab_objects import object_class, objects_of_version_5, refusal
-from .table import BLOCK, Layout, RawLog, extra
+from .table import Layout, RawLog, extra
 
 _HDF5 = b"\x89HDF\r\n\x1a\n"
 _MATRIX, _COMPRESSED = 14, 15
@@ -190,7 +190,7 @@ def _arrays_log(
     if rows < 2:
         raise InputError(f"{path}: holds no arrays of samples: arrays by name are needed, as t, q and tau")
 
-    def blocks(columns: Sequence[str]) -> Iterator[Array]:
+    def read(columns: Sequence[str]) -> Array:
         arrays = {name: load(name) for name in {places[column][0] for column in columns}}
 
         def column(name: str) -> Array:
@@ -199,11 +199,9 @@ def _arrays_log(
                 return arrays[array].ravel()
             return arrays[array][:, k] if axis == 0 else arrays[array][k]
 
-        values = [column(name) for name in columns]
-        for start in range(0, rows, BLOCK):
-            yield np.column_stack([own[start : start + BLOCK] for own in values])
+        return np.column_stack([column(name) for name in columns])
 
-    return RawLog(path, tuple(places), blocks)
+    return RawLog(path, tuple(places), read)
 
 
 def _places(path: Path, shapes: Mapping[str, Shape], rows: int) -> dict[str, tuple[str, int, int]]:
@@ -252,16 +250,16 @@ def parquet_log(path: Path, layout: Layout) -> RawLog:
     for name, width in _list_widths(path, parquet, lists).items():
         places |= {f"{name}{k + 1}": (name, k) for k in range(width)}
 
-    def blocks(columns: Sequence[str]) -> Iterator[Array]:
+    def read(columns: Sequence[str]) -> Array:
         needed = sorted({places[name][0] for name in columns})
         with _reading(path, "a Parquet file"), parquet.ParquetFile(path) as data:
-            for batch in data.iter_batches(batch_size=BLOCK, columns=needed):
-                arrays = {name: _numbers(arrow, batch, name) for name in needed}
-                yield np.column_stack(
-                    [arrays[name] if k < 0 else arrays[name][:, k] for name, k in map(places.__getitem__, columns)]
-                )
+            table = data.read(columns=needed)
+            arrays = {name: _numbers(arrow, table, name) for name in needed}
+        return np.column_stack(
+            [arrays[name] if k < 0 else arrays[name][:, k] for name, k in map(places.__getitem__, columns)]
+        )
 
-    return RawLog(path, tuple(places), blocks)
+    return RawLog(path, tuple(places), read)
 
 
 def _list_widths(path: Path, parquet: Any, lists: Sequence[str]) -> dict[str, int]:
@@ -271,13 +269,13 @@ def _list_widths(path: Path, parquet: Any, lists: Sequence[str]) -> dict[str, in
         return {name: len(first.column(name)[0].as_py() or ()) for name in lists} if first is not None else {}
 
 
-def _numbers(arrow: Any, batch: Any, name: str) -> Array:
-    """A column of a batch, lists as rows of a matrix.
+def _numbers(arrow: Any, table: Any, name: str) -> Array:
+    """A column of a table, lists as rows of a matrix.
 
     Raises:
         ValueError: if the lists are not of one length.
     """
-    column = batch.column(name)
+    column = table.column(name).combine_chunks()
     if not hasattr(column, "flatten") or not hasattr(column.type, "value_type"):
         return np.asarray(column.cast(arrow.float64()).to_numpy(zero_copy_only=False))
     flat = np.asarray(column.flatten().cast(arrow.float64()).to_numpy(zero_copy_only=False))

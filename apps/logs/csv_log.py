@@ -1,8 +1,8 @@
-"""Text: CSV, TSV and the like, plain or gzip, block by block, as its dialect says."""
+"""Text: CSV, TSV and the like, plain or gzip, as its dialect says."""
 
 import math
 from bisect import bisect_right
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from itertools import islice, repeat
 from pathlib import Path
 
@@ -13,8 +13,10 @@ from ...common.arrays import Array
 from ...common.errors import InputError
 from .dialect import Dialect, dialect_of, is_number, names_of, opened_text
 from .quantity import with_unit
-from .table import BLOCK, Layout, RawLog
+from .table import Layout, RawLog
 
+BLOCK = 16384
+"""Lines that are decoded at once: text takes many times the memory of its numbers."""
 _NUMBERS = msgspec.json.Decoder(list[float])
 _REMARKS = ("#", "%")
 
@@ -33,7 +35,7 @@ def csv_log(path: Path, layout: Layout) -> RawLog:
     units |= {name: unit for name, unit in named if unit}
     names = tuple(name for name, _ in named)
     text = _Text(path, dialect, layout.per_row, names)
-    return RawLog(path, names, text.blocks, text.place, units=units, notes=text.notes)
+    return RawLog(path, names, text.read, text.place, units=units, notes=text.notes)
 
 
 def _check_header(path: Path, dialect: Dialect) -> None:
@@ -66,10 +68,11 @@ class _Text:
         read = [f"text read with {', '.join(peculiarities)}"] if peculiarities else []
         return (*read, *([self._cut] if self._cut else []))
 
-    def blocks(self, columns: Sequence[str]) -> Iterator[Array]:
-        """Some of the columns; reads ``BLOCK`` rows at a time."""
+    def read(self, columns: Sequence[str]) -> Array:
+        """Some of the columns."""
         places = [self._names.index(name) for name in columns]
         self._passed, self._cut, at, rows = [], "", self._dialect.before, 0
+        numbers = [np.empty((0, len(places)))]
         with opened_text(self._path, self._dialect.encoding) as text:
             lines = islice(text, self._dialect.before, None)
             while block := list(islice(lines, BLOCK * max(self._per_row, 1))):
@@ -77,8 +80,8 @@ class _Text:
                 if not np.isfinite(values).all():
                     raise self._bad_cell(block, at, places)
                 at, rows = at + len(block), rows + len(values)
-                if len(values):
-                    yield values
+                numbers.append(values)
+        return np.concatenate(numbers)
 
     def _samples(self, lines: list[str], places: list[int]) -> Array:
         """Samples of a file with one number a line."""

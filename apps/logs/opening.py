@@ -1,7 +1,6 @@
 """Opens a log of any format by its ending; files that belong together stand side by side."""
 
-from collections.abc import Callable, Iterator, Sequence
-from itertools import zip_longest
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -61,26 +60,21 @@ def _joined(folder: Path, log_map: LogMap) -> RawLog:
             raise InputError(f"{path}: no such file; {log_map.source} needs it")
         logs.append(_READERS.get(path.suffix.lower(), csv_log)(path, part))
 
-    def blocks(columns: Sequence[str]) -> Iterator[Array]:
+    def read(columns: Sequence[str]) -> Array:
         shares = [(log, [name for name in columns if name in log.names]) for log in logs]
         used = [(log, names) for log, names in shares if names]
         order = [[name for _, names in used for name in names].index(name) for name in columns]
-        for side_by_side in zip_longest(*(log.blocks(names) for log, names in used), fillvalue=np.empty((0, 0))):
-            _check_alike(side_by_side, folder, [log for log, _ in used])
-            yield np.hstack(side_by_side)[:, order]
+        side_by_side = [log.read(names) for log, names in used]
+        if len(set(map(len, side_by_side))) > 1:
+            files = ", ".join(log.path.name for log, _ in used)
+            raise InputError(f"{folder}: {files} have not the same number of rows: are they of one recording?")
+        return np.hstack(side_by_side)[:, order]
 
     def notes() -> tuple[str, ...]:
         return tuple(f"{log.path.name}: {note}" for log in logs for note in log.notes())
 
     units = {name: unit for log in logs for name, unit in log.units.items()}
-    return RawLog(folder, tuple(name for log in logs for name in log.names), blocks, units=units, notes=notes)
-
-
-def _check_alike(side_by_side: Sequence[Array], folder: Path, logs: Sequence[RawLog]) -> None:
-    """Refuse files of one recording that end after different numbers of rows."""
-    if len({len(part) for part in side_by_side}) > 1:
-        files = ", ".join(log.path.name for log in logs)
-        raise InputError(f"{folder}: {files} have not the same number of rows: are they of one recording?")
+    return RawLog(folder, tuple(name for log in logs for name in log.names), read, units=units, notes=notes)
 
 
 def opened(path: str | Path, robot: Robot, log_map: LogMap) -> RawLog:

@@ -1,17 +1,16 @@
-"""From an open log to a recording in SI units, block by block."""
+"""From an open log to a recording in SI units."""
 
 import hashlib
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 
 from ...common.arrays import Array
 from ...common.errors import InputError
-from ...common.paged import collected, parts
 from ...estimation.signals.pieces import cut, pieces
 from ...model import Processing, Recording, Robot
-from .clock import Clock, check_rate
+from .clock import Clock, check_rate, clock_of
 from .columns import Columns, Naming, choose
 from .map import LogMap, with_units
 from .opening import opened
@@ -28,8 +27,6 @@ def read_recordings(
     processing: Processing | None = None,
 ) -> tuple[Recording, ...]:
     """Read one log: CSV, TSV (plain or gzip), NPZ, MAT, Parquet or a ROS 2 bag, split where rows are missing.
-
-    Blocks of rows go straight to their place: a long log takes the memory of its recording and little more.
 
     Args:
         path: the file or folder.
@@ -92,28 +89,29 @@ def read_beside(
     columns = choose(raw, log_map, robot, drive_gains)
     log_map, units = _stated(raw, columns, log_map)
     beside = Naming(raw, log_map, robot).columns(reference) if reference else ()
-    clock = Clock(raw, columns.time, columns.time_unit) if columns.time else None
-    read = hashlib.blake2b(digest_size=16)
-
-    def rows() -> Iterator[tuple[Array, ...]]:
-        for t, q, load, *rest in _rows(raw, columns, log_map, clock, beside):
-            # Row by row, so that the size of blocks does not matter.
-            read.update(np.column_stack([t, q, load]).tobytes())
-            yield t, q, _torques(load, robot, drive_gains) if columns.kind == "current" else load, *rest
-
-    speeds = [robot.n] * bool(columns.velocity)
-    times, q, torque, *rest = collected(rows(), [1, robot.n, robot.n, *speeds, *([len(beside)] if beside else [])])
-    t, qd = times.reshape(-1), rest[0] if columns.velocity else None
-    of_time, origin = (clock.notes(), clock.origin) if clock else ([], 0.0)
-    notes = [*raw.notes(), *units, *of_time, *columns.notes]
-    _check_rows(raw, columns, t)
+    values, n = raw.whole([*columns.all, *beside]), len(columns.position)
+    if columns.time:
+        clock = clock_of(raw, columns.time, columns.time_unit, values[:, 0])
+        values = values if clock.later.all() else values[clock.later]
+    else:
+        clock = Clock(np.arange(len(values)) / (log_map.time.rate or 1.0), np.ones(len(values), dtype=bool))
+    _check_rows(raw, columns, clock.t)
+    first, last = int(bool(columns.time)), len(columns.all)
+    _, position, velocity, load, others = np.split(values, [first, first + n, last - n, last], axis=1)
+    q, load = log_map.si("position", position), log_map.si(columns.kind, load)
+    qd = log_map.si("velocity", velocity) if columns.velocity else None
+    read = hashlib.blake2b(
+        np.ascontiguousarray(np.column_stack([clock.t, q, load])).data, digest_size=16
+    ).hexdigest()
+    torque = _torques(load, robot, drive_gains) if columns.kind == "current" else load
+    notes = [*raw.notes(), *units, *clock.notes, *columns.notes]
     if dead := _without_speed(q, qd):
         qd = None
         notes.append(f"speeds of joint {', '.join(map(str, dead))} are zero throughout: taken from positions")
     noted = tuple(f"{raw.path.name}: {note}" for note in notes)
-    commanded = log_map.si(reference, rest[-1]) if reference else q[:, :0]
+    commanded = log_map.si(reference, others) if reference else q[:, :0]
     gains = tuple(drive_gains or ()) if columns.kind == "current" else ()
-    return Recording(t, q, torque, qd, str(raw.path), noted, read.hexdigest(), gains, origin), commanded
+    return Recording(clock.t, q, torque, qd, str(raw.path), noted, read, gains, clock.origin), commanded
 
 
 def _check_rows(raw: RawLog, columns: Columns, t: Array) -> None:
@@ -145,12 +143,7 @@ def _without_speed(q: Array, qd: Array | None) -> list[int]:
     """Numbers of the joints that move although their recorded speeds are all zero."""
     if qd is None:
         return []
-    some, low, high = np.zeros(q.shape[1], dtype=bool), q[0].copy(), q[0].copy()
-    for part in parts(len(q)):
-        for j in range(q.shape[1]):
-            some[j] = some[j] or bool(qd[part, j].any())
-            low[j], high[j] = min(low[j], q[part, j].min()), max(high[j], q[part, j].max())
-    return [int(j) + 1 for j in np.flatnonzero(~some & (high - low > _MOVES))]
+    return [int(j) + 1 for j in np.flatnonzero(~qd.any(axis=0) & (np.ptp(q, axis=0) > _MOVES))]
 
 
 def holds_currents_only(path: str | Path, robot: Robot, log_map: LogMap | None = None) -> bool:
@@ -179,23 +172,3 @@ def _torques(currents: Array, robot: Robot, gains: Sequence[float] | None) -> Ar
     """Joint torques of motor currents."""
     motors = currents * (1.0 if gains is None else np.array(gains, dtype=float))
     return robot.coupling.joint_torques(motors) if robot.coupling else motors
-
-
-def _rows(
-    raw: RawLog, columns: Columns, log_map: LogMap, clock: Clock | None, beside: Sequence[str]
-) -> Iterator[tuple[Array, ...]]:
-    """Rows in SI units: time, positions, torques or the motors' currents in their place, perhaps speeds; others."""
-    row, n, first = 0, len(columns.position), len(columns.all[: bool(columns.time)])
-    ends = [first, first + n, len(columns.all) - n, len(columns.all)]
-    for values in raw.finite_blocks([*columns.all, *beside]):
-        if clock:
-            t, later = clock.seconds(values[:, 0])
-            if not later.all():
-                t, values = t[later], values[later]
-        else:
-            t = (row + np.arange(len(values))) / (log_map.time.rate or 1.0)
-        _, position, velocity, load, others = np.split(values, ends, axis=1)
-        speeds = [log_map.si("velocity", velocity)] if columns.velocity else []
-        reference = [others] if beside else []
-        yield t, log_map.si("position", position), log_map.si(columns.kind, load), *speeds, *reference
-        row += len(values)

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
-from itertools import islice
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +10,7 @@ import numpy as np
 
 from ...common.arrays import Array
 from ...common.errors import InputError
-from .table import BLOCK, Layout, RawLog, extra
+from .table import Layout, RawLog, extra
 
 _TYPE = "sensor_msgs/msg/JointState"
 _FIELDS = ("position", "velocity", "effort")
@@ -39,13 +39,12 @@ def ros_bag(path: Path, layout: Layout) -> RawLog:
         raise InputError(f"{path}: topic {topic} holds no joint states")
     names = ["t", *(f"{joint}.{field}" for joint, there in joints.items() for field in _FIELDS if field in there)]
 
-    def blocks(columns: Sequence[str]) -> Iterator[Array]:
+    def read(columns: Sequence[str]) -> Array:
         with _reader(path) as (reader, store):
             rows = _rows(path, topic, _messages(reader, store, topic), columns)
-            while block := list(islice(rows, BLOCK)):
-                yield np.array(block)
+            return np.fromiter(chain.from_iterable(rows), float).reshape(-1, len(columns))
 
-    return RawLog(path, tuple(names), blocks, lambda row: f"message {row + 1}", tuple(joints))
+    return RawLog(path, tuple(names), read, lambda row: f"message {row + 1}", tuple(joints))
 
 
 def _rows(

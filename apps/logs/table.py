@@ -1,8 +1,8 @@
-"""What every reader gives: named columns of numbers, block by block; and how a text file is laid out."""
+"""What every reader gives: named columns of numbers; and how a text file is laid out."""
 
 import dataclasses
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
@@ -17,8 +17,6 @@ from ...common.errors import InputError
 from ...common.schema import Table
 
 _HUGE = 1e30  # a time in nanoseconds is 2e18
-BLOCK = 16384
-"""Rows that are read at once."""
 DELIMITERS = {"comma": ",", "tab": "\t", "semicolon": ";", "space": None}
 """What separates cells; None stands for any white space."""
 
@@ -34,7 +32,7 @@ class RawLog:
     Attributes:
         path: the file or folder.
         names: names of all its columns.
-        blocks: gives the columns that are asked for, in that order, at most ``BLOCK`` rows at a time.
+        read: gives all rows of the columns that are asked for, in that order.
         place: tells where a row stands, "line 7"; rows count from 0.
         joints: names of joints, where the format has them.
         units: of columns, where the file names them.
@@ -43,34 +41,28 @@ class RawLog:
 
     path: Path
     names: tuple[str, ...]
-    blocks: Callable[[Sequence[str]], Iterator[Array]]
+    read: Callable[[Sequence[str]], Array]
     place: Callable[[int], str] = lambda row: f"row {row + 1}"
     joints: tuple[str, ...] = ()
     units: Mapping[str, str] = dataclasses.field(default_factory=dict)
     notes: Callable[[], tuple[str, ...]] = tuple
 
-    def finite_blocks(self, columns: Sequence[str]) -> Iterator[Array]:
-        """Blocks of the columns, rows x ``len(columns)``.
+    def whole(self, columns: Sequence[str]) -> Array:
+        """All rows of the columns, rows x ``len(columns)``.
 
         Raises:
             InputError: says where a number stands that is not finite, or larger than any time, place or torque.
         """
-        row = 0
-        for values in self.blocks(columns):
-            good = np.abs(values) < _HUGE
-            if not good.all():
-                k, column = np.argwhere(~good)[0]
-                fault = "too large a number" if np.isfinite(values[k, column]) else "not a finite number"
-                raise InputError(
-                    f"{self.path}: {self.place(row + int(k))}, column {columns[column]!r}: {values[k, column]} is "
-                    f"{fault}: mend or remove the row"
-                )
-            yield values
-            row += len(values)
-
-    def whole(self, columns: Sequence[str]) -> Array:
-        """All rows of the columns; errors as of ``finite_blocks``."""
-        return np.concatenate([np.empty((0, len(columns))), *self.finite_blocks(columns)])
+        values = np.ascontiguousarray(self.read(columns))
+        good = np.abs(values) < _HUGE
+        if not good.all():
+            row, column = np.argwhere(~good)[0]
+            fault = "too large a number" if np.isfinite(values[row, column]) else "not a finite number"
+            raise InputError(
+                f"{self.path}: {self.place(int(row))}, column {columns[column]!r}: {values[row, column]} is "
+                f"{fault}: mend or remove the row"
+            )
+        return values
 
 
 class Layout(Table, frozen=True):

@@ -13,7 +13,7 @@ from ...model.motion import Measurement
 from ..payload.problem import Source
 from ..signals.filtering import lowpass
 from ..signals.measurements import measurement
-from ..signals.rows import Mask, kept_rows
+from ..signals.rows import Mask, used_rows
 
 BLOCKS = 20
 """Blocks of time that are left out in turn."""
@@ -88,7 +88,7 @@ class States:
         """
         data = data or measurement(recording, processing)
         motion, step = data.motion, 1.0 / data.motion.rate
-        keep = kept_rows(motion, processing)
+        keep = used_rows(motion, processing)
         moving = np.flatnonzero(keep.any(axis=1))
         thin = max(1, len(moving) // count)
         torque = lowpass(data.torque, step, _CUTOFF / (thin * step) if thin > 1 else None, recording.source)

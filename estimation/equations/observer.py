@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...common.arrays import Array
-from ...common.paged import parts
 from ...model import Motion, Processing, Robot
 from ...model.motion import Measurement
 from ..signals.decimation import Decimator, noise_bandwidth
@@ -39,10 +38,11 @@ class Block:
     t: Array
 
 
-class Pieces(NamedTuple):
-    """A recording in pieces, each with its rows to use (N x n), and the factor that thins its equations."""
+class Used(NamedTuple):
+    """A measurement, its rows to use (N x n), and the factor that thins its equations."""
 
-    pieces: Iterable[tuple[Measurement, Mask]]
+    data: Measurement
+    keep: Mask
     factor: int
 
 
@@ -107,7 +107,8 @@ class Observer:
             data: the measurement, even in time if it is to be decimated.
             partner: another motion on the same time whose slow rows are left out as well.
         """
-        return self.stream(*used_pieces(data, processing, partner))
+        data, keep, factor = used(data, processing, partner)
+        return self.stream([(data, keep)], factor)
 
     def stream(self, pieces: Iterable[tuple[Measurement, Mask]], factor: int) -> Iterator[Block]:
         """Equations of one recording that arrives in pieces, each with its rows to use (N x n).
@@ -198,20 +199,12 @@ class Observer:
             self.robot.spring.torque(q[:, self.robot.spring.joint - 1])
 
 
-def used_pieces(data: Measurement, processing: Processing, partner: Motion | None = None) -> Pieces:
-    """A measurement in pieces; arguments as in ``Observer.blocks``."""
-    return Pieces(_used(data, processing, partner), processing.thinning(data.motion.rate))
-
-
-def _used(data: Measurement, processing: Processing, partner: Motion | None) -> Iterator[tuple[Measurement, Mask]]:
-    """Pieces, each with its rows to use."""
-    motion, rows = data.motion, used_rows(data.motion, processing)
-    partner_rows = used_rows(partner, processing) if partner is not None else None
-    for part in parts(len(motion.t)):
-        keep = rows.of(motion.qd[part], part)
-        if partner is not None and partner_rows is not None:
-            keep &= partner_rows.of(partner.qd[part], part)
-        yield data.between(part.start, part.stop), keep
+def used(data: Measurement, processing: Processing, partner: Motion | None = None) -> Used:
+    """A measurement with its rows to use; arguments as in ``Observer.blocks``."""
+    keep = used_rows(data.motion, processing)
+    if partner is not None:
+        keep &= used_rows(partner, processing)
+    return Used(data, keep, processing.thinning(data.motion.rate))
 
 
 def _of_motors(robot: Robot, keep: Mask) -> Mask:

@@ -8,14 +8,13 @@ import numpy as np
 from scipy.linalg import lapack
 
 from ...common.arrays import Array
-from ...common.paged import collected, give_back, parts
 from ...model import Motion, Processing
 from ...model.motion import Measurement
 from ..signals.decimation import noise_bandwidth
 from ..signals.rows import Mask
 from .equations import Equations, merged
 from .observation import Observation
-from .observer import Block, Observer, Pieces
+from .observer import Block, Observer, Used
 from .shared_torque import SharedTorque, beside, compressed, refilled
 
 _ROWS = 1024  # per QR: the rows and the factor stay in the processor's cache
@@ -37,47 +36,44 @@ def reduced_measurement(
 
 
 class Recorded:
-    """The equations of one recording, row by row: made once, many of them in a file, and cut as often as wanted."""
+    """The equations of one recording, row by row: made once, and cut as often as wanted."""
 
-    def __init__(self, observer: Observer, pieces: Pieces) -> None:
-        """Evaluate those of a recording."""
-        self._observer, self._decimate = observer, pieces.factor
-        columns = ((b.equations.T, b.keep.T, b.t) for b in observer.stream(*pieces))
-        self._rows, self._keep, t = collected(columns, (observer.rows[-1].stop, observer.robot.n, 1))
-        self._t = t[:, 0]
+    def __init__(self, observer: Observer, data: Measurement, keep: Mask, factor: int) -> None:
+        """Evaluate those of a measurement, of the rows to use (N x n), thinned by a factor."""
+        self._observer, self._factor = observer, factor
+        count, at = -(-len(keep) // factor), 0
+        self._equations = np.empty((observer.rows[-1].stop, count))
+        self._keep, self._t = np.empty((observer.robot.n, count), dtype=bool), np.empty(count)
+        for block in observer.stream([(data, keep)], factor):
+            here = slice(at, at := at + len(block.t))
+            self._equations[:, here], self._keep[:, here], self._t[here] = block.equations, block.keep, block.t
 
     def cut(self, edges: Array) -> list[Equations]:
         """The equations between neighbouring edges [s], reduced."""
-        ends, pieces = np.searchsorted(self._t, edges), []
-        for first, last in pairwise(ends.tolist()):
-            pieces.append(_reduced(self._observer, self._blocks(first, last), self._decimate))
-            give_back()
-        return pieces
+        ends = np.searchsorted(self._t, edges).tolist()
+        return [_reduced(self._observer, self._blocks(*pair), self._factor) for pair in pairwise(ends)]
 
     def residuals(self, values: Array) -> Residuals:
         """What the first columns' values leave."""
         chi = np.zeros(self._observer.distinct)
         np.add.at(chi, self._observer.place[: len(values)], values)
-        residuals: list[list[tuple[Array, Array]]] = []
-        for block in self._blocks(0, len(self._t)):
-            residuals.append([])
-            for own, touched, keep in zip(self._observer.rows, self._observer.touched, block.keep, strict=True):
-                entries = block.equations[own]
-                error = entries[len(touched)] - chi[touched] @ entries[: len(touched)]
-                residuals[-1].append((block.t[keep], error[keep]))
-        joints = [tuple(map(np.concatenate, zip(*joint, strict=True))) for joint in zip(*residuals, strict=True)]
-        return Residuals(tuple(t for t, _ in joints), tuple(errors for _, errors in joints))
+        errors = []
+        for own, touched, keep in zip(self._observer.rows, self._observer.touched, self._keep, strict=True):
+            entries = self._equations[own]
+            errors.append((entries[len(touched)] - chi[touched] @ entries[: len(touched)])[keep])
+        return Residuals(tuple(self._t[keep] for keep in self._keep), tuple(errors))
 
     def _blocks(self, first: int, last: int) -> Iterator[Block]:
-        for part in parts(last - first, _ROWS):
-            rows = slice(first + part.start, first + part.stop)
-            yield Block(np.array(self._rows[rows].T, order="C"), self._keep[rows].T > 0.0, np.array(self._t[rows]))
+        """The equations of some rows, copied, for the QR uses them up."""
+        for start in range(first, last, _ROWS):
+            rows = slice(start, min(start + _ROWS, last))
+            yield Block(self._equations[:, rows].copy(), self._keep[:, rows], self._t[rows])
 
 
-def recorded(observer: Observer, recordings: Iterable[Pieces]) -> tuple[Equations, list[Recorded]]:
+def recorded(observer: Observer, recordings: Iterable[Used]) -> tuple[Equations, list[Recorded]]:
     """All recordings of one load reduced, and the equations of each."""
-    parts = [Recorded(observer, pieces) for pieces in recordings]
-    return merged(recording.cut(np.array([-np.inf, np.inf]))[0] for recording in parts), parts
+    each = [Recorded(observer, *recording) for recording in recordings]
+    return merged(recording.cut(np.array([-np.inf, np.inf]))[0] for recording in each), each
 
 
 def reduced_pieces(observer: Observer, pieces: Iterable[tuple[Measurement, Mask]], decimate: int = 1) -> Equations:

@@ -8,7 +8,6 @@ import numpy as np
 from ...common.arrays import Array
 from ...common.errors import InputError
 from ...common.linear import least_squares
-from ...common.paged import empty, parts
 from ...common.progress import Progress, silent
 from ...model import BaseParameters, Processing, Recording, Robot
 from ...model.drives import SPRING
@@ -228,12 +227,8 @@ def _scaled(robot: Robot, recordings: Sequence[Recording], K: Array) -> list[Rec
 
 
 def _torques(robot: Robot, currents: Array, K: Array) -> Array:
-    torque = empty(currents.shape)
-    for part in parts(len(torque)):
-        motors = currents[part] * K
-        torque[part] = robot.coupling.joint_torques(motors) if robot.coupling else motors
-    torque.setflags(write=False)
-    return torque
+    motors = currents * K
+    return robot.coupling.joint_torques(motors) if robot.coupling else motors
 
 
 def _in_currents(problem: Equations, K: Array) -> Equations:

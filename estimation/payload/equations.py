@@ -1,6 +1,6 @@
 """The equations of recordings with payload, [W W_L] of (22) and W_L of (29), whole and in blocks of time."""
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import chain
@@ -9,14 +9,13 @@ from typing import NamedTuple
 import numpy as np
 
 from ...common.arrays import Array
-from ...common.paged import empty, parts
 from ...model import BaseParameters, Processing, Robot
 from ...model.motion import Measurement
 from ...model.names import FRICTION, parameter_kind
 from ...model.regressors import payload_columns
 from ..equations.equation_code import PATH
 from ..equations.equations import PAYLOAD, Equations
-from ..equations.observer import Observer, Pieces, used_pieces
+from ..equations.observer import Observer, Used, used
 from ..equations.reduction import Recorded, Residuals, recorded
 from ..equations.shared_torque import known_spring
 from ..fit.blocks import (
@@ -31,7 +30,6 @@ from ..fit.blocks import (
     weighted_solution,
 )
 from ..fit.estimate import Estimate
-from ..signals.rows import Mask
 from .path import robot_of
 
 _STRETCHES = 4  # of all loaded recordings together
@@ -92,10 +90,7 @@ def torque_change(robot: Robot, unloaded: Measurement, loaded: Measurement) -> M
 
     The observer moves the spring's torque into Y; in a difference it is there twice, and the first goes along.
     """
-    torque = empty(loaded.torque.shape)
-    for part in parts(len(torque)):
-        torque[part] = loaded.torque[part] - unloaded.torque[part]
-    torque.setflags(write=False)
+    torque = loaded.torque - unloaded.torque
     spring = known_spring(robot)
     if spring is None:
         return Measurement(loaded.motion, torque)
@@ -158,7 +153,7 @@ def _loads(
     heavy = _with_payload(observer, base, loaded, processing)
     if not unloaded:
         return heavy, None, None
-    bare = _load(observer.only(base.columns), (used_pieces(data, processing) for data in unloaded))
+    bare = _load(observer.only(base.columns), (used(data, processing) for data in unloaded))
     return heavy, bare, _changes(observer, base, pairs, bare.equations, processing) if pairs else None
 
 
@@ -167,14 +162,14 @@ def _with_payload(
 ) -> _Load:
     """Equations [W W_L] of (22); their memory is judged by what W alone leaves."""
     columns = (*base.columns, *payload_columns(observer.robot))
-    pieces = (used_pieces(data, processing) for data in loaded)
-    equations, recordings = recorded(observer.only(columns, (*base.columns, *PAYLOAD)), pieces)
+    heavy = (used(data, processing) for data in loaded)
+    equations, recordings = recorded(observer.only(columns, (*base.columns, *PAYLOAD)), heavy)
     return _Load(equations, recordings, equations.select(base.columns))
 
 
-def _load(observer: Observer, pieces: Iterable[Pieces]) -> _Load:
+def _load(observer: Observer, loads: Iterable[Used]) -> _Load:
     """Equations whose memory is judged by what they leave themselves."""
-    equations, recordings = recorded(observer, pieces)
+    equations, recordings = recorded(observer, loads)
     return _Load(equations, recordings, equations)
 
 
@@ -229,18 +224,13 @@ def _changes(
     return _load(alone, (_change(bare, chi, pair, processing) for pair in pairs))
 
 
-def _change(observer: Observer, chi: Array, pair: PairedMeasurement, processing: Processing) -> Pieces:
-    """Y_T - Y_wL of a pair in pieces, with what the robot of these parameters needs more on the loaded path."""
-    loaded = used_pieces(pair.loaded, processing, pair.unloaded.motion)
+def _change(observer: Observer, chi: Array, pair: PairedMeasurement, processing: Processing) -> Used:
+    """Y_T - Y_wL of a pair, with what the robot of these parameters needs more on the loaded path."""
+    loaded = used(pair.loaded, processing, pair.unloaded.motion)
 
-    def changes() -> Iterator[tuple[Measurement, Mask]]:
-        start = 0
-        for heavy, keep in loaded.pieces:
-            bare = pair.unloaded.between(start, start := start + len(heavy.motion.t))
-            path = observer.torques(heavy.motion, chi) - observer.torques(bare.motion, chi)
-            yield replace(torque_change(observer.robot, bare, heavy), path=path), keep
-
-    return Pieces(changes(), loaded.factor)
+    path = observer.torques(pair.loaded.motion, chi) - observer.torques(pair.unloaded.motion, chi)
+    change = torque_change(observer.robot, pair.unloaded, pair.loaded)
+    return loaded._replace(data=replace(change, path=path))
 
 
 def _cut(recordings: Sequence[Recorded], edges: Sequence[Array]) -> tuple[Equations, ...]:

@@ -17,7 +17,7 @@ from ...model.visibility import PayloadVisibility
 from ..equations.equations import PAYLOAD, Equations
 from ..fit.estimate import Estimate
 from ..possible.constraints import KnownMass
-from ..signals.rows import Mask, least_speed, moving_parts, used_rows
+from ..signals.rows import Mask, inner_samples, least_speed, moving_parts
 from .constant_torques import FREE, HeldFriction
 from .ripple import Wave
 
@@ -140,10 +140,10 @@ def telling_rows(motion: Motion, moving: Sequence[int], processing: Processing, 
 
     Args:
         moving: numbers of the joints that move.
-        ends: keep also the ends at which a recording was cut in full motion, which ``used_rows`` leaves out.
+        ends: keep also the ends at which a recording was cut in full motion, which ``inner_samples`` leaves out.
     """
     speed = np.abs(motion.qd)
-    whole = moving_parts(motion, processing.still_speed) if ends else used_rows(motion, processing).moving
+    whole = moving_parts(motion, processing.still_speed) if ends else inner_samples(motion, processing)
     least = np.maximum(least_speed(speed[whole].max(axis=0, initial=0.0), processing), SLOW)
     keep: Mask = (speed >= least) & whole[:, None]
     keep[:, [j for j in range(motion.n) if j + 1 not in moving]] = False

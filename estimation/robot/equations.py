@@ -11,7 +11,7 @@ from ...model import BaseParameters, Processing, Recording, Robot
 from ...model.base import leftmost_independent, random_states, stacked_regressor
 from ...model.motion import Measurement
 from ..equations.equations import Equations, merged
-from ..equations.observer import Observer, used_pieces
+from ..equations.observer import Observer, used
 from ..equations.reduction import recorded, reduced_measurement
 from ..fit.blocks import block_edges, block_length, in_blocks, remembered
 from ..signals.filtering import mean_rate
@@ -43,7 +43,7 @@ def base_problem(
     if not blocks:
         equations = merged(reduced_measurement(observer, data, processing) for data in measured)
     else:
-        equations, opened = recorded(observer, (used_pieces(data, processing) for data in measured))
+        equations, opened = recorded(observer, (used(data, processing) for data in measured))
     if equations.equations == 0:
         raise InputError(f"{recordings[0].source}: no joint moves: nothing can be compared")
     if not blocks:

@@ -7,10 +7,11 @@ import numpy as np
 
 from ...common.arrays import Array
 from ...common.errors import InputError
-from ...common.paged import ROWS, empty, give_back, parts
+from ...common.interpolation import MonotoneCubic
 from ...model import Recording
-from .filtering import NEIGHBOURS, between, on_grid, resampled
+from .filtering import on_grid, resampled
 
+_NEIGHBOURS = 3  # samples beside an interval that decide its cubic
 _FINE = 50  # steps per sample in the search for the best lag
 _MOST = 200_000  # samples that are correlated, of longer recordings
 _COMPARED = 40_000  # samples that are compared in the search for the best lag, of longer recordings
@@ -98,9 +99,8 @@ def best_aligned(
     reference = resampled(unloaded, 1.0 / step)
     thin = 1 + max(len(reference.t), len(loaded.t)) // _MOST
     if near is None:
-        near = thin * step * _coarse_lag(_thinned(reference.q, thin), _thinned(loaded.q, thin))
+        near = thin * step * _coarse_lag(reference.q[::thin], loaded.q[::thin])
         near += loaded.t[0] - reference.t[0]
-        give_back()
     lag = _fine_lag(unloaded, loaded, near, step, thin)
     low = max(loaded.t[0], unloaded.t[0] + lag)
     high = min(loaded.t[-1], unloaded.t[-1] + lag)
@@ -108,27 +108,14 @@ def best_aligned(
     if inside.stop - inside.start < 0.5 * min(len(loaded.t), len(reference.t)):
         raise _different(unloaded, loaded, "they overlap by less than half")
     common = loaded.t[inside]
-    a = on_grid(unloaded, _earlier(common, lag))
+    a = on_grid(unloaded, common - lag)
     a = Recording(common, a.q, a.torque, a.qd, a.source, a.notes)
     qd = loaded.qd[inside] if loaded.qd is not None else None
     b = Recording(common, loaded.q[inside], loaded.torque[inside], qd, loaded.source, loaded.notes)
-    largest, sums, squares = np.zeros((3, a.q.shape[1]))
-    for part in parts(len(common)):
-        difference = b.q[part] - a.q[part]
-        largest = np.maximum(largest, np.abs(difference).max(axis=0))
-        sums, squares = sums + difference.sum(axis=0), squares + np.sum(difference**2, axis=0)
-    constant, each = sums / len(common), np.sqrt(squares / len(common))
-    changing = np.sqrt(np.maximum(each**2 - constant**2, 0.0))
-    return AlignedPair(
-        a, b, lag, float(largest.max()), float(each.max()), tuple(constant.tolist()), tuple(changing.tolist())
-    )
-
-
-def _earlier(t: Array, lag: float) -> Array:
-    moved = empty(t.shape)
-    for part in parts(len(t)):
-        moved[part] = t[part] - lag
-    return moved
+    difference = b.q - a.q
+    each, changing = np.sqrt(np.mean(difference**2, axis=0)), difference.std(axis=0)
+    constant, largest = difference.mean(axis=0), float(np.abs(difference).max())
+    return AlignedPair(a, b, lag, largest, float(each.max()), tuple(constant.tolist()), tuple(changing.tolist()))
 
 
 def _different(unloaded: Recording, loaded: Recording, why: str) -> InputError:
@@ -136,12 +123,6 @@ def _different(unloaded: Recording, loaded: Recording, why: str) -> InputError:
         f"{unloaded.source} and {loaded.source} are not the same trajectory: {why}: method 3 needs one "
         "trajectory run twice; use methods 1, 2 or 4, or raise --max-mismatch"
     )
-
-
-def _thinned(values: Array, thin: int) -> Array:
-    """Every so many-th row, in memory."""
-    rows = [np.array(values[part][::thin]) for part in parts(len(values), max(ROWS // thin, 1) * thin)]
-    return np.concatenate(rows)
 
 
 def _coarse_lag(a: Array, b: Array) -> int:
@@ -166,7 +147,6 @@ def _fine_lag(unloaded: Recording, loaded: Recording, coarse: float, step: float
     """
     width = 2.0 * step * thin
     compared = list(_compared(unloaded, loaded, coarse, 2.0 * width))
-    give_back()
 
     def mismatch(lag: float) -> float:
         difference = np.concatenate([positions(t - lag) - q for t, q, positions in compared])
@@ -192,8 +172,8 @@ def _compared(
     size = len(loaded.t) if len(loaded.t) <= _COMPARED else _COMPARED // _STRETCHES
     for start in range(0, len(loaded.t), max(size, len(loaded.t) // _STRETCHES)):
         part = slice(start, start + size)
-        t, q = np.array(loaded.t[part]), np.array(loaded.q[part])
+        t, q = loaded.t[part], loaded.q[part]
         ends = np.searchsorted(unloaded.t, [t[0] - lag - reach, t[-1] - lag + reach])
-        near = slice(max(int(ends[0]) - NEIGHBOURS, 0), int(ends[1]) + NEIGHBOURS)
+        near = slice(max(int(ends[0]) - _NEIGHBOURS, 0), int(ends[1]) + _NEIGHBOURS)
         if len(unloaded.t[near]) > 1:
-            yield t, q, between(np.array(unloaded.t[near]), np.array(unloaded.q[near]))
+            yield t, q, MonotoneCubic(unloaded.t[near], unloaded.q[near])

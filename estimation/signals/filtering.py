@@ -1,14 +1,12 @@
 """Signal processing: uneven time to even, Butterworth, central differences."""
 
 import math
-from collections.abc import Callable
 
 import numpy as np
 
 from ...common.arrays import Array
 from ...common.errors import InputError
 from ...common.interpolation import MonotoneCubic
-from ...common.paged import ROWS, empty, give_back, parts
 from ...common.recursion import butterworth, filtered
 from ...model import Motion, Processing, Recording
 from ...model.motion import Measurement
@@ -22,7 +20,6 @@ _SHORTEST = 0.1
 """s: a recording that is shorter shows no motion, whatever the cut-off."""
 _MOVES = 1e-3  # rad or m: rms of a joint that moves
 _MOST_LOST = 0.01  # of a joint's rms motion: good cut-offs change it by 1e-3 and less
-NEIGHBOURS = 3  # samples beside an interval that decide its cubic
 _EVEN = 1e-2  # time steps that differ by less than this fraction count as even
 
 
@@ -83,16 +80,11 @@ def resampled(recording: Recording, rate: float | None) -> Recording:
 
 
 def _is_even(t: Array, step: float) -> bool:
-    return all(
-        bool((np.abs(np.diff(t[part.start : part.stop + 1]) - step) < _EVEN * step).all()) for part in parts(len(t))
-    )
+    return bool((np.abs(np.diff(t) - step) < _EVEN * step).all())
 
 
 def _grid(start: float, step: float, count: int) -> Array:
-    t = empty((count,))
-    for part in parts(count):
-        t[part] = start + step * np.arange(part.start, part.stop)
-    return _locked(t)
+    return _locked(np.asarray(start + step * np.arange(count), dtype=np.float64))
 
 
 def _locked(array: Array) -> Array:
@@ -104,34 +96,19 @@ def _locked(array: Array) -> Array:
 
 def on_grid(recording: Recording, t: Array) -> Recording:
     """The recording at other times within its own, by monotone cubic interpolation (PCHIP)."""
-    recorded = [recording.q, recording.torque] + ([recording.qd] if recording.qd is not None else [])
-    curves = [empty((len(t), values.shape[1])) for values in recorded]
-    at_once = max(1, min(ROWS, ROWS * len(t) // len(recording.t)))  # so that the samples in between are few as well
-    for part in parts(len(t), at_once):
-        times = np.clip(t[part], recording.t[0], recording.t[-1])
-        low, high = np.searchsorted(recording.t, times[[0, -1]])
-        near = slice(max(int(low) - NEIGHBOURS, 0), int(high) + NEIGHBOURS)
-        for values, new in zip(recorded, curves, strict=True):
-            new[part] = between(recording.t[near], values[near])(times)
-    q, torque, *speeds = map(_locked, curves)
-    return Recording(t, q, torque, speeds[0] if speeds else None, recording.source, recording.notes)
+    times = np.clip(t, recording.t[0], recording.t[-1])
 
+    def there(values: Array) -> Array:  # one joint after the other, which takes less memory
+        return _locked(np.hstack([MonotoneCubic(recording.t, own[:, None])(times) for own in values.T]))
 
-def between(t: Array, values: Array) -> Callable[[Array], Array]:
-    """Values (N, k) of rising times at any time, by monotone cubic interpolation; nan before and after them."""
-    return MonotoneCubic(t, values)
+    speeds = there(recording.qd) if recording.qd is not None else None
+    return Recording(t, there(recording.q), there(recording.torque), speeds, recording.source, recording.notes)
 
 
 def _check_cutoff(raw: Array, filtered: Array, cutoff: float | None, source: str, duration: float) -> None:
     """A filter that changes the positions themselves is too low for the motion."""
-    mean, spread, lost = (np.zeros(raw.shape[1]) for _ in range(3))
-    for part in parts(len(raw)):
-        mean += raw[part].sum(axis=0) / len(raw)
-    for part in parts(len(raw)):
-        spread += np.sum((raw[part] - mean) ** 2, axis=0)
-        lost += np.sum((raw[part] - filtered[part]) ** 2, axis=0)
-    spread, lost = np.sqrt(spread), np.sqrt(lost)
-    share = np.where(spread > _MOVES * np.sqrt(len(raw)), lost / np.where(spread > 0.0, spread, 1.0), 0.0)
+    spread, lost = raw.std(axis=0), np.sqrt(np.mean((raw - filtered) ** 2, axis=0))
+    share = np.where(spread > _MOVES, lost / np.where(spread > 0.0, spread, 1.0), 0.0)
     j = int(np.argmax(share))
     if cutoff is not None and share[j] > _MOST_LOST:
         reason = "the cut-off lies below the motion; raise --cutoff"
@@ -168,35 +145,15 @@ def lowpass(signals: Array, step: float, cutoff: float | None, source: str) -> A
 
 
 def _forward_and_backward(signals: Array, cutoff: float) -> Array:
-    """What ``scipy.signal.sosfiltfilt`` gives, stretch by stretch: the filter's state goes from one to the next.
-
-    Args:
-        signals: shape (N, k).
-        cutoff: share of the Nyquist frequency.
-    """
+    """What ``scipy.signal.sosfiltfilt`` gives of signals (N, k); ``cutoff``: share of the Nyquist frequency."""
     sections = butterworth(_ORDER, cutoff)
     edge = 3 * (2 * len(sections) + 1)  # samples by which the ends are mirrored, scipy's number
     before = 2.0 * signals[0] - signals[edge:0:-1]
     after = 2.0 * signals[-1] - signals[-2 : -edge - 2 : -1]
-    result = empty(signals.shape)
-    _, states = filtered(sections, before, [np.outer(section.settled, before[0]) for section in sections])
-    for part in parts(len(signals)):
-        result[part], states = filtered(sections, signals[part], states)
-    beyond, _ = filtered(sections, after, states)
-    _, states = filtered(sections, beyond[::-1], [np.outer(section.settled, beyond[-1]) for section in sections])
-    for part in reversed(list(parts(len(signals)))):
-        backward, states = filtered(sections, result[part][::-1], states)
-        result[part] = backward[::-1]
-        give_back()
-    return result
+    forward = filtered(sections, np.concatenate([before, signals, after]))
+    return np.ascontiguousarray(filtered(sections, forward[::-1])[::-1][edge:-edge])
 
 
 def slopes(values: Array, step: float) -> Array:
     """Central differences of values (N, k) that are ``step`` [s] apart, one-sided at the ends."""
-    result = empty(values.shape)
-    for part in parts(len(values) - 2):
-        middle = result[part.start + 1 : part.stop + 1]
-        np.subtract(values[part.start + 2 : part.stop + 2], values[part], out=middle)
-        middle /= 2.0 * step
-    result[0], result[-1] = (values[1] - values[0]) / step, (values[-1] - values[-2]) / step
-    return result
+    return np.asarray(np.gradient(values, step, axis=0))

@@ -13,7 +13,6 @@ import numpy as np
 
 from ...common.arrays import Array
 from ...common.errors import InputError
-from ...common.paged import parts
 from ...model import Recording
 
 _PIECE = re.compile(r"( \(\S+ to \S+ s\))+$")
@@ -111,16 +110,9 @@ def cut(recording: Recording, stretches: Pieces) -> Iterator[Recording]:
 
 def _long_steps(t: Array, longest: float, lost: float) -> tuple[list[int], list[float], list[float]]:
     """Rows before gaps, how long these are [s], and the shorter steps in which rows are missing [s]."""
-    ends: list[int] = []
-    missing: list[float] = []
-    short: list[float] = []
-    for part in parts(len(t) - 1):
-        steps = np.diff(t[part.start : part.stop + 1])
-        gaps = np.flatnonzero(steps > longest)
-        ends += (part.start + gaps).tolist()
-        missing += steps[gaps].tolist()
-        short += steps[(steps > lost) & (steps <= longest)].tolist()
-    return ends, missing, short
+    steps = np.diff(t)
+    gaps = np.flatnonzero(steps > longest)
+    return gaps.tolist(), steps[gaps].tolist(), steps[(steps > lost) & (steps <= longest)].tolist()
 
 
 def _lasts(t: Array, rows: tuple[slice, ...] | list[slice]) -> list[float]:

@@ -5,9 +5,8 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from ...common.arrays import Array, equal
+from ...common.arrays import Array
 from ...common.errors import InputError
-from ...common.paged import parts
 from ...model import Joint, Recording, Robot
 
 _MOST_TURNS = 4 * np.pi  # rad: no arm's joint goes further from zero
@@ -48,9 +47,8 @@ def implausible(robot: Robot, recording: Recording) -> Iterator[str]:
 
 
 def _extremes(values: Array) -> tuple[Array, Array]:
-    """Smallest and largest of each column, one after the other: many times as fast as row by row."""
-    ends = [[(column.min(), column.max()) for column in values[part].T] for part in parts(len(values))]
-    return np.min(ends, axis=0)[:, 0], np.max(ends, axis=0)[:, 1]
+    """Smallest and largest of each column."""
+    return values.min(axis=0), values.max(axis=0)
 
 
 def _positions(robot: Robot, recording: Recording) -> Iterator[str]:
@@ -100,13 +98,9 @@ def _steps(robot: Robot, recording: Recording) -> Iterator[str]:
         return
     speeds = np.array([joint.limits.speed for joint in robot.joints])
     most = np.where(np.isfinite(speeds), _OVER_SPEED * speeds, _MOST_SPEED)
-    worst = [(0.0, 0)] * robot.n  # of each joint the speed over what it may be, and where
-    for part, dt, dq in _differences(recording, window):
-        share = np.abs(dq) / dt[:, None] / most
-        for j, k in enumerate(np.argmax(share, axis=0)):
-            worst[j] = max(worst[j], (float(share[k, j]), part.start + int(k)), key=lambda entry: entry[0])
-    for j, (share_of_limit, k) in enumerate(worst):
-        if share_of_limit > 1.0:
+    share = np.abs(_slopes(recording, window)) / most  # of the speed that a joint may have
+    for j, k in enumerate(np.argmax(share, axis=0)):
+        if share[k, j] > 1.0:
             step, elapsed = (array[k + window] - array[k] for array in (recording.q[:, j], recording.t))
             yield (
                 f"q{j + 1} jumps by {step:.3g} (rad or m) within {elapsed:.3g} s at "
@@ -115,12 +109,11 @@ def _steps(robot: Robot, recording: Recording) -> Iterator[str]:
             )
 
 
-def _differences(recording: Recording, window: int) -> Iterator[tuple[slice, Array, Array]]:
-    """Changes of time and position over a window of samples, stretch by stretch, and where they begin."""
+def _slopes(recording: Recording, window: int) -> Array:
+    """Changes of position over a window of samples, divided by those of time."""
     t, q = recording.t, recording.q
-    for here in parts(len(t) - window):
-        later = slice(here.start + window, here.stop + window)
-        yield here, t[later] - t[here], q[later] - q[here]
+    slopes: Array = (q[window:] - q[:-window]) / (t[window:] - t[:-window])[:, None]
+    return slopes
 
 
 def _reach(robot: Robot, recording: Recording) -> Iterator[str]:
@@ -147,12 +140,12 @@ def _reach(robot: Robot, recording: Recording) -> Iterator[str]:
 def _saturation(_: Robot, recording: Recording) -> Iterator[str]:
     """A torque that stays at its very extreme was cut off."""
     for extreme in _extremes(recording.torque):
-        count, longest = _at_extreme(recording.torque, extreme)
-        for j in range(len(extreme)):
-            share = count[j] / len(recording.t)
-            if share < _PLATEAU_SHARE or longest[j] < _PLATEAU:
+        for j, torque in enumerate(recording.torque.T):
+            there = torque == extreme[j]
+            share = float(np.mean(there))
+            if share < _PLATEAU_SHARE or _longest_run(there) < _PLATEAU:
                 continue
-            if share < _PLATEAU_EXCESS / _levels(recording.torque[:, j], int(_PLATEAU_EXCESS / share) + 1):
+            if share < _PLATEAU_EXCESS / len(np.unique(torque)):
                 continue
             yield (
                 f"the torque of joint {j + 1} stays at its extreme {extreme[j]:.4g} for "
@@ -160,34 +153,10 @@ def _saturation(_: Robot, recording: Recording) -> Iterator[str]:
             )
 
 
-def _at_extreme(torque: Array, extreme: Array) -> tuple[Array, Array]:
-    """For each column how many samples are at its extreme, and the most of them in a row."""
-    count, longest, run = np.zeros((3, len(extreme)))
-    for part in parts(len(torque)):
-        there = torque[part] == extreme
-        count += there.sum(axis=0)
-        for j, own in enumerate(there.T):
-            longest[j], run[j] = _longest_run(own, longest[j], run[j])
-    return count, longest
-
-
-def _longest_run(mask: NDArray[np.bool_], longest: float, before: float) -> tuple[float, float]:
-    """Most true values in a row and how many of them the end has, where ``before`` of them precede."""
+def _longest_run(mask: NDArray[np.bool_]) -> int:
+    """Most true values in a row."""
     edges = np.flatnonzero(np.diff(np.concatenate([[False], mask, [False]]).astype(int)))
-    runs = (edges[1::2] - edges[::2]).astype(float)
-    if len(runs) and mask[0]:
-        runs[0] += before
-    return max(longest, float(runs.max(initial=0.0))), float(runs[-1]) if len(runs) and mask[-1] else 0.0
-
-
-def _levels(torque: Array, enough: int) -> int:
-    """How many values a channel takes; counts until it is ``enough``."""
-    levels = np.empty(0)
-    for part in parts(len(torque)):
-        levels = np.union1d(levels, torque[part])
-        if len(levels) >= enough:
-            break
-    return len(levels)
+    return int((edges[1::2] - edges[::2]).max(initial=0))
 
 
 def _speeds(_: Robot, recording: Recording) -> Iterator[str]:
@@ -198,12 +167,9 @@ def _speeds(_: Robot, recording: Recording) -> Iterator[str]:
     window = max(1, int(0.05 / (span / (len(recording.t) - 1))))  # 50 ms, to see past quantisation
     if len(recording.t) <= 2 * window:
         return
-    moved, both = np.zeros((2, recording.q.shape[1]))
-    for part, dt, dq in _differences(recording, window):
-        slope = dq / dt[:, None]
-        later = slice(part.start + window, part.stop + window)
-        moved += np.sum(slope**2, axis=0)
-        both += np.sum(0.5 * (recording.qd[later] + recording.qd[part]) * slope, axis=0)
+    slope = _slopes(recording, window)
+    moved = np.sum(slope**2, axis=0)
+    both = np.sum(0.5 * (recording.qd[window:] + recording.qd[:-window]) * slope, axis=0)
     low, high = _extremes(recording.q)
     for j in range(recording.q.shape[1]):
         if high[j] - low[j] < _MOVES or moved[j] == 0.0:
@@ -229,7 +195,7 @@ def check_apart(loaded: Sequence[Recording], unloaded: Sequence[Recording]) -> N
 
 
 def _same(a: Recording, b: Recording) -> bool:
-    return equal(a.torque, b.torque) and equal(a.q, b.q)
+    return np.array_equal(a.torque, b.torque) and np.array_equal(a.q, b.q)
 
 
 def still_joints(recordings: Sequence[Recording]) -> tuple[int, ...]:

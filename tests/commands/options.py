@@ -106,7 +106,6 @@ OPTIONS: dict[str, dict[str, str]] = {
     },
     "fleet report": PAGE | {
         "store": "=--json b.json | nightly",
-        "--false-alarms": "--false-alarms 0.1",
         "--parquet": "--parquet tables",
         "--json": "--json a.json",
     },

@@ -7,7 +7,7 @@ import pytest
 from dynident.model import load_robot
 from dynident.tests.commands.runs import QUICK, Run, document, runner
 from dynident.tests.report.motions import motion_parsers as read
-from dynident.trajectories import BlendedPoints, Trapezoid, ViaPoints, random_via_points
+from dynident.trajectories import Trapezoid, ViaPoints, random_via_points
 
 
 @pytest.fixture
@@ -77,33 +77,6 @@ def test_trapezoids_of_fixed_durations(run: Run, score: Run, tmp_path: Path) -> 
     assert data["val3_replay"]["condition_number_scaled"] == pytest.approx(
         data["condition_number_scaled"], rel=0.05
     )
-    assert score(*goal, names[0], "--json", names[2])[0] == 0
-    judged = document(Path(names[2]))
-    assert judged["limits"]["met"]
-    assert judged["condition_number_scaled"] == pytest.approx(data["condition_number_scaled"], rel=5e-3)
-
-
-@pytest.mark.long
-def test_passing_trapezoids(run: Run, score: Run, tmp_path: Path) -> None:
-    """The JSON's numbers give the motion of the CSV; evaluated again it is what was designed; so is its replay."""
-    names = [str(tmp_path / name) for name in ("m.csv", "m.json", "e.json")]
-    goal = ("--payload-only", "--criterion", "cond-scaled", "--torque-noise", "1,1,1,1,1,1")
-    shape = (*QUICK, "--segments", "blend", "--segment-durations", "1.2")
-    options = (*shape, "--samples", names[0], "--json", names[1], "--urscript")
-    files = (str(tmp_path / "m.script"), "--ros2", str(tmp_path / "m.yaml"), "--val3", str(tmp_path / "excite"))
-    status, out, err = run(*goal, *options, *files, "--sample-rate", "1000")
-    assert (status, err) == (0, "")
-    data = document(Path(names[1]))
-    motion = data["motion"]
-    assert (motion["segments"], motion["ramp"], motion["durations"]) == ("blend", None, [1.2, 1.2, 1.2])
-    plan = BlendedPoints(*(np.array(motion[key]) for key in ("points", "durations", "blends")))
-    samples = read.csv_samples(Path(names[0]).read_text())
-    assert np.abs(samples.q - plan.at(samples.t)[0]).max() < 1e-8
-    assert np.allclose(read.ros2((tmp_path / "m.yaml").read_text())[1].q, samples.q, atol=1e-8)
-    assert np.allclose(read.urscript((tmp_path / "m.script").read_text()).first, plan.points[0], atol=1e-8)
-    application = {path.name: path.read_text() for path in (tmp_path / "excite").iterdir()}
-    assert [motion["blend"] for motion in read.val3(application).motions] == ["off", "joint", "joint", "off"]
-    assert "Replayed by trapezoidal moves" in out
     assert score(*goal, names[0], "--json", names[2])[0] == 0
     judged = document(Path(names[2]))
     assert judged["limits"]["met"]

@@ -72,7 +72,7 @@ def test_what_is_said_of_the_bounds_is_what_was_seen(run: Run, motion: Path, mas
         assert ("does NOT keep" in flat) == ("NOT" in words)
 
 
-REFUSED = ("--val3 trapezoid", "--ros2 trapezoid", "--urscript trapezoid", "--ros2 blend", "--urscript blend")
+REFUSED = ("--val3 trapezoid", "--ros2 trapezoid", "--urscript trapezoid")
 
 
 @pytest.mark.parametrize("written", cases(REFUSED, lambda written: written.startswith("--val3")))

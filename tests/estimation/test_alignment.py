@@ -30,6 +30,19 @@ def test_lag_is_found_to_a_fraction_of_a_sample(wander: Callable[..., Motion], d
     assert np.array_equal(pair.unloaded.t, pair.loaded.t)
 
 
+def test_of_long_recordings_some_samples_are_compared(
+    wander: Callable[..., Motion], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    motion = wander(6, 4, points=40, rate=125.0)
+    pair = recording(motion, "a", 0.0, 1), recording(motion, "b", 1.3, 2)
+    whole = aligned(*pair, 100.0, 0.02)
+    monkeypatch.setattr("dynident.estimation.signals.alignment._MOST", 500)
+    thin = aligned(*pair, 100.0, 0.02)
+    assert thin.lag != whole.lag
+    assert thin.lag == pytest.approx(1.3, abs=5e-4)
+    assert thin.rms_mismatch < 1.02 * whole.rms_mismatch
+
+
 def test_offset_between_the_runs_is_reported(wander: Callable[..., Motion]) -> None:
     motion = wander(6, 0)
     b = Recording(motion.t, motion.q + 1e-3, motion.q)

@@ -5,9 +5,12 @@ import pytest
 from dynident.common.errors import InputError
 from dynident.estimation.signals import decimated, measurement, noise_bandwidth, resampled
 from dynident.estimation.signals.decimation import Decimator
+from dynident.estimation.signals.filtering import lowpass, on_grid, slopes
 from dynident.model import Processing, Recording
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.interpolate import PchipInterpolator
+from scipy.signal import butter, sosfiltfilt
 
 
 def sine(t: np.ndarray, frequency: float) -> np.ndarray:
@@ -35,6 +38,24 @@ def test_filter_has_no_delay_and_differences_give_speed_and_acceleration() -> No
     assert np.abs(motion.q - sine(t, 1.0))[inner].max() < 1e-4
     assert np.abs(motion.qd - omega * np.cos(omega * t)[:, None])[inner].max() < 1e-3
     assert np.abs(motion.qdd + omega**2 * sine(t, 1.0))[inner].max() < 2e-2
+
+
+def test_the_filter_is_scipys() -> None:
+    signals = np.cumsum(np.random.default_rng(0).standard_normal((3000, 4)), axis=0)
+    theirs = sosfiltfilt(butter(4, 0.08, output="sos"), signals, axis=0)
+    assert np.abs(lowpass(signals, 0.01, 4.0, "log") - theirs).max() < 1e-12 * np.abs(theirs).max()
+    assert np.array_equal(slopes(signals, 0.01), np.gradient(signals, 0.01, axis=0))
+
+
+@pytest.mark.parametrize("count", [200, 4000])
+def test_interpolation_is_scipys(count: int) -> None:
+    draw = np.random.default_rng(0)
+    uneven = np.sort(draw.uniform(0.0, 8.0, 1000))
+    recording = Recording(uneven, draw.standard_normal((1000, 3)), draw.standard_normal((1000, 3)))
+    t = np.linspace(uneven[0], uneven[-1], count)
+    for kind in ("q", "torque"):
+        theirs = PchipInterpolator(uneven, getattr(recording, kind), axis=0)(t)
+        assert getattr(on_grid(recording, t), kind) == pytest.approx(theirs, rel=1e-9, abs=1e-12)
 
 
 def test_recorded_speeds_are_used() -> None:

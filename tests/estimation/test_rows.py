@@ -1,9 +1,13 @@
 """Rows at an end at which the arm is in full motion are left out; an arm at rest there loses none."""
 
+from collections.abc import Callable
+
 import numpy as np
 import pytest
-from dynident.estimation.signals.rows import kept_rows, used_rows
-from dynident.model import Motion, Processing
+from dynident.estimation import identify
+from dynident.estimation.signals.rows import inner_samples, used_rows
+from dynident.model import Motion, Processing, Recording, base_parameters
+from dynident.trajectories import Simulator
 
 SETTINGS = Processing(cutoff=10.0)
 
@@ -24,19 +28,19 @@ def moved(begin: float, end: float, seconds: float = 20.0) -> Motion:
 )
 def test_full_motion_at_an_end(begin: float, end: float, lost: tuple[int, int]) -> None:
     """Three periods of 10 Hz are 30 samples."""
-    moving = used_rows(moved(begin, end), SETTINGS).moving
+    moving = inner_samples(moved(begin, end), SETTINGS)
     inside = np.flatnonzero(moving)
     assert (inside[0], len(moving) - 1 - inside[-1]) == lost
     assert moving[inside[0] : inside[-1] + 1].all()
 
 
 def test_a_short_recording_loses_little() -> None:
-    moving = used_rows(moved(1.0, 1.0, 2.0), SETTINGS).moving
+    moving = inner_samples(moved(1.0, 1.0, 2.0), SETTINGS)
     assert len(moving) - moving.sum() in (20, 21)  # 5 % at either end
 
 
 def test_without_a_filter_nothing_is_lost() -> None:
-    assert used_rows(moved(1.0, 1.0), Processing()).moving.all()
+    assert inner_samples(moved(1.0, 1.0), Processing()).all()
 
 
 def test_a_jog_to_the_start_gives_no_rows() -> None:
@@ -44,7 +48,7 @@ def test_a_jog_to_the_start_gives_no_rows() -> None:
     motion = moved(0.05, 0.05)
     speeds = np.array(motion.qd)
     speeds[:50], speeds[50:150] = 0.5, 0.0
-    rows = kept_rows(Motion(motion.t, motion.q, speeds, motion.qdd), Processing())
+    rows = used_rows(Motion(motion.t, motion.q, speeds, motion.qdd), Processing())
     assert not rows[:150].any()
     assert rows[150:, 0].all()
 
@@ -58,8 +62,29 @@ def test_the_larger_bound_of_share_and_speed_counts() -> None:
         (0.1, 0.05),
         (0.001, tuple(0.02 * (j + 1) for j in range(motion.n))),
     ):
-        rows = kept_rows(motion, Processing(slow_fraction=share, slow_speed=speed))
+        rows = used_rows(motion, Processing(slow_fraction=share, slow_speed=speed))
         least = np.maximum(share * fastest, speed)
         assert (np.abs(motion.qd)[rows] >= np.broadcast_to(least, rows.shape)[rows]).all()
         assert not rows[np.abs(motion.qd) < least].any()
-        assert rows[(np.abs(motion.qd) >= least) & kept_rows(motion, Processing())].all()
+        assert rows[(np.abs(motion.qd) >= least) & used_rows(motion, Processing())].all()
+
+
+def test_a_log_cut_in_the_middle_of_the_motion(simulated: Callable[[str], Simulator]) -> None:
+    """A cut log's parts are recordings of one identification; where they are cut the filter knows no neighbours."""
+    simulator = simulated("ur10e")
+    draw, t = np.random.default_rng(5), 0.01 * np.arange(6000)
+    w, phase = 2 * np.pi * draw.uniform(0.05, 0.5, (5, 6)), draw.uniform(0.0, 6.0, (5, 6))
+    angle, a = w * t[:, None, None] + phase, 0.25
+    q, qd, qdd = (a * np.sin(angle)).sum(1), (a * w * np.cos(angle)).sum(1), -(a * w**2 * np.sin(angle)).sum(1)
+    motion = Motion(*(np.asarray(values, dtype=np.float64) for values in (t, q, qd, qdd)))
+    whole = simulator.record(motion, None, [1.0] * 6, 0)
+    parts = [
+        Recording(whole.t[cut] - whole.t[cut][0], whole.q[cut], whole.torque[cut], None, f"part {k}")
+        for k, cut in enumerate((slice(0, 2500), slice(2500, 6000)))
+    ]
+    robot = simulator.robot
+    truth = base_parameters(robot).value(simulator.robot.parameters)
+    settings = Processing(cutoff=8.0, decimate=4, slow_fraction=0.02)
+    for recordings in ([whole], parts):
+        estimate = identify(robot, recordings, settings, robust=False).estimate
+        assert np.sqrt(np.mean(((estimate.values - truth) / estimate.sigma) ** 2)) < 1.6

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
-from dynident.apps.fleet.answers import compared_sigma
+from dynident.apps.fleet.comparing import compared_sigma
 from dynident.apps.fleet.nights import robust_sigma
 from dynident.apps.fleet.stored import Stored
 from dynident.common.arrays import Array

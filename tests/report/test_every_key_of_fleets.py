@@ -4,8 +4,6 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
-from dynident.apps.fleet.alarms import Alarm
-from dynident.apps.fleet.trends import Drift
 from dynident.apps.report import documents
 from dynident.tests.report import made
 from dynident.tests.report.every_key import same
@@ -43,26 +41,24 @@ def test_fleet_reduce() -> None:
 
 
 def test_fleet_report() -> None:
-    alarm = {
-        "arm": "left", "quantity": "FS1", "since": 3.0, "step": 0.25, "sigma": 0.05, "sigmas": 5.0, "new": True,
-        "relative": True,
-    }  # fmt: skip
-    drift = {"arm": "left", "quantity": "FS1", "per_month": 0.125, "sigma": 0.01}
     exchange = {"arm": "left", "day": "2026-01-04", "alone": True, "chi2": 99.5, "degrees": 24, "like": "right"}
-    scatter = {"sigma": 0.03, "memory": 0.5, "per_kelvin": -0.01, "per_kelvin_sigma": 0.002}
-    night: Any = SimpleNamespace(day="2026-01-05", numbers={"FS1": (1.25, 0.5)})
+    night: Any = SimpleNamespace(day="2026-01-05", numbers={"FS1": (1.25, 0.5), "FV1": (3.5, 0.75)})
+    calm: Any = SimpleNamespace(arm="left", quantity="FV1", usual=3.0, values=made.numbers(3), z=None)
+    moved: Any = SimpleNamespace(arm="left", quantity="FS1", usual=2.5, values=made.numbers(12), z=-6.5)
     reported: Any = SimpleNamespace(
-        arms=(SimpleNamespace(name="left", nights=(night,)),), first="2026-01-01", alarms=(Alarm(**alarm),),  # type: ignore[arg-type]
-        series=(SimpleNamespace(arm="left", quantity="FS1", usual=2.5),), bounds={"FS1": 4.5},
-        scatter={"FS1": SimpleNamespace(**scatter)}, drifts=(Drift(**drift),), twins=ODD,  # type: ignore[arg-type]
-        exchanges=(SimpleNamespace(**exchange),),
+        arms=(SimpleNamespace(name="left", nights=(night,)),), first="2026-01-01", series=(calm, moved),
+        changed=(moved,), twins=ODD, exchanges=(SimpleNamespace(**exchange),),
     )  # fmt: skip
+    calm_keys = {
+        "arm": "left", "quantity": "FV1", "day": "2026-01-05", "value": 3.5, "sigma": 0.75, "usual": 3.0,
+        "nights": 2, "z": None,
+    }  # fmt: skip
+    moved_keys = {
+        "arm": "left", "quantity": "FS1", "day": "2026-01-05", "value": 1.25, "sigma": 0.5, "usual": 2.5,
+        "nights": 11, "z": -6.5,
+    }  # fmt: skip
     expected = {
-        "arms": ["left"], "first_day": "2026-01-01", "alarms": [alarm], "drifts": [drift], "odd": ODD_KEYS,
-        "last": [{
-            "arm": "left", "quantity": "FS1", "day": "2026-01-05", "value": 1.25, "sigma": 0.5, "usual": 2.5,
-        }],
-        "scatter": [{"quantity": "FS1", **scatter, "bound": 4.5}], "exchanges": [exchange],
-        "refused": [{"file": "a.csv", "reason": "none"}],
+        "arms": ["left"], "first_day": "2026-01-01", "threshold": 5.0, "changed": [moved_keys], "odd": ODD_KEYS,
+        "last": [calm_keys, moved_keys], "exchanges": [exchange], "refused": [{"file": "a.csv", "reason": "none"}],
     }  # fmt: skip
     same(documents.fleet_document(reported, {"a.csv": "none"}), expected)

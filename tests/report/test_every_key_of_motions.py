@@ -9,7 +9,7 @@ from dynident import __version__
 from dynident.apps.report import documents
 from dynident.tests.report import made
 from dynident.tests.report.every_key import same
-from dynident.trajectories import BlendedPoints, Fourier, PayloadSet, Trapezoid, ViaPoints
+from dynident.trajectories import Fourier, PayloadSet, Trapezoid, ViaPoints
 from dynident.trajectories.design import Rung
 
 FLANGE = {"xyz": [0.125, 0.25, 0.375], "rpy_deg": [0.0, 0.0, 90.0], "source": "told there"}
@@ -36,19 +36,14 @@ def score(value: float) -> Any:
 
 SEARCH = {"seed": 7, "starts": 8, "solver": "augmented", "evaluations": 900, "cpu_s": 6.5, "interrupted": True}
 POINTS, TIMES, SPEEDS, STEEP = (made.numbers(*shape) for shape in ((3, 2), (2,), (3, 2), (3, 2)))
-BLENDS, A, B = (made.numbers(*shape) for shape in ((3,), (2, 4), (2, 4)))
+A, B = (made.numbers(*shape) for shape in ((2, 4), (2, 4)))
 VIA = {"kind": "via points", "points": POINTS, "durations": TIMES}
 PLANS = [
     (
         made.made(
             ViaPoints, points=POINTS, durations=TIMES, speeds=SPEEDS, accelerations=STEEP, segment=Trapezoid(0.3)
         ),
-        VIA | {"speeds": SPEEDS, "accelerations": STEEP, "segments": Trapezoid(0.3).name, "ramp": 0.3,
-               "blends": None},
-    ),
-    (
-        made.made(BlendedPoints, points=POINTS, durations=TIMES, blends=BLENDS),
-        VIA | {"speeds": None, "accelerations": None, "segments": "blend", "ramp": None, "blends": BLENDS},
+        VIA | {"speeds": SPEEDS, "accelerations": STEEP, "segments": Trapezoid(0.3).name, "ramp": 0.3},
     ),
     (
         made.made(Fourier, offset=TIMES, a=A, b=B, period=8.5),

@@ -6,7 +6,6 @@ import numpy as np
 from dynident.common.arrays import Array
 from dynident.model import InertialParameters, Limits, Robot, load_robot
 from dynident.trajectories import (
-    BlendShape,
     DesignProblem,
     FourierShape,
     Goal,
@@ -51,7 +50,6 @@ SHAPES: dict[str, Shape] = {
     "rest": ViaPointShape(14, passing=False),
     "trapezoid": ViaPointShape(14, passing=False, segment=Trapezoid()),
     "fixed": ViaPointShape(14, fixed=1.5),
-    "blend": BlendShape(14),
     "fourier": FourierShape(5, 10.0),
 }
 

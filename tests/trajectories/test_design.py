@@ -21,8 +21,6 @@ from dynident.tests.trajectories.design_problems import (
     problem,
 )
 from dynident.trajectories import (
-    BlendedPoints,
-    BlendShape,
     Design,
     DesignProblem,
     Earlier,
@@ -59,22 +57,6 @@ def test_trapezoids_within_every_limit(fixed: float | None) -> None:
     assert max((speed / BOUNDS.speed).max(), (acceleration / BOUNDS.acceleration).max()) > 0.9
     if fixed is not None:
         assert np.array_equal(plan.durations, np.full(7, fixed))
-
-
-@pytest.mark.parametrize("fixed", [pytest.param(None, marks=pytest.mark.long), 1.25])
-def test_blends_within_every_limit(fixed: float | None) -> None:
-    """Speeds and accelerations as the law has them: constant in each move, and in each blend."""
-    task = build_design(ROBOT, BlendShape(5, fixed=fixed), GOALS["payload"], bounds=BOUNDS)
-    design = solve_design(task, starts=1)
-    plan = design.plan
-    assert isinstance(plan, BlendedPoints)
-    assert design.feasible
-    assert score_motion(design.problem, design.motion(997.0)).feasible
-    speed, acceleration = np.abs(plan.speeds) / BOUNDS.speed, np.abs(plan.accelerations) / BOUNDS.acceleration
-    assert 0.9 < max(speed.max(), acceleration.max()) <= 1.0 + 1e-9
-    assert (plan.straight > 0.0).all()
-    if fixed is not None:
-        assert np.array_equal(plan.durations, np.full(4, fixed))
 
 
 def torques(robot: Robot, design: Design, payload: InertialParameters | None) -> Array:
@@ -146,9 +128,9 @@ def test_condition_number_of_a_design_and_its_floor() -> None:
 
 
 def test_a_longest_duration_binds() -> None:
-    task = build_design(ROBOT, BlendShape(4, samples=6), GOALS["payload"], duration=4.0)
+    task = build_design(ROBOT, ViaPointShape(4, samples=6), GOALS["payload"], duration=4.0)
     design = solve_design(task, seed=0, starts=1)
-    assert isinstance(design.plan, BlendedPoints)
+    assert isinstance(design.plan, ViaPoints)
     assert design.feasible
     assert design.plan.duration <= 4.0
     assert score_motion(task, design.motion(997.0)).feasible

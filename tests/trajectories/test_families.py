@@ -6,7 +6,6 @@ from dynident.common.arrays import Array
 from dynident.common.errors import InputError
 from dynident.model import Joint, Robot, load_robot
 from dynident.trajectories import (
-    BlendShape,
     Fourier,
     FourierShape,
     JointBounds,
@@ -17,7 +16,6 @@ from dynident.trajectories import (
 )
 from dynident.trajectories.design.floor import FreeStates
 from dynident.trajectories.motions import Samples, Shape
-from dynident.trajectories.motions.blends import FreeBlends
 from dynident.trajectories.motions.samples import Family
 from dynident.trajectories.motions.via_points import FreeViaPoints
 
@@ -26,11 +24,8 @@ BOUNDS = JointBounds.of(ROBOT)
 POSE = np.array([0.3, -0.4, 0.5, 1.0, 0.2, -1.0])
 
 FIXED = (1.0, 0.7, 1.3)
-TIMED = ("at fixed times", "at fixed times from a pose")
 STEPS = ("trapezoid", "triangle", "fixed trapezoid from a pose")
 """Their accelerations have steps."""
-BLENDS = ("blends", "one blended move", *(f"blends {how}" for how in ("from a pose", *TIMED)))
-"""So have theirs; their own laws stand in test_blends.py."""
 
 
 def families() -> dict[str, Family]:
@@ -42,11 +37,6 @@ def families() -> dict[str, Family]:
         "trapezoid": (ViaPointShape(4, passing=False, segment=Trapezoid(0.3)), None),
         "triangle": (ViaPointShape(3, passing=False, segment=Trapezoid(0.5)), None),
         "fixed trapezoid from a pose": (ViaPointShape(4, passing=False, segment=Trapezoid(), fixed=FIXED), POSE),
-        "blends": (BlendShape(5), None),
-        "one blended move": (BlendShape(2, samples=5), None),
-        "blends from a pose": (BlendShape(4), POSE),
-        "blends at fixed times": (BlendShape(4, fixed=FIXED), None),
-        "blends at fixed times from a pose": (BlendShape(4, fixed=FIXED), POSE),
         "fourier": (FourierShape(3, 6.0), None),
         "fourier from a pose": (FourierShape(4, 8.0), POSE),
         "near": (NearShape(POSE[None], (2, 5), np.array([0.5, 0.4]), 4.0), None),
@@ -107,9 +97,7 @@ def test_weights_are_pulled_back_too(family: Family) -> None:
     assert family.pullback(x, slope) @ direction == pytest.approx(seed @ change / (2.0 * step), rel=1e-6, abs=1e-8)
 
 
-@pytest.mark.parametrize(
-    "name", [name for name in families() if name not in ("states", "near two poses", *STEPS, *BLENDS)]
-)
+@pytest.mark.parametrize("name", [name for name in families() if name not in ("states", "near two poses", *STEPS)])
 def test_the_plan_is_what_was_sampled_and_rests_at_its_ends(name: str) -> None:
     family = families()[name]
     x = somewhere(family)
@@ -160,7 +148,7 @@ def test_trapezoids_are_ramps_and_constant_speed(name: str) -> None:
 @pytest.mark.parametrize("name", [name for name in families() if "fixed" in name])
 def test_fixed_durations_stay(name: str) -> None:
     family = families()[name]
-    assert isinstance(family, FreeViaPoints | FreeBlends)
+    assert isinstance(family, FreeViaPoints)
     draw = np.random.default_rng(4)
     x = family.random(draw)
     samples = family.sample(x)

@@ -5,8 +5,6 @@ from .floor import Floor as Floor
 from .floor import floor_under as floor_under
 from .goal import Earlier as Earlier
 from .goal import Goal as Goal
-from .ladder import Rung as Rung
-from .ladder import speed_ladder as speed_ladder
 from .limits import LimitCheck as LimitCheck
 from .near_goal import NearGoal as NearGoal
 from .near_goal import check_mass_visible as check_mass_visible
@@ -29,5 +27,7 @@ from .search import Design as Design
 from .search import Step as Step
 from .search import solve_design as solve_design
 from .whole_run import REHEARSAL as REHEARSAL
+from .whole_run import Rung as Rung
 from .whole_run import missed_on_replay as missed_on_replay
 from .whole_run import missed_on_run as missed_on_run
+from .whole_run import speed_ladder as speed_ladder

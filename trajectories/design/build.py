@@ -20,8 +20,7 @@ from .goal import Goal
 from .information import SPRING, RegressorKernel, regressor_kernel
 from .limits import Limit, duration_limit, state_limit, torque_limit
 from .near_goal import NearGoal
-from .payload_limit import RobotTorque, payload_limit
-from .payloads import PayloadSet
+from .payloads import PayloadSet, RobotTorque, payload_limit
 from .problem import DesignProblem
 from .scene import Capsule, Scene
 

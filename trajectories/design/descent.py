@@ -1,20 +1,26 @@
-"""A descent to the nearest minimum by BFGS, which goes on from the curvature that an earlier descent has learnt.
+"""How a search descends to the nearest minimum, by BFGS from the curvature that it has learnt, and how long.
 
 Nocedal and Wright, Numerical Optimization, chapter 6; line search for the weak Wolfe conditions by bisection: Lewis
 and Overton, Nonsmooth optimization via quasi-Newton methods, 2013. Elsewhere L-BFGS.
 """
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...common.arrays import Array
+from ..motions.near import FreeNear
 from ..motions.samples import Family
+from ..motions.via_points import FreeViaPoints
+from .problem import DesignProblem
+from .score import Score
 
 Smooth = Callable[[Array], tuple[float, Array]]
 """A smooth number of a motion, and its gradient; inf where there is none."""
+_SMALL = 400  # numbers whose curvature is kept as a matrix
 _MEMORY = 40  # pairs of steps and slopes that L-BFGS keeps
 _LARGE = 1e6  # stands for inf: the line search then goes back
 _FLAT, _STILL = 1e-6, 1e-8  # slope, and a step's relative gain, at which a descent ends
@@ -148,3 +154,60 @@ def _by_memory(function: Smooth, x: Array, family: Family, iterations: int) -> M
     options = {"maxiter": iterations, "maxfun": 2 * iterations, "maxcor": _MEMORY, "ftol": _STILL, "gtol": _FLAT}
     answer = minimize(function, x, jac=True, method="L-BFGS-B", bounds=bounds, options=options)
     return Minimum(np.asarray(answer.x), int(answer.nfev))
+
+
+class Effort(NamedTuple):
+    """How long a search goes on.
+
+    Attributes:
+        first: iterations from a start, shared by the surrogate's orders.
+        refined: iterations of each stage after that.
+        settled: iterations of each turn of settling.
+        stages: of refinement; the last has the fine sign.
+        turns: of settling at most.
+        by_matrix: whether descents go on from the curvature that the last one has learnt, kept as a matrix.
+        gain: of the criterion, a stage that gains less is the last of its kind; None where a better may follow.
+    """
+
+    first: int
+    refined: int
+    settled: int
+    stages: int
+    turns: int
+    by_matrix: bool
+    gain: float | None = None
+
+
+_NEAR, _VIA = Effort(150, 50, 40, 3, 8, True, 2e-3), Effort(100, 100, 50, 2, 14, True)
+_FRESH = Effort(160, 150, 60, 4, 8, False)
+"""Where each descent learns the curvature anew: many numbers, many minima, or a surrogate that changes."""
+
+
+def effort_of(problem: DesignProblem) -> Effort:
+    """The effort with which motions of a problem's family come out best for the time it takes."""
+    family = problem.family
+    if family.size <= _SMALL and isinstance(family, FreeNear):
+        return _NEAR
+    if family.size <= _SMALL and isinstance(family, FreeViaPoints) and problem.criterion.weighted:
+        return _VIA
+    return _FRESH
+
+
+@dataclass
+class Worth:
+    """Whether stages of a search still gain.
+
+    Attributes:
+        gain: a stage that gains less is the last of its kind; None where any may be followed by a better one.
+        value: the last motion's criterion; None where it did not keep its limits.
+    """
+
+    gain: float | None
+    value: float | None = None
+
+    def __call__(self, score: Score) -> bool:
+        """Whether to go on: the last motion or this one misses a limit, or this one is clearly better."""
+        before, self.value = self.value, score.value if score.feasible else None
+        if self.gain is None or before is None or self.value is None:
+            return True
+        return before - self.value > self.gain

@@ -15,10 +15,9 @@ from ..motions.samples import Family, Samples
 from .criterion import Criterion
 from .goal import Goal
 from .information import RegressorKernel
-from .limits import Limit, LimitCheck, Penalty, State, check
+from .limits import Limit, LimitCheck, Penalty, State, check, slow_limit
 from .payloads import PayloadSet
 from .scene import Scene
-from .slow_limit import slow_limit
 
 
 @dataclass(frozen=True, eq=False)

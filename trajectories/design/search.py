@@ -13,8 +13,7 @@ from ...common.speech import Speaks
 from ...model import Motion
 from ..motions.samples import Plan
 from .criterion import ORDERS, STARTS
-from .descent import Minimum, Smooth, minimised
-from .effort import Effort, Worth, effort_of
+from .descent import Effort, Minimum, Smooth, Worth, effort_of, minimised
 from .limits import LimitCheck
 from .problem import DesignProblem
 from .score import Learnt, Score
@@ -47,7 +46,7 @@ class Design(Speaks):
     """The most informative motion that was found.
 
     Attributes:
-        plan: the motion: ``ViaPoints``, ``BlendedPoints``, ``Fourier`` or ``NearMotion``.
+        plan: the motion: ``ViaPoints``, ``Fourier`` or ``NearMotion``.
         score: its criterion, what it teaches, its limits; exact sign, fine grid.
         seed, starts: where the search began.
         evaluations: of criterion and gradient.

@@ -1,19 +1,22 @@
 """A motion's whole run, as a controller makes it: what it misses between the samples that a search looks at.
 
 Dry friction turns its sign with a joint's speed, so that a torque may leap between two samples. The run is looked
-at on a dense grid, just before and after each turn, and just beside each rest.
+at on a dense grid, just before and after each turn, and just beside each rest. Slower
+runs of a ladder are judged by it too.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from ...common.arrays import Array
+from ...common.errors import InputError
 from ...model import Motion, Robot
 from ..motions.near import NearMotion
 from ..motions.samples import Plan, sample_count
 from .limits import Limit, LimitCheck, state_limit
+from .payloads import PayloadSet
 from .problem import DesignProblem
 from .score import FINER, TOLERANCE, Score, checks_of_run, score_samples
 
@@ -28,6 +31,15 @@ _BETWEEN = 0.05  # of a torque limit: what a search may miss between its samples
 _EASES = 6  # each twice as much as the last
 _LEAST = 1e-3  # slower or smaller by so much at first
 _BELOW = 1.5  # times what a run misses: a search below the limit leaves that free
+
+_SLOWEST = 0.02  # of the speed: a slower run takes too long
+_HALVINGS = 12  # of the interval of speeds
+_SIGMAS = (
+    8.0  # a bound is two standard deviations of real noise, up to 4 times those of white noise, above the mass
+)
+_FASTER = 1.05  # a step of the ladder that gains less leads nowhere
+_RUNGS = 12  # at most
+_LADDER_RATE = 250.0  # Hz: at which a run of the ladder is looked at, its turns besides
 
 
 class Kept(NamedTuple):
@@ -162,3 +174,79 @@ def _friction_speeds(robot: Robot, qd: Array) -> Array:
         return qd
     j, k = (joint - 1 for joint in robot.coupling.joints)
     return np.column_stack([qd, qd[:, j] + qd[:, k]])
+
+
+class Rung(NamedTuple):
+    """One run of the ladder.
+
+    Attributes:
+        speed: of the full speed, above 0 and at most 1.
+        mass: largest mass for which the run keeps the torque limits, by what the run before has told [kg].
+        bound: largest mass after the run, if the payload is the one expected [kg].
+        motion: the run.
+    """
+
+    speed: float
+    mass: float
+    bound: float
+    motion: NearMotion
+
+
+def speed_ladder(
+    bearing: Callable[[PayloadSet], DesignProblem],
+    payloads: PayloadSet,
+    motion: NearMotion,
+    expected: float,
+    sigma: Callable[[NearMotion], float],
+) -> tuple[Rung, ...]:
+    """Runs of a motion, from the first that every payload allows to full speed.
+
+    Slow runs bound a payload that is not known, which faster ones on the same way need.
+
+    Args:
+        bearing: the problem whose torque limits hold for each payload of a set.
+        payloads: what is known before the first run.
+        motion: at full speed.
+        expected: mass of the payload expected [kg].
+        sigma: predicted standard deviation of the mass after a run [kg].
+
+    Raises:
+        InputError: if even a slow run breaks a limit, or the runs do not tell enough to get faster.
+    """
+    rungs: list[Rung] = []
+    mass, last = payloads.mass, 0.0
+    while last < 1.0:
+        speed = _fastest(bearing(payloads.lighter(mass)), motion)
+        if speed is None:
+            raise InputError(
+                f"at {100 * _SLOWEST:g} % of its speed the motion does not bear {mass:.3g} kg everywhere within "
+                "bounds: leave --ladder out, so that the motion itself holds for every payload"
+            )
+        if speed < min(_FASTER * last, 1.0) or len(rungs) == _RUNGS:
+            raise InputError(
+                f"the run at {100 * last:.0f} % of the speed bounds the mass by {mass:.3g} kg, which allows "
+                "no faster one: leave --ladder out, so that the motion itself holds for every payload"
+            )
+        run = motion if speed == 1.0 else motion.slowed(speed)
+        bound = min(mass, expected + _SIGMAS * sigma(run))
+        rungs.append(Rung(speed, mass, bound, run))
+        mass, last = bound, speed
+    return tuple(rungs)
+
+
+def _fastest(problem: DesignProblem, motion: NearMotion) -> float | None:
+    """Largest speed at which a run keeps all torque and clearance limits; None without any."""
+    if _bears(problem, motion, 1.0):
+        return 1.0
+    low, high = _SLOWEST, 1.0
+    if not _bears(problem, motion, low):
+        return None
+    for _ in range(_HALVINGS):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if _bears(problem, motion, middle) else (low, middle)
+    return low
+
+
+def _bears(problem: DesignProblem, motion: NearMotion, speed: float) -> bool:
+    run = motion if speed == 1.0 else motion.slowed(speed)
+    return not missed_on_run(problem, run, speed * _LADDER_RATE)

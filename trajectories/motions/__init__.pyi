@@ -1,5 +1,3 @@
-from .blends import BlendedPoints as BlendedPoints
-from .blends import BlendShape as BlendShape
 from .bounds import JointBounds as JointBounds
 from .fourier import Fourier as Fourier
 from .fourier import FourierShape as FourierShape

@@ -121,9 +121,7 @@ class FreeViaPoints:
         """
         self.segment, self._passing, count = shape.segment, shape.passing, shape.count
         if self._passing and not self.segment.passes:
-            raise InputError(
-                f"a {self.segment.name} rests in every via point: set passing to False, or use BlendShape"
-            )
+            raise InputError(f"a {self.segment.name} rests in every via point: set passing to False")
         self._bounds, self._points, self._samples, self.reach = (
             bounds,
             points,

@@ -29,9 +29,8 @@ class ShapeOptions(Options):
         either="kind", type=positive, metavar="H", help="a Fourier series of H harmonics instead"
     )
     segments: str | None = option(
-        choices=("quintic", "trapezoid", "blend"),
-        help="default: quintic; trapezoid: as movej runs it, at rest in each point; blend: at constant speed "
-        "from point to point, with parabolic blends about the points, which are passed",
+        choices=("quintic", "trapezoid"),
+        help="default: quintic; trapezoid: as movej runs it, at rest in each point",
     )
     ramp: float | None = option(
         type=number, metavar="SHARE", help="of each move's time, in either ramp of a trapezoid (0.25)"
@@ -91,7 +90,7 @@ class ShapeOptions(Options):
     def _period(self) -> float:
         return float(trajectories.FourierShape().duration if self.duration is None else self.duration)
 
-    def _through_points(self) -> trajectories.ViaPointShape | trajectories.BlendShape:
+    def _through_points(self) -> trajectories.ViaPointShape:
         if self._count < _FEWEST:
             raise InputError(f"--via-points {self._count}: give at least {_FEWEST}")
         if self.segments != "trapezoid":
@@ -100,10 +99,6 @@ class ShapeOptions(Options):
         if times is not None and self.max_duration is not None:
             raise InputError("--segment-durations fixes the whole duration: leave --max-duration out")
         fixed = times[0] if times is not None and len(times) == 1 else times
-        if self.segments == "blend":
-            if self.rest:
-                raise InputError("--segments blend passes the via points: --segments trapezoid rests in each")
-            return trajectories.BlendShape(self._count, fixed=fixed)
         segment: trajectories.motions.Segment = trajectories.motions.Quintic()
         if self.segments == "trapezoid":
             segment = trajectories.Trapezoid() if self.ramp is None else trajectories.Trapezoid(self.ramp)

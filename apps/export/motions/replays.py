@@ -15,7 +15,7 @@ from .val3_moves import val3_replay
 from .written import WrittenMotion
 
 _DENSER = "write more of them a second, or leave more room by --torque-margin"
-_SHAPED = "design with --segments trapezoid or blend, or leave more room by --torque-margin"
+_SHAPED = "design with --segments trapezoid, or leave more room by --torque-margin"
 
 
 class Replay(NamedTuple):

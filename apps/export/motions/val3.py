@@ -14,7 +14,7 @@ import numpy as np
 from ....common.arrays import Array
 from ....common.errors import InputError
 from ....model import Robot
-from ....trajectories import BlendedPoints, ViaPoints
+from ....trajectories import ViaPoints
 from .val3_moves import Descriptor, descriptors_of
 from .written import WrittenMotion, require_six_turning
 
@@ -25,11 +25,6 @@ _APPROACH = 10  # % of the speed, to the first point
 _WARNING = (
     "The controller plans its own way between these points: torques and obstacles were checked for the designed",
     "motion, not for that. Run it slowly first, and score its log by dynident score.",
-)
-_BLENDS = (
-    "leave and reach are where the design's blends begin and end, as distances of the last frame's origin: a tool",
-    "farther out travels farther. VAL3 has no word for a blend's time or law: in the design speed changes there",
-    "under constant acceleration, the controller has a law of its own, within accel and decel.",
 )
 
 
@@ -44,10 +39,10 @@ def val3_files(written: WrittenMotion, name: str) -> dict[str, str]:
         InputError: for a Fourier motion, a robot that is not of six turning joints, or a name that VAL3 refuses.
     """
     plan = written.plan
-    check_val3(written.robot, isinstance(plan, ViaPoints | BlendedPoints), name)
-    assert isinstance(plan, ViaPoints | BlendedPoints)
-    descriptors = [Descriptor(_APPROACH, _APPROACH, _APPROACH), *descriptors_of(written, plan)]
-    head = (*written.head, *(_BLENDS if isinstance(plan, BlendedPoints) else ()), *_WARNING)
+    check_val3(written.robot, isinstance(plan, ViaPoints), name)
+    assert isinstance(plan, ViaPoints)
+    descriptors = [Descriptor(_APPROACH, _APPROACH), *descriptors_of(written, plan)]
+    head = (*written.head, *_WARNING)
     return {
         f"{name}.pjx": _project(name),
         f"{name}.dtx": _data(np.degrees(plan.points), descriptors, head),
@@ -93,9 +88,9 @@ def _project(name: str) -> str:
 def _data(degrees: Array, descriptors: list[Descriptor], head: tuple[str, ...]) -> str:
     joints = [" ".join(f'j{j + 1}="{angle:.6f}"' for j, angle in enumerate(row)) for row in degrees]
     motions = []
-    for accel, vel, decel, leave, reach in descriptors:
-        blend = f'blend="joint" leave="{leave:g}" reach="{reach:g}"' if leave else 'blend="off"'
-        motions.append(f'accel="{accel}" vel="{vel}" decel="{decel}" tmax="99999" rmax="99999" {blend}')
+    for accel, vel, leave in descriptors:
+        blend = f'blend="joint" leave="{leave:g}" reach="{leave:g}"' if leave else 'blend="off"'
+        motions.append(f'accel="{accel}" vel="{vel}" decel="{accel}" tmax="99999" rmax="99999" {blend}')
     remarks = "\n".join(f"  {line}" for line in head).replace("--", "- -")
     return "\n".join(
         [

@@ -1,4 +1,4 @@
-"""Speeds, accelerations and blends that a movej is given for each move, and what a controller may make of them."""
+"""Speeds and accelerations that a movej is given for each move, and what a controller may make of them."""
 
 import math
 from typing import NamedTuple
@@ -7,27 +7,19 @@ import numpy as np
 
 from ....common.arrays import Array
 from ....model import forward_kinematics
-from ....trajectories import BlendedPoints, PointToPoint, Trapezoid, ViaPoints, plan_point_to_point
+from ....trajectories import PointToPoint, Trapezoid, ViaPoints, plan_point_to_point
 from ....trajectories.motions import plan_stops
 from .written import WrittenMotion
 
 _BLEND = 1.0 / 3.0  # of the distance to the nearer neighbour: where a passing quintic's point is left and rejoined
-_NEAREST = 0.1  # mm: smallest leave and reach of a point that is passed
 
 
 class Descriptor(NamedTuple):
-    """How one point is approached: percentages; ``leave`` and ``reach`` [mm], 0 for no blending there."""
+    """How one point is approached: percentages; it is left and reached again at ``leave`` [mm], 0 for a stop."""
 
     accel: int
     vel: int
-    decel: int
     leave: float = 0.0
-    reach: float = 0.0
-
-
-def descriptors_of(written: WrittenMotion, plan: ViaPoints | BlendedPoints) -> list[Descriptor]:
-    """A descriptor for each move, into its second point."""
-    return _blended(written, plan) if isinstance(plan, BlendedPoints) else _through(written, plan)
 
 
 def val3_replay(written: WrittenMotion) -> PointToPoint:
@@ -37,15 +29,13 @@ def val3_replay(written: WrittenMotion) -> PointToPoint:
         ValueError: if two neighbouring points are the same.
     """
     plan = written.plan
-    assert isinstance(plan, ViaPoints | BlendedPoints)
+    assert isinstance(plan, ViaPoints)
     moves = descriptors_of(written, plan)
     speed = 0.01 * np.array([[move.vel] for move in moves])
-    into, out = (
-        0.01 * np.array([[x] for x in own]) for own in zip(*((m.accel, m.decel) for m in moves), strict=True)
-    )
+    accel = 0.01 * np.array([[move.accel] for move in moves])
     if plan.rests:
-        return plan_stops(written.described, plan.points, speed, into)
-    at_points = np.minimum(np.vstack([into, out[-1:]]), np.vstack([into[:1], out]))
+        return plan_stops(written.described, plan.points, speed, accel)
+    at_points = np.minimum(np.vstack([accel, accel[-1:]]), np.vstack([accel[:1], accel]))
     return plan_point_to_point(written.described, plan.points, speed, at_points)
 
 
@@ -66,8 +56,10 @@ def _nominal(written: WrittenMotion) -> _Nominal:
     return _Nominal(top, strong, _percent(float((written.bounds.speed / top).min())), _percent(most))
 
 
-def _through(written: WrittenMotion, plan: ViaPoints) -> list[Descriptor]:
-    """Acceleration of a move: of trapezoidal segments by the ramp, of quintic ones as large as the limits allow.
+def descriptors_of(written: WrittenMotion, plan: ViaPoints) -> list[Descriptor]:
+    """A descriptor for each move, into its second point.
+
+    Acceleration of a move: of trapezoidal segments by the ramp, of quintic ones as large as the limits allow.
 
     Speeds so that a trapezoidal profile takes the segment's time. Whole percentages, those of trapezoidal segments
     rounded within the limits, the others rounded down.
@@ -84,32 +76,8 @@ def _through(written: WrittenMotion, plan: ViaPoints) -> list[Descriptor]:
             accel = min(_percent(percent + rounding), accel)
         speed = _speed(by_speed, by_acceleration / (0.01 * accel), T) if plan.rests else by_speed / T
         vel = min(_percent(speed + rounding), nominal.most_speed)
-        descriptors.append(Descriptor(accel, vel, accel, leave[k + 1], leave[k + 1]))
+        descriptors.append(Descriptor(accel, vel, leave[k + 1]))
     return descriptors
-
-
-def _blended(written: WrittenMotion, plan: BlendedPoints) -> list[Descriptor]:
-    """Speeds of the moves and accelerations of the blends at their ends, rounded within the limits.
-
-    A point is left where the blend about it begins and reached again where it ends.
-    """
-    nominal, half = _nominal(written), 0.5 * plan.blends[:, None]
-    vel = [_percent(x + 0.005) for x in (np.abs(plan.speeds) / nominal.speed).max(axis=1)]
-    accel = [_percent(x + 0.005) for x in (np.abs(plan.accelerations) / nominal.acceleration).max(axis=1)]
-    leave, reach = np.zeros((2, len(plan.points)))
-    inner = plan.points[1:-1]
-    leave[1:-1] = _rounded(_apart(written, inner, inner - half[1:-1] * plan.speeds[:-1]))
-    reach[1:-1] = _rounded(_apart(written, inner, inner + half[1:-1] * plan.speeds[1:]))
-    return [
-        Descriptor(
-            min(accel[k], nominal.most_acceleration),
-            min(speed, nominal.most_speed),
-            min(accel[k + 1], nominal.most_acceleration),
-            leave[k + 1],
-            reach[k + 1],
-        )
-        for k, speed in enumerate(vel)
-    ]
 
 
 def _speed(by_speed: float, by_acceleration: float, T: float) -> float:
@@ -129,11 +97,6 @@ def _leave(written: WrittenMotion, points: Array) -> Array:
     gap = _apart(written, points[:-1], points[1:])
     nearer = np.concatenate([[0.0], np.minimum(gap[:-1], gap[1:]), [0.0]])
     return np.asarray(np.floor(_BLEND * nearer))
-
-
-def _rounded(distance: Array) -> Array:
-    """Down to 0.1 mm; no less than that, which would be a stop."""
-    return np.asarray(np.maximum(np.floor(10.0 * distance) / 10.0, _NEAREST))
 
 
 def _apart(written: WrittenMotion, points: Array, others: Array) -> Array:

@@ -9,7 +9,7 @@ from ....common.arrays import Array
 from ....common.errors import InputError
 from ....model import Motion, Robot
 from ....model.robot import SOURCED
-from ....trajectories import BlendedPoints, Design, DesignProblem, JointBounds, Trapezoid, ViaPoints
+from ....trajectories import Design, DesignProblem, JointBounds, Trapezoid, ViaPoints
 from ....trajectories.motions import Plan
 
 DIGITS = 9
@@ -108,10 +108,6 @@ def _shape(plan: Plan) -> str:
         if isinstance(plan.segment, Trapezoid):
             ramp = f", trapezoids of speed with ramps of {plan.segment.ramp:g} of each move's time"
         return f"{len(plan.points)} via points, {'at rest in each' if plan.rests else 'passing'}{ramp}"
-    if isinstance(plan, BlendedPoints):
-        low, high = plan.blends.min(), plan.blends.max()
-        moves = f"{len(plan.points)} via points, passing at constant speed from each to the next"
-        return f"{moves}, parabolic blends of {low:.3g} to {high:.3g} s"
     return "Fourier series"
 
 

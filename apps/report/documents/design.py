@@ -9,7 +9,7 @@ from .... import __version__
 from ....common.schema import Document, Matrix, Vector
 from ....model.inertia import PayloadSpread
 from ....model.visibility import PayloadVisibility
-from ....trajectories import BlendedPoints, Design, DesignProblem, Fourier, NearShape, Score, Trapezoid, ViaPoints
+from ....trajectories import Design, DesignProblem, Fourier, NearShape, Score, Trapezoid, ViaPoints
 from ....trajectories import NearMotion as NearPlan
 from ....trajectories.design import Floor, Rung, holding_torques
 from ....trajectories.motions import Plan
@@ -78,7 +78,6 @@ class MotionDocument(Document, frozen=True):
     accelerations: Matrix | UnsetType | None = UNSET
     segments: str | UnsetType = UNSET
     ramp: Number | UnsetType = UNSET
-    blends: Vector | UnsetType | None = UNSET
     offset: Vector | UnsetType = UNSET
     a: Matrix | UnsetType = UNSET
     b: Matrix | UnsetType = UNSET
@@ -212,10 +211,7 @@ def _payload_bounds(problem: DesignProblem, score: Score) -> PayloadBoundsDocume
 def _motion(plan: Plan) -> MotionDocument:
     if isinstance(plan, ViaPoints):
         ramp = plan.segment.ramp if isinstance(plan.segment, Trapezoid) else None
-        return MotionDocument.of(plan, kind="via points", segments=plan.segment.name, ramp=ramp, blends=None)
-    if isinstance(plan, BlendedPoints):
-        none = {"speeds": None, "accelerations": None, "ramp": None}
-        return MotionDocument.of(plan, kind="via points", segments="blend", **none)
+        return MotionDocument.of(plan, kind="via points", segments=plan.segment.name, ramp=ramp)
     assert isinstance(plan, Fourier)
     return MotionDocument.of(plan, kind="fourier")
 

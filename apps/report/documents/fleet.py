@@ -4,9 +4,8 @@ from collections.abc import Mapping
 
 from ....common.schema import Document
 from ...fleet import Fleet
-from ...fleet.alarms import Alarm
 from ...fleet.reduction import Reduced
-from ...fleet.trends import Drift
+from ...fleet.trends import CHANGED, Series
 from ...results.parts import Number
 from .compare import OddDocument
 
@@ -39,7 +38,10 @@ def _refused(refused: Mapping[str, str]) -> tuple[RefusedDocument, ...]:
 
 
 class NightDocument(Document, frozen=True):
-    """A quantity of an arm on its last night, its standard deviation, and its usual value."""
+    """A quantity of an arm on its last night, its standard deviation, and what the ``nights`` before say.
+
+    ``usual``: their median; ``z``: how far the last night is from it, null of too few nights.
+    """
 
     arm: str
     quantity: str
@@ -47,17 +49,8 @@ class NightDocument(Document, frozen=True):
     value: Number
     sigma: Number
     usual: Number
-
-
-class ScatterDocument(Document, frozen=True):
-    """How a quantity varies from day to day without any change; a step beyond ``bound`` sigmas is an alarm."""
-
-    quantity: str
-    sigma: float
-    memory: float
-    per_kelvin: float
-    per_kelvin_sigma: float
-    bound: float
+    nights: int
+    z: Number
 
 
 class ExchangeDocument(Document, frozen=True):
@@ -72,14 +65,13 @@ class ExchangeDocument(Document, frozen=True):
 
 
 class FleetDocument(Document, frozen=True):
-    """What a fleet's nights say."""
+    """What a fleet's nights say; ``changed``: those of ``last`` with z beyond ``threshold``."""
 
     arms: tuple[str, ...]
     first_day: str
-    alarms: tuple[Alarm, ...]
+    threshold: float
+    changed: tuple[NightDocument, ...]
     last: tuple[NightDocument, ...]
-    scatter: tuple[ScatterDocument, ...]
-    drifts: tuple[Drift, ...]
     odd: tuple[OddDocument, ...]
     exchanges: tuple[ExchangeDocument, ...]
     refused: tuple[RefusedDocument, ...]
@@ -87,21 +79,19 @@ class FleetDocument(Document, frozen=True):
 
 def fleet_document(fleet: Fleet, refused: Mapping[str, str]) -> FleetDocument:
     """What ``dynident fleet report --json`` writes."""
-    usual = {(series.arm, series.quantity): series.usual for series in fleet.series}
+    latest = {arm.name: arm.nights[-1] for arm in fleet.arms}
+
+    def night(series: Series) -> NightDocument:
+        last, name = latest[series.arm], series.quantity
+        before = len(series.values) - 1
+        return NightDocument(series.arm, name, last.day, *last.numbers[name], series.usual, before, series.z)
+
     return FleetDocument(
-        arms=tuple(arm.name for arm in fleet.arms),
+        arms=tuple(latest),
         first_day=fleet.first,
-        alarms=fleet.alarms,
-        last=tuple(
-            NightDocument(arm.name, name, arm.nights[-1].day, *number, usual[arm.name, name])
-            for arm in fleet.arms
-            for name, number in arm.nights[-1].numbers.items()
-        ),
-        scatter=tuple(
-            ScatterDocument.of(scatter, quantity=name, bound=fleet.bounds[name])
-            for name, scatter in fleet.scatter.items()
-        ),
-        drifts=fleet.drifts,
+        threshold=CHANGED,
+        changed=tuple(map(night, fleet.changed)),
+        last=tuple(map(night, fleet.series)),
         odd=tuple(OddDocument(*odd) for odd in fleet.twins.odd) if fleet.twins is not None else (),
         exchanges=tuple(map(ExchangeDocument.of, fleet.exchanges)),
         refused=_refused(refused),

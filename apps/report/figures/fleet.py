@@ -2,10 +2,8 @@
 
 from collections.abc import Sequence
 
-import numpy as np
-
 from ...fleet import Fleet
-from ...fleet.series import Series
+from ...fleet.trends import CHANGED, Series
 from ..blocks import Drawing
 from .canvas import BLUE, GREY, ORANGE, Axes, Figure, panels
 
@@ -29,8 +27,8 @@ def fleet_figures(fleet: Fleet, kind: str, name: str, words: str) -> list[Drawin
 
 def _drawing(fleet: Fleet, arms: Sequence[str], kind: str, name: str, words: str) -> Drawing:
     caption = (
-        f"{words}: a line an arm, a panel a quantity, day by day, the temperature's share taken off. The band is "
-        "what varies anyway (2 sigma); orange since an alarm."
+        f"{words}: a line an arm, a panel a quantity, day by day, less the median of the nights before the last. "
+        "The band is what varies anyway (2 sigma); orange is a change."
     )
     return Drawing(name, caption, caption, lambda: _multiples(fleet, arms, kind))
 
@@ -47,27 +45,24 @@ def _multiples(fleet: Fleet, arms: Sequence[str], kind: str) -> Figure:
     columns = max(len(row) for row in rows.values())
     size = (1.1 + 1.05 * columns, 0.55 + 0.48 * len(arms))
     figure, axes = panels(size, len(arms), columns, (1.0, 0.1, 0.3, 0.25), (0.1, 0.08), sharex=True, sharey="col")
-    since = {(alarm.arm, alarm.quantity): alarm.since for alarm in fleet.alarms}
     for line, (arm, row) in zip(axes, rows.items(), strict=True):
         for axis, series in zip(line, row, strict=False):
-            _spark(axis, fleet, series, since.get((arm, series.quantity), np.inf))
+            _spark(axis, series, series.z is not None and abs(series.z) > CHANGED)
         line[0].set_ylabel(arm, rotation=0, ha="right", va="center", fontsize=8)
     for axis, series in zip(axes[0], rows[arms[0]], strict=False):
         axis.set_title(series.quantity, fontsize=8)
     return figure
 
 
-def _spark(axis: Axes, fleet: Fleet, series: Series, since: float) -> None:
-    """One quantity of one arm: points, a band, and what is since an alarm."""
-    scatter = fleet.scatter[series.quantity]
-    values = 100.0 * scatter.rest_of(series) if series.relative else series.values
+def _spark(axis: Axes, series: Series, changed: bool) -> None:
+    """One quantity of one arm: points, a band, and the last night where it changed."""
     size = 100.0 if series.relative else 1.0
-    band = 2.0 * size * float(np.hypot(scatter.sigma, scatter.own * np.median(series.sigma)))
-    late = series.days >= since
+    values, band = size * series.values, 2.0 * size * series.spread
     axis.axhspan(-band, band, color="0.92", linewidth=0)
     axis.plot(series.days, values, color=GREY, linewidth=0.6)
-    axis.plot(series.days[~late], values[~late], ".", color=BLUE, markersize=2)
-    axis.plot(series.days[late], values[late], "s", color=ORANGE, markersize=2.5)
+    axis.plot(series.days, values, ".", color=BLUE, markersize=2)
+    if changed:
+        axis.plot(series.days[-1:], values[-1:], "s", color=ORANGE, markersize=2.5)
     axis.set_xticks([])
     axis.set_yticks([])
     for spine in axis.spines.values():

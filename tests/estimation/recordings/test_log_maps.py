@@ -94,7 +94,7 @@ _NAMED = [(robot, names) for robot in robot_names() for names in load_robot(robo
 @pytest.mark.parametrize("seed", range(2))
 def test_every_arms_own_names_in_any_order(robot: str, names: tuple[str, ...], seed: int) -> None:
     order = tuple(np.random.default_rng(seed).permutation([*names, "left_finger"]).tolist())
-    raw = RawLog(Path("x"), ("t",), lambda names: iter(()), str, order)
+    raw = RawLog(Path("x"), ("t",), lambda names: np.empty((0, 0)), str, order)
     assert Naming(raw, LogMap(), load_robot(robot)).joints == names
 
 
@@ -103,7 +103,7 @@ def test_every_arms_own_names_in_any_order(robot: str, names: tuple[str, ...], s
 def test_numbered_names_of_any_arm(robot: str, first: int) -> None:
     arm = load_robot(robot)
     names = tuple(f"other_joint_{k}" for k in range(first, first + arm.n))
-    raw = RawLog(Path("x"), ("t",), lambda names: iter(()), str, names[::-1])
+    raw = RawLog(Path("x"), ("t",), lambda names: np.empty((0, 0)), str, names[::-1])
     assert Naming(raw, LogMap(), arm).joints == names
 
 
@@ -114,14 +114,14 @@ UR = ("shoulder_pan_joint", "shoulder_lift_joint", "elbow_joint", "wrist_1_joint
 def test_joints_by_the_makers_names(prefix: str) -> None:
     """A log names them in its own order, perhaps with another arm's beside them: no --joints is needed."""
     own_names = [f"{prefix}{name}" for name in sorted(UR)]
-    raw = RawLog(Path("x"), ("t",), lambda names: iter(()), str, ("gripper", *own_names))
+    raw = RawLog(Path("x"), ("t",), lambda names: np.empty((0, 0)), str, ("gripper", *own_names))
     naming = Naming(raw, LogMap(), load_robot("ur10e"))
     assert naming.joints == tuple(f"{prefix}{name}" for name in UR)
 
 
 def test_two_arms_in_a_log_must_be_told_apart() -> None:
     both = tuple(f"{side}_{name}" for side in ("left", "right") for name in UR)
-    raw = RawLog(Path("x"), ("t",), lambda names: iter(()), str, both)
+    raw = RawLog(Path("x"), ("t",), lambda names: np.empty((0, 0)), str, both)
     with pytest.raises(InputError, match="--joints"):
         _ = Naming(raw, LogMap(), load_robot("ur10e")).joints
 

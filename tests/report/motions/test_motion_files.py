@@ -16,15 +16,11 @@ from dynident.apps.export.motions import (
     val3_files,
     val3_replay,
 )
-from dynident.common.arrays import Array
 from dynident.common.errors import InputError
 from dynident.model import Robot, load_robot
-from dynident.model.kinematics import forward_kinematics
 from dynident.tests.conftest import SCARA
 from dynident.tests.report.motions import motion_parsers as read
 from dynident.trajectories import (
-    BlendedPoints,
-    BlendShape,
     Design,
     FourierShape,
     Goal,
@@ -52,7 +48,6 @@ def designs() -> dict[str, Design]:
         "passing": ViaPointShape(5),
         "rest": ViaPointShape(5, passing=False),
         "trapezoid": ViaPointShape(5, passing=False, segment=Trapezoid(0.2)),
-        "blend": BlendShape(5),
         "fourier": FourierShape(2, 3.1234567),
     }
     return {
@@ -61,7 +56,7 @@ def designs() -> dict[str, Design]:
     }
 
 
-@pytest.fixture(params=["passing", "rest", "trapezoid", "blend", "fourier"])
+@pytest.fixture(params=["passing", "rest", "trapezoid", "fourier"])
 def design(request: pytest.FixtureRequest, designs: dict[str, Design]) -> Design:
     return designs[request.param]
 
@@ -191,52 +186,6 @@ def test_val3_of_trapezoids_runs_the_design(designs: dict[str, Design]) -> None:
     assert again.condition_number_scaled < quintic.condition_number_scaled
     text = val3_files(written(design), "excite")["start.pgx"]
     assert "at rest in each, trapezoids of speed with ramps of 0.2 of each move's time" in text
-
-
-def test_val3_of_blends_leaves_and_rejoins_where_the_design_does(designs: dict[str, Design]) -> None:
-    """Distances from the point that the motion itself has there; speeds and accelerations as percentages."""
-    design = designs["blend"]
-    plan, robot = design.plan, design.problem.robot
-    assert isinstance(plan, BlendedPoints)
-    limits = [joint.limits for joint in robot.joints]
-    V, A = np.array([x.speed for x in limits]), np.array([x.acceleration for x in limits])
-    files = val3_files(written(design), "excite")
-    program = read.val3(files)
-    kinematics = forward_kinematics(robot)
-
-    def place(q: Array) -> Array:
-        return np.asarray(kinematics(q)[1].full()).ravel()
-
-    middle = np.cumsum(plan.durations)
-    for k, motion in enumerate(program.motions[1:], 1):
-        cruise = middle[k - 1] - (0.5 * plan.blends[k] if k < 4 else plan.blends[k]) - 0.5 * plan.straight[k - 1]
-        speed = np.abs(plan.at(np.array([cruise]))[1][0])
-        assert float(motion["vel"]) == pytest.approx(100.0 * (speed / V).max(), abs=0.51)
-        for name, t in (
-            ("accel", cruise - 0.5 * plan.straight[k - 1]),
-            ("decel", cruise + 0.5 * plan.straight[k - 1]),
-        ):
-            inside = t + (1e-6 if name == "decel" else -1e-6)
-            strength = 100.0 * (np.abs(plan.at(np.array([inside]))[2][0]) / A).max()
-            assert float(motion[name]) == pytest.approx(max(strength, 1.0), abs=0.51)
-        if k == 4:
-            assert motion["blend"] == "off"
-            continue
-        assert motion["blend"] == "joint"
-        for name, t in (
-            ("leave", middle[k - 1] - 0.5 * plan.blends[k]),
-            ("reach", middle[k - 1] + 0.5 * plan.blends[k]),
-        ):
-            apart = np.linalg.norm(place(plan.at(np.array([t]))[0][0]) - place(plan.points[k]))
-            assert float(motion[name]) == pytest.approx(1000.0 * apart, abs=0.11)
-    again = score_motion(design.problem, val3_replay(written(design)).motion(500.0)).learnt
-    quintic = score_motion(design.problem, val3_replay(written(designs["passing"])).motion(500.0)).learnt
-    assert again.condition_number_scaled == pytest.approx(design.learnt.condition_number_scaled, rel=0.25)
-    assert again.condition_number_scaled < quintic.condition_number_scaled
-    for text in (files["start.pgx"], files["excite.dtx"]):
-        assert "passing at constant speed from each to the next, parabolic blends of" in text
-        assert "VAL3 has no word for a blend" in text
-    assert "VAL3 has no word" not in val3_files(written(designs["rest"]), "excite")["start.pgx"]
 
 
 def test_what_has_no_place_is_refused(designs: dict[str, Design]) -> None:
