@@ -42,7 +42,7 @@ def throughput(folder: Path, count: int) -> None:
     """Processor time and the clock of one process and two, in turns; memory of a worker over many recordings."""
     robot, paths = load_robot("rx90"), recordings(folder, count)
     clock, spent = {1: list[float](), 2: list[float]()}, {1: list[float](), 2: list[float]()}
-    with fleet.engine.process_pool(1) as one_worker, fleet.engine.process_pool(2) as two:
+    with fleet.reduction.process_pool(1) as one_worker, fleet.reduction.process_pool(2) as two:
         for number, pool in ((1, one_worker), (2, two)):
             list(pool.map(time.sleep, [0.5] * 2 * number))
             fleet.reduce_fleet(paths[:2], robot, folder / f"start{number}", executor=pool, workers=number)
@@ -53,7 +53,7 @@ def throughput(folder: Path, count: int) -> None:
                 fleet.reduce_fleet(paths, robot, store, executor=pool, workers=number)
                 clock[number].append(time.monotonic() - begin)
                 spent[number].append((sum(pool.map(used, [0.3] * 4 * number)) - before) / 4.0)
-        sizes = [fleet.Store.opened(store).path(row.key).stat().st_size for row in fleet.Store.opened(store).rows()]
+        sizes = [fleet.Store.opened(store).path(log.key).stat().st_size for log in fleet.Store.opened(store).logs()]
         memory = list(resident(paths, folder))
     print(f"{count} recordings of {LENGTH:g} s at {RATE:g} Hz, six joints, {os.cpu_count()} processors")
     for number in (1, 2):
@@ -77,7 +77,7 @@ def used(seconds: float) -> float:
 def resident(paths: list[str], folder: Path) -> Iterator[float]:
     """Largest memory of one worker after 1, 10, .. 60 recordings [MiB]."""
     robot, done = load_robot("rx90"), 0
-    with fleet.engine.process_pool(1) as fresh:
+    with fleet.reduction.process_pool(1) as fresh:
         for goal in (1, 10, 20, 30, 40, 50, 60):
             while done < goal:
                 store = folder / f"memory{done}"

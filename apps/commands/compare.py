@@ -43,5 +43,5 @@ def run(arm: RobotOptions, request: _Logs, processing: ProcessingOptions, files:
             progress(k / len(request.logs))
     compared = fleet.compared(request.logs, results)
     files.show(report.compared_screen(compared))
-    files.write_json(lambda: report.documents.compared_document(compared))
+    files.write_json(lambda: report.documents.ComparedDocument.of(compared))
     return ANSWERED

@@ -2,12 +2,14 @@
 
 import csv
 import re
+import tempfile
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from datetime import UTC, datetime
 from difflib import get_close_matches
-from pathlib import Path
-from typing import NamedTuple
+from pathlib import Path, PurePosixPath
+from typing import Any, NamedTuple
 
 from ...common.errors import InputError
 from ...common.files import place_of
@@ -22,12 +24,17 @@ _CLOCKS = (9.0e8, 4.1e9)  # s since 1970: 1998 to 2099
 _NIGHT = 2.0  # days that a log's clock may be beside the day told: a day without time, zones, a night's two days
 
 
-class Entry(NamedTuple):
-    """A log, by path or URL, and what is known of it; ``wrong``: why it cannot be used."""
+class Log(NamedTuple):
+    """A log, by path or URL, and what is known of it; ``wrong``: why it cannot be used.
 
-    path: str
+    ``sha256`` of its bytes and ``key``, the name of its equations in a store, once they are known.
+    """
+
+    file: str
     about: Mapping[str, str]
     wrong: str = ""
+    sha256: str = ""
+    key: str = ""
 
 
 def found_logs(paths: Sequence[str]) -> tuple[str, ...]:
@@ -36,43 +43,61 @@ def found_logs(paths: Sequence[str]) -> tuple[str, ...]:
     Raises:
         InputError: if one names nothing.
     """
-    logs: dict[str, None] = {}
+    logs = set[str]()
     for path in paths:
-        inside = sorted(_inside(path))
+        inside = list(_inside(path))
         if not inside:
             raise InputError(f"{path}: no log there")
-        logs.update(dict.fromkeys(inside))
+        logs.update(inside)
     return tuple(sorted(logs))
 
 
 def _inside(path: str) -> Iterator[str]:
     if "://" in path:
-        yield from _remote(path)
+        with _remote(path) as (system, _):
+            places = system.glob(path) if "*" in path else [path]
+            yield from (place if "://" in place else system.unstrip_protocol(place) for place in places)
     elif Path(path).is_dir():
         yield from (str(file) for file in Path(path).rglob("*") if file.is_file() and file.name.endswith(SUFFIXES))
     elif Path(path).exists():
         yield path
-    else:
+    elif path:
         anchor = Path(path).anchor
-        inside = Path(anchor).glob(str(Path(path).relative_to(anchor))) if path else ()
+        inside = Path(anchor).glob(str(Path(path).relative_to(anchor)))
         yield from (str(file) for file in inside if file.is_file())
 
 
-def _remote(url: str) -> Iterator[str]:
-    """Logs at a URL, which may be a glob."""
+@contextmanager
+def _remote(url: str) -> Iterator[tuple[Any, str]]:
+    """The file system of a URL and the place in it; what goes wrong within the block is told in a line."""
     try:
         import fsspec
+
+        yield fsspec.core.url_to_fs(url)
     except ModuleNotFoundError:
         raise InputError(f"{url}: logs at a URL need fsspec: pip install 'dynident[fleet]'") from None
-    try:
-        system, _ = fsspec.core.url_to_fs(url)
-        places = system.glob(url) if "*" in url else [url]
     except (ValueError, OSError, ImportError) as error:
         raise InputError(f"{url}: cannot be opened: {error}") from None
-    yield from (place if "://" in place else system.unstrip_protocol(place) for place in places)
 
 
-def catalog(logs: Sequence[str], pattern: str = "", table: str | None = None) -> tuple[Entry, ...]:
+@contextmanager
+def local(path: str) -> Iterator[str]:
+    """A log as a file of this machine; one at a URL is copied for the time being.
+
+    Raises:
+        InputError: if it cannot be.
+    """
+    if "://" not in path:
+        yield path
+        return
+    with tempfile.TemporaryDirectory() as folder:
+        copy = str(Path(folder) / PurePosixPath(path).name)
+        with _remote(path) as (system, place):
+            system.get_file(place, copy)
+        yield copy
+
+
+def catalog(logs: Sequence[str], pattern: str = "", table: str | None = None) -> tuple[Log, ...]:
     """What is known of each log, by its path or by a table; of a table all of its files.
 
     Args:
@@ -86,16 +111,16 @@ def catalog(logs: Sequence[str], pattern: str = "", table: str | None = None) ->
     if table is not None:
         return _of_table(table, logs)
     if not pattern:
-        return tuple(Entry(log, {}) for log in logs)
+        return tuple(Log(file, {}) for file in logs)
     form = _form(pattern)
-    entries = []
+    found = []
     for log in logs:
         match = form.search(Path(log).as_posix() if "://" not in log else log)
         about = match.groupdict() if match else {}
-        entries.append(Entry(log, about, _wrong(about) if match else f"its path does not end in {pattern}"))
-    if all(entry.wrong for entry in entries):
-        raise InputError(f"--pattern {pattern!r}: no log's path ends so; {logs[0]}: {entries[0].wrong}")
-    return tuple(entries)
+        found.append(Log(log, about, _wrong(about) if match else f"its path does not end in {pattern}"))
+    if all(log.wrong for log in found):
+        raise InputError(f"--pattern {pattern!r}: no log's path ends so; {logs[0]}: {found[0].wrong}")
+    return tuple(found)
 
 
 def _form(pattern: str) -> re.Pattern[str]:
@@ -114,39 +139,30 @@ def _form(pattern: str) -> re.Pattern[str]:
         raise InputError(f"--pattern {pattern!r}: {error}") from None
 
 
-def _of_table(table: str, logs: Sequence[str]) -> tuple[Entry, ...]:
+def _of_table(table: str, logs: Sequence[str]) -> tuple[Log, ...]:
     rows = list(csv.DictReader(read_text(table).splitlines()))
-    _check_columns(table, list(rows[0]) if rows else [])
-    listed = [_of_row(row, str(Path(table).parent)) for row in rows]
-    counted = Counter(entry.path for entry in listed)
-    more_than_once = f"{table} names it more than once: which row is right?"
-    entries = {
-        entry.path: entry._replace(wrong=more_than_once) if counted[entry.path] > 1 else entry for entry in listed
-    }
-    named = {_place(path) for path in entries}
-    beside = [Entry(log, {}, f"{table} does not name it") for log in logs if _place(log) not in named]
-    return tuple(sorted([*entries.values(), *beside], key=lambda entry: entry.path))
-
-
-def _check_columns(table: str, columns: Sequence[str]) -> None:
-    if not {"file", "arm"} <= set(columns):
+    names = list(rows[0]) if rows else []
+    if not {"file", "arm"} <= set(names):
         raise InputError(f"{table}: needs the columns file and arm, and may have {', '.join(KNOWN[1:])}")
-    for name in columns:
+    for name in names:
         if name not in ("file", *KNOWN):
             near = get_close_matches(str(name), KNOWN, 1)
             hint = f"; did you mean {near[0]!r}?" if near else ""
             raise InputError(f"{table}: column {name!r} is not known{hint}")
+    listed: dict[str, Log] = {}
+    counted = Counter(row["file"] for row in rows)
+    for row in rows:
+        file, about = row["file"] or "", {name: row[name].strip() for name in KNOWN if row.get(name)}
+        twice = f"{table} names it more than once: which row is right?" if counted[file] > 1 else ""
+        path = file if "://" in file or Path(file).is_absolute() else str(Path(table).parent / file)
+        listed[path] = Log(path, about, twice or _wrong(about))
+    named = set(map(_place, listed))
+    beside = [Log(log, {}, f"{table} does not name it") for log in logs if _place(log) not in named]
+    return tuple(sorted([*listed.values(), *beside], key=lambda log: log.file))
 
 
 def _place(path: str) -> str:
     return path if "://" in path else str(place_of(path))
-
-
-def _of_row(row: Mapping[str, str | None], folder: str) -> Entry:
-    file = row["file"] or ""
-    path = file if "://" in file or Path(file).is_absolute() else str(Path(folder) / file)
-    about = {name: str(row[name]).strip() for name in KNOWN if row.get(name)}
-    return Entry(path, about, _wrong(about))
 
 
 def _wrong(about: Mapping[str, str]) -> str:
@@ -188,15 +204,14 @@ def other_day(about: Mapping[str, str], start: float) -> str:
     )
 
 
-def same_time(entries: Iterable[Entry]) -> dict[str, str]:
+def same_time(logs: Iterable[Log]) -> dict[str, str]:
     """Logs of one arm at one time: path -> what is wrong with it."""
     owners: dict[tuple[str, str], str] = {}
     wrong = {}
-    for entry in entries:
-        if entry.wrong or not {"arm", "day"} <= set(entry.about):
-            continue
-        key = entry.about["arm"], entry.about["day"]
-        if key in owners:
-            wrong[entry.path] = f"{owners[key]} is of arm {key[0]!r} at {key[1]} too: give times, or another name"
-        owners.setdefault(key, entry.path)
+    for log in logs:
+        if not log.wrong and {"arm", "day"} <= set(log.about):
+            arm, day = log.about["arm"], log.about["day"]
+            if owner := owners.get((arm, day)):
+                wrong[log.file] = f"{owner} is of arm {arm!r} at {day} too: give times, or another name"
+            owners.setdefault((arm, day), log.file)
     return wrong

@@ -2,12 +2,14 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from scipy.special import stdtrit
 
 from ...common.arrays import Array
 from ...common.errors import InputError
+from ...common.schema import Document
 from ...estimation.answers.identification import Identification
 from ...estimation.fit.estimate import Estimate
 from ...estimation.fit.robust import student95
@@ -18,34 +20,49 @@ CHANCE = 1e-3
 """Probability that recordings of one and the same thing are said to differ."""
 
 
+class OddDocument(Document, frozen=True):
+    """A recording that differs from all others in a parameter, in standard deviations of the difference."""
+
+    recording: str
+    parameter: str
+    sigmas: float
+
+
 @dataclass(frozen=True)
 class Compared:
     """Parameters by several recordings, one beside the other.
 
     Attributes:
-        sources: names of the recordings, k.
-        names: of the parameters, c.
+        recordings: their names, k.
+        parameters: their names, c.
         values: k x c.
         sigma: own standard deviations, k x c.
-        pooled: values by all of them, weighted by their variances, shape (c,).
-        pooled_sigma: standard deviations of those, with the scatter where it is more than they say, shape (c,).
-        scatter: chi2 of the values about the pooled one over its degrees of freedom, shape (c,).
         degrees_of_freedom: the fewest of the recordings.
     """
 
-    sources: tuple[str, ...]
-    names: tuple[str, ...]
+    recordings: tuple[str, ...]
+    parameters: tuple[str, ...]
     values: Array
     sigma: Array
-    pooled: Array
-    pooled_sigma: Array
-    scatter: Array
     degrees_of_freedom: float
 
+    @cached_property
+    def pooled(self) -> Array:
+        """Values by all of them, weighted by their variances, shape (c,)."""
+        weights = 1.0 / self.sigma**2
+        return np.asarray((weights * self.values).sum(axis=0) / weights.sum(axis=0))
+
+    @cached_property
+    def scatter(self) -> Array:
+        """Chi2 of the values about the pooled one over its degrees of freedom, shape (c,)."""
+        squares = (self.values - self.pooled) ** 2 / self.sigma**2
+        return np.asarray(squares.sum(axis=0) / (len(self.values) - 1))
+
     @property
-    def interval95(self) -> Array:
-        """95 % intervals of the pooled values, c x 2."""
-        half = student95(self.degrees_of_freedom) * self.pooled_sigma
+    def pooled_interval95(self) -> Array:
+        """95 % intervals of the pooled values, with the scatter where it is more than the sigmas say, c x 2."""
+        sigma = np.sqrt(np.maximum(self.scatter, 1.0) / (1.0 / self.sigma**2).sum(axis=0))
+        half = student95(self.degrees_of_freedom) * sigma
         return np.column_stack([self.pooled - half, self.pooled + half])
 
     @property
@@ -53,7 +70,7 @@ class Compared:
         """Each recording's value less what all others say, in sigmas of the difference, k x c."""
         weights = 1.0 / self.sigma**2
         total, rest = weights.sum(axis=0), weights.sum(axis=0) - weights
-        others = (total * (weights * self.values).sum(axis=0) / total - weights * self.values) / rest
+        others = (total * self.pooled - weights * self.values) / rest
         return np.asarray((self.values - others) / np.sqrt(self.sigma**2 + 1.0 / rest))
 
     @property
@@ -62,33 +79,35 @@ class Compared:
         return float(stdtrit(max(self.degrees_of_freedom, 1.0), 1.0 - 0.5 * CHANCE / self.values.size))
 
     @property
-    def odd(self) -> tuple[tuple[str, str, float], ...]:
-        """Recordings that differ from the others beyond ``bound``: recording, parameter, sigmas; the worst first.
+    def odd(self) -> tuple[OddDocument, ...]:
+        """Recordings that differ from the others beyond ``bound``, the worst first.
 
         Of each parameter the worst one: what it pulls along is not told.
         """
         apart = self.apart
-        worst = [(int(np.argmax(np.abs(apart[:, c]))), c) for c in range(len(self.names))]
-        far = [(self.sources[k], self.names[c], float(apart[k, c])) for k, c in worst]
-        return tuple(
-            sorted(
-                (deviation for deviation in far if abs(deviation[2]) > self.bound),
-                key=lambda deviation: -abs(deviation[2]),
-            )
-        )
+        worst = np.argmax(np.abs(apart), axis=0)
+        far = [
+            OddDocument(self.recordings[k], self.parameters[c], float(apart[k, c]))
+            for c, k in enumerate(worst)
+            if abs(apart[k, c]) > self.bound
+        ]
+        return tuple(sorted(far, key=lambda odd: -abs(odd.sigmas)))
 
 
-def compared(sources: Sequence[str], results: Sequence[Identification]) -> Compared:
-    """Parameters of one robot by several recordings, side by side; ``sources``: their names.
+def compared(recordings: Sequence[str], results: Sequence[Identification]) -> Compared:
+    """Parameters of one robot by several recordings, side by side, whose names come first.
+
+    Drive gains' errors are left out: all recordings share them.
 
     Raises:
         InputError: if the recordings show different parameters.
     """
-    return side_by_side(sources, list(map(free_estimate, results)))
+    estimates = [result.estimate for result in results]
+    return side_by_side(recordings, [widened(own, excess(own, own.sigma_robust)) for own in estimates])
 
 
-def side_by_side(sources: Sequence[str], estimates: Sequence[Estimate]) -> Compared:
-    """Independent estimates of the same parameters, and what they say together.
+def side_by_side(recordings: Sequence[str], estimates: Sequence[Estimate]) -> Compared:
+    """Independent estimates of the same parameters.
 
     Raises:
         InputError: if they are of different parameters.
@@ -98,23 +117,12 @@ def side_by_side(sources: Sequence[str], estimates: Sequence[Estimate]) -> Compa
         raise InputError("the recordings show different parameters: nothing can be compared")
     values = np.array([estimate.values for estimate in estimates])
     sigma = np.maximum(np.array([estimate.sigma for estimate in estimates]), TINY)
-    weights = 1.0 / sigma**2
-    pooled_values = (weights * values).sum(axis=0) / weights.sum(axis=0)
-    scatter = (weights * (values - pooled_values) ** 2).sum(axis=0) / (len(values) - 1)
-    wide = np.sqrt(np.maximum(scatter, 1.0) / weights.sum(axis=0))
     degrees = min(estimate.degrees_of_freedom for estimate in estimates)
-    return Compared(tuple(sources), first.names, values, sigma, pooled_values, wide, scatter, degrees)
+    return Compared(tuple(recordings), first.names, values, sigma, degrees)
 
 
-def free_estimate(answer: Identification) -> Estimate:
-    """The estimate to compare with others of one arm: without the drive gains' errors, which all share."""
-    own = answer.estimate
-    ratio = compared_sigma(own, own.sigma_robust) / np.maximum(own.sigma, TINY)
-    return replace(own, covariance=own.covariance * np.outer(ratio, ratio), robust=None, gain_covariance=None)
-
-
-def compared_sigma(estimate: Estimate, robust: Array | None) -> Array:
-    """Standard deviations to compare recordings by, shape (c,), with the formula's degrees of freedom.
+def excess(estimate: Estimate, robust: Array | None) -> Array:
+    """How many times the formula's standard deviations those are that recordings are compared by, shape (c,).
 
     From a dozen blocks the jackknife knows no single standard deviation well, but well by how much they are larger
     than the formula's on the whole. The larger of its own and of the formula's, so scaled, is taken.
@@ -124,6 +132,12 @@ def compared_sigma(estimate: Estimate, robust: Array | None) -> Array:
         robust: the jackknife's, shape (c,); None without.
     """
     if robust is None:
-        return estimate.sigma
-    excess = float(np.sqrt(np.mean((robust / np.maximum(estimate.sigma, TINY)) ** 2)))
-    return np.asarray(np.maximum(robust, max(1.0, excess) * estimate.sigma))
+        return np.ones(len(estimate.values))
+    ratio = robust / np.maximum(estimate.sigma, TINY)
+    return np.maximum(ratio, max(1.0, float(np.sqrt(np.mean(ratio**2)))))
+
+
+def widened(estimate: Estimate, ratio: Array) -> Estimate:
+    """An estimate whose standard deviations are so many times as large, without errors that all share."""
+    C = estimate.covariance * np.outer(ratio, ratio)
+    return replace(estimate, covariance=C, robust=None, gain_covariance=None)

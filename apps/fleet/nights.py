@@ -1,9 +1,15 @@
-"""What each recording of an arm says while the rest is fixed from all of them: friction, payload, drive scales."""
+"""A fleet over time: what changed last night, which arm differs from its twins, and which is another robot.
+
+Of each recording of an arm friction, payload and drive scales are found while the rest is fixed from all of them. A
+series is one such quantity of one arm, night by night. Its last night is compared with the median of the nights
+before, by their median absolute deviation and the night's own error. This robust z does not move by a few changed
+nights before.
+"""
 
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import NamedTuple
+from functools import cached_property
 
 import numpy as np
 
@@ -16,41 +22,71 @@ from ...estimation.fit.linear_problem import LinearProblem
 from ...estimation.fit.robust import jackknifed
 from ...model.drives import FRICTION, parameter_kind
 from ...model.regressors import payload_columns
-from .comparing import TINY, compared_sigma
-from .identity import Exchange, exchange_of
-from .stored import Stored
+from .comparing import TINY, Compared, excess, side_by_side, widened
+from .exchange import Exchange, exchange_of, named
+from .store import Stored
 
 MASS = "mass"
 """The payload's mass less what the controller was told [kg], as a quantity of a night."""
-
+FEWEST = 8
+"""Nights before the last one that tell what is usual; of fewer a median absolute deviation says little."""
+CHANGED = 5.0
+"""z beyond which a change is told: a quiet series exceeds it once in 60 nights by 8 before, in 2,000 by 30."""
+_MAD = 1.4826  # standard deviations a median absolute deviation is of
+_RELATIVE = ("FS", "FV", "FSM", "FVM")  # kinds of parameters that are taken over their own median
 _CLEARLY = 4.0  # sigmas: such a change of the mass is taken for one
 
 
-class Measured(NamedTuple):
-    """A number of a night and its standard deviation."""
-
-    value: float
-    sigma: float
-
-
 @dataclass(frozen=True)
-class Night:
-    """What one recording of an arm says.
+class Series:
+    """One quantity of one arm, night by night.
 
     Attributes:
         arm: its name.
-        day: ISO date or time.
-        temperature: [deg C], nan where it is not known.
-        told: mass that the controller was told [kg].
-        numbers: by name: frictions ("FS2"), ``MASS``, and "scale 2", by which share a drive's torque is larger than
-            on the whole.
+        quantity: a friction ("FS2"), ``MASS``, or "scale 2", by which share a drive's torque is larger than on the
+            whole.
+        days: ISO dates or times, d.
+        values: shape (d,).
+        sigma: each night's own standard deviation, shape (d,).
     """
 
     arm: str
-    day: str
-    temperature: float
-    told: float
-    numbers: dict[str, Measured]
+    quantity: str
+    days: tuple[str, ...]
+    values: Array
+    sigma: Array
+
+    @property
+    def relative(self) -> bool:
+        """Whether a change is a share of what is usual."""
+        return self.quantity[:5] not in (MASS, "scale") and parameter_kind(self.quantity) in _RELATIVE
+
+    @cached_property
+    def usual(self) -> float:
+        """The median of the nights before the last one."""
+        return float(np.median(self.values[:-1] if len(self.values) > 1 else self.values))
+
+    @property
+    def size(self) -> float:
+        """What a change is told in."""
+        return max(abs(self.usual), 1e-12) if self.relative else 1.0
+
+    @cached_property
+    def changes(self) -> Array:
+        """Each night less what is usual, shape (d,)."""
+        return (self.values - self.usual) / self.size
+
+    @property
+    def spread(self) -> float:
+        """Standard deviation of the last night where nothing changed: of the nights before, and the night's own."""
+        before = self.changes[:-1]
+        scatter = _MAD * float(np.median(np.abs(before))) if before.size else 0.0
+        return max(float(np.hypot(scatter, self.sigma[-1] / self.size)), TINY)
+
+    @property
+    def z(self) -> float | None:
+        """The last night's change in such standard deviations; None with fewer than ``FEWEST`` nights before."""
+        return float(self.changes[-1]) / self.spread if len(self.values) > FEWEST else None
 
 
 @dataclass(frozen=True)
@@ -59,14 +95,61 @@ class Arm:
 
     Attributes:
         name: of the arm.
+        days: of its nights, ISO.
+        temperatures: [deg C], nan where it is not known.
+        told: mass that the controller was told each night [kg].
+        series: each quantity.
         pooled: its base parameters by those with the payload it was told most often, to compare with other arms.
         exchange: recordings under its name that are of another robot; None where all may be of one.
     """
 
     name: str
-    nights: tuple[Night, ...]
+    days: tuple[str, ...]
+    temperatures: tuple[float, ...]
+    told: tuple[float, ...]
+    series: tuple[Series, ...]
     pooled: Estimate
     exchange: Exchange | None = None
+
+
+@dataclass(frozen=True)
+class Fleet:
+    """What a fleet's nights say.
+
+    Attributes:
+        arms: of one type, by name.
+        twins: the arms' inertial parameters side by side; None of fewer than three.
+        exchanges: recordings that are of another robot than their arm's name says.
+    """
+
+    arms: tuple[Arm, ...]
+    twins: Compared | None
+    exchanges: tuple[Exchange, ...]
+
+    @property
+    def first(self) -> str:
+        """Day of the first night, ISO."""
+        return min(day for arm in self.arms for day in arm.days)
+
+    @property
+    def series(self) -> tuple[Series, ...]:
+        """Each quantity of each arm."""
+        return tuple(line for arm in self.arms for line in arm.series)
+
+    @property
+    def changed(self) -> tuple[Series, ...]:
+        """The series whose last night is beyond ``CHANGED``, the clearest first."""
+        far = [(abs(line.z), line) for line in self.series if line.z is not None and abs(line.z) > CHANGED]
+        return tuple(line for _, line in sorted(far, key=lambda pair: -pair[0]))
+
+
+def fleet_of(arms: Sequence[Arm]) -> Fleet:
+    """Last night's changes and odd arms of a fleet."""
+    arms = tuple(sorted(arms, key=lambda arm: arm.name))
+    names, pooled = [arm.name for arm in arms], [_bodies(arm.pooled) for arm in arms]
+    twins = side_by_side(names, pooled) if len(arms) >= 3 else None
+    bodies = list(zip(names, pooled, strict=True))
+    return Fleet(arms, twins, tuple(named(arm.exchange, bodies) for arm in arms if arm.exchange is not None))
 
 
 def arm_of(recordings: Sequence[Stored]) -> Arm:
@@ -80,88 +163,89 @@ def arm_of(recordings: Sequence[Stored]) -> Arm:
             name = recording.name
             raise InputError(f"{name}: its arm and day are not known: give --pattern or --table to reduce")
     ordered = sorted(recordings, key=lambda recording: recording.about["day"])
-    masses = [float(recording.about.get("payload", "0")) for recording in ordered]
-    usual = Counter(masses).most_common(1)[0][0]
-    same = [recording.equations for recording, mass in zip(ordered, masses, strict=True) if mass == usual]
+    arm, days = ordered[0].about["arm"], tuple(recording.about["day"] for recording in ordered)
+    told = tuple(float(recording.about.get("payload", "0")) for recording in ordered)
+    usual = Counter(told).most_common(1)[0][0]
+    same = [recording.equations for recording, mass in zip(ordered, told, strict=True) if mass == usual]
     whole = weighted(merged(replace(equations, leave_one_out=()) for equations in same))
-    nights = tuple(night_of(recording, whole, mass, usual) for recording, mass in zip(ordered, masses, strict=True))
-    last = weighted(same[-1])
-    excess = compared_sigma(last, robust_sigma(same[-1])) / np.maximum(last.sigma, TINY)
-    wide = replace(whole, covariance=whole.covariance * np.outer(excess, excess))
-    return Arm(ordered[0].about["arm"], nights, wide, _exchange(ordered, whole, excess))
+    nights = [_night(recording, whole, usual - mass) for recording, mass in zip(ordered, told, strict=True)]
+    series = []
+    for name in nights[0]:
+        values, sigma = np.array([night[name] for night in nights]).T
+        series.append(Series(arm, name, days, values, sigma))
+    _, ratio = compared_by(same[-1])
+    temperatures = tuple(float(recording.about.get("temperature", "nan")) for recording in ordered)
+    exchange = exchange_of(
+        arm,
+        days,
+        [_bodies(widened(weighted(recording.equations), ratio)) for recording in ordered],
+        _explained(ordered[0], whole),
+    )
+    return Arm(arm, days, temperatures, told, tuple(series), widened(whole, ratio), exchange)
 
 
-def bodies_of(estimate: Estimate) -> Estimate:
+def _bodies(estimate: Estimate) -> Estimate:
     """What a robot's bodies tell, without friction and constant torques."""
     return estimate.part([name for name in estimate.names if parameter_kind(name) not in FRICTION])
 
 
-def _exchange(recordings: Sequence[Stored], whole: Estimate, excess: Array) -> Exchange | None:
-    """Recordings that are of another robot, whatever is carried and however the drives are scaled."""
-    first = recordings[0]
-    nights, inertial = [], [k for k, name in enumerate(whole.names) if parameter_kind(name) not in FRICTION]
-    for recording in recordings:
-        night = weighted(recording.equations)
-        nights.append(bodies_of(replace(night, covariance=night.covariance * np.outer(excess, excess))))
+def _explained(recording: Stored, whole: Estimate) -> Array:
+    """Changes of an arm's inertial parameters by whatever is carried and however the drives are scaled, c x k."""
     scaled = [
         whole.covariance @ (weight**2 * factor[:, :-1].T @ (factor[:, :-1] @ whole.values))
-        for factor, weight in zip(first.equations.factors, whole.weights, strict=True)
+        for factor, weight in zip(recording.equations.factors, whole.weights, strict=True)
     ]
-    explained = np.column_stack([first.base.effect_of(payload_columns(first.robot)), *scaled])[inertial]
-    return exchange_of(first.about["arm"], [recording.about["day"] for recording in recordings], nights, explained)
+    inertial = [k for k, name in enumerate(whole.names) if parameter_kind(name) not in FRICTION]
+    return np.column_stack([recording.base.effect_of(payload_columns(recording.robot)), *scaled])[inertial]
 
 
-def night_of(recording: Stored, whole: Estimate, stated_mass: float, usual: float) -> Night:
+def _night(recording: Stored, whole: Estimate, usual: float) -> dict[str, tuple[float, float]]:
     """One recording: friction and a change of payload together, then each drive's scale beside its friction.
 
     Args:
-        recording: of the recording.
-        whole: the arm's base parameters by all recordings that were told ``usual``.
-        stated_mass: mass that the controller was told [kg].
-        usual: that it was told most often [kg].
+        recording: of the night.
+        whole: the arm's base parameters by all recordings that were told the usual mass.
+        usual: that mass less what the controller was told this night [kg].
+
+    Returns:
+        Values and standard deviations by the quantity's name.
     """
     names, equations = whole.names, recording.equations
     frictions = [k for k, name in enumerate(names) if parameter_kind(name) in FRICTION]
     rest = np.array(whole.values)
     rest[frictions] = 0.0
     change = recording.base.effect_of(payload_columns(recording.robot))
-    own = np.eye(len(names))[:, frictions]
+    own = np.eye(len(names))
     columns = [*(names[k] for k in frictions), *PAYLOAD]
-    both = _measured(equations.substituted(columns, np.column_stack([own, change]), rest))
-    numbers = {names[k]: both[names[k]] for k in frictions}
+    both = _measured(equations.substituted(columns, np.column_stack([own[:, frictions], change]), rest))
     mass, sigma = both["M_L"]
-    numbers[MASS] = Measured(usual + mass - stated_mass, sigma)
+    numbers = {names[k]: both[names[k]] for k in frictions} | {MASS: (usual + mass, sigma)}
     if abs(mass) > _CLEARLY * sigma:  # what hangs there is no drive's scale
-        rest = rest + change @ np.array([both[name].value for name in PAYLOAD])
+        rest = rest + change @ np.array([both[name][0] for name in PAYLOAD])
     for j in range(recording.robot.n):
-        own_columns = [k for k in frictions if np.abs(equations.factors[j][:, k]).max(initial=0.0) > 0.0]
-        M = np.column_stack([rest, np.eye(len(names))[:, own_columns]])
-        alone = equations.of_joint(j).substituted(["scale", *(names[k] for k in own_columns)], M, rest)
+        beside = [k for k in frictions if np.abs(equations.factors[j][:, k]).max(initial=0.0) > 0.0]
+        M = np.column_stack([rest, own[:, beside]])
+        alone = equations.of_joint(j).substituted(["scale", *(names[k] for k in beside)], M, rest)
         numbers[f"scale {j + 1}"] = _measured(alone)["scale"]
-    temperature = float(recording.about.get("temperature", "nan"))
-    return Night(recording.about["arm"], recording.about["day"], temperature, stated_mass, numbers)
+    return numbers
 
 
-def _measured(equations: Equations) -> dict[str, Measured]:
+def _measured(equations: Equations) -> dict[str, tuple[float, float]]:
     """Each parameter with a standard deviation to compare it by."""
-    estimate = weighted(equations)
-    sigma = compared_sigma(estimate, robust_sigma(equations))
-    return {
-        name: Measured(float(value), float(own))
-        for name, value, own in zip(estimate.names, estimate.values, sigma, strict=True)
-    }
+    estimate, ratio = compared_by(equations)
+    sigma = ratio * estimate.sigma
+    return dict(zip(estimate.names, zip(estimate.values.tolist(), sigma.tolist(), strict=True), strict=True))
 
 
-def robust_sigma(equations: Equations) -> Array | None:
-    """Standard deviations by the jackknife; None where there are too few blocks."""
-    blocks = len(equations.leave_one_out)
-    if blocks < 2:
-        return None
-    estimate = weighted(equations, joint_weights(equations, weighted(equations).values))
-    try:
-        left = LinearProblem(equations, equations.columns).without_blocks(
-            estimate.weights, [(b, -1) for b in range(blocks)]
-        )
-    except InputError:
-        return None
-    return jackknifed([left], estimate.values, equations.block_length).sigma
+def compared_by(equations: Equations) -> tuple[Estimate, Array]:
+    """An estimate and its ``excess``; by the jackknife, where there are enough blocks of time."""
+    estimate, blocks, sigma = weighted(equations), len(equations.leave_one_out), None
+    if blocks > 1:
+        robust = weighted(equations, joint_weights(equations, estimate.values))
+        try:
+            problem = LinearProblem(equations, equations.columns)
+            left = problem.without_blocks(robust.weights, [(b, -1) for b in range(blocks)])
+        except InputError:
+            return estimate, excess(estimate, None)
+        sigma = jackknifed([left], robust.values, equations.block_length).sigma
+    return estimate, excess(estimate, sigma)

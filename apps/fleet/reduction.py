@@ -1,42 +1,59 @@
-"""A fleet's recordings, each reduced to its equations, by whatever executor there is."""
+"""A fleet's recordings, each reduced to its equations by processes or by whatever executor there is."""
 
+import multiprocessing
+import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from concurrent.futures import BrokenExecutor, Executor
-from dataclasses import dataclass
+from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, ProcessPoolExecutor, wait
+from contextlib import contextmanager
+from functools import lru_cache
+from itertools import islice
 from pathlib import Path
 
 from ...common.errors import InputError
 from ...common.files import checksum
+from ...common.schema import Document
+from ...estimation.answers.identification import identify
 from ...model import Robot
 from ..logs.map import LogMap
-from .catalog import Entry, same_time
-from .results import results_of
-from .store import Row, Store, key_of
-from .stored import Recipe, packed
-from .worker import Done, Plan, Task, local
+from ..logs.read import read_recordings
+from .catalog import Log, local, other_day, same_time
+from .store import Recipe, Store, Stored, key_of, packed, unpacked
+
+_THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
+_AHEAD = 3  # batches that wait for each worker
+_TRIES = 2  # processes that a log may kill by itself
+_KILLED = "KilledWorker"  # what Dask raises for a task that each worker died of
+KILLS = "ends whatever process reads it, alone too: look at this log, and report it if it is a good one"
+"""Why a log is refused that no worker survives."""
+
+_Batch = Sequence[Log]
+_Done = tuple[Log, bytes]  # the bytes of its equations, or none and in the log why
 
 
-@dataclass(frozen=True)
-class Reduced:
-    """What a run did.
+class RefusedDocument(Document, frozen=True):
+    """A log that is not in the store, and why."""
 
-    Attributes:
-        store: where the equations are.
-        new: recordings that were reduced now.
-        known: that were in the store already.
-        refused: logs that are not in the store, and why.
-        crashes: how often workers were lost and replaced.
-    """
+    file: str
+    reason: str
 
-    store: Store
+
+def refused_documents(refused: Mapping[str, str]) -> tuple[RefusedDocument, ...]:
+    """Logs that were refused, by name."""
+    return tuple(RefusedDocument(file, reason) for file, reason in sorted(refused.items()))
+
+
+class ReducedDocument(Document, frozen=True):
+    """What a run of ``fleet reduce`` did: recordings reduced now, those that were there, and what was refused."""
+
+    store: str
     new: int
     known: int
-    refused: Mapping[str, str]
-    crashes: int = 0
+    refused: tuple[RefusedDocument, ...]
+    workers_lost: int
 
 
 def reduce_fleet(
-    entries: Sequence[Entry | str],
+    logs: Sequence[Log | str],
     robot: Robot,
     store: str | Path,
     recipe: Recipe | None = None,
@@ -45,14 +62,14 @@ def reduce_fleet(
     workers: int = 1,
     batch: int = 1,
     progress: Callable[[float], None] = lambda _: None,
-) -> Reduced:
+) -> ReducedDocument:
     """Reduce recordings to equations in a store; what is there already is left as it is.
 
     Killed at any moment and started again it ends in the same store, byte for byte. Workers need this package and
     the logs; only this process writes.
 
     Args:
-        entries: logs, with what is known of them or by their paths alone; see ``catalog``.
+        logs: with what is known of them or by their paths alone; see ``catalog``.
         robot: the type, with the structure that is asked for.
         store: its folder.
         recipe: settings; the robot's own by default.
@@ -66,90 +83,209 @@ def reduce_fleet(
         InputError: if the store is another's or cannot be written, or the workers are lost; what is done stays.
     """
     recipe = recipe or Recipe(robot.processing)
-    plan, place = Plan(packed((robot, recipe)), log_map or LogMap()), Store.made(store, robot, recipe)
-    before = {row.file: row for row in place.rows()}
-    tasks, refused = _tasks(list(map(_entry, entries)), recipe, before)
-    missing = [task for task in tasks if not place.path(task.key).exists()]
-    results = results_of(plan, [missing[k : k + batch] for k in range(0, len(missing), batch)], executor, workers)
-    bad, crashes = _kept(results, place, len(missing), progress)
-    refused |= {task.entry.path: bad[task.key] for task in missing if task.key in bad}
-    good = [task for task in tasks if task.key not in bad]
-    _list_anew(place, good, before, refused)
-    known = len(tasks) - len(missing)
-    return Reduced(place, len(good) - known, known, refused, crashes)
-
-
-def _list_anew(place: Store, good: Sequence[Task], before: Mapping[str, Row], refused: Mapping[str, str]) -> None:
-    """Write the store's lists: what this run reduced and refused, and of earlier runs what it does not replace."""
-    rows = {task.entry.path: Row(task.entry.path, task.sha256, task.entry.about, task.key) for task in good}
-    earlier = {file: why for file, why in place.refused().items() if file not in before and file not in rows}
-    place.finish({file: row for file, row in before.items() if file not in refused} | rows, {**earlier, **refused})
-
-
-def _kept(
-    results: Iterator[Done | str], place: Store, count: int, progress: Callable[[float], None]
-) -> tuple[dict[str, str], int]:
-    """Put what is done into the store; why there is none, by its name, and how often workers were lost.
-
-    Raises:
-        InputError: if the workers are lost for good.
-    """
-    bad, done, crashes = dict[str, str](), 0, 0
+    plan, place = packed((robot, recipe, log_map or LogMap())), Store.made(store, robot, recipe)
+    before = {log.file: log for log in place.logs()}
+    wanted, refused = _wanted([log if isinstance(log, Log) else Log(log, {}) for log in logs], recipe, before)
+    missing = [log for log in wanted if not place.path(log.key).exists()]
+    batches = [missing[k : k + batch] for k in range(0, len(missing), batch)]
+    done = lost = 0
     try:
-        for result in results:
-            if isinstance(result, str):
-                crashes += 1
+        for result in _results(plan, batches, executor, workers):
+            if result is None:
+                lost += 1
                 continue
-            done += 1
-            if result.reason:
-                bad[result.key] = result.reason
+            log, content = result
+            if log.wrong:
+                refused[log.file] = log.wrong
             else:
-                place.put(result.key, result.content)
-            progress(done / count)
+                place.put(log.key, content)
+            done += 1
+            progress(done / len(missing))
     except BrokenExecutor as error:
         raise InputError(
-            f"the workers were lost after {done} of {count} recordings ({error}): run it again, what is done is "
-            "kept"
+            f"the workers were lost after {done} of {len(missing)} recordings ({error}): run it again, what is "
+            "done is kept"
         ) from None
-    return bad, crashes
+    good = {log.file: log for log in wanted if log.file not in refused}
+    kept = {file: log for file, log in before.items() if file not in refused}
+    earlier = {file: why for file, why in place.refused().items() if file not in before and file not in good}
+    place.finish((kept | good).values(), earlier | refused)
+    known = len(wanted) - len(missing)
+    return ReducedDocument(str(place.root), len(good) - known, known, refused_documents(refused), lost)
 
 
-def _tasks(
-    entries: Sequence[Entry], recipe: Recipe, before: Mapping[str, Row]
-) -> tuple[list[Task], dict[str, str]]:
-    """What is to be done, and what cannot be, and why; ``before``: what the store held."""
-    again = {entry.path for entry in entries}
-    earlier = [row for file, row in before.items() if file not in again]
-    refused = _wrong([*(Entry(row.file, row.about) for row in earlier), *entries])
-    tasks, first_files = list[Task](), {row.sha256: row.file for row in earlier}
-    for entry in sorted(
-        (candidate for candidate in entries if candidate.path not in refused), key=lambda entry: entry.path
-    ):
+def _wanted(logs: Sequence[Log], recipe: Recipe, before: Mapping[str, Log]) -> tuple[list[Log], dict[str, str]]:
+    """Logs to be in the store, by name, and those that cannot be, and why; ``before``: what the store held."""
+    again = {log.file for log in logs}
+    earlier = [log for file, log in before.items() if file not in again]
+    refused = {log.file: log.wrong for log in logs if log.wrong} | same_time([*earlier, *logs])
+    wanted, first_files = list[Log](), {log.sha256: log.file for log in earlier}
+    for log in sorted((log for log in logs if log.file not in refused), key=lambda log: log.file):
         try:
-            digest = _digest(entry.path)
+            with local(log.file) as file:
+                digest = checksum(file)
+        except OSError as error:
+            refused[log.file] = f"cannot be read: {error.strerror or error}"
         except InputError as error:
-            refused[entry.path] = str(error)
-            continue
-        if digest in first_files:
-            refused[entry.path] = f"holds the same bytes as {first_files[digest]}: a recording counts once"
-            continue
-        first_files[digest] = entry.path
-        tasks.append(Task(entry, digest, key_of(digest, entry.about, recipe)))
-    return tasks, refused
+            refused[log.file] = str(error)
+        else:
+            if digest in first_files:
+                refused[log.file] = f"holds the same bytes as {first_files[digest]}: a recording counts once"
+                continue
+            first_files[digest] = log.file
+            wanted.append(log._replace(sha256=digest, key=key_of(digest, log.about, recipe)))
+    return wanted, refused
 
 
-def _wrong(entries: Sequence[Entry]) -> dict[str, str]:
-    """What is known to be wrong before anything is read."""
-    return {entry.path: entry.wrong for entry in entries if entry.wrong} | same_time(entries)
+def reduce_batch(plan: bytes, batch: _Batch) -> list[_Done]:
+    """What a worker does: each recording to the bytes of its equations, or why there is none."""
+    return [_reduced(log, *_unpacked(plan)) for log in batch]
 
 
-def _entry(log: Entry | str) -> Entry:
-    return log if isinstance(log, Entry) else Entry(log, {})
+@lru_cache(maxsize=4)
+def _unpacked(plan: bytes) -> tuple[Robot, Recipe, LogMap]:
+    """What a worker needs beside a log, put together once a worker."""
+    return unpacked(plan, tuple[Robot, Recipe, LogMap])
 
 
-def _digest(path: str) -> str:
+def _reduced(log: Log, robot: Robot, recipe: Recipe, log_map: LogMap) -> _Done:
     try:
-        with local(path) as file:
-            return checksum(file)
-    except OSError as error:
-        raise InputError(f"cannot be read: {error.strerror or error}") from None
+        with local(log.file) as path:
+            if checksum(path) != log.sha256:
+                return log._replace(wrong="changed while it was reduced: run it again"), b""
+            pieces = read_recordings(path, robot, recipe.drive_gains, log_map, recipe.processing)
+            if wrong := other_day(log.about, pieces[0].origin):
+                return log._replace(wrong=wrong), b""
+            result = identify(robot, pieces, recipe.processing, gains=recipe.gains)
+            return log, packed(Stored.of(log.file, robot, result.base, result.problem, log.about))
+    except (InputError, OSError) as error:
+        return log._replace(wrong=" ".join(str(error).split())), b""
+    except Exception as fault:  # one bad log stops nobody; it is named, and so is the fault
+        return log._replace(wrong=f"a fault of ours, please report it: {type(fault).__name__}: {fault}"), b""
+
+
+def _results(
+    plan: bytes, batches: Sequence[_Batch], executor: Executor | None, workers: int
+) -> Iterator[_Done | None]:
+    """Results as they come, by an executor, by processes, or by this one alone; None where workers were lost."""
+    if executor is not None:
+        yield from _by(executor, plan, batches, workers)
+    elif workers > 1:
+        yield from _by_processes(plan, batches, workers)
+    else:
+        for batch in batches:
+            yield from reduce_batch(plan, batch)
+
+
+def _by(executor: Executor, plan: bytes, batches: Sequence[_Batch], workers: int) -> Iterator[_Done | None]:
+    """Results as they come, a few batches ahead of the workers.
+
+    Where the engine says that a batch kills whatever worker does it, its recordings are tried one by one.
+    """
+    waiting, pending = iter(batches), dict[Future[list[_Done]], _Batch]()
+
+    def submit(batch: _Batch) -> None:
+        pending[executor.submit(reduce_batch, plan, batch)] = batch
+
+    for first in islice(waiting, _AHEAD * workers):
+        submit(first)
+    while pending:
+        finished, _ = wait(pending, return_when=FIRST_COMPLETED)
+        # what is there is not lost with what failed
+        for future in sorted(finished, key=lambda one: one.cancelled() or one.exception() is not None):
+            batch = pending.pop(future)
+            try:
+                yield from future.result()
+            except BrokenExecutor:
+                raise
+            except Exception as error:  # of the engine: a worker's own end in a reason
+                if type(error).__name__ != _KILLED:
+                    raise BrokenExecutor(f"{type(error).__name__}: {error}") from error
+                yield None
+                if len(batch) == 1:
+                    yield batch[0]._replace(wrong=KILLS), b""
+                else:
+                    for log in batch:
+                        submit([log])
+            for following in islice(waiting, 1):
+                submit(following)
+
+
+def _by_processes(plan: bytes, batches: Sequence[_Batch], workers: int) -> Iterator[_Done | None]:
+    """Results by processes of this machine; lost ones are replaced, a log that kills each of them is refused."""
+    left = {log.key: log for batch in batches for log in batch}
+    while left:
+        try:
+            with process_pool(workers) as pool:
+                for done in _by(pool, plan, [[log] for log in left.values()], workers):
+                    assert done is not None
+                    del left[done[0].key]
+                    yield done
+        except BrokenExecutor:
+            yield None
+            for log in list(left.values())[: 2 * workers]:  # they begin in this order
+                yield _alone(plan, log)
+                del left[log.key]
+
+
+def _alone(plan: bytes, log: Log) -> _Done:
+    """One recording by a process of its own, and by another where that is lost.
+
+    Raises:
+        BrokenExecutor: if such processes are lost without any recording.
+    """
+    for _ in range(_TRIES):
+        with process_pool(1) as pool:
+            pool.submit(int).result()  # whether a process can be there at all
+            try:
+                (done,) = pool.submit(reduce_batch, plan, [log]).result()
+            except BrokenExecutor:
+                continue
+            return done
+    return log._replace(wrong=KILLS), b""
+
+
+@contextmanager
+def process_pool(workers: int) -> Iterator[Executor]:
+    """Processes with one thread of linear algebra each; what waits is dropped when the block is left."""
+    before = {name: os.environ.get(name) for name in _THREADS}
+    os.environ.update(dict.fromkeys(_THREADS, "1"))
+    try:
+        pool = ProcessPoolExecutor(workers, multiprocessing.get_context("spawn"))
+        try:
+            yield pool
+        finally:
+            pool.shutdown(cancel_futures=True)
+    finally:
+        for name, value in before.items():
+            os.environ.pop(name) if value is None else os.environ.update({name: value})
+
+
+@contextmanager
+def dask_executor(scheduler: str | None, workers: int) -> Iterator[tuple[Executor, int]]:
+    """The workers of a Dask cluster and their number: of a running scheduler, or of one of this machine.
+
+    Args:
+        scheduler: its address, "tcp://host:8786"; None for a cluster of one's own.
+        workers: of a cluster of one's own.
+
+    Raises:
+        InputError: if Dask is not installed, no scheduler answers, it has no workers, or they have another version.
+    """
+    try:
+        import distributed
+    except ModuleNotFoundError:
+        raise InputError("--scheduler needs Dask: pip install 'dynident[fleet]'") from None
+    try:
+        client = (
+            distributed.Client(scheduler, timeout=10, set_as_default=False)
+            if scheduler
+            else distributed.Client(n_workers=workers, threads_per_worker=1, dashboard_address=None)
+        )
+    except (OSError, TimeoutError, ValueError) as error:
+        raise InputError(f"no scheduler answers at {scheduler}: {error}") from None
+    with client:
+        count = len(client.scheduler_info(n_workers=-1)["workers"])
+        if not count:
+            raise InputError(f"the scheduler at {scheduler} has no workers: start 'dask worker {scheduler}'")
+        yield client.get_executor(pure=False), count

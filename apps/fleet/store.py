@@ -4,17 +4,25 @@ import csv
 import hashlib
 import io
 import json
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+import zlib
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, TypeVar
+
+import msgspec
+import numpy as np
 
 from ...common.errors import InputError
 from ...common.files import csv_table, made_folder, write_bytes, write_text
 from ...common.schema import read_json, read_text
-from ...model import Robot
-from .catalog import KNOWN
-from .stored import Recipe, Stored, unpacked
+from ...estimation.equations.equations import Equations
+from ...estimation.equations.leave_one_out import WithoutEach
+from ...estimation.fit.drive_gains import Gains
+from ...model import BaseParameters, Processing, Robot
+from .catalog import KNOWN, Log
+
+_Kind = TypeVar("_Kind")
 
 _ABOUT, _INDEX, _REFUSED, _EQUATIONS = "store.json", "index.csv", "refused", "equations"
 _COLUMNS, _REASONS = ("file", "sha256", *KNOWN, "key"), ("file", "reason")
@@ -22,13 +30,91 @@ _COLUMNS, _REASONS = ("file", "sha256", *KNOWN, "key"), ("file", "reason")
 _AGAIN = "delete it and run 'dynident fleet reduce' again, what is done is kept"
 
 
-class Row(NamedTuple):
-    """A recording of a store: its log, what is known of it, and its file's name."""
+@dataclass(frozen=True)
+class Recipe:
+    """How equations are made from logs.
 
-    file: str
-    sha256: str
-    about: Mapping[str, str]
-    key: str
+    Attributes:
+        drive_gains: torque per current [N·m/A or N/A], if currents were read.
+        gains: how sure they are; None where they are taken as exact.
+        log_map: how logs were read, in words.
+    """
+
+    processing: Processing
+    drive_gains: tuple[float, ...] | None = None
+    gains: Gains | None = None
+    log_map: str = ""
+
+    @property
+    def fingerprint(self) -> str:
+        """Short text that differs between recipes."""
+        return hashlib.sha256(repr(self).encode()).hexdigest()[:16]
+
+
+@dataclass(frozen=True)
+class Stored:
+    """A recording of a store.
+
+    Attributes:
+        name: of the log.
+        about: what is known of it: the arm's own name, day, temperature, told payload.
+        whole: its equations in the robot's base parameters.
+        blocks: the same cut in time.
+    """
+
+    name: str
+    robot: Robot
+    base: BaseParameters
+    whole: Equations
+    blocks: tuple[Equations, ...] = ()
+    about: Mapping[str, str] = field(default_factory=dict)
+
+    @staticmethod
+    def of(
+        name: str, robot: Robot, base: BaseParameters, equations: Equations, about: Mapping[str, str]
+    ) -> "Stored":
+        """A recording by its equations."""
+        parts = equations.leave_one_out
+        blocks = parts.blocks if isinstance(parts, WithoutEach) else ()
+        return Stored(name, robot, base, replace(equations, leave_one_out=()), blocks, dict(about))
+
+    @property
+    def equations(self) -> Equations:
+        """The equations, with those without each block of time."""
+        return replace(self.whole, leave_one_out=WithoutEach(self.blocks)) if self.blocks else self.whole
+
+
+def packed(value: Any) -> bytes:
+    """Frozen values as bytes; the same for the same values."""
+    return zlib.compress(msgspec.msgpack.encode(value, enc_hook=_plain), 1)
+
+
+def unpacked(content: bytes, kind: type[_Kind]) -> _Kind:
+    """The value that bytes hold.
+
+    Raises:
+        InputError: if they are not what was written.
+    """
+    try:
+        return msgspec.msgpack.decode(zlib.decompress(content), type=kind, dec_hook=_made)
+    except (zlib.error, ValueError, TypeError) as error:
+        raise InputError(f"not as it was written, or by another version ({error}): reduce it again") from None
+
+
+def _plain(value: Any) -> Any:
+    """An array as its shape, its order in memory, which sums round by, and its bytes; a mapping as a plain one."""
+    if isinstance(value, np.ndarray):
+        turned = value.flags.f_contiguous and not value.flags.c_contiguous
+        return [value.shape, "F" if turned else "C", np.asarray(value, "<f8").tobytes("F" if turned else "C")]
+    if isinstance(value, Mapping):
+        return dict(value)
+    raise TypeError(f"{type(value).__name__} has no place in a store")
+
+
+def _made(kind: Any, value: Any) -> Any:
+    """An array of what ``_plain`` made of it."""
+    shape, order, content = value
+    return np.frombuffer(content, "<f8").reshape(shape, order=order)
 
 
 @dataclass(frozen=True)
@@ -85,21 +171,21 @@ class Store:
         """
         write_bytes(self.path(key), content)
 
-    def finish(self, rows: Mapping[str, Row], refused: Mapping[str, str]) -> None:
+    def finish(self, logs: Iterable[Log], refused: Mapping[str, str]) -> None:
         """Write what is in it, by the logs' names, and what was refused, and why."""
         listed = [
-            [row.file, row.sha256, *(row.about.get(name, "") for name in KNOWN), row.key]
-            for _, row in sorted(rows.items())
+            [log.file, log.sha256, *(log.about.get(name, "") for name in KNOWN), log.key]
+            for log in sorted(logs, key=lambda log: log.file)
         ]
         write_text(self.root / _INDEX, csv_table(_COLUMNS, listed))
         reasons = [[file, reason] for file, reason in sorted(refused.items())]
         write_text(self.root / f"{_REFUSED}.csv", csv_table(_REASONS, reasons))
         write_parquet(self.root / f"{_REFUSED}.parquet", _REASONS, reasons)
 
-    def rows(self) -> tuple[Row, ...]:
+    def logs(self) -> tuple[Log, ...]:
         """The recordings, in the order of their files; none as long as it was never finished."""
         return tuple(
-            Row(row["file"], row["sha256"], {name: row[name] for name in KNOWN if row[name]}, row["key"])
+            Log(row["file"], {name: row[name] for name in KNOWN if row[name]}, "", row["sha256"], row["key"])
             for row in _rows(self.root / _INDEX, _COLUMNS)
         )
 

@@ -82,10 +82,10 @@ def make_store(folder: Path, recording: fleet.Stored) -> None:
     """A store of two arms and three nights, drawn on a recording's motion."""
     recipe = fleet.Recipe(recording.robot.processing)
     store, draw = fleet.Store.made(folder / "nightly", recording.robot, recipe), np.random.default_rng(0)
-    values, noise, rows = weighted(recording.equations).values, noise_of(recording), {}
+    values, noise, rows = weighted(recording.equations).values, noise_of(recording), []
     for arm in ("left", "right"):
         for night in range(1, 4):
             about, key = {"arm": arm, "day": f"2026-01-0{night}"}, f"{arm}{night}"
-            store.put(key, fleet.stored.packed(drawn(recording, values, noise, draw, f"{key}.csv", about)))
-            rows[f"{key}.csv"] = fleet.store.Row(f"{key}.csv", "0" * 64, about, key)
+            store.put(key, fleet.store.packed(drawn(recording, values, noise, draw, f"{key}.csv", about)))
+            rows.append(fleet.Log(f"{key}.csv", about, "", "0" * 64, key))
     store.finish(rows, {})

@@ -4,12 +4,10 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
-from dynident.apps.fleet.comparing import compared_sigma
-from dynident.apps.fleet.nights import robust_sigma
-from dynident.apps.fleet.stored import Stored
+from dynident.apps.fleet.nights import compared_by
+from dynident.apps.fleet.store import Stored
 from dynident.common.arrays import Array
 from dynident.estimation.equations.equations import Equations, merged
-from dynident.estimation.fit.least_squares import weighted
 
 
 def noise_of(recording: Stored) -> Array:
@@ -18,8 +16,7 @@ def noise_of(recording: Stored) -> Array:
     The residual's own, times what the jackknife finds beyond the formula on the whole, shape (n,).
     """
     equations = recording.equations
-    estimate = weighted(equations)
-    ratio = compared_sigma(estimate, robust_sigma(equations)) / estimate.sigma
+    estimate, ratio = compared_by(equations)
     rows = np.maximum(np.array(equations.rows, dtype=float), 1.0)
     return np.asarray(equations.error_norms(estimate.values) / np.sqrt(rows) * float(np.median(ratio)))
 

@@ -2,13 +2,12 @@
 
 import shutil
 from collections.abc import Callable
-from concurrent.futures import BrokenExecutor, Future
+from concurrent.futures import BrokenExecutor, Executor, Future
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from dynident.apps.fleet import engine
-from dynident.apps.fleet.catalog import Entry, catalog, found_logs
+from dynident.apps.fleet.catalog import Log, catalog, found_logs
 from dynident.model import load_robot
 from dynident.tests.frozen.inputs import unpack
 
@@ -16,7 +15,16 @@ ROBOT = load_robot("rx90")
 GOOD = ("a/2026-01-01.csv", "a/2026-01-02.csv", "b/2026-01-01.csv")
 
 
-class Lost(engine.Here):
+class Here(Executor):
+    """Does each task at once, in this process."""
+
+    def submit(self, fn: Callable[..., Any], /, *arguments: Any, **more: Any) -> Future[Any]:
+        future: Future[Any] = Future()
+        future.set_result(fn(*arguments, **more))
+        return future
+
+
+class Lost(Here):
     """Loses its workers after ``most`` tasks."""
 
     def __init__(self, most: int) -> None:
@@ -35,7 +43,7 @@ def contents(folder: Path) -> dict[str, bytes]:
     return {str(path.relative_to(folder)): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
 
 
-def entries() -> tuple[Entry, ...]:
+def entries() -> tuple[Log, ...]:
     return catalog(found_logs(["a", "b", "turned", "*.csv"]), "{arm}/{day}.csv")
 
 

@@ -16,11 +16,12 @@ from typing import Any
 
 import pytest
 from dynident.apps import fleet
-from dynident.apps.fleet import engine
+from dynident.apps.fleet import reduction
+from dynident.apps.fleet.reduction import RefusedDocument
 from dynident.apps.logs.read import read_recordings
 from dynident.cli import main
 from dynident.common.errors import InputError
-from dynident.tests.fleet.night_logs import ROBOT, Lost, contents, entries
+from dynident.tests.fleet.night_logs import ROBOT, Here, Lost, contents, entries
 
 
 @pytest.mark.long
@@ -34,7 +35,7 @@ def test_two_processes_one_of_them_killed(store: Path, tmp_path: Path) -> None:
             os.kill(killed[0], signal.SIGKILL)
 
     reduced = fleet.reduce_fleet(entries(), ROBOT, tmp_path / "s", workers=2, progress=kill)
-    assert reduced.crashes >= 1
+    assert reduced.workers_lost >= 1
     assert contents(tmp_path / "s") == contents(store)
 
 
@@ -50,7 +51,7 @@ def pool_with_deadly_logs(workers: int) -> Executor:
 
 def poison() -> None:
     """In a worker: reading a recording of arm b ends it."""
-    vars(fleet.worker)["read_recordings"] = lambda path, *more: (
+    vars(reduction)["read_recordings"] = lambda path, *more: (
         deadly() if path.startswith("b/") else read_recordings(path, *more)
     )
 
@@ -59,12 +60,11 @@ def poison() -> None:
 def test_a_log_that_ends_its_worker_each_time_is_one_row(
     store: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(fleet.results, "process_pool", pool_with_deadly_logs)
+    monkeypatch.setattr(reduction, "process_pool", pool_with_deadly_logs)
     reduced = fleet.reduce_fleet(entries(), ROBOT, tmp_path / "s", workers=2)
-    assert reduced.crashes >= 1
+    assert reduced.workers_lost >= 1
     assert reduced.new == 2
-    assert reduced.refused["b/2026-01-01.csv"] == fleet.results.KILLS
-    assert {file for file, why in reduced.refused.items() if why == fleet.results.KILLS} == {
+    assert {bad.file for bad in reduced.refused if bad.reason == reduction.KILLS} == {
         "b/2026-01-01.csv", "b/2026-01-03.csv"
     }  # fmt: skip
 
@@ -75,7 +75,7 @@ def test_workers_that_cannot_begin_are_no_fault_of_a_log(
     def pool(_: int) -> contextlib.AbstractContextManager[Executor]:
         return contextlib.nullcontext(Lost(0))
 
-    monkeypatch.setattr(fleet.results, "process_pool", pool)
+    monkeypatch.setattr(reduction, "process_pool", pool)
     with pytest.raises(InputError, match="workers were lost after 0 of"):
         fleet.reduce_fleet(entries(), ROBOT, tmp_path / "s", workers=2)
 
@@ -85,17 +85,17 @@ class KilledWorker(Exception):  # noqa: N818
 
 
 def test_a_batch_that_kills_is_tried_one_by_one(store: Path, tmp_path: Path) -> None:
-    class Killed(engine.Here):
+    class Killed(Here):
         def submit(self, fn: Callable[..., Any], /, *arguments: Any, **more: Any) -> Future[Any]:
-            if any(task.entry.path.startswith("b/2026-01-01") for task in arguments[1]):
+            if any(log.file.startswith("b/2026-01-01") for log in arguments[1]):
                 future: Future[Any] = Future()
                 future.set_exception(KilledWorker())
                 return future
             return super().submit(fn, *arguments, **more)
 
     reduced = fleet.reduce_fleet(entries(), ROBOT, tmp_path / "s", executor=Killed(), batch=3)
-    assert reduced.refused["b/2026-01-01.csv"] == fleet.results.KILLS
-    assert (reduced.new, reduced.crashes) == (2, 2)
+    assert RefusedDocument("b/2026-01-01.csv", reduction.KILLS) in reduced.refused
+    assert (reduced.new, reduced.workers_lost) == (2, 2)
 
 
 def free_port() -> int:
@@ -125,7 +125,7 @@ def cluster(port: int, workers: int = 2) -> Iterator[tuple[str, list[subprocess.
 def reached(address: str, workers: int) -> None:
     """Wait until all workers are there."""
     for _ in range(600):
-        with contextlib.suppress(InputError), engine.dask_executor(address, 1) as (_, count):
+        with contextlib.suppress(InputError), reduction.dask_executor(address, 1) as (_, count):
             if count == workers:
                 return
         time.sleep(0.2)
@@ -139,7 +139,7 @@ def test_a_dask_scheduler_and_two_workers(store: Path, tmp_path: Path, capsys: p
     port = free_port()
     with cluster(port) as (address, running):
         reached(address, 2)
-        with engine.dask_executor(address, 1) as (executor, count):
+        with reduction.dask_executor(address, 1) as (executor, count):
             killed = threading.Timer(1.0, running[-1].kill)
             killed.start()
             fleet.reduce_fleet(entries(), ROBOT, tmp_path / "a", executor=executor, workers=count)
@@ -147,7 +147,7 @@ def test_a_dask_scheduler_and_two_workers(store: Path, tmp_path: Path, capsys: p
         assert contents(tmp_path / "a") == contents(store)
         with (
             pytest.raises(InputError, match=r"workers were lost after \d of 5"),
-            engine.dask_executor(address, 1) as (executor, count),
+            reduction.dask_executor(address, 1) as (executor, count),
         ):
             fleet.reduce_fleet(
                 entries(), ROBOT, tmp_path / "b", executor=executor, progress=lambda _: running[0].kill()

@@ -6,7 +6,8 @@ from typing import Any
 import numpy as np
 import pytest
 from dynident.apps import fleet
-from dynident.apps.fleet.catalog import Entry, catalog, found_logs
+from dynident.apps.fleet.catalog import Log, catalog, found_logs, local, same_time
+from dynident.apps.fleet.reduction import RefusedDocument
 from dynident.common import files
 from dynident.common.errors import InputError
 from dynident.model import load_robot
@@ -15,8 +16,8 @@ from dynident.tests.fleet.night_logs import GOOD, ROBOT, Lost, contents, entries
 
 def test_good_ones_are_in_and_each_wrong_one_is_named(store: Path) -> None:
     opened = fleet.Store.opened(store)
-    assert [row.file for row in opened.rows()] == sorted(GOOD)
-    assert [opened.read(row.key).about["arm"] for row in opened.rows()] == ["a", "a", "b"]
+    assert [row.file for row in opened.logs()] == sorted(GOOD)
+    assert [opened.read(row.key).about["arm"] for row in opened.logs()] == ["a", "a", "b"]
     refused = opened.refused()
     assert sorted(refused) == ["b/2026-01-02.csv", "b/2026-01-03.csv", "b/2026-13-01.csv", "other.csv",
                                "turned/2026-01-01.csv"]  # fmt: skip
@@ -62,15 +63,16 @@ def test_a_fault_in_one_log_stops_nobody(logs: Path, tmp_path: Path, monkeypatch
     def fail(*_: Any) -> None:
         raise ZeroDivisionError("odd")
 
-    monkeypatch.setattr(fleet.worker, "read_recordings", fail)
+    monkeypatch.setattr(fleet.reduction, "read_recordings", fail)
     reduced = fleet.reduce_fleet([GOOD[0]], ROBOT, tmp_path / "s")
-    assert reduced.refused == {GOOD[0]: "a fault of ours, please report it: ZeroDivisionError: odd"}
+    why = "a fault of ours, please report it: ZeroDivisionError: odd"
+    assert reduced.refused == (RefusedDocument(GOOD[0], why),)
 
 
 def test_a_night_more_adds_to_the_store(logs: Path, store: Path, tmp_path: Path) -> None:
-    first = [entry for entry in entries() if entry.path in GOOD[:2]]
+    first = [entry for entry in entries() if entry.file in GOOD[:2]]
     fleet.reduce_fleet(first, ROBOT, tmp_path / "s")
-    rest = [entry for entry in entries() if entry.path not in GOOD[:2]]
+    rest = [entry for entry in entries() if entry.file not in GOOD[:2]]
     assert fleet.reduce_fleet(rest, ROBOT, tmp_path / "s").new == 1
     assert contents(tmp_path / "s") == contents(store)
 
@@ -83,10 +85,10 @@ def test_a_clock_of_another_day_is_named(logs: Path, tmp_path: Path, day: str, g
     header = (logs / GOOD[0]).read_text().partition("\n")[0]
     log = tmp_path / "night.csv"
     np.savetxt(log, table, delimiter=",", header=header, comments="", fmt="%.15g")
-    reduced = fleet.reduce_fleet([Entry(str(log), {"arm": "a", "day": day})], ROBOT, tmp_path / "s")
+    reduced = fleet.reduce_fleet([Log(str(log), {"arm": "a", "day": day})], ROBOT, tmp_path / "s")
     assert reduced.new == good
     words = f"its own clock begins on 2026-01-03, it is said to be of {day}"
-    assert [words in why for why in reduced.refused.values()] == [True] * (not good)
+    assert [words in bad.reason for bad in reduced.refused] == [True] * (not good)
 
 
 def test_another_robot_or_recipe_needs_another_store(store: Path) -> None:
@@ -102,10 +104,10 @@ def test_a_table_names_each_log(logs: Path, tmp_path: Path) -> None:
     table.write_text(f"file,arm,day,temperature,payload\n{GOOD[0]},a,2026-01-01,21.5,2\n{GOOD[1]},a,2026-01-01,22,2\n"
                      f"{GOOD[2]},b,2026-01-01,warm,0\ngone.csv,c,2026-01-01,20,0\n")  # fmt: skip
     listed = catalog(found_logs([GOOD[0], "other.csv"]), table=str(table))
-    wrong = {Path(entry.path).name: entry.wrong for entry in listed if entry.wrong}
+    wrong = {Path(entry.file).name: entry.wrong for entry in listed if entry.wrong}
     assert "does not name it" in wrong.pop("other.csv")
     assert wrong == {Path(GOOD[2]).name: "temperature 'warm' is no number"}
-    same = fleet.catalog.same_time(listed)
+    same = same_time(listed)
     assert len(same) == 1
     assert "is of arm 'a' at 2026-01-01 too" in next(iter(same.values()))
     for text, words in (
@@ -137,5 +139,5 @@ def test_what_is_no_log(logs: Path) -> None:
     with pytest.raises(InputError, match="no log there"):
         found_logs(["nothing/*.csv"])
     assert found_logs([f"file://{logs}/a/2026-01-01.csv"]) == (f"file://{logs}/a/2026-01-01.csv",)
-    with fleet.worker.local(f"file://{logs}/a/2026-01-01.csv") as copy:
+    with local(f"file://{logs}/a/2026-01-01.csv") as copy:
         assert Path(copy).read_bytes() == Path(GOOD[0]).read_bytes()

@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 from dynident.apps import fleet, report
 from dynident.apps.fleet import Stored
-from dynident.apps.fleet.nights import MASS, arm_of
-from dynident.apps.fleet.trends import CHANGED, FEWEST, Series, fleet_of
+from dynident.apps.fleet.nights import CHANGED, FEWEST, MASS, Series, arm_of, fleet_of
 from dynident.apps.logs.read import read_recording
 from dynident.apps.report.documents import fleet_document
 from dynident.apps.report.provenance import Provenance, now
@@ -58,17 +57,17 @@ def test_what_changed_is_named_and_nothing_else(history: fleet.Fleet) -> None:
     worn, laden = sorted(history.changed, key=lambda line: line.arm, reverse=True)
     assert (worn.arm, worn.quantity) == ("worn", "FS2")
     assert (laden.arm, laden.quantity) == ("laden", MASS)
-    assert abs(worn.values[-1] - 0.5) < 4.0 * worn.spread
-    assert abs(laden.values[-1] - 2.0) < 4.0 * laden.spread
+    assert abs(worn.changes[-1] - 0.5) < 4.0 * worn.spread
+    assert abs(laden.changes[-1] - 2.0) < 4.0 * laden.spread
     sizes = [abs(line.z or 0.0) for line in history.changed]
     assert sizes == sorted(sizes, reverse=True)
 
 
 def test_a_payload_that_was_told_is_no_change(history: fleet.Fleet) -> None:
     laden = next(arm for arm in history.arms if arm.name == "laden")
-    night = laden.nights[5]
-    assert night.told == 2.0
-    assert abs(night.numbers[MASS].value) < 5.0 * night.numbers[MASS].sigma
+    (mass,) = (line for line in laden.series if line.quantity == MASS)
+    assert laden.told[5] == 2.0
+    assert abs(mass.values[5]) < 5.0 * mass.sigma[5]
 
 
 def test_the_page_names_it(history: fleet.Fleet, tmp_path: Path) -> None:
@@ -97,8 +96,8 @@ def test_drawn_equations_spread_as_their_covariance(recording: Stored) -> None:
 
 def series(values: np.ndarray, own: float) -> Series:
     """Values of as many nights, each with an error of its own."""
-    values = values - np.median(values[:-1])
-    return Series("a", "FS1", True, 1.0, np.arange(float(len(values))), values, np.full(len(values), own))
+    days = tuple(f"2026-01-{k + 1:02d}" for k in range(len(values)))
+    return Series("a", "OFF1", days, values, np.full(len(values), own))
 
 
 def test_z_is_the_distance_from_the_median_in_robust_standard_deviations() -> None:

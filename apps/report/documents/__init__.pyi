@@ -6,11 +6,10 @@ from .check import check_document as check_document
 from .check import following_document as following_document
 from .check import pose_document as pose_document
 from .check import robot_check_document as robot_check_document
-from .compare import compared_document as compared_document
 from .design import design_document as design_document
 from .design import near_document as near_document
+from .fleet import ComparedDocument as ComparedDocument
 from .fleet import fleet_document as fleet_document
-from .fleet import reduced_document as reduced_document
 from .gains import gains_document as gains_document
 from .parts import elimination_document as elimination_document
 from .payload import free_estimate as free_estimate

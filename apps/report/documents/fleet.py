@@ -1,40 +1,26 @@
-"""Documents of ``fleet``."""
+"""Documents of ``fleet report`` and ``compare``."""
 
 from collections.abc import Mapping
 
-from ....common.schema import Document
+from ....common.schema import Document, Matrix, Vector
 from ...fleet import Fleet
-from ...fleet.reduction import Reduced
-from ...fleet.trends import CHANGED, Series
+from ...fleet.comparing import OddDocument
+from ...fleet.nights import CHANGED, Series
+from ...fleet.reduction import RefusedDocument, refused_documents
 from ...results.parts import Number
-from .compare import OddDocument
 
 
-class RefusedDocument(Document, frozen=True):
-    """A log that is not in the store, and why."""
+class ComparedDocument(Document, frozen=True):
+    """Parameters by k recordings: values and standard deviations k x c, the rest c each."""
 
-    file: str
-    reason: str
-
-
-class ReducedDocument(Document, frozen=True):
-    """What a run of ``fleet reduce`` did: recordings reduced now, those that were there, and what was refused."""
-
-    store: str
-    new: int
-    known: int
-    refused: tuple[RefusedDocument, ...]
-    workers_lost: int
-
-
-def reduced_document(reduced: Reduced) -> ReducedDocument:
-    """What ``dynident fleet reduce --json`` writes."""
-    refused = _refused(reduced.refused)
-    return ReducedDocument(str(reduced.store.root), reduced.new, reduced.known, refused, reduced.crashes)
-
-
-def _refused(refused: Mapping[str, str]) -> tuple[RefusedDocument, ...]:
-    return tuple(RefusedDocument(file, reason) for file, reason in sorted(refused.items()))
+    recordings: tuple[str, ...]
+    parameters: tuple[str, ...]
+    values: Matrix
+    sigma: Matrix
+    pooled: Vector
+    pooled_interval95: Matrix
+    scatter: Vector
+    odd: tuple[OddDocument, ...]
 
 
 class NightDocument(Document, frozen=True):
@@ -79,20 +65,18 @@ class FleetDocument(Document, frozen=True):
 
 def fleet_document(fleet: Fleet, refused: Mapping[str, str]) -> FleetDocument:
     """What ``dynident fleet report --json`` writes."""
-    latest = {arm.name: arm.nights[-1] for arm in fleet.arms}
 
-    def night(series: Series) -> NightDocument:
-        last, name = latest[series.arm], series.quantity
-        before = len(series.values) - 1
-        return NightDocument(series.arm, name, last.day, *last.numbers[name], series.usual, before, series.z)
+    def night(line: Series) -> NightDocument:
+        before, value, sigma = len(line.values) - 1, float(line.values[-1]), float(line.sigma[-1])
+        return NightDocument(line.arm, line.quantity, line.days[-1], value, sigma, line.usual, before, line.z)
 
     return FleetDocument(
-        arms=tuple(latest),
+        arms=tuple(arm.name for arm in fleet.arms),
         first_day=fleet.first,
         threshold=CHANGED,
         changed=tuple(map(night, fleet.changed)),
         last=tuple(map(night, fleet.series)),
-        odd=tuple(OddDocument(*odd) for odd in fleet.twins.odd) if fleet.twins is not None else (),
+        odd=fleet.twins.odd if fleet.twins is not None else (),
         exchanges=tuple(map(ExchangeDocument.of, fleet.exchanges)),
-        refused=_refused(refused),
+        refused=refused_documents(refused),
     )

@@ -6,11 +6,11 @@ import msgspec
 
 from ....common.files import write_bytes
 from ....common.schema import Document, json_schema
+from ...fleet.reduction import ReducedDocument
 from ...results import StoredGains, StoredPayload, StoredRobot
 from .check import CheckDocument, FollowingDocument, RobotCheckDocument
-from .compare import ComparedDocument
 from .design import DesignDocument, NearDocument
-from .fleet import FleetDocument, ReducedDocument
+from .fleet import ComparedDocument, FleetDocument
 from .rollout import RolloutsDocument
 
 DOCUMENTS: dict[str, type[Document]] = {

@@ -1,9 +1,10 @@
 """Small multiples of a fleet: a line an arm, a panel a joint, the friction day by day."""
 
 from collections.abc import Sequence
+from datetime import datetime, timedelta
 
 from ...fleet import Fleet
-from ...fleet.trends import CHANGED, Series
+from ...fleet.nights import CHANGED, Series
 from ..blocks import Drawing
 from .canvas import BLUE, GREY, ORANGE, Axes, Figure, panels
 
@@ -35,11 +36,7 @@ def _drawing(fleet: Fleet, arms: Sequence[str], kind: str, name: str, words: str
 
 def _multiples(fleet: Fleet, arms: Sequence[str], kind: str) -> Figure:
     rows = {
-        arm: [
-            one_series
-            for one_series in fleet.series
-            if one_series.arm == arm and one_series.quantity.startswith(kind)
-        ]
+        arm: [line for line in fleet.series if (line.arm, line.quantity[: len(kind)]) == (arm, kind)]
         for arm in arms
     }
     columns = max(len(row) for row in rows.values())
@@ -57,12 +54,14 @@ def _multiples(fleet: Fleet, arms: Sequence[str], kind: str) -> Figure:
 def _spark(axis: Axes, series: Series, changed: bool) -> None:
     """One quantity of one arm: points, a band, and the last night where it changed."""
     size = 100.0 if series.relative else 1.0
-    values, band = size * series.values, 2.0 * size * series.spread
+    values, band = size * series.changes, 2.0 * size * series.spread
+    dates = [datetime.fromisoformat(day).replace(tzinfo=None) for day in series.days]
+    days = [(date - datetime(2000, 1, 1)) / timedelta(days=1) for date in dates]
     axis.axhspan(-band, band, color="0.92", linewidth=0)
-    axis.plot(series.days, values, color=GREY, linewidth=0.6)
-    axis.plot(series.days, values, ".", color=BLUE, markersize=2)
+    axis.plot(days, values, color=GREY, linewidth=0.6)
+    axis.plot(days, values, ".", color=BLUE, markersize=2)
     if changed:
-        axis.plot(series.days[-1:], values[-1:], "s", color=ORANGE, markersize=2.5)
+        axis.plot(days[-1:], values[-1:], "s", color=ORANGE, markersize=2.5)
     axis.set_xticks([])
     axis.set_yticks([])
     for spine in axis.spines.values():

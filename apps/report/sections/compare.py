@@ -16,7 +16,7 @@ _LINES = 12
 def compared_screen(compared: Compared) -> Screen:
     """The parameters in which recordings differ most; then all of them."""
     order = np.argsort(-compared.scatter, kind="stable")
-    details: list[Block] = [_table(compared, "All parameters", range(len(compared.names)))]
+    details: list[Block] = [_table(compared, "All parameters", range(len(compared.parameters)))]
     first: list[Block] = [
         _table(compared, "Where the recordings differ most (SI units)", sorted(order[:_SHOWN].tolist())),
         Remarks(odd_lines(compared)),
@@ -30,23 +30,24 @@ def odd_lines(compared: Compared) -> list[str]:
     if not odd:
         return [f"No recording differs from the others beyond {compared.bound:.1f} sigma (chance {CHANCE:g})."]
     return [
-        f"{PurePath(source).name} is the odd one in {name}: {sigmas:+.1f} sigma from the others."
-        for source, name, sigmas in odd
+        f"{PurePath(one.recording).name} is the odd one in {one.parameter}: {one.sigmas:+.1f} sigma from the "
+        "others."
+        for one in odd
     ]
 
 
 def _table(compared: Compared, title: str, chosen: "range | list[int]") -> Table:
-    shown = compared.sources if len(compared.sources) <= _LINES else ()
+    shown = compared.recordings if len(compared.recordings) <= _LINES else ()
     labels = [_short(source) for source in shown]
     rows = []
     for k in chosen:
-        low, high = compared.interval95[k]
+        low, high = compared.pooled_interval95[k]
         own = float(np.sqrt(np.mean(compared.sigma[:, k] ** 2)))
         spread = float(np.std(compared.values[:, k], ddof=1))
         values = [f"{compared.values[i, k]:.4g}" for i in range(len(shown))]
         rows.append(
-            (compared.names[k], *values, f"{spread:.2g}", f"{own:.2g}", f"{compared.pooled[k]:.4g}", f"{low:.4g}",
-             f"{high:.4g}")
+            (compared.parameters[k], *values, f"{spread:.2g}", f"{own:.2g}", f"{compared.pooled[k]:.4g}",
+             f"{low:.4g}", f"{high:.4g}")
         )  # fmt: skip
     headings = [*labels, "spread", "own sigma", "pooled", "95 % from", "to"]
     return Table(title, columns(("parameter",), headings), rows, style="tight")

@@ -7,9 +7,9 @@ import numpy as np
 
 from ...fleet import Fleet
 from ...fleet.comparing import CHANCE
-from ...fleet.identity import Exchange
-from ...fleet.reduction import Reduced
-from ...fleet.trends import CHANGED, FEWEST, Series
+from ...fleet.exchange import Exchange
+from ...fleet.nights import CHANGED, FEWEST, Series
+from ...fleet.reduction import ReducedDocument
 from ..blocks import Banner, Block, Notes, Page, Remarks, Screen, Section, Table, Text, columns
 from ..figures.fleet import fleet_figures
 from ..provenance import Provenance
@@ -22,11 +22,11 @@ _WORDS = (
 )
 
 
-def reduced_screen(reduced: Reduced) -> Screen:
+def reduced_screen(reduced: ReducedDocument) -> Screen:
     """How many are in the store; what was refused, and why."""
-    total, refused = reduced.new + reduced.known, sorted(reduced.refused.items())
+    total, refused = reduced.new + reduced.known, [(bad.file, bad.reason) for bad in reduced.refused]
     lines = [
-        f"{total} recordings in {reduced.store.root}: {reduced.new} reduced now, {reduced.known} there before.",
+        f"{total} recordings in {reduced.store}: {reduced.new} reduced now, {reduced.known} there before.",
         f"{len(refused)} logs refused{':' if refused else '.'}",
     ]
     first: list[Block] = [Notes(lines), Remarks([f"{PurePath(file).name}: {reason}" for file, reason in refused])]
@@ -45,8 +45,8 @@ def fleet_screen(fleet: Fleet, refused: Mapping[str, str]) -> Screen:
 
 def fleet_page(fleet: Fleet, refused: Mapping[str, str], provenance: Provenance) -> Page:
     """The report of a fleet: what changed last night on top, a line an arm, small multiples."""
-    robot, nights = len(fleet.arms), sum(len(arm.nights) for arm in fleet.arms)
-    last = max(night.day for arm in fleet.arms for night in arm.nights)
+    robot, nights = len(fleet.arms), sum(len(arm.days) for arm in fleet.arms)
+    last = max(arm.days[-1] for arm in fleet.arms)
     banner = Banner("do_not_use" if fleet.changed else "use", _headline(fleet))
     lead: list[Block] = [banner, Notes(_head(fleet, refused))]
     if fleet.changed:
@@ -74,7 +74,7 @@ def _headline(fleet: Fleet) -> str:
 
 def _head(fleet: Fleet, refused: Mapping[str, str]) -> list[str]:
     lines = [f"{len(fleet.arms)} arms: {_headline(fleet)}."]
-    few = [arm.name for arm in fleet.arms if len(arm.nights) <= FEWEST]
+    few = [arm.name for arm in fleet.arms if len(arm.days) <= FEWEST]
     if few:
         lines.append(
             f"Too few nights to tell a change yet: {', '.join(few[:6])}{' and more' if len(few) > 6 else ''}."
@@ -95,14 +95,15 @@ def _exchanged(exchange: Exchange) -> str:
 
 def _changed(fleet: Fleet) -> Table:
     rows = [
-        (line.arm, meaning(line.quantity), _amount(line, float(line.values[-1])), f"{line.z:+.1f}",
+        (line.arm, meaning(line.quantity), _amount(line), f"{line.z:+.1f}",
          f"{len(line.values) - 1}")
         for line in fleet.changed
     ]  # fmt: skip
     return Table("What changed", columns(("arm", "quantity"), ("by", "z", "nights before")), rows, style="tight")
 
 
-def _amount(series: Series, value: float) -> str:
+def _amount(series: Series) -> str:
+    value = float(series.changes[-1])
     if series.relative or series.quantity.startswith("scale"):
         return f"{100.0 * value:+.1f} %"
     return f"{value:+.3g} {'kg' if series.quantity == 'mass' else 'N·m or N'}"
@@ -127,14 +128,13 @@ def _arms(fleet: Fleet) -> Table:
     """A line an arm: its last night, payload, and the friction that is farthest from usual."""
     rows = []
     for arm in fleet.arms:
-        night = arm.nights[-1]
-        own_series = [line for line in fleet.series if line.arm == arm.name and line.relative]
-        farthest = max(own_series, key=lambda line: abs(line.z or 0.0))
+        farthest = max((line for line in arm.series if line.relative), key=lambda line: abs(line.z or 0.0))
         count = sum(line.arm == arm.name for line in fleet.changed)
-        mass = night.numbers["mass"]
+        (mass,) = (line for line in arm.series if line.quantity == "mass")
         rows.append(
-            (arm.name, f"{len(arm.nights)}", night.day, f"{night.told:g}", f"{mass.value:+.2f}±{mass.sigma:.2g}",
-             farthest.quantity, _amount(farthest, float(farthest.values[-1])), str(count or ""))
+            (arm.name, f"{len(arm.days)}", arm.days[-1], f"{arm.told[-1]:g}",
+             f"{mass.values[-1]:+.2f}±{mass.sigma[-1]:.2g}",
+             farthest.quantity, _amount(farthest), str(count or ""))
         )  # fmt: skip
     headings = ("nights", "last", "told [kg]", "less told [kg]", "friction", "by", "changes")
     return Table("Every arm", columns(("arm",), headings), rows, style="tight")
@@ -146,9 +146,9 @@ def _twins(fleet: Fleet) -> list[str]:
     if twins is None:
         return ["Fewer than three arms: none can be told to be the odd one."]
     chi2 = np.sum(twins.apart**2, axis=1)
-    odd = [
-        f"{arm} differs from its twins in {name} by {sigmas:+.1f} sigma (chi2 of all {len(twins.names)} "
-        f"parameters: {chi2[twins.sources.index(arm)]:.0f})."
-        for arm, name, sigmas in twins.odd
+    lines = [
+        f"{odd.recording} differs from its twins in {odd.parameter} by {odd.sigmas:+.1f} sigma (chi2 of all "
+        f"{len(twins.parameters)} parameters: {chi2[twins.recordings.index(odd.recording)]:.0f})."
+        for odd in twins.odd
     ]
-    return odd or [f"No arm differs from its twins beyond {twins.bound:.1f} sigma (chance {CHANCE:g})."]
+    return lines or [f"No arm differs from its twins beyond {twins.bound:.1f} sigma (chance {CHANCE:g})."]

@@ -78,9 +78,14 @@ def named(exchange: Exchange, arms: Sequence[tuple[str, Estimate]]) -> Exchange:
     """An exchange with the arm that its recordings may be of; ``arms``: inertial parameters by name."""
     for arm, pooled in arms:
         without = _freed(pooled, exchange.left)
-        change = exchange.bodies.values - without.values
-        size = change @ np.linalg.solve(exchange.bodies.covariance + without.covariance, change)
-        if arm != exchange.arm and chdtrc(len(change), size) > CHANCE:
+        if (
+            arm != exchange.arm
+            and chdtrc(
+                exchange.degrees,
+                _chi2(exchange.bodies.values - without.values, exchange.bodies.covariance + without.covariance),
+            )
+            > CHANCE
+        ):
             return replace(exchange, like=arm)
     return exchange
 
