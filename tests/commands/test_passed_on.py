@@ -60,7 +60,7 @@ def test_a_sag_is_told_in_mrad(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) 
         sags.append(arguments[-1])
         raise InputError("that is enough")
 
-    monkeypatch.setattr("dynident.trajectories.simulation.Controller.sagging", sagging)
+    monkeypatch.setattr("dynident.trajectories.simulation.controller.Controller.sagging", sagging)
     body = tmp_path / "body.toml"
     body.write_text("mass = 3.0\ncom = [0.0, 0.0, 0.1]\ninertia_com = [0.01, 0.0, 0.0, 0.01, 0.0, 0.01]\n")
     words = f"simulate --robot rx90 --payload {body} --controller proportional --sag 4 --out {tmp_path / 'out'}"

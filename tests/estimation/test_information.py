@@ -58,6 +58,7 @@ def write_json(path: Path, problem: Equations) -> Path:
     values = [{"value": value} for value in estimate.values.tolist()]
     document = {
         "columns": list(COLUMNS), "base_parameters": values, "covariance": estimate.covariance.tolist(),
+        "covariance_robust": None, "robust": None, "gain_sensitivity": None,
         "data": quality, "robot": "x", "robot_fingerprint": "y",
         "processing": {"drive_gains": None, "offsets": False, "coulomb": None},
     }  # fmt: skip
