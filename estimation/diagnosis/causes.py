@@ -43,6 +43,8 @@ SETTLED = 0.1
 SUSPICIOUS = 0.1
 """Relative residual of some joint above which causes are tried, even if all else looks well."""
 _REPORTED = 3
+_ENOUGH = 1200  # states in which causes are searched
+_SINGLE = 4  # recordings up to which each is searched by itself
 _FAR = -0.5  # fall of chi2 by coarser states: such a reading is not compared closer
 _STEPS = 6  # of Gauss-Newton for gains
 _GAIN = 0.3  # longest step of a gain's reciprocal, and how near to 1 it is thought to be
@@ -228,6 +230,7 @@ def likely_causes(
     """
     if states is None:
         return []
+    states = states.taken(slice(None, None, max(1, len(states.t) // _ENOUGH)))
     try:
         described = Comparison(robot, states, free_gains)
     except InputError:
@@ -258,7 +261,7 @@ def _parts(states: States) -> list[tuple[str, Mask]]:
     """All states, those of one kind, and those of single recordings, with the names of the recordings."""
     names = states.source.split(", ")
     masks = [np.ones(len(states.t), dtype=bool), states.loaded == 0.0, states.loaded > 0.0]
-    masks += [states.recording == k for k in range(len(names))]
+    masks += [states.recording == k for k in range(len(names) if len(names) <= _SINGLE else 0)]
     distinct = {mask.tobytes(): mask for mask in masks if mask.any()}
     return [
         ("" if mask.all() else ", ".join(names[k] for k in np.unique(states.recording[mask])), mask)
