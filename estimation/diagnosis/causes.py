@@ -44,7 +44,6 @@ SUSPICIOUS = 0.1
 """Relative residual of some joint above which causes are tried, even if all else looks well."""
 _REPORTED = 3
 _ENOUGH = 1200  # states in which causes are searched
-_SINGLE = 4  # recordings up to which each is searched by itself
 _FAR = -0.5  # fall of chi2 by coarser states: such a reading is not compared closer
 _STEPS = 6  # of Gauss-Newton for gains
 _GAIN = 0.3  # longest step of a gain's reciprocal, and how near to 1 it is thought to be
@@ -54,8 +53,7 @@ _LEAST = 0.02  # a factor beyond this, or beyond its inverse, is no unit but a c
 _UNIT, _OFF = 0.3, 0.15  # logarithm of a factor that counts as another unit, and as another gain
 
 Read = tuple[str, Robot | None, States]
-"""Words, another robot or None, and the states as a reading takes them; torques alone differ where they are
-shared."""
+"""What is assumed, another robot or None, and the states as a reading takes them."""
 
 
 class Comparison:
@@ -107,8 +105,7 @@ class Comparison:
     def compared(
         self, kind: str, name: str, robot: Robot | None, states: States, worth: float = _FAR
     ) -> Alternative | None:
-        """Compare another reading of the states; None where a few of them show a fall below ``worth``, or
-        nothing."""
+        """Compare another reading; None where a few of the states show a fall below ``worth``, or nothing."""
         found = None
         for (fit, likelihood), part in zip(self.fits, (states.coarser(), states), strict=True):
             try:
@@ -188,7 +185,7 @@ def other_readings(evidence: Evidence) -> list[Finding]:
 
     findings = []
     for weightless in beyond("weightless", WEIGHTLESS, TURNED_Z):
-        findings.append(_cause(NO_GRAVITY, weightless))
+        findings.append(_cause("the torques hold no gravity (they are gravity-compensated)", weightless))
     robots = beyond("robot", max(ROBOT, friction), ROBOT_Z)
     if robots:
         findings.append(_cause(f"it is a recording of robot {robots[0].name!r}", robots[0]))
@@ -204,14 +201,11 @@ def other_readings(evidence: Evidence) -> list[Finding]:
     return findings
 
 
-NO_GRAVITY = "the torques hold no gravity (they are gravity-compensated)"
-
-
-def _cause(words: str, found: Alternative, source: str = "") -> Finding:
+def _cause(assumption: str, found: Alternative, source: str = "") -> Finding:
+    looks = f"{source} looks" if source else "the recordings look"
     text = (
-        f"{source or 'the recordings'} {'looks' if source else 'look'} as if {words}: corrected for it, the "
-        "squared "
-        f"residuals fall by {100 * found.fall:.0f} % ({found.z:.1f} standard errors)"
+        f"{looks} as if {assumption}: corrected for it, the squared residuals fall by {100 * found.fall:.0f} % "
+        f"({found.z:.1f} standard errors)"
     )
     severity: Severity = "warning" if source and found.fall < SERIOUS else "error"
     return Finding(severity, source or "everything", text, True, found.fall)
@@ -220,7 +214,7 @@ def _cause(words: str, found: Alternative, source: str = "") -> Finding:
 def likely_causes(
     robot: Robot, states: States | None, contradicted: bool = True, free_gains: bool = False
 ) -> list[Finding]:
-    """Name what would explain the recordings better: all of them, those of one kind, or one recording.
+    """Name what would explain the recordings better: all of them, those of one kind, or the worst of a kind.
 
     Args:
         robot: as described.
@@ -238,10 +232,10 @@ def likely_causes(
     least = HELPFUL if contradicted else CONVINCING
     tried: list[tuple[Alternative, str]] = []
     for family, several in FAMILIES:
-        for source, mask in _parts(states):
+        for source, mask in _parts(described):
             readings = (
-                described.compared("", words, other, states.mixed(changed, mask), 0.5 * least)
-                for words, other, changed in family(described, mask)
+                described.compared("", text, other, states.mixed(changed, mask), 0.5 * least)
+                for text, other, changed in family(described, mask)
             )
             own = [found for found in readings if found is not None and found.fall > least and found.z > CAUSE_Z]
             own.sort(key=lambda found: -found.fall)
@@ -257,11 +251,16 @@ def likely_causes(
     return [_cause(", or ".join(list(named)[:_REPORTED]), best, where)]
 
 
-def _parts(states: States) -> list[tuple[str, Mask]]:
-    """All states, those of one kind, and those of single recordings, with the names of the recordings."""
-    names = states.source.split(", ")
-    masks = [np.ones(len(states.t), dtype=bool), states.loaded == 0.0, states.loaded > 0.0]
-    masks += [states.recording == k for k in range(len(names) if len(names) <= _SINGLE else 0)]
+def _parts(own: Comparison) -> list[tuple[str, Mask]]:
+    """All states, those of one kind, and those of the recording of each kind that fits worst, with their names."""
+    states, names = own.states, own.states.source.split(", ")
+    squares = np.sum(own.fit.errors() ** 2, axis=0)
+    kinds = [states.loaded == 0.0, states.loaded > 0.0]
+    masks = [np.ones(len(states.t), dtype=bool), *kinds]
+    for kind in kinds:
+        numbers = np.unique(states.recording[kind])
+        means = [float(squares[states.recording == k].mean()) for k in numbers]
+        masks += [states.recording == numbers[int(np.argmax(means))]] if len(numbers) else []
     distinct = {mask.tobytes(): mask for mask in masks if mask.any()}
     return [
         ("" if mask.all() else ", ".join(names[k] for k in np.unique(states.recording[mask])), mask)
@@ -283,9 +282,9 @@ def clocks(own: Comparison, _: Mask) -> Iterator[Read]:
     tried = np.arange(-longest, longest + 0.5 * step, step)
     for first, last in product(tried, tried):
         if abs(last - first) > 0.5 * step:
-            words = f"torque lags by {first:.2f} s early on and {last:.2f} s late"
+            text = f"torque lags by {first:.2f} s early on and {last:.2f} s late"
             changed = states.later(first + (last - first) * passed)
-            yield f"torque and position ran on two clocks ({words})", None, changed
+            yield f"torque and position ran on two clocks ({text})", None, changed
 
 
 def joint_columns(own: Comparison, _: Mask) -> Iterator[Read]:
@@ -303,8 +302,8 @@ def joint_columns(own: Comparison, _: Mask) -> Iterator[Read]:
         yield f"the sign of q{j + 1} is wrong", None, replace(changed, torque=states.torque)
         yield f"joint {j + 1} is counted the other way, in position and torque", None, changed
     for j, quarters in product(range(1, n), (1, 3, 2)):
-        words = f"the zero of q{j + 1} is off by {180 if quarters == 2 else 90} degrees"
-        yield words, None, plain.moved(j, quarters).of(states)
+        text = f"the zero of q{j + 1} is off by {180 if quarters == 2 else 90} degrees"
+        yield text, None, plain.moved(j, quarters).of(states)
 
 
 def gravity(own: Comparison, mask: Mask) -> Iterator[Read]:
@@ -315,10 +314,10 @@ def gravity(own: Comparison, mask: Mask) -> Iterator[Read]:
     for axis, sign in product(range(3), (1.0, -1.0)):
         if abs(usual[axis]) <= 0.9 * size:
             along = f"{'-' * (sign < 0)}{'xyz'[axis]}"
-            words = f"gravity points along {along} of frame 0 (the robot is mounted on a wall)"
-            mounted.append((sign * size * np.eye(3)[axis], words))
-    for g, words in mounted if mask.all() else ():
-        yield words, replace(own.robot, gravity=(float(g[0]), float(g[1]), float(g[2]))), own.states
+            text = f"gravity points along {along} of frame 0 (the robot is mounted on a wall)"
+            mounted.append((sign * size * np.eye(3)[axis], text))
+    for g, text in mounted if mask.all() else ():
+        yield text, replace(own.robot, gravity=(float(g[0]), float(g[1]), float(g[2]))), own.states
 
 
 def descriptions(own: Comparison, mask: Mask) -> Iterator[Read]:
@@ -328,29 +327,29 @@ def descriptions(own: Comparison, mask: Mask) -> Iterator[Read]:
         return
     if robot.coupling is None and robot.n > 1 and drives.rotor_inertia and drives.friction:
         pair = (robot.n - 1, robot.n)
-        words = f"the drives of joints {pair[0]} and {pair[1]} are coupled, which the description leaves out"
-        yield words, replace(robot, drives=replace(drives, coupling=Coupling(pair))), own.states
+        text = f"the drives of joints {pair[0]} and {pair[1]} are coupled, which the description leaves out"
+        yield text, replace(robot, drives=replace(drives, coupling=Coupling(pair))), own.states
     for (j, joint), name in product(enumerate(robot.joints), ("d", "r")):
         length = getattr(joint, name)
         for factor, word in ((0.9, "shorter"), (1.1, "longer")) if length != 0.0 else ():
             changed = replace(joint, **{name: factor * length})
             joints = (*robot.joints[:j], changed, *robot.joints[j + 1 :])
-            words = f"the length {name}{j + 1} is {word} than the {length:g} m of the description"
-            yield words, replace(robot, joints=joints), own.states
+            text = f"the length {name}{j + 1} is {word} than the {length:g} m of the description"
+            yield text, replace(robot, joints=joints), own.states
 
 
 def offsets(own: Comparison, mask: Mask) -> Iterator[Read]:
     """A torque channel with an offset, constant or growing with time."""
     n, passed, error = own.robot.n, own.states.passed, own.fit.errors()
-    for (shape, words), j in product(((passed**0, "holds an offset of"), (passed, "drifts by")), range(n)):
+    for (shape, text), j in product(((passed**0, "holds an offset of"), (passed, "drifts by")), range(n)):
         column = np.zeros((n, len(passed)))
         column[j] = shape * mask
         left = own.fit.errors(column)
         square = float(np.sum(left**2))
         if square > 1e-9 * own.fit.weights[j] ** 2 * float(np.sum(column**2)):
             size = float(np.sum(left * error)) / square
-            words_of = f"the torque of joint {j + 1} {words} {size:.3g} (N·m or N)"
-            yield words_of, None, replace(own.states, torque=own.states.torque - size * column.T)
+            assumed = f"the torque of joint {j + 1} {text} {size:.3g} (N·m or N)"
+            yield assumed, None, replace(own.states, torque=own.states.torque - size * column.T)
 
 
 def channels(own: Comparison, mask: Mask) -> Iterator[Read]:
@@ -359,32 +358,31 @@ def channels(own: Comparison, mask: Mask) -> Iterator[Read]:
     if own.free_gains:
         return
     each = np.eye(n)[:, :, None] * (states.torque * mask[:, None]).T[:, None]
-    left = np.array(
-        [own.fit.errors(each[:, j]) / own.fit.weights[:, None] / _norms(states)[:, None] for j in range(n)]
-    )
+    scale = own.fit.weights * own.fit.system.norms()
+    left = np.array([own.fit.errors(each[:, j]) / scale[:, None] for j in range(n)])
     gram = np.einsum("ijn,kjn->ik", left, left)
-    rest = own.fit.errors() / own.fit.weights[:, None] / _norms(states)[:, None]
+    rest = own.fit.errors() / scale[:, None]
     for j in range(n):
         ratio = 1.0 - float(np.sum(left[j] * rest)) / max(gram[j, j], 1e-300)
         if _LEAST < ratio < 1.0 / _LEAST and abs(np.log(ratio)) >= _OFF:
             size = f"{1.0 / ratio:.2g} times too large" if ratio < 1.0 else f"{ratio:.2g} times too small"
             factors = np.where(np.arange(n) == j, ratio, 1.0)
-            words = f"the torque of joint {j + 1} is about {size} (drive gain or unit)"
-            yield words, None, replace(states, torque=states.torque * factors)
+            text = f"the torque of joint {j + 1} is about {size} (drive gain or unit)"
+            yield text, None, replace(states, torque=states.torque * factors)
     if states.gains and states.gains != states.gains[::-1]:
         factors = np.array(states.gains[::-1]) / np.array(states.gains)
         yield "the list of drive gains is reversed", None, replace(states, torque=states.torque * factors)
-    fixed, factors = int(np.argmax(_norms(states))), np.ones(n)
+    fixed, factors = int(np.argmax(own.fit.system.norms())), np.ones(n)
     free = [j for j in range(n) if j != fixed]
     factors[free] = -np.linalg.lstsq(gram[np.ix_(free, free)], gram[free, fixed], rcond=1e-12)[0]
     usable = mask.all() and (factors > _LEAST).all() and (factors < 1.0 / _LEAST).all()
     if usable and (np.abs(np.log(factors)) > _UNIT).sum() > 1:
         sizes = ", ".join(f"{1.0 / factor:.2g}" for factor in factors)
-        words = (
+        text = (
             f"the torques of the joints share no unit (they are {sizes} times too large, joint by joint), as "
             "motor-side torques or percent of each drive's maximum do"
         )
-        yield words, None, replace(states, torque=states.torque * factors)
+        yield text, None, replace(states, torque=states.torque * factors)
 
 
 def stuck_encoders(own: Comparison, _: Mask) -> Iterator[Read]:
@@ -394,13 +392,8 @@ def stuck_encoders(own: Comparison, _: Mask) -> Iterator[Read]:
         still = states.stuck[:, j]
         if still.any() and not still.all():
             start, stop = states.t[still][0], states.t[still][-1]
-            words = f"the encoder of joint {j + 1} is stuck from {start:.3g} s to {stop:.3g} s"
-            yield words, None, replace(states, keep=states.keep & ~still[:, None])
-
-
-def _norms(states: States) -> Array:
-    norms = np.linalg.norm(np.where(states.keep, states.torque, 0.0), axis=0)
-    return np.where(norms == 0.0, 1.0, norms)
+            text = f"the encoder of joint {j + 1} is stuck from {start:.3g} s to {stop:.3g} s"
+            yield text, None, replace(states, keep=states.keep & ~still[:, None])
 
 
 FAMILIES: tuple[tuple[Callable[[Comparison, Mask], Iterator[Read]], bool], ...] = (

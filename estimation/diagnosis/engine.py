@@ -95,6 +95,11 @@ class System:
         """Index of the payload's ten; empty where nothing hangs on the robot."""
         return slice(len(self.names), len(self.names) + (len(PAYLOAD) if self.states.loaded.any() else 0))
 
+    def norms(self, torque: Array | None = None) -> Array:
+        """Norm of each joint's torque over the rows that are used, 1 where it is zero, shape (n,)."""
+        norms = np.linalg.norm((self.torque if torque is None else torque) * self.keep, axis=1)
+        return np.asarray(np.where(norms == 0.0, 1.0, norms))
+
     @cached_property
     def weights(self) -> Array:
         """Weights of the joints by their residuals [1/(N·m) or 1/N], shape (n,)."""
@@ -181,30 +186,28 @@ class SystemFit(NamedTuple):
 
     def relative(self, torque: Array | None = None) -> Array:
         """Error norm over torque norm of each joint, shape (n,); of the system's torque, or of another one."""
-        keep, torque = self.system.keep, self.system.torque if torque is None else torque
-        norms = np.linalg.norm(torque * keep, axis=1)
+        torque = self.system.torque if torque is None else torque
         errors = np.linalg.norm(self.errors(torque), axis=1) / self.weights
-        return np.asarray(errors / np.where(norms == 0.0, 1.0, norms) + _FLOOR)
+        return np.asarray(errors / self.system.norms(torque) + _FLOOR)
+
+    def _rms(self, torque: Array) -> Array:
+        rows = np.maximum(self.system.keep.sum(axis=1), 1)
+        return np.asarray(self.relative(torque) * self.system.norms(torque) / np.sqrt(rows))
 
     @property
     def own_weights(self) -> Array:
         """Weights of the joints by their errors [1/(N·m) or 1/N], shape (n,)."""
-        keep = self.system.keep
-        norms = np.linalg.norm(self.system.torque * keep, axis=1)
-        rms = self.relative() * np.where(norms == 0.0, 1.0, norms) / np.sqrt(np.maximum(keep.sum(axis=1), 1))
-        return np.asarray(1.0 / np.where(keep.any(axis=1), rms, 1.0))
+        return np.asarray(1.0 / np.where(self.system.keep.any(axis=1), self._rms(self.system.torque), 1.0))
 
     def likelihood(self, torque: Array | None = None) -> Array:
         """Log-likelihood of each row, n x N; each joint's variance by its own errors, over its torque's.
 
         Over the torque's, for a joint's torque may be in another unit.
         """
-        keep, torque = self.system.keep, self.system.torque if torque is None else torque
-        relative = self.relative(torque)
-        norms = np.linalg.norm(torque * keep, axis=1)
-        rms = relative * np.where(norms == 0.0, 1.0, norms) / np.sqrt(np.maximum(keep.sum(axis=1), 1))
-        errors = self.errors(torque) / self.weights[:, None] / rms[:, None]
-        return np.asarray(np.where(keep, -np.log(relative)[:, None] - 0.5 * errors**2, 0.0))
+        torque = self.system.torque if torque is None else torque
+        errors = self.errors(torque) / (self.weights * self._rms(torque))[:, None]
+        terms = -np.log(self.relative(torque))[:, None] - 0.5 * errors**2
+        return np.asarray(np.where(self.system.keep, terms, 0.0))
 
 
 class Effect(NamedTuple):
@@ -262,11 +265,11 @@ class Added(NamedTuple):
         left = np.array([_rest(whole - block, root) for block in blocks])
         return Added(_rest(whole, root), left, (root @ (root.T @ whole[:c, c:]))[payload], inflation)
 
-    def effect(self, *index: int, beside: tuple[int, ...] = (), name: str = "", where: str = "") -> Effect:
+    def effect(self, *index: int, free: tuple[int, ...] = (), name: str = "", where: str = "") -> Effect:
         """Estimate some of the added columns, others free as far as these are more than rounding."""
         squares, k = np.diag(self.whole), len(index)
-        beside = tuple(i for i in beside if squares[i] > _RANK * squares[list(index)].max())
-        every = [*index, *beside]
+        free = tuple(i for i in free if squares[i] > _RANK * squares[list(index)].max())
+        every = [*index, *free]
         inverse = _inverse(self.whole[np.ix_(every, every)])
         values = (inverse @ self.whole[every, -1])[:k]
         each = [(_inverse(gram[np.ix_(every, every)]) @ gram[every, -1])[:k] - values for gram in self.left]
@@ -274,9 +277,9 @@ class Added(NamedTuple):
         variance = self.inflation * np.diag(inverse)[:k]
         sigma, formula = np.sqrt(np.diag(covariance)), np.sqrt(np.where(variance > 0.0, variance, np.nan))
         wider = np.maximum(1.0, formula / np.maximum(sigma, 1e-300))
-        free = _inverse(self.whole[np.ix_(beside, beside)]) @ self.whole[np.ix_(beside, index)]
-        effect = self.payload[:, list(beside)] @ free - self.payload[:, list(index)]
-        fall = (self._explained(every) - self._explained(list(beside))) / max(float(self.whole[-1, -1]), 1e-300)
+        taken = _inverse(self.whole[np.ix_(free, free)]) @ self.whole[np.ix_(free, index)]
+        effect = self.payload[:, list(free)] @ taken - self.payload[:, list(index)]
+        fall = (self._explained(every) - self._explained(list(free))) / max(float(self.whole[-1, -1]), 1e-300)
         return Effect(name, where, values, covariance * np.outer(wider, wider), effect, fall)
 
     def _explained(self, k: list[int]) -> float:

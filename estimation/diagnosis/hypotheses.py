@@ -149,7 +149,7 @@ def tilt(system: System) -> Effect | None:
         free = free or [W[:, names.index(name)] for name in moments]
     lean = np.stack([a + b for a, b in zip(own, heavy, strict=True)], axis=1)
     added = system.with_columns(np.concatenate([lean, *(column[:, None] for column in free)], axis=1))
-    effect = added.effect(0, 1, beside=tuple(range(2, 2 + len(free))), name="tilt")
+    effect = added.effect(0, 1, free=tuple(range(2, 2 + len(free))), name="tilt")
     if not (np.diag(effect.covariance) > 0.0).all():
         return None
     size = float(np.linalg.norm(effect.values))
@@ -284,6 +284,11 @@ def bursts(system: System) -> Effect | None:
     if not count or 2 * count > stretches or stretches < FEWEST:
         return None
     return Effect("bursts", "", np.ones(1), np.zeros((1, 1)), change[:, None], size=count, sigma=stretches)
+
+
+def matter(bursts: Effect, mass: float, sigma: float) -> bool:
+    """Whether the mass [kg] is another one without bursts; stretches that stand out by chance move it by less."""
+    return bool(abs(bursts.change[9]) > max(MOVED * abs(mass), 2.0 * sigma))
 
 
 def _bursts(effect: Effect, evidence: Evidence) -> Finding:

@@ -50,9 +50,11 @@ def joints(evidence: Evidence) -> list[Finding]:
     if odd is None:
         return []
     mass, advice = evidence.mass, "check drive gains and friction there"
-    if evidence.spread is None:
-        return [error(f"{odd.text}: {advice}")]
-    half = NORMAL95 * evidence.spread.mass
+    if evidence.spread is not None:
+        half = NORMAL95 * evidence.spread.mass
+    else:  # drive gains: nothing widened the estimate yet
+        sigma = float(evidence.best.larger_sigma[9]) if evidence.best is not None else np.inf
+        half = NORMAL95 * sigma * evidence.diagnosis.disagreement
     if not half <= USEFUL * abs(mass):
         grown = f"the interval that holds all of them is ± {100 * half / max(abs(mass), 1e-300):.0f} %"
         return [error(f"{odd.text}; {grown}: {advice}")]
@@ -60,7 +62,9 @@ def joints(evidence: Evidence) -> list[Finding]:
         without = next((reading for reading in view.without if joint not in reading.joints), None)
         left = without.mass if without is not None else None
         if without is None or left is None:
-            return [error(f"{odd.text}; without joint {joint} nothing shows the mass: {advice}")] * odd.serious
+            if not odd.serious:
+                continue
+            return [error(f"{odd.text}; without joint {joint} nothing shows the mass: {advice}")]
         if abs(left - mass) > half + NORMAL95 * without.sigma:
             moved = f"without joint {joint} the mass is {left:.3g} ± {without.sigma:.2g} kg"
             return [error(f"{odd.text}; {moved}: {advice}")]

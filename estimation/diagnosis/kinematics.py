@@ -104,7 +104,7 @@ def check_pose(robot: Robot, q: Array, positions: Array, rotations: Array | None
     spread = float(np.sqrt(p.var(axis=0).sum()))
     scale = float(np.sqrt(positions.var(axis=0).sum())) / spread if spread else math.inf
     return PoseCheck(
-        errors, angles, Pose.of(B, b), Pose.of(O, offset), as_is, _told(R[few], (p + R @ offset)[few]), scale
+        errors, angles, Pose.of(B, b), Pose.of(O, offset), as_is, _determined(R[few], (p + R @ offset)[few]), scale
     )
 
 
@@ -117,7 +117,7 @@ def _turned(carried: Array, rotations: Array) -> tuple[Array, Array]:
     return O, np.asarray(2.0 * np.arcsin(np.minimum(sines, 1.0)))
 
 
-def _told(R: Array, points: Array) -> bool:
+def _determined(R: Array, points: Array) -> bool:
     """Whether no small change of base and tool together leaves all ``points`` where they are."""
     x, y, z = (points - points.mean(axis=0)).T
     none = np.zeros_like(x)
@@ -274,9 +274,9 @@ def rank_readings(
 
     def residual(reading: Reading) -> float:
         states = reading.of(together)
-        norms = np.linalg.norm(np.where(states.keep, states.torque, 0.0), axis=0)
         try:
-            fit = System.of(robot, states).fit(1.0 / np.where(norms == 0.0, 1.0, norms))
+            system = System.of(robot, states)
+            fit = system.fit(1.0 / system.norms())
             return float(np.sqrt(np.mean(fit.relative() ** 2)))
         except InputError:  # outside the spring's table: this cannot be the reading
             return float("inf")

@@ -245,7 +245,7 @@ class Reading:
         signs = sum(sign < 0 for sign in (*self.sign, *self.torque))
         return moved + signs + sum(quarter != 0 for quarter in self.quarters)
 
-    def told(self) -> str:
+    def described(self) -> str:
         """Describe the reading, joints counted from 1; "as recorded" if nothing is changed."""
         parts = []
         for j in range(len(self.order)):

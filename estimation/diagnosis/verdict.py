@@ -1,5 +1,4 @@
-"""Diagnosis of recordings and verdict on numbers: the same for ``check``, ``identify``, ``payload``, ``weigh``,
-``gains``.
+"""Diagnosis of recordings and verdict on numbers, the same for every command.
 
 A check that is added to the table serves every command whose evidence shows what it looks at.
 """
@@ -24,7 +23,7 @@ from .causes import SUSPICIOUS, alternatives, likely_causes, other_readings
 from .engine import System
 from .evidence import Diagnosis, Evidence
 from .finding import Finding, Level, Verdict, verdict_of
-from .hypotheses import HYPOTHESES, MOVED, effects_of, hypotheses, tilt_correction
+from .hypotheses import HYPOTHESES, effects_of, hypotheses, matter, tilt_correction
 from .joints import disagreement, joints
 from .scales import LONG_ENOUGH, motors_apart, off_scale, scale, scales, scales_of_states, sensitive, signal_scales
 from .states import States, states_of
@@ -122,7 +121,7 @@ def diagnose(
     system = system_of(problem, states)
     effects = effects_of(system) if system is not None else ()
     by_joints = payload_by_joints(problem, weights)
-    chance = 2.0 * float(best.estimate.sigma[best.places.index(9)]) if 9 in best.places else np.inf
+    sigma = float(best.estimate.sigma[best.places.index(9)]) if 9 in best.places else np.inf
     if problem.unloaded is not None:
         found = scales(problem, weights)
     else:
@@ -130,8 +129,7 @@ def diagnose(
     return Diagnosis(
         by_joints,
         disagreement(by_joints, gains.covariance(n) if gains else np.zeros((n, n)), problem.short is not None),
-        # Bursts matter where the mass without them is another one; stretches that stand out by chance move it less.
-        tuple(e for e in effects if e.name != "bursts" or abs(e.change[9]) > max(MOVED * abs(best.ten[9]), chance)),
+        tuple(effect for effect in effects if effect.name != "bursts" or matter(effect, best.ten[9], sigma)),
         alternatives(description or problem.robot, states, description is not None),
         found,
     )

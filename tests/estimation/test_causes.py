@@ -1,5 +1,7 @@
 """Wrong assumptions are undone one by one; good recordings give no cause."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from dynident.benchmarks import invented
@@ -52,10 +54,17 @@ def test_a_coupling_does_not_hide_which_sign_is_wrong() -> None:
     assert "joint 6" not in words
 
 
+def test_the_one_wrong_recording_of_many_is_named() -> None:
+    robot = invented.robot("rx90")
+    good = [invented.recorded("rx90", invented.motion("rx90", k), None, k, 0.05) for k in range(6)]
+    named = [replace(recording, source=f"{k}.csv") for k, recording in enumerate(good)]
+    named[3] = replace(mistakes.scaled(3, -1.0)(good[3]), source="3.csv")
+    (finding,) = likely_causes(robot, states_of(Source((), tuple(named), robot.processing)))
+    assert finding.text.startswith("3.csv looks as if the sign of the torque of joint 3 is wrong")
+
+
 def test_a_known_spring_is_no_misfit() -> None:
     """The spring's torque is taken off before anything is tried."""
-    from dataclasses import replace
-
     robot = invented.robot("rx90")
     spring = Spring(joint=2, stiffness=2e4, length=0.2, arms=(0.3, 0.1), zero=0.1)
     sprung = replace(robot, drives=replace(robot.drives, spring=spring))

@@ -178,9 +178,11 @@ def test_poses_tell_readings(moves: Array) -> None:
 
 
 def test_reading_is_told_in_words() -> None:
-    assert RIGHT.told() == "as recorded"
+    assert RIGHT.described() == "as recorded"
     assert RIGHT.changes == 0
-    text = replace(RIGHT, order=(1, 0, 2, 3, 4, 5), sign=(1, -1, 1, 1, 1, 1), quarters=(0, 3, 0, 0, 0, 0)).told()
+    text = replace(
+        RIGHT, order=(1, 0, 2, 3, 4, 5), sign=(1, -1, 1, 1, 1, 1), quarters=(0, 3, 0, 0, 0, 0)
+    ).described()
     assert text == (
         "joint 1 from column 2; joint 2 from column 1, turned round (position and torque), "
         "zero moved by -90 degrees"

@@ -197,7 +197,7 @@ def readings_document(check: KinematicsCheck) -> ReadingsDocument:
         )
         for entry in check.ranked[:20]
     )
-    suggested = check.suggested.reading.told() if check.suggested else None
+    suggested = check.suggested.reading.described() if check.suggested else None
     return ReadingsDocument(check.unit, check.as_recorded.residual, suggested, tuple(ranked))
 
 

@@ -74,12 +74,12 @@ def _reading_lines(check: KinematicsCheck) -> list[str]:
     if best is None:
         lines.append("No other reading of order, senses and zeros does clearly better.")
     else:
-        lines.append(f"Suggested, not applied: {best.reading.told()}: {best.residual:.4g}.")
+        lines.append(f"Suggested, not applied: {best.reading.described()}: {best.residual:.4g}.")
         lines.append("Check it at the robot, then change the recording's columns or the robot's file.")
     others = [ranked for ranked in check.alike if ranked.reading.changes][:_SHOWN]
     if others:
         lines.append("These do as well, so the recording cannot tell them apart:")
-        lines += [f"  {ranked.residual:.4g}  {ranked.reading.told()}" for ranked in others]
+        lines += [f"  {ranked.residual:.4g}  {ranked.reading.described()}" for ranked in others]
     return lines
 
 
@@ -105,7 +105,7 @@ def _pose_lines(look: PoseLook) -> list[str]:
 
 
 def _ranked(check: KinematicsCheck, source: str) -> Table:
-    rows = [(ranked.reading.told(), f"{ranked.residual:.4g}") for ranked in check.ranked[:_RANKED]]
+    rows = [(ranked.reading.described(), f"{ranked.residual:.4g}") for ranked in check.ranked[:_RANKED]]
     headings = (columns((), (), ("reading",))[0], *columns((), (f"residual, {check.unit}",)))
     return Table(f"By {source}: the best of {len(check.ranked)} readings", headings, rows, style="tight")
 

@@ -13,6 +13,7 @@ from dynident.estimation.diagnosis.finding import Finding
 from dynident.estimation.diagnosis.hypotheses import WITH_PAYLOAD
 from dynident.estimation.diagnosis.quantities import Agreement
 from dynident.estimation.fit.estimate import Estimate
+from dynident.estimation.gains.current_side import RelativeScales
 from dynident.estimation.signals.alignment import AlignedPair
 from dynident.model import Recording
 from dynident.model.inertia import PayloadSpread
@@ -54,6 +55,12 @@ def rival(kind: str, name: str, fall: float, z: float = 9.0) -> Evidence:
 def scaled(joint: int, off: float, sigma: float) -> Evidence:
     """Torques with payload on another scale."""
     return of_payload(estimate_of(), scales=(Scale(joint, 1.0 - off, sigma, 5.5),))
+
+
+def signals(off: float, sigma: float = 0.001) -> Evidence:
+    """A robot alone whose second joint's torque has to be multiplied by exp(off)."""
+    ratio, sigmas = np.exp(np.array([0.0, off, 0.0])), np.array([0.0, sigma, 0.01])
+    return evidence_of(signals=RelativeScales(ratio, sigmas, 0))
 
 
 def leaning_on(change: float, sigma: float, of_scale: float = 0.001) -> Evidence:

@@ -41,6 +41,7 @@ from dynident.tests.estimation.diagnosis.sides import (
     pulling,
     rival,
     scaled,
+    signals,
     weighed_apart,
     weighing_arm,
 )
@@ -92,6 +93,9 @@ OF_GUARDS = (
         lambda x: rival("turned", "5", 0.1, x),
         causes.TURNED_Z,
     ),
+    Side("other_readings", "error", "hold no gravity", lambda x: rival("weightless", "", x), causes.WEIGHTLESS),
+    Side("off_scale", "warning", "multiplied at joint 2 1.1", signals, scales.OFF_SCALE),
+    Side("off_scale", "warning", "multiplied at joint 2 1.2", lambda x: signals(0.2, 0.2 / x), scales.OFF_SCALE_Z),
     Side("arm_weight", "note", "the arm weighs 0.12", weighing_arm, checks.LIGHT, True),
     Side("arm_weight", "error", "the arm weighs 0.08", weighing_arm, checks.WEIGHTLESS, True),
     Side("arm_weight", "note", "the arm weighs 0.51", weighing_arm, checks.HEAVY + 12.0 / 111.0),

@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from dynident.estimation.diagnosis import checks, hypotheses, scales
+from dynident.estimation.diagnosis.engine import Effect
 from dynident.estimation.diagnosis.evidence import Diagnosis, Evidence
 from dynident.estimation.diagnosis.finding import Finding
 from dynident.estimation.diagnosis.verdict import BEFOREHAND, CHECKS, causes, judge, table
@@ -22,7 +23,7 @@ FUNCTIONS: dict[str, Callable[[Evidence], list[Finding]]] = {
 
 
 def test_every_check_has_a_threshold_here() -> None:
-    assert {side.check for side in SIDES} == set(FUNCTIONS) - {"off_scale"}
+    assert {side.check for side in SIDES} == set(FUNCTIONS)
     assert len(FUNCTIONS) == len(CHECKS) + len(BEFOREHAND) + 1
 
 
@@ -69,6 +70,16 @@ def test_a_delay_or_a_pull_that_moves_the_centre_of_mass_leaves_nothing() -> Non
         for effect in (late._replace(effect=by_delay), hose(1.0)._replace(effect=by_pull)):
             (finding,) = hypotheses.hypotheses(of_payload(estimate_of(), effects=(effect,)))
             assert finding.severity == severity
+
+
+def test_bursts_matter_that_move_the_mass_by_more_than_chance() -> None:
+    for share, matters in ((0.999, False), (1.001, True)):
+        for mass, sigma in ((5.0, 1e-3), (1e-3, 5.0 * hypotheses.MOVED / 2.0)):
+            change = share * 5.0 * hypotheses.MOVED * np.eye(10)[:, 9:]
+            effect = Effect("bursts", "", np.ones(1), np.zeros((1, 1)), change, size=1, sigma=20)
+            assert hypotheses.matter(effect, mass, sigma) is matters
+            (finding,) = hypotheses.hypotheses(of_payload(estimate_of(), effects=(effect,)))
+            assert (finding.severity, "1 of 20 stretches" in finding.text) == ("note", True)
 
 
 def test_a_rating_that_is_assumed_is_called_so() -> None:
