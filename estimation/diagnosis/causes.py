@@ -18,7 +18,7 @@ from ..signals.rows import Mask
 from .engine import System, SystemFit
 from .evidence import Alternative, Evidence
 from .finding import Finding, Severity, note
-from .hypotheses import pull_of
+from .hypotheses import HELPFUL, pull_of
 from .states import BLOCKS, Reading, States
 
 ROBOT, ROBOT_Z = 0.01, 3.0
@@ -32,8 +32,9 @@ ALIKE = 0.02
 BESIDE_PULL = 0.5
 """Fraction of what a pull at the flange takes off above which another robot, or a turned joint, is named besides:
 of a real pull others take off .06 at most, of another robot's recordings a pull takes off as much as that robot."""
-HELPFUL, CONVINCING, CAUSE_Z = 0.1, 0.2, 3.0
-"""Fall of chi2 by a cause where something else speaks against the recordings, and where not; Vuong's statistic."""
+CONVINCING, CAUSE_Z = 0.2, 3.0
+"""Fall of chi2 by a cause where nothing else speaks against the recordings, ``HELPFUL`` where something does;
+Vuong's statistic."""
 SERIOUS = 0.5
 """Fall of chi2 above which the assumption was wrong; below, it may have been."""
 AS_GOOD = 1.1

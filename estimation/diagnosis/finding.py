@@ -94,7 +94,10 @@ def _explains(finding: Finding) -> bool:
 
 
 def _rank(finding: Finding) -> tuple[float, bool]:
-    """Causes first, the best before others, and of equal ones that of all recordings before that of one."""
+    """Causes first, the best before others, and of equal ones that of all recordings before that of one.
+
+    What takes off too little to be a cause comes last.
+    """
     if not _explains(finding):
-        return 2.0, False
+        return 3.0 if finding.explains else 2.0, False
     return 1.0 - round(finding.explains, 2), finding.about != "everything"

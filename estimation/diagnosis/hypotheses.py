@@ -41,6 +41,9 @@ PULL, PULL_Z, ALONG_Z = 0.025, 7.0, 4.5
 The last: of stiffness and upward force with payload alone, if the stiffness pulls. What a model leaves of a real
 arm shows least there, up to 2.8; a force to the side with payload up to 4.8, stiffness in all recordings up to 5.7.
 """
+HELPFUL = 0.1
+"""Fraction of the squared residual above which what takes it off may be where other findings come from. A pull
+always may: it leaves little residual and moves the mass far."""
 BURST, FEWEST = 3.0, 12
 """Mean squared residual of a stretch over their median, above which the stretch is left out; stretches of which a
 median says something."""
@@ -366,6 +369,6 @@ def hypotheses(evidence: Evidence) -> list[Finding]:
         row = BY_NAME[effect.name]
         if row.stands_out(effect):
             finding = row.finding(effect, evidence)
-            serious = finding.severity == "error"
-            findings.append(finding._replace(cause=serious, explains=effect.fall if serious else 0.0))
+            cause = finding.severity == "error" and (effect.name == "pull" or effect.fall > HELPFUL)
+            findings.append(finding._replace(cause=cause, explains=effect.fall))
     return findings

@@ -70,7 +70,7 @@ def _findings(evidence: Evidence) -> list[Finding]:
     findings = [finding for check in CHECKS for finding in check(evidence)]
     found = causes(evidence, any(finding.severity == "error" for finding in findings))
     # What stands out already must be outdone.
-    explained = max((finding.explains for finding in findings), default=0.0)
+    explained = max((finding.explains for finding in findings if finding.cause), default=0.0)
     findings += [finding for finding in found if finding.explains > explained]
     return findings + [finding for check in BEFOREHAND for finding in check(evidence)]
 

@@ -7,9 +7,10 @@ from typing import Any
 import numpy as np
 import pytest
 from dynident.estimation.diagnosis import causes
-from dynident.estimation.diagnosis.causes import AS_GOOD, CAUSE_Z, CONVINCING, FAMILIES, HELPFUL, SERIOUS, SETTLED
+from dynident.estimation.diagnosis.causes import AS_GOOD, CAUSE_Z, CONVINCING, FAMILIES, SERIOUS, SETTLED
 from dynident.estimation.diagnosis.evidence import Alternative
 from dynident.estimation.diagnosis.finding import Finding
+from dynident.estimation.diagnosis.hypotheses import HELPFUL
 from dynident.tests.estimation.diagnosis.made import ROBOT
 
 Search = Callable[..., list[Finding]]

@@ -211,6 +211,17 @@ def test_what_explains_most_comes_first_and_what_it_outdoes_is_not_told() -> Non
     assert verdict_of([alike, robot._replace(explains=0.2)]).reasons == ("robot", "late")
 
 
+def test_a_fault_that_takes_off_little_comes_last_and_a_pull_first() -> None:
+    """A slip is a cause from a tenth of the squared residual on."""
+    wrong = with_mass(-5.0)
+    for name, fall, first in (("slip", 0.099, False), ("slip", 0.101, True), ("pull", 0.01, True)):
+        evidence = pulling(1.0) if name == "pull" else beside("slip", 0.05)
+        effect = evidence.diagnosis.effects[0]._replace(fall=fall)
+        reasons = judge(of_payload(estimate_of(ten=wrong), effects=(effect,))).reasons
+        told = [("pulls at the flange" in text or "did it slip" in text) for text in reasons]
+        assert told.index(True) == (0 if first else len(reasons) - 1)
+
+
 def test_few_blocks_widen_what_every_quantity_is_judged_by() -> None:
     """Half of a 95 % interval over 1.96: 12.7 over 1.96 with one degree of freedom."""
     plain = PayloadSpread(0.02, np.array([1e-3, 2e-3, 3e-3]), np.full((3, 3), 4e-4))
