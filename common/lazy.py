@@ -11,7 +11,8 @@ from typing import Any
 def attach(package: str, file: str) -> tuple[Callable[[str], Any], Callable[[], list[str]], list[str]]:
     """``__getattr__``, ``__dir__`` and ``__all__`` of a package whose names stand in its stub ``__init__.pyi``.
 
-    Type checkers read the stub, and so does this function: a name is written once (SPEC 1 of Scientific Python).
+    Type checkers read the stub, and so does this function (SPEC 1 of Scientific Python). Where the stub has an
+    ``__all__``, the other names are there for the apps, which load them when they are used, and are not public.
 
     Args:
         package: ``__name__`` of the package.
@@ -19,11 +20,14 @@ def attach(package: str, file: str) -> tuple[Callable[[str], Any], Callable[[], 
     """
     homes: dict[str, str] = {}
     folders: set[str] = set()
+    public: list[str] = []
     for line in ast.parse(Path(file).with_suffix(".pyi").read_text(encoding="utf-8")).body:
         if isinstance(line, ast.ImportFrom) and line.module is None:
             folders.update(name.name for name in line.names)
         elif isinstance(line, ast.ImportFrom):
             homes.update(dict.fromkeys((name.name for name in line.names), "." * line.level + str(line.module)))
+        elif isinstance(line, ast.Assign):
+            public = sorted(ast.literal_eval(line.value))
 
     def getter(name: str) -> Any:
         if name in homes:
@@ -34,4 +38,5 @@ def attach(package: str, file: str) -> tuple[Callable[[str], Any], Callable[[], 
             return import_module(f".{name}", package)
         raise AttributeError(f"module {package!r} has no attribute {name!r}")
 
-    return getter, lambda: sorted({*homes, *folders}), sorted(homes)
+    public = public or sorted(homes)
+    return getter, lambda: sorted({*public, *folders}), public

@@ -22,7 +22,6 @@ from .gains.known_load import KnownLoad as KnownLoad
 from .gains.known_load import known_mass as known_mass
 from .gains.known_load import read_known_load as read_known_load
 from .gains.problem import gain_problem as gain_problem
-from .payload.equations import payload_equations as payload_equations
 from .payload.friction import FRICTION_CHANGE as FRICTION_CHANGE
 from .payload.long_motion import payload_problem as payload_problem
 from .payload.methods import essential_combined as essential_combined
@@ -53,3 +52,30 @@ from .possible.prior import solve_constrained_prior as solve_constrained_prior
 from .possible.robot import PossibleRobot as PossibleRobot
 from .possible.robot import solve_constrained_base as solve_constrained_base
 from .signals.filtering import measurement as measurement
+
+__all__ = [
+    "PAYLOAD",
+    "CentreOfMassInBox",
+    "Estimate",
+    "Gains",
+    "Identification",
+    "InEllipsoid",
+    "KnownMass",
+    "MassBounds",
+    "PayloadAnswer",
+    "PayloadProblem",
+    "PossibleBody",
+    "SigmaBound",
+    "SigmaRatio",
+    "SolverError",
+    "StandIn",
+    "Verdict",
+    "answer_payload",
+    "build_constrained",
+    "identify",
+    "identify_gains",
+    "identify_payload",
+    "payload_problem",
+    "robot_prior",
+    "solve_constrained",
+]

@@ -9,7 +9,8 @@ from typing import NoReturn
 
 import numpy as np
 import pytest
-from dynident.estimation import SolverError, possible
+from dynident import estimation
+from dynident.estimation import SolverError
 from dynident.estimation.possible.cone import ConeProgram
 
 from .runs import Run, document
@@ -37,7 +38,7 @@ def fails(*_: object) -> NoReturn:
 def test_without_a_bound_the_note_says_what_to_do(
     run: Run, gen3: tuple[str, ...], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(possible, "solve_constrained_prior", fails)
+    monkeypatch.setattr(estimation, "solve_constrained_prior", fails)
     _, _, errors = run("identify", *gen3, "--prior-mass", "7")
     (line,) = [text for text in errors.split("dynident: note: ") if "no robot that can exist is given" in text]
     assert "--total-mass 0 KG" in " ".join(line.split())

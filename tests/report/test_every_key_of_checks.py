@@ -75,7 +75,7 @@ def test_verify() -> None:
 
 def test_robot_check() -> None:
     reading = SimpleNamespace(
-        order=(1, 0), sign=(1, -1), quarters=(0, 3), torque=(-1, 1), told=lambda: "swap 1 and 2"
+        order=(1, 0), sign=(1, -1), quarters=(0, 3), torque=(-1, 1), described=lambda: "swap 1 and 2"
     )
     ranked = SimpleNamespace(reading=reading, residual=0.035)
     check: Any = SimpleNamespace(
