@@ -119,9 +119,7 @@ def _explained(problem: GainProblem) -> Iterator[None]:
     try:
         yield
     except InputError as error:
-        source = problem.source
-        states = states_of(source) if source is not None else None
-        likely = likely_causes(problem.description, states, free_gains=True)
+        likely = likely_causes(problem.description, states_of(problem.source), free_gains=True)
         raise InputError("; ".join([str(error), *(finding.text for finding in likely)])) from None
 
 

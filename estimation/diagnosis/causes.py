@@ -19,7 +19,8 @@ from .engine import System, SystemFit
 from .evidence import Alternative, Evidence
 from .finding import Finding, Severity, note
 from .hypotheses import HELPFUL, pull_of
-from .states import BLOCKS, Reading, States
+from .kinematics import Reading
+from .states import BLOCKS, States
 
 ROBOT, ROBOT_Z = 0.01, 3.0
 """Fraction by which chi2 falls with another robot, and Vuong's statistic, above which it is that robot's."""

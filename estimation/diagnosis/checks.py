@@ -1,9 +1,10 @@
-"""The table of checks on fits and answers: each a function from the evidence to its findings.
+"""The table of checks on fits and answers: each a generator from the evidence to its findings.
 
 The first line of a docstring says what is checked, the rest from where on and what that spoils; docs/verdict.md
 prints them.
 """
 
+from collections.abc import Iterator
 from itertools import combinations
 
 import numpy as np
@@ -59,242 +60,219 @@ def relative_per_joint(fit: Fit) -> Array:
     return np.asarray(np.where(fit.error_norms / np.sqrt(rows) <= noise, 0.0, fit.relative_per_joint))
 
 
-def fit_findings(fit: Fit, subject: str) -> list[Finding]:
-    """Say why a fit is too bad for its parameters to be used; empty if it is not."""
-    if not fit.relative <= RESIDUAL:
-        text = (
-            f"{subject} leaves {100 * fit.relative:.0f} % of the torque unexplained: check units, signs, order of "
-        )
-        return [error(f"{text}joints and drive gains")]
+def fit_findings(fit: Fit, subject: str) -> Iterator[Finding]:
+    """Say why a fit is too bad for its parameters to be used; nothing if it is not."""
     left = relative_per_joint(fit)
-    joints = [str(j) for j, relative in enumerate(left, 1) if not relative <= JOINT_RESIDUAL]
-    if not joints:
-        return []
-    text = (
-        f"{subject} leaves up to {100 * np.max(left):.0f} % of the torque of joint {', '.join(joints)} "
-        "unexplained: "
-    )
-    return [error(f"{text}check sign, unit and drive gain there, and whether the joint moved enough")]
+    joints = ", ".join(str(j) for j, relative in enumerate(left, 1) if not relative <= JOINT_RESIDUAL)
+    if not fit.relative <= RESIDUAL:
+        yield error(
+            f"{subject} leaves {100 * fit.relative:.0f} % of the torque unexplained: check units, signs, order of "
+            "joints and drive gains"
+        )
+    elif joints:
+        yield error(
+            f"{subject} leaves up to {100 * np.max(left):.0f} % of the torque of joint {joints} unexplained: check "
+            "sign, unit and drive gain there, and whether the joint moved enough"
+        )
 
 
-def residual(evidence: Evidence) -> list[Finding]:
+def residual(evidence: Evidence) -> Iterator[Finding]:
     """Residual without payload, and with it.
 
     All joints over {RESIDUAL:.0%}, one joint over {JOINT_RESIDUAL:.0%}, with payload over {LOADED_RATIO:g} times
     that without: spoils all.
     """
-    fit = evidence.parameters.fit if evidence.parameters is not None else None
-    if fit is None:
-        return []
-    subject = "the model" if evidence.of_robot else "the robot's model without payload"
-    findings = fit_findings(fit, subject)
-    for estimate in evidence.modelled:
-        findings = findings or fit_findings(estimate.estimate.fit, f"method {estimate.method}")
+    if evidence.parameters is None:
+        return
+    fit = evidence.parameters.fit
+    fits = [("the model" if evidence.of_robot else "the robot's model without payload", fit)]
+    fits += [(f"method {estimate.method}", estimate.estimate.fit) for estimate in evidence.modelled]
+    yield from next((found for subject, own in fits if (found := list(fit_findings(own, subject)))), [])
     apart = [e for e in evidence.modelled if e.estimate.fit.relative > LOADED_RATIO * max(fit.relative, 0.01)]
     if apart:
         worst = max(e.estimate.fit.relative for e in apart)
-        text = (
-            f"{by(apart)} leaves {100 * worst:.0f} % of the torque with payload unexplained, without payload it "
-            f"is {100 * fit.relative:.1f} %: check signs, and that both recordings are of one robot"
+        yield error(
+            f"{by(apart)} leaves {100 * worst:.0f} % of the torque with payload unexplained, without payload it is "
+            f"{100 * fit.relative:.1f} %: check signs, and that both recordings are of one robot"
         )
-        findings.append(error(text))
-    return findings
 
 
-def validation(evidence: Evidence) -> list[Finding]:
+def validation(evidence: Evidence) -> Iterator[Finding]:
     """Residual of the robot's model on held-out recordings.
 
     Over {VALIDATION_RATIO:g} times the fit's and {RESIDUAL:.0%}: spoils all; over {VALIDATION_FLOOR:.0%}: the
     inertia.
     """
-    held_out = evidence.validation
-    if evidence.parameters is None or held_out is None:
-        return []
-    own = evidence.parameters.fit.relative
-    if held_out.relative <= max(VALIDATION_FLOOR, VALIDATION_RATIO * own):
-        return []
-    text = (
-        f"the robot's model leaves {100 * held_out.relative:.0f} % of the torque of the validation recording "
-        f"unexplained, {100 * own:.1f} % of its own: it does not carry over to other motions"
-    )
-    return [error(text) if held_out.relative > RESIDUAL else warning(text)]
+    if evidence.parameters is None or evidence.validation is None:
+        return
+    left, own = evidence.validation.relative, evidence.parameters.fit.relative
+    if left > max(VALIDATION_FLOOR, VALIDATION_RATIO * own):
+        yield (error if left > RESIDUAL else warning)(
+            f"the robot's model leaves {100 * left:.0f} % of the torque of the validation recording unexplained, "
+            f"{100 * own:.1f} % of its own: it does not carry over to other motions"
+        )
 
 
-def friction(evidence: Evidence) -> list[Finding]:
+def friction(evidence: Evidence) -> Iterator[Finding]:
     """Friction that drives its joint instead of braking.
 
     Coulomb and viscous friction of a joint both over {DRIVEN_SIGMAS:g} sigma below zero: spoils all.
     """
     parameters, driven = evidence.parameters, list[str]()
-    if parameters is None:
-        return []
-    for joint in range(1, evidence.robot.n + 1):
-        names = tuple(name for name in (f"FS{joint}", f"FV{joint}") if name in parameters.names)
-        values, C = parameters.select(names) if names else (np.zeros(1), np.eye(1))
+    for joint in range(1, evidence.robot.n + 1) if parameters is not None else ():
+        names = [name for name in (f"FS{joint}", f"FV{joint}") if parameters and name in parameters.names]
+        values, C = parameters.select(names) if parameters and names else (np.zeros(1), np.eye(1))
         if (values < -DRIVEN_SIGMAS * np.sqrt(np.diag(C))).all():
             driven.append(str(joint))
-    if not driven:
-        return []
-    text = (
-        f"the friction of joint {', '.join(driven)} comes out negative, as if it drove the joint: the sign of its "
-    )
-    return [error(f"{text}torque or of its position is wrong")]
+    if driven:
+        yield error(
+            f"the friction of joint {', '.join(driven)} comes out negative, as if it drove the joint: the sign of "
+            "its torque or of its position is wrong"
+        )
 
 
-def sign(evidence: Evidence) -> list[Finding]:
+def sign(evidence: Evidence) -> Iterator[Finding]:
     """Mass that is negative, or none at all.
 
     Not {SIGMAS:g} sigma above zero: spoils all.
     """
     weighed = evidence.weighed
     masses = [(by([e]), e.mass, float(e.larger_sigma[9])) for e in evidence.estimates]
-    masses += (
-        [("the torque", weighed.mass, weighed.sigma)] if weighed is not None and not weighed.from_scale else []
-    )
+    if weighed is not None and not weighed.from_scale:
+        masses.append(("the torque", weighed.mass, weighed.sigma))
     little = [(who, mass, sigma) for who, mass, sigma in masses if not mass > SIGMAS * sigma]
     negative = [entry for entry in little if entry[1] < -SIGMAS * entry[2]]
-    if not little:
-        return []
     texts = ", ".join(f"{mass:.3g} ± {sigma:.2g} kg by {who}" for who, mass, sigma in negative or little)
     if negative:
-        text = (
-            f"the mass is negative ({texts}): the recordings with and without payload look swapped, or the "
-            "signs of "
+        yield error(
+            f"the mass is negative ({texts}): the recordings with and without payload look swapped, or the signs "
+            "of torques or of gravity are wrong",
+            "mass",
         )
-        return [error(f"{text}torques or of gravity are wrong", "mass")]
-    return [error(f"the mass does not differ from zero ({texts}): is the same load on the robot in both?", "mass")]
+    elif little:
+        yield error(f"the mass does not differ from zero ({texts}): is the same load on the robot in both?", "mass")
 
 
-def measured(evidence: Evidence) -> list[Finding]:
+def measured(evidence: Evidence) -> Iterator[Finding]:
     """Mass, centre of mass and inertia that are not measured well enough.
 
     Sigma of the mass over {MASS_SIGMA:.0%}, of the centre of mass over {COM_FLOOR:g} m and over {COM_SIGMA:g} of
     the payload's own size: spoils all; of a moment at the centre of mass over {INERTIA_SIGMA:.0%}: the inertia.
     """
-    return [
-        against(f"{quantity}: {judged.use}; {judged.why}", quantity)
-        for quantity, against in (("mass", error), ("centre of mass", error), ("inertia", warning))
-        if (judged := evidence.judged.get(quantity)) is not None and judged.use not in ("use", "weighed")
-    ]
+    for quantity, judged in evidence.judged.items():
+        if judged.use not in ("use", "weighed"):
+            against = warning if quantity == "inertia" else error
+            yield against(f"{quantity}: {judged.use}; {judged.why}", quantity)
 
 
-def methods_apart(evidence: Evidence) -> list[Finding]:
+def methods_apart(evidence: Evidence) -> Iterator[Finding]:
     """Masses of the methods that do not go together.
 
     Spread over {MASS_SPREAD:.0%}, or two by {METHODS_APART:.0%} and {SIGMAS:g} sigma: spoils all.
     """
-    masses = np.array([e.mass for e in evidence.estimates])
-    if not masses.size:
-        return []
-    if np.ptp(masses) > MASS_SPREAD * abs(masses.mean()):
-        return [error(f"the methods' masses spread from {masses.min():.3g} to {masses.max():.3g} kg", "mass")]
+    masses = [e.mass for e in evidence.estimates] or [0.0]
+    mean = abs(float(np.mean(masses)))
+    if np.ptp(masses) > MASS_SPREAD * mean:
+        yield error(f"the methods' masses spread from {min(masses):.3g} to {max(masses):.3g} kg", "mass")
+        return
     for a, b in combinations(evidence.estimates, 2):
         sigma = float(np.hypot(a.larger_sigma[9], b.larger_sigma[9]))
-        if abs(a.mass - b.mass) > max(METHODS_APART * abs(masses.mean()), SIGMAS * sigma):
-            text = f"methods {a.method} and {b.method} disagree beyond their intervals: {a.mass:.4g} and "
-            return [error(f"{text}{b.mass:.4g} kg", "mass")]
-    return []
+        if abs(a.mass - b.mass) > max(METHODS_APART * mean, SIGMAS * sigma):
+            yield error(
+                f"methods {a.method} and {b.method} disagree beyond their intervals: {a.mass:.4g} and "
+                f"{b.mass:.4g} kg",
+                "mass",
+            )
+            return
 
 
-def unexplained(evidence: Evidence) -> list[Finding]:
+def unexplained(evidence: Evidence) -> Iterator[Finding]:
     """Torque that neither payload, friction nor the recording without payload explain (`weigh`).
 
     Over {JOINT_RESIDUAL:.0%} of a joint's: spoils all.
     """
     left = evidence.weighed.unexplained if evidence.weighed is not None else np.zeros(0)
-    joints = [str(j) for j, relative in enumerate(left, 1) if relative > JOINT_RESIDUAL]
-    if not joints:
-        return []
-    text = (
-        f"up to {100 * np.nanmax(left):.0f} % of the torque of joint {', '.join(joints)} is not explained: "
-        "check its "
-    )
-    return [error(f"{text}sign, unit and drive gain, and that both recordings are of one motion")]
+    joints = ", ".join(str(j) for j, relative in enumerate(left, 1) if relative > JOINT_RESIDUAL)
+    if joints:
+        yield error(
+            f"up to {100 * np.nanmax(left):.0f} % of the torque of joint {joints} is not explained: check its "
+            "sign, unit and drive gain, and that both recordings are of one motion"
+        )
 
 
-def new_zeros(evidence: Evidence) -> list[Finding]:
+def new_zeros(evidence: Evidence) -> Iterator[Finding]:
     """Positions of a pair that differ by a constant.
 
     Over 2 mrad, all else by under 10 mrad and a fifth of it: spoils all.
     """
-    return [
-        error(
-            f"q{j + 1} of {pair.loaded.source} differs from that of {pair.unloaded.source} by a constant "
-            f"{1e3 * pair.constant[j]:+.1f} mrad or mm: was the encoder's zero set anew in between?"
-        )
-        for pair in evidence.compared
-        for j in pair.new_zeros
-    ]
+    for pair in evidence.compared:
+        for j in pair.new_zeros:
+            yield error(
+                f"q{j + 1} of {pair.loaded.source} differs from that of {pair.unloaded.source} by a constant "
+                f"{1e3 * pair.constant[j]:+.1f} mrad or mm: was the encoder's zero set anew in between?"
+            )
 
 
-def arm_weight(evidence: Evidence) -> list[Finding]:
+def arm_weight(evidence: Evidence) -> Iterator[Finding]:
     """Weight of the arm by its torques against its mass by the maker; not of arms whose springs carry them.
 
     kappa = (h2 + h3) / (m L), h_j the first moment of link j and all that it carries about its axis, L the length
     of all links from joint 2 on; of seven axes h2 + h4 + h6. Below {WEIGHTLESS:g}: spoils all; noted below
     {LIGHT:g} and above {HEAVY:g}.
     """
-    robot, kappa = evidence.robot, _arm_weight(evidence)
-    if kappa is None or robot.mass is None:
-        return []
-    load = robot.rated_payload / robot.mass if np.isfinite(robot.rated_payload) else 0.0
-    if LIGHT <= kappa <= HEAVY + load:
-        return []
-    source = " (assumed)" if robot.assumed("mass") else ""
-    text = (
-        f"the arm weighs {kappa:.2f} of its {robot.mass:g} kg{source} times the length of its links, .19 to .31 is "
-        "usual: are the torques currents, motor-side or in another unit?"
-    )
-    return [error(text) if kappa < WEIGHTLESS else note(text)]
-
-
-def _arm_weight(evidence: Evidence) -> float | None:
     robot, parameters = evidence.robot, evidence.parameters
-    if parameters is None or not robot.mass or robot.spring is not None or not any(robot.gravity):
-        return None
-    if robot.n not in (6, 7) or not all(joint.revolute for joint in robot.joints):
-        return None
-    names = [(f"MX{j}", f"MY{j}") for j in ((2, 3) if robot.n == 6 else (2, 4, 6))]
-    if not {name for pair in names for name in pair} <= set(parameters.names):
-        return None
-    weight = sum(float(np.hypot(parameters[x], parameters[y])) for x, y in names)
-    return weight / (robot.mass * sum(float(np.hypot(joint.d, joint.r)) for joint in robot.joints[1:]))
+    moments = {6: (2, 3), 7: (2, 4, 6)}.get(robot.n, ())
+    names = [(f"MX{j}", f"MY{j}") for j in moments if all(joint.revolute for joint in robot.joints)]
+    known = parameters is not None and {name for pair in names for name in pair} <= set(parameters.names)
+    if parameters is None or not (known and names and robot.mass and any(robot.gravity)) or robot.spring:
+        return
+    length = sum(float(np.hypot(joint.d, joint.r)) for joint in robot.joints[1:])
+    kappa = sum(float(np.hypot(parameters[x], parameters[y])) for x, y in names) / (robot.mass * length)
+    load = robot.rated_payload / robot.mass if np.isfinite(robot.rated_payload) else 0.0
+    if not LIGHT <= kappa <= HEAVY + load:
+        source = " (assumed)" if robot.assumed("mass") else ""
+        yield (error if kappa < WEIGHTLESS else note)(
+            f"the arm weighs {kappa:.2f} of its {robot.mass:g} kg{source} times the length of its links, .19 to "
+            ".31 is usual: are the torques currents, motor-side or in another unit?"
+        )
 
 
-def other_ways(evidence: Evidence) -> list[Finding]:
+def other_ways(evidence: Evidence) -> Iterator[Finding]:
     """The mass by other ways (`weigh`).
 
     Over {OTHER_WAY:.0%} off: spoils all.
     """
-    mass, ways = evidence.mass, evidence.weighed.agreement if evidence.weighed is not None else ()
-    off = [way for way in ways if way.counts and abs(way.mass - mass) > OTHER_WAY * abs(mass)]
-    return [error(f"by the {way.name} the mass is {way.mass:.4g} kg, not {mass:.4g} kg", "mass") for way in off]
+    mass = evidence.mass
+    for way in evidence.weighed.agreement if evidence.weighed is not None else ():
+        if way.counts and abs(way.mass - mass) > OTHER_WAY * abs(mass):
+            yield error(f"by the {way.name} the mass is {way.mass:.4g} kg, not {mass:.4g} kg", "mass")
 
 
-def drift(evidence: Evidence) -> list[Finding]:
+def drift(evidence: Evidence) -> Iterator[Finding]:
     """A mass that changes steadily from recording to recording (`weigh`).
 
     A trend with p below 0.05 that leaves the mass's interval: spoils all; noted within.
     """
     repeats = evidence.weighed.repeats if evidence.weighed is not None else None
     if repeats is None or not repeats.drifts or repeats.drift is None:
-        return []
+        return
     step, sigma = repeats.drift
     text = f"the mass drifts by {step:+.3g} ± {sigma:.2g} kg from recording to recording: warm the robot up first"
     across = abs(step) * (len(repeats.masses) - 1)
     if evidence.spread is not None and across <= 2.0 * NORMAL95 * evidence.spread.mass:
-        return [note(f"{text}; the interval of the mass allows for it", "mass")]
-    return [error(text, "mass")]
+        yield note(f"{text}; the interval of the mass allows for it", "mass")
+    else:
+        yield error(text, "mass")
 
 
-def steadiness(evidence: Evidence) -> list[Finding]:
+def steadiness(evidence: Evidence) -> Iterator[Finding]:
     """A payload that changed, slipped, or torques that drifted during the loaded recordings.
 
     Mass or first moments change by {CHANGE:g} of the payload's own size and {CHANGE_SIGMAS:g} sigma: spoils all.
     """
     stretches, free = evidence.stretches, evidence.best
     if len(stretches) < 2 or free is None:
-        return []
+        return
     values = np.array([stretch.values for stretch in stretches])[:, 6:]
     sigma = np.array([np.sqrt(np.diag(stretch.covariance)) for stretch in stretches])[:, 6:]
     mass = float(np.median(values[:, 3]))
@@ -304,76 +282,72 @@ def steadiness(evidence: Evidence) -> list[Finding]:
     moved = change > np.maximum(CHANGE * size, CHANGE_SIGMAS * np.hypot(sigma[low, k], sigma[high, k]))
     if moved[3]:
         masses = ", ".join(f"{value:.3g}" for value in values[:, 3])
-        text = f"the mass changes during the loaded recording ({masses} kg, in the order of time): was the payload "
-        return [error(f"{text}taken up or put down, or does a torque drift?", "mass")]
-    if not moved[:3].any():
-        return []
-    axis = int(np.argmax(change[:3] / size[:3]))
-    along = ", ".join(f"{1e3 * value:.0f}" for value in values[:, axis] / values[:, 3])
-    text = (
-        f"the centre of mass moves during the loaded recording ({'xyz'[axis]} at {along} mm, in the order of "
-        "time): "
-    )
-    return [error(f"{text}did the payload slip, or does a torque drift?", "centre of mass")]
+        yield error(
+            f"the mass changes during the loaded recording ({masses} kg, in the order of time): was the payload "
+            "taken up or put down, or does a torque drift?",
+            "mass",
+        )
+    elif moved.any():
+        axis = int(np.argmax(change[:3] / size[:3]))
+        along = ", ".join(f"{1e3 * value:.0f}" for value in values[:, axis] / values[:, 3])
+        yield error(
+            f"the centre of mass moves during the loaded recording ({'xyz'[axis]} at {along} mm, in the order of "
+            "time): did the payload slip, or does a torque drift?",
+            "centre of mass",
+        )
 
 
-def alignment(evidence: Evidence) -> list[Finding]:
+def alignment(evidence: Evidence) -> Iterator[Finding]:
     """Pairs that method 3 takes for one motion, although their positions differ.
 
     Over {MISMATCH:g} rad (rms): spoils the inertia.
     """
     worst = max(evidence.pairs, key=lambda pair: pair.rms_mismatch, default=None)
-    if worst is None or worst.rms_mismatch <= MISMATCH:
-        return []
-    text = (
-        f"{worst.unloaded.source} and {worst.loaded.source} differ by {1e3 * worst.rms_mismatch:.1f} mrad (rms) "
-        "after "
-    )
-    return [warning(f"{text}alignment: method 3 takes them for one motion")]
+    if worst is not None and worst.rms_mismatch > MISMATCH:
+        yield warning(
+            f"{worst.unloaded.source} and {worst.loaded.source} differ by {1e3 * worst.rms_mismatch:.1f} mrad "
+            "(rms) after alignment: method 3 takes them for one motion"
+        )
 
 
-def condition(evidence: Evidence) -> list[Finding]:
+def condition(evidence: Evidence) -> Iterator[Finding]:
     """Nearly dependent equations.
 
     Condition number over {CONDITION:g} with columns scaled: spoils the inertia.
     """
-    if evidence.condition is None or evidence.condition <= CONDITION:
-        return []
-    text = (
-        f"the equations are nearly dependent (condition number {evidence.condition:.0f} with columns scaled): move "
-    )
-    return [warning(f"{text}more joints at once, over a wider range")]
+    if evidence.condition is not None and evidence.condition > CONDITION:
+        yield warning(
+            f"the equations are nearly dependent (condition number {evidence.condition:.0f} with columns scaled): "
+            "move more joints at once, over a wider range"
+        )
 
 
-def weights_apart(evidence: Evidence) -> list[Finding]:
+def weights_apart(evidence: Evidence) -> Iterator[Finding]:
     """Nominal masses of weights that contradict one another: each only sets the scale of all gains (`gains`).
 
     By {APART:.0%} and {APART_SIGMAS:g} sigma: spoils all.
     """
-    apart = []
-    for first, second in combinations(evidence.gained.weights if evidence.gained is not None else (), 2):
-        ratio = (first.mass / first.nominal) / (second.mass / second.nominal)
-        sigma = float(np.hypot(first.sigma / first.mass, second.sigma / second.mass))
-        if abs(ratio - 1.0) > max(APART, APART_SIGMAS * sigma):
-            apart.append((abs(ratio - 1.0) / sigma, first, second))
-    if not apart:
-        return []
 
     def text(weight: KnownWeight) -> str:
         mass = f"{weight.mass:.4g} ± {weight.sigma:.2g} kg"
         return f"mounting {weight.mounting} weighs {mass}, given as {weight.nominal:g} kg"
 
-    _, first, second = max(apart, key=lambda entry: entry[0])
-    return [
-        error(
-            f"the weights do not go together: with these gains {text(first)} and {text(second)}: is one mass given "
-            "wrongly, or are recordings of two mountings taken for one?",
+    apart = []
+    for first, second in combinations(evidence.gained.weights if evidence.gained is not None else (), 2):
+        ratio = (first.mass / first.nominal) / (second.mass / second.nominal)
+        sigma = float(np.hypot(first.sigma / first.mass, second.sigma / second.mass))
+        if abs(ratio - 1.0) > max(APART, APART_SIGMAS * sigma):
+            apart.append((abs(ratio - 1.0) / sigma, text(first), text(second)))
+    if apart:
+        _, one, other = max(apart)
+        yield error(
+            f"the weights do not go together: with these gains {one} and {other}: is one mass given wrongly, or "
+            "are recordings of two mountings taken for one?",
             "mass",
         )
-    ]
 
 
-def known_gains(evidence: Evidence) -> list[Finding]:
+def known_gains(evidence: Evidence) -> Iterator[Finding]:
     """Gains that the recordings do not show well (`gains`).
 
     None known to {KNOWN_WELL:.0%}: spoils all; some not: those.
@@ -381,28 +355,31 @@ def known_gains(evidence: Evidence) -> list[Finding]:
     sigma = evidence.gained.sigma if evidence.gained is not None else np.zeros(0)
     vague = [(str(j), f"{100 * s:.2g}") for j, s in enumerate(sigma, 1) if not s <= KNOWN_WELL]
     if not vague:
-        return []
+        return
     names, parts = (", ".join(column) for column in zip(*vague, strict=True))
     text = f"motor {names}: the gain is known to {parts} % only (1 sigma)"
-    if len(vague) == len(sigma):
-        return [error(f"{text}: take a heavier weight, off the flange's axis, and move faster, farther or longer")]
-    return [warning(f"{text}: keep the maker's there", "gain")]
+    if len(vague) < len(sigma):
+        yield warning(f"{text}: keep the maker's there", "gain")
+    else:
+        yield error(f"{text}: take a heavier weight, off the flange's axis, and move faster, farther or longer")
 
 
-def rating(evidence: Evidence) -> list[Finding]:
+def rating(evidence: Evidence) -> Iterator[Finding]:
     """A mass beyond what the arm carries.
 
     With all of its interval, and by over {ROUNDED:.0%}: spoils all.
     """
     rated, sigma = evidence.robot.rated_payload, evidence.spread.mass if evidence.spread is not None else 0.0
-    if not evidence.mass - NORMAL95 * sigma > (1.0 + ROUNDED) * rated:
-        return []
-    source = "as is assumed" if evidence.robot.assumed("rated_payload") else "by its data sheet"
-    text = f"a mass of {evidence.mass:.4g} kg is more than the {rated:g} kg that this arm carries {source}: "
-    return [error(f"{text}are the torques, the drive gains and the robot's description right?", "mass")]
+    if evidence.mass - NORMAL95 * sigma > (1.0 + ROUNDED) * rated:
+        source = "as is assumed" if evidence.robot.assumed("rated_payload") else "by its data sheet"
+        yield error(
+            f"a mass of {evidence.mass:.4g} kg is more than the {rated:g} kg that this arm carries {source}: are "
+            "the torques, the drive gains and the robot's description right?",
+            "mass",
+        )
 
 
-def conflicts(evidence: Evidence) -> list[Finding]:
+def conflicts(evidence: Evidence) -> Iterator[Finding]:
     """Constraints and weighed masses that contradict the data, and bounds that hold the answer back.
 
     p below 0.01 by the robust variance: spoils all; an answer held at a bound that was given: the inertia.
@@ -414,13 +391,12 @@ def conflicts(evidence: Evidence) -> list[Finding]:
             text = f"{data} contradict the constraint: {test.constraint.description} (p {test.p_value:.1g})"
             findings.setdefault(test.constraint.description, error(text))
         for weighing in payload.weighings:
+            text = (
+                f"{data} show {weighing.identified:.4g} ± {weighing.identified_sigma:.2g} kg, the scale shows "
+                f"{weighing.mass:g} ± {weighing.sigma:g} kg: {abs(weighing.z):.1f} sigma apart; check the drive "
+                "gains and the scale"
+            )
             if weighing.conflict:
-                text = (
-                    f"{data} show {weighing.identified:.4g} ± {weighing.identified_sigma:.2g} kg, the scale shows "
-                    f"{weighing.mass:g} ± {weighing.sigma:g} kg: {abs(weighing.z):.1f} sigma apart; check the "
-                    "drive "
-                    "gains and the scale"
-                )
                 findings.setdefault(f"weighed {weighing.mass}", error(text, "mass"))
     together = [payload.p_value for payload in evidence.constrained if payload.conflict]
     if together and not findings:
@@ -432,4 +408,4 @@ def conflicts(evidence: Evidence) -> list[Finding]:
             description = test.constraint.description
             text = f"the answer is held at a bound that was given: {description}"
             findings.setdefault(description, warning(text))
-    return list(findings.values())
+    yield from findings.values()

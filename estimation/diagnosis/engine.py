@@ -105,7 +105,7 @@ class System:
         """Weights of the joints by their residuals [1/(N·m) or 1/N], shape (n,)."""
         weights = np.ones(self.robot.n)
         for _ in range(2):
-            weights = self.fit(weights).own_weights
+            weights = 1.0 / self.fit(weights).rms()
         return weights
 
     @cached_property
@@ -139,15 +139,20 @@ class System:
         Returns:
             Number left out, number of stretches, change of the payload's ten, shape (10,).
         """
+
+        def solution(gram: Array) -> Array:
+            root = _whitening(gram[:-1, :-1])
+            return np.asarray(root @ (root.T @ gram[:-1, -1]))
+
         stretch, none = self.states.stretch, np.zeros((self.robot.n, 0, len(self.states.t)))
         grams = self.grams(none, stretch, int(stretch[-1]) + 1)
         whole = grams.sum(axis=0)
         whole[:-1, :-1] += self.prior
-        values = _solution(whole)
+        values = solution(whole)
         error, rows = np.append(-values, 1.0), np.bincount(stretch, self.keep.sum(axis=0), len(grams))
         means = np.einsum("i,kij,j->k", error, grams, error)[rows > 0] / rows[rows > 0]
         high = means > worse * np.median(means)
-        change = _solution(whole - grams[rows > 0][high].sum(axis=0)) - values
+        change = solution(whole - grams[rows > 0][high].sum(axis=0)) - values
         return int(high.sum()), len(means), change[self.payload]
 
     def of_difference(self) -> "System":
@@ -166,14 +171,6 @@ class SystemFit(NamedTuple):
     weights: Array
     root: Array
 
-    def errors(self, torque: Array | None = None) -> Array:
-        """Weighted errors that are left of the system's torque, or of another one, n x N."""
-        system = self.system
-        torque = system.torque if torque is None else torque
-        values = self._values(torque)
-        left = torque - np.einsum("jcn,c->jn", system.columns[:, : len(values)], values)
-        return np.asarray(left * system.keep * self.weights[:, None])
-
     @property
     def values(self) -> Array:
         """Parameters, friction as it is without load, shape (c,)."""
@@ -184,28 +181,30 @@ class SystemFit(NamedTuple):
         c, weighted = len(self.root), torque * self.system.keep * self.weights[:, None] ** 2
         return np.asarray(self.root @ (self.root.T @ np.einsum("jcn,jn->c", self.system.columns[:, :c], weighted)))
 
+    def errors(self, torque: Array | None = None) -> Array:
+        """Weighted errors that are left of the system's torque, or of another one, n x N."""
+        torque = self.system.torque if torque is None else torque
+        values = self._values(torque)
+        left = torque - np.einsum("jcn,c->jn", self.system.columns[:, : len(values)], values)
+        return np.asarray(left * self.system.keep * self.weights[:, None])
+
     def relative(self, torque: Array | None = None) -> Array:
         """Error norm over torque norm of each joint, shape (n,); of the system's torque, or of another one."""
-        torque = self.system.torque if torque is None else torque
         errors = np.linalg.norm(self.errors(torque), axis=1) / self.weights
         return np.asarray(errors / self.system.norms(torque) + _FLOOR)
 
-    def _rms(self, torque: Array) -> Array:
-        rows = np.maximum(self.system.keep.sum(axis=1), 1)
-        return np.asarray(self.relative(torque) * self.system.norms(torque) / np.sqrt(rows))
-
-    @property
-    def own_weights(self) -> Array:
-        """Weights of the joints by their errors [1/(N·m) or 1/N], shape (n,)."""
-        return np.asarray(1.0 / np.where(self.system.keep.any(axis=1), self._rms(self.system.torque), 1.0))
+    def rms(self, torque: Array | None = None) -> Array:
+        """Root mean square of each joint's error [N·m or N], shape (n,); 1 for a joint without rows."""
+        rows = self.system.keep.sum(axis=1)
+        rms = self.relative(torque) * self.system.norms(torque) / np.sqrt(np.maximum(rows, 1))
+        return np.asarray(np.where(rows > 0, rms, 1.0))
 
     def likelihood(self, torque: Array | None = None) -> Array:
         """Log-likelihood of each row, n x N; each joint's variance by its own errors, over its torque's.
 
         Over the torque's, for a joint's torque may be in another unit.
         """
-        torque = self.system.torque if torque is None else torque
-        errors = self.errors(torque) / (self.weights * self._rms(torque))[:, None]
+        errors = self.errors(torque) / (self.weights * self.rms(torque))[:, None]
         terms = -np.log(self.relative(torque))[:, None] - 0.5 * errors**2
         return np.asarray(np.where(self.system.keep, terms, 0.0))
 
@@ -270,34 +269,39 @@ class Added(NamedTuple):
         squares, k = np.diag(self.whole), len(index)
         free = tuple(i for i in free if squares[i] > _RANK * squares[list(index)].max())
         every = [*index, *free]
-        inverse = _inverse(self.whole[np.ix_(every, every)])
-        values = (inverse @ self.whole[every, -1])[:k]
+        inverse, right = _inverse(self.whole[np.ix_(every, every)]), self.whole[every, -1]
+        values = (inverse @ right)[:k]
         each = [(_inverse(gram[np.ix_(every, every)]) @ gram[every, -1])[:k] - values for gram in self.left]
         covariance = (1.0 - 1.0 / len(each)) * np.array(each).T @ np.array(each)
         variance = self.inflation * np.diag(inverse)[:k]
         sigma, formula = np.sqrt(np.diag(covariance)), np.sqrt(np.where(variance > 0.0, variance, np.nan))
         wider = np.maximum(1.0, formula / np.maximum(sigma, 1e-300))
-        taken = _inverse(self.whole[np.ix_(free, free)]) @ self.whole[np.ix_(free, index)]
+        without = _inverse(self.whole[np.ix_(free, free)])
+        taken = without @ self.whole[np.ix_(free, index)]
         effect = self.payload[:, list(free)] @ taken - self.payload[:, list(index)]
-        fall = (self._explained(every) - self._explained(list(free))) / max(float(self.whole[-1, -1]), 1e-300)
+        explained = right @ inverse @ right - right[k:] @ without @ right[k:]
+        fall = float(explained) / max(float(self.whole[-1, -1]), 1e-300)
         return Effect(name, where, values, covariance * np.outer(wider, wider), effect, fall)
 
-    def _explained(self, k: list[int]) -> float:
-        return float(self.whole[k, -1] @ _inverse(self.whole[np.ix_(k, k)]) @ self.whole[k, -1])
+
+def _norms(gram: Array) -> Array:
+    """Norms of a Gram matrix's columns, infinite where nothing but rounding is left of one."""
+    squares = np.diag(gram)
+    return np.sqrt(np.where(squares > _NOTHING * squares.max(initial=0.0), squares, np.inf))
 
 
 def _whitening(gram: Array) -> Array:
     """K with K K' the inverse of a Gram matrix, as far as it determines its columns; c x r."""
-    squares = np.diag(gram)
-    size = np.sqrt(np.where(squares > _NOTHING * squares.max(initial=0.0), squares, np.inf))
+    size = _norms(gram)
     eigenvalues, V = np.linalg.eigh(gram / np.outer(size, size))
     significant = eigenvalues > _RANK * eigenvalues[-1:].sum()
     return np.asarray(V[:, significant] / np.sqrt(eigenvalues[significant]) / size[:, None])
 
 
-def _solution(gram: Array) -> Array:
-    root = _whitening(gram[:-1, :-1])
-    return np.asarray(root @ (root.T @ gram[:-1, -1]))
+def _inverse(gram: Array) -> Array:
+    """Inverse of a small Gram matrix, columns of which nothing is left taken out."""
+    size = _norms(gram)
+    return np.asarray(np.linalg.pinv(gram / np.outer(size, size), 1e-12, hermitian=True) / np.outer(size, size))
 
 
 def _rest(gram: Array, root: Array) -> Array:
@@ -305,21 +309,10 @@ def _rest(gram: Array, root: Array) -> Array:
     c = len(root)
     white, right = root.T @ gram[:c, :c] @ root, root.T @ gram[:c, c:]
     try:
-        L = np.linalg.cholesky(white)
-        clear = bool(np.diag(L).min(initial=1.0) ** 2 > _REMAINS)
-    except np.linalg.LinAlgError:
-        clear = False
-    if clear:
-        explained = solve_triangular(L, right, lower=True)
-    else:
+        np.linalg.cholesky(white - _REMAINS * np.eye(len(white)))
+        explained = solve_triangular(np.linalg.cholesky(white), right, lower=True)
+    except np.linalg.LinAlgError:  # the others do not determine some direction
         eigenvalues, V = np.linalg.eigh(white)
         significant = eigenvalues > _REMAINS
         explained = (V[:, significant] / np.sqrt(eigenvalues[significant])).T @ right
     return np.asarray(gram[c:, c:] - explained.T @ explained)
-
-
-def _inverse(gram: Array) -> Array:
-    """Inverse of a small Gram matrix, columns of which nothing is left taken out."""
-    squares = np.diag(gram)
-    size = np.sqrt(np.where(squares > _NOTHING * squares.max(initial=0.0), squares, np.inf))
-    return np.asarray(np.linalg.pinv(gram / np.outer(size, size), 1e-12, hermitian=True) / np.outer(size, size))

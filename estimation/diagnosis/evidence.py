@@ -1,4 +1,4 @@
-"""What the verdict rests on: the diagnosis of the recordings, and the numbers that were computed from them."""
+"""Evidence for a verdict: the diagnosis of the recordings, and the numbers that were computed from them."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -32,25 +32,6 @@ class Alternative(NamedTuple):
     z: float
 
 
-class Scale(NamedTuple):
-    """Scale of the loaded torques over that of the unloaded ones.
-
-    ``joint``: whose, 0 for all; ``ratio`` with its standard deviation ``sigma``; ``mass``: the payload's on one
-    scale [kg]; ``effect``: change of the mass by torques on a scale of 2 [kg].
-    """
-
-    joint: int
-    ratio: float
-    sigma: float
-    mass: float
-    effect: float = 0.0
-
-    @property
-    def z(self) -> float:
-        """Standard deviations by which the ratio differs from 1."""
-        return (self.ratio - 1.0) / max(self.sigma, 1e-300)
-
-
 @dataclass(frozen=True)
 class Diagnosis:
     """What one set of recordings shows beside robot and payload, for every command alike.
@@ -60,7 +41,7 @@ class Diagnosis:
         disagreement: Birge ratio of the joints' shares, a factor on every interval; 1 where they agree.
         effects: of the hypotheses that add columns.
         alternatives: other readings of the recordings.
-        scales: of the loaded torques.
+        scales: effects of another scale of the loaded torques, of all and of each joint's.
         signals: scales of the joints' signals, of a robot alone.
     """
 
@@ -68,7 +49,7 @@ class Diagnosis:
     disagreement: float = 1.0
     effects: tuple[Effect, ...] = ()
     alternatives: tuple[Alternative, ...] = ()
-    scales: tuple[Scale, ...] = ()
+    scales: tuple[Effect, ...] = ()
     signals: RelativeScales | None = None
 
     def effect(self, name: str) -> Effect | None:

@@ -9,11 +9,12 @@ Severity = Literal["error", "warning", "note"]
 Level = Literal["use", "mass_and_com_only", "identified_only", "do_not_use"]
 """Use every number; of a payload mass and centre of mass; of drive gains those that are identified; none."""
 _OUTDONE = 1.5
-"""A reading of all recordings that leaves so many times the squared residual of the best cause is none."""
+"""A cause that leaves so many times the squared residual of the best one is not reported: a turned joint may look
+like another robot."""
 
 
 class Finding(NamedTuple):
-    """What was found out about recordings, or about numbers made from them.
+    """Fault or remark on recordings, or on numbers made from them.
 
     ``about``: the quantity, joint or recording; "everything" where it is all of them; ``text``: what, where, what
     to do; ``cause``: whether it says where other findings may come from; ``explains``: of a cause, the fraction of
@@ -73,31 +74,26 @@ def verdict_of(findings: Sequence[Finding], brief: bool = True, partly: Level = 
         brief: where no number may be used, leave out what spoils single ones and is no cause; else it comes last.
         partly: the level where only single numbers are spoilt.
     """
-    notes = [finding for finding in dict.fromkeys(findings) if finding.severity == "note"]
-    distinct = [finding for finding in dict.fromkeys(findings) if finding.severity != "note"]
-    left = min((1.0 - finding.explains for finding in distinct if _explains(finding)), default=1.0)
-    # A turned joint may look like another robot: what a better cause outdoes is not reported.
-    distinct = [
-        finding
-        for finding in distinct
-        if not (finding.cause and finding.about == "everything" and 1.0 - finding.explains > _OUTDONE * left)
-    ]
-    if not any(finding.spoils_all for finding in distinct):
-        return Verdict(partly if distinct else "use", (*distinct, *notes))
-    weighty = [finding for finding in distinct if finding.spoils_all or finding.cause]
-    rest = [] if brief else [finding for finding in distinct if finding not in weighty]
-    return Verdict("do_not_use", (*sorted(weighty, key=_rank), *rest, *notes))
 
+    def explains(finding: Finding) -> bool:
+        return finding.cause and finding.severity == "error"
 
-def _explains(finding: Finding) -> bool:
-    return finding.cause and finding.severity == "error"
+    def rank(finding: Finding) -> tuple[float, bool]:
+        # Of equal causes that of all recordings comes first; what takes off too little to be a cause comes last.
+        if not explains(finding):
+            return 3.0 if finding.explains else 2.0, False
+        return 1.0 - round(finding.explains, 2), finding.about != "everything"
 
-
-def _rank(finding: Finding) -> tuple[float, bool]:
-    """Causes first, the best before others, and of equal ones that of all recordings before that of one.
-
-    What takes off too little to be a cause comes last.
-    """
-    if not _explains(finding):
-        return 3.0 if finding.explains else 2.0, False
-    return 1.0 - round(finding.explains, 2), finding.about != "everything"
+    distinct = list(dict.fromkeys(findings))
+    notes = [finding for finding in distinct if finding.severity == "note"]
+    left = min((1.0 - finding.explains for finding in distinct if explains(finding)), default=1.0)
+    against = []
+    for finding in distinct:
+        outdone = finding.cause and finding.about == "everything" and 1.0 - finding.explains > _OUTDONE * left
+        if finding.severity != "note" and not outdone:
+            against.append(finding)
+    if not any(finding.spoils_all for finding in against):
+        return Verdict(partly if against else "use", (*against, *notes))
+    weighty = [finding for finding in against if finding.spoils_all or finding.cause]
+    rest = [] if brief else [finding for finding in against if finding not in weighty]
+    return Verdict("do_not_use", (*sorted(weighty, key=rank), *rest, *notes))

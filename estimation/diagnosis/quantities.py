@@ -17,12 +17,10 @@ INERTIA_SIGMA = 0.30
 """Relative standard deviation of a moment of inertia at the centre of mass above which it should not be used."""
 Use = Literal["use", "not measured well enough", "not visible", "weighed", "assumed"]
 """``weighed``: not by torques, by a scale."""
-_COUNTED = " (few blocks of time allowed for)"
-_VAGUE: Use = "not measured well enough"
 
 
 class Judged(NamedTuple):
-    """Whether one quantity may be used, and why; empty where it may without more."""
+    """Use of one quantity, and why; empty where it may be used without more."""
 
     use: Use
     why: str = ""
@@ -46,63 +44,56 @@ def allowing(spread: PayloadSpread, degrees_of_freedom: float) -> PayloadSpread:
     return PayloadSpread(factor * spread.mass, factor * spread.com, factor * spread.inertia_com)
 
 
-def com_allowed(ten: Array) -> tuple[float, float]:
-    """Size of a payload [m], and the largest good standard deviation of its centre of mass [m].
-
-    Args:
-        ten: its parameters, nan where they are not known, shape (10,). The size is the radius of gyration about the
-            frame's origin; 0 where they do not tell it.
-    """
-    size = 0.0
-    if np.isfinite(ten).all() and ten[9] > 0.0:
-        size = float(np.sqrt(max(ten[[0, 3, 5]].sum(), 0.0) / 2.0 / ten[9]))
-    return size, max(COM_FLOOR, COM_SIGMA * size)
-
-
-def vague_moments(moments: Array, sigma: Array) -> list[tuple[str, float]]:
-    """Moments of inertia that are known to less than 30 %, with the relative standard deviation of each."""
-    relative = sigma / np.maximum(moments, 1e-300)
-    return [(f"{a}{a}", float(s)) for a, s in zip("XYZ", relative, strict=True) if not s <= INERTIA_SIGMA]
-
-
 def judge_mass(mass: float, spread: PayloadSpread, from_scale: bool) -> Judged:
     """Judge the mass."""
+    relative = spread.mass / max(abs(mass), 1e-300)
     if from_scale:
         return Judged("weighed", "the torques of these joints do not contain it")
-    relative = spread.mass / max(abs(mass), 1e-300)
     if relative <= MASS_SIGMA:
         return Judged("use")
-    why = f"1 sigma{_COUNTED} is {percent(relative)} of it, {100 * MASS_SIGMA:.0f} % at most are allowed"
-    return Judged(_VAGUE, f"{why}: let joint 2 or 3 move, widen the range, record longer, or weigh the payload")
+    advice = "let joint 2 or 3 move, widen the range, record longer, or weigh the payload"
+    return _vague("", f"{_percent(relative)} of it", f"{100 * MASS_SIGMA:.0f} %", advice)
 
 
 def judge_com(ten: Array, spread: PayloadSpread) -> Judged:
-    """Judge the centre of mass: to 20 mm, or 0.3 of the payload's own size where that is more."""
+    """Judge the centre of mass: to 20 mm, or 0.3 of the payload's radius of gyration about the frame's origin.
+
+    Args:
+        ten: the payload's parameters, nan where they are not known, shape (10,).
+        spread: standard deviations, infinite where the joints show nothing.
+    """
     hidden = [axis for axis, sigma in zip("xyz", spread.com, strict=True) if not np.isfinite(sigma)]
     if hidden:
         return Judged("not visible", f"these joints do not show {', '.join(hidden)}")
-    worst, allowed = int(np.argmax(spread.com)), com_allowed(ten)[1]
+    known = bool(np.isfinite(ten).all() and ten[9] > 0.0)
+    size = float(np.sqrt(max(ten[[0, 3, 5]].sum(), 0.0) / 2.0 / ten[9])) if known else 0.0
+    worst, allowed = int(np.argmax(spread.com)), max(COM_FLOOR, COM_SIGMA * size)
     if spread.com[worst] <= allowed:
         return Judged("use")
-    why = (
-        f"1 sigma{_COUNTED} along {'xyz'[worst]} is {1e3 * spread.com[worst]:.0f} mm, {1e3 * allowed:.0f} mm at "
-        "most"
+    sigma = f"{1e3 * spread.com[worst]:.0f} mm"
+    return _vague(
+        f" along {'xyz'[worst]}", sigma, f"{1e3 * allowed:.0f} mm", "turn the wrist farther, or weigh the payload"
     )
-    return Judged(_VAGUE, f"{why} are allowed: turn the wrist farther, or weigh the payload")
 
 
 def judge_inertia(moments: Array, spread: PayloadSpread) -> Judged:
     """Judge the inertia at the centre of mass: each moment to 30 %."""
-    hidden = [f"{a}{a}" for a, sigma in zip("XYZ", spread.moments, strict=True) if not np.isfinite(sigma)]
+    relative = dict(zip(("XX", "YY", "ZZ"), spread.moments / np.maximum(moments, 1e-300), strict=True))
+    hidden = [name for name, s in zip(relative, spread.moments, strict=True) if not np.isfinite(s)]
     if hidden:
         return Judged("not visible", f"these joints do not show {', '.join(hidden)}")
-    vague = [f"{name} {percent(relative)}" for name, relative in vague_moments(moments, spread.moments)]
+    vague = [f"{name} {_percent(s)}" for name, s in relative.items() if not s <= INERTIA_SIGMA]
     if not vague:
         return Judged("use")
-    why = f"1 sigma{_COUNTED} of {', '.join(vague)}, {100 * INERTIA_SIGMA:.0f} % at most are allowed"
-    return Judged(_VAGUE, f"{why}: move the wrist faster, or give its size by --inertia")
+    advice = "move the wrist faster, or give its size by --inertia"
+    return _vague(" of", ", ".join(vague), f"{100 * INERTIA_SIGMA:.0f} %", advice)
 
 
-def percent(part: float) -> str:
-    """Write a fraction, however large."""
+def _vague(of: str, sigma: str, allowed: str, advice: str) -> Judged:
+    verb = "" if of == " of" else " is"
+    why = f"1 sigma (few blocks of time allowed for){of}{verb} {sigma}, {allowed} at most are allowed: {advice}"
+    return Judged("not measured well enough", why)
+
+
+def _percent(part: float) -> str:
     return f"{100 * part:.0f} %" if part < 10.0 else "more than tenfold its size"

@@ -5,7 +5,7 @@ and offsets of those rows free. All of it is in the joints' triangular factors, 
 a robot that is known, and in a short motion, subsampled states do.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -15,10 +15,11 @@ from ...common.errors import InputError
 from ...model.drives import FRICTION, parameter_kind
 from ..equations.equations import PAYLOAD, Equations
 from ..equations.leave_one_out import WithoutEach
+from ..fit.robust import NORMAL95
 from ..gains.current_side import RelativeScales, relative_scales
 from ..payload.problem import PayloadProblem
-from .engine import Added, System
-from .evidence import Evidence, Scale
+from .engine import Added, Effect, System
+from .evidence import Evidence
 from .finding import Finding, error, note, warning
 from .hypotheses import pull_of, pull_z
 
@@ -34,14 +35,13 @@ well."""
 HIDDEN, SENSITIVE = (0.01, 0.05), 0.03
 """Least and largest error of the loaded torques' scale that recordings are thought to hide, and the relative change
 of the mass by what they do hide above which it is reported."""
-NORMAL95 = 1.96
 OFF_SCALE, OFF_SCALE_Z = 0.12, 4.0
 """Relative difference of two joints' scales, and its standard deviations, beyond friction and noise."""
 LONG_ENOUGH = 10.0
 """s: errors of the model last about a second, so that shorter recordings do not tell how they scatter."""
 
 
-def scales(problem: PayloadProblem, weights: Array) -> tuple[Scale, ...]:
+def scales(problem: PayloadProblem, weights: Array) -> tuple[Effect, ...]:
     """Scales of the loaded torques by full factors: of all, and of each joint.
 
     Args:
@@ -73,10 +73,8 @@ def scales(problem: PayloadProblem, weights: Array) -> tuple[Scale, ...]:
         return total
 
     without, with_payload = _blocks(bare), _blocks(loaded)
-    if min(len(with_payload), len(without)) < 2:
-        return ()
-    if problem.paired:
-        blocks = [gram(*pair) for pair in zip(without, with_payload, strict=True)]
+    if without and len(without) == len(with_payload):  # blocks of one motion are left out together
+        blocks = [gram(*parts) for parts in zip(without, with_payload, strict=True)]
     else:
         blocks = [gram(part, None) for part in without] + [gram(None, part) for part in with_payload]
     unknown = c + len(friction)
@@ -88,7 +86,7 @@ def _blocks(equations: Equations) -> Sequence[Equations]:
     return cut.blocks if isinstance(cut, WithoutEach) else ()
 
 
-def scales_of_states(system: System) -> tuple[Scale, ...]:
+def scales_of_states(system: System) -> tuple[Effect, ...]:
     """Scales of the loaded torques by subsampled states: beside a known robot, or in a short motion."""
     rigid = [k for k, name in enumerate(system.names) if parameter_kind(name) not in FRICTION]
     along = np.einsum("jcn,c->jn", system.columns[:, rigid], system.values[rigid]) * system.states.loaded
@@ -99,14 +97,15 @@ def scales_of_states(system: System) -> tuple[Scale, ...]:
     return _scales(added, len(along))
 
 
-def _scales(added: Added, n: int) -> tuple[Scale, ...]:
-    plain, scales = float(added.payload[9, -1]), []
+def _scales(added: Added, n: int) -> tuple[Effect, ...]:
+    """Differences of the scales from 1: of all torques, then of each joint's."""
+    effects = []
     for joint in range(n + 1):
-        answer = added.effect(joint)
-        value, effect = float(answer.values[0]), float(answer.effect[9, 0])
-        sigma, mass = float(np.sqrt(answer.covariance[0, 0])), (plain + effect * value) / (1.0 + value)
-        scales.append(Scale(joint, 1.0 + value, sigma if np.isfinite(sigma) else np.inf, mass, plain - effect))
-    return tuple(scales)
+        effect = added.effect(joint, name="scale", where=f"joint {joint}" if joint else "")
+        sigma = float(np.sqrt(effect.covariance[0, 0]))
+        sigma = sigma if np.isfinite(sigma) else np.inf
+        effects.append(effect._replace(size=float(effect.values[0]), sigma=sigma))
+    return tuple(effects)
 
 
 def signal_scales(equations: Equations) -> RelativeScales | None:
@@ -120,98 +119,93 @@ def signal_scales(equations: Equations) -> RelativeScales | None:
         return None
 
 
-def off_scale(evidence: Evidence) -> list[Finding]:
+def off_scale(evidence: Evidence) -> Iterator[Finding]:
     """Scales of the joints of one recording: those of links that several joints carry differ.
 
     By over {OFF_SCALE:.0%} and {OFF_SCALE_Z:g} sigma: spoils single numbers.
     """
     signals = evidence.diagnosis.signals
     if signals is None:
-        return []
+        return
     off = np.abs(np.log(signals.ratio))
-    off = np.flatnonzero((off > OFF_SCALE) & (off > OFF_SCALE_Z * signals.sigma))
-    if not off.size:
-        return []
-    factors = ", ".join(f"joint {j + 1} {signals.ratio[j]:.3g} (sigma {100 * signals.sigma[j]:.0f} %)" for j in off)
-    return [
-        warning(
+    joints = np.flatnonzero((off > OFF_SCALE) & (off > OFF_SCALE_Z * signals.sigma))
+    ratio, percent = signals.ratio, 100 * signals.sigma
+    factors = ", ".join(f"joint {j + 1} {ratio[j]:.3g} (sigma {percent[j]:.0f} %)" for j in joints)
+    if factors:
+        yield warning(
             f"the torques are not to one scale: to agree with joint {signals.held + 1}'s, they would have to be "
             f"multiplied at {factors}. Looks like currents, motor-side torques or percent given as torque: give "
             "--drive-gains, gear ratios or rated values",
             "torques",
         )
-    ]
 
 
-def scale(evidence: Evidence) -> list[Finding]:
+def scale(evidence: Evidence) -> Iterator[Finding]:
     """Loaded torques, all or one joint's, on another scale than the unloaded ones.
 
     All by {SCALE:.0%} and {SCALE_Z:g} sigma, one joint's by {JOINT_SCALE:.0%} and {JOINT_SCALE_Z:g} sigma, and by
     more sigma than a pull: spoils all. Both are named where the data hardly distinguish them.
     """
-    off = sorted(filter(_is_off, evidence.diagnosis.scales), key=lambda found: -abs(found.z))
+    off = [found for found in evidence.diagnosis.scales if _beyond(found, JOINT_SCALE_Z)]
+    off.sort(key=lambda found: -_z(found))
     pull = pull_of(evidence)
-    if not off or (pull is not None and pull_z(pull) > abs(off[0].z)):
-        return []
+    if not off or (pull is not None and pull_z(pull) > _z(off[0])):
+        return
     worst = off[0]
-    others = [s for s in off if bool(s.joint) != bool(worst.joint) and abs(s.z) > EITHER * abs(worst.z)]
-    likely = sorted([worst, *others[:1]])  # that of all torques, joint 0, first
-    whose = f"joint {worst.joint}'s torques" if worst.joint else "the torques"
-    if others:
-        whose = f"all torques, or joint {likely[1].joint}'s alone,"
-    masses = " or ".join(f"{found.mass:.3g}" for found in likely)
-    ratios = " or ".join(f"{found.ratio:.3f} ± {found.sigma:.2g}" for found in likely)
-    return [
-        error(
-            f"{whose} with payload are on another scale: {ratios} times those without; on one scale the mass would "
-            f"be {masses} kg: check units, drive gains and what changed in between"
-        )
-    ]
+    others = [found for found in off if bool(found.where) != bool(worst.where) and _z(found) > EITHER * _z(worst)]
+    likely = sorted([worst, *others[:1]], key=lambda found: found.where)  # that of all torques first
+    whose = f"{worst.where}'s torques" if worst.where else "the torques"
+    whose = f"all torques, or {likely[1].where}'s alone," if others else whose
+    masses = " or ".join(f"{(evidence.mass + found.change[9]) / (1.0 + found.size):.3g}" for found in likely)
+    ratios = " or ".join(f"{1.0 + found.size:.3f} ± {found.sigma:.2g}" for found in likely)
+    yield error(
+        f"{whose} with payload are on another scale: {ratios} times those without; on one scale the mass would be "
+        f"{masses} kg: check units, drive gains and what changed in between"
+    )
 
 
-def _is_off(scale: Scale) -> bool:
-    size, z = (JOINT_SCALE, JOINT_SCALE_Z) if scale.joint else (SCALE, SCALE_Z)
-    return abs(scale.ratio - 1.0) > size and abs(scale.z) > z
+def _z(scale: Effect) -> float:
+    return abs(scale.size) / max(scale.sigma, 1e-300)
 
 
-def sensitive(evidence: Evidence) -> list[Finding]:
+def _beyond(scale: Effect, joint_z: float) -> bool:
+    least, z = (JOINT_SCALE, joint_z) if scale.where else (SCALE, SCALE_Z)
+    return abs(scale.size) > least and _z(scale) > z
+
+
+def sensitive(evidence: Evidence) -> Iterator[Finding]:
     """Mass that an error of the loaded torques' scale, too small to be seen, takes out of its interval.
 
     An error of 1.96 sigma, {HIDDEN[0]:.0%} to {HIDDEN[1]:.0%}, moves it by over {SENSITIVE:.0%}: noted, unless
     something pulls at the flange or the payload was weighed.
     """
-    whole = next((scale for scale in evidence.diagnosis.scales if scale.joint == 0), None)
-    if whole is None or evidence.spread is None or not evidence.mass > 0.0 or pull_of(evidence) is not None:
-        return []
+    mass, whole = evidence.mass, next((scale for scale in evidence.diagnosis.scales if not scale.where), None)
+    weighed = any(payload.weighings for payload in evidence.constrained) or pull_of(evidence) is not None
+    if whole is None or evidence.spread is None or weighed or not mass > 0.0:
+        return
     hidden = float(np.clip(NORMAL95 * whole.sigma, *HIDDEN))
-    change = hidden * abs(whole.effect)
-    weighed = any(payload.weighings for payload in evidence.constrained)
-    if weighed or not change > max(SENSITIVE * evidence.mass, NORMAL95 * evidence.spread.mass):
-        return []
-    text = (
-        f"torques with payload that are {100 * hidden:.2g} % too large or too small, which these recordings do not "
-        f"show ({whole.ratio:.3f} ± {whole.sigma:.2g} times those without), move this mass by "
-        f"{100 * change / evidence.mass:.1f} %, out of its interval"
-    )
-    advice = f": --scale-sigma {100 * hidden:.2g}% allows for that" if evidence.weighed is None else ""
-    return [note(text + advice, "mass")]
+    change = hidden * abs(mass - float(whole.effect[9, 0]))
+    if change > max(SENSITIVE * mass, NORMAL95 * evidence.spread.mass):
+        advice = f": --scale-sigma {100 * hidden:.2g}% allows for that" if evidence.weighed is None else ""
+        yield note(
+            f"torques with payload that are {100 * hidden:.2g} % too large or too small, which these recordings do "
+            f"not show ({1.0 + whole.size:.3f} ± {whole.sigma:.2g} times those without), move this mass by "
+            f"{100 * change / mass:.1f} %, out of its interval{advice}",
+            "mass",
+        )
 
 
-def motors_apart(evidence: Evidence) -> list[Finding]:
+def motors_apart(evidence: Evidence) -> Iterator[Finding]:
     """Currents of one motor with payload on another scale than without (`gains`).
 
     By over {JOINT_SCALE:.0%} and {OWN_SCALE_Z:g} sigma: spoils its gain.
     """
-    off = [
-        found
-        for found in evidence.diagnosis.scales
-        if found.joint and abs(found.ratio - 1.0) > JOINT_SCALE and OWN_SCALE_Z < abs(found.z) <= JOINT_SCALE_Z
-    ]
-    if evidence.gained is None or not off:
-        return []
-    worst = max(off, key=lambda found: abs(found.z))
-    text = (
-        f"motor {worst.joint}: its currents with payload are {worst.ratio:.2f} ± {worst.sigma:.2g} times those "
-        "without: keep the maker's gain there"
-    )
-    return [warning(text, "gain")]
+    off = [found for found in evidence.diagnosis.scales if found.where and _beyond(found, OWN_SCALE_Z)]
+    off = [found for found in off if _z(found) <= JOINT_SCALE_Z]
+    if evidence.gained is not None and off:
+        worst = max(off, key=_z)
+        yield warning(
+            f"motor {worst.where.split()[1]}: its currents with payload are {1.0 + worst.size:.2f} ± "
+            f"{worst.sigma:.2g} times those without: keep the maker's gain there",
+            "gain",
+        )

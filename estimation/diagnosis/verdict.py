@@ -4,7 +4,7 @@ A check that is added to the table serves every command whose evidence shows wha
 """
 
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 
 import numpy as np
 
@@ -28,7 +28,7 @@ from .joints import disagreement, joints
 from .scales import LONG_ENOUGH, motors_apart, off_scale, scale, scales, scales_of_states, sensitive, signal_scales
 from .states import States, states_of
 
-Check = Callable[[Evidence], list[Finding]]
+Check = Callable[[Evidence], Iterable[Finding]]
 CHECKS: tuple[Check, ...] = (
     hypotheses,
     checks.residual,
@@ -117,7 +117,7 @@ def diagnose(
             with gains of their own; the problem's robot by default.
     """
     n, weights = problem.robot.n, best.estimate.weights
-    states = states_of(problem.source) if problem.source is not None else None
+    states = states_of(problem.source)
     system = system_of(problem, states)
     effects = effects_of(system) if system is not None else ()
     by_joints = payload_by_joints(problem, weights)

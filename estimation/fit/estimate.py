@@ -168,7 +168,7 @@ class Estimate:
         """Value of one parameter."""
         return float(self.values[self.names.index(name)])
 
-    def select(self, names: tuple[str, ...]) -> tuple[Array, Array]:
+    def select(self, names: Sequence[str]) -> tuple[Array, Array]:
         """Values (k,) and covariance k x k of some of the parameters."""
         places = [self.names.index(name) for name in names]
         return self.values[places], self.covariance[np.ix_(places, places)]

@@ -12,11 +12,11 @@ from dynident.common.arrays import Array
 from dynident.common.errors import InputError
 from dynident.estimation.diagnosis.kinematics import (
     KinematicsCheck,
+    Reading,
     check_pose,
     rank_readings,
     rank_readings_by_pose,
 )
-from dynident.estimation.diagnosis.states import Reading
 from dynident.model import Motion, Pose, Recording, Robot, load_robot, with_tool
 from dynident.model.frames import frames_at
 from dynident.trajectories import Simulator, random_via_points

@@ -8,7 +8,7 @@ import pytest
 from dynident.common.arrays import Array
 from dynident.estimation.diagnosis import verdict
 from dynident.estimation.diagnosis.engine import Effect
-from dynident.estimation.diagnosis.evidence import Alternative, Evidence, Gained, KnownWeight, Scale
+from dynident.estimation.diagnosis.evidence import Alternative, Evidence, Gained, KnownWeight
 from dynident.estimation.diagnosis.finding import Finding
 from dynident.estimation.diagnosis.hypotheses import WITH_PAYLOAD
 from dynident.estimation.diagnosis.quantities import Agreement
@@ -54,7 +54,14 @@ def rival(kind: str, name: str, fall: float, z: float = 9.0) -> Evidence:
 
 def scaled(joint: int, off: float, sigma: float) -> Evidence:
     """Torques with payload on another scale."""
-    return of_payload(estimate_of(), scales=(Scale(joint, 1.0 - off, sigma, 5.5),))
+    return of_payload(estimate_of(), scales=(scale_of(joint, off, sigma),))
+
+
+def scale_of(joint: int, off: float, sigma: float, change: float = 0.0) -> Effect:
+    """A scale of all loaded torques, or of one joint's, too small by ``off``; twice the torques change the mass."""
+    effect = (5.0 - change) * np.eye(10)[:, 9:]
+    where = f"joint {joint}" if joint else ""
+    return Effect("scale", where, np.array([-off]), np.array([[sigma**2]]), effect, 0.0, -off, sigma)
 
 
 def signals(off: float, sigma: float = 0.001) -> Evidence:
@@ -66,7 +73,7 @@ def signals(off: float, sigma: float = 0.001) -> Evidence:
 def leaning_on(change: float, sigma: float, of_scale: float = 0.001) -> Evidence:
     """A mass, known to ``sigma`` [kg], that changes by so much [kg] with 1 % of the loaded torques' scale."""
     spread = PayloadSpread(sigma, np.full(3, 1e-3), np.full((3, 3), 1e-4))
-    return of_payload(estimate_of(), scales=(Scale(0, 1.0, of_scale, 5.0, 100.0 * change),), spread=spread)
+    return of_payload(estimate_of(), scales=(scale_of(0, 0.0, of_scale, 100.0 * change),), spread=spread)
 
 
 def lean_of(angle: float, sigma: float = 1e-4, effect: Array | None = None) -> Effect:
@@ -137,7 +144,7 @@ def weighed_apart(agreement: float) -> Evidence:
 
 def of_motor(off: float, sigma: float) -> Evidence:
     """A third motor whose currents with payload are too small by a share."""
-    return evidence_of(gained=Gained(np.full(3, 0.01), ()), scales=(Scale(3, 1.0 - off, sigma, 5.5),))
+    return evidence_of(gained=Gained(np.full(3, 0.01), ()), scales=(scale_of(3, off, sigma),))
 
 
 def of_weights(ratio: float, sigma: float) -> Evidence:

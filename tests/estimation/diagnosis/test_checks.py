@@ -1,6 +1,6 @@
 """Each check of the table alone, on both sides of each of its thresholds."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import replace
 
 import numpy as np
@@ -17,7 +17,7 @@ from dynident.tests.estimation.diagnosis.sides_of_fits import OF_FITS
 from dynident.tests.estimation.diagnosis.sides_of_guards import OF_GUARDS
 
 SIDES = (*OF_FITS, *OF_GUARDS)
-FUNCTIONS: dict[str, Callable[[Evidence], list[Finding]]] = {
+FUNCTIONS: dict[str, Callable[[Evidence], Iterable[Finding]]] = {
     check.__name__: check for check in (*CHECKS, *BEFOREHAND)
 } | {"causes": lambda evidence: causes(evidence, False)}
 
@@ -40,7 +40,7 @@ def test_a_check_speaks_on_one_side_of_its_threshold(side: Side) -> None:
     quiet, loud = side.make(near * side.limit), side.make(beyond * side.limit)
 
     def said(evidence: Evidence) -> list[Finding]:
-        findings = FUNCTIONS[side.check](evidence)
+        findings = list(FUNCTIONS[side.check](evidence))
         return [
             candidate
             for candidate in findings
@@ -58,7 +58,7 @@ def test_a_check_speaks_on_one_side_of_its_threshold(side: Side) -> None:
 
 @pytest.mark.parametrize("name", FUNCTIONS)
 def test_a_check_is_silent_about_what_was_not_computed(name: str) -> None:
-    assert FUNCTIONS[name](Evidence(ROBOT)) == []
+    assert list(FUNCTIONS[name](Evidence(ROBOT))) == []
 
 
 def test_a_delay_or_a_pull_that_moves_the_centre_of_mass_leaves_nothing() -> None:
@@ -95,7 +95,7 @@ def test_a_rating_that_is_assumed_is_called_so() -> None:
 
 def test_a_mass_that_was_weighed_or_a_pull_leaves_nothing_to_say_of_scale() -> None:
     plain = leaning_on(0.2, 1e-3)
-    assert scales.sensitive(plain)
+    assert list(scales.sensitive(plain))
     hung = Diagnosis(scales=plain.diagnosis.scales, effects=(hose(1.0),))
-    assert not scales.sensitive(replace(plain, diagnosis=hung))
-    assert not scales.sensitive(replace(plain, constrained=(weighed_as(0.0),)))
+    assert not list(scales.sensitive(replace(plain, diagnosis=hung)))
+    assert not list(scales.sensitive(replace(plain, constrained=(weighed_as(0.0),))))

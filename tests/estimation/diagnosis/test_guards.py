@@ -78,16 +78,17 @@ def test_a_recording_on_another_scale_is_named(posed: Callable[..., PayloadProbl
     answer = answered(posed(factor))
     assert answer.verdict.level == "do_not_use"
     problem = posed(factor)
-    whole = next(scale for scale in scales(problem, weights(problem)) if scale.joint == 0)
-    assert whole.ratio == pytest.approx(factor, abs=0.015)
-    assert abs(whole.mass - 5.0) < 0.5 * abs(answer.mass - 5.0)
+    whole = next(scale for scale in scales(problem, weights(problem)) if not scale.where)
+    assert 1.0 + whole.size == pytest.approx(factor, abs=0.015)
+    mass = (answer.mass + whole.change[9]) / (1.0 + whole.size)
+    assert abs(mass - 5.0) < 0.5 * abs(answer.mass - 5.0)
 
 
 def test_the_joint_on_another_scale_stands_out(posed: Callable[..., PayloadProblem]) -> None:
     problem = posed(np.array([1.0, 1.0, 0.85, 1.0, 1.0, 1.0]))
-    worst = max(scales(problem, weights(problem)), key=lambda scale: abs(scale.z))
-    assert worst.joint == 3
-    assert 0.7 < worst.ratio < 0.9  # the payload takes a part of it
+    worst = max(scales(problem, weights(problem)), key=lambda scale: abs(scale.size) / scale.sigma)
+    assert worst.where == "joint 3"
+    assert 0.7 < 1.0 + worst.size < 0.9  # the payload takes a part of it
 
 
 @pytest.mark.long
