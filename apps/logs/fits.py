@@ -6,8 +6,7 @@ from typing import NamedTuple
 from ...common.errors import InputError
 from ...estimation.fit.least_squares import weighted
 from ...model import Recording, Robot, load_robot, robot_names
-from ...model.drives import Coupling
-from .columns import Columns, Naming, choose
+from .columns import Naming, choose
 from .log_check import mistakes, reduced
 from .map import LogMap
 from .opening import open_log
@@ -35,16 +34,6 @@ class RobotFits(NamedTuple):
     fault: str
 
 
-class _Taken(NamedTuple):
-    """A log as one robot's columns give it, and whether its torques are currents."""
-
-    recording: Recording
-    currents: bool
-
-
-_Key = tuple[Columns, Coupling | None]
-
-
 def robot_fits(path: str | Path, log_map: LogMap | None = None) -> RobotFits:
     """Try all shipped robots on a log.
 
@@ -57,59 +46,47 @@ def robot_fits(path: str | Path, log_map: LogMap | None = None) -> RobotFits:
     """
     log_map = log_map or LogMap()
     raw = open_log(path, log_map)
-    read: dict[_Key, _Taken | str] = {}
-    fitting: list[RobotFit] = []
-    others: list[tuple[str, str]] = []
-    faults: list[str] = []
-    for name in robot_names():
-        robot = load_robot(name)
+    taken: dict[object, Recording | str] = {}  # read once for all robots of the same columns
+    fitting, others, faults = list[RobotFit](), list[tuple[str, str]](), list[str]()
+    for robot in map(load_robot, robot_names()):
         try:
-            reading = _taken(raw, robot, log_map, read)
+            log_map.check(robot.n)
+            naming = Naming(raw, log_map, robot)
+            currents = naming.holds("current") and not naming.holds("torque")
+            gains = [1.0] * robot.n if currents else None
+            key = choose(raw, log_map, robot, gains), robot.coupling if currents else None
+            if key not in taken:
+                taken[key] = _longest(raw, robot, gains, log_map)
+            recording = taken[key]
+            if isinstance(recording, str):
+                raise InputError(recording)
         except InputError as refusal:
             faults.append(str(refusal))
             continue
-        wrong = mistakes(robot, reading.recording, reading.currents)
+        wrong = mistakes(robot, recording, currents)
         if wrong:
-            others.append((name, wrong[0]))
-        else:
-            fitting.append(RobotFit(name, _residual(robot, reading)))
+            others.append((robot.name, wrong[0]))
+            continue
+        try:
+            left = weighted(reduced(robot, recording, robot.processing, currents)[1]).fit.relative
+        except InputError:  # too little motion
+            left = None
+        fitting.append(RobotFit(robot.name, left))
     fitting.sort(key=lambda fit: (fit.residual is None, fit.residual or 0.0))
-    fault = "" if fitting else f"{path}: {others[0][1]}" if others else _first_fault(faults)
+    fault = ""
+    if not fitting and others:
+        fault = f"{path}: {others[0][1]}"
+    elif (
+        not fitting
+    ):  # what most robots' columns meet; faults of the file come before those of the number of joints
+        fault = min(faults, key=lambda text: ("missing" in text or "joints" in text, -faults.count(text)))
     return RobotFits(raw.names, tuple(fitting), tuple(others), fault)
 
 
-def _taken(raw: RawLog, robot: Robot, log_map: LogMap, read: dict[_Key, _Taken | str]) -> _Taken:
-    """The log by one robot's columns, its longest piece; read once for all robots of the same columns.
-
-    Raises:
-        InputError: if it cannot be read so.
-    """
-    log_map.check(robot.n)
-    naming = Naming(raw, log_map, robot)
-    currents = naming.holds("current") and not naming.holds("torque")
-    gains = [1.0] * robot.n if currents else None
-    columns = choose(raw, log_map, robot, gains)
-    key = columns, robot.coupling if currents else None
-    if key not in read:
-        try:
-            pieces = read_recordings(raw.path, robot, gains, log_map)
-            read[key] = _Taken(max(pieces, key=lambda piece: float(piece.t[-1] - piece.t[0])), currents)
-        except InputError as refusal:
-            read[key] = str(refusal)
-    reading = read[key]
-    if isinstance(reading, str):
-        raise InputError(reading)
-    return reading
-
-
-def _residual(robot: Robot, reading: _Taken) -> float | None:
-    """Relative residual of the robot's own model; None where there is too little motion."""
+def _longest(raw: RawLog, robot: Robot, gains: list[float] | None, log_map: LogMap) -> Recording | str:
+    """The longest piece of the log by one robot's columns, or why it cannot be read so."""
     try:
-        return weighted(reduced(robot, reading.recording, robot.processing, reading.currents)[1]).fit.relative
-    except InputError:
-        return None
-
-
-def _first_fault(faults: list[str]) -> str:
-    """What most robots' columns meet: faults of the file come before those of the number of joints."""
-    return min(faults, key=lambda fault: ("missing" in fault or "joints" in fault, -faults.count(fault)))
+        pieces = read_recordings(raw.path, robot, gains, log_map)
+    except InputError as refusal:
+        return str(refusal)
+    return max(pieces, key=lambda piece: float(piece.t[-1] - piece.t[0]))

@@ -19,7 +19,7 @@ from ...estimation.payload.problem import Source
 from ...estimation.signals.filtering import measurement
 from ...estimation.signals.plausibility import implausible, position_range, still_joints
 from ...estimation.signals.rows import moving_parts
-from ...model import Motion, Processing, Recording, Robot, base_parameters
+from ...model import Processing, Recording, Robot, base_parameters
 
 _JITTER = 0.02  # of the mean step
 _COARSE = 0.02  # torque step over the torque's range
@@ -78,36 +78,6 @@ class JointFacts:
     saturated: float
 
 
-def _time_facts(recording: Recording, motion: Motion, processing: Processing) -> TimeFacts:
-    steps = np.diff(recording.t)
-    moving = motion.t[moving_parts(motion, processing.still_speed)]
-    return TimeFacts(
-        samples=len(recording.t),
-        duration=float(recording.t[-1] - recording.t[0]),
-        rate=float(1.0 / steps.mean()),
-        steps=(float(steps.min()), float(steps.max())),
-        jitter=float(steps.std() / steps.mean()),
-        moving=(float(moving[0]), float(moving[-1])) if moving.size else None,
-    )
-
-
-def _joint_facts(recording: Recording, motion: Motion) -> tuple[JointFacts, ...]:
-    still = still_joints([recording])
-    speeds = np.abs(motion.qd).max(axis=0)
-    return tuple(
-        JointFacts(
-            moves=j not in still,
-            position=_range(q),
-            speed=float(speed),
-            torque=_range(torque),
-            position_step=smallest_step(q),
-            torque_step=smallest_step(torque),
-            saturated=share_at_extreme(torque),
-        )
-        for j, (q, torque, speed) in enumerate(zip(recording.q.T, recording.torque.T, speeds, strict=True), 1)
-    )
-
-
 def smallest_step(values: Array) -> float:
     """Smallest difference of two different values: the quantum of coarse numbers; 0 for numbers without one.
 
@@ -118,18 +88,13 @@ def smallest_step(values: Array) -> float:
     gaps = gaps[gaps > 1e-9 * max(float(np.abs(levels).max()), 1e-300)]
     if gaps.size < 2:
         return 0.0
-    step = float(gaps.min())
-    multiples = (levels - levels[0]) / step
-    return step if np.abs(multiples - np.rint(multiples)).max() < _WHOLE else 0.0
+    multiples = (levels - levels[0]) / gaps.min()
+    return float(gaps.min()) if np.abs(multiples - np.rint(multiples)).max() < _WHOLE else 0.0
 
 
 def share_at_extreme(values: Array) -> float:
     """Share of the samples that stand at the largest or at the smallest value, whichever are more."""
     return float(max((values == values.max()).mean(), (values == values.min()).mean()))
-
-
-def _range(values: Array) -> tuple[float, float]:
-    return float(values.min()), float(values.max())
 
 
 @dataclass(frozen=True)
@@ -200,11 +165,32 @@ def check_log(
     processing = processing or robot.processing
     findings = _positions(robot, recording)
     try:
-        data = measurement(recording, processing)
+        motion = measurement(recording, processing).motion
     except InputError as refusal:
         return LogCheck(robot, recording, currents, None, (), (*findings, error(str(refusal), "recording")))
-    time, joints = _time_facts(recording, data.motion, processing), _joint_facts(recording, data.motion)
-    findings += [*_time_findings(time), *_joint_findings(joints, currents)]
+    steps, moving = np.diff(recording.t), motion.t[moving_parts(motion, processing.still_speed)]
+    time = TimeFacts(
+        samples=len(recording.t),
+        duration=float(recording.t[-1] - recording.t[0]),
+        rate=float(1.0 / steps.mean()),
+        steps=(float(steps.min()), float(steps.max())),
+        jitter=float(steps.std() / steps.mean()),
+        moving=(float(moving[0]), float(moving[-1])) if moving.size else None,
+    )
+    still = still_joints([recording])
+    joints = tuple(
+        JointFacts(
+            moves=j not in still,
+            position=(float(q.min()), float(q.max())),
+            speed=float(np.abs(speed).max()),
+            torque=(float(torque.min()), float(torque.max())),
+            position_step=smallest_step(q),
+            torque_step=smallest_step(torque),
+            saturated=share_at_extreme(torque),
+        )
+        for j, (q, torque, speed) in enumerate(zip(recording.q.T, recording.torque.T, motion.qd.T, strict=True), 1)
+    )
+    findings += _signals(time, joints, currents)
     check = LogCheck(robot, recording, currents, time, joints, tuple(findings))
     if check.usable:
         check = check.with_findings([error(text, "recording") for text in mistakes(robot, recording, currents)])
@@ -280,7 +266,8 @@ def _positions(robot: Robot, recording: Recording) -> list[Finding]:
     return [error(f"{names} leave the range of {robot.name}'s joints. {advice}", "positions")]
 
 
-def _time_findings(time: TimeFacts) -> list[Finding]:
+def _signals(time: TimeFacts, joints: Sequence[JointFacts], currents: bool) -> list[Finding]:
+    """Say what is wrong with the time stamps, with joints that rest, and with coarse torques."""
     findings = []
     if time.moving is None:
         findings.append(error("No joint ever moves: record a motion of every joint", "recording"))
@@ -290,15 +277,10 @@ def _time_findings(time: TimeFacts) -> list[Finding]:
             "to an even rate before filtering"
         )
         findings.append(note(text, "time"))
-    return findings
-
-
-def _joint_findings(joints: tuple[JointFacts, ...], currents: bool) -> list[Finding]:
-    findings = []
     still = [str(j) for j, joint in enumerate(joints, 1) if not joint.moves]
-    if still and len(still) < len(joints):
-        text = f"Joint {', '.join(still)} never moves: its parameters cannot be seen"
-        findings.append(warning(text, f"joint {', '.join(still)}"))
+    names = ", ".join(still)
+    if 0 < len(still) < len(joints):
+        findings.append(warning(f"Joint {names} never moves: its parameters cannot be seen", f"joint {names}"))
     quantity, unit = ("current", "A") if currents else ("torque", "N·m")
     for j, joint in enumerate(joints, 1):
         span = joint.torque[1] - joint.torque[0]
