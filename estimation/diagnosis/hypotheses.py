@@ -32,9 +32,10 @@ LATE, LATE_Z = 0.008, 5.0
 """s and standard deviations of a delay between torque and position."""
 LEVEL = np.radians(1.0)
 """rad: standard deviation of a base's tilt about either horizontal axis, as mounted arms have it."""
-TILT, TILT_Z, STEEP = np.radians(0.5), 5.0, np.radians(5.0)
+TILT_DEGREES, STEEP_DEGREES, TILT_Z = 0.5, 5.0, 5.0
+TILT, STEEP = np.radians(TILT_DEGREES), np.radians(STEEP_DEGREES)
 """rad and standard deviations of a tilt that is taken out of the payload and reported; smaller ones widen the
-intervals only. Beyond the last no mounting leans by mistake: nothing should be used."""
+intervals only. Beyond ``STEEP`` no mounting leans by mistake: nothing should be used."""
 PULL, PULL_Z, ALONG_Z = 0.025, 7.0, 4.5
 """Force over the payload's weight, and standard deviations of it, above which something pulls at the flange.
 
@@ -62,14 +63,13 @@ class Hypothesis(NamedTuple):
 
     ``seen``: estimates it on a system, None where the recordings cannot show it; ``stands_out``: whether it is more
     than chance, a model's own errors and its own standard deviation; ``finding``: what it spoils, the text and what
-    to do; ``limits``: from where on, for the documentation.
+    to do, its docstring from where on.
     """
 
     name: str
     seen: Callable[[System], Effect | None]
     stands_out: Callable[[Effect], bool]
     finding: Callable[[Effect, Evidence], Finding]
-    limits: str
 
 
 def parts(loaded: Array) -> list[tuple[str, Array]]:
@@ -96,6 +96,11 @@ def late(system: System) -> Effect:
 
 
 def _late(effect: Effect, evidence: Evidence) -> Finding:
+    """Torques that are late or early.
+
+    By over {LATE:g} s and {LATE_Z:g} sigma: spoils all where the mass is {MOVED:.1%}, or the centre of mass
+    {SLIP:g} m off, else the inertia.
+    """
     text = (
         f"the torques{effect.where} {'lag' if effect.size > 0.0 else 'lead'} position by about "
         f"{1e3 * abs(effect.size):.0f} ± {1e3 * effect.sigma:.1g} ms or more: check the log's time stamps"
@@ -121,6 +126,10 @@ def slip(system: System) -> Effect | None:
 
 
 def _slip(effect: Effect, _: Evidence) -> Finding:
+    """A payload that slips.
+
+    The centre of mass in the second half of the loaded recordings {SLIP:g} m and {SLIP_Z:g} sigma off: spoils all.
+    """
     return error(
         f"the centre of mass moves by {1e3 * effect.size:.0f} ± {1e3 * effect.sigma:.1g} mm half way through the "
         "recordings with payload: did it slip?",
@@ -179,6 +188,11 @@ def tilt_correction(lean: Effect, method: int) -> tuple[Array, Array]:
 
 
 def _tilt(effect: Effect, evidence: Evidence) -> Finding:
+    """A base that is not as described.
+
+    Gravity leans by over {STEEP_DEGREES:g} degrees and {TILT_Z:g} sigma: spoils all; noted from {TILT_DEGREES:g}
+    degrees.
+    """
     text = (
         f"gravity leans by {np.degrees(effect.size):.1f} ± {np.degrees(effect.sigma):.1g} degrees from the robot's "
         "description (is the base level?)"
@@ -211,6 +225,11 @@ def pulls(system: System) -> tuple[Effect, ...]:
     return tuple(effects)
 
 
+def pull(system: System) -> Effect | None:
+    """Pick the pull that stands out and takes off most."""
+    return max(filter(_pulls, pulls(system)), key=lambda effect: effect.fall, default=None)
+
+
 def _pulls(effect: Effect) -> bool:
     """No hose pushes away from where it ends."""
     along = effect.where == WITH_PAYLOAD and effect.values[0] > 0.0 and effect.z(*_ALONG) > ALONG_Z
@@ -230,6 +249,12 @@ def pull_of(evidence: Evidence) -> Effect | None:
 
 
 def _pull(effect: Effect, evidence: Evidence) -> Finding:
+    """A hose or cable that pulls at the flange.
+
+    A force over {PULL:.1%} of the payload's weight and {PULL_Z:g} sigma, or {ALONG_Z:g} sigma of stiffness and
+    upward force with payload alone: spoils all where the mass may be {MOVED:.1%} (2 sigma), or the centre of mass
+    {SLIP:g} m off, else the inertia.
+    """
     (stiffness, *_, up), (sigma, *_, up_sigma) = effect.values, np.sqrt(np.diag(effect.covariance))
     sideways = float(np.linalg.norm(effect.values[list(_ACROSS)]))
     force = [f"{stiffness:.3g} ± {sigma:.1g} N/m"] if abs(stiffness) > sigma else []
@@ -245,8 +270,7 @@ def _pull(effect: Effect, evidence: Evidence) -> Finding:
         left = f" without it the mass would be {mass:.3g} ± {mass_sigma:.1g} kg"
     text = (
         f"{effect.where} something pulls at the flange ({', '.join(force)}), a hose or cable?{left}: take it off, "
-        "or "
-        "fasten it so that it does not pull, and record again"
+        "or fasten it so that it does not pull, and record again"
     ).strip()
     if evidence.of_robot:
         return note(text)
@@ -295,61 +319,25 @@ def matter(bursts: Effect, mass: float, sigma: float) -> bool:
 
 
 def _bursts(effect: Effect, evidence: Evidence) -> Finding:
+    """Stretches of time in which something else acts.
+
+    Stretches of {STRETCH:g} s with over {BURST:g} times the median's squared residual: noted where the mass without
+    them differs by over {MOVED:.1%} and 2 sigma.
+    """
     return note(
         f"{effect.size:.0f} of {effect.sigma:.0f} stretches of {STRETCH:.2g} s have outstanding residuals "
-        "(contact, a "
-        f"hose, a shock?): without them the mass is {evidence.mass + effect.change[9]:.3g} kg; the intervals reach "
-        "both",
+        f"(contact, a hose, a shock?): without them the mass is {evidence.mass + effect.change[9]:.3g} kg; the "
+        "intervals reach both",
         "mass",
     )
 
 
 HYPOTHESES = (
-    Hypothesis(
-        "pull",
-        lambda system: max(filter(_pulls, pulls(system)), key=lambda effect: effect.fall, default=None),
-        _pulls,
-        _pull,
-        f"a force at the flange over {PULL:.1%} of the payload's weight and {PULL_Z:g} sigma, or {ALONG_Z:g} sigma "
-        "of "
-        f"stiffness and upward force with payload alone; spoils all where the mass may be {MOVED:.1%} (2 sigma), "
-        "or "
-        f"the centre of mass {1e3 * SLIP:.0f} mm off, else the inertia",
-    ),
-    Hypothesis(
-        "slip",
-        slip,
-        lambda effect: effect.size > SLIP and effect.z() > SLIP_Z,
-        _slip,
-        f"the centre of mass in the second half of the loaded recordings {1e3 * SLIP:.0f} mm and {SLIP_Z:g} sigma "
-        "off; spoils all",
-    ),
-    Hypothesis(
-        "late",
-        late,
-        lambda effect: abs(effect.size) > LATE and effect.z() > LATE_Z,
-        _late,
-        f"torques {1e3 * LATE:.0f} ms and {LATE_Z:g} sigma late or early; spoils all where the mass is "
-        f"{MOVED:.1%}, or "
-        f"the centre of mass {1e3 * SLIP:.0f} mm off, else the inertia",
-    ),
-    Hypothesis(
-        "tilt",
-        tilt,
-        lambda effect: effect.size > TILT and effect.z() > TILT_Z,
-        _tilt,
-        f"gravity leans by over {np.degrees(STEEP):.0f} degrees and {TILT_Z:g} sigma: spoils all; noted from "
-        f"{np.degrees(TILT):g} degrees",
-    ),
-    Hypothesis(
-        "bursts",
-        bursts,
-        lambda _: True,
-        _bursts,
-        f"stretches of {STRETCH:.0f} s with over {BURST:g} times the median's squared residual: noted where the "
-        "mass "
-        f"without them differs by over {MOVED:.1%} and 2 sigma",
-    ),
+    Hypothesis("pull", pull, _pulls, _pull),
+    Hypothesis("slip", slip, lambda effect: effect.size > SLIP and effect.z() > SLIP_Z, _slip),
+    Hypothesis("late", late, lambda effect: abs(effect.size) > LATE and effect.z() > LATE_Z, _late),
+    Hypothesis("tilt", tilt, lambda effect: effect.size > TILT and effect.z() > TILT_Z, _tilt),
+    Hypothesis("bursts", bursts, lambda _: True, _bursts),
 )
 BY_NAME = {hypothesis.name: hypothesis for hypothesis in HYPOTHESES}
 

@@ -5,6 +5,7 @@ A check that is added to the table serves every command whose evidence shows wha
 
 import sys
 from collections.abc import Callable, Iterable, Sequence
+from itertools import chain
 
 import numpy as np
 
@@ -94,10 +95,11 @@ def causes(evidence: Evidence, contradicted: bool) -> list[Finding]:
 def table() -> list[tuple[str, str]]:
     """Every check: what it looks at, and from where on it says what; the documentation prints it."""
     rows = []
-    for check in (*CHECKS, *BEFOREHAND):
-        if check is hypotheses:
-            rows += [(row.name, row.limits) for row in HYPOTHESES]
-            continue
+    described = (
+        [row.finding for row in HYPOTHESES],
+        [check for check in (*CHECKS, *BEFOREHAND) if check != hypotheses],
+    )
+    for check in chain[Callable[..., object]](*described):
         what, _, limits = str(check.__doc__).partition("\n\n")
         constants = vars(quantities) | vars(sys.modules[check.__module__])
         rows.append((what, " ".join(limits.split()).format(**constants)))

@@ -125,9 +125,8 @@ def _reach(robot: Robot, recording: Recording) -> Iterator[str]:
     worst = np.maximum(-low, high)
     if 0.0 < worst.max() < _WEAKEST * reach**3:
         yield (
-            f"no torque exceeds {worst.max():.3g}, too little for an arm of {reach:.2g} m "
-            "reach to move its own weight: looks like kN·m or motor-side torque; torques must be in N·m at the "
-            "joint"
+            f"no torque exceeds {worst.max():.3g}, too little for an arm of {reach:.2g} m reach to move its own "
+            "weight: looks like kN·m or motor-side torque; torques must be in N·m at the joint"
         )
     if worst.max() > _STRONGEST * reach**3:
         joint = int(np.argmax(worst)) + 1
