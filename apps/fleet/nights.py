@@ -217,7 +217,7 @@ def _night(recording: Stored, whole: Estimate, usual: float) -> dict[str, tuple[
     change = recording.base.effect_of(payload_columns(recording.robot))
     own = np.eye(len(names))
     columns = [*(names[k] for k in frictions), *PAYLOAD]
-    both = _measured(equations.substituted(columns, np.column_stack([own[:, frictions], change]), rest))
+    both = _measured(equations.transformed(columns, np.column_stack([own[:, frictions], change]), rest))
     mass, sigma = both["M_L"]
     numbers = {names[k]: both[names[k]] for k in frictions} | {MASS: (usual + mass, sigma)}
     if abs(mass) > _CLEARLY * sigma:  # what hangs there is no drive's scale
@@ -225,7 +225,7 @@ def _night(recording: Stored, whole: Estimate, usual: float) -> dict[str, tuple[
     for j in range(recording.robot.n):
         beside = [k for k in frictions if np.abs(equations.factors[j][:, k]).max(initial=0.0) > 0.0]
         M = np.column_stack([rest, own[:, beside]])
-        alone = equations.of_joint(j).substituted(["scale", *(names[k] for k in beside)], M, rest)
+        alone = equations.of_joint(j).transformed(["scale", *(names[k] for k in beside)], M, rest)
         numbers[f"scale {j + 1}"] = _measured(alone)["scale"]
     return numbers
 

@@ -81,51 +81,42 @@ class Equations:
     leave_one_out: "Sequence[Equations]" = ()
     block_length: float = 0.0
 
-    def select(self, columns: Sequence[str]) -> "Equations":
-        """Keep only some of the parameters, in the order given."""
-        places = [self.columns.index(name) for name in columns]
-        factors = tuple(factor[:, [*places, -1]] for factor in self.factors)
-        parts = each(self.leave_one_out, lambda part: part.select(columns))
-        return replace(self, columns=tuple(columns), factors=factors, leave_one_out=parts)
+    def transformed(self, columns: Sequence[str], M: Array, shift: Array | None = None) -> "Equations":
+        """Equations in other parameters p, of which these are chi = M p + shift.
 
-    def renamed(self, columns: Sequence[str]) -> "Equations":
-        """Put the equations in other parameters' place among ``columns``; absent ones get columns of zeros."""
-        factors = []
-        places = [columns.index(name) for name in self.columns]
-        for factor in self.factors:
-            wide = np.zeros((len(factor), len(columns) + 1))
-            wide[:, [*places, len(columns)]] = factor
-            factors.append(wide)
-        parts = each(self.leave_one_out, lambda part: part.renamed(columns))
-        return replace(self, columns=tuple(columns), factors=tuple(factors), leave_one_out=parts)
-
-    def called(self, columns: Sequence[str]) -> "Equations":
-        """Give the same parameters other names."""
-        parts = each(self.leave_one_out, lambda part: part.called(columns))
-        return replace(self, columns=tuple(columns), leave_one_out=parts)
-
-    def with_column(self, name: str, columns: Sequence[str], values: Array) -> "Equations":
-        """Add a parameter whose column is the torque of some others of these values."""
-        places = [self.columns.index(column) for column in columns]
-        factors = tuple(
-            np.insert(factor, len(self.columns), factor[:, places] @ values, axis=1) for factor in self.factors
-        )
-        parts = each(self.leave_one_out, lambda part: part.with_column(name, columns, values))
-        return replace(self, columns=(*self.columns, name), factors=factors, leave_one_out=parts)
-
-    def substituted(self, columns: Sequence[str], M: Array, shift: Array) -> "Equations":
-        """Equations in other parameters p, of which these are chi = M p + shift; nothing shared is kept.
+        With a shift the torque W shift is taken off: what is left is no motor's any more, so nothing shared is kept.
 
         Args:
             columns: names of p.
             M: c x len(columns).
-            shift: shape (c,).
+            shift: shape (c,); zero by default.
         """
-        factors = tuple(
-            np.column_stack([factor[:, :-1] @ M, factor[:, -1] - factor[:, :-1] @ shift]) for factor in self.factors
+        factors = []
+        for factor in self.factors:
+            W, Y = factor[:, :-1], factor[:, -1]
+            factors.append(np.column_stack([W @ M, Y if shift is None else Y - W @ shift]))
+        shared = self.shared if shift is None else ()
+        parts = each(self.leave_one_out, lambda part: part.transformed(columns, M, shift))
+        return replace(self, columns=tuple(columns), factors=tuple(factors), shared=shared, leave_one_out=parts)
+
+    def select(self, columns: Sequence[str]) -> "Equations":
+        """Keep only some of the parameters, in the order given."""
+        return self.transformed(
+            columns, np.eye(len(self.columns))[:, [self.columns.index(name) for name in columns]]
         )
-        parts = each(self.leave_one_out, lambda part: part.substituted(columns, M, shift))
-        return replace(self, columns=tuple(columns), factors=factors, shared=(), leave_one_out=parts)
+
+    def among(self, columns: Sequence[str]) -> "Equations":
+        """Put the parameters among others, whose columns are zero."""
+        M = np.zeros((len(self.columns), len(columns)))
+        M[range(len(M)), [columns.index(name) for name in self.columns]] = 1.0
+        return self.transformed(columns, M)
+
+    def minus(self, names: Sequence[str], values: Array) -> "Equations":
+        """Equations in the other parameters alone: the torque W chi of known ones is taken off."""
+        known, c = [self.columns.index(name) for name in names], len(self.columns)
+        rest, shift = [k for k in range(c) if k not in known], np.zeros(c)
+        shift[known] = values
+        return self.transformed([self.columns[k] for k in rest], np.eye(c)[:, rest], shift)
 
     def of_joint(self, joint: int) -> "Equations":
         """The equations of one joint alone, counted from 0; nothing shared is kept."""
@@ -138,20 +129,6 @@ class Equations:
             shared=(),
             leave_one_out=parts,
         )
-
-    def minus(self, names: Sequence[str], values: Array) -> "Equations":
-        """Equations in the other parameters alone: the torque W chi of known ones is taken off.
-
-        What is left is no motor's torque any more, so that nothing shared is kept.
-        """
-        known = [self.columns.index(name) for name in names]
-        rest = [k for k in range(len(self.columns)) if k not in known]
-        factors = tuple(
-            np.column_stack([factor[:, rest], factor[:, -1] - factor[:, known] @ values]) for factor in self.factors
-        )
-        columns = tuple(self.columns[k] for k in rest)
-        parts = each(self.leave_one_out, lambda part: part.minus(names, values))
-        return replace(self, columns=columns, factors=factors, shared=(), leave_one_out=parts)
 
     def eliminate(self, columns: Sequence[str], anchors: Sequence[Anchor] = ()) -> "Equations":
         """Take away all that some columns can explain, joint by joint.

@@ -217,7 +217,8 @@ def _together(problems: Sequence[PayloadProblem], mountings: Mountings) -> Equat
     for k, (problem, names) in enumerate(zip(problems, payloads, strict=True)):
         part = problem.both if mountings.paired or k == 0 else problem.loaded
         part = in_payload_frame(problem.robot, part)
-        everything.append(part.called((*problem.base.columns, *names)).renamed(columns))
+        named = part.transformed((*problem.base.columns, *names), np.eye(len(part.columns)))
+        everything.append(named.among(columns))
     return merged(everything)
 
 

@@ -6,6 +6,8 @@ mass. So it may change as far as friction of real arms does.
 
 from collections.abc import Mapping, Sequence
 
+import numpy as np
+
 from ...model.drives import parameter_kind
 from ..equations.equations import Equations
 from ..fit.estimate import Estimate
@@ -54,5 +56,6 @@ def friction_changes(robot: Estimate, inflation: Sequence[float], share: float) 
 def with_changes(equations: Equations, roles: Mapping[str, Held]) -> tuple[Equations, dict[str, Held]]:
     """Equations under load with one more column for each friction that may change, and how these are held."""
     names = [f"{name}{_CHANGE}" for name in roles]
-    wide = equations.select((*equations.columns, *roles)).called((*equations.columns, *names))
-    return wide, dict(zip(names, roles.values(), strict=True))
+    own, c = equations.columns, len(equations.columns)
+    M = np.eye(c)[:, [*range(c), *map(own.index, roles)]]
+    return equations.transformed((*own, *names), M), dict(zip(names, roles.values(), strict=True))

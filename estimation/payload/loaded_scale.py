@@ -46,4 +46,7 @@ def with_scale(
     """Equations with payload with one more column for the scale, and how their columns are held."""
     if scale is None:
         return loaded, dict(roles)
-    return loaded.with_column(_SCALE, scale.names, scale.values), {**roles, _SCALE: scale.held}
+    c, values = len(loaded.columns), np.zeros((len(loaded.columns), 1))
+    values[[loaded.columns.index(name) for name in scale.names], 0] = scale.values
+    wide = loaded.transformed((*loaded.columns, _SCALE), np.hstack([np.eye(c), values]))
+    return wide, {**roles, _SCALE: scale.held}

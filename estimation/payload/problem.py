@@ -121,7 +121,7 @@ class PayloadProblem:
         """Equations with payload together with those without, whose other columns are zero."""
         if self.unloaded is None:
             raise InputError("method 4 needs a recording without payload")
-        bare = self.unloaded.renamed(loaded.columns)
+        bare = self.unloaded.among(loaded.columns)
         less, more = bare.leave_one_out, loaded.leave_one_out
         if not (self.paired and isinstance(less, WithoutEach) and isinstance(more, WithoutEach)):
             return merged([bare, loaded])

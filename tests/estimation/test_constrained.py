@@ -176,7 +176,7 @@ def test_joint_problem_gives_the_same(noisy: PayloadProblem) -> None:
     assert result.status == "Solved"
     assert noisy.unloaded is not None
     both, names = combined(noisy), noisy.loaded.columns
-    factor = merged([noisy.unloaded.renamed(names), noisy.loaded]).stacked(both.weights)
+    factor = merged([noisy.unloaded.among(names), noisy.loaded]).stacked(both.weights)
     c = len(names)
     R, scale = factor[:c, :c], np.linalg.norm(factor[:, :c], axis=0) ** -1
     bodies = np.zeros((1, 10, c))
