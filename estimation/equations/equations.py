@@ -84,7 +84,7 @@ class Equations:
     def transformed(self, columns: Sequence[str], M: Array, shift: Array | None = None) -> "Equations":
         """Equations in other parameters p, of which these are chi = M p + shift.
 
-        With a shift the torque W shift is taken off: what is left is no motor's any more, so nothing shared is kept.
+        With a shift the torque W shift is taken off: the rest is no motor's any more, so nothing shared is kept.
 
         Args:
             columns: names of p.
