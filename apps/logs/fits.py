@@ -10,8 +10,7 @@ from ...model.drives import Coupling
 from .columns import Columns, Naming, choose
 from .log_check import mistakes, reduced
 from .map import LogMap
-from .opening import open_log
-from .read import read_recordings
+from .read import open_log, read_recordings
 from .table import RawLog
 
 
