@@ -101,16 +101,15 @@ def _apply(request: _Apply, controller: _Host, load: ControllerLoad, text: str) 
     Raises:
         InputError: if it does not.
     """
-    with controller.client() as client, client.stream(_FIELDS, 25.0) as stream:
-        if live.MASS not in stream.recipe.fields:
+    with controller.client() as client:
+        client.start(_FIELDS, 25.0)
+        if live.MASS not in (client.layout.names or ()):
             raise InputError(f"{client.host}: the controller does not tell its payload: nothing was sent")
         with live.send_program(text, controller.host or "", request.script_port or live.SCRIPT_PORT):
-            shown, begin = live.Samples(stream.recipe, b""), time.monotonic()
+            wrong, begin = "nothing", time.monotonic()
             while time.monotonic() - begin < _PATIENCE:
-                shown = stream.take() or shown
-                if len(shown) and not _differing(shown, load):
+                if len(shown := client.take()) and not (wrong := _differing(shown, load)):
                     return
-    wrong = _differing(shown, load) if len(shown) else "nothing"
     raise InputError(
         f"{client.host}: the payload was sent, but the controller shows {wrong}: is it in remote control?"
     )
@@ -122,12 +121,12 @@ def _differing(shown: live.Samples, load: ControllerLoad) -> str:
     sent = {live.MASS: [load.mass], live.CENTRE: load.com.tolist(), live.INERTIA: inertia}
     wrong = []
     for field, values in sent.items():
-        samples = shown.of(field)
-        size = max(map(abs, values)) or 1.0
-        if samples and not all(
-            math.isclose(a, b, rel_tol=_CLOSE, abs_tol=_CLOSE * size)
-            for a, b in zip(samples[-1], values, strict=True)
+        if field not in (shown.dtype.names or ()):
+            continue
+        last, size = shown[field][-1].reshape(-1).tolist(), max(map(abs, values)) or 1.0
+        if not all(
+            math.isclose(a, b, rel_tol=_CLOSE, abs_tol=_CLOSE * size) for a, b in zip(last, values, strict=True)
         ):
-            there, target = (", ".join(f"{x:.5g}" for x in numbers) for numbers in (samples[-1], values))
+            there, target = (", ".join(f"{x:.5g}" for x in numbers) for numbers in (last, values))
             wrong.append(f"{field} {there} instead of {target}")
     return "; ".join(wrong)
