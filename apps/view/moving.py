@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,11 +14,9 @@ from ...model import Motion, Pose, Recording, Robot
 from ...model.frames import frames_at, step
 from ...model.many_states import point_at
 from ...model.stand_in import cylinder_radius
-from ...trajectories import DesignProblem, PayloadSet
+from ...trajectories import DesignProblem, PayloadSet, Scene
 from ...trajectories.design.score import room_over_time, taught_over_time
-from .ground import ground_of
-from .meshes import looks_of
-from .shapes import Colour, Path, Shape, box, capsule, ellipsoid, inertia_axes, plane
+from .shapes import Colour, Line, Shape, box, capsule, ellipsoid, inertia_axes, looks_of, plane
 
 _RATE, _MOST = 20.0, 450  # times a second, and in all
 _FINER = 5  # points of the path, than times: at a pose every .05 s a fast path has corners
@@ -25,6 +24,8 @@ _THICK = 0.35  # radius of a drawn link, of the stand-in's cylinder
 _LINK, _AXIS, _NEAR, _BODY, _FLOOR = (90, 110, 140), (30, 60, 200), (220, 40, 30), (200, 140, 40), (200, 205, 210)
 _BALL, _CENTRE, _INERTIA, _PATH = (240, 180, 60), (220, 40, 30), (60, 160, 90), (70, 70, 70)
 _LITTLE, _MUCH = np.array([200.0, 210.0, 230.0]), np.array([200.0, 30.0, 60.0])
+_FOOT: Colour = (150, 150, 150)
+_LEVEL = 1e-6  # of a unit normal: what a floor may lie off the base's plane
 _TOUCHED = 0.02  # of a limit: a joint nearer to one is marked
 
 
@@ -46,7 +47,7 @@ class View:
     times: Array
     frames: tuple[tuple[Pose, ...], ...]
     shapes: tuple[Shape, ...]
-    paths: tuple[Path, ...]
+    paths: tuple[Line, ...]
     legend: tuple[tuple[Colour, str], ...] = ()
     notes: tuple[str, ...] = ()
     ground: float = 0.0
@@ -95,7 +96,7 @@ def view_of(
     drawn = _picked(motion, _FINER)
     place = point_at(robot, robot.flange.p, motion.q[drawn])[0].T
     path = (place - robot.base.p) @ robot.base.R
-    paths = [Path("path of the flange", path, _colours(problem, motion, drawn))] if len(path) > 1 else []
+    paths = [Line("path of the flange", path, _colours(problem, motion, drawn))] if len(path) > 1 else []
     title = (robot.title or robot.name) + (f", {motion.t[-1] - motion.t[0]:.3g} s" if paths else "")
     return View(
         title,
@@ -116,6 +117,39 @@ def view_of_answer(robot: Robot, recording: Recording, answer: PayloadAnswer) ->
     inertia = answer.possible.body.inertia_com if answer.possible is not None and usable else None
     payload = ShownPayload(answer.mass, answer.com, answer.com_interval, inertia)
     return view_of(robot, Motion(recording.t, recording.q, still, still), payload=payload)
+
+
+class Ground(NamedTuple):
+    """The plane z = ``height`` [m] of the base, and what the arm stands on there, in frame 0."""
+
+    height: float
+    foot: tuple[Shape, ...] = ()
+
+
+def ground_of(robot: Robot, frames: Sequence[tuple[Pose, ...]], scene: Scene | None) -> Ground:
+    """The scene's floor; without one the base's own plane, or the lowest place of the arm that is below it.
+
+    Args:
+        robot: the robot; its description does not say what it is bolted to.
+        frames: poses of frames 0 to n and the payload's, in the base, at each time.
+        scene: with a floor, or without.
+    """
+    first = frames[0][0]
+    radius = cylinder_radius(robot)
+    lowest = min(float(pose.p[2]) for poses in frames for pose in poses)
+    heights = []  # of the scene's level surfaces under the base's origin
+    for surface in scene.surfaces if scene is not None else ():
+        up = first.R @ (np.array(surface.normal) / np.linalg.norm(surface.normal))
+        level = surface.offset + float(up @ first.p)
+        if up[2] > 1.0 - _LEVEL and level <= 0.0:
+            heights.append(level)
+    floor = max(heights, default=None)
+    height = floor if floor is not None else lowest - radius if lowest < -radius else 0.0
+    if height > -radius:
+        return Ground(height)
+    top, end = (first.R.T @ (np.array([0.0, 0.0, z]) - first.p) for z in (0.0, height))
+    unknown = "neither its height nor its shape is known" if floor is None else "its shape is not known"
+    return Ground(height, (Shape(f"foot, {unknown}", 0, *capsule(top, end, 0.5 * radius), _FOOT, 0.3),))
 
 
 def _picked(motion: Motion, finer: int = 1) -> NDArray[np.intp]:

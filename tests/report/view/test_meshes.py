@@ -6,8 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from dynident.apps.view import html_of, view_of
-from dynident.apps.view.meshes import coarse, looks_of
-from dynident.apps.view.shapes import ellipsoid
+from dynident.apps.view.shapes import coarse, ellipsoid, looks_of
 from dynident.model import Motion, Robot
 from dynident.model.files.chain import load_urdf
 

@@ -11,8 +11,7 @@ import casadi as ca
 import numpy as np
 import pytest
 from dynident.apps.view import ShownPayload, View, html_of, view_of
-from dynident.apps.view.ground import ground_of
-from dynident.apps.view.moving import _axes
+from dynident.apps.view.moving import _axes, ground_of
 from dynident.apps.view.shapes import Shape, box, capsule, ellipsoid, inertia_axes, plane
 from dynident.apps.view.viser_page import quaternion
 from dynident.cli import main
