@@ -166,30 +166,27 @@ def read_beside(
     log_map, units = _stated(raw, columns, naming.log_map)
     beside = naming.columns(reference) if reference else ()
     values, n = raw.whole([*columns.all, *beside]), len(columns.position)
+    t, origin, about_time = np.arange(len(values)) / (log_map.time.rate or 1.0), 0.0, list[str]()
     if columns.time:
-        clock = _clock(raw, columns.time, columns.time_unit, values[:, 0])
-        values = values if clock.later.all() else values[clock.later]
-    else:
-        clock = Clock(np.arange(len(values)) / (log_map.time.rate or 1.0), np.ones(len(values), dtype=bool))
-    if len(clock.t) < 2:
+        t, later, origin, about_time = _clock(raw, columns.time, columns.time_unit, values[:, 0])
+        values = values if later.all() else values[later]
+    if len(t) < 2:
         raise InputError(
-            f"{raw.path}: {len(clock.t)} rows of numbers, where a recording needs many: record again, or give the "
+            f"{raw.path}: {len(t)} rows of numbers, where a recording needs many: record again, or give the "
             "file that holds them"
         )
-    _check_rate(raw, columns.time, clock.t)
+    _check_rate(raw, columns.time, t)
     first, last = int(bool(columns.time)), len(columns.all)
     _, position, velocity, load, others = np.split(values, [first, first + n, last - n, last], axis=1)
     q, load = log_map.si("position", position), log_map.si(columns.kind, load)
     qd = log_map.si("velocity", velocity) if columns.velocity else None
-    read = hashlib.blake2b(
-        np.ascontiguousarray(np.column_stack([clock.t, q, load])).data, digest_size=16
-    ).hexdigest()
+    read = hashlib.blake2b(np.ascontiguousarray(np.column_stack([t, q, load])).data, digest_size=16).hexdigest()
     torque, gains = load, tuple[float, ...]()
     if columns.kind == "current":
         gains = tuple(drive_gains or ())
         torque = load * (1.0 if drive_gains is None else np.array(drive_gains, dtype=float))
         torque = robot.coupling.joint_torques(torque) if robot.coupling else torque
-    notes = [*raw.notes(), *units, *clock.notes, *columns.notes]
+    notes = [*raw.notes(), *units, *about_time, *columns.notes]
     if qd is not None:
         dead = np.flatnonzero(~qd.any(axis=0) & (np.ptp(q, axis=0) > _MOVES))
         if len(dead):
@@ -198,7 +195,7 @@ def read_beside(
             notes.append(f"speeds of joint {joints} are zero throughout: taken from positions")
     noted = tuple(f"{raw.path.name}: {note}" for note in notes)
     commanded = log_map.si(reference, others) if reference else q[:, :0]
-    return Recording(clock.t, q, torque, qd, str(raw.path), noted, read, gains, clock.origin), commanded
+    return Recording(t, q, torque, qd, str(raw.path), noted, read, gains, origin), commanded
 
 
 def _stated(raw: RawLog, columns: Columns, log_map: LogMap) -> tuple[LogMap, list[str]]:
@@ -229,26 +226,18 @@ def _stated(raw: RawLog, columns: Columns, log_map: LogMap) -> tuple[LogMap, lis
     return log_map, [f"units as the file tells them: {'; '.join(texts)}"] if texts else []
 
 
-class Clock(NamedTuple):
-    """A log's time: seconds of each row that comes ``later`` than the row before, and what is to be said of it.
+def _clock(raw: RawLog, column: str, unit: str, values: Array) -> tuple[Array, NDArray[np.bool_], float, list[str]]:
+    """Seconds of a log's column of time, in ``unit`` or, where that is empty, in the one that is found out.
 
-    ``origin``: what the column holds where seconds are 0 [s].
-    """
-
-    t: Array
-    later: NDArray[np.bool_]
-    origin: float = 0.0
-    notes: tuple[str, ...] = ()
-
-
-def _clock(raw: RawLog, column: str, unit: str, values: Array) -> Clock:
-    """Seconds of a log's column of time; ``unit`` of it, empty: it is found out.
+    Returns:
+        Seconds of the rows that come later than the row before, which rows those are, what the column holds where
+        seconds are 0 [s], and what is to be said of it.
 
     Raises:
         InputError: if time runs back or stands still, counts rows, or no unit fits.
     """
     if not len(values):
-        return Clock(values, np.zeros(0, dtype=bool))
+        return values, np.zeros(0, dtype=bool), 0.0, []
     where, steps, notes = f"{raw.path}: column {column!r}", np.diff(values), list[str]()
     still = float(np.mean(steps == 0.0)) if len(steps) else 0.0
     if still > _MOST_REPEATED:
@@ -281,7 +270,7 @@ def _clock(raw: RawLog, column: str, unit: str, values: Array) -> Clock:
     if repeated := len(t) - int(later.sum()):
         rows = "1 row repeats" if repeated == 1 else f"{repeated} rows repeat"
         notes.append(f"{rows} the time of the row before ({100 * repeated / len(t):.2g} %): left out")
-    return Clock(t[later], later, origin * scale, tuple(notes))
+    return t[later], later, origin * scale, notes
 
 
 def _check_rate(raw: RawLog, column: str, t: Array) -> None:

@@ -2,7 +2,6 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -84,15 +83,15 @@ def view_of(
         raise InputError("a view needs finite positions at every time")
     picked = _picked(motion)
     frames = tuple(frames_at(robot, q.tolist()) for q in motion.q[picked])
-    looks = looks_of(robot, _LINK)
-    stand_ins = [shape for shape in _links(robot) if shape.frame not in looks.links]
-    shapes = [*stand_ins, *looks.shapes, *_axes(robot, _touched(problem, motion, picked))]
+    meshes, drawn_links, notes = looks_of(robot, _LINK)
+    stand_ins = [shape for shape in _links(robot) if shape.frame not in drawn_links]
+    shapes = [*stand_ins, *meshes, *_axes(robot, _touched(problem, motion, picked))]
     if problem is not None:
         shapes += _surroundings(problem, robot)
         shapes += _bounds(problem.payloads, robot.n) if problem.payloads is not None else []
     shapes += _payload(payload, robot.n + 1) if payload is not None else []
-    ground = ground_of(robot, frames, problem.scene if problem is not None else None)
-    shapes += ground.foot
+    height, foot = ground_of(robot, frames, problem.scene if problem is not None else None)
+    shapes += foot
     drawn = _picked(motion, _FINER)
     place = point_at(robot, robot.flange.p, motion.q[drawn])[0].T
     path = (place - robot.base.p) @ robot.base.R
@@ -105,8 +104,8 @@ def view_of(
         tuple(shapes),
         tuple(paths),
         tuple(_legend(shapes, problem, bool(paths))),
-        looks.notes,
-        ground.height,
+        tuple(notes),
+        height,
     )
 
 
@@ -119,15 +118,10 @@ def view_of_answer(robot: Robot, recording: Recording, answer: PayloadAnswer) ->
     return view_of(robot, Motion(recording.t, recording.q, still, still), payload=payload)
 
 
-class Ground(NamedTuple):
-    """The plane z = ``height`` [m] of the base, and what the arm stands on there, in frame 0."""
+def ground_of(robot: Robot, frames: Sequence[tuple[Pose, ...]], scene: Scene | None) -> tuple[float, list[Shape]]:
+    """Height of the scene's floor, and what the arm stands on there, in frame 0.
 
-    height: float
-    foot: tuple[Shape, ...] = ()
-
-
-def ground_of(robot: Robot, frames: Sequence[tuple[Pose, ...]], scene: Scene | None) -> Ground:
-    """The scene's floor; without one the base's own plane, or the lowest place of the arm that is below it.
+    Without a floor it is the base's own plane, or the lowest place of the arm that is below it.
 
     Args:
         robot: the robot; its description does not say what it is bolted to.
@@ -146,10 +140,10 @@ def ground_of(robot: Robot, frames: Sequence[tuple[Pose, ...]], scene: Scene | N
     floor = max(heights, default=None)
     height = floor if floor is not None else lowest - radius if lowest < -radius else 0.0
     if height > -radius:
-        return Ground(height)
+        return height, []
     top, end = (first.R.T @ (np.array([0.0, 0.0, z]) - first.p) for z in (0.0, height))
     unknown = "neither its height nor its shape is known" if floor is None else "its shape is not known"
-    return Ground(height, (Shape(f"foot, {unknown}", 0, *capsule(top, end, 0.5 * radius), _FOOT, 0.3),))
+    return height, [Shape(f"foot, {unknown}", 0, *capsule(top, end, 0.5 * radius), _FOOT, 0.3)]
 
 
 def _picked(motion: Motion, finer: int = 1) -> NDArray[np.intp]:

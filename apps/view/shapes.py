@@ -8,12 +8,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...common.arrays import Array
+from ...common.errors import InputError
 from ...model import Robot
 from ...model.robot import Mesh
 
@@ -128,53 +129,45 @@ def _sphere() -> tuple[Array, NDArray[np.uint32]]:
     return vertices, np.array(faces, dtype=np.uint32)
 
 
-class Looks(NamedTuple):
-    """Shapes of the links that have meshes, those links' numbers, and what could not be drawn."""
+def looks_of(robot: Robot, colour: Colour) -> tuple[list[Shape], set[int], list[str]]:
+    """Meshes of a robot's links; a link one of whose files is missing or cannot be read has none.
 
-    shapes: tuple[Shape, ...]
-    links: frozenset[int]
-    notes: tuple[str, ...]
-
-
-def looks_of(robot: Robot, colour: Colour) -> Looks:
-    """Meshes of a robot's links; a link one of whose files is missing or cannot be read has none."""
+    Returns:
+        The shapes, the numbers of the links that have them, and what could not be drawn.
+    """
     links = robot.links.meshes if robot.links is not None else ()
-    count = max(sum(map(len, links)), 1)
+    most = _FACES // max(sum(map(len, links)), 1)
     shapes: list[Shape] = []
     drawn, failures = set[int](), dict[str, str]()
     for number, meshes in enumerate(links):
+        own: list[Shape] = []
         try:
-            own = [
-                Shape(f"link {number}/mesh {k}", number, *coarse(*_placed(mesh), _FACES // count), colour)
-                for k, mesh in enumerate(meshes, start=1)
-            ]
-        except _Unreadable as failure:
-            failures.setdefault(*map(str, failure.args))
+            for mesh in meshes:
+                name = f"link {number}/mesh {len(own) + 1}"
+                own.append(Shape(name, number, *coarse(*_placed(mesh), most), colour))
+        except InputError as failure:
+            failures.setdefault(str(failure), mesh.file)
             continue
         shapes += own
         drawn |= {number} if own else set()
-    notes = (
+    notes = [
         f"links are drawn as capsules where a mesh {reason} (such as {file})" for reason, file in failures.items()
-    )
-    return Looks(tuple(shapes), frozenset(drawn), tuple(notes))
-
-
-class _Unreadable(Exception):  # noqa: N818
-    """A file that cannot be drawn: why, and its name."""
+    ]
+    return shapes, drawn, notes
 
 
 def _placed(mesh: Mesh) -> tuple[Array, NDArray[np.uint32]]:
     """Corners in the link's frame [m], (k, 3), and triangles, (m, 3), of a file.
 
     Raises:
-        _Unreadable: if it is not there, or is no mesh.
+        InputError: if it is not there, or is no mesh.
     """
     path = Path(mesh.file)
     if not path.is_file():
         reason = "is not there: put the description's package beside it, or name it by ROS_PACKAGE_PATH"
-        raise _Unreadable(reason, mesh.file)
+        raise InputError(reason)
     if path.stat().st_size > _LARGEST:
-        raise _Unreadable(f"is larger than {_LARGEST // 1_000_000} MB", mesh.file)
+        raise InputError(f"is larger than {_LARGEST // 1_000_000} MB")
     trimesh: Any = import_module("trimesh")
     try:
         scene = trimesh.load_scene(path, process=False)
@@ -184,9 +177,9 @@ def _placed(mesh: Mesh) -> tuple[Array, NDArray[np.uint32]]:
         vertices = (float(unit[1]) if unit else 1.0) * np.asarray(solid.vertices, dtype=float)
         faces = np.asarray(solid.faces).astype(np.uint32)
     except Exception as fault:  # readers of many formats, each with errors of its own
-        raise _Unreadable(f"cannot be read ({type(fault).__name__})", mesh.file) from None
+        raise InputError(f"cannot be read ({type(fault).__name__})") from None
     if not len(faces) or not np.isfinite(vertices).all():
-        raise _Unreadable("holds no triangles", mesh.file)
+        raise InputError("holds no triangles")
     return vertices * mesh.scale @ mesh.pose.R.T + mesh.pose.p, faces
 
 
