@@ -6,7 +6,7 @@ import math
 import sys
 import time
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING
 
 from ...common.errors import InputError, one_line, printable
 from .. import export, live
@@ -40,14 +40,7 @@ class _Apply(Options):
     )
 
 
-@dataclass(frozen=True)
-class _Host(HostOptions):
-    """The controller that gets it."""
-
-    GROUP: ClassVar[str] = "controller"
-
-
-def run(request: _Apply, controller: _Host) -> int:
+def run(request: _Apply, controller: HostOptions) -> int:
     """Run it: nothing is sent before the word is given."""
     load = export.controllers.read_load(request.payload, None, request.despite_verdict)
     if not request.despite_verdict and load.verdict == "do_not_use":
@@ -95,7 +88,7 @@ def _agreed() -> bool:
     return sys.stdin.readline().strip() in ("yes", "y")
 
 
-def _apply(request: _Apply, controller: _Host, load: ControllerLoad, text: str) -> None:
+def _apply(request: _Apply, controller: HostOptions, load: ControllerLoad, text: str) -> None:
     """Send the program and see that the controller holds what was sent.
 
     Raises:

@@ -22,7 +22,6 @@ from .store import Log, Recipe, RefusedDocument, Store, Stored, packed, refused_
 
 _THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
 _AHEAD = 3  # logs that wait for each worker
-_TRIES = 2  # processes that a log may kill by itself
 _KILLED = "KilledWorker"  # what Dask raises for a task that each worker died of
 KILLS = "ends whatever process reads it, alone too: look at this log, and report it if it is a good one"
 """Why a log is refused that no worker survives."""
@@ -175,7 +174,11 @@ def _by(executor: Executor, plan: bytes, logs: Iterable[Log], workers: int) -> I
 
 
 def _by_processes(plan: bytes, logs: Sequence[Log], workers: int) -> Iterator[_Done | None]:
-    """Results by processes of this machine; lost ones are replaced, a log that kills each of them is refused."""
+    """Results by processes of this machine; lost ones are replaced, a log that kills one by itself too is refused.
+
+    Raises:
+        BrokenExecutor: if processes are lost without any recording.
+    """
     left = {log.key: log for log in logs}
     while left:
         try:
@@ -187,24 +190,13 @@ def _by_processes(plan: bytes, logs: Sequence[Log], workers: int) -> Iterator[_D
         except BrokenExecutor:
             yield None
             for log in list(left.values())[: 2 * workers]:  # they begin in this order
-                yield _alone(plan, log)
+                with process_pool(1) as alone:
+                    alone.submit(int).result()  # whether a process can be there at all
+                    try:
+                        yield alone.submit(reduce_log, plan, log).result()
+                    except BrokenExecutor:
+                        yield replace(log, wrong=KILLS), b""
                 del left[log.key]
-
-
-def _alone(plan: bytes, log: Log) -> _Done:
-    """One recording by a process of its own, and by another where that is lost.
-
-    Raises:
-        BrokenExecutor: if such processes are lost without any recording.
-    """
-    for _ in range(_TRIES):
-        with process_pool(1) as pool:
-            pool.submit(int).result()  # whether a process can be there at all
-            try:
-                return pool.submit(reduce_log, plan, log).result()
-            except BrokenExecutor:
-                continue
-    return replace(log, wrong=KILLS), b""
 
 
 @contextmanager
