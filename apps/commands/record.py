@@ -84,7 +84,7 @@ def _ended_alike() -> Iterator[None]:
 
 
 def progress_line(recorder: live.Recorder, new: live.Samples) -> str:
-    """What is happening: time, joints that move, size of the currents, and what is wrong."""
+    """Tell time, joints that move, size of the currents, and what is wrong."""
     words = [f"recording {recorder.seconds:.0f} of {recorder.length:g} s"]
     if len(new):
         fastest = abs(new[live.SPEED]).max(axis=0).tolist()
@@ -98,7 +98,7 @@ def progress_line(recorder: live.Recorder, new: live.Samples) -> str:
 
 
 def _tell(recorder: live.Recorder, path: str) -> None:
-    """What was recorded, and what is to be known about it."""
+    """Tell what was recorded, and what is to be known about it."""
     total = recorder.count + recorder.dropped
     lost = 100.0 * recorder.dropped / total
     note(f"{path}: {recorder.count} samples in {recorder.seconds:.1f} s, {recorder.dropped} dropped ({lost:.2g} %)")

@@ -57,7 +57,7 @@ class Series:
 
     @property
     def relative(self) -> bool:
-        """Whether a change is a share of what is usual."""
+        """Tell whether a change is a ratio to what is usual."""
         return self.quantity[:5] not in (MASS, "scale") and parameter_kind(self.quantity) in _RELATIVE
 
     @cached_property
@@ -67,7 +67,7 @@ class Series:
 
     @property
     def size(self) -> float:
-        """What a change is told in."""
+        """Unit of changes: the usual value, or 1."""
         return max(abs(self.usual), 1e-12) if self.relative else 1.0
 
     @cached_property
@@ -109,7 +109,7 @@ class Arm:
 
 @dataclass(frozen=True)
 class Fleet:
-    """What a fleet's nights say.
+    """Arms of a fleet, night by night and side by side.
 
     Attributes:
         arms: of one type, by name.

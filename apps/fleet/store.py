@@ -24,7 +24,7 @@ from ...model import BaseParameters, Processing, Robot
 _Kind = TypeVar("_Kind")
 
 KNOWN = ("arm", "day", "payload")
-"""What may be known of a log: the arm's own name, ISO day or time, and kg that the controller was told."""
+"""Facts that may be known of a log: the arm's own name, ISO day or time, and kg that the controller was told."""
 SUFFIXES = (".csv", ".csv.gz", ".tsv", ".tsv.gz", ".npz", ".mat", ".parquet")
 """Files of a folder that are taken for logs."""
 _CLOCKS = (9.0e8, 4.1e9)  # s since 1970: 1998 to 2099

@@ -222,7 +222,7 @@ class Columns(NamedTuple):
 
 @dataclass(frozen=True)
 class Naming:
-    """What the columns of one log are called, by its map, its own joint names, or the standard."""
+    """Names of the columns of one log, by its map, its own joint names, or the standard."""
 
     raw: RawLog
     log_map: LogMap
@@ -340,7 +340,7 @@ def choose(raw: RawLog, log_map: LogMap, robot: Robot, gains: Sequence[float] | 
 
 
 def _check_layout(naming: Naming) -> list[str]:
-    """What to tell the user about columns that were recognised.
+    """Check columns that were recognised, and tell the user of them.
 
     Raises:
         InputError: if they are of another number of joints, or near-misses of plain columns.
@@ -436,6 +436,6 @@ def _listed(names: Sequence[str]) -> str:
 
 
 def _numbered(name: str) -> tuple[str, int]:
-    """What stands before the number at a name's end, and the number; -1 where there is none."""
+    """Split a name into its stem and the number at its end; -1 where there is none."""
     stem = name.rstrip("0123456789")
     return stem, int(name[len(stem) :] or -1)

@@ -304,7 +304,7 @@ def _preamble(lines: Sequence[str]) -> tuple[int, list[str], str]:
 
 
 def _delimiter(usual: str, header: str, below: Sequence[str]) -> str | None:
-    """What cuts header and first rows into equally many cells, the most; where none does, the header alone."""
+    """Find what cuts header and first rows into equally many cells, the most; where none does, the header alone."""
     rows = [line for line in islice(below, 50) if line.strip() and not line.startswith(_MARK)][:3]
     # Of delimiters that do as well as each other the first counts: the usual one.
     counts = {

@@ -37,7 +37,7 @@ _ALL = "all joints"
 
 @dataclass(frozen=True, eq=False)
 class Following:
-    """What a controller missed in one recording.
+    """Errors that a controller left in one recording.
 
     Attributes:
         kind: what ``missed`` is.
@@ -59,7 +59,7 @@ class Change(NamedTuple):
 
     @property
     def clear(self) -> Literal["fell", "rose", "no clear change"]:
-        """Which side of zero the interval lies on."""
+        """Tell on which side of zero the interval lies."""
         low, high = self.interval
         return "fell" if low > 0.0 else "rose" if high < 0.0 else "no clear change"
 
@@ -82,7 +82,7 @@ class FollowingChange:
 
     @property
     def tells(self) -> bool:
-        """Whether what is compared tells anything of the number entered."""
+        """Tell whether what is compared shows anything of the number entered."""
         return self.kind != "torque"
 
 

@@ -19,11 +19,11 @@ Texts = str | tuple[str, ...]
 """One text stands for a list of it."""
 _Count = Annotated[int, Meta(ge=0)]
 DELIMITERS = {"comma": ",", "tab": "\t", "semicolon": ";", "space": None}
-"""What separates cells; None stands for any white space."""
+"""Separators of cells; None stands for any white space."""
 QUANTITIES = ("position", "velocity", "torque", "current")
-"""What is measured of each joint."""
+"""Quantities that are measured of each joint."""
 REFERENCES = {"position_reference": "position", "torque_reference": "torque"}
-"""What the controller wanted of each joint, and the quantity it belongs to; read by ``read_following``."""
+"""References that the controller wanted, and the quantities they belong to; ``read_following`` reads them."""
 FORMS = {"rotation_vector": 3, "rpy": 3, "quaternion": 4}
 """How axes are written, and in how many columns."""
 _PLACE, _QUATERNION = ("x", "y", "z"), ("qx", "qy", "qz", "qw")
@@ -46,7 +46,7 @@ _SHORT = {"t": "time", "q": "position", "qd": "velocity", "tau": "torque", "i": 
 
 
 def factor(quantity: str, unit: str) -> float:
-    """What a number in ``unit`` is multiplied by; "percent" gives the share of the rated value.
+    """Factor from a number in ``unit`` to SI; "percent" gives the ratio to the rated value.
 
     Args:
         quantity: "time", "position", "velocity", "torque" or "current".
@@ -232,11 +232,11 @@ class Quantity(Table, frozen=True):
 
     @property
     def zero(self) -> tuple[float, ...]:
-        """What is added to joint-side positions [rad or m], one for each joint."""
+        """Offsets that are added to joint-side positions [rad or m], one for each joint."""
         return tuple(map(math.radians, self.zero_deg)) or self.zero_m
 
     def factors(self, kind: str, n: int) -> Array:
-        """What each column is multiplied by, shape (n,)."""
+        """Factors from each column to SI, shape (n,)."""
         factors = np.array([factor(kind, unit) for unit in self.unit or (SI[kind],)]) * np.ones(n)
         for values in (self.sign, self.rated):
             if values:
@@ -313,7 +313,7 @@ class ToolColumns(Table, frozen=True):
 
 
 def standard_pose(names: Collection[str]) -> ToolColumns | None:
-    """What a log without a map holds: x, y, z [m], perhaps with a quaternion qx, qy, qz, qw; None without them."""
+    """Find x, y, z [m], perhaps with a quaternion qx, qy, qz, qw, in a log without a map; None without them."""
     if not set(_PLACE) <= set(names):
         return None
     if set(_QUATERNION) <= set(names):

@@ -141,7 +141,7 @@ class IdentifiedArm:
         return count
 
     def _advice(self, joint: int) -> str:
-        """What to do about a joint whose friction stops it at once."""
+        """Tell what to do about a joint whose friction stops it at once."""
         if self.robot.drives.side == "link":
             return (
                 "sensors on the link side see no rotor, and the links alone weigh too little against it: open loop "

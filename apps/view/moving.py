@@ -30,7 +30,7 @@ _TOUCHED = 0.02  # of a limit: a joint nearer to one is marked
 
 @dataclass(frozen=True, eq=False)
 class View:
-    """What is shown.
+    """An arm in motion as a viewer shows it.
 
     Attributes:
         title: in words.
@@ -154,7 +154,7 @@ def _picked(motion: Motion, finer: int = 1) -> NDArray[np.intp]:
 
 
 def _legend(shapes: Sequence[Shape], problem: DesignProblem | None, moving: bool) -> Iterator[tuple[Colour, str]]:
-    """What each colour means; numbers of joints are left out. A path is drawn of what is ``moving``."""
+    """Name each colour; numbers of joints are left out. A path is drawn of what is ``moving``."""
     named = {(shape.colour, shape.name.rstrip(" 0123456789")) for shape in shapes}
     yield from sorted((colour, words) for colour, words in named if not words.startswith(("link", "axis")))
     if not moving:
@@ -205,7 +205,7 @@ def _axes(robot: Robot, touched: NDArray[np.bool_] | None) -> list[Shape]:
 
 
 def _touched(problem: DesignProblem | None, motion: Motion, picked: NDArray[np.intp]) -> NDArray[np.bool_] | None:
-    """Whether a joint is at a limit between the shown times, (N, n)."""
+    """Tell which joints are at a limit between the shown times, (N, n)."""
     if problem is None:
         return None
     near = room_over_time(problem, motion) < _TOUCHED

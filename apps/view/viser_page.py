@@ -66,7 +66,7 @@ def html_of(view: View) -> str:
 
 
 def _legend(view: View) -> str:
-    """What each colour means, in a corner of the page, closed on a narrow one by a click."""
+    """Name each colour in a corner of the page, closed on a narrow one by a click."""
     rows = "".join(
         f'<div><span style="color:rgb{colour}">&#9632;</span> {escape(words)}</div>'
         for colour, words in view.legend
