@@ -53,7 +53,8 @@ def throughput(folder: Path, count: int) -> None:
                 fleet.reduce_fleet(paths, robot, store, executor=pool, workers=number)
                 clock[number].append(time.monotonic() - begin)
                 spent[number].append((sum(pool.map(used, [0.3] * 4 * number)) - before) / 4.0)
-        sizes = [fleet.Store.opened(store).path(log.key).stat().st_size for log in fleet.Store.opened(store).logs()]
+        reduced = fleet.Store.opened(store)
+        sizes = [reduced.path(log.key).stat().st_size for log in reduced.index().logs]
         memory = list(resident(paths, folder))
     print(f"{count} recordings of {LENGTH:g} s at {RATE:g} Hz, six joints, {os.cpu_count()} processors")
     for number in (1, 2):

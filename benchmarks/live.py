@@ -19,10 +19,11 @@ def cpu() -> float:
 
 
 def record(seconds: float) -> None:
-    with playing(rate=500) as player, live.Client("127.0.0.1", player.port) as client, client.stream() as stream:
-        recorder, begin = live.Recorder(stream.recipe, stream.rate, seconds), cpu()
+    with playing(rate=500) as player, live.Client("127.0.0.1", player.port) as client:
+        client.start()
+        recorder, begin = live.Recorder(client.rate, seconds), cpu()
         while not recorder.over:
-            recorder.add(stream.take())
+            recorder.add(client.take())
         used = cpu() - begin
     share = recorder.count / (recorder.count + recorder.dropped)
     print(f"record 500 Hz, {seconds:g} s: {100 * used / seconds:.1f} % of one core, {100 * share:.2f} % of samples")

@@ -6,7 +6,7 @@ import math
 import sys
 import time
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING
 
 from ...common.errors import InputError, one_line, printable
 from .. import export, live
@@ -40,14 +40,7 @@ class _Apply(Options):
     )
 
 
-@dataclass(frozen=True)
-class _Host(HostOptions):
-    """The controller that gets it."""
-
-    GROUP: ClassVar[str] = "controller"
-
-
-def run(request: _Apply, controller: _Host) -> int:
+def run(request: _Apply, controller: HostOptions) -> int:
     """Run it: nothing is sent before the word is given."""
     load = export.controllers.read_load(request.payload, None, request.despite_verdict)
     if not request.despite_verdict and load.verdict == "do_not_use":
@@ -95,22 +88,21 @@ def _agreed() -> bool:
     return sys.stdin.readline().strip() in ("yes", "y")
 
 
-def _apply(request: _Apply, controller: _Host, load: ControllerLoad, text: str) -> None:
+def _apply(request: _Apply, controller: HostOptions, load: ControllerLoad, text: str) -> None:
     """Send the program and see that the controller holds what was sent.
 
     Raises:
         InputError: if it does not.
     """
-    with controller.client() as client, client.stream(_FIELDS, 25.0) as stream:
-        if live.MASS not in stream.recipe.fields:
+    with controller.client() as client:
+        client.start(_FIELDS, 25.0)
+        if live.MASS not in (client.layout.names or ()):
             raise InputError(f"{client.host}: the controller does not tell its payload: nothing was sent")
         with live.send_program(text, controller.host or "", request.script_port or live.SCRIPT_PORT):
-            shown, begin = live.Samples(stream.recipe, b""), time.monotonic()
+            wrong, begin = "nothing", time.monotonic()
             while time.monotonic() - begin < _PATIENCE:
-                shown = stream.take() or shown
-                if len(shown) and not _differing(shown, load):
+                if len(shown := client.take()) and not (wrong := _differing(shown, load)):
                     return
-    wrong = _differing(shown, load) if len(shown) else "nothing"
     raise InputError(
         f"{client.host}: the payload was sent, but the controller shows {wrong}: is it in remote control?"
     )
@@ -122,12 +114,12 @@ def _differing(shown: live.Samples, load: ControllerLoad) -> str:
     sent = {live.MASS: [load.mass], live.CENTRE: load.com.tolist(), live.INERTIA: inertia}
     wrong = []
     for field, values in sent.items():
-        samples = shown.of(field)
-        size = max(map(abs, values)) or 1.0
-        if samples and not all(
-            math.isclose(a, b, rel_tol=_CLOSE, abs_tol=_CLOSE * size)
-            for a, b in zip(samples[-1], values, strict=True)
+        if field not in (shown.dtype.names or ()):
+            continue
+        last, size = shown[field][-1].reshape(-1).tolist(), max(map(abs, values)) or 1.0
+        if not all(
+            math.isclose(a, b, rel_tol=_CLOSE, abs_tol=_CLOSE * size) for a, b in zip(last, values, strict=True)
         ):
-            there, target = (", ".join(f"{x:.5g}" for x in numbers) for numbers in (samples[-1], values))
+            there, target = (", ".join(f"{x:.5g}" for x in numbers) for numbers in (last, values))
             wrong.append(f"{field} {there} instead of {target}")
     return "; ".join(wrong)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 
 from ... import estimation, model
@@ -11,7 +12,6 @@ from ...common.progress import Progress
 from .. import report, results
 from .. import view as views
 from . import answered
-from .comparison import check_compared, constraints_solved, show_payload, stored_robot
 from .options import (
     EquationOptions,
     EssentialOptions,
@@ -19,6 +19,7 @@ from .options import (
     FrictionOptions,
     GainOptions,
     KnowledgeOptions,
+    PageOptions,
     PairOptions,
     Setup,
     ViewOptions,
@@ -79,7 +80,7 @@ class _Payload(FrictionOptions):
 
     def check(self, essential: bool) -> None:
         """Refuse options that the methods asked for cannot use."""
-        check_compared(self)
+        check_compared(self.unloaded, self.robot_parameters)
         if self.free_friction and self.method not in ("1", "all"):
             raise InputError("--free-friction belongs to method 1, which is not among the methods asked for")
         if not self.robot_parameters and self.method not in ("4", "all"):
@@ -105,7 +106,7 @@ def run(
     rule = essential.rule()
     request.check(rule is not None)
     constraints = knowledge.constraints()
-    stored = stored_robot(request)
+    stored = results.read_stored_robot(request.robot_parameters) if request.robot_parameters else None
     setup = processing.setup(arm.load(), stored)
     unloaded, loaded, held_out = (
         setup.read(paths) for paths in (request.unloaded, request.loaded, request.validate)
@@ -180,3 +181,41 @@ def _problem(
         friction_change=request.change,
         scale_sigma=request.scale_sigma or 0.0,
     )
+
+
+def check_compared(unloaded: Sequence[str], robot_parameters: str | None) -> None:
+    """Refuse recordings with a payload that nothing stands beside."""
+    if not unloaded and not robot_parameters:
+        raise InputError("give --unloaded recordings or --robot-parameters: without either nothing can be compared")
+
+
+@contextmanager
+def constraints_solved() -> Iterator[None]:
+    """Constraints that leave no body are the user's to mend.
+
+    Raises:
+        InputError: where the solver finds none.
+    """
+    try:
+        yield
+    except estimation.SolverError as error:
+        raise InputError(str(error)) from None
+
+
+def show_payload(
+    answer: estimation.PayloadAnswer,
+    setup: Setup,
+    files: PageOptions,
+    page: Callable[[results.StoredPayload], report.Page],
+    measured: bool = False,
+) -> None:
+    """Print the answer, write its document and its page.
+
+    Args:
+        page: makes the report of the document; called only where it is asked for.
+        measured: whether an inertia that was to be assumed is measured.
+    """
+    files.show(report.payload_screen(answer, files.document, measured))
+    document = report.documents.payload_document(answer, setup.processing, setup.gains)
+    files.write_json(lambda: document)
+    files.write_page(lambda: page(document))

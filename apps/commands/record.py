@@ -37,13 +37,14 @@ def run(request: _Record, controller: HostOptions) -> int:
     """Run it: whatever ends the recording, the file holds what was there."""
     if not controller.host:
         raise InputError("give --host, the controller's name or address")
-    live.writer_of(request.out)
-    with controller.client() as client, client.stream(live.FIELDS, request.rate) as stream:
-        absent = [field for field in live.FIELDS if field not in stream.recipe.fields]
+    live.check_name(request.out)
+    with controller.client() as client:
+        client.start(live.FIELDS, request.rate)
+        absent = [field for field in live.FIELDS if field not in (client.layout.names or ())]
         if absent:
             note(f"{client.host}: the controller has no {', '.join(absent)}")
-        recorder = live.Recorder(stream.recipe, stream.rate, request.seconds or _SECONDS)
-        fault = _recorded(stream, recorder)
+        recorder = live.Recorder(client.rate, request.seconds or _SECONDS)
+        fault = _recorded(client, recorder)
     if fault and not recorder.count:
         raise InputError(f"{fault}: nothing was recorded")
     recorder.write(request.out)
@@ -53,12 +54,12 @@ def run(request: _Record, controller: HostOptions) -> int:
     return ANSWERED
 
 
-def _recorded(stream: live.Stream, recorder: live.Recorder) -> str:
+def _recorded(client: live.Client, recorder: live.Recorder) -> str:
     """Record until the time is over, the user has enough, or it cannot go on: then why."""
     with status("recording") as progress, _ended_alike():
         try:
             while not recorder.over:
-                new = recorder.add(stream.take())
+                new = recorder.add(client.take())
                 progress(progress_line(recorder, new))
         except live.LinkError as fault:
             return str(fault)
@@ -83,15 +84,13 @@ def _ended_alike() -> Iterator[None]:
 
 
 def progress_line(recorder: live.Recorder, new: live.Samples) -> str:
-    """What is happening: time, joints that move, size of the currents, and what is wrong."""
+    """Tell time, joints that move, size of the currents, and what is wrong."""
     words = [f"recording {recorder.seconds:.0f} of {recorder.length:g} s"]
-    speeds = new.of(live.SPEED)
-    if speeds:
-        largest = [max(map(abs, joint)) for joint in zip(*speeds, strict=True)]
-        moving = ", ".join(str(j + 1) for j, speed in enumerate(largest) if speed > _MOVING)
+    if len(new):
+        fastest = abs(new[live.SPEED]).max(axis=0).tolist()
+        moving = ", ".join(str(j + 1) for j, speed in enumerate(fastest) if speed > _MOVING)
         words.append(f"joint {moving} moves" if moving else "no joint moves")
-        currents = [max(map(abs, joint)) for joint in zip(*new.of(live.CURRENT), strict=True)]
-        words.append(f"currents to {max(currents):.1f} A")
+        words.append(f"currents to {abs(new[live.CURRENT]).max():.1f} A")
     words.append(f"moved so far: {', '.join(map(str, recorder.moved)) or 'none'}")
     if recorder.dropped:
         words.append(f"{recorder.dropped} samples dropped")
@@ -99,7 +98,7 @@ def progress_line(recorder: live.Recorder, new: live.Samples) -> str:
 
 
 def _tell(recorder: live.Recorder, path: str) -> None:
-    """What was recorded, and what is to be known about it."""
+    """Tell what was recorded, and what is to be known about it."""
     total = recorder.count + recorder.dropped
     lost = 100.0 * recorder.dropped / total
     note(f"{path}: {recorder.count} samples in {recorder.seconds:.1f} s, {recorder.dropped} dropped ({lost:.2g} %)")

@@ -12,7 +12,6 @@ from ...common.progress import Progress
 from .. import report, results
 from .. import view as views
 from . import answered
-from .comparison import check_compared, constraints_solved, show_payload, stored_robot
 from .options import (
     FrictionOptions,
     GainOptions,
@@ -24,6 +23,7 @@ from .options import (
     ViewOptions,
     option,
 )
+from .payload import check_compared, constraints_solved, show_payload
 from .progress import status
 from .values import joint_list
 
@@ -73,7 +73,7 @@ def run(
     view.check_view()
     constraints = knowledge.constraints()
     stand_in = estimation.StandIn.parse(request.inertia) if request.inertia is not None else None
-    stored = stored_robot(request)
+    stored = results.read_stored_robot(request.robot_parameters) if request.robot_parameters else None
     setup = processing.setup(arm.load(), stored)
     loaded, unloaded = setup.read(request.loaded), setup.read(request.unloaded)
     gains = drives.errors(setup, loaded, unloaded, stored)
@@ -110,7 +110,7 @@ def _check_request(request: _Weigh) -> None:
     """Refuse a line without recordings, or with options that belong together and are not."""
     if not request.loaded:
         raise InputError("give --loaded recordings")
-    check_compared(request)
+    check_compared(request.unloaded, request.robot_parameters)
     if not request.robot_parameters:
         request.refuse("friction_change", "belongs to --robot-parameters: a difference of torques frees friction")
 

@@ -1,12 +1,11 @@
-from . import catalog as catalog
 from . import nights as nights
 from . import reduction as reduction
 from . import store as store
-from .catalog import Log as Log
 from .comparing import compared as compared
 from .nights import Fleet as Fleet
 from .nights import fleet_of as fleet_of
 from .reduction import reduce_fleet as reduce_fleet
+from .store import Log as Log
 from .store import Recipe as Recipe
 from .store import Store as Store
 from .store import Stored as Stored

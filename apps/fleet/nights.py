@@ -1,4 +1,4 @@
-"""A fleet over time: what changed last night, which arm differs from its twins, and which is another robot.
+"""A fleet over time: it tells what changed last night, and which arm differs from its twins.
 
 Of each recording of an arm friction, payload and drive scales are found while the rest is fixed from all of them. A
 series is one such quantity of one arm, night by night. Its last night is compared with the median of the nights
@@ -23,7 +23,6 @@ from ...estimation.fit.robust import jackknifed
 from ...model.drives import FRICTION, parameter_kind
 from ...model.regressors import payload_columns
 from .comparing import TINY, Compared, excess, side_by_side, widened
-from .exchange import Exchange, exchange_of, named
 from .store import Stored
 
 MASS = "mass"
@@ -58,7 +57,7 @@ class Series:
 
     @property
     def relative(self) -> bool:
-        """Whether a change is a share of what is usual."""
+        """Tell whether a change is a ratio to what is usual."""
         return self.quantity[:5] not in (MASS, "scale") and parameter_kind(self.quantity) in _RELATIVE
 
     @cached_property
@@ -68,7 +67,7 @@ class Series:
 
     @property
     def size(self) -> float:
-        """What a change is told in."""
+        """Unit of changes: the usual value, or 1."""
         return max(abs(self.usual), 1e-12) if self.relative else 1.0
 
     @cached_property
@@ -96,35 +95,29 @@ class Arm:
     Attributes:
         name: of the arm.
         days: of its nights, ISO.
-        temperatures: [deg C], nan where it is not known.
         told: mass that the controller was told each night [kg].
         series: each quantity.
         pooled: its base parameters by those with the payload it was told most often, to compare with other arms.
-        exchange: recordings under its name that are of another robot; None where all may be of one.
     """
 
     name: str
     days: tuple[str, ...]
-    temperatures: tuple[float, ...]
     told: tuple[float, ...]
     series: tuple[Series, ...]
     pooled: Estimate
-    exchange: Exchange | None = None
 
 
 @dataclass(frozen=True)
 class Fleet:
-    """What a fleet's nights say.
+    """Arms of a fleet, night by night and side by side.
 
     Attributes:
         arms: of one type, by name.
         twins: the arms' inertial parameters side by side; None of fewer than three.
-        exchanges: recordings that are of another robot than their arm's name says.
     """
 
     arms: tuple[Arm, ...]
     twins: Compared | None
-    exchanges: tuple[Exchange, ...]
 
     @property
     def first(self) -> str:
@@ -144,12 +137,12 @@ class Fleet:
 
 
 def fleet_of(arms: Sequence[Arm]) -> Fleet:
-    """Last night's changes and odd arms of a fleet."""
+    """Compare each arm's last night with those before, and arms with each other."""
     arms = tuple(sorted(arms, key=lambda arm: arm.name))
-    names, pooled = [arm.name for arm in arms], [_bodies(arm.pooled) for arm in arms]
-    twins = side_by_side(names, pooled) if len(arms) >= 3 else None
-    bodies = list(zip(names, pooled, strict=True))
-    return Fleet(arms, twins, tuple(named(arm.exchange, bodies) for arm in arms if arm.exchange is not None))
+    bodies = [  # friction and constant torques tell nothing of what an arm is made of
+        arm.pooled.part([name for name in arm.pooled.names if parameter_kind(name) not in FRICTION]) for arm in arms
+    ]
+    return Fleet(arms, side_by_side([arm.name for arm in arms], bodies) if len(arms) >= 3 else None)
 
 
 def arm_of(recordings: Sequence[Stored]) -> Arm:
@@ -161,7 +154,7 @@ def arm_of(recordings: Sequence[Stored]) -> Arm:
     for recording in recordings:
         if not {"arm", "day"} <= set(recording.about):
             name = recording.name
-            raise InputError(f"{name}: its arm and day are not known: give --pattern or --table to reduce")
+            raise InputError(f"{name}: its arm and day are not known: give --pattern to reduce")
     ordered = sorted(recordings, key=lambda recording: recording.about["day"])
     arm, days = ordered[0].about["arm"], tuple(recording.about["day"] for recording in ordered)
     told = tuple(float(recording.about.get("payload", "0")) for recording in ordered)
@@ -173,30 +166,7 @@ def arm_of(recordings: Sequence[Stored]) -> Arm:
     for name in nights[0]:
         values, sigma = np.array([night[name] for night in nights]).T
         series.append(Series(arm, name, days, values, sigma))
-    _, ratio = compared_by(same[-1])
-    temperatures = tuple(float(recording.about.get("temperature", "nan")) for recording in ordered)
-    exchange = exchange_of(
-        arm,
-        days,
-        [_bodies(widened(weighted(recording.equations), ratio)) for recording in ordered],
-        _explained(ordered[0], whole),
-    )
-    return Arm(arm, days, temperatures, told, tuple(series), widened(whole, ratio), exchange)
-
-
-def _bodies(estimate: Estimate) -> Estimate:
-    """What a robot's bodies tell, without friction and constant torques."""
-    return estimate.part([name for name in estimate.names if parameter_kind(name) not in FRICTION])
-
-
-def _explained(recording: Stored, whole: Estimate) -> Array:
-    """Changes of an arm's inertial parameters by whatever is carried and however the drives are scaled, c x k."""
-    scaled = [
-        whole.covariance @ (weight**2 * factor[:, :-1].T @ (factor[:, :-1] @ whole.values))
-        for factor, weight in zip(recording.equations.factors, whole.weights, strict=True)
-    ]
-    inertial = [k for k, name in enumerate(whole.names) if parameter_kind(name) not in FRICTION]
-    return np.column_stack([recording.base.effect_of(payload_columns(recording.robot)), *scaled])[inertial]
+    return Arm(arm, days, told, tuple(series), widened(whole, compared_by(same[-1])[1]))
 
 
 def _night(recording: Stored, whole: Estimate, usual: float) -> dict[str, tuple[float, float]]:

@@ -2,12 +2,14 @@
 
 import multiprocessing
 import os
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, ProcessPoolExecutor, wait
 from contextlib import contextmanager
 from functools import lru_cache
 from itertools import islice
 from pathlib import Path
+
+from msgspec.structs import replace
 
 from ...common.errors import InputError
 from ...common.files import checksum
@@ -16,34 +18,19 @@ from ...estimation.answers.identification import identify
 from ...model import Robot
 from ..logs.map import LogMap
 from ..logs.read import read_recordings
-from .catalog import Log, local, other_day, same_time
-from .store import Recipe, Store, Stored, key_of, packed, unpacked
+from .store import Log, Recipe, RefusedDocument, Store, Stored, packed, refused_documents, same_time, unpacked
 
 _THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
-_AHEAD = 3  # batches that wait for each worker
-_TRIES = 2  # processes that a log may kill by itself
+_AHEAD = 3  # logs that wait for each worker
 _KILLED = "KilledWorker"  # what Dask raises for a task that each worker died of
 KILLS = "ends whatever process reads it, alone too: look at this log, and report it if it is a good one"
 """Why a log is refused that no worker survives."""
 
-_Batch = Sequence[Log]
 _Done = tuple[Log, bytes]  # the bytes of its equations, or none and in the log why
 
 
-class RefusedDocument(Document, frozen=True):
-    """A log that is not in the store, and why."""
-
-    file: str
-    reason: str
-
-
-def refused_documents(refused: Mapping[str, str]) -> tuple[RefusedDocument, ...]:
-    """Logs that were refused, by name."""
-    return tuple(RefusedDocument(file, reason) for file, reason in sorted(refused.items()))
-
-
 class ReducedDocument(Document, frozen=True):
-    """What a run of ``fleet reduce`` did: recordings reduced now, those that were there, and what was refused."""
+    """Result of ``fleet reduce``: recordings reduced now, those that were there, and what was refused."""
 
     store: str
     new: int
@@ -60,7 +47,6 @@ def reduce_fleet(
     log_map: LogMap | None = None,
     executor: Executor | None = None,
     workers: int = 1,
-    batch: int = 1,
     progress: Callable[[float], None] = lambda _: None,
 ) -> ReducedDocument:
     """Reduce recordings to equations in a store; what is there already is left as it is.
@@ -76,7 +62,6 @@ def reduce_fleet(
         executor: of ``concurrent.futures`` or of its form (Dask's ``client.get_executor()``); processes of this
             machine by default.
         workers: number of those processes, 1 for this one alone; or how many the executor has.
-        batch: recordings a task.
         progress: told which share is done.
 
     Raises:
@@ -84,13 +69,19 @@ def reduce_fleet(
     """
     recipe = recipe or Recipe(robot.processing)
     plan, place = packed((robot, recipe, log_map or LogMap())), Store.made(store, robot, recipe)
-    before = {log.file: log for log in place.logs()}
-    wanted, refused = _wanted([log if isinstance(log, Log) else Log(log, {}) for log in logs], recipe, before)
+    before = place.index()
+    held = {log.file: log for log in before.logs}
+    wanted, refused = _wanted([log if isinstance(log, Log) else Log(log, {}) for log in logs], recipe, held)
     missing = [log for log in wanted if not place.path(log.key).exists()]
-    batches = [missing[k : k + batch] for k in range(0, len(missing), batch)]
+    if executor is not None:
+        results = _by(executor, plan, missing, workers)
+    elif workers > 1:
+        results = _by_processes(plan, missing, workers)
+    else:
+        results = (reduce_log(plan, log) for log in missing)
     done = lost = 0
     try:
-        for result in _results(plan, batches, executor, workers):
+        for result in results:
             if result is None:
                 lost += 1
                 continue
@@ -107,142 +98,105 @@ def reduce_fleet(
             "done is kept"
         ) from None
     good = {log.file: log for log in wanted if log.file not in refused}
-    kept = {file: log for file, log in before.items() if file not in refused}
-    earlier = {file: why for file, why in place.refused().items() if file not in before and file not in good}
+    kept = {file: log for file, log in held.items() if file not in refused}
+    earlier = {bad.file: bad.reason for bad in before.refused if bad.file not in held and bad.file not in good}
     place.finish((kept | good).values(), earlier | refused)
     known = len(wanted) - len(missing)
     return ReducedDocument(str(place.root), len(good) - known, known, refused_documents(refused), lost)
 
 
-def _wanted(logs: Sequence[Log], recipe: Recipe, before: Mapping[str, Log]) -> tuple[list[Log], dict[str, str]]:
-    """Logs to be in the store, by name, and those that cannot be, and why; ``before``: what the store held."""
+def _wanted(logs: Sequence[Log], recipe: Recipe, held: Mapping[str, Log]) -> tuple[list[Log], dict[str, str]]:
+    """Logs to be in the store, by name, and those that cannot be, and why; ``held``: what the store has."""
     again = {log.file for log in logs}
-    earlier = [log for file, log in before.items() if file not in again]
+    earlier = [log for file, log in held.items() if file not in again]
     refused = {log.file: log.wrong for log in logs if log.wrong} | same_time([*earlier, *logs])
     wanted, first_files = list[Log](), {log.sha256: log.file for log in earlier}
     for log in sorted((log for log in logs if log.file not in refused), key=lambda log: log.file):
         try:
-            with local(log.file) as file:
-                digest = checksum(file)
+            digest = checksum(log.file)
         except OSError as error:
             refused[log.file] = f"cannot be read: {error.strerror or error}"
-        except InputError as error:
-            refused[log.file] = str(error)
-        else:
-            if digest in first_files:
-                refused[log.file] = f"holds the same bytes as {first_files[digest]}: a recording counts once"
-                continue
-            first_files[digest] = log.file
-            wanted.append(log._replace(sha256=digest, key=key_of(digest, log.about, recipe)))
+            continue
+        if digest in first_files:
+            refused[log.file] = f"holds the same bytes as {first_files[digest]}: a recording counts once"
+            continue
+        first_files[digest] = log.file
+        wanted.append(replace(log, sha256=digest, key=recipe.key(digest, log.about)))
     return wanted, refused
 
 
-def reduce_batch(plan: bytes, batch: _Batch) -> list[_Done]:
-    """What a worker does: each recording to the bytes of its equations, or why there is none."""
-    return [_reduced(log, *_unpacked(plan)) for log in batch]
+def reduce_log(plan: bytes, log: Log) -> _Done:
+    """Reduce a recording to the bytes of its equations, or tell why there is none; workers do this."""
+    robot, recipe, log_map = _unpacked(plan)
+    try:
+        if checksum(log.file) != log.sha256:
+            return replace(log, wrong="changed while it was reduced: run it again"), b""
+        pieces = read_recordings(log.file, robot, recipe.drive_gains, log_map, recipe.processing)
+        if wrong := log.other_day(pieces[0].origin):
+            return replace(log, wrong=wrong), b""
+        result = identify(robot, pieces, recipe.processing, gains=recipe.gains)
+        return log, packed(Stored.of(log.file, robot, result.base, result.problem, log.about))
+    except (InputError, OSError) as error:
+        return replace(log, wrong=" ".join(str(error).split())), b""
+    except Exception as fault:  # one bad log stops nobody; it is named, and so is the fault
+        return replace(log, wrong=f"a fault of ours, please report it: {type(fault).__name__}: {fault}"), b""
 
 
 @lru_cache(maxsize=4)
 def _unpacked(plan: bytes) -> tuple[Robot, Recipe, LogMap]:
-    """What a worker needs beside a log, put together once a worker."""
+    """Make what a worker needs beside a log once a worker."""
     return unpacked(plan, tuple[Robot, Recipe, LogMap])
 
 
-def _reduced(log: Log, robot: Robot, recipe: Recipe, log_map: LogMap) -> _Done:
-    try:
-        with local(log.file) as path:
-            if checksum(path) != log.sha256:
-                return log._replace(wrong="changed while it was reduced: run it again"), b""
-            pieces = read_recordings(path, robot, recipe.drive_gains, log_map, recipe.processing)
-            if wrong := other_day(log.about, pieces[0].origin):
-                return log._replace(wrong=wrong), b""
-            result = identify(robot, pieces, recipe.processing, gains=recipe.gains)
-            return log, packed(Stored.of(log.file, robot, result.base, result.problem, log.about))
-    except (InputError, OSError) as error:
-        return log._replace(wrong=" ".join(str(error).split())), b""
-    except Exception as fault:  # one bad log stops nobody; it is named, and so is the fault
-        return log._replace(wrong=f"a fault of ours, please report it: {type(fault).__name__}: {fault}"), b""
-
-
-def _results(
-    plan: bytes, batches: Sequence[_Batch], executor: Executor | None, workers: int
-) -> Iterator[_Done | None]:
-    """Results as they come, by an executor, by processes, or by this one alone; None where workers were lost."""
-    if executor is not None:
-        yield from _by(executor, plan, batches, workers)
-    elif workers > 1:
-        yield from _by_processes(plan, batches, workers)
-    else:
-        for batch in batches:
-            yield from reduce_batch(plan, batch)
-
-
-def _by(executor: Executor, plan: bytes, batches: Sequence[_Batch], workers: int) -> Iterator[_Done | None]:
-    """Results as they come, a few batches ahead of the workers.
-
-    Where the engine says that a batch kills whatever worker does it, its recordings are tried one by one.
-    """
-    waiting, pending = iter(batches), dict[Future[list[_Done]], _Batch]()
-
-    def submit(batch: _Batch) -> None:
-        pending[executor.submit(reduce_batch, plan, batch)] = batch
-
-    for first in islice(waiting, _AHEAD * workers):
-        submit(first)
-    while pending:
+def _by(executor: Executor, plan: bytes, logs: Iterable[Log], workers: int) -> Iterator[_Done | None]:
+    """Results as they come, a few logs ahead of the workers; None where workers were lost."""
+    waiting, pending = iter(logs), dict[Future[_Done], Log]()
+    free = _AHEAD * workers
+    while True:
+        for log in islice(waiting, free):
+            pending[executor.submit(reduce_log, plan, log)] = log
+        if not pending:
+            return
         finished, _ = wait(pending, return_when=FIRST_COMPLETED)
+        free = len(finished)
         # what is there is not lost with what failed
         for future in sorted(finished, key=lambda one: one.cancelled() or one.exception() is not None):
-            batch = pending.pop(future)
+            log = pending.pop(future)
             try:
-                yield from future.result()
+                yield future.result()
             except BrokenExecutor:
                 raise
             except Exception as error:  # of the engine: a worker's own end in a reason
                 if type(error).__name__ != _KILLED:
                     raise BrokenExecutor(f"{type(error).__name__}: {error}") from error
                 yield None
-                if len(batch) == 1:
-                    yield batch[0]._replace(wrong=KILLS), b""
-                else:
-                    for log in batch:
-                        submit([log])
-            for following in islice(waiting, 1):
-                submit(following)
+                yield replace(log, wrong=KILLS), b""
 
 
-def _by_processes(plan: bytes, batches: Sequence[_Batch], workers: int) -> Iterator[_Done | None]:
-    """Results by processes of this machine; lost ones are replaced, a log that kills each of them is refused."""
-    left = {log.key: log for batch in batches for log in batch}
+def _by_processes(plan: bytes, logs: Sequence[Log], workers: int) -> Iterator[_Done | None]:
+    """Results by processes of this machine; lost ones are replaced, a log that kills one by itself too is refused.
+
+    Raises:
+        BrokenExecutor: if processes are lost without any recording.
+    """
+    left = {log.key: log for log in logs}
     while left:
         try:
             with process_pool(workers) as pool:
-                for done in _by(pool, plan, [[log] for log in left.values()], workers):
+                for done in _by(pool, plan, list(left.values()), workers):
                     assert done is not None
                     del left[done[0].key]
                     yield done
         except BrokenExecutor:
             yield None
             for log in list(left.values())[: 2 * workers]:  # they begin in this order
-                yield _alone(plan, log)
+                with process_pool(1) as alone:
+                    alone.submit(int).result()  # whether a process can be there at all
+                    try:
+                        yield alone.submit(reduce_log, plan, log).result()
+                    except BrokenExecutor:
+                        yield replace(log, wrong=KILLS), b""
                 del left[log.key]
-
-
-def _alone(plan: bytes, log: Log) -> _Done:
-    """One recording by a process of its own, and by another where that is lost.
-
-    Raises:
-        BrokenExecutor: if such processes are lost without any recording.
-    """
-    for _ in range(_TRIES):
-        with process_pool(1) as pool:
-            pool.submit(int).result()  # whether a process can be there at all
-            try:
-                (done,) = pool.submit(reduce_batch, plan, [log]).result()
-            except BrokenExecutor:
-                continue
-            return done
-    return log._replace(wrong=KILLS), b""
 
 
 @contextmanager

@@ -1,12 +1,12 @@
-"""A folder of equations: a file a recording, written whole or not at all, the same whoever reduced them."""
+"""Recordings of a fleet: their logs, what is known of each, and the folder that holds their equations."""
 
-import csv
 import hashlib
-import io
 import json
+import re
 import zlib
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -14,25 +14,144 @@ import msgspec
 import numpy as np
 
 from ...common.errors import InputError
-from ...common.files import csv_table, made_folder, write_bytes, write_text
-from ...common.schema import read_json, read_text
+from ...common.files import made_folder, write_bytes
+from ...common.schema import Document, read_json, write_json
 from ...estimation.equations.equations import Equations
 from ...estimation.equations.leave_one_out import WithoutEach
 from ...estimation.fit.drive_gains import Gains
 from ...model import BaseParameters, Processing, Robot
-from .catalog import KNOWN, Log
 
 _Kind = TypeVar("_Kind")
 
-_ABOUT, _INDEX, _REFUSED, _EQUATIONS = "store.json", "index.csv", "refused", "equations"
-_COLUMNS, _REASONS = ("file", "sha256", *KNOWN, "key"), ("file", "reason")
-
+KNOWN = ("arm", "day", "payload")
+"""Facts that may be known of a log: the arm's own name, ISO day or time, and kg that the controller was told."""
+SUFFIXES = (".csv", ".csv.gz", ".tsv", ".tsv.gz", ".npz", ".mat", ".parquet")
+"""Files of a folder that are taken for logs."""
+_CLOCKS = (9.0e8, 4.1e9)  # s since 1970: 1998 to 2099
+_NIGHT = 2.0  # days that a log's clock may be beside the day told: a day without time, zones, a night's two days
 _AGAIN = "delete it and run 'dynident fleet reduce' again, what is done is kept"
+
+
+class Log(Document, frozen=True):
+    """A log and what is known of it; ``wrong``: why it cannot be used.
+
+    ``sha256`` of its bytes and ``key``, the name of its equations in a store, once they are known.
+    """
+
+    file: str
+    about: dict[str, str]
+    wrong: str = ""
+    sha256: str = ""
+    key: str = ""
+
+    @property
+    def misdescribed(self) -> str:
+        """Fault in what is known of the log; empty if there is none."""
+        if not self.about.get("arm", "-"):
+            return "no arm is named"
+        try:
+            datetime.fromisoformat(self.about.get("day", "2000-01-01"))
+        except ValueError:
+            return f"day {self.about['day']!r} is no date: write 2026-01-31 or 2026-01-31T02:00"
+        try:
+            float(self.about.get("payload", "0"))
+        except ValueError:
+            return f"payload {self.about['payload']!r} is no number"
+        return ""
+
+    def other_day(self, start: float) -> str:
+        """Fault of a log whose own clock tells another day than it is said to be of; empty if there is none.
+
+        Only times since 1970 tell a day: a log that counts from its own start, or by a clock that was never set,
+        has none.
+
+        Args:
+            start: its first time [s].
+        """
+        if "day" not in self.about or not _CLOCKS[0] <= start <= _CLOCKS[1]:
+            return ""
+        stated = datetime.fromisoformat(self.about["day"])
+        own = datetime.fromtimestamp(start, UTC)
+        days = abs((stated.replace(tzinfo=stated.tzinfo or UTC) - own).total_seconds()) / 86400.0
+        if days < _NIGHT:
+            return ""
+        return (
+            f"its own clock begins on {own:%Y-%m-%d}, it is said to be of {self.about['day']}: mend the path, or "
+            "the log's times (from 0 on, they tell no day)"
+        )
+
+
+def found_logs(paths: Sequence[str]) -> tuple[str, ...]:
+    """Find logs by names, globs and folders, each once, in the order of their names.
+
+    Raises:
+        InputError: if one names nothing.
+    """
+    logs = set[str]()
+    for path in paths:
+        place, anchor = Path(path), Path(path).anchor
+        if place.is_dir():
+            inside = [file for file in place.rglob("*") if file.is_file() and file.name.endswith(SUFFIXES)]
+        elif place.exists():
+            inside = [place]
+        else:
+            inside = [file for file in Path(anchor).glob(str(place.relative_to(anchor))) if file.is_file()]
+        if not inside:
+            raise InputError(f"{path}: no log there")
+        logs.update(map(str, inside))
+    return tuple(sorted(logs))
+
+
+def catalog(logs: Sequence[str], pattern: str = "") -> tuple[Log, ...]:
+    """Tell by each log's path what is known of it.
+
+    Args:
+        logs: paths.
+        pattern: the end of a path, "{arm}/{day}.csv": words of ``KNOWN`` in braces, ``*`` for anything else.
+
+    Raises:
+        InputError: for a pattern that no path has.
+    """
+    if not pattern:
+        return tuple(Log(file, {}) for file in logs)
+    form = ""
+    for word in re.split(r"(\{\w+\}|\*)", pattern):
+        name = word.strip("{}")
+        if word.startswith("{") and name not in KNOWN:
+            raise InputError(f"--pattern {pattern!r}: {word} is not known; known: {', '.join(KNOWN)}")
+        form += f"(?P<{name}>[^/]+?)" if word.startswith("{") else "[^/]*" if word == "*" else re.escape(word)
+    try:
+        ending = re.compile(f"(?:^|/){form}$")
+    except re.error as error:
+        raise InputError(f"--pattern {pattern!r}: {error}") from None
+    found = []
+    for path in logs:
+        match = ending.search(Path(path).as_posix())
+        log = Log(path, match.groupdict() if match else {})
+        found.append(
+            msgspec.structs.replace(log, wrong=log.misdescribed if match else f"its path does not end in {pattern}")
+        )
+    if all(log.wrong for log in found):
+        raise InputError(f"--pattern {pattern!r}: no log's path ends so; {logs[0]}: {found[0].wrong}")
+    return tuple(found)
+
+
+def same_time(logs: Iterable[Log]) -> dict[str, str]:
+    """Find logs of one arm at one time: path -> what is wrong with it."""
+    owners: dict[tuple[str, str], str] = {}
+    wrong = {}
+    for log in logs:
+        if not log.wrong and {"arm", "day"} <= set(log.about):
+            arm, day = log.about["arm"], log.about["day"]
+            if owner := owners.get((arm, day)):
+                wrong[log.file] = f"{owner} is of arm {arm!r} at {day} too: give times, or another name"
+            owners.setdefault((arm, day), log.file)
+    return wrong
 
 
 @dataclass(frozen=True)
 class Recipe:
-    """How equations are made from logs.
+    """Settings that make equations of logs.
 
     Attributes:
         drive_gains: torque per current [N·m/A or N/A], if currents were read.
@@ -50,6 +169,11 @@ class Recipe:
         """Short text that differs between recipes."""
         return hashlib.sha256(repr(self).encode()).hexdigest()[:16]
 
+    def key(self, sha256: str, about: Mapping[str, str]) -> str:
+        """Name of a recording's file: by the log's bytes, what is known of it, and the recipe."""
+        identity = json.dumps([sha256, sorted(about.items()), self.fingerprint])
+        return hashlib.sha256(identity.encode()).hexdigest()[:32]
+
 
 @dataclass(frozen=True)
 class Stored:
@@ -57,7 +181,7 @@ class Stored:
 
     Attributes:
         name: of the log.
-        about: what is known of it: the arm's own name, day, temperature, told payload.
+        about: what is known of it: the arm's own name, day, told payload.
         whole: its equations in the robot's base parameters.
         blocks: the same cut in time.
     """
@@ -73,7 +197,7 @@ class Stored:
     def of(
         name: str, robot: Robot, base: BaseParameters, equations: Equations, about: Mapping[str, str]
     ) -> "Stored":
-        """A recording by its equations."""
+        """Make a recording of its equations."""
         parts = equations.leave_one_out
         blocks = parts.blocks if isinstance(parts, WithoutEach) else ()
         return Stored(name, robot, base, replace(equations, leave_one_out=()), blocks, dict(about))
@@ -90,7 +214,7 @@ def packed(value: Any) -> bytes:
 
 
 def unpacked(content: bytes, kind: type[_Kind]) -> _Kind:
-    """The value that bytes hold.
+    """Read the value that bytes hold.
 
     Raises:
         InputError: if they are not what was written.
@@ -112,27 +236,40 @@ def _plain(value: Any) -> Any:
 
 
 def _made(kind: Any, value: Any) -> Any:
-    """An array of what ``_plain`` made of it."""
     shape, order, content = value
     return np.frombuffer(content, "<f8").reshape(shape, order=order)
 
 
+class RefusedDocument(Document, frozen=True):
+    """A log that is not in the store, and why."""
+
+    file: str
+    reason: str
+
+
+class Index(Document, frozen=True):
+    """Recordings of a store and logs that were refused, each by the logs' names."""
+
+    logs: tuple[Log, ...] = ()
+    refused: tuple[RefusedDocument, ...] = ()
+
+
 @dataclass(frozen=True)
 class Store:
-    """A folder of reduced recordings of one type of robot, made by one recipe."""
+    """A folder of reduced recordings of one type of robot, made by one recipe; each file is written in one step."""
 
     root: Path
 
     @staticmethod
     def made(root: str | Path, robot: Robot, recipe: Recipe) -> "Store":
-        """The store at a place, made if there is none.
+        """Open the store at a place, made if there is none.
 
         Raises:
             InputError: if it is of another robot or recipe, or cannot be made.
         """
         labels = {"robot": robot.name, "fingerprint": robot.fingerprint, "recipe": recipe.fingerprint}
         store = Store(Path(root))
-        path = store.root / _ABOUT
+        path = store.root / "store.json"
         if path.exists():
             there = read_json(path, dict[str, str], "give another folder")
             if there != labels:
@@ -140,28 +277,28 @@ class Store:
                 raise InputError(f"{root}: a store of another {kind} ({there.get('robot')}): give another folder")
         elif store.root.is_dir() and any(store.root.iterdir()):
             raise InputError(f"{root}: is a folder of other things: give a new one")
-        made_folder(store.root / _EQUATIONS)
+        made_folder(store.root / "equations")
         if not path.exists():
-            write_text(path, json.dumps(labels, indent=1) + "\n")
+            write_json(path, labels)
         return store
 
     @staticmethod
     def opened(root: str | Path) -> "Store":
-        """A store that is there.
+        """Open a store that is there.
 
         Raises:
             InputError: if none is, or it was never finished.
         """
         store = Store(Path(root))
-        if not (store.root / _ABOUT).exists():
+        if not (store.root / "store.json").exists():
             raise InputError(f"{root}: no store: give the --store of 'dynident fleet reduce'")
-        if not (store.root / _INDEX).exists():
+        if not (store.root / "index.json").exists():
             raise InputError(f"{root}: reduced in part: run 'dynident fleet reduce' again, what is done is kept")
         return store
 
     def path(self, key: str) -> Path:
-        """Where a recording's equations are."""
-        return self.root / _EQUATIONS / f"{key}.bin"
+        """Place of a recording's equations."""
+        return self.root / "equations" / f"{key}.bin"
 
     def put(self, key: str, content: bytes) -> None:
         """Write a recording's equations.
@@ -171,30 +308,18 @@ class Store:
         """
         write_bytes(self.path(key), content)
 
+    def index(self) -> Index:
+        """Recordings and refused logs; none as long as the store was never finished."""
+        path = self.root / "index.json"
+        return read_json(path, Index, _AGAIN) if path.exists() else Index()
+
     def finish(self, logs: Iterable[Log], refused: Mapping[str, str]) -> None:
-        """Write what is in it, by the logs' names, and what was refused, and why."""
-        listed = [
-            [log.file, log.sha256, *(log.about.get(name, "") for name in KNOWN), log.key]
-            for log in sorted(logs, key=lambda log: log.file)
-        ]
-        write_text(self.root / _INDEX, csv_table(_COLUMNS, listed))
-        reasons = [[file, reason] for file, reason in sorted(refused.items())]
-        write_text(self.root / f"{_REFUSED}.csv", csv_table(_REASONS, reasons))
-        write_parquet(self.root / f"{_REFUSED}.parquet", _REASONS, reasons)
-
-    def logs(self) -> tuple[Log, ...]:
-        """The recordings, in the order of their files; none as long as it was never finished."""
-        return tuple(
-            Log(row["file"], {name: row[name] for name in KNOWN if row[name]}, "", row["sha256"], row["key"])
-            for row in _rows(self.root / _INDEX, _COLUMNS)
-        )
-
-    def refused(self) -> dict[str, str]:
-        """Logs that were refused, and why."""
-        return {row["file"]: row["reason"] for row in _rows(self.root / f"{_REFUSED}.csv", _REASONS)}
+        """Write what is in it, and what was refused, and why."""
+        by_name = sorted(logs, key=lambda log: log.file)
+        write_json(self.root / "index.json", Index(tuple(by_name), refused_documents(refused)))
 
     def read(self, key: str) -> Stored:
-        """A recording's equations.
+        """Read a recording's equations.
 
         Raises:
             InputError: if they are not as they were written.
@@ -208,43 +333,6 @@ class Store:
             raise InputError(f"{path}: {error}") from None
 
 
-def _rows(path: Path, columns: Sequence[str]) -> list[dict[str, str]]:
-    """Rows of a table of the store; none where it was never written.
-
-    Raises:
-        InputError: if it is not as it was written.
-    """
-    if not path.exists():
-        return []
-    table = csv.DictReader(io.StringIO(read_text(path), newline=""))
-    try:
-        rows = list(table)
-    except csv.Error as error:
-        raise InputError(f"{path}: {error}: {_AGAIN}") from None
-    if list(table.fieldnames or ()) != list(columns) or any(None in (*row, *row.values()) for row in rows):
-        raise InputError(f"{path}: not as it was written: {_AGAIN}")
-    return rows
-
-
-def key_of(sha256: str, about: Mapping[str, str], recipe: Recipe) -> str:
-    """Name of a recording's file: by the log's bytes, what is known of it, and the recipe."""
-    identity = json.dumps([sha256, sorted(about.items()), recipe.fingerprint])
-    return hashlib.sha256(identity.encode()).hexdigest()[:32]
-
-
-def write_parquet(path: Path, names: Sequence[str], rows: Sequence[Sequence[str | float]]) -> bool:
-    """Write a table as Parquet where pyarrow is there; whether it is.
-
-    Raises:
-        InputError: if it cannot be written.
-    """
-    try:
-        import pyarrow.parquet
-    except ModuleNotFoundError:
-        return False
-    kind = None if rows else pyarrow.string()
-    columns = [pyarrow.array([row[k] for row in rows], kind) for k in range(len(names))]
-    content = io.BytesIO()
-    pyarrow.parquet.write_table(pyarrow.table(columns, names=list(names)), content)
-    write_bytes(path, content.getvalue())
-    return True
+def refused_documents(refused: Mapping[str, str]) -> tuple[RefusedDocument, ...]:
+    """Logs that were refused, by name."""
+    return tuple(RefusedDocument(file, reason) for file, reason in sorted(refused.items()))

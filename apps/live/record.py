@@ -2,15 +2,16 @@
 
 import gzip
 import math
-import struct
 from collections import Counter
-from collections.abc import Callable, Sequence
-from io import StringIO
 from pathlib import Path
+from typing import Any
 
+import numpy as np
+
+from ...common.arrays import Array
 from ...common.errors import InputError
 from ...common.files import write_bytes
-from .fields import POSITION, SAFETY, TIME, LinkError, Recipe, Samples, stop_of
+from .rtde import POSITION, SAFETY, TIME, LinkError, Samples
 
 _STILL = 2.0
 """s: time that stands still for so many samples is no clock."""
@@ -18,8 +19,18 @@ _TICK = 1e-4
 """s: steps of the clock that differ by less are one."""
 _MOVED = 0.17
 """rad: a joint that has gone farther counts as moved."""
+_STOPS = {
+    3: "protective stop",
+    4: "recovery",
+    5: "safeguard stop",
+    6: "emergency stop of the system",
+    7: "emergency stop of the robot",
+    8: "violation",
+    9: "fault",
+}
+"""Safety modes in which the arm does not move as it was told (the maker's guide, safety_mode)."""
 SUFFIXES = (".csv", ".csv.gz", ".parquet")
-"""What a recording can be written as, by the file's name."""
+"""Formats that a recording can be written in, by the file's name."""
 
 
 class Recorder:
@@ -28,7 +39,6 @@ class Recorder:
     The controller's time stamps count, not the arrival: what is missing between them was dropped.
 
     Attributes:
-        recipe: fields of a sample.
         rate: samples a second that were asked for [Hz].
         length: in the controller's time, after which nothing is kept any more [s].
         count: samples that are kept.
@@ -36,15 +46,16 @@ class Recorder:
         stops: what stopped the arm, with the time since the start [s].
     """
 
-    def __init__(self, recipe: Recipe, rate: float, length: float = math.inf) -> None:
+    def __init__(self, rate: float, length: float = math.inf) -> None:
         """Begin an empty one, that ends after a length [s]."""
-        self.recipe, self.rate, self.length = recipe, rate, length
+        self.rate, self.length = rate, length
         self.count = self.repeated = 0
         self.stops: list[tuple[float, str]] = []
-        self._kept = bytearray()
+        self._kept: list[Samples] = []
         self._steps = Counter[int]()
-        self._reach: list[list[float]] = []
-        self._standing, self._first, self._last, self._mode = 0, 0.0, 0.0, ""
+        self._lowest: Array = np.full(6, np.inf)
+        self._highest: Array = np.full(6, -np.inf)
+        self._standing, self._first, self._last, self._stop = 0, 0.0, 0.0, ""
 
     @property
     def seconds(self) -> float:
@@ -53,7 +64,7 @@ class Recorder:
 
     @property
     def over(self) -> bool:
-        """Whether the length is reached."""
+        """Tell whether the length is reached."""
         return self.seconds >= self.length
 
     @property
@@ -71,29 +82,37 @@ class Recorder:
     @property
     def moved(self) -> list[int]:
         """Numbers of the joints that have moved so far, by 10 degrees at least."""
-        return [j + 1 for j, (low, high) in enumerate(self._reach) if high - low > _MOVED]
+        return [int(j) + 1 for j in np.flatnonzero(self._highest - self._lowest > _MOVED)]
 
     def add(self, samples: Samples) -> Samples:
-        """Keep further samples; gives those that are new.
+        """Keep further samples, and give those that are new.
 
         Raises:
             LinkError: if time runs back or stands still; what came before is kept.
         """
-        size, count = self.recipe.layout.size, len(self._kept)
-        time = struct.Struct(">d")
-        for start in range(0, len(samples.packed), size):
-            if self.over:
-                break
-            (now,) = time.unpack_from(samples.packed, start)
-            if self._new(now):
-                self._kept += samples.packed[start : start + size]
-                self.count += 1
-        new = Samples(self.recipe, bytes(self._kept[count:]))
-        self._watch(new)
-        return new
+        new: list[int] = []
+        try:
+            for k, now in enumerate(samples[TIME].tolist()):
+                if self.over:
+                    break
+                if self._is_new(now):
+                    new.append(k)
+                    self.count += 1
+        finally:
+            self._kept.append(samples[new])
+        kept = self._kept[-1]
+        self._lowest = np.minimum(self._lowest, kept[POSITION].min(axis=0, initial=np.inf))
+        self._highest = np.maximum(self._highest, kept[POSITION].max(axis=0, initial=-np.inf))
+        modes = kept[SAFETY] if SAFETY in (kept.dtype.names or ()) else ()
+        for now, mode in zip(kept[TIME].tolist(), modes, strict=False):
+            stop = _STOPS.get(int(mode), "")
+            if stop and stop != self._stop:
+                self.stops.append((now - self._first, stop))
+            self._stop = stop
+        return kept
 
-    def _new(self, now: float) -> bool:
-        """Whether a sample of this time is one more, and what is missing before it."""
+    def _is_new(self, now: float) -> bool:
+        """Tell whether a sample of this time is one more, and count what is missing before it."""
         if not self.count:
             self._first = self._last = now
             return True
@@ -109,68 +128,45 @@ class Recorder:
         self._last, self._standing = now, 0
         return True
 
-    def _watch(self, samples: Samples) -> None:
-        """Remember when the arm was stopped, and how far its joints went."""
-        for j, joint in enumerate(zip(*samples.of(POSITION), strict=True)):
-            if j == len(self._reach):
-                self._reach.append([joint[0], joint[0]])
-            self._reach[j] = [min(self._reach[j][0], *joint), max(self._reach[j][1], *joint)]
-        for (time,), (mode,) in zip(samples.of(TIME), samples.of(SAFETY), strict=False):
-            stop = stop_of(mode)
-            if stop and stop != self._mode:
-                self.stops.append((time - self._first, stop))
-            self._mode = stop
-
     def write(self, path: str | Path) -> None:
-        """Write what there is, in one step, in the format that the name says.
+        """Write what there is, in one step, in the format that the name says; see ``check_name``.
+
+        A field of several numbers counts its columns from 0.
 
         Raises:
             InputError: if nothing was recorded, or the file cannot be written.
         """
         if not self.count:
             raise InputError(f"{path}: not written: no sample came")
-        rows = list(Samples(self.recipe, bytes(self._kept)).rows())
-        write_bytes(path, writer_of(path)(self.recipe.columns, rows))
+        samples = np.concatenate(self._kept)
+        columns: dict[str, Any] = {}
+        for name in samples.dtype.names or ():
+            values = samples[name].astype(samples[name].dtype.newbyteorder("="))
+            several = {f"{name}_{k}": column for k, column in enumerate(values.T)} if values.ndim > 1 else {}
+            columns |= several or {name: values}
+        if Path(path).name.lower().endswith(".parquet"):
+            import pyarrow.parquet
+
+            stream = pyarrow.BufferOutputStream()
+            pyarrow.parquet.write_table(pyarrow.table(columns), stream)
+            write_bytes(path, bytes(stream.getvalue()))
+            return
+        rows = zip(*(map(repr, column.tolist()) for column in columns.values()), strict=True)
+        text = "".join(f"{','.join(row)}\n" for row in [tuple(columns), *rows]).encode()
+        write_bytes(path, text if Path(path).name.lower().endswith(".csv") else gzip.compress(text, mtime=0))
 
 
-Rows = Sequence[tuple[float, ...]]
-
-
-def writer_of(path: str | Path) -> Callable[[Sequence[str], Rows], bytes]:
-    """What makes the content of a file of this name.
+def check_name(path: str | Path) -> None:
+    """Refuse a file that no recording can be written as: a recording is not begun that cannot be written.
 
     Raises:
         InputError: for another name than those of ``SUFFIXES``, or without the package that Parquet needs.
     """
     name = Path(path).name.lower()
-    if name.endswith(".csv"):
-        return _csv
-    if name.endswith(".csv.gz"):
-        return _compressed
+    if not name.endswith(SUFFIXES):
+        raise InputError(f"{path}: a recording is written as {', '.join(SUFFIXES)}")
     if name.endswith(".parquet"):
         try:
-            import pyarrow  # noqa: F401  a recording is not begun that cannot be written
+            import pyarrow  # noqa: F401
         except ImportError:
             raise InputError(f"{path}: Parquet needs pyarrow: install dynident[logs], or write .csv") from None
-        return _parquet
-    raise InputError(f"{path}: a recording is written as {', '.join(SUFFIXES)}")
-
-
-def _csv(columns: Sequence[str], rows: Rows) -> bytes:
-    text = StringIO()
-    text.write(",".join(columns) + "\n")
-    text.writelines(",".join(map(repr, row)) + "\n" for row in rows)
-    return text.getvalue().encode()
-
-
-def _compressed(columns: Sequence[str], rows: Rows) -> bytes:
-    return gzip.compress(_csv(columns, rows), mtime=0)
-
-
-def _parquet(columns: Sequence[str], rows: Rows) -> bytes:
-    import pyarrow.parquet
-
-    table = pyarrow.table(dict(zip(columns, map(list, zip(*rows, strict=True)), strict=True)))
-    stream = pyarrow.BufferOutputStream()
-    pyarrow.parquet.write_table(table, stream)
-    return bytes(stream.getvalue())

@@ -1,24 +1,202 @@
-"""Which columns of a log are used, by standard names, patterns or joint names; near misses are errors."""
+"""Columns of a log that are used: those of recorders that are known, standard names, patterns, names of joints.
+
+One table serves text, arrays, Parquet and bags alike; near misses of its names are errors.
+"""
 
 import difflib
 import math
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
 
 from ...common.errors import InputError
 from ...model import Robot
-from .known import NAMED, PLAIN, Known, Recognised, recognised, time_column, time_unit
-from .map import LogMap
-from .quantity import QUANTITIES, REFERENCES, standard_pose
-from .table import RawLog, listed, repeated
+from .map import QUANTITIES, LogMap, listed, repeated, standard_pose
+from .table import RawLog
 
+_TIME = re.compile(r"(?:t|time|timestamp|time_?stamp|stamp|__time)(?:_(s|sec|ms|msec|us|ns|nsec))?", re.IGNORECASE)
+_SUFFIXES = {"sec": "s", "msec": "ms", "nsec": "ns"}
 _ALIASES = {
     "time": "t", "timestamp": "t", "position": "q", "pos": "q", "velocity": "qd", "vel": "qd", "speed": "qd",
     "dq": "qd", "qdot": "qd", "torque": "tau", "tq": "tau", "current": "i", "cur": "i",
 }  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Known:
+    """Columns that one recorder writes.
+
+    Attributes:
+        title: whose they are.
+        columns: of each quantity and reference patterns, the first of which that the log has is taken: "{}" stands
+            for a joint's number, "{0}" for the number less one, "{joint}" for its name, a first "*" for anything.
+        time: names of the column of time, where it has none of the usual ones.
+        time_unit: of that column; empty: it is found out.
+        more: whether columns beyond the robot's joints are a gripper's.
+    """
+
+    title: str
+    columns: Mapping[str, tuple[str, ...]]
+    time: tuple[str, ...] = ()
+    time_unit: str = ""
+    more: bool = False
+
+    @property
+    def by_name(self) -> bool:
+        """Tell whether the joints' names distinguish the columns."""
+        return "{joint}" in self.columns["position"][0]
+
+
+def _patterns(**patterns: str) -> dict[str, tuple[str, ...]]:
+    """Patterns of each quantity, written with blanks between them."""
+    return {kind: tuple(text.split()) for kind, text in patterns.items()}
+
+
+PLAIN = Known(
+    "plain columns",
+    _patterns(
+        position="q{}", velocity="qd{}", torque="tau{}", current="i{}", position_reference="qref{}",
+        torque_reference="tauref{}",
+    ),
+)  # fmt: skip
+"""Columns of a log that follows the documentation."""
+NAMED = Known(
+    "columns by joint",
+    _patterns(
+        position="{joint}.position {joint}_position {joint}_pos q_{joint} position_{joint}",
+        velocity="{joint}.velocity {joint}_velocity {joint}_vel qd_{joint} velocity_{joint}",
+        torque="{joint}.effort {joint}_effort {joint}_torque tau_{joint} effort_{joint}",
+        current="{joint}.current {joint}_current i_{joint} current_{joint}",
+    ),
+)
+"""Columns of a log whose joints have names, as in a ROS bag."""
+KNOWN = (
+    PLAIN,
+    Known(
+        "columns counted from 0",
+        _patterns(position="q{0} q_{0}", velocity="qd{0} qd_{0}", torque="tau{0} tau_{0}", current="i{0} i_{0}"),
+    ),
+    Known(
+        "Universal Robots, RTDE",
+        _patterns(
+            position="actual_q_{0}", velocity="actual_qd_{0}", torque="actual_current_as_torque_{0}",
+            current="actual_current_{0}", position_reference="target_q_{0}", torque_reference="target_moment_{0}",
+        ),
+    ),
+    Known(
+        "Franka, libfranka",
+        _patterns(
+            position="state.q[{0}] q[{0}]", velocity="state.dq[{0}] dq[{0}]", torque="state.tau_J[{0}] tau_J[{0}]",
+            position_reference="state.q_d[{0}] q_d[{0}]",
+        ),
+        time=("time", "duration"),
+        time_unit="ms",
+    ),
+    Known(
+        "Franka, arrays of its state",
+        _patterns(position="q{}", velocity="dq{}", torque="tau_J{}", position_reference="q_d{}"),
+    ),
+    Known(
+        "Franka, PlotJuggler",
+        _patterns(
+            position="*franka_states/q[{0}] *franka_states/q.{0}",
+            velocity="*franka_states/dq[{0}] *franka_states/dq.{0}",
+            torque="*franka_states/tau_J[{0}] *franka_states/tau_J.{0}",
+            position_reference="*franka_states/q_d[{0}] *franka_states/q_d.{0}",
+        ),
+    ),
+    Known(
+        "ROS joint states, PlotJuggler",
+        _patterns(
+            position="*joint_states/{joint}/position *measured_joint_state/{joint}/position",
+            velocity="*joint_states/{joint}/velocity *measured_joint_state/{joint}/velocity",
+            torque="*joint_states/{joint}/effort *measured_joint_state/{joint}/effort",
+        ),
+    ),
+    Known(
+        "LeRobot data set",
+        _patterns(
+            position="observation.state{} observation.position{}",
+            velocity="observation.velocity{} observation.joint_velocities{}",
+            torque="observation.effort{} observation.torque{} observation.joint_torques{}",
+            current="observation.current{}",
+        ),
+        more=True,
+    ),
+    NAMED,
+)  # fmt: skip
+"""Every recorder whose columns are known; of two that fit alike the first counts."""
+
+
+class Recognised(NamedTuple):
+    """The columns of a log that were recognised.
+
+    ``prefixes``: what the "*" of the positions stands for, several where the log holds several arms alike;
+    ``joints``: names in the log's order, none where columns are numbered; ``size``: joints that have a position.
+    """
+
+    known: Known
+    prefixes: tuple[str, ...]
+    joints: tuple[str, ...]
+    size: int
+
+    def expanded(self, pattern: str, joints: Sequence[str], n: int) -> tuple[str, ...]:
+        """Names of the columns of n joints."""
+        prefix = self.prefixes[0] if self.prefixes else ""
+        return tuple(
+            pattern.replace("*", prefix, 1).replace("{joint}", joints[j] if joints else "")
+            .replace("{}", str(j + 1)).replace("{0}", str(j))
+            for j in range(n)
+        )  # fmt: skip
+
+
+def recognised(names: Sequence[str]) -> Recognised | None:
+    """The recorder most of whose quantities a log has; None for a log without positions that are known."""
+    best, most, there = None, 0, set(names)
+    for known in KNOWN:
+        layout = next(
+            filter(None, (_positions(known, pattern, names) for pattern in known.columns["position"])), None
+        )
+        if layout is None:
+            continue
+        kinds = sum(
+            any(there >= set(layout.expanded(pattern, layout.joints, layout.size)) for pattern in patterns)
+            for patterns in known.columns.values()
+        )
+        if kinds > most:
+            best, most = layout, kinds
+    return best
+
+
+def _positions(known: Known, pattern: str, names: Sequence[str]) -> Recognised | None:
+    """The joints whose positions follow a pattern; None without a first one, or for a single name."""
+    number, text = r"(?P<joint>\d+)", re.escape(pattern)
+    marks = {r"\*": "(?P<prefix>.*)", r"\{joint\}": "(?P<joint>[^/]+)", r"\{0\}": number, r"\{\}": number}
+    for mark, group in marks.items():
+        text = text.replace(mark, group)
+    arms: dict[str, list[str]] = {}
+    for match in filter(None, (re.fullmatch(text, name) for name in names)):
+        arms.setdefault(match.groupdict().get("prefix") or "", []).append(match["joint"])
+    if not arms:
+        return None
+    most = max(map(len, arms.values()))
+    prefixes = tuple(prefix for prefix, joints in arms.items() if len(joints) == most)
+    joints = tuple(arms[prefixes[0]])
+    if "{joint}" in pattern:
+        return Recognised(known, prefixes, joints, most) if most > 1 else None
+    first = 0 if "{0}" in pattern else 1
+    if str(first - 1) in joints:  # numbers that begin before the first joint's are others
+        return None
+    count = next(k for k in range(len(joints) + 1) if str(first + k) not in joints)
+    return Recognised(known, prefixes, (), count) if count else None
+
+
+def time_column(names: Sequence[str], known: Known) -> str:
+    """The column of time: "t", else what the recorder calls it, else a usual name; "t" where there is none."""
+    usual = (name for name in names if _TIME.fullmatch(name.strip()))
+    return next((name for name in ("t", *known.time, *usual) if name in names), "t")
 
 
 class Columns(NamedTuple):
@@ -44,7 +222,7 @@ class Columns(NamedTuple):
 
 @dataclass(frozen=True)
 class Naming:
-    """What the columns of one log are called, by its map, its own joint names, or the standard."""
+    """Names of the columns of one log, by its map, its own joint names, or the standard."""
 
     raw: RawLog
     log_map: LogMap
@@ -64,9 +242,7 @@ class Naming:
 
     def columns(self, kind: str) -> tuple[str, ...]:
         """Names that the columns of a quantity or reference must have, one for each joint."""
-        named = listed(
-            (self.log_map.reference(kind) if kind in REFERENCES else self.log_map.quantity(kind)).columns
-        )
+        named = listed(self.log_map.quantity(kind).columns)
         if len(named) == 1 and "{" in named[0]:
             return self._expanded(named[0])
         if named:
@@ -85,11 +261,14 @@ class Naming:
 
     @property
     def time_unit(self) -> str:
-        """The unit of time by the log map or the column's name; empty where the times themselves must show it."""
-        return self.log_map.time.unit or self.raw.units.get(self.time, "") or time_unit(self.time, self.known)
+        """The unit of time by map, file, column's name or recorder; empty where the times must show it."""
+        match = _TIME.fullmatch(self.time.strip())
+        by_name = _SUFFIXES.get(match[1].lower(), match[1].lower()) if match and match[1] else ""
+        by_recorder = self.known.time_unit if self.time in self.known.time else ""
+        return self.log_map.time.unit or self.raw.units.get(self.time, "") or by_name or by_recorder
 
     def holds(self, kind: str) -> bool:
-        """Whether the log has some of these columns."""
+        """Tell whether the log has some of these columns."""
         return bool(set(self.columns(kind)) & set(self.raw.names))
 
     @cached_property
@@ -103,13 +282,21 @@ class Naming:
         if self.log_map.joints or not names:
             return listed(self.log_map.joints)
         known = (*self.robot.joint_names, *((self.robot.links.joints,) if self.robot.links else ()))
-        orders = {ordered for own in known for ordered in _as_known(names, own)}
-        ordered = orders.pop() if len(orders) == 1 else _by_number(names, self.robot.n)
-        if ordered:
-            return ordered
+        orders = {
+            tuple(f"{prefix}{ending}" for ending in own)
+            for own in known
+            for prefix in (name.removesuffix(own[0]) for name in names if name.endswith(own[0]))
+            if all(f"{prefix}{ending}" in names for ending in own)
+        }
+        if len(orders) == 1:
+            return orders.pop()
+        # Else the numbers that the names end in, where those are 1 to n or 0 to n - 1, give the order.
+        n, numbers = self.robot.n, {int(match[1]): name for name in names if (match := re.search(r"(\d+)$", name))}
+        if len(names) == n and sorted(numbers) in (list(range(n)), list(range(1, n + 1))):
+            return tuple(numbers[k] for k in sorted(numbers))
         raise InputError(
-            f"{self.raw.path}: names joints {', '.join(names)}: give the {self.robot.n} of the robot from base to "
-            "tip by --joints"
+            f"{self.raw.path}: names joints {', '.join(names)}: give the {n} of the robot from base to tip by "
+            "--joints"
         )
 
     def _expanded(self, pattern: str) -> tuple[str, ...]:
@@ -125,24 +312,6 @@ class Naming:
                 "in a log map"
             )
         return layout.expanded(pattern, joints, self.robot.n)
-
-
-def _by_number(names: Sequence[str], n: int) -> tuple[str, ...]:
-    """The names in the order of the numbers that they end in, where those are 1 to n or 0 to n - 1; else none."""
-    ends = {name: re.search(r"(\d+)$", name) for name in names}
-    numbers = {int(match[1]): name for name, match in ends.items() if match}
-    first = min(numbers, default=0)
-    if first not in (0, 1) or sorted(numbers) != list(range(first, first + n)) or len(names) != n:
-        return ()
-    return tuple(numbers[k] for k in sorted(numbers))
-
-
-def _as_known(names: Sequence[str], own: Sequence[str]) -> Iterator[tuple[str, ...]]:
-    """A log's joints in the order of an arm's own names, for each prefix under which it has all of them."""
-    for name in names:
-        prefix = name.removesuffix(own[0])
-        if name.endswith(own[0]) and all(f"{prefix}{ending}" in names for ending in own):
-            yield tuple(f"{prefix}{ending}" for ending in own)
 
 
 def choose(raw: RawLog, log_map: LogMap, robot: Robot, gains: Sequence[float] | None) -> Columns:
@@ -163,19 +332,15 @@ def choose(raw: RawLog, log_map: LogMap, robot: Robot, gains: Sequence[float] | 
     if twice := repeated([name for name in raw.names if name in chosen.all]):
         raise InputError(f"{raw.path}: column {twice!r} stands in the header twice: rename one")
     check_missing(raw, chosen.all)
-    return chosen._replace(notes=(*notes, *_ignored(raw, log_map, chosen)))
-
-
-def _ignored(raw: RawLog, log_map: LogMap, chosen: Columns) -> Iterator[str]:
-    """What to tell of columns that are neither chosen nor a pose's."""
     pose = log_map.pose or standard_pose(raw.names)
-    used = (*chosen.all, *(pose.all if pose else ()))
+    used = {*chosen.all, *(pose.all if pose else ())}
     if ignored := [name for name in raw.names if name not in used]:
-        yield f"columns not used: {_listed(ignored)}"
+        notes = [*notes, f"columns not used: {_listed(ignored)}"]
+    return chosen._replace(notes=tuple(notes))
 
 
 def _check_layout(naming: Naming) -> list[str]:
-    """What to tell the user about columns that were recognised.
+    """Check columns that were recognised, and tell the user of them.
 
     Raises:
         InputError: if they are of another number of joints, or near-misses of plain columns.
@@ -194,16 +359,23 @@ def _check_layout(naming: Naming) -> list[str]:
 
 
 def _load(naming: Naming, gains: Sequence[float] | None) -> tuple[str, list[str]]:
-    """Whether torques or currents are used, and what to tell the user about the choice."""
+    """Choose torques or currents, and tell the user of the choice."""
     raw, n = naming.raw, naming.robot.n
     torques, currents = naming.columns("torque"), naming.columns("current")
     if gains is None:
-        if not naming.holds("torque") and not naming.holds("current"):
-            _check_computed(naming)
-        if not naming.holds("torque") and naming.holds("current"):
+        if naming.holds("torque"):
+            return "torque", []
+        if naming.holds("current"):
             raise InputError(
                 f"{raw.path}: carries currents ({currents[0]}..{currents[-1]}) but no torques: "
                 f"give --drive-gains, {n} numbers in N·m/A"
+            )
+        # The controller's own prediction does not stand in the place of a measured torque.
+        computed = naming.columns("torque_reference") if naming.known is not PLAIN else ()
+        if computed and set(computed) <= set(raw.names):
+            raise InputError(
+                f"{raw.path}: {computed[0]} and so on are what the controller computes, not what was measured: "
+                f"record {currents[0]} and so on as well"
             )
         return "torque", []
     if len(gains) != n:
@@ -220,20 +392,6 @@ def _load(naming: Naming, gains: Sequence[float] | None) -> tuple[str, list[str]
     return "current", ["has torques too; currents and drive gains are used"] * both
 
 
-def _check_computed(naming: Naming) -> None:
-    """Refuse the controller's own prediction in the place of a measured torque.
-
-    Raises:
-        InputError: if the log has nothing else.
-    """
-    computed = naming.columns("torque_reference") if naming.known is not PLAIN else ()
-    if computed and set(computed) <= set(naming.raw.names):
-        raise InputError(
-            f"{naming.raw.path}: {computed[0]} and so on are what the controller computes, not what was measured: "
-            f"record {naming.columns('current')[0]} and so on as well"
-        )
-
-
 def _check_near_misses(raw: RawLog, robot: Robot) -> None:
     patterns = [PLAIN.columns[kind][0] for kind in QUANTITIES]
     known = {"t"} | {pattern.replace("{}", str(j)) for pattern in patterns for j in range(1, robot.n + 1)}
@@ -241,21 +399,13 @@ def _check_near_misses(raw: RawLog, robot: Robot) -> None:
     for name in raw.names:
         if name in known or name == time:
             continue
-        meant = _meant(name)
+        match = re.fullmatch(r"([a-z]+?)0*(\d*)", re.sub(r"[\[(].*?[\])]|[^a-z0-9]", "", name.lower()))
+        meant = _ALIASES.get(match[1], match[1]) + match[2] if match else name
         if meant in known and (meant not in raw.names or meant == name.strip().lower()):
             raise InputError(f"{raw.path}: column {name!r} looks like {meant!r}: rename it, or give a log map")
         if re.fullmatch(r"(q|qd|tau|i)(\d+)", name):
             joints = f"robot {robot.name!r} has {robot.n} joints"
             raise InputError(f"{raw.path}: column {name!r}, but {joints}: is it the right robot?")
-
-
-def _meant(name: str) -> str:
-    """The known name that a header entry most likely stands for, or the entry itself."""
-    plain = re.sub(r"[\[(].*?[\])]|[^a-z0-9]", "", name.lower())
-    match = re.fullmatch(r"([a-z]+?)0*(\d*)", plain)
-    if not match:
-        return name
-    return _ALIASES.get(match[1], match[1]) + match[2]
 
 
 def check_missing(raw: RawLog, columns: Sequence[str]) -> None:
@@ -286,6 +436,6 @@ def _listed(names: Sequence[str]) -> str:
 
 
 def _numbered(name: str) -> tuple[str, int]:
-    """What stands before the number at a name's end, and the number; -1 where there is none."""
+    """Split a name into its stem and the number at its end; -1 where there is none."""
     stem = name.rstrip("0123456789")
     return stem, int(name[len(stem) :] or -1)

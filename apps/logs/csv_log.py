@@ -1,24 +1,93 @@
-"""Text: CSV, TSV and the like, plain or gzip, as its dialect says."""
+"""Text: CSV, TSV and the like, plain or gzip; how a file writes its table is found out, and it is read so."""
 
+import csv
+import gzip
+import io
 import math
+import re
+import zlib
 from bisect import bisect_right
-from collections.abc import Sequence
-from itertools import islice, repeat
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from itertools import chain, islice
 from pathlib import Path
+from typing import IO, cast
 
-import msgspec
 import numpy as np
 
 from ...common.arrays import Array
 from ...common.errors import InputError
-from .dialect import Dialect, dialect_of, is_number, names_of, opened_text
-from .quantity import with_unit
-from .table import Layout, RawLog
+from .map import DELIMITERS, Layout, known_unit, with_unit
+from .table import RawLog
 
-BLOCK = 16384
-"""Lines that are decoded at once: text takes many times the memory of its numbers."""
-_NUMBERS = msgspec.json.Decoder(list[float])
-_REMARKS = ("#", "%")
+_SAMPLE = 1 << 17  # bytes that a dialect is found out from
+_BOMS = {b"\xef\xbb\xbf": "utf-8-sig", b"\xff\xfe": "utf-16", b"\xfe\xff": "utf-16"}
+_NOT_TEXT = {
+    b"PK\x03\x04": "a spreadsheet or an archive: save it as CSV (Excel: Save As, 'CSV UTF-8'), or unpack it",
+    b"\xd0\xcf\x11\xe0": "a spreadsheet: save it as CSV (Excel: Save As, 'CSV UTF-8')",
+    b"#ROSBAG V": "a bag of ROS 1: convert it to ROS 2 (rosbags-convert --src A.bag --dst A)",
+    b"BZh": "compressed by bzip2: unpack it, or compress it by gzip",
+    b"\xfd7zXZ": "compressed by xz: unpack it, or compress it by gzip",
+    b"\x28\xb5\x2f\xfd": "compressed by zstd: unpack it, or compress it by gzip",
+}
+"""First bytes of what people give for text, and what to do with it."""
+_SPREADSHEETS = (".xlsx", ".xlsm", ".xls", ".ods", ".numbers")
+_CONTROL = re.compile(rb"[\x00-\x08\x0e-\x1f]")
+_MARK = ("#", "%")
+_SEPARATOR = re.compile(r'"?sep=(.)"?', re.IGNORECASE)
+_DECIMAL_COMMA = re.compile(r"[-+]?\d*,\d+(?:[eE][-+]?\d+)?")
+_NAMES = {"\t": "tabs", ";": "semicolons", ",": "commas", "|": "bars", None: "blanks"}
+_ENCODINGS = {"utf-8-sig": "a byte order mark", "latin-1": "Latin-1 text"}
+
+
+@dataclass(frozen=True)
+class Dialect:
+    """Way in which a text file writes its table.
+
+    Attributes:
+        encoding: Python's name of it.
+        delimiter: between cells; None stands for any white space.
+        decimal: "." or ",".
+        before: lines before the first row of numbers.
+        header: names of the columns as they stand there; empty where there is no such line.
+        units: of the columns, as a row below the header gives them; empty without one.
+        told: what differs from a plain file, in words.
+    """
+
+    encoding: str = "utf-8"
+    delimiter: str | None = ","
+    decimal: str = "."
+    before: int = 0
+    header: tuple[str, ...] = ()
+    units: tuple[str, ...] = ()
+    told: tuple[str, ...] = ()
+
+    def cells(self, line: str) -> list[str]:
+        """Cells of one line, without quotation marks; what a last delimiter ends is no further cell."""
+        line = line.rstrip("\r\n")
+        if self.delimiter is None:
+            return line.split()
+        split = line.split(self.delimiter) if line else []
+        if '"' in line:
+            try:
+                split = next(csv.reader([line], delimiter=self.delimiter, skipinitialspace=True), [])
+            except csv.Error:  # a cell of more than 131,072 characters
+                return [line]
+        cells = [cell.strip() for cell in split]
+        return cells[:-1] if len(cells) > 1 and not cells[-1] and len(cells) > len(self.header) > 0 else cells
+
+    def plain(self, cell: str) -> str:
+        """A number as Python writes it."""
+        return cell.replace(",", ".") if self.decimal == "," else cell
+
+    def is_number(self, cell: str) -> bool:
+        """Tell whether a cell is a number, not a number and infinity among them."""
+        try:
+            float(self.plain(cell))
+        except ValueError:
+            return False
+        return "_" not in cell
 
 
 def csv_log(path: Path, layout: Layout) -> RawLog:
@@ -28,27 +97,22 @@ def csv_log(path: Path, layout: Layout) -> RawLog:
         InputError: if it has no header where one is needed, or cannot be read.
     """
     dialect = dialect_of(path, layout)
+    header = dialect.header
     if not layout.names:
-        _check_header(path, dialect)
-    named = [with_unit(name) for name in names_of(dialect, layout)]
-    units = dict(zip((name for name, _ in named), dialect.units, strict=False))
-    units |= {name: unit for name, unit in named if unit}
+        if not any(header):
+            raise InputError(f"{path}: is empty: a header line and rows of numbers are needed")
+        if len(header) == 1:
+            raise InputError(
+                f"{path}: the header {header[0][:40]!r} has one column: separate columns by commas, semicolons, "
+                "tabs or blanks"
+            )
+        if all(map(dialect.is_number, header)):
+            raise InputError(f"{path}: line {dialect.before} holds numbers: a header with column names is needed")
+    named = [with_unit(name) for name in layout.names or header]
     names = tuple(name for name, _ in named)
+    units = dict(zip(names, dialect.units, strict=False)) | {name: unit for name, unit in named if unit}
     text = _Text(path, dialect, layout.per_row, names)
     return RawLog(path, names, text.read, text.place, units=units, notes=text.notes)
-
-
-def _check_header(path: Path, dialect: Dialect) -> None:
-    header = dialect.header
-    if not any(header):
-        raise InputError(f"{path}: is empty: a header line and rows of numbers are needed")
-    if len(header) == 1:
-        raise InputError(
-            f"{path}: the header {header[0][:40]!r} has one column: separate columns by commas, semicolons, "
-            "tabs or blanks"
-        )
-    if all(is_number(dialect.plain(name)) for name in header):
-        raise InputError(f"{path}: line {dialect.before} holds numbers: a header with column names is needed")
 
 
 class _Text:
@@ -64,98 +128,69 @@ class _Text:
         return f"line {self._dialect.before + 1 + row * max(self._per_row, 1) + passed}"
 
     def notes(self) -> tuple[str, ...]:
-        peculiarities = self._dialect.told
-        read = [f"text read with {', '.join(peculiarities)}"] if peculiarities else []
-        return (*read, *([self._cut] if self._cut else []))
+        told = self._dialect.told
+        return tuple(filter(None, (f"text read with {', '.join(told)}" if told else "", self._cut)))
 
     def read(self, columns: Sequence[str]) -> Array:
         """Some of the columns."""
-        places = [self._names.index(name) for name in columns]
-        self._passed, self._cut, at, rows = [], "", self._dialect.before, 0
-        numbers = [np.empty((0, len(places)))]
-        with opened_text(self._path, self._dialect.encoding) as text:
-            lines = islice(text, self._dialect.before, None)
-            while block := list(islice(lines, BLOCK * max(self._per_row, 1))):
-                values = self._samples(block, places) if self._per_row else self._rows(block, places, at, rows)
-                if not np.isfinite(values).all():
-                    raise self._bad_cell(block, at, places)
-                at, rows = at + len(block), rows + len(values)
-                numbers.append(values)
-        return np.concatenate(numbers)
-
-    def _samples(self, lines: list[str], places: list[int]) -> Array:
-        """Samples of a file with one number a line."""
-        if not any(line.strip() for line in lines):
-            return np.empty((0, len(places)))
-        try:
-            flat = np.loadtxt([self._dialect.plain(line) for line in lines], ndmin=1, comments=None).ravel()
-        except ValueError:
-            raise self._bad_cell(lines, self._dialect.before, [0]) from None
-        if flat.size % self._per_row:
+        dialect, per_row = self._dialect, self._per_row
+        indices = [0] if per_row else [self._names.index(name) for name in columns]
+        self._passed, self._cut = [], ""
+        with opened_text(self._path, dialect.encoding) as text:
+            lines = islice(text, dialect.before, None)
+            rows = map(dialect.plain, lines) if per_row else self._rows(lines, indices)
+            first = next(rows, None)
+            if first is None:
+                return np.empty((0, len(columns)))
+            between, quote = (None, None) if per_row else (dialect.delimiter, '"')
+            try:
+                values = np.loadtxt(
+                    chain([first], rows),
+                    delimiter=between,
+                    quotechar=quote,
+                    usecols=indices,
+                    ndmin=2,
+                    comments=None,
+                )
+            except InputError:
+                raise
+            except (ValueError, IndexError, TypeError):
+                values = np.full((1, 1), np.nan)
+        if not np.isfinite(values).all():
+            raise self._bad_cell(indices)
+        if per_row and values.size % per_row:
             raise InputError(
-                f"{self._path}: {flat.size} numbers are not whole samples of {self._per_row}: the file is cut"
+                f"{self._path}: {values.size} numbers are not whole samples of {per_row}: the file is cut"
             )
-        return np.ascontiguousarray(flat.reshape(-1, self._per_row)[:, places])
+        wanted = [self._names.index(name) for name in columns]
+        return values.reshape(-1, per_row)[:, wanted] if per_row else values
 
-    def _rows(self, lines: list[str], places: list[int], at: int, row: int) -> Array:
-        """Numbers of some lines, the first of which is line ``at`` + 1 and row ``row`` + 1."""
-        width = len(self._names)
-        cells = self._separated(lines)
-        counts = set(map(str.count, cells, repeat(",")))
-        if counts != {width - 1} or not lines[-1].endswith(("\n", "\r")):
-            cells = self._whole(cells, lines, places, at, row)
-        if not cells:
-            return np.empty((0, len(places)))
-        values = _plain(cells, places, width)
-        if values is not None:
-            return values
-        try:
-            return np.loadtxt(cells, delimiter=",", usecols=places, ndmin=2, comments=None)
-        except (ValueError, IndexError):
-            raise self._bad_cell(lines, at, places) from None
-
-    def _separated(self, lines: list[str]) -> list[str]:
-        """Lines with decimal points whose cells commas separate."""
-        delimiter, point = self._dialect.delimiter, "." if self._dialect.decimal == "," else " "
-        if any('"' in line for line in lines):
-            cells = ([cell.replace(",", point) for cell in self._dialect.cells(line)] for line in lines)
-            return [",".join(row) + "\n" for row in cells]
-        if delimiter == ",":
-            return lines
-        if delimiter is None:
-            return [",".join(line.replace(",", point).split()) + "\n" for line in lines]
-        return [line.replace(",", point).replace(delimiter, ",") for line in lines]
-
-    def _whole(self, cells: list[str], lines: list[str], places: list[int], at: int, row: int) -> list[str]:
-        """Rows as wide as the header: without remarks and empty lines, a last delimiter and a last row that is cut.
+    def _rows(self, lines: Iterable[str], indices: list[int]) -> Iterator[str]:
+        """Rows as wide as the header: without remarks and empty lines, and without a last row that is cut.
 
         Raises:
             InputError: names the first line that has more or fewer cells.
         """
-        rows: list[str] = []
-        for number, (line, original) in enumerate(zip(cells, lines, strict=True)):
-            if not line.strip() or line.startswith(_REMARKS):
-                self._passed.append(row + len(rows))
+        dialect, width, count = self._dialect, len(self._names), 0
+        delimiter = dialect.delimiter
+        for number, line in enumerate(lines, dialect.before + 1):
+            if line.startswith(_MARK) or not line.strip():
+                self._passed.append(count)
                 continue
-            line = line.rstrip("\r\n")
-            count = line.count(",") + 1
-            if count == len(self._names) + 1 and line.endswith(","):
-                line, count = line[:-1], count - 1
-            last = number + 1 == len(lines) and not original.endswith(("\n", "\r"))
-            if last and self._is_cut(line, places):
-                self._cut = f"the last row ({self.place(row + len(rows))}) is cut off: left out"
-            elif count != len(self._names):
-                raise self._bad_width(at + number + 1, count)
-            else:
-                rows.append(line)
-        return rows
-
-    def _is_cut(self, line: str, places: list[int]) -> bool:
-        """Whether a last line ends before its last cell, or within a number."""
-        cells = line.split(",")
-        return len(cells) < len(self._names) or (
-            len(cells) == len(self._names) and len(cells) - 1 in places and not is_number(cells[-1])
-        )
+            whole = line.endswith(("\n", "\r"))
+            # The quick way to count cells serves nearly every row.
+            if delimiter is None or not whole or line.count(delimiter) != width - 1 or '"' in line:
+                cells = dialect.cells(line)
+                if len(cells) == width + 1 and not cells[-1]:
+                    cells.pop()
+                inside = width - 1 in indices and len(cells) == width and not dialect.is_number(cells[-1])
+                if not whole and (len(cells) < width or inside):
+                    self._cut = f"the last row ({self.place(count)}) is cut off: left out"
+                    return
+                if len(cells) != width:
+                    raise self._bad_width(number, len(cells))
+            count += 1
+            yield dialect.plain(line)
 
     def _bad_width(self, line: int, count: int) -> InputError:
         names = self._names
@@ -168,31 +203,162 @@ class _Text:
             advice = "mend or remove the row, or name every column"
         return InputError(f"{self._path}: line {line} has {count} cells, the header {len(names)} names: {advice}")
 
-    def _bad_cell(self, lines: list[str], at: int, places: list[int]) -> InputError:
+    def _bad_cell(self, indices: Sequence[int]) -> InputError:
         """Say where the first cell stands that is not a finite number."""
-        for number, line in enumerate(self._separated(lines), at + 1):
-            cells = line.split(",")
-            if not line.strip() or line.startswith(_REMARKS):
-                continue
-            for place in [0] if self._per_row else places:
-                cell = cells[place].strip() if place < len(cells) else ""
-                if not (is_number(cell) and math.isfinite(float(cell))):
-                    return InputError(
-                        f"{self._path}: line {number}, column {self._names[place]!r}: {cell[:20]!r} is not a "
-                        "finite number: mend or remove the row"
-                    )
+        dialect = self._dialect
+        with opened_text(self._path, dialect.encoding) as text:
+            for number, line in enumerate(islice(text, dialect.before, None), dialect.before + 1):
+                if not line.strip() or line.startswith(_MARK):
+                    continue
+                cells = dialect.cells(line)
+                for index in indices:
+                    cell = cells[index] if index < len(cells) else ""
+                    if not (dialect.is_number(cell) and math.isfinite(float(dialect.plain(cell)))):
+                        return InputError(
+                            f"{self._path}: line {number}, column {self._names[index]!r}: {cell[:20]!r} is not a "
+                            "finite number: mend or remove the row"
+                        )
         return InputError(f"{self._path}: the rows cannot be read as numbers")
 
 
-def _plain(lines: list[str], places: list[int], width: int) -> Array | None:
-    """Numbers of lines that hold nothing but numbers as JSON writes them; else None.
+def dialect_of(path: Path, layout: Layout) -> Dialect:
+    """Find out how a file writes its table; what the layout says is taken as said.
 
-    Reads a long log in a third of the time of ``np.loadtxt``, which reads all others.
+    Raises:
+        InputError: if it is no text, or cannot be read.
     """
+    encoding = _encoding(path)
+    with opened_text(path, encoding) as text:
+        lines = text.read(_SAMPLE).splitlines()
+    if len(lines) > 1 and len("\n".join(lines)) >= _SAMPLE - 1:
+        lines.pop()  # perhaps the beginning of one
+    start, remarks, stated = (layout.skip, [], "") if layout.skip else _preamble(lines)
+    header_line = lines[start] if start < len(lines) else ""
+    below = lines[start + (not layout.names) :]
+    usual = "\t" if ".tsv" in path.suffixes else ","
+    delimiter = (
+        DELIMITERS[layout.delimiter] if layout.delimiter else stated or _delimiter(usual, header_line, below)
+    )
+    dialect = Dialect(encoding, delimiter, layout.decimal or ".", start)
+    if not layout.decimal and delimiter != ",":
+        # A comma where numbers have one and none has a point.
+        cells = [cell for line in below if not line.startswith(_MARK) for cell in dialect.cells(line)]
+        points = any("." in cell and dialect.is_number(cell) for cell in cells)
+        if not points and any(map(_DECIMAL_COMMA.fullmatch, cells)):
+            dialect = replace(dialect, decimal=",")
+    if not layout.names:
+        dialect = _with_header(dialect, header_line, remarks, below)
+    told = {
+        f"cells separated by {_NAMES.get(delimiter, repr(delimiter))}": not layout.delimiter
+        and (delimiter != usual or bool(stated)),
+        "decimal commas": not layout.decimal and dialect.decimal == ",",
+        "UTF-16 text": encoding.startswith("utf-16"),
+        _ENCODINGS.get(encoding, ""): encoding in _ENCODINGS,
+        "a row of units": bool(dialect.units),
+        "remarks": bool(remarks),
+    }
+    return replace(dialect, told=tuple(words for words, is_so in told.items() if is_so))
+
+
+def _encoding(path: Path) -> str:
+    """The encoding by the first bytes.
+
+    Raises:
+        InputError: if these are no text's.
+    """
+    if path.suffix.lower() in _SPREADSHEETS and path.is_file():
+        raise InputError(f"{path}: a spreadsheet: save it as CSV (Excel: Save As, 'CSV UTF-8') and give that file")
+    with _binary(path) as stream:
+        sample = stream.read(_SAMPLE)
+    for magic, advice in _NOT_TEXT.items():
+        if sample.startswith(magic):
+            raise InputError(f"{path}: {advice}")
+    for mark, encoding in _BOMS.items():
+        if sample.startswith(mark):
+            return encoding
+    if sample[1::2].count(0) > len(sample) // 4:
+        return "utf-16-le"
+    if sample[::2].count(0) > len(sample) // 4:
+        return "utf-16-be"
+    if len(_CONTROL.findall(sample)) > len(sample) // 1000:
+        raise InputError(f"{path}: not UTF-8 text: save it as UTF-8")
     try:
-        numbers = _NUMBERS.decode(f"[{','.join(lines)}]")
-    except (msgspec.DecodeError, UnicodeError):
-        return None
-    if len(numbers) != width * len(lines):
-        return None
-    return np.fromiter(numbers, float, len(numbers)).reshape(-1, width)[:, places]
+        sample[: sample.rfind(b"\n") + 1 or len(sample)].decode()
+    except UnicodeDecodeError:
+        return "latin-1"
+    return "utf-8"
+
+
+def _preamble(lines: Sequence[str]) -> tuple[int, list[str], str]:
+    """Lines before the header, the remarks among them, and the delimiter that a line "sep=;" tells."""
+    remarks, delimiter = [], ""
+    for number, line in enumerate(lines):
+        separator = _SEPARATOR.fullmatch(line.strip(" \r"))
+        if separator or line.strip() == "sep=\t":
+            delimiter = separator[1] if separator else "\t"
+        elif line.startswith(_MARK):
+            remarks.append(line)
+        elif line.strip():
+            return number, remarks, delimiter
+    return len(lines), remarks, delimiter
+
+
+def _delimiter(usual: str, header: str, below: Sequence[str]) -> str | None:
+    """Find what cuts header and first rows into equally many cells, the most; where none does, the header alone."""
+    rows = [line for line in islice(below, 50) if line.strip() and not line.startswith(_MARK)][:3]
+    # Of delimiters that do as well as each other the first counts: the usual one.
+    counts = {
+        delimiter: [
+            len(Dialect(delimiter=delimiter).cells(line.strip().rstrip(delimiter))) for line in (header, *rows)
+        ]
+        for delimiter in dict.fromkeys((usual, *_NAMES))
+    }
+    several = {delimiter: cells for delimiter, cells in counts.items() if cells[0] > 1}
+    alike = [delimiter for delimiter, cells in several.items() if len(set(cells)) == 1]
+    named = [delimiter for delimiter in several if delimiter is not None]
+    return max(alike or named or [usual], key=lambda delimiter: counts[delimiter][0])
+
+
+def _with_header(dialect: Dialect, line: str, remarks: Sequence[str], below: Sequence[str]) -> Dialect:
+    """Names of the columns, and the row of units below them; of a file of numbers the last remark may name them."""
+    names = dialect.cells(line)
+    while len(names) > 1 and not names[-1]:
+        names.pop()
+    if remarks and names and all(map(dialect.is_number, names)):
+        named = dialect.cells(remarks[-1].lstrip("".join(_MARK)).strip())
+        if len(named) == len(names):
+            return replace(dialect, header=tuple(named))
+    first = next((line for line in below if line.strip()), "")
+    units = dialect.cells(first)[: len(names)]
+    # A row of units holds no number, and some unit that is known.
+    if any(map(dialect.is_number, units)) or not any(known_unit(unit.strip("[]()")) for unit in units):
+        return replace(dialect, header=tuple(names), before=dialect.before + 1)
+    skipped = below.index(first) + 1
+    return replace(dialect, header=tuple(names), units=tuple(units), before=dialect.before + 1 + skipped)
+
+
+@contextmanager
+def opened_text(path: Path, encoding: str) -> Iterator[io.TextIOBase]:
+    """Open a text file, plain or gzip; what is no text of its encoding comes as a mark, for a number is none.
+
+    Raises:
+        InputError: if it cannot be read.
+    """
+    errors = "replace" if encoding.startswith("utf-16") else "surrogateescape"
+    with _binary(path) as binary, io.TextIOWrapper(binary, encoding=encoding, errors=errors, newline="") as text:
+        yield text
+
+
+@contextmanager
+def _binary(path: Path) -> Iterator[IO[bytes]]:
+    try:
+        with path.open("rb") as stream:
+            packed = path.suffix.lower() == ".gz" or stream.read(2) == b"\x1f\x8b"
+        with gzip.open(path, "rb") if packed else path.open("rb") as binary:
+            yield cast(IO[bytes], binary)
+    except FileNotFoundError:
+        raise InputError(f"{path}: no such file") from None
+    except UnicodeError:
+        raise InputError(f"{path}: not UTF-8 text: save it as UTF-8") from None
+    except (OSError, EOFError, zlib.error) as error:
+        raise InputError(f"{path}: cannot be read: {getattr(error, 'strerror', None) or error}") from None

@@ -9,8 +9,7 @@ from ...model import Recording, Robot, load_robot, robot_names
 from .columns import Naming, choose
 from .log_check import mistakes, reduced
 from .map import LogMap
-from .opening import open_log
-from .read import read_recordings
+from .read import open_log, read_recordings
 from .table import RawLog
 
 

@@ -1,4 +1,4 @@
-"""Whether the controller does better with the number it was given: what it missed before and after.
+"""A controller does better with a right number: what it missed before and after it was given one.
 
 A payload that is right lets the controller predict more of the torque, so that less is left to its feedback: the
 following error falls. The torque itself does not tell: the same motion needs the same one.
@@ -19,10 +19,8 @@ from ...estimation.signals.alignment import aligned
 from ...estimation.signals.pieces import cut, pieces
 from ...estimation.signals.rows import moving_parts
 from ...model import Motion, Recording, Robot
-from .columns import Naming
 from .map import LogMap
-from .opening import opened
-from .read import read_beside, read_recording
+from .read import named, read_beside, read_recording
 
 Missed = Literal["following error", "unpredicted torque", "torque"]
 """Commanded less measured position; measured torque less that which the controller predicted; the torque itself,
@@ -39,7 +37,7 @@ _ALL = "all joints"
 
 @dataclass(frozen=True, eq=False)
 class Following:
-    """What a controller missed in one recording.
+    """Errors that a controller left in one recording.
 
     Attributes:
         kind: what ``missed`` is.
@@ -61,7 +59,7 @@ class Change(NamedTuple):
 
     @property
     def clear(self) -> Literal["fell", "rose", "no clear change"]:
-        """Which side of zero the interval lies on."""
+        """Tell on which side of zero the interval lies."""
         low, high = self.interval
         return "fell" if low > 0.0 else "rose" if high < 0.0 else "no clear change"
 
@@ -84,7 +82,7 @@ class FollowingChange:
 
     @property
     def tells(self) -> bool:
-        """Whether what is compared tells anything of the number entered."""
+        """Tell whether what is compared shows anything of the number entered."""
         return self.kind != "torque"
 
 
@@ -99,14 +97,16 @@ def read_following(
     Raises:
         InputError: if it cannot be read, or holds a reference of some joints only.
     """
-    log_map = log_map or LogMap()
-    raw = opened(path, robot, log_map)
+    naming = named(path, robot, log_map)
     for quantity, kind in _REFERENCES:
-        names = Naming(raw, log_map, robot).columns(quantity)
-        there = [name for name in names if name in raw.names]
-        if not there and not getattr(log_map, quantity):
+        names = naming.columns(quantity)
+        there = [name for name in names if name in naming.raw.names]
+        if not there and not getattr(naming.log_map, quantity):
             continue
-        _check_all_there(path, names, there)
+        if len(there) < len(names):
+            missing = ", ".join(name for name in names if name not in there)
+            beside = f" beside {there[0]}: log it of every joint" if there else ""
+            raise InputError(f"{path}: column {missing} missing{beside}")
         recording, values = read_beside(path, robot, drive_gains, log_map, quantity)
         error = values - recording.q if kind == "following error" else recording.torque - values
         recording = replace(recording, torque=error, qd=None, fingerprint="")
@@ -115,14 +115,6 @@ def read_following(
             raise InputError(f"{path}: {stretches.notes[-1]}: give a log without gaps")
         return Following(kind, next(cut(recording, stretches)))
     return Following("torque", read_recording(path, robot, drive_gains, log_map))
-
-
-def _check_all_there(path: str | Path, names: Sequence[str], there: Sequence[str]) -> None:
-    """Refuse a reference of some joints only."""
-    if len(there) < len(names):
-        missing = ", ".join(name for name in names if name not in there)
-        beside = f" beside {there[0]}: log it of every joint" if there else ""
-        raise InputError(f"{path}: column {missing} missing{beside}")
 
 
 def following_change(

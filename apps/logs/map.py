@@ -1,21 +1,138 @@
-"""How a log becomes a recording: its layout, columns, units, sides and signs, by a file or the command line."""
+"""A log map tells how to read a log: its layout, columns, units, sides and signs, by a file or the command line."""
 
+import math
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from functools import cached_property
 from pathlib import Path
+from typing import Annotated, ClassVar, Literal
 
 import numpy as np
-from msgspec import field
+from msgspec import Meta, field
 from msgspec.structs import force_setattr, replace
 
 from ...common.arrays import Array
 from ...common.errors import InputError
 from ...common.schema import Real, Table, WrongKeyError, at, read_toml
-from .quantity import QUANTITIES, REFERENCES, SI, Quantity, Reference, ToolColumns, factor
-from .table import Layout, Texts, listed
 
+Texts = str | tuple[str, ...]
+"""One text stands for a list of it."""
+_Count = Annotated[int, Meta(ge=0)]
+DELIMITERS = {"comma": ",", "tab": "\t", "semicolon": ";", "space": None}
+"""Separators of cells; None stands for any white space."""
+QUANTITIES = ("position", "velocity", "torque", "current")
+"""Quantities that are measured of each joint."""
+REFERENCES = {"position_reference": "position", "torque_reference": "torque"}
+"""References that the controller wanted, and the quantities they belong to; ``read_following`` reads them."""
+FORMS = {"rotation_vector": 3, "rpy": 3, "quaternion": 4}
+"""How axes are written, and in how many columns."""
+_PLACE, _QUATERNION = ("x", "y", "z"), ("qx", "qy", "qz", "qw")
+_ANGLE = {"rad": 1.0, "deg": math.pi / 180.0, "rev": 2.0 * math.pi, "m": 1.0, "mm": 1e-3}
+_UNITS = {
+    "time": {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9},
+    "position": _ANGLE,
+    "velocity": {f"{unit}/s": factor for unit, factor in _ANGLE.items()} | {"rpm": 2.0 * math.pi / 60.0},
+    "torque": {"N·m": 1.0, "mN·m": 1e-3, "N": 1.0, "percent": 0.01},
+    "current": {"A": 1.0, "mA": 1e-3, "percent": 0.01},
+}
+_SPELLINGS = {
+    "Nm": "N·m", "N*m": "N·m", "N m": "N·m", "N.m": "N·m", "N-m": "N·m", "mNm": "mN·m", "%": "percent", "µs": "us",
+    "sec": "s", "seconds": "s", "msec": "ms", "revolution": "rev", "degree": "deg", "degrees": "deg", "°": "deg",
+    "radian": "rad", "radians": "rad", "rad/sec": "rad/s", "deg/sec": "deg/s", "°/s": "deg/s", "amp": "A",
+}  # fmt: skip
+_Numbers = tuple[Real, ...]
+SI = {"position": "rad", "velocity": "rad/s", "torque": "N·m", "current": "A"}
 _SHORT = {"t": "time", "q": "position", "qd": "velocity", "tau": "torque", "i": "current"}
+
+
+def factor(quantity: str, unit: str) -> float:
+    """Factor from a number in ``unit`` to SI; "percent" gives the ratio to the rated value.
+
+    Args:
+        quantity: "time", "position", "velocity", "torque" or "current".
+        unit: of that quantity.
+
+    Raises:
+        InputError: lists the units that are known.
+    """
+    known, unit = _UNITS[quantity], _spelt(unit)
+    if unit not in known:
+        raise InputError(f"unit {unit!r} of {quantity}: give one of {', '.join(known)}")
+    return known[unit]
+
+
+def known_unit(text: str) -> bool:
+    """Tell whether a text is a unit of time or of anything that a log holds of a joint."""
+    return any(_spelt(text) in units for units in _UNITS.values())
+
+
+def _spelt(unit: str) -> str:
+    return _SPELLINGS.get(unit, unit)
+
+
+def with_unit(name: str) -> tuple[str, str]:
+    """A column's name and the unit in brackets behind it, "q1 [deg]"; no unit where there is none that is known."""
+    match = re.fullmatch(r"(.*\S)\s*[\[(]\s*([^\])]*?)\s*[\])]", name)
+    return (match[1], match[2]) if match and known_unit(match[2]) else (name, "")
+
+
+def repeated(names: Sequence[str]) -> str:
+    """A name that stands there twice; empty if there is none."""
+    return min((name for name in names if names.count(name) > 1), default="")
+
+
+def listed(names: Texts) -> tuple[str, ...]:
+    """Names of which a single one may stand alone."""
+    return (names,) if isinstance(names, str) else tuple(names)
+
+
+def spread(names: Texts) -> tuple[str, ...]:
+    """Names with ranges written out: "q1..6" is q1 to q6.
+
+    Raises:
+        InputError: for a range that runs backwards.
+    """
+    result: list[str] = []
+    for name in listed(names):
+        match = re.fullmatch(r"(.*?)(\d+)\.\.(\d+)", name)
+        if not match:
+            result.append(name)
+            continue
+        first, last = int(match[2]), int(match[3])
+        if not first <= last <= first + 1000:
+            raise InputError(f"names {name!r}: a range must rise, as in q1..6")
+        result += [f"{match[1]}{k}" for k in range(first, last + 1)]
+    return tuple(result)
+
+
+class Layout(Table, frozen=True):
+    """The layout of a text file, and what else a reader must know.
+
+    Attributes:
+        delimiter: of ``DELIMITERS``; empty: it is found out.
+        decimal: "." or ","; empty: it is found out.
+        names: names of the columns in the order of the file, instead of a header line; "q1..6" stands for six.
+        skip: lines before the header, or before the numbers where ``names`` are given.
+        per_row: numbers of one sample where the file has one number a line; 0 for a file with rows.
+        topic: of a ROS bag; empty where there is only one with joint states.
+    """
+
+    delimiter: Literal["", "comma", "tab", "semicolon", "space"] = ""
+    decimal: Literal["", ".", ","] = ""
+    names: Texts = ()
+    skip: _Count = field(default=0, name="skip_lines")
+    per_row: _Count = field(default=0, name="numbers_per_row")
+    topic: str = ""
+
+    def __post_init__(self) -> None:
+        """Refuse layouts without a meaning."""
+        force_setattr(self, "names", spread(self.names))
+        if self.decimal == "," and self.delimiter == "comma":
+            raise ValueError("decimal ',' needs a delimiter other than comma")
+        if self.per_row and self.per_row != len(self.names):
+            raise ValueError(f"numbers_per_row is {self.per_row}, but {len(self.names)} names are given")
+        if repeated(self.names):
+            raise ValueError(f"name {repeated(self.names)!r} is given twice")
 
 
 class FilePart(Layout, frozen=True, kw_only=True):
@@ -74,6 +191,136 @@ class Gears(Table, frozen=True):
         return matrix
 
 
+class Quantity(Table, frozen=True):
+    """One measured quantity of all joints.
+
+    Attributes:
+        columns: one name for each joint, or one pattern: "{}" stands for the joint's number, "{0}" for the number
+            less one, "{joint}" for its name. Empty: the standard names q1, qd1, tau1, i1.
+        unit: one for all joints, or one for each; empty for the SI unit.
+        side: "motor": before the gears.
+        sign: 1 or -1 for each joint; of the column, before anything else.
+        zero_deg, zero_m: added to joint-side positions, one for each joint.
+        rated: what 100 percent is, in N·m, N or A on the column's own side, one for each joint.
+    """
+
+    columns: Texts = ()
+    unit: Texts = ()
+    side: Literal["joint", "motor"] = "joint"
+    sign: _Numbers = ()
+    zero_deg: _Numbers = ()
+    zero_m: _Numbers = ()
+    rated: _Numbers = ()
+
+    def __post_init__(self) -> None:
+        """Refuse what contradicts itself."""
+        force_setattr(self, "columns", spread(self.columns))
+        force_setattr(self, "unit", listed(self.unit))
+        if any(abs(sign) != 1.0 for sign in self.sign):
+            raise ValueError("sign must be 1 or -1")
+        if ("percent" in map(_spelt, self.unit)) != bool(self.rated):
+            raise ValueError("rated goes with the unit percent: what 100 percent is, for each joint")
+
+    def check_kind(self, kind: str) -> None:
+        """Refuse what no quantity of this kind has."""
+        if self.side == "motor" and kind == "current":
+            raise ValueError("a current has no side: leave 'side' out, drive gains tell its torque")
+        if self.zero and kind != "position":
+            raise ValueError("only positions have a zero")
+        for unit in self.unit:
+            factor(kind, unit)
+
+    @property
+    def zero(self) -> tuple[float, ...]:
+        """Offsets that are added to joint-side positions [rad or m], one for each joint."""
+        return tuple(map(math.radians, self.zero_deg)) or self.zero_m
+
+    def factors(self, kind: str, n: int) -> Array:
+        """Factors from each column to SI, shape (n,)."""
+        factors = np.array([factor(kind, unit) for unit in self.unit or (SI[kind],)]) * np.ones(n)
+        for values in (self.sign, self.rated):
+            if values:
+                factors = factors * values
+        return factors
+
+    def check(self, kind: str, n: int, source: str) -> None:
+        """Refuse lists that are not as long as the robot has joints."""
+        lists = {"unit": self.unit[1:] and self.unit, "sign": self.sign, "zero": self.zero, "rated": self.rated}
+        lists["columns"] = self.columns if len(self.columns) > 1 or "{" not in "".join(self.columns) else ()
+        for name, values in lists.items():
+            if values and len(values) != n:
+                raise InputError(
+                    f"{source}: {kind}.{name} has {len(values)} entries, the robot {n} joints: give one for "
+                    "each joint"
+                )
+
+
+class Reference(Table, frozen=True):
+    """Columns and units of what the controller wanted of each joint."""
+
+    advice: ClassVar[Mapping[str, str]] = {"columns": "name the columns"}
+
+    columns: Texts
+    unit: Texts = ()
+
+    def check_kind(self, kind: str) -> None:
+        """Refuse what no reference of this kind has."""
+        if not self.columns:
+            raise WrongKeyError("columns", "name the columns")
+        for unit in listed(self.unit):
+            if _spelt(unit) == "percent":
+                raise WrongKeyError("unit", "percent of what is not said: give N·m")
+            factor(REFERENCES[kind], unit)
+
+
+class ToolColumns(Table, frozen=True):
+    """Columns of the tool's position and, perhaps, of its axes, in any fixed frame.
+
+    Attributes:
+        columns: of x, y, z.
+        unit: of these, "m" or "mm".
+        rotation: columns of the axes; empty where they are not logged.
+        form: of ``FORMS``: "rotation_vector" (Universal Robots), "rpy": roll, pitch, yaw about fixed x, y, z, or
+            "quaternion": x, y, z, w.
+        rotation_unit: "rad" or "deg", of a rotation vector and of rpy.
+    """
+
+    columns: Texts
+    unit: Literal["m", "mm"] = "m"
+    rotation: Texts = ()
+    form: Literal["rotation_vector", "rpy", "quaternion"] | None = None
+    rotation_unit: Literal["rad", "deg"] = "rad"
+
+    def __post_init__(self) -> None:
+        """Refuse what contradicts itself."""
+        force_setattr(self, "columns", spread(self.columns))
+        force_setattr(self, "rotation", spread(self.rotation))
+        if len(self.columns) != 3:
+            raise ValueError(f"pose.columns has {len(self.columns)} names: give those of x, y and z")
+        if bool(self.rotation) != bool(self.form):
+            raise ValueError(f"pose.rotation and pose.form go together; form is one of {', '.join(FORMS)}")
+        if self.form and len(self.rotation) != FORMS[self.form]:
+            raise ValueError(
+                f"pose.rotation has {len(self.rotation)} names: a {self.form} has {FORMS[self.form]} columns"
+            )
+        if self.form == "quaternion" and self.rotation_unit != "rad":
+            raise ValueError("pose.rotation_unit: a quaternion has none, leave it out")
+
+    @property
+    def all(self) -> tuple[str, ...]:
+        """Every column."""
+        return (*self.columns, *self.rotation)
+
+
+def standard_pose(names: Collection[str]) -> ToolColumns | None:
+    """Find x, y, z [m], perhaps with a quaternion qx, qy, qz, qw, in a log without a map; None without them."""
+    if not set(_PLACE) <= set(names):
+        return None
+    if set(_QUATERNION) <= set(names):
+        return ToolColumns(_PLACE, "m", _QUATERNION, "quaternion")
+    return ToolColumns(_PLACE)
+
+
 class LogMap(Table, frozen=True, dict=True):
     """How to read a log; without arguments the standard CSV in SI units.
 
@@ -105,12 +352,10 @@ class LogMap(Table, frozen=True, dict=True):
     def __post_init__(self) -> None:
         """Refuse motor sides without gears, joints that are named twice, and what no quantity of a kind has."""
         force_setattr(self, "joints", listed(self.joints))
-        for kind in QUANTITIES:
+        for kind in (*QUANTITIES, *REFERENCES):
             with at(kind):
-                self.quantity(kind).check_kind(kind)
-        for kind in self._references():
-            with at(kind):
-                getattr(self, kind).check_kind(kind)
+                if stated := getattr(self, kind):
+                    stated.check_kind(kind)
         if any(self.quantity(kind).side == "motor" for kind in QUANTITIES) and not self.motor:
             raise ValueError("motor side without gear ratios: give [motor] gear_ratios")
         if len(set(self.joints)) != len(self.joints):
@@ -122,19 +367,14 @@ class LogMap(Table, frozen=True, dict=True):
         return self.motor.matrix() if self.motor else np.zeros((0, 0))
 
     def quantity(self, kind: str) -> Quantity:
-        """What is said of one quantity."""
-        quantity: Quantity = getattr(self, kind)
-        return quantity
+        """Tell how a quantity of ``QUANTITIES`` or of ``REFERENCES`` is read.
 
-    def _references(self) -> Iterator[str]:
-        """The references of which something is said."""
-        yield from (kind for kind in REFERENCES if getattr(self, kind))
-
-    def reference(self, kind: str) -> Quantity:
-        """What is said of a reference, of ``REFERENCES``: sign, side and zero are those of the measured quantity.
-
-        A torque's side is the joint's. Units are a position's own, N·m or N for a torque, unless they are given.
+        Sign, side and zero of a reference are those of the measured quantity, but a torque's side is the joint's.
+        Its units are a position's own, N·m or N for a torque, unless they are given.
         """
+        if kind not in REFERENCES:
+            measured: Quantity = getattr(self, kind)
+            return measured
         measured, reference = self.quantity(REFERENCES[kind]), getattr(self, kind) or Reference(())
         if kind == "torque_reference":
             measured = Quantity(sign=measured.sign)
@@ -143,10 +383,8 @@ class LogMap(Table, frozen=True, dict=True):
 
     def check(self, n: int) -> None:
         """Refuse a map for another number of joints."""
-        for kind in QUANTITIES:
-            self.quantity(kind).check(kind, n, self.source)
-        for kind in self._references():
-            self.reference(kind).check(REFERENCES[kind], n, self.source)
+        for kind in (*QUANTITIES, *(kind for kind in REFERENCES if getattr(self, kind))):
+            self.quantity(kind).check(REFERENCES.get(kind, kind), n, self.source)
         for name, values in (("joints", self.joints), ("gear ratios", self.G)):
             if len(values) not in (0, n):
                 raise InputError(
@@ -160,8 +398,7 @@ class LogMap(Table, frozen=True, dict=True):
             kind: of ``QUANTITIES`` or ``REFERENCES``.
             raw: the columns, rows x n.
         """
-        quantity = self.reference(kind) if kind in REFERENCES else self.quantity(kind)
-        kind = REFERENCES.get(kind, kind)
+        quantity, kind = self.quantity(kind), REFERENCES.get(kind, kind)
         values = raw * quantity.factors(kind, raw.shape[1])
         if quantity.side == "motor":  # (8) and by duality (9): tau = G' tau_m
             values = values @ self.G if kind == "torque" else values @ np.linalg.inv(self.G).T
@@ -175,28 +412,6 @@ def read_log_map(path: str | Path) -> LogMap:
         InputError: names the file and the key.
     """
     return replace(read_toml(path, LogMap), source=str(path))
-
-
-def with_units(log_map: LogMap, kind: str, names: Sequence[str], units: Mapping[str, str], source: str) -> LogMap:
-    """A log map with the units that the file itself tells of a quantity's columns, where the map says none.
-
-    Raises:
-        InputError: if a unit is not known.
-    """
-    stated = tuple(units.get(name, "") for name in names)
-    quantity = log_map.quantity(kind)
-    if quantity.unit or not any(stated):
-        return log_map
-    short = next(name for name, of in _SHORT.items() if of == kind)
-    try:
-        for unit in stated:
-            factor(kind, unit or SI[kind])
-        changed = replace(quantity, unit=tuple(unit or SI[kind] for unit in stated))
-    except ValueError as error:
-        raise InputError(
-            f"{source}: column {names[0]!r}: {error} (--units {short}={SI[kind]} takes another one)"
-        ) from None
-    return replace(log_map, **{kind: changed})
 
 
 def with_flags(
@@ -220,9 +435,17 @@ def with_flags(
     """
     try:
         for entry in units:
-            log_map = _with_unit(log_map, entry)
+            name, _, unit = entry.partition("=")
+            if name not in _SHORT or not unit:
+                raise InputError(f"--units {entry!r}: give q=, qd=, tau=, i= or t= with a unit, as q=deg")
+            rate = re.fullmatch(r"([\d.]+) ?Hz", unit) if name == "t" else None
+            before: Time | Quantity = getattr(log_map, _SHORT[name])
+            changed = Time(rate=float(rate[1])) if rate else replace(before, unit=unit)
+            log_map = replace(log_map, **{_SHORT[name]: changed})
         for kind in QUANTITIES if signs else ():
-            log_map = replace(log_map, **{kind: _turned(log_map.quantity(kind), signs)})
+            if log_map.quantity(kind).sign:
+                raise InputError("--signs and a sign in the log map: give only one of them")
+            log_map = replace(log_map, **{kind: replace(log_map.quantity(kind), sign=tuple(signs))})
         if joints:
             log_map = replace(log_map, joints=tuple(joints))
         if topic:
@@ -234,20 +457,3 @@ def with_flags(
     except ValueError as error:
         raise InputError(f"command line: {error}") from None
     return log_map
-
-
-def _with_unit(log_map: LogMap, entry: str) -> LogMap:
-    """A log map with one unit of the command line, "q=deg"."""
-    name, _, unit = entry.partition("=")
-    if name not in _SHORT or not unit:
-        raise InputError(f"--units {entry!r}: give q=, qd=, tau=, i= or t= with a unit, as q=deg")
-    rate = re.fullmatch(r"([\d.]+) ?Hz", unit) if name == "t" else None
-    before = getattr(log_map, _SHORT[name])
-    changed = Time(rate=float(rate[1])) if rate else replace(before, unit=unit)
-    return replace(log_map, **{_SHORT[name]: changed})
-
-
-def _turned(quantity: Quantity, signs: Sequence[float]) -> Quantity:
-    if quantity.sign:
-        raise InputError("--signs and a sign in the log map: give only one of them")
-    return replace(quantity, sign=tuple(signs))

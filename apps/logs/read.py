@@ -1,22 +1,98 @@
-"""From an open log to a recording in SI units."""
+"""From a file to signals in SI units: recordings, poses of the tool, planned motions."""
 
 import hashlib
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
+from msgspec.structs import replace
+from numpy.typing import NDArray
 
 from ...common.arrays import Array
 from ...common.errors import InputError
-from ...estimation.signals.pieces import cut, pieces
+from ...estimation.signals.pieces import cut, pieces, typical_step
 from ...model import Processing, Recording, Robot
-from .clock import Clock, check_rate, clock_of
-from .columns import Columns, Naming, choose
-from .map import LogMap, with_units
-from .opening import opened
+from .arrays_log import mat_log, npz_log, parquet_log
+from .columns import Columns, Naming, check_missing, choose
+from .csv_log import csv_log
+from .map import SI, Layout, LogMap, ToolColumns, factor, standard_pose
+from .ros_bag import ros_bag
 from .table import RawLog
 
+_READERS: dict[str, Callable[[Path, Layout], RawLog]] = {
+    ".npz": npz_log,
+    ".mat": mat_log,
+    ".parquet": parquet_log,
+    ".mcap": ros_bag,
+    ".db3": ros_bag,
+}
+"""Readers by ending; everything else is text."""
 _MOVES = 1e-3  # rad or m: a joint that covers less does not move
+_SLOWEST = {"s": 0.5, "ms": 100.0, "us": 1e5, "ns": 1e8}
+"""Longest step that each unit is taken for: robots are recorded at 10 Hz to 10 kHz, so units stay apart."""
+_EPOCH = 1e8  # s: more than three years; such a time counts from 1970 or from the start of a machine
+_MOST_REPEATED = 0.9  # of the rows
+
+
+def open_log(path: str | Path, log_map: LogMap) -> RawLog:
+    """Open a file, a ROS 2 bag's folder, or with ``LogMap.files`` a folder of files that belong together.
+
+    Raises:
+        InputError: if there is no such file, or it cannot be read.
+    """
+    path = Path(path)
+    is_bag = not log_map.files and (path / "metadata.yaml").is_file()
+    reader = ros_bag if is_bag else _READERS.get(path.suffix.lower(), csv_log)
+    if log_map.layout.topic and reader is not ros_bag and path.exists():
+        raise InputError(f"{path}: is no ROS 2 bag and has no topics: leave --topic, or topic in the log map, out")
+    if log_map.files:
+        return _joined(path, log_map)
+    if not is_bag and not path.exists():
+        raise InputError(f"{path}: no such file")
+    if not is_bag and not path.is_file():
+        raise InputError(f"{path}: is not a regular file: give the path of a log file or of a ROS 2 bag")
+    return reader(path, log_map.layout)
+
+
+def _joined(folder: Path, log_map: LogMap) -> RawLog:
+    """Files side by side, row by row."""
+    if not folder.is_dir():
+        raise InputError(f"{folder}: {log_map.source} needs the folder that holds {log_map.files[0].name}")
+    logs = []
+    for part in log_map.files:
+        path = folder / part.name
+        if not path.is_file():
+            raise InputError(f"{path}: no such file; {log_map.source} needs it")
+        logs.append(_READERS.get(path.suffix.lower(), csv_log)(path, part))
+
+    def read(columns: Sequence[str]) -> Array:
+        wanted = [[name for name in columns if name in log.names] for log in logs]
+        used = [(log, names, log.read(names)) for log, names in zip(logs, wanted, strict=True) if names]
+        if len({len(values) for *_, values in used}) > 1:
+            files = ", ".join(log.path.name for log, *_ in used)
+            raise InputError(f"{folder}: {files} have not the same number of rows: are they of one recording?")
+        read_columns = {
+            name: column for _, names, values in used for name, column in zip(names, values.T, strict=True)
+        }
+        return np.column_stack([read_columns[name] for name in columns])
+
+    def notes() -> tuple[str, ...]:
+        return tuple(f"{log.path.name}: {note}" for log in logs for note in log.notes())
+
+    units = {name: unit for log in logs for name, unit in log.units.items()}
+    return RawLog(folder, tuple(name for log in logs for name in log.names), read, units=units, notes=notes)
+
+
+def named(path: str | Path, robot: Robot, log_map: LogMap | None) -> Naming:
+    """Open a log by a map that fits the robot, and find out what its columns are called.
+
+    Raises:
+        InputError: if the map is another robot's, or the log cannot be opened.
+    """
+    log_map = log_map or LogMap()
+    log_map.check(robot.n)
+    return Naming(open_log(path, log_map), log_map, robot)
 
 
 def read_recordings(
@@ -84,91 +160,257 @@ def read_beside(
     Raises:
         InputError: names the file, line and column of whatever cannot be used.
     """
-    log_map = log_map or LogMap()
-    raw = opened(path, robot, log_map)
-    columns = choose(raw, log_map, robot, drive_gains)
-    log_map, units = _stated(raw, columns, log_map)
-    beside = Naming(raw, log_map, robot).columns(reference) if reference else ()
+    naming = named(path, robot, log_map)
+    raw = naming.raw
+    columns = choose(raw, naming.log_map, robot, drive_gains)
+    log_map, units = _stated(raw, columns, naming.log_map)
+    beside = naming.columns(reference) if reference else ()
     values, n = raw.whole([*columns.all, *beside]), len(columns.position)
+    t, origin, about_time = np.arange(len(values)) / (log_map.time.rate or 1.0), 0.0, list[str]()
     if columns.time:
-        clock = clock_of(raw, columns.time, columns.time_unit, values[:, 0])
-        values = values if clock.later.all() else values[clock.later]
-    else:
-        clock = Clock(np.arange(len(values)) / (log_map.time.rate or 1.0), np.ones(len(values), dtype=bool))
-    _check_rows(raw, columns, clock.t)
+        t, later, origin, about_time = _clock(raw, columns.time, columns.time_unit, values[:, 0])
+        values = values if later.all() else values[later]
+    if len(t) < 2:
+        raise InputError(
+            f"{raw.path}: {len(t)} rows of numbers, where a recording needs many: record again, or give the "
+            "file that holds them"
+        )
+    _check_rate(raw, columns.time, t)
     first, last = int(bool(columns.time)), len(columns.all)
     _, position, velocity, load, others = np.split(values, [first, first + n, last - n, last], axis=1)
     q, load = log_map.si("position", position), log_map.si(columns.kind, load)
     qd = log_map.si("velocity", velocity) if columns.velocity else None
-    read = hashlib.blake2b(
-        np.ascontiguousarray(np.column_stack([clock.t, q, load])).data, digest_size=16
-    ).hexdigest()
-    torque = _torques(load, robot, drive_gains) if columns.kind == "current" else load
-    notes = [*raw.notes(), *units, *clock.notes, *columns.notes]
-    if dead := _without_speed(q, qd):
-        qd = None
-        notes.append(f"speeds of joint {', '.join(map(str, dead))} are zero throughout: taken from positions")
+    read = hashlib.blake2b(np.ascontiguousarray(np.column_stack([t, q, load])).data, digest_size=16).hexdigest()
+    torque, gains = load, tuple[float, ...]()
+    if columns.kind == "current":
+        gains = tuple(drive_gains or ())
+        torque = load * (1.0 if drive_gains is None else np.array(drive_gains, dtype=float))
+        torque = robot.coupling.joint_torques(torque) if robot.coupling else torque
+    notes = [*raw.notes(), *units, *about_time, *columns.notes]
+    if qd is not None:
+        dead = np.flatnonzero(~qd.any(axis=0) & (np.ptp(q, axis=0) > _MOVES))
+        if len(dead):
+            qd = None
+            joints = ", ".join(str(j + 1) for j in dead)
+            notes.append(f"speeds of joint {joints} are zero throughout: taken from positions")
     noted = tuple(f"{raw.path.name}: {note}" for note in notes)
     commanded = log_map.si(reference, others) if reference else q[:, :0]
-    gains = tuple(drive_gains or ()) if columns.kind == "current" else ()
-    return Recording(clock.t, q, torque, qd, str(raw.path), noted, read, gains, clock.origin), commanded
-
-
-def _check_rows(raw: RawLog, columns: Columns, t: Array) -> None:
-    """Refuse a log of too few rows, or whose times cannot be."""
-    if len(t) < 2:
-        raise InputError(
-            f"{raw.path}: {len(t)} rows of numbers, where a recording needs many: record "
-            "again, or give the file that holds them"
-        )
-    check_rate(raw, columns.time, t)
+    return Recording(t, q, torque, qd, str(raw.path), noted, read, gains, origin), commanded
 
 
 def _stated(raw: RawLog, columns: Columns, log_map: LogMap) -> tuple[LogMap, list[str]]:
-    """A log map with the units that the file itself tells, and what to say of these."""
-    units = []
-    for kind, names in (
-        ("position", columns.position),
-        ("velocity", columns.velocity),
-        (columns.kind, columns.load),
+    """A log map with the units that the file itself tells, where the map says none, and what to say of these.
+
+    Raises:
+        InputError: if a unit is not known.
+    """
+    texts = []
+    for kind, names, option in (
+        ("position", columns.position, "q"),
+        ("velocity", columns.velocity, "qd"),
+        (columns.kind, columns.load, "i" if columns.kind == "current" else "tau"),
     ):
-        changed = with_units(log_map, kind, names, raw.units, str(raw.path))
-        if changed is not log_map:
-            units.append(f"{kind} {', '.join(dict.fromkeys(changed.quantity(kind).unit))}")
-        log_map = changed
-    return log_map, [f"units as the file tells them: {'; '.join(units)}"] if units else []
+        stated, quantity = tuple(raw.units.get(name, "") for name in names), log_map.quantity(kind)
+        if quantity.unit or not any(stated):
+            continue
+        units = tuple(unit or SI[kind] for unit in stated)
+        try:
+            for unit in units:
+                factor(kind, unit)
+            log_map = replace(log_map, **{kind: replace(quantity, unit=units)})
+        except ValueError as error:
+            raise InputError(
+                f"{raw.path}: column {names[0]!r}: {error} (--units {option}={SI[kind]} takes another one)"
+            ) from None
+        texts.append(f"{kind} {', '.join(dict.fromkeys(units))}")
+    return log_map, [f"units as the file tells them: {'; '.join(texts)}"] if texts else []
 
 
-def _without_speed(q: Array, qd: Array | None) -> list[int]:
-    """Numbers of the joints that move although their recorded speeds are all zero."""
-    if qd is None:
-        return []
-    return [int(j) + 1 for j in np.flatnonzero(~qd.any(axis=0) & (np.ptp(q, axis=0) > _MOVES))]
+def _clock(raw: RawLog, column: str, unit: str, values: Array) -> tuple[Array, NDArray[np.bool_], float, list[str]]:
+    """Seconds of a log's column of time, in ``unit`` or, where that is empty, in the one that is found out.
+
+    Returns:
+        Seconds of the rows that come later than the row before, which rows those are, what the column holds where
+        seconds are 0 [s], and what is to be said of it.
+
+    Raises:
+        InputError: if time runs back or stands still, counts rows, or no unit fits.
+    """
+    if not len(values):
+        return values, np.zeros(0, dtype=bool), 0.0, []
+    where, steps, notes = f"{raw.path}: column {column!r}", np.diff(values), list[str]()
+    still = float(np.mean(steps == 0.0)) if len(steps) else 0.0
+    if still > _MOST_REPEATED:
+        raise InputError(
+            f"{where}: time stands still in {100 * still:.0f} % of the rows: write it with more digits"
+        )
+    if not unit:
+        rising = steps[steps > 0.0]
+        typical = float(np.median(rising)) if len(rising) else 0.0
+        if len(steps) > 1 and (steps == 1.0).all():
+            raise InputError(
+                f"{where} counts by ones: --units t=500Hz takes it for the number of a row (or another rate), "
+                "--units t=ms for milliseconds"
+            )
+        unit = next((unit for unit, slowest in _SLOWEST.items() if typical <= slowest), "")
+        if not unit:
+            raise InputError(f"{where}: {typical:g} from row to row is no unit of time that is known: --units t=..")
+        if unit != "s":
+            notes.append(f"time is in {unit} (steps of {typical:g}); --units t=.. takes another unit")
+    scale = factor("time", unit)
+    origin = float(values[0]) if values[0] * scale > _EPOCH else 0.0
+    t = (values - origin) * scale
+    if (steps < 0.0).any():
+        k = int(np.argmax(steps < 0.0))
+        raise InputError(
+            f"{raw.path}: {raw.place(k + 1)}, column {column!r}: time runs back ({t[k]:g} s, then {t[k + 1]:g} s): "
+            "split the file there and give both parts"
+        )
+    later = np.append(True, np.diff(t) > 0.0)
+    if repeated := len(t) - int(later.sum()):
+        rows = "1 row repeats" if repeated == 1 else f"{repeated} rows repeat"
+        notes.append(f"{rows} the time of the row before ({100 * repeated / len(t):.2g} %): left out")
+    return t[later], later, origin * scale, notes
+
+
+def _check_rate(raw: RawLog, column: str, t: Array) -> None:
+    """Refuse times [s] in another unit."""
+    typical = typical_step(t)
+    if typical > _SLOWEST["s"]:
+        raise InputError(
+            f"{raw.path}: column {column!r}: {typical:g} s from row to row: t must be in seconds; is it in ms? "
+            "(--units t=ms)"
+        )
 
 
 def holds_currents_only(path: str | Path, robot: Robot, log_map: LogMap | None = None) -> bool:
-    """Whether a log carries currents but no torques.
+    """Tell whether a log carries currents but no torques.
 
     Raises:
         InputError: if it cannot be opened.
     """
-    log_map = log_map or LogMap()
-    naming = Naming(opened(path, robot, log_map), log_map, robot)
+    naming = named(path, robot, log_map)
     return naming.holds("current") and not naming.holds("torque")
 
 
 def holds_torques(path: str | Path, robot: Robot, log_map: LogMap | None = None) -> bool:
-    """Whether a log carries torques or currents.
+    """Tell whether a log carries torques or currents.
 
     Raises:
         InputError: if it cannot be opened.
     """
-    log_map = log_map or LogMap()
-    naming = Naming(opened(path, robot, log_map), log_map, robot)
+    naming = named(path, robot, log_map)
     return naming.holds("torque") or naming.holds("current")
 
 
-def _torques(currents: Array, robot: Robot, gains: Sequence[float] | None) -> Array:
-    """Joint torques of motor currents."""
-    motors = currents * (1.0 if gains is None else np.array(gains, dtype=float))
-    return robot.coupling.joint_torques(motors) if robot.coupling else motors
+class ToolPoses(NamedTuple):
+    """Rows of a log: ``q`` N x n [rad or m], ``positions`` N x 3 [m], ``rotations`` N x 3 x 3 or None."""
+
+    source: str
+    q: Array
+    positions: Array
+    rotations: Array | None
+
+
+def read_tool_poses(path: str | Path, robot: Robot, log_map: LogMap | None = None) -> ToolPoses | None:
+    """Read joint positions and tool poses of a log.
+
+    Args:
+        path: the file or folder.
+        robot: tells how many joints there are.
+        log_map: its ``pose`` names the columns; without it x, y, z [m] and qx, qy, qz, qw are taken, if there.
+
+    Returns:
+        The poses, or None if the log has none.
+
+    Raises:
+        InputError: names the file and column of whatever cannot be used.
+    """
+    naming = named(path, robot, log_map)
+    raw, log_map = naming.raw, naming.log_map
+    pose = log_map.pose or standard_pose(raw.names)
+    if pose is None:
+        return None
+    columns = (*naming.columns("position"), *pose.all)
+    check_missing(raw, columns)
+    values = raw.whole(columns)
+    if len(values) < 4:
+        raise InputError(f"{raw.path}: {len(values)} rows of numbers: a tool pose is compared from 4 on")
+    q, place, turn = np.split(values, [robot.n, robot.n + 3], axis=1)
+    rotations = _rotations(raw, pose, turn) if pose.rotation else None
+    return ToolPoses(str(raw.path), log_map.si("position", q), place * factor("position", pose.unit), rotations)
+
+
+def _rotations(raw: RawLog, pose: ToolColumns, values: Array) -> Array:
+    from scipy.spatial.transform import Rotation
+
+    if pose.form == "quaternion":
+        norms = np.linalg.norm(values, axis=1)
+        k = int(np.argmax(abs(norms - 1.0)))
+        if abs(norms[k] - 1.0) > 0.01:
+            raise InputError(
+                f"{raw.path}: {raw.place(k)}, columns {', '.join(pose.rotation)}: a quaternion of length "
+                f"{norms[k]:.3g}: it must be 1"
+            )
+        return np.asarray(Rotation.from_quat(values).as_matrix())
+    values = values * factor("position", pose.rotation_unit)
+    turned = Rotation.from_euler("xyz", values) if pose.form == "rpy" else Rotation.from_rotvec(values)
+    return np.asarray(turned.as_matrix())
+
+
+class TrajectoryTable(NamedTuple):
+    """A planned motion as a file holds it: times [s], positions, and speeds and accelerations where it has them."""
+
+    t: Array
+    q: Array
+    qd: Array | None
+    qdd: Array | None
+
+
+def read_trajectory(path: str | Path, robot: Robot) -> TrajectoryTable:
+    """Read a planned motion: columns ``t``, ``q1..qn``, ``qd1..qdn`` and ``qdd1..qddn`` or without the last ones.
+
+    Other columns are not used; SI units.
+
+    Args:
+        robot: tells how many joints there are.
+
+    Raises:
+        InputError: names the file, line and column of whatever cannot be used.
+    """
+    n, raw, columns = robot.n, open_log(path, LogMap()), ["t"]
+    for kind in ("q", "qd", "qdd"):
+        numbered = [f"{kind}{joint}" for joint in range(1, n + 1)]
+        if kind != "q" and not set(numbered) & set(raw.names):
+            break
+        columns += numbered
+    missing = [name for name in columns if name not in raw.names]
+    if missing:
+        raise InputError(
+            f"{path}: column {', '.join(missing)} missing for a trajectory of {n} joints; found "
+            f"{', '.join(raw.names)}"
+        )
+    if f"q{n + 1}" in raw.names:
+        raise InputError(
+            f"{path}: column 'q{n + 1}', but robot {robot.name!r} has {n} joints: is it the right robot?"
+        )
+    values = raw.whole(columns)
+    if len(values) < 2:
+        raise InputError(f"{path}: {len(values)} rows of numbers: a trajectory needs more")
+    t, q, qd, qdd = values[:, 0], *(values[:, 1 + k * n : 1 + (k + 1) * n] for k in range(3))
+    steps = np.diff(t)
+    k = int(np.argmax(steps <= 0.0))
+    if steps[k] <= 0.0:
+        fault = "stands still" if steps[k] == 0.0 else "runs back"
+        raise InputError(
+            f"{raw.path}: {raw.place(k + 1)}, column 't': time {fault} ({t[k]:g} s, then {t[k + 1]:g} s): remove "
+            "the repeated rows"
+        )
+    _check_rate(raw, "t", t)
+    k = int(np.argmax(steps))
+    if steps[k] > max(10.0 * typical_step(t), 0.25):
+        raise InputError(
+            f"{raw.path}: {raw.place(k + 1)}, column 't': {steps[k]:g} s missing after {t[k]:g} s: plan "
+            "every moment"
+        )
+    return TrajectoryTable(t, q, qd if qd.shape[1] else None, qdd if qdd.shape[1] else None)

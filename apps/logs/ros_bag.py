@@ -10,7 +10,8 @@ import numpy as np
 
 from ...common.arrays import Array
 from ...common.errors import InputError
-from .table import Layout, RawLog, extra
+from .map import Layout
+from .table import RawLog, extra, reading
 
 _TYPE = "sensor_msgs/msg/JointState"
 _FIELDS = ("position", "velocity", "effort")
@@ -75,14 +76,9 @@ def _reader(path: Path) -> Iterator[tuple[Any, Any]]:
     """An open bag and its store of message types."""
     highlevel, typesys = extra("rosbags.highlevel", "a ROS bag"), extra("rosbags.typesys", "a ROS bag")
     store = typesys.get_typestore(typesys.Stores.LATEST)
-    try:
-        with highlevel.AnyReader([path], default_typestore=store) as reader:
-            yield reader, store
-    except InputError:
-        raise
-    except Exception as error:  # of the library, of databases and of archives within, where a byte is wrong
-        reason = " ".join(str(error).split())[:200] or type(error).__name__
-        raise InputError(f"{path}: not a ROS 2 bag, or a damaged one ({reason}): copy or record it again") from None
+    kind, remedy = "a ROS 2 bag", "copy or record it again"
+    with reading(path, kind, remedy), highlevel.AnyReader([path], default_typestore=store) as reader:
+        yield reader, store
 
 
 def _topic(path: Path, reader: Any, topic: str) -> str:

@@ -1,4 +1,4 @@
-"""What earlier runs left in files: robots, gains, information."""
+"""Results that earlier runs left in files: robots, gains, payloads, information."""
 
 from ...common.lazy import attach
 

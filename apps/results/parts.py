@@ -46,7 +46,7 @@ class ResidualDocument(Document, frozen=True):
 
 
 class RobustDocument(Document, frozen=True):
-    """What robust standard deviations rest on, or why there are none."""
+    """Basis of robust standard deviations, or why there are none."""
 
     blocks: int | None
     block_length: float | UnsetType = field(default=UNSET, name="block_length_s")
@@ -56,7 +56,7 @@ class RobustDocument(Document, frozen=True):
 
 
 class VerdictDocument(Document, frozen=True):
-    """Whether to use the numbers, and what speaks against them."""
+    """Use that may be made of the numbers, and what speaks against them."""
 
     level: Literal["use", "mass_and_com_only", "identified_only", "do_not_use"]
     reasons: tuple[str, ...]

@@ -1,5 +1,5 @@
 from .arm import IdentifiedArm as IdentifiedArm
-from .mujoco_arm import MujocoArm as MujocoArm
+from .arm import MujocoArm as MujocoArm
 from .rollout import CONSTANT as CONSTANT
 from .rollout import GROWTH_TIME as GROWTH_TIME
 from .rollout import HORIZONS as HORIZONS

@@ -1,4 +1,7 @@
-"""A robot of given base parameters that moves under recorded torques, or after a recorded path."""
+"""Arms that move under recorded torques: a robot of given base parameters, or a user's model in MuJoCo."""
+
+from pathlib import Path
+from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -138,7 +141,7 @@ class IdentifiedArm:
         return count
 
     def _advice(self, joint: int) -> str:
-        """What to do about a joint whose friction stops it at once."""
+        """Tell what to do about a joint whose friction stops it at once."""
         if self.robot.drives.side == "link":
             return (
                 "sensors on the link side see no rotor, and the links alone weigh too little against it: open loop "
@@ -192,3 +195,49 @@ def _between(here: Array, after: Array, share: Array, step: float) -> Array:
     along = q + share * (step * qd + share * (square + share * cubic))
     speed = qd + share * (2.0 * square + 3.0 * share * cubic) / step
     return np.concatenate([torque + share * (torque_after - torque), along, speed], axis=2)
+
+
+class MujocoArm:
+    """A robot described by MJCF or URDF; its first n joints are taken for the robot's, in order."""
+
+    def __init__(self, path: str | Path, robot: Robot) -> None:
+        """Load the model.
+
+        Raises:
+            InputError: if MuJoCo is not installed, the file cannot be read, or it has other joints.
+        """
+        try:
+            import mujoco
+        except ImportError:
+            raise InputError(
+                f"{path}: MuJoCo is needed to move this model: pip install 'dynident[simulators]'"
+            ) from None
+        if not Path(path).is_file():
+            raise InputError(f"{path}: no such file")
+        self.name, self._mujoco = Path(path).name, mujoco
+        try:
+            self._model: Any = mujoco.MjModel.from_xml_path(str(path))
+        except ValueError as error:
+            raise InputError(f"{path}: MuJoCo cannot read it: {error}") from None
+        if self._model.nv != robot.n:
+            raise InputError(
+                f"{path} has {self._model.nv} degrees of freedom, {robot.name} has {robot.n}: give a model of the "
+                "arm alone, fixed to the ground"
+            )
+        self._model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_CONTACT)
+
+    def positions(self, q: Array, qd: Array, torque: Array, step: float) -> Array:
+        """Positions under torques alone; arguments and result are those of ``IdentifiedArm.positions``."""
+        count = max(1, int(np.ceil(step / _STEP - 1e-9)))
+        self._model.opt.timestep = step / count
+        result = np.empty_like(torque)
+        for start in range(len(q)):
+            data = self._mujoco.MjData(self._model)
+            data.qpos[:], data.qvel[:] = q[start], qd[start]
+            for k in range(torque.shape[1]):
+                result[start, k] = data.qpos
+                here, after = torque[start, k], torque[start, min(k + 1, torque.shape[1] - 1)]
+                for part in range(count):
+                    data.qfrc_applied[:] = here + (part + 0.5) / count * (after - here)
+                    self._mujoco.mj_step(self._model, data)
+        return result

@@ -39,7 +39,7 @@ _SEGMENT, _LEAD = 2.5, 0.5  # s: of the replay, which is made in pieces, and wha
 
 
 class Arm(Protocol):
-    """What moves under torques: ``IdentifiedArm``, or a model of the user's in a simulator."""
+    """An arm that moves under torques: ``IdentifiedArm``, or a model of the user's in a simulator."""
 
     def positions(self, q: Array, qd: Array, torque: Array, step: float) -> Array:
         """Positions at each sample, S x K x n, from S starts and torques S x K x n, ``step`` [s] apart."""

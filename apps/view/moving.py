@@ -13,11 +13,9 @@ from ...model import Motion, Pose, Recording, Robot
 from ...model.frames import frames_at, step
 from ...model.many_states import point_at
 from ...model.stand_in import cylinder_radius
-from ...trajectories import DesignProblem, PayloadSet
+from ...trajectories import DesignProblem, PayloadSet, Scene
 from ...trajectories.design.score import room_over_time, taught_over_time
-from .ground import ground_of
-from .meshes import looks_of
-from .shapes import Colour, Path, Shape, box, capsule, ellipsoid, inertia_axes, plane
+from .shapes import Colour, Line, Shape, box, capsule, ellipsoid, inertia_axes, looks_of, plane
 
 _RATE, _MOST = 20.0, 450  # times a second, and in all
 _FINER = 5  # points of the path, than times: at a pose every .05 s a fast path has corners
@@ -25,12 +23,14 @@ _THICK = 0.35  # radius of a drawn link, of the stand-in's cylinder
 _LINK, _AXIS, _NEAR, _BODY, _FLOOR = (90, 110, 140), (30, 60, 200), (220, 40, 30), (200, 140, 40), (200, 205, 210)
 _BALL, _CENTRE, _INERTIA, _PATH = (240, 180, 60), (220, 40, 30), (60, 160, 90), (70, 70, 70)
 _LITTLE, _MUCH = np.array([200.0, 210.0, 230.0]), np.array([200.0, 30.0, 60.0])
+_FOOT: Colour = (150, 150, 150)
+_LEVEL = 1e-6  # of a unit normal: what a floor may lie off the base's plane
 _TOUCHED = 0.02  # of a limit: a joint nearer to one is marked
 
 
 @dataclass(frozen=True, eq=False)
 class View:
-    """What is shown.
+    """An arm in motion as a viewer shows it.
 
     Attributes:
         title: in words.
@@ -46,7 +46,7 @@ class View:
     times: Array
     frames: tuple[tuple[Pose, ...], ...]
     shapes: tuple[Shape, ...]
-    paths: tuple[Path, ...]
+    paths: tuple[Line, ...]
     legend: tuple[tuple[Colour, str], ...] = ()
     notes: tuple[str, ...] = ()
     ground: float = 0.0
@@ -83,19 +83,19 @@ def view_of(
         raise InputError("a view needs finite positions at every time")
     picked = _picked(motion)
     frames = tuple(frames_at(robot, q.tolist()) for q in motion.q[picked])
-    looks = looks_of(robot, _LINK)
-    stand_ins = [shape for shape in _links(robot) if shape.frame not in looks.links]
-    shapes = [*stand_ins, *looks.shapes, *_axes(robot, _touched(problem, motion, picked))]
+    meshes, drawn_links, notes = looks_of(robot, _LINK)
+    stand_ins = [shape for shape in _links(robot) if shape.frame not in drawn_links]
+    shapes = [*stand_ins, *meshes, *_axes(robot, _touched(problem, motion, picked))]
     if problem is not None:
         shapes += _surroundings(problem, robot)
         shapes += _bounds(problem.payloads, robot.n) if problem.payloads is not None else []
     shapes += _payload(payload, robot.n + 1) if payload is not None else []
-    ground = ground_of(robot, frames, problem.scene if problem is not None else None)
-    shapes += ground.foot
+    height, foot = ground_of(robot, frames, problem.scene if problem is not None else None)
+    shapes += foot
     drawn = _picked(motion, _FINER)
     place = point_at(robot, robot.flange.p, motion.q[drawn])[0].T
     path = (place - robot.base.p) @ robot.base.R
-    paths = [Path("path of the flange", path, _colours(problem, motion, drawn))] if len(path) > 1 else []
+    paths = [Line("path of the flange", path, _colours(problem, motion, drawn))] if len(path) > 1 else []
     title = (robot.title or robot.name) + (f", {motion.t[-1] - motion.t[0]:.3g} s" if paths else "")
     return View(
         title,
@@ -104,8 +104,8 @@ def view_of(
         tuple(shapes),
         tuple(paths),
         tuple(_legend(shapes, problem, bool(paths))),
-        looks.notes,
-        ground.height,
+        tuple(notes),
+        height,
     )
 
 
@@ -118,6 +118,34 @@ def view_of_answer(robot: Robot, recording: Recording, answer: PayloadAnswer) ->
     return view_of(robot, Motion(recording.t, recording.q, still, still), payload=payload)
 
 
+def ground_of(robot: Robot, frames: Sequence[tuple[Pose, ...]], scene: Scene | None) -> tuple[float, list[Shape]]:
+    """Height of the scene's floor, and what the arm stands on there, in frame 0.
+
+    Without a floor it is the base's own plane, or the lowest place of the arm that is below it.
+
+    Args:
+        robot: the robot; its description does not say what it is bolted to.
+        frames: poses of frames 0 to n and the payload's, in the base, at each time.
+        scene: with a floor, or without.
+    """
+    first = frames[0][0]
+    radius = cylinder_radius(robot)
+    lowest = min(float(pose.p[2]) for poses in frames for pose in poses)
+    heights = []  # of the scene's level surfaces under the base's origin
+    for surface in scene.surfaces if scene is not None else ():
+        up = first.R @ (np.array(surface.normal) / np.linalg.norm(surface.normal))
+        level = surface.offset + float(up @ first.p)
+        if up[2] > 1.0 - _LEVEL and level <= 0.0:
+            heights.append(level)
+    floor = max(heights, default=None)
+    height = floor if floor is not None else lowest - radius if lowest < -radius else 0.0
+    if height > -radius:
+        return height, []
+    top, end = (first.R.T @ (np.array([0.0, 0.0, z]) - first.p) for z in (0.0, height))
+    unknown = "neither its height nor its shape is known" if floor is None else "its shape is not known"
+    return height, [Shape(f"foot, {unknown}", 0, *capsule(top, end, 0.5 * radius), _FOOT, 0.3)]
+
+
 def _picked(motion: Motion, finer: int = 1) -> NDArray[np.intp]:
     """Samples that are shown, the first and the last among them; so many times as many where ``finer``."""
     duration = float(motion.t[-1] - motion.t[0])
@@ -126,7 +154,7 @@ def _picked(motion: Motion, finer: int = 1) -> NDArray[np.intp]:
 
 
 def _legend(shapes: Sequence[Shape], problem: DesignProblem | None, moving: bool) -> Iterator[tuple[Colour, str]]:
-    """What each colour means; numbers of joints are left out. A path is drawn of what is ``moving``."""
+    """Name each colour; numbers of joints are left out. A path is drawn of what is ``moving``."""
     named = {(shape.colour, shape.name.rstrip(" 0123456789")) for shape in shapes}
     yield from sorted((colour, words) for colour, words in named if not words.startswith(("link", "axis")))
     if not moving:
@@ -177,7 +205,7 @@ def _axes(robot: Robot, touched: NDArray[np.bool_] | None) -> list[Shape]:
 
 
 def _touched(problem: DesignProblem | None, motion: Motion, picked: NDArray[np.intp]) -> NDArray[np.bool_] | None:
-    """Whether a joint is at a limit between the shown times, (N, n)."""
+    """Tell which joints are at a limit between the shown times, (N, n)."""
     if problem is None:
         return None
     near = room_over_time(problem, motion) < _TOUCHED

@@ -1,13 +1,26 @@
-"""Shapes of a view as triangles and lines, each fixed to a frame."""
+"""Shapes of a view as triangles and lines, each fixed to a frame.
 
+Links look as the meshes that a URDF names, coarse enough for one page; these need the extra ``view``.
+"""
+
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
+from importlib import import_module
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...common.arrays import Array
+from ...common.errors import InputError
+from ...model import Robot
+from ...model.robot import Mesh
 
+_FACES = 24_000  # triangles of all links together: some 0.5 MB of the page
+_LARGEST = 100_000_000  # bytes of a file
+_CELLS = (256, 192, 128, 96, 64, 48, 32, 24, 16, 12, 8)  # along the longest side of a mesh, finest first
 _AROUND, _UP = 20, 11  # corners of a sphere around its axis, and from pole to pole
 Colour = tuple[int, int, int]
 
@@ -36,7 +49,7 @@ class Shape:
 
 
 @dataclass(frozen=True, eq=False)
-class Path:
+class Line:
     """A line through points in the base's frame, coloured piece by piece.
 
     Attributes:
@@ -114,3 +127,84 @@ def _sphere() -> tuple[Array, NDArray[np.uint32]]:
             a, b = row * _AROUND + k, row * _AROUND + (k + 1) % _AROUND
             faces += [(a, a + _AROUND, b), (b, a + _AROUND, b + _AROUND)]
     return vertices, np.array(faces, dtype=np.uint32)
+
+
+def looks_of(robot: Robot, colour: Colour) -> tuple[list[Shape], set[int], list[str]]:
+    """Meshes of a robot's links; a link one of whose files is missing or cannot be read has none.
+
+    Returns:
+        The shapes, the numbers of the links that have them, and what could not be drawn.
+    """
+    links = robot.links.meshes if robot.links is not None else ()
+    most = _FACES // max(sum(map(len, links)), 1)
+    shapes: list[Shape] = []
+    drawn, failures = set[int](), dict[str, str]()
+    for number, meshes in enumerate(links):
+        own: list[Shape] = []
+        try:
+            for mesh in meshes:
+                name = f"link {number}/mesh {len(own) + 1}"
+                own.append(Shape(name, number, *coarse(*_placed(mesh), most), colour))
+        except InputError as failure:
+            failures.setdefault(str(failure), mesh.file)
+            continue
+        shapes += own
+        drawn |= {number} if own else set()
+    notes = [
+        f"links are drawn as capsules where a mesh {reason} (such as {file})" for reason, file in failures.items()
+    ]
+    return shapes, drawn, notes
+
+
+def _placed(mesh: Mesh) -> tuple[Array, NDArray[np.uint32]]:
+    """Corners in the link's frame [m], (k, 3), and triangles, (m, 3), of a file.
+
+    Raises:
+        InputError: if it is not there, or is no mesh.
+    """
+    path = Path(mesh.file)
+    if not path.is_file():
+        reason = "is not there: put the description's package beside it, or name it by ROS_PACKAGE_PATH"
+        raise InputError(reason)
+    if path.stat().st_size > _LARGEST:
+        raise InputError(f"is larger than {_LARGEST // 1_000_000} MB")
+    trimesh: Any = import_module("trimesh")
+    try:
+        scene = trimesh.load_scene(path, process=False)
+        solid = scene.to_mesh()
+        # A file of Collada says its unit, others are in metres.
+        unit = re.fullmatch(r"([\d.eE+-]+) \* meters", str(scene.units or ""))
+        vertices = (float(unit[1]) if unit else 1.0) * np.asarray(solid.vertices, dtype=float)
+        faces = np.asarray(solid.faces).astype(np.uint32)
+    except Exception as fault:  # readers of many formats, each with errors of its own
+        raise InputError(f"cannot be read ({type(fault).__name__})") from None
+    if not len(faces) or not np.isfinite(vertices).all():
+        raise InputError("holds no triangles")
+    return vertices * mesh.scale @ mesh.pose.R.T + mesh.pose.p, faces
+
+
+def coarse(vertices: Array, faces: NDArray[np.uint32], most: int) -> tuple[Array, NDArray[np.uint32]]:
+    """At most so many triangles: corners that share a cell of a grid become one, at their mean (Rossignac 1993).
+
+    Args:
+        vertices: shape (k, 3).
+        faces: corners of each triangle, shape (m, 3).
+        most: triangles; the coarsest grid may leave more.
+    """
+    if len(faces) <= most:
+        return vertices, faces
+    low = vertices.min(axis=0)
+    size = max(float(np.ptp(vertices, axis=0).max()), 1e-12)
+    corners, triangles = vertices, faces.astype(np.intp)
+    for cells in _CELLS:
+        places = np.floor((vertices - low) * (cells / size)).astype(np.int64)
+        _, which, count = np.unique(places, axis=0, return_inverse=True, return_counts=True)
+        which = which.ravel()
+        corners = np.stack([np.bincount(which, vertices[:, k]) / count for k in range(3)], axis=1)
+        triangles = which[faces]
+        a, b, c = triangles.T
+        triangles = np.unique(triangles[(a != b) & (b != c) & (c != a)], axis=0)
+        if len(triangles) <= most:
+            break
+    used, places = np.unique(triangles, return_inverse=True)
+    return corners[used], places.reshape(-1, 3).astype(np.uint32)

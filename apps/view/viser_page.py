@@ -11,7 +11,6 @@ from xml.sax.saxutils import escape
 
 import numpy as np
 
-from ...common.arrays import Array
 from ...common.errors import InputError
 from ...common.files import write_text
 from ...model import Pose
@@ -67,7 +66,7 @@ def html_of(view: View) -> str:
 
 
 def _legend(view: View) -> str:
-    """What each colour means, in a corner of the page, closed on a narrow one by a click."""
+    """Name each colour in a corner of the page, closed on a narrow one by a click."""
     rows = "".join(
         f'<div><span style="color:rgb{colour}">&#9632;</span> {escape(words)}</div>'
         for colour, words in view.legend
@@ -138,16 +137,9 @@ def _move(handles: dict[str, Any], view: View, k: int) -> None:
             handles[f"/{shape.frame}/{shape.name.replace('/', ', ')}"].visible = bool(shape.shown[k])
 
 
-def quaternion(pose: Pose) -> Array:
-    """w, x, y, z of a rotation, from the eigenvector that is least sensitive (Bar-Itzhack 2000)."""
-    R = pose.R
-    K = np.array(
-        [
-            [np.trace(R), R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]],
-            [0.0, 2.0 * R[0, 0] - np.trace(R), R[0, 1] + R[1, 0], R[0, 2] + R[2, 0]],
-            [0.0, 0.0, 2.0 * R[1, 1] - np.trace(R), R[1, 2] + R[2, 1]],
-            [0.0, 0.0, 0.0, 2.0 * R[2, 2] - np.trace(R)],
-        ]
-    )
-    q = np.linalg.eigh(K, UPLO="U")[1][:, -1]
-    return np.asarray(q if q[0] >= 0.0 else -q)
+def quaternion(pose: Pose) -> tuple[float, ...]:
+    """w, x, y, z of a rotation."""
+    from scipy.spatial.transform import Rotation
+
+    x, y, z, w = Rotation.from_matrix(pose.R).as_quat(canonical=True).tolist()
+    return w, x, y, z

@@ -67,7 +67,6 @@ def make_recordings(folder: Path) -> None:
     """Three recordings of one robot, with other noise each, and a store."""
     robot, rows = load_robot("rx90"), np.loadtxt(folder / "rx_arm_unloaded.csv", delimiter=",", skiprows=1)
     header = (folder / "rx_arm_unloaded.csv").read_text().partition("\n")[0]
-    (folder / "robots.csv").write_text("file,arm\nfirst.csv,left\n")
     for seed, name in enumerate(("first", "second", "third")):
         noise = np.random.default_rng(seed).normal(scale=0.3, size=(len(rows), 6))
         np.savetxt(

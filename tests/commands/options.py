@@ -97,16 +97,13 @@ OPTIONS: dict[str, dict[str, str]] = {
     "fleet reduce": ROBOT | LOGS | CURRENTS | PROCESSING | GAINS | {
         "logs": "second.csv",
         "--store": "--store other",
-        "--table": "--table robots.csv",
         "--pattern": "--pattern {arm}.csv",
         "--workers": "--workers 0",
         "--scheduler": "--scheduler tcp://127.0.0.1:1",
-        "--batch": "--batch 2",
         "--json": "--json a.json",
     },
     "fleet report": PAGE | {
         "store": "=--json b.json | nightly",
-        "--parquet": "--parquet tables",
         "--json": "--json a.json",
     },
     "compare": ROBOT | LOGS | CURRENTS | PROCESSING | {"logs": "third.csv", "--json": "--json a.json"},

@@ -167,9 +167,12 @@ def test_base_and_tool_of_one_moving_joint_are_not_told() -> None:
     ("table", "problem"),
     [
         ('columns = ["x", "y"]', "give those of x, y and z"),
-        ('columns = ["x", "y", "z"]\nunit = "cm"', "pose.unit 'cm'"),
+        ('columns = ["x", "y", "z"]\nunit = "cm"', "'pose.unit': must be 'm' or 'mm', got 'cm'"),
         ('columns = ["x", "y", "z"]\nrotation = ["a", "b", "c"]', "go together"),
-        ('columns = ["x", "y", "z"]\nrotation = ["a", "b", "c"]\nform = "euler"', "pose.form 'euler'"),
+        (
+            'columns = ["x", "y", "z"]\nrotation = ["a", "b", "c"]\nform = "euler"',
+            "'pose.form': must be 'quaternion' or 'rotation_vector'",
+        ),
         ('columns = ["x", "y", "z"]\nrotation = ["a", "b", "c"]\nform = "quaternion"', "has 4 columns"),
         ('columns = ["x", "y", "z"]\nsign = [1]', "unknown"),
     ],

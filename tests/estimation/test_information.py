@@ -94,7 +94,7 @@ def test_payload_with_the_robot_known(problem: Equations, tmp_path: Path) -> Non
 def test_files_that_are_neither(tmp_path: Path) -> None:
     text_file = tmp_path / "x.txt"
     text_file.write_text("hello")
-    with pytest.raises(InputError, match="neither an NPZ nor a JSON"):
+    with pytest.raises(InputError, match="dynident identify"):
         recorded_noise(text_file)
     with pytest.raises(InputError, match="no such file"):
         read_information(tmp_path / "none.npz", None)

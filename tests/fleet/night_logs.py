@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from dynident.apps.fleet.catalog import Log, catalog, found_logs
+from dynident.apps.fleet.store import Log, catalog, found_logs
 from dynident.model import load_robot
 from dynident.tests.frozen.inputs import unpack
 

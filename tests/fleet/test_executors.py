@@ -17,7 +17,7 @@ from typing import Any
 import pytest
 from dynident.apps import fleet
 from dynident.apps.fleet import reduction
-from dynident.apps.fleet.reduction import RefusedDocument
+from dynident.apps.fleet.store import RefusedDocument
 from dynident.apps.logs.read import read_recordings
 from dynident.cli import main
 from dynident.common.errors import InputError
@@ -84,18 +84,18 @@ class KilledWorker(Exception):  # noqa: N818
     """A task that each worker died of, as Dask says it."""
 
 
-def test_a_batch_that_kills_is_tried_one_by_one(store: Path, tmp_path: Path) -> None:
+def test_a_log_that_kills_each_worker_of_a_cluster_is_refused(store: Path, tmp_path: Path) -> None:
     class Killed(Here):
         def submit(self, fn: Callable[..., Any], /, *arguments: Any, **more: Any) -> Future[Any]:
-            if any(log.file.startswith("b/2026-01-01") for log in arguments[1]):
+            if arguments[1].file.startswith("b/2026-01-01"):
                 future: Future[Any] = Future()
                 future.set_exception(KilledWorker())
                 return future
             return super().submit(fn, *arguments, **more)
 
-    reduced = fleet.reduce_fleet(entries(), ROBOT, tmp_path / "s", executor=Killed(), batch=3)
+    reduced = fleet.reduce_fleet(entries(), ROBOT, tmp_path / "s", executor=Killed())
     assert RefusedDocument("b/2026-01-01.csv", reduction.KILLS) in reduced.refused
-    assert (reduced.new, reduced.workers_lost) == (2, 2)
+    assert (reduced.new, reduced.workers_lost) == (2, 1)
 
 
 def free_port() -> int:
@@ -155,6 +155,6 @@ def test_a_dask_scheduler_and_two_workers(store: Path, tmp_path: Path, capsys: p
     with cluster(port) as (address, _):
         reached(address, 2)
         line = f"fleet reduce a b turned other.csv --robot rx90 --store {tmp_path / 'b'} --scheduler {address}"
-        assert main([*line.split(), "--pattern", "{arm}/{day}.csv", "--batch", "2"]) == 0
+        assert main([*line.split(), "--pattern", "{arm}/{day}.csv"]) == 0
     assert "5 logs refused" in capsys.readouterr().out
     assert contents(tmp_path / "b") == contents(store)

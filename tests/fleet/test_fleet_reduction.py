@@ -6,8 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 from dynident.apps import fleet
-from dynident.apps.fleet.catalog import Log, catalog, found_logs, local, same_time
-from dynident.apps.fleet.reduction import RefusedDocument
+from dynident.apps.fleet.store import Log, RefusedDocument, catalog, found_logs, same_time
 from dynident.common import files
 from dynident.common.errors import InputError
 from dynident.model import load_robot
@@ -16,9 +15,10 @@ from dynident.tests.fleet.night_logs import GOOD, ROBOT, Lost, contents, entries
 
 def test_good_ones_are_in_and_each_wrong_one_is_named(store: Path) -> None:
     opened = fleet.Store.opened(store)
-    assert [row.file for row in opened.logs()] == sorted(GOOD)
-    assert [opened.read(row.key).about["arm"] for row in opened.logs()] == ["a", "a", "b"]
-    refused = opened.refused()
+    index = opened.index()
+    assert [log.file for log in index.logs] == sorted(GOOD)
+    assert [opened.read(log.key).about["arm"] for log in index.logs] == ["a", "a", "b"]
+    refused = {bad.file: bad.reason for bad in index.refused}
     assert sorted(refused) == ["b/2026-01-02.csv", "b/2026-01-03.csv", "b/2026-13-01.csv", "other.csv",
                                "turned/2026-01-01.csv"]  # fmt: skip
     assert "the same bytes as a/2026-01-01.csv" in refused["b/2026-01-02.csv"]
@@ -99,27 +99,11 @@ def test_another_robot_or_recipe_needs_another_store(store: Path) -> None:
         fleet.reduce_fleet([GOOD[0]], ROBOT, store, recipe)
 
 
-def test_a_table_names_each_log(logs: Path, tmp_path: Path) -> None:
-    table = logs / "robots.csv"
-    table.write_text(f"file,arm,day,temperature,payload\n{GOOD[0]},a,2026-01-01,21.5,2\n{GOOD[1]},a,2026-01-01,22,2\n"
-                     f"{GOOD[2]},b,2026-01-01,warm,0\ngone.csv,c,2026-01-01,20,0\n")  # fmt: skip
-    listed = catalog(found_logs([GOOD[0], "other.csv"]), table=str(table))
-    wrong = {Path(entry.file).name: entry.wrong for entry in listed if entry.wrong}
-    assert "does not name it" in wrong.pop("other.csv")
-    assert wrong == {Path(GOOD[2]).name: "temperature 'warm' is no number"}
-    same = same_time(listed)
-    assert len(same) == 1
-    assert "is of arm 'a' at 2026-01-01 too" in next(iter(same.values()))
-    for text, words in (
-        ("file\nx.csv\n", "needs the columns file and arm"),
-        ("file,arm,temprature\nx.csv,a,1\n", "did you mean 'temperature'"),
-    ):
-        table.write_text(text)
-        with pytest.raises(InputError, match=words):
-            catalog([], table=str(table))
-    table.write_text("file,arm\nx.csv,a\nx.csv,b\n")
-    assert ["more than once" in entry.wrong for entry in catalog([], table=str(table))] == [True]
-    table.unlink()
+def test_logs_of_one_arm_at_one_time_are_named() -> None:
+    logs = [Log(f"{name}.csv", {"arm": "a", "day": "2026-01-01"}) for name in "xy"]
+    assert same_time(logs) == {"y.csv": "x.csv is of arm 'a' at 2026-01-01 too: give times, or another name"}
+    (laden,) = [log for log in catalog(["a/2.csv", "a/much.csv"], "{arm}/{payload}.csv") if log.wrong]
+    assert laden.wrong == "payload 'much' is no number"
 
 
 @pytest.mark.parametrize(
@@ -138,6 +122,3 @@ def test_patterns_that_cannot_be(pattern: str, words: str) -> None:
 def test_what_is_no_log(logs: Path) -> None:
     with pytest.raises(InputError, match="no log there"):
         found_logs(["nothing/*.csv"])
-    assert found_logs([f"file://{logs}/a/2026-01-01.csv"]) == (f"file://{logs}/a/2026-01-01.csv",)
-    with local(f"file://{logs}/a/2026-01-01.csv") as copy:
-        assert Path(copy).read_bytes() == Path(GOOD[0]).read_bytes()

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 import pytest
 from dynident.apps import live
-from dynident.apps.live import packets
+from dynident.apps.live import rtde
 from dynident.cli import main
 from dynident.common.errors import InputError
 from dynident.tests.live.conftest import Play
@@ -224,15 +224,15 @@ def test_cut_at_any_byte(play: Play, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("cut", range(1, 12))
 def test_packets_are_whole_wherever_they_are_cut(cut: int) -> None:
-    data = packets.packed(packets.DATA, b"12345") + packets.packed(packets.PAUSE, b"\x01")
+    data = rtde.packed(rtde.DATA, b"12345") + rtde.packed(rtde.PAUSE, b"\x01")
     buffer = bytearray(data[:cut])
-    pieces = packets.split(buffer)
+    pieces = rtde.split(buffer)
     buffer += data[cut:]
-    pieces += packets.split(buffer)
-    assert pieces == [(packets.DATA, b"12345"), (packets.PAUSE, b"\x01")]
+    pieces += rtde.split(buffer)
+    assert pieces == [(rtde.DATA, b"12345"), (rtde.PAUSE, b"\x01")]
     assert not buffer
 
 
 def test_an_unknown_type_is_named(play: Play) -> None:
     with pytest.raises(InputError, match="actual_q as 'VECTOR7D', which is no type of RTDE"):
-        live.fields.chosen(["actual_q"], ["VECTOR7D"])
+        rtde.available(["actual_q"], ["VECTOR7D"])

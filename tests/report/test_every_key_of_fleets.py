@@ -4,7 +4,8 @@ from types import SimpleNamespace
 from typing import Any
 
 from dynident.apps.fleet.comparing import OddDocument
-from dynident.apps.fleet.reduction import ReducedDocument, refused_documents
+from dynident.apps.fleet.reduction import ReducedDocument
+from dynident.apps.fleet.store import refused_documents
 from dynident.apps.report import documents
 from dynident.tests.report import made
 from dynident.tests.report.every_key import same
@@ -35,7 +36,6 @@ def test_fleet_reduce() -> None:
 
 
 def test_fleet_report() -> None:
-    exchange = {"arm": "left", "day": "2026-01-04", "alone": True, "chi2": 99.5, "degrees": 24, "like": "right"}
     days = ("2026-01-04", "2026-01-05")
 
     def line(quantity: str, values: Any, own: float, usual: float, z: float | None) -> Any:
@@ -46,7 +46,6 @@ def test_fleet_report() -> None:
     calm, moved = line("FV1", (0.0, 0.0, 3.5), 0.75, 3.0, None), line("FS1", (*11 * (0.0,), 1.25), 0.5, 2.5, -6.5)
     reported: Any = SimpleNamespace(
         arms=(SimpleNamespace(name="left"),), first="2026-01-01", series=(calm, moved), changed=(moved,), twins=ODD,
-        exchanges=(SimpleNamespace(**exchange),),
     )  # fmt: skip
     calm_keys = {
         "arm": "left", "quantity": "FV1", "day": "2026-01-05", "value": 3.5, "sigma": 0.75, "usual": 3.0,
@@ -58,6 +57,6 @@ def test_fleet_report() -> None:
     }  # fmt: skip
     expected = {
         "arms": ["left"], "first_day": "2026-01-01", "threshold": 5.0, "changed": [moved_keys], "odd": ODD_KEYS,
-        "last": [calm_keys, moved_keys], "exchanges": [exchange], "refused": [{"file": "a.csv", "reason": "none"}],
+        "last": [calm_keys, moved_keys], "refused": [{"file": "a.csv", "reason": "none"}],
     }  # fmt: skip
     same(documents.fleet_document(reported, {"a.csv": "none"}), expected)

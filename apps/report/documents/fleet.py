@@ -6,7 +6,7 @@ from ....common.schema import Document, Matrix, Vector
 from ...fleet import Fleet
 from ...fleet.comparing import OddDocument
 from ...fleet.nights import CHANGED, Series
-from ...fleet.reduction import RefusedDocument, refused_documents
+from ...fleet.store import RefusedDocument, refused_documents
 from ...results.parts import Number
 
 
@@ -39,17 +39,6 @@ class NightDocument(Document, frozen=True):
     z: Number
 
 
-class ExchangeDocument(Document, frozen=True):
-    """Recordings of another robot than their arm: of a day ``alone``, or since it; ``like``: perhaps this arm's."""
-
-    arm: str
-    day: str
-    alone: bool
-    chi2: float
-    degrees: int
-    like: str
-
-
 class FleetDocument(Document, frozen=True):
     """What a fleet's nights say; ``changed``: those of ``last`` with z beyond ``threshold``."""
 
@@ -59,7 +48,6 @@ class FleetDocument(Document, frozen=True):
     changed: tuple[NightDocument, ...]
     last: tuple[NightDocument, ...]
     odd: tuple[OddDocument, ...]
-    exchanges: tuple[ExchangeDocument, ...]
     refused: tuple[RefusedDocument, ...]
 
 
@@ -77,6 +65,5 @@ def fleet_document(fleet: Fleet, refused: Mapping[str, str]) -> FleetDocument:
         changed=tuple(map(night, fleet.changed)),
         last=tuple(map(night, fleet.series)),
         odd=fleet.twins.odd if fleet.twins is not None else (),
-        exchanges=tuple(map(ExchangeDocument.of, fleet.exchanges)),
         refused=refused_documents(refused),
     )

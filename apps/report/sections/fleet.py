@@ -7,7 +7,6 @@ import numpy as np
 
 from ...fleet import Fleet
 from ...fleet.comparing import CHANCE
-from ...fleet.exchange import Exchange
 from ...fleet.nights import CHANGED, FEWEST, Series
 from ...fleet.reduction import ReducedDocument
 from ..blocks import Banner, Block, Notes, Page, Remarks, Screen, Section, Table, Text, columns
@@ -79,18 +78,9 @@ def _head(fleet: Fleet, refused: Mapping[str, str]) -> list[str]:
         lines.append(
             f"Too few nights to tell a change yet: {', '.join(few[:6])}{' and more' if len(few) > 6 else ''}."
         )
-    lines += [_exchanged(exchange) for exchange in fleet.exchanges]
     if refused:
-        lines.append(f"{len(refused)} logs were refused; see refused.csv.")
+        lines.append(f"{len(refused)} logs were refused; see index.json of the store.")
     return lines
-
-
-def _exchanged(exchange: Exchange) -> str:
-    """What is said of recordings of another robot."""
-    which = f"the recording of {exchange.day} is" if exchange.alone else f"recordings since {exchange.day} are"
-    like = f", perhaps {exchange.like}" if exchange.like else ""
-    why = f"chi2 {exchange.chi2:.0f} of {exchange.degrees}, payload and drives apart"
-    return f"{exchange.arm}: {which} of another robot{like} ({why}): check its name."
 
 
 def _changed(fleet: Fleet) -> Table:

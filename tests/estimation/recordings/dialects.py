@@ -5,7 +5,7 @@ from collections.abc import Callable, Mapping
 from typing import NamedTuple
 
 import numpy as np
-from dynident.apps.logs.known import KNOWN, Known, Recognised
+from dynident.apps.logs.columns import KNOWN, Known, Recognised
 from dynident.model import Robot
 
 UNITS = {"time": "s", "position": "rad", "velocity": "rad/s", "torque": "Nm", "current": "A"}

@@ -66,10 +66,10 @@ def objects() -> bytes:
 @pytest.mark.parametrize(
     ("content", "words"),
     [
-        (npy("(1000000000000,)"), "ends before its 1000000000000 numbers"),
-        (npy("(1000000000000, 1000000)"), "ends before"),
-        (npy("(101,)"), "ends before its 101 numbers"),
-        (npy("(-5,)"), "ends before"),
+        (npy("(1000000000000,)"), "damaged one"),
+        (npy("(1000000000000, 1000000)"), "damaged one"),
+        (npy("(101,)"), "damaged one"),
+        (npy("(-5,)"), "damaged one"),
         (npy("(10**3,)"), "not an NPZ file, or a damaged one"),
         (b"\x93NUMPY\x03\x00" + struct.pack("<I", 4_000_000_000) + bytes(100), "damaged one"),
         (objects(), "no arrays of samples"),

@@ -4,8 +4,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from dynident.apps.logs.columns import KNOWN, PLAIN
 from dynident.apps.logs.following import read_following
-from dynident.apps.logs.known import KNOWN, PLAIN
 from dynident.apps.logs.read import read_recording
 from dynident.common.errors import InputError
 from dynident.model import Recording, Robot, load_robot

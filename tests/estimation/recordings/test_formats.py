@@ -41,13 +41,14 @@ def test_a_fingerprint_is_the_recordings_not_the_files(
 
 
 @pytest.mark.parametrize(
-    ("delimiter", "name", "decimal"), [("\t", "tab", "."), (";", "semicolon", ","), (" ", "space", ".")]
+    ("delimiter", "layout"),
+    [("\t", Layout("tab", ".")), (";", Layout("semicolon", ",")), (" ", Layout("space", "."))],
 )
 def test_text_layouts(
-    tmp_path: Path, arm: Robot, signals: dict[str, np.ndarray], delimiter: str, name: str, decimal: str
+    tmp_path: Path, arm: Robot, signals: dict[str, np.ndarray], delimiter: str, layout: Layout
 ) -> None:
-    path = as_csv(tmp_path / "a.txt", signals, delimiter, decimal)
-    same(read_recording(path, arm, None, LogMap(layout=Layout(name, decimal))), signals)
+    path = as_csv(tmp_path / "a.txt", signals, delimiter, layout.decimal)
+    same(read_recording(path, arm, None, LogMap(layout=layout)), signals)
 
 
 def test_tsv_by_its_ending(tmp_path: Path, arm: Robot, signals: dict[str, np.ndarray]) -> None:

@@ -1,11 +1,10 @@
-"""Text is decoded in blocks, which makes no difference, and every way to write a number is read."""
+"""Long texts are read as arrays are, and every way to write a number is read."""
 
 from pathlib import Path
 
 import numpy as np
 import pytest
 from dynident.apps.logs import open_log
-from dynident.apps.logs.csv_log import BLOCK
 from dynident.apps.logs.map import LogMap
 from dynident.apps.logs.read import read_recording
 from dynident.common.errors import InputError
@@ -13,9 +12,9 @@ from dynident.model import Robot
 from dynident.tests.estimation.recordings.log_files import as_npz
 
 
-def test_blocks_make_no_difference(tmp_path: Path, arm: Robot) -> None:
-    """A log longer than two blocks; a bad cell in the last block is found."""
-    rows = 2 * BLOCK + 11
+def test_a_long_text_is_read_as_arrays_are(tmp_path: Path, arm: Robot) -> None:
+    """A bad cell near its end is found."""
+    rows = 33_000
     table = np.random.default_rng(0).uniform(-1, 1, (rows, 13)).round(4)
     table[:, 0] = (0.001 * np.arange(rows)).round(4)
     header = ",".join(["t"] + [f"{kind}{j}" for kind in ("q", "tau") for j in range(1, 7)])
@@ -38,7 +37,7 @@ def test_blocks_make_no_difference(tmp_path: Path, arm: Robot) -> None:
     "cell", ["1.5", "+1.5", "1.", ".5", "1e-3", "-0", "01", " 2.5 ", "1e22", "123456789012345678901"]
 )
 def test_every_way_to_write_a_number_is_read_alike(tmp_path: Path, arm: Robot, cell: str) -> None:
-    """Plain rows are read a quick way, which must give what Python reads."""
+    """The reader must give what Python reads."""
     numbers = np.random.default_rng(1).standard_normal((40, 12))
     rows = [[repr(0.01 * k), *map(repr, values)] for k, values in enumerate(numbers.tolist())]
     rows[7][9] = cell

@@ -6,8 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 from dynident.apps.logs import Gears, Quantity, Time
-from dynident.apps.logs.map import LogMap, read_log_map
-from dynident.apps.logs.quantity import factor
+from dynident.apps.logs.map import LogMap, factor, read_log_map
 from dynident.apps.logs.read import read_recording
 from dynident.common.errors import InputError
 from dynident.common.schema import convert

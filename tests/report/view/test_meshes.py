@@ -6,8 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from dynident.apps.view import html_of, view_of
-from dynident.apps.view.meshes import coarse, looks_of
-from dynident.apps.view.shapes import ellipsoid
+from dynident.apps.view.shapes import coarse, ellipsoid, looks_of
 from dynident.model import Motion, Robot
 from dynident.model.files.chain import load_urdf
 
@@ -92,9 +91,8 @@ def test_a_link_without_its_mesh_is_a_capsule_and_told(
     described: Callable[[str], Robot], file: str, words: str
 ) -> None:
     robot = described(file)
-    looks = looks_of(robot, GREY)
-    assert looks.links == {0, 1}
-    (note,) = looks.notes
+    _, links, (note,) = looks_of(robot, GREY)
+    assert links == {0, 1}
     assert any(word in note for word in words.split("|"))
     assert Path(file).name in note
     names = [shape.name for shape in view_of(robot, still([0.0, 0.0])).shapes]
@@ -109,10 +107,10 @@ def test_the_environment_of_ros_finds_a_package(
     place.mkdir(parents=True)
     trimesh.creation.box((0.1, 0.1, 0.1)).export(place / "hand.stl")
     monkeypatch.setenv("AMENT_PREFIX_PATH", str(tmp_path / "install"))
-    assert looks_of(described("package://hands/meshes/hand.stl"), GREY).notes == ()
+    assert looks_of(described("package://hands/meshes/hand.stl"), GREY)[2] == []
     monkeypatch.delenv("AMENT_PREFIX_PATH")
     monkeypatch.setenv("ROS_PACKAGE_PATH", str(tmp_path / "install/share"))
-    assert looks_of(described("package://hands/meshes/hand.stl"), GREY).notes == ()
+    assert looks_of(described("package://hands/meshes/hand.stl"), GREY)[2] == []
 
 
 def test_a_coarse_mesh_keeps_its_form() -> None:

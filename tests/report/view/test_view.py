@@ -11,8 +11,7 @@ import casadi as ca
 import numpy as np
 import pytest
 from dynident.apps.view import ShownPayload, View, html_of, view_of
-from dynident.apps.view.ground import ground_of
-from dynident.apps.view.moving import _axes
+from dynident.apps.view.moving import _axes, ground_of
 from dynident.apps.view.shapes import Shape, box, capsule, ellipsoid, inertia_axes, plane
 from dynident.apps.view.viser_page import quaternion
 from dynident.cli import main
@@ -119,18 +118,17 @@ def test_a_foot_reaches_from_the_base_to_the_floor_and_says_what_is_not_known(na
     upper = HalfSpace("table", offset=-0.4)
     for surfaces, height in (((wall, ceiling, floor), -0.7), ((floor, upper), -0.4)):
         poses = frames_at(robot, np.zeros(robot.n).tolist())
-        ground = ground_of(robot, [poses], Scene(surfaces=surfaces))
-        (foot,) = ground.foot
-        assert ground.height == pytest.approx(height)
+        found, (foot,) = ground_of(robot, [poses], Scene(surfaces=surfaces))
+        assert found == pytest.approx(height)
         assert foot.name == "foot, its shape is not known"
         reach = np.array([at(poses[foot.frame], end) for end in ends(foot)])
         assert np.allclose(sorted(reach[:, 2]), [height, 0.0], atol=1e-9)
         assert np.allclose(reach[:, :2], 0.0, atol=1e-9)
     high, low = (Pose.from_rpy((0.3, 0.0, z), (0.0, 0.0, 0.0)) for z in (0.2, -0.5))
-    assert ground_of(robot, [(poses[0], high)], Scene(surfaces=(wall,))) == (0.0, ())
-    below = ground_of(robot, [(poses[0], high), (poses[0], low)], None)
-    assert below.height < -0.5
-    assert [foot.name for foot in below.foot] == ["foot, neither its height nor its shape is known"]
+    assert ground_of(robot, [(poses[0], high)], Scene(surfaces=(wall,))) == (0.0, [])
+    below, feet = ground_of(robot, [(poses[0], high), (poses[0], low)], None)
+    assert below < -0.5
+    assert [foot.name for foot in feet] == ["foot, neither its height nor its shape is known"]
 
 
 def test_the_payloads_ellipsoids_are_to_scale() -> None:

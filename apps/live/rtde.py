@@ -1,0 +1,345 @@
+"""A Universal Robots controller over the network: samples by the protocol RTDE, and programs that set a payload.
+
+Packets of RTDE, version 2, are big-endian, a size and a type before each payload. Source: the maker's guide
+"Real-Time Data Exchange (RTDE)", protocol version 2.
+"""
+
+import socket
+import struct
+import threading
+import time
+from collections import deque
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager, suppress
+from types import TracebackType
+from typing import Any, Self
+
+import numpy as np
+
+from ...common.errors import InputError
+
+PORT = 30004
+"""Port of RTDE."""
+SCRIPT_PORT = 30002
+"""Port of the secondary client interface, which takes scripts."""
+TIME, POSITION, SPEED, CURRENT = "timestamp", "actual_q", "actual_qd", "actual_current"
+MASS, CENTRE, INERTIA, SAFETY = "payload", "payload_cog", "payload_inertia", "safety_mode"
+FIELDS = (
+    TIME, POSITION, SPEED, CURRENT, "target_moment", "actual_current_as_torque", "joint_temperatures",
+    "actual_TCP_pose", MASS, CENTRE, INERTIA, "robot_mode", SAFETY,
+)  # fmt: skip
+"""Fields that a recording asks for, under the protocol's names: the log's columns are called after them."""
+NEEDED = (TIME, POSITION, SPEED, CURRENT)
+"""Fields without which a recording says nothing."""
+Samples = np.ndarray[tuple[int], np.dtype[Any]]
+"""Consecutive samples, with the fields by name."""
+
+REQUEST_VERSION, CONTROLLER_VERSION, MESSAGE = ord("V"), ord("v"), ord("M")
+OUTPUTS, START, PAUSE, DATA = ord("O"), ord("S"), ord("P"), ord("U")
+_KINDS = frozenset((REQUEST_VERSION, CONTROLLER_VERSION, MESSAGE, OUTPUTS, START, PAUSE, DATA))
+_HEADER = struct.Struct(">HB")  # size of the packet with this header, and its type
+_FORMATS = {
+    "BOOL": "?", "UINT8": "u1", "UINT32": ">u4", "UINT64": ">u8", "INT32": ">i4", "DOUBLE": ">f8",
+    "VECTOR3D": "(3,)>f8", "VECTOR6D": "(6,)>f8", "VECTOR6INT32": "(6,)>i4", "VECTOR6UINT32": "(6,)>u4",
+}  # fmt: skip
+"""Types of the protocol as NumPy writes them."""
+_CB_SERIES = 5
+"""Major versions below are of controllers that send 125 times a second."""
+PATIENCE = 2.5
+"""s: by then a name must be resolved, and then a host must have answered."""
+_CONNECTED = 4.5
+"""s: for both together."""
+_AGREED = 4.8
+"""s: by then all is agreed on, or it is told what is wrong."""
+_SILENCE = 2.0
+"""s: samples that stay away longer do not come any more."""
+_CHUNK = 65536
+
+
+class LinkError(InputError):
+    """A connection that ended, and why: one line."""
+
+
+def packed(kind: int, payload: bytes = b"") -> bytes:
+    """A packet as it is sent."""
+    return _HEADER.pack(_HEADER.size + len(payload), kind) + payload
+
+
+def split(buffer: bytearray) -> list[tuple[int, bytes]]:
+    """Take whole packets from the front of a buffer, each a type and its payload; none if there is a part of one.
+
+    Raises:
+        InputError: if the bytes are no packets of this protocol.
+    """
+    packets: list[tuple[int, bytes]] = []
+    start = 0
+    while len(buffer) - start >= _HEADER.size:
+        size, kind = _HEADER.unpack_from(buffer, start)
+        if size < _HEADER.size or kind not in _KINDS:
+            if packets:
+                break  # these first; the next call finds what is wrong at the front
+            raise InputError("what arrives is not RTDE: is this the right port?")
+        if len(buffer) - start < size:
+            break
+        packets.append((kind, bytes(buffer[start + _HEADER.size : start + size])))
+        start += size
+    del buffer[:start]
+    return packets
+
+
+def available(fields: Sequence[str], types: Sequence[str]) -> tuple[str, ...]:
+    """The fields that a controller has, by its answer.
+
+    Raises:
+        LinkError: if a type is none of the protocol, or one of the fields that are needed is absent.
+    """
+    for field, kind in zip(fields, types, strict=True):
+        if kind not in _FORMATS and kind != "NOT_FOUND":
+            raise LinkError(f"the controller sends {field} as {kind!r}, which is no type of RTDE")
+    there = tuple(field for field, kind in zip(fields, types, strict=True) if kind in _FORMATS)
+    absent = [field for field in fields if field in NEEDED and field not in there]
+    if absent:
+        raise LinkError(f"the controller has no {', '.join(absent)}: nothing can be recorded from it")
+    return there
+
+
+class Client:
+    """A connection to a controller; close it, or use it in a ``with``.
+
+    Once started a thread reads samples as they come, whatever is done with those before them.
+
+    Attributes:
+        host: in words, for messages.
+        version: of the controller's software: major, minor, bugfix, build.
+        layout: fields of a sample, once it was started.
+        rate: samples a second that were asked for [Hz], once it was started.
+    """
+
+    layout: np.dtype[Any]
+    rate: float
+
+    def __init__(self, host: str, port: int = PORT) -> None:
+        """Connect and agree on the protocol.
+
+        Raises:
+            LinkError: if the name is not resolved or nothing answers within 2.5 s each, or what answers does not
+                speak version 2 within 2.5 s more; within 5 s in all.
+        """
+        self.host = f"{host}:{port}"
+        self._buffer = bytearray()
+        self._waiting: deque[tuple[int, bytes]] = deque()
+        self._taken: deque[bytes] = deque()
+        self._over = threading.Event()
+        self._thread: threading.Thread | None = None
+        self._number, self._fault, self._ended = 0, "", False
+        latest = time.monotonic() + _AGREED
+        self._socket = _connected(host, port, ": is RTDE enabled there?", "is the robot on, is the address right?")
+        self._deadline = min(time.monotonic() + PATIENCE, latest)
+        try:
+            if self._ask(REQUEST_VERSION, struct.pack(">H", 2))[:1] != b"\x01":
+                raise LinkError(
+                    f"{self.host}: the controller does not speak version 2 of RTDE: update its software"
+                )
+            answer = self._ask(CONTROLLER_VERSION, b"")
+            if len(answer) != 16:
+                raise LinkError(f"{self.host}: the controller does not tell its version")
+            self.version: tuple[int, ...] = struct.unpack(">4I", answer)
+        except BaseException:
+            self.close()
+            raise
+
+    def __enter__(self) -> Self:
+        """Use it until the end of the block."""
+        return self
+
+    def __exit__(self, *_: type[BaseException] | BaseException | TracebackType | None) -> None:
+        """Close it."""
+        self.close()
+
+    def close(self) -> None:
+        """End the thread and the connection."""
+        self._ended = True
+        if self._thread is not None:
+            with suppress(OSError):  # the other side was faster
+                self._socket.shutdown(socket.SHUT_RDWR)
+            self._thread.join()
+        self._socket.close()
+
+    def start(self, fields: Sequence[str] = FIELDS, rate: float | None = None) -> None:
+        """Start the samples: of all fields that the controller has.
+
+        Args:
+            fields: what is asked for.
+            rate: samples a second [Hz]; the fastest by default.
+
+        Raises:
+            LinkError: if the controller refuses, or a field that is needed is absent.
+        """
+        self.rate = rate or (500.0 if self.version[0] >= _CB_SERIES else 125.0)
+        asked = tuple(fields)
+        while True:
+            answer = self._ask(OUTPUTS, struct.pack(">d", self.rate) + ",".join(asked).encode())
+            types = answer[1:].decode("ascii", errors="replace").split(",")
+            if len(types) != len(asked):
+                raise LinkError(f"{self.host}: {len(types)} types for {len(asked)} fields: this is not RTDE")
+            try:
+                there = available(asked, types)
+            except LinkError as fault:
+                raise LinkError(f"{self.host}: {fault}") from None
+            if there == asked:
+                break
+            asked = there  # an absent field makes a recipe unusable
+        self._number = answer[0]
+        self.layout = np.dtype([(field, _FORMATS[kind]) for field, kind in zip(asked, types, strict=True)])
+        if self._ask(START, b"")[:1] != b"\x01":
+            raise LinkError(f"{self.host}: the controller does not start its samples")
+        self._socket.settimeout(_SILENCE)
+        self._collect(self._waiting)
+        self._thread = threading.Thread(target=self._run, name="rtde", daemon=True)
+        self._thread.start()
+
+    def take(self, wait: float = 0.1) -> Samples:
+        """Samples that came since the last call.
+
+        Args:
+            wait: for so long [s], unless the samples end before.
+
+        Raises:
+            LinkError: when there are none left, and why no more come.
+        """
+        over = self._over.wait(wait)
+        packets = [self._taken.popleft() for _ in range(len(self._taken))]
+        if over and not packets:
+            raise LinkError(self._fault)
+        return np.frombuffer(b"".join(packets), self.layout)
+
+    def _ask(self, kind: int, payload: bytes) -> bytes:
+        """Send a packet and wait for its answer; messages in between are passed over."""
+        try:
+            self._socket.settimeout(max(self._deadline - time.monotonic(), 0.01))
+            self._socket.sendall(packed(kind, payload))
+            while True:
+                while self._waiting:
+                    answered, answer = self._waiting.popleft()
+                    if answered == kind:
+                        return answer
+                left = self._deadline - time.monotonic()
+                if left <= 0.0:
+                    raise TimeoutError
+                self._socket.settimeout(left)
+                self._waiting.extend(self._received())
+        except TimeoutError:
+            raise LinkError(f"{self.host}: connected, but no answer within {PATIENCE:g} s") from None
+        except OSError as error:
+            raise LinkError(f"{self.host}: the connection was lost: {error.strerror or error}") from None
+        except ValueError as error:
+            raise LinkError(f"{self.host}: {error}") from None
+
+    def _received(self) -> Iterator[tuple[int, bytes]]:
+        """Packets that are whole after the next bytes came; those before a wrong one count."""
+        received = self._socket.recv(_CHUNK)
+        if not received:
+            raise LinkError("the controller closed the connection")
+        self._buffer += received
+        while packets := split(self._buffer):
+            yield from packets
+
+    def _run(self) -> None:
+        """Read until the connection ends; half a packet now and then does not count as a sample."""
+        last = time.monotonic()
+        try:
+            while not self._ended:
+                count, now = self._collect(self._received()), time.monotonic()
+                last = now if count else last
+                if now - last > _SILENCE:
+                    raise TimeoutError
+        except TimeoutError:
+            self._fault = f"{self.host}: no sample for {_SILENCE:g} s"
+        except (OSError, ValueError) as error:
+            self._fault = f"{self.host}: {getattr(error, 'strerror', None) or error}"
+        finally:
+            self._over.set()
+
+    def _collect(self, packets: Iterable[tuple[int, bytes]]) -> int:
+        """Keep the samples among packets, and give their number."""
+        count = 0
+        for kind, payload in packets:
+            if kind == DATA:
+                if len(payload) != self.layout.itemsize + 1 or payload[0] != self._number:
+                    raise LinkError("a sample is not of the size or the recipe that was agreed on")
+                self._taken.append(payload[1:])
+                count += 1
+        return count
+
+
+def _connected(host: str, port: int, hint: str, silent: str) -> socket.socket:
+    """Open a socket to a host.
+
+    The system looks a name up for as long as it likes (30 s where the name server is silent): a thread asks it.
+
+    Args:
+        host: name or address.
+        port: of the host.
+        hint: said behind why there is no connection.
+        silent: said behind that nothing answers.
+
+    Raises:
+        LinkError: if the name does not resolve, or nothing answers, within 2.5 s each.
+    """
+    address, deadline = f"{host}:{port}", time.monotonic() + _CONNECTED
+    opened: list[socket.socket] = []
+    faults: list[Exception] = []
+    resolved = threading.Event()
+
+    def connect() -> None:
+        try:
+            socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)
+            resolved.set()
+            opened.append(socket.create_connection((host, port), PATIENCE))
+            if time.monotonic() > deadline:  # nobody waits for it any more
+                opened.pop().close()
+        except (OSError, UnicodeError) as error:
+            faults.append(error)
+            resolved.set()
+
+    thread = threading.Thread(target=connect, name="connecting", daemon=True)
+    thread.start()
+    if not resolved.wait(PATIENCE):
+        raise LinkError(f"{address}: the name {host} was not resolved within {PATIENCE:g} s: give the address")
+    thread.join(max(deadline - time.monotonic(), 0.0))
+    if opened:
+        return opened[0]
+    if not faults or isinstance(faults[0], TimeoutError):
+        raise LinkError(f"{address}: no answer within {PATIENCE:g} s: {silent}")
+    raise LinkError(f"{address}: no connection: {getattr(faults[0], 'strerror', None) or faults[0]}{hint}")
+
+
+def program(command: str) -> str:
+    """A secondary program that runs one command.
+
+    A program that begins with ``sec`` runs beside the one that moves the arm, may not move it and takes none of its
+    time (URScript manual, secondary programs).
+
+    Raises:
+        ValueError: if it is anything but one call of ``set_target_payload``.
+    """
+    inside = command.removeprefix("set_target_payload(").removesuffix(")")
+    if len(inside) != len(command) - len("set_target_payload()") or not set(inside) <= set("0123456789.,+-e[] "):
+        raise ValueError(f"not a payload: {command!r}")
+    return f"sec dynident_payload():\n  {command}\nend\n"
+
+
+@contextmanager
+def send_program(text: str, host: str, port: int = SCRIPT_PORT) -> Iterator[None]:
+    """Send a program; the connection stays open within the block, for the controller reads in its own time.
+
+    Raises:
+        LinkError: if there is no connection, or it is lost while the program is sent.
+    """
+    hint = ": nothing was sent; switch the controller to remote control"
+    with _connected(host, port, hint, "nothing was sent") as connection:
+        try:
+            connection.sendall(text.encode("ascii"))
+        except OSError as error:
+            raise LinkError(f"{host}:{port}: the connection was lost: {error.strerror or error}") from None
+        yield
