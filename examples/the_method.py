@@ -11,7 +11,7 @@ import cvxpy as cp
 import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import butter, firwin, sosfiltfilt, upfirdn
-from scipy.stats import t as student
+from scipy.special import stdtrit
 
 Array = NDArray[np.float64]
 
@@ -200,7 +200,7 @@ can_exist = start + sum(u[k] * steps[k] for k in range(10)) >> 0
 chi2 = cp.Problem(cp.Minimize(cp.norm(u)), [can_exist]).solve(solver=cp.CLARABEL) ** 2
 payload = method_4.values + root @ u.value
 # 95 % of the mass: where chi2 has risen by t^2, nearly 1.96^2; 1.2 times as much holds at the edge of the cone too.
-near = cp.norm(u) <= np.sqrt(chi2 + 1.2 * student.ppf(0.975, method_4.freedom) ** 2)
+near = cp.norm(u) <= np.sqrt(chi2 + 1.2 * stdtrit(method_4.freedom, 0.975) ** 2)
 ends = [cp.Problem(way(root[9] @ u), [can_exist, near]) for way in (cp.Minimize, cp.Maximize)]
 mass = method_4.values[9] + [end.solve(solver=cp.CLARABEL) for end in ends]
 
