@@ -26,6 +26,8 @@ LONG = {
     *("wall-mounted", "weigh"),
 }
 """Pages whose commands take longest."""
+MOST_LINES = {"the_method": 250}
+"""Examples that may be longer than others, and how long."""
 NEEDS = {"mujoco": "mujoco", "isaac": "pxr", "drake": "pydrake"}
 """Packages that the programs of a page import."""
 RUN = [page for page in PAGES if any(block.language in ("console", "python") for block in blocks(page))]
@@ -107,7 +109,7 @@ def test_every_example_is_run_by_a_page_and_is_short() -> None:
         if f"is made by `python -m dynident.examples.{example.stem} " in texts:
             continue
         assert f"python examples/{example.name}\n" in commands
-        assert len(example.read_text(encoding="utf-8").splitlines()) <= 60
+        assert len(example.read_text(encoding="utf-8").splitlines()) <= MOST_LINES.get(example.stem, 60)
 
 
 def test_folders_of_the_readme_exist() -> None:
