@@ -26,16 +26,16 @@ from .documents import (
     identification_document,
     payload_document,
 )
+from .html import blocks_html, page_html
 from .provenance import Provenance, SourceFile, now
-from .render.html import blocks_html, page_html
-from .render.terminal import screen_text
-from .sections.design import design_page, design_screen
+from .sections.check import check_page, check_screen
 from .sections.gains import gains_page, gains_screen
-from .sections.log_check import check_page, check_screen
+from .sections.motion import design_page, design_screen
 from .sections.payload import payload_page
 from .sections.payload_screen import payload_screen
 from .sections.robot import robot_page, robot_screen
 from .sections.weighing import weigh_page
+from .terminal import screen_text
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

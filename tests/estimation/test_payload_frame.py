@@ -6,8 +6,8 @@ from math import radians
 
 import numpy as np
 import pytest
-from dynident.apps.report.sections.gain_errors import gain_error_notes
 from dynident.apps.report.sections.recommended import recommended_notes
+from dynident.apps.report.sections.verdict import gain_error_notes
 from dynident.estimation import Gains, KnownMass, PayloadAnswer, PossibleBody, answer_payload, payload_problem
 from dynident.estimation.payload.result import frame_change
 from dynident.estimation.payload.weighing import difference_weighing

@@ -4,11 +4,9 @@ from dataclasses import replace
 
 from ....estimation.answers.drive_gains import DriveGains
 from ..blocks import Banner, Block, Notes, Page, Remarks, Screen, Section, Table, columns
-from ..figures.by_joints import joints_figure
-from ..provenance import Provenance
-from .data import report_page
-from .joints import joints_section
-from .torques import torques_section
+from ..figures.payload import joints_figure
+from ..provenance import Provenance, report_page
+from .evidence import joints_section, torques_section
 from .verdict import MEND, VERDICTS, reason_blocks, reason_lines
 
 _GOOD = "Every gain can be used."

@@ -12,18 +12,20 @@ from ....model import INERTIAL
 from ...export.controllers.load import is_flange
 from ...results import StoredPayload
 from ..blocks import Block, Cell, Notes, Page, Pair, Section, Table, Text, columns, with_sigma
-from ..figures.by_joints import joints_figure
-from ..figures.flange import flange_figure
-from ..figures.methods import methods_figure
-from ..provenance import Provenance
+from ..figures.payload import flange_figure, joints_figure, methods_figure
+from ..provenance import Provenance, report_page
 from .controller import controller_blocks
-from .data import report_page
-from .essential import essential_section
-from .excitation import excitation_section
-from .joints import joints_section, mass_by_joints_note
+from .evidence import (
+    essential_section,
+    excitation_section,
+    joints_section,
+    mass_by_joints_note,
+    residual_text,
+    torques_section,
+    worst_joint,
+)
 from .quantities import quantities_table
 from .recommended import ENDS, UNITS, agreement, centre_section, consistency_section, recommended_table
-from .torques import residual_text, torques_section, worst_joint
 from .verdict import VERDICTS, improvements, reason_blocks, verdict_banner
 
 _FORMULA = "by (17)-(19): for white torque noise, the torques' scale taken as exact."

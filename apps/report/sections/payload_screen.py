@@ -9,12 +9,10 @@ from ....estimation.payload.result import METHOD_NAMES
 from ...export.controllers.load import is_flange
 from ...numbers import interval_digits, with_interval
 from ..blocks import Block, Column, Notes, Remarks, Screen, Table, columns
-from .essential import elimination_notes
-from .gain_errors import gain_error_notes
-from .joints import by_joints_table
+from .evidence import by_joints_table, elimination_notes
 from .payload import payload_notes, payload_table
 from .recommended import recommended_notes, recommended_table
-from .verdict import MEND, VERDICTS, reason_lines
+from .verdict import MEND, VERDICTS, gain_error_notes, reason_lines
 from .weighing import (
     agreement_notes,
     assumed_notes,

@@ -10,7 +10,7 @@ from ....estimation.payload.constrained import ConstrainedPayload
 from ....model import INERTIAL
 from ...numbers import interval_digits, or_dash, with_interval
 from ..blocks import Block, Notes, Section, Table, Text, columns
-from .gain_errors import gain_error_notes
+from .verdict import gain_error_notes
 
 UNITS = dict.fromkeys(INERTIAL[:6], "kg m²") | dict.fromkeys(INERTIAL[6:9], "kg m") | {"M": "kg"}
 ENDS = ("M", "com z", "ZZ at com")

@@ -14,17 +14,13 @@ from ...export.controllers.load import is_flange
 from ...numbers import or_dash
 from ...results import StoredPayload
 from ..blocks import Block, Column, Notes, Page, Pair, Section, Table, Text, columns
-from ..figures.by_joints import joints_figure
-from ..figures.flange import flange_figure
-from ..figures.repeats import repeats_figure
-from ..provenance import Provenance
+from ..figures.payload import flange_figure, joints_figure, repeats_figure
+from ..provenance import Provenance, report_page
 from .controller import controller_blocks
-from .data import report_page
-from .gain_errors import gain_error_notes
-from .joints import joints_section
+from .evidence import joints_section
 from .quantities import quantities_table
 from .recommended import UNITS
-from .verdict import reason_blocks, verdict_banner
+from .verdict import gain_error_notes, reason_blocks, verdict_banner
 
 _QUANTITIES = ("mass", "centre of mass", "inertia")
 

@@ -12,7 +12,7 @@ from dynident.apps.export.controllers import FORMATS, load_of_document
 from dynident.apps.logs.read import read_recording
 from dynident.apps.report import Provenance, payload_page
 from dynident.apps.report.documents import payload_document
-from dynident.apps.report.render.html import blocks_html, page_html
+from dynident.apps.report.html import blocks_html, page_html
 from dynident.apps.report.sections.controller import controller_blocks
 from dynident.apps.results import StoredPayload
 from dynident.estimation import PayloadAnswer, Verdict, answer_payload, payload_problem

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from dynident.apps.report import Page, Provenance, weigh_page
 from dynident.apps.report.documents import payload_document
-from dynident.apps.report.render.html import page_html
+from dynident.apps.report.html import page_html
 from dynident.estimation import KnownMass, PayloadAnswer, PossibleBody, StandIn, answer_payload
 from dynident.estimation.payload.weighing import difference_weighing
 from dynident.model import InertialParameters, Recording, Robot, load_robot

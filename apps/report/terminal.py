@@ -16,9 +16,9 @@ from rich.console import Console
 from rich.table import Table as Grid
 from rich.text import Text
 
-from ....common.errors import printable
-from ..blocks import Banner, Block, Cell, Column, Notes, Remarks, Screen, Table
-from ..blocks import Text as Words
+from ...common.errors import printable
+from .blocks import Banner, Block, Cell, Column, Notes, Remarks, Screen, Table
+from .blocks import Text as Words
 
 LINES, COLUMNS = 25, 80
 """A screen."""
