@@ -44,7 +44,7 @@ from .sections.motion import near_screen as near_screen
 from .sections.motion import second_pose_note as second_pose_note
 from .sections.motion import visibility_table as visibility_table
 from .sections.payload import payload_page as payload_page
-from .sections.payload_screen import payload_screen as payload_screen
+from .sections.payload import payload_screen as payload_screen
 from .sections.robot import assumed_notes as assumed_notes
 from .sections.robot import robot_description as robot_description
 from .sections.robot import robot_page as robot_page
@@ -53,6 +53,5 @@ from .sections.robot import robot_section as robot_section
 from .sections.rollout import rollout_page as rollout_page
 from .sections.rollout import rollout_screen as rollout_screen
 from .sections.rollout import rollout_section as rollout_section
-from .sections.weighing import weigh_page as weigh_page
 from .terminal import print_blocks as print_blocks
 from .terminal import print_screen as print_screen

@@ -31,10 +31,8 @@ from .provenance import Provenance, SourceFile, now
 from .sections.check import check_page, check_screen
 from .sections.gains import gains_page, gains_screen
 from .sections.motion import design_page, design_screen
-from .sections.payload import payload_page
-from .sections.payload_screen import payload_screen
+from .sections.payload import payload_page, payload_screen
 from .sections.robot import robot_page, robot_screen
-from .sections.weighing import weigh_page
 from .terminal import screen_text
 
 if TYPE_CHECKING:
@@ -123,10 +121,9 @@ def _(answer: PayloadAnswer) -> Page:
     source = answer.problem.source
     recordings = (*(source.unloaded if source else ()), *(source.loaded if source else ()), *answer.held_out)
     provenance, document = _provenance(recordings), document_of(answer)
-    if answer.problem.short is not None:
-        return weigh_page(answer, document, provenance)
-    others = (len(source.loaded) if source else 0) + len(answer.held_out) - len(answer.predictions)
-    return payload_page(answer, document, answer.predictions, answer.excitation, provenance, others=max(others, 0))
+    predictions = answer.predictions if answer.problem.short is None else ()
+    others = (len(source.loaded) if source else 0) + len(answer.held_out) - len(predictions)
+    return payload_page(answer, document, provenance, predictions, max(others, 0))
 
 
 @page_of.register

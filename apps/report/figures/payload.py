@@ -19,13 +19,16 @@ _PLATE = 31.5  # mm: half of the plate of ISO 9409-1-50, to compare sizes with
 _ZOOM = 1.7  # inches: height of an enlargement
 
 
-def joints_figure(by_joints: ByJoints, mass: float, interval: tuple[float, float]) -> Drawing | None:
+def joints_figure(
+    by_joints: ByJoints, mass: float, interval: tuple[float, float], name: str = "by_joints"
+) -> Drawing | None:
     """Mass by groups of joints, and the share of the payload that each joint shows; None where no joint sees it.
 
     Args:
         by_joints: the payload by joints.
         mass: recommended [kg].
         interval: its 95 % interval [kg]; nan where there is none.
+        name: of the drawing.
     """
     if all(group.mass is None for group in by_joints.masses):
         return None
@@ -38,7 +41,7 @@ def joints_figure(by_joints: ByJoints, mass: float, interval: tuple[float, float
         "the recommended mass. Right: the torque of each joint over what the payload seen by all others demands "
         "there, with two standard deviations; 1 where drive gain and friction are right."
     )
-    return Drawing("by_joints", caption, f"{caption} {text}.", lambda: _draw_joints(by_joints, mass, interval))
+    return Drawing(name, caption, f"{caption} {text}.", lambda: _draw_joints(by_joints, mass, interval))
 
 
 def _draw_joints(by_joints: ByJoints, mass: float, interval: tuple[float, float]) -> Figure:

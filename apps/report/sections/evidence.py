@@ -1,17 +1,16 @@
 """What an answer rests on: torques, joints, excitation, essential parameters."""
 
-from collections.abc import Iterator, Mapping, Sequence
-
-import numpy as np
+from collections.abc import Mapping, Sequence
 
 from ....estimation.answers.prediction import TorquePrediction
 from ....estimation.fit.essential import Elimination
 from ....estimation.fit.estimate import Fit
 from ....estimation.fit.least_squares import Excitation
-from ....estimation.payload.by_joints import ByJoints, JointShare, JointsMass
+from ....estimation.payload.by_joints import ByJoints
 from ...numbers import percent, with_interval
-from ..blocks import Block, Cell, Details, Drawing, Notes, Section, Spread, Table, Text, columns
+from ..blocks import Block, Cell, Details, Notes, Section, Table, Text, columns, with_sigma
 from ..figures.parameters import essential_figure, excitation_figure
+from ..figures.payload import joints_figure
 from ..figures.signals import prediction_figure, words_of, worst_joint_figure
 
 
@@ -21,10 +20,10 @@ def residual_text(fit: Fit) -> str:
     return f"{100.0 * fit.relative:.2f} % (joints {joints} %)"
 
 
-def worst_joint(predictions: Sequence[TorquePrediction]) -> Drawing | None:
-    """The figure of the first page: held out before fitted, with payload before without."""
+def worst_torque(predictions: Sequence[TorquePrediction]) -> list[Block]:
+    """The worst joint's torque, for the first page: held out before fitted, with payload before without."""
     shown = min(predictions, key=lambda each: (not each.held_out, not each.loaded), default=None)
-    return worst_joint_figure(shown) if shown else None
+    return [Text("The worst joint", "heading"), worst_joint_figure(shown)] if shown else []
 
 
 def torques_section(predictions: Sequence[TorquePrediction], others: int = 0) -> Section:
@@ -58,55 +57,40 @@ def torques_section(predictions: Sequence[TorquePrediction], others: int = 0) ->
 
 def by_joints_table(by_joints: ByJoints) -> Table:
     """The mass by groups of joints with intervals, and each joint's share of the payload that the others show."""
+    shares = {share.joint: share for share in by_joints.shares}
     rows: list[tuple[Cell, ...]] = []
-    for group, share in _with_shares(by_joints):
-        cells = ["not visible", "", ""]
-        if group.mass is not None and group.interval95 is not None:
-            cells = [f"{x:.4g}" for x in (group.mass, *group.interval95)]
-        last = Spread(f"{share.share:.3f}", f"{share.sigma:.2g}") if share and share.share is not None else ""
-        rows.append((group.name, "kg", *cells, last))
-    title = "The mass as each joint sees it, and its torque over what the other joints' payload demands"
-    return Table(title, columns(("", "unit"), ("mass", "95 %", "interval", "share")), rows)
-
-
-def mass_by_joints_note(by_joints: ByJoints) -> str:
-    """One line below the payload's tables."""
-    visible = [group for group in by_joints.masses if group.mass is not None]
-    hidden = ", ".join(group.name for group in by_joints.masses if group.mass is None)
-    if not visible:
-        return "Mass: no joint sees it alone."
-    masses = ", ".join(f"{group.name} {group.mass:.4g} ± {group.sigma:.2g}" for group in visible)
-    return f"Mass [kg] by the torques of {masses}" + (f"; not visible to {hidden}." if hidden else ".")
-
-
-def joints_section(by_joints: ByJoints, drawings: Sequence[Block] = ()) -> Section:
-    """Mass by groups of joints, and each joint's share; ``drawings``: its figure, unless it stands elsewhere."""
-    rows = []
-    for group, share in _with_shares(by_joints):
+    for group in by_joints.masses:
+        share = shares.get(group.joints[0]) if len(group.joints) == 1 else None
         mass = ("not visible", "-")
+        ratio: Cell = "-"
         if group.mass is not None and group.interval95 is not None:
             mass = with_interval(group.mass, *group.interval95)
-        rows.append((group.name, *mass, _share(share)))
-    headings = columns(("",), ("mass [kg]", "95 % interval", "share of the others' payload"))
+        if share is not None and share.share is not None:
+            ratio = with_sigma(share.share, share.sigma)
+        rows.append((group.name, "kg", *mass, ratio))
+    title = "The mass as each joint sees it, and its torque over what the other joints' payload demands"
+    return Table(title, columns(("", "unit"), ("mass", "95 % interval", "share")), rows, style="tight")
+
+
+def joints_section(
+    by_joints: ByJoints, mass: float, interval: tuple[float, float], mounting: int | None = None
+) -> Section:
+    """Mass by groups of joints, and each joint's share, beside the mass by all of them.
+
+    Args:
+        by_joints: the payload by joints.
+        mass: by all [kg].
+        interval: its 95 % interval [kg]; nan where there is none.
+        mounting: number of a known weight, where there are such.
+    """
     words = (
         "Each joint weighs the payload with its own torque: where they differ, a drive gain, a friction model or "
         "the robot's description is wrong."
     )
-    blocks = [Text(words), Table("Mass by groups of joints", headings, rows), *drawings]
-    return Section("joints", "The payload as each joint sees it", blocks)
-
-
-def _with_shares(by_joints: ByJoints) -> Iterator[tuple[JointsMass, JointShare | None]]:
-    """Each group of joints; a single joint with its share."""
-    shares = {share.joint: share for share in by_joints.shares}
-    for group in by_joints.masses:
-        yield group, shares.get(group.joints[0]) if len(group.joints) == 1 else None
-
-
-def _share(share: JointShare | None) -> str:
-    if share is None or share.share is None:
-        return "-"
-    return f"{share.share:.2f} ± {share.sigma:.2f}" if np.isfinite(share.sigma) else f"{share.share:.2f}"
+    number = "" if mounting is None else f"_{mounting}"
+    drawn = joints_figure(by_joints, mass, interval, f"by_joints{number}")
+    blocks: list[Block] = [Text(words), by_joints_table(by_joints), *([drawn] if drawn else [])]
+    return Section(f"joints{number}", "The payload as each joint sees it", blocks)
 
 
 def excitation_section(excitation: Excitation | None, labels: Mapping[str, str]) -> Section:

@@ -39,10 +39,10 @@ from .evidence import (
     excitation_section,
     residual_text,
     torques_section,
-    worst_joint,
+    worst_torque,
 )
 from .rollout import rollout_blocks, rollout_line
-from .verdict import MEND, VERDICTS, gain_error_notes, reason_lines, verdict_lines
+from .verdict import MEND, gain_error_notes, reason_lines, verdict_notes
 
 _NUMBERS = ("alpha", "d", "theta", "r", "from", "to", "speed", "accel.", "torque")
 Constrained = PossibleRobot | None
@@ -153,7 +153,7 @@ def robot_screen(
 ) -> Screen:
     """How well the model explains the torques, joint by joint, and what to do with it; then every parameter."""
     lines = [*robot_notes(result), *elimination_notes(result.elimination, result.warnings)]
-    against, known = result.verdict.reasons, [f"Note: {text}." for text in result.verdict.notes]
+    against, known = result.verdict.reasons, verdict_notes(result.verdict)
     first: list[Block] = [
         Notes([f"Verdict: {_BAD if against else _GOOD}"]),
         Remarks(reason_lines(result.verdict)),
@@ -266,10 +266,7 @@ def robot_notes(result: Identification) -> list[str]:
         lines.append(f"On the validation recording: {residual_text(result.validation)}")
     lines += robot_sigma_notes(result)
     lines += gain_error_notes(result.robot, result.gains, "±, % and chi2")
-    verdict = result.verdict
-    if verdict.reasons:
-        return [*lines, *verdict_lines(VERDICTS["do_not_use"].payload, verdict)]
-    return [*lines, *(f"Note: {text}." for text in verdict.notes)]
+    return [*lines, *verdict_notes(result.verdict)]
 
 
 def robot_sigma_notes(result: Identification) -> list[str]:
@@ -327,9 +324,9 @@ def robot_page(
     """Verdict and residuals first, then parameters, torques and excitation; arguments as for ``payload_page``."""
     title = result.robot.title or result.robot.name
     labels = dict(zip(result.base.columns, result.base.names, strict=True))
-    against, worst = result.verdict.reasons, worst_joint(predictions)
+    against = result.verdict.reasons
     banner = Banner("do_not_use", _BAD) if against else Banner("use", _GOOD)
-    lead: list[Block] = [banner, Notes(against), *_summary(result), *([worst] if worst else [])]
+    lead: list[Block] = [banner, Notes(against), *_summary(result), *worst_torque(predictions)]
     sections = (
         robot_section(result, constrained),
         *extra,

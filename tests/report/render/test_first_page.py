@@ -53,7 +53,7 @@ def document(answer: PayloadAnswer) -> StoredPayload:
 def test_verdict_quantity_by_quantity(level: Any, sentence: str, uses: list[str], answer: PayloadAnswer) -> None:
     judged = replace(answer, verdict=Verdict(level, (Finding("warning", "", "a <b>reason</b>"),)))
     document = payload_document(judged, answer.problem.robot.processing)
-    text = page_html(payload_page(judged, document, [], None, PROVENANCE))
+    text = page_html(payload_page(judged, document, PROVENANCE))
     page = read(text)
     assert sentence in page.texts["p"]
     assert re.findall(r'<td class="words"[^>]*>([^<]+)</td>', text) == uses
