@@ -52,6 +52,5 @@ from .sections.robot import robot_screen as robot_screen
 from .sections.robot import robot_section as robot_section
 from .sections.rollout import rollout_page as rollout_page
 from .sections.rollout import rollout_screen as rollout_screen
-from .sections.rollout import rollout_section as rollout_section
 from .terminal import print_blocks as print_blocks
 from .terminal import print_screen as print_screen

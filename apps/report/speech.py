@@ -77,7 +77,7 @@ def _payload_rows(answer: PayloadAnswer) -> list[dict[str, Any]]:
 def _robot_page(answer: Identification) -> Page:
     others = len(answer.held_out or answer.recordings) - len(answer.predictions)
     provenance = _provenance((*answer.recordings, *answer.held_out))
-    return robot_page(answer, None, answer.predictions, answer.excitation, provenance, others=others)
+    return robot_page(answer, None, provenance, others)
 
 
 def _robot_rows(answer: Identification) -> list[dict[str, Any]]:

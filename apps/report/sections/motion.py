@@ -21,8 +21,6 @@ from ..figures.motion import motion_figure, sigma_figure
 from ..provenance import Provenance, report_page
 from .robot import assumed_notes
 
-_WRITERS = "--samples, --ros2, --urscript or --val3"
-_PAYLOAD = "dynident payload --unloaded A --loaded B"
 _MOST_SHOWN = 12
 _SHOWN = 8  # of more parameters: the least known
 _MASS, _ARM, _GYRATION = 3.0, 0.1, 0.055  # kg, m, m: a payload that stands for those to come
@@ -37,7 +35,6 @@ _GROUPS = (
     ("constant torques", "N·m or N", ("OFF",)),
 )
 """Kinds of parameters in words, their unit, and the letters they are called by."""
-_DIGITS = {"kg": 3, "mm": 1, "kg m²": 4}
 _MOTION = "Positions and speeds of every joint between its limits, and torques where they are known, over time."
 
 
@@ -50,7 +47,7 @@ def payload_notes(problem: DesignProblem, score: Score) -> list[str]:
     hold = "do NOT hold" if missed else "hold"
     shares = holding_torques(problem, score.samples.q) / problem.bounds.torque
     joint = int(np.argmax(shares))
-    bounds = f"up to {payloads.mass:g} kg {region_in_words(payloads)}, down to none"
+    bounds = f"up to {payloads.mass:g} kg {_region(payloads)}, down to none"
     return [
         f"Torque limits {hold} for every payload {bounds}.",
         f"Power cut on the way: the brake of joint {joint + 1} then holds up to {100 * shares[joint]:.0f} % of its "
@@ -58,16 +55,17 @@ def payload_notes(problem: DesignProblem, score: Score) -> list[str]:
     ]
 
 
-def region_in_words(payloads: PayloadSet) -> str:
+def _region(payloads: PayloadSet) -> str:
     """Where the bodies lie, in the last link's frame."""
     x, y, z = 1e3 * payloads.centre + 0.0
     half = 1e3 * payloads.half
+    axes = ", ".join(f"{length:.4g}" for length in half)
     place = f"about ({x:.4g}, {y:.4g}, {z:.4g}) mm of the last link's frame"
     if payloads.region == "cube":
-        return f"in a box of half edges {_listed(half)} mm {place}"
+        return f"in a box of half edges {axes} mm {place}"
     if np.ptp(half) < 1e-9 * half.max():
         return f"within {half[0]:.4g} mm {place}"
-    return f"in an ellipsoid of half axes {_listed(half)} mm {place}"
+    return f"in an ellipsoid of half axes {axes} mm {place}"
 
 
 def holding_tables(problem: DesignProblem, score: Score) -> list[Table]:
@@ -81,10 +79,6 @@ def holding_tables(problem: DesignProblem, score: Score) -> list[Table]:
     ]
     headings = columns(("power cut",), ("at the start", "on the way at most", "limit"))
     return [Table("Torque that brakes have to hold, N·m or N, with the worst payload", headings, rows)]
-
-
-def _listed(numbers: Sequence[float] | np.ndarray) -> str:
-    return ", ".join(f"{x:.4g}" for x in numbers)
 
 
 def design_screen(
@@ -120,7 +114,7 @@ def design_screen(
         Remarks(notes),
     ]
     brakes = holding_tables(problem, score)
-    details = [score_table(problem, score, title), *sigma_tables(score, reference, labels), *brakes]
+    details = [score_table(problem, score), *sigma_tables(score, reference, labels), *brakes]
     return Screen(first, details, f"condition numbers, every parameter{', what brakes hold' if brakes else ''}")
 
 
@@ -131,11 +125,8 @@ def limits_in_words(score: Score) -> str:
     unchecked = f" NOT checked: {', '.join(missing)}." if missing else ""
     if score.feasible:
         return f"keeps every limit{' that was checked' if missing else ''}.{unchecked}"
-    return f"does NOT keep {', '.join(dict.fromkeys(_missed(score)))}.{unchecked}"
-
-
-def _missed(score: Score) -> list[str]:
-    return [limit.name for limit in score.limits if str(limit) in score.violations]
+    missed = dict.fromkeys(limit.name for limit in score.limits if str(limit) in score.violations)
+    return f"does NOT keep {', '.join(missed)}.{unchecked}"
 
 
 def limits_table(score: Score) -> Table:
@@ -166,7 +157,11 @@ def taught_table(problem: DesignProblem, score: Score) -> Table:
     if learnt.covariance is None:
         return Table(f"From {recorded}: not every parameter can be told", columns(("",)), [])
     if tuple(problem.names) == tuple(f"{kind}{last}" for kind in INERTIAL):
-        return _payload_taught(problem.robot, learnt.covariance, recorded)
+        # A payload of the rated mass stands for those to come.
+        mass = problem.robot.rated_payload if np.isfinite(problem.robot.rated_payload) else _MASS
+        body = InertialParameters.from_com(mass, [0.0, 0.0, _ARM], _GYRATION**2 * mass * np.eye(3))
+        spread = payload_spread(body.vector, learnt.covariance, range(len(INERTIAL)))
+        return _spread_table(f"From {recorded}, of a payload of {mass:g} kg {1e3 * _ARM:g} mm away", spread)
     rows = []
     for words, unit, kinds in _GROUPS:
         sigma = [s for name, s in learnt.sigma.items() if parameter_kind(name) in kinds]
@@ -176,16 +171,13 @@ def taught_table(problem: DesignProblem, score: Score) -> Table:
     return Table(f"From {recorded}, of the robot, 1 sigma", headings, rows, style="tight")
 
 
-def _payload_taught(robot: Robot, covariance: Array, recorded: str) -> Table:
-    """Standard deviations of a payload's mass, centre of mass and inertia there."""
-    mass = robot.rated_payload if np.isfinite(robot.rated_payload) else _MASS
-    body = InertialParameters.from_com(mass, [0.0, 0.0, _ARM], _GYRATION**2 * mass * np.eye(3))
-    spread = payload_spread(body.vector, covariance, range(len(INERTIAL)))
-    rows = [("mass", f"{spread.mass:.2g}", "kg")]
-    rows += [(f"centre of mass {axis}", f"{1e3 * x:.2g}", "mm") for axis, x in zip("xyz", spread.com, strict=True)]
-    rows += [(f"inertia {a}{a} at com", f"{x:.2g}", "kg m²") for a, x in zip("XYZ", spread.moments, strict=True)]
-    title = f"From {recorded}, of a payload of {mass:g} kg {1e3 * _ARM:g} mm away"
-    return Table(title, (*columns(("",), ("1 sigma",)), *columns(("",))), rows, style="tight")
+def _spread_table(title: str, spread: PayloadSpread) -> Table:
+    """Standard deviations to come of a payload's mass, centre of mass and inertia there."""
+    sigmas = [("mass", "kg", spread.mass)]
+    sigmas += [(f"centre of mass {axis}", "mm", 1e3 * x) for axis, x in zip("xyz", spread.com, strict=True)]
+    sigmas += [(f"inertia {a}{a} at com", "kg m²", x) for a, x in zip("XYZ", spread.moments, strict=True)]
+    rows = [(name, unit, f"{x:.2g}" if np.isfinite(x) else "not visible") for name, unit, x in sigmas]
+    return Table(title, columns(("", "unit"), ("1 sigma",)), rows, style="tight")
 
 
 def criterion_text(kind: str, value: float) -> str:
@@ -199,22 +191,21 @@ def criterion_text(kind: str, value: float) -> str:
     return f"{kind}: condition number {np.exp(value):.4g}"
 
 
-def score_table(problem: DesignProblem, score: Score, title: str) -> Table:
-    """What the motion would teach, and how near each limit comes."""
+def score_table(problem: DesignProblem, score: Score) -> Table:
+    """How well the parameters are told together."""
     learnt, length = score.learnt, problem.goal.data_length
     recorded = f"{length:g} s of data, the motion repeated" if length else "recorded once"
+    together = (
+        ("condition number", learnt.condition_number, "of W in SI units"),
+        ("", learnt.condition_number_scaled, "columns scaled to norm 1"),
+        ("log det", learnt.log_det, "of the information matrix"),
+    )
     rows = [
         ("duration", f"{score.duration:.4g}", f"s; {recorded}"),
         ("parameters", str(len(problem.names)), f"criterion {problem.criterion.kind}"),
-        ("condition number", _finite(learnt.condition_number), "of W in SI units"),
-        ("", _finite(learnt.condition_number_scaled), "columns scaled to norm 1"),
-        ("log det", _finite(learnt.log_det), "of the information matrix"),
+        *((name, f"{x:.4g}" if np.isfinite(x) else "rank-deficient", words) for name, x, words in together),
     ]
-    for limit in score.limits:
-        missed = str(limit) in score.violations
-        state = f"violated by {limit.violation:.4g}" if missed else "met"
-        rows.append((limit.name, f"{limit.value:.4g}", f"{limit.worst}, limit {limit.limit:.4g}: {state}"))
-    return Table(title, columns(("",), ("value",), ("",)), rows, ("log det",))
+    return Table("Parameters together", columns(("",), ("value",), ("",)), rows, style="tight")
 
 
 def sigma_tables(score: Score, reference: Mapping[str, float], labels: Mapping[str, str]) -> list[Table]:
@@ -239,15 +230,11 @@ def sigma_tables(score: Score, reference: Mapping[str, float], labels: Mapping[s
 
 def floor_note(kind: str, floor: Floor) -> str:
     """How far a motion is from the best that states within the limits allow."""
-    if kind == "d":
-        times = f"its uncertainty is {np.exp(0.5 * floor.gap):.3g} times the floor's"
-    elif kind == "a":
-        times = f"its relative sigma is {np.exp(floor.gap):.3g} times the floor's"
-    else:
-        times = f"its condition number is {np.exp(floor.gap):.3g} times the floor's"
+    what = {"d": "uncertainty", "a": "relative sigma"}.get(kind, "condition number")
+    times = np.exp(0.5 * floor.gap if kind == "d" else floor.gap)
     return (
         f"Floor over {floor.states} weighted states within the limits, continuity ignored: "
-        f"{criterion_text(kind, floor.value)}; {times}."
+        f"{criterion_text(kind, floor.value)}; its {what} is {times:.3g} times the floor's."
     )
 
 
@@ -282,23 +269,22 @@ def design_page(
     drawings: list[Block] = [motion_figure(problem, motion, f"{title}: motion between its limits")]
     if np.isfinite(list(score.learnt.sigma.values())).all():
         drawings.append(sigma_figure(score, f"{title}: what the motion would teach", reference, labels))
-    sections = [Section("motion", "Motion and what it would teach", [*screen, *drawings])]
-    how: list[Block] = []
-    if design is not None:
-        how = [Text("How to run it", "heading"), how_to_run(score.duration, _WRITERS, _PAYLOAD)]
-    taught: list[Block] = [Text("What it will teach", "heading"), taught_table(problem, score)]
-    lead: list[Block] = [limits_banner(score), Pair([limits_table(score)], taught), *how]
-    return report_page(f"Motion for the {title}", provenance.day, lead, sections, (), provenance)
+    section = Section("motion", "Motion and what it would teach", [*screen, *drawings])
+    writers, answers = "--samples, --ros2, --urscript or --val3", "dynident payload --unloaded A --loaded B"
+    how = _how_to_run(score.duration, writers, answers) if design is not None else []
+    lead = [*_motion_lead(score, [taught_table(problem, score)]), *how]
+    return report_page(f"Motion for the {title}", provenance.day, lead, [section], (), provenance)
 
 
-def limits_banner(score: Score) -> Banner:
-    """Whether the motion may be run: every limit holds, some were not checked, or one does not hold."""
+def _motion_lead(score: Score, taught: Sequence[Block]) -> list[Block]:
+    """Whether the motion may be run, how near its limits come, and what it will teach."""
     words = limits_in_words(score)
     level = "do_not_use" if not score.feasible else "mass_and_com_only" if "NOT checked" in words else "use"
-    return Banner(level, f"The motion {words}")
+    shown = Pair([limits_table(score)], [Text("What it will teach", "heading"), *taught])
+    return [Banner(level, f"The motion {words}"), shown]
 
 
-def how_to_run(duration: float, writers: str, answers: str) -> Block:
+def _how_to_run(duration: float, writers: str, answers: str) -> list[Block]:
     """From the file to the payload.
 
     Args:
@@ -313,11 +299,7 @@ def how_to_run(duration: float, writers: str, answers: str) -> Block:
         "same program.",
         f"Look at each recording by 'dynident check LOG', then '{answers}'.",
     ]
-    return Notes(steps)
-
-
-def _finite(value: float) -> str:
-    return f"{value:.4g}" if np.isfinite(value) else "rank-deficient"
+    return [Text("How to run it", "heading"), Notes(steps)]
 
 
 def visibility_table(visibility: PayloadVisibility) -> Table:
@@ -326,20 +308,6 @@ def visibility_table(visibility: PayloadVisibility) -> Table:
     rows = [(kind, visibility.parameters[kind], visibility.combination(kind)) for kind in INERTIAL]
     title = f"Visible to joint{'s' * (len(visibility.joints) > 1)} {joints}: {visibility.rank} of 10"
     return Table(title, columns(("parameter", "visible", "as part of")), rows)
-
-
-def prediction_table(spread: PayloadSpread, expected: InertialParameters) -> Table:
-    """Standard deviations to come."""
-    place = ", ".join(f"{1e3 * x:g}" for x in expected.com)
-    sigmas = [("mass", "kg", spread.mass)]
-    sigmas += [(f"centre of mass {axis}", "mm", 1e3 * x) for axis, x in zip("xyz", spread.com, strict=True)]
-    sigmas += [(f"inertia {a}{a} at com", "kg m²", x) for a, x in zip("XYZ", spread.moments, strict=True)]
-    rows = [
-        (name, unit, f"{sigma:.{_DIGITS[unit]}f}" if np.isfinite(sigma) else "not visible")
-        for name, unit, sigma in sigmas
-    ]
-    title = f"Predicted for {expected.mass:g} kg at ({place}) mm"
-    return Table(title, columns(("quantity", "unit"), ("sigma",)), rows, style="tight")
 
 
 class NearResult(NamedTuple):
@@ -382,9 +350,10 @@ def near_screen(result: NearResult, expected: InertialParameters, hints: Sequenc
     joints = ", ".join(map(str, result.shape.joints))
     limits = limits_in_words(result.design.score)
     after = "Next: add --samples, --ros2 or --urscript, run it without and with the payload, then 'dynident weigh'."
+    place = ", ".join(f"{1e3 * x:g}" for x in expected.com)
     first: list[Block] = [
         Notes([f"Motion of joints {joints} of {title}: {limits}"]),
-        prediction_table(result.spread, expected),
+        _spread_table(f"Predicted for {expected.mass:g} kg at ({place}) mm", result.spread),
         *ladder_tables(result.ladder),
         Notes([after]),
         Remarks([*hints, *near_notes(result)]),
@@ -396,32 +365,26 @@ def near_screen(result: NearResult, expected: InertialParameters, hints: Sequenc
 
 def near_notes(result: NearResult) -> list[str]:
     """Duration, speeds, limits; where the prediction comes from."""
-    motion = result.motion
+    motion, problem = result.motion, result.design.problem
     two = (
         f", at {len(motion.poses)} poses, {motion.transfer:.1f} s from one to the other" if motion.transfer else ""
     )
     periods = "one period" if motion.repeats == 1 else f"{motion.repeats} periods"
+    slower = ", ".join(f"{rung.motion.duration:.0f}" for rung in result.ladder if rung.speed < 1.0)
+    before = f"the rehearsal, once at a tenth of the speed, takes {motion.slowed(0.1).duration:.0f} s"
+    if result.ladder:
+        before = f"the slower runs before it take {slower} s" if slower else "the first run may be at full speed"
     lines = [
-        f"{motion.duration:.1f} s: {periods} of {motion.period:.2f} s{two}; {_before(result)}.",
+        f"{motion.duration:.1f} s: {periods} of {motion.period:.2f} s{two}; {before}.",
         "Sigma by (17)-(19) for white torque noise; constant torques and Coulomb friction are estimated too. Real "
         "recordings have 1.6 to 4 times as much.",
     ]
-    if not result.design.problem.torque_limited:
+    if not problem.torque_limited:
         lines.append(
             "Torque limits are NOT checked: the description has no torque limits or no parameters "
             "(--robot-parameters or --arm-mass); the rehearsal does not show them either."
         )
-    lines += payload_notes(result.design.problem, result.design.score)
-    return [*lines, *assumed_notes(result.robot, *rests_on(result.design.problem))]
-
-
-def _before(result: NearResult) -> str:
-    slower = [rung.motion.duration for rung in result.ladder if rung.speed < 1.0]
-    if slower:
-        return f"the slower runs before it take {', '.join(f'{duration:.0f}' for duration in slower)} s"
-    if result.ladder:
-        return "the first run may be at full speed"
-    return f"the rehearsal, once at a tenth of the speed, takes {result.motion.slowed(0.1).duration:.0f} s"
+    return [*lines, *payload_notes(problem, result.design.score), *assumed_notes(problem.robot, *rests_on(problem))]
 
 
 def ladder_tables(ladder: Sequence[Rung]) -> list[Table]:
@@ -469,14 +432,11 @@ def near_page(result: NearResult, motion: Motion, screen: Screen, provenance: Pr
     robot, plan = result.robot, result.motion
     title = f"Motion that weighs a payload: {robot.title or robot.name}"
     joints = ", ".join(map(str, result.shape.joints))
-    score = result.design.score
-    shows: list[Block] = [Text("What it will tell", "heading"), *tables_of(screen.first)]
+    writers, answers = "--samples, --ros2 or --urscript", "dynident weigh --unloaded A --loaded B"
     lead: list[Block] = [
-        limits_banner(score),
+        *_motion_lead(result.design.score, tables_of(screen.first)),
         Text(f"{plan.duration:.1f} s; joints {joints} move, the others are held."),
-        Pair([limits_table(score)], shows),
-        Text("How to run it", "heading"),
-        how_to_run(plan.duration, "--samples, --ros2 or --urscript", "dynident weigh --unloaded A --loaded B"),
+        *_how_to_run(plan.duration, writers, answers),
     ]
     drawn = motion_figure(result.design.problem, motion, title, _MOTION)
     sections = [

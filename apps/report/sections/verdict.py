@@ -59,8 +59,8 @@ def reason_blocks(verdict: Verdict) -> list[Block]:
     return [Text("Reasons for the verdict", "heading"), reasons]
 
 
-def gain_error_notes(robot: Robot, gains: Gains | None, subject: str = "Intervals") -> list[str]:
-    """What ``subject`` hold of the gains' errors, and what else there is to know of them."""
+def gain_error_notes(robot: Robot, gains: Gains | None) -> list[str]:
+    """Lines on the errors of the drive gains that intervals allow for, and on the gains themselves."""
     # Torque sensors on the link side have scales, motors have gains.
     scales = "scales of the torque sensors" if robot.drives.side == "link" else "drive gains"
     each = "motor" if robot.coupling else "joint"
@@ -69,9 +69,9 @@ def gain_error_notes(robot: Robot, gains: Gains | None, subject: str = "Interval
     if gains.identified:
         sigmas = np.sqrt(np.diag(gains.covariance(len(gains.identified))))
         percents = ", ".join(f"{100.0 * sigma:.2g}" for sigma in sigmas)
-        line = f"{subject} include errors of the drive gains as they were identified: {percents} % per {each}."
+        line = f"Intervals include errors of the drive gains as they were identified: {percents} % per {each}."
     else:
         percents = ", ".join(f"{100.0 * sigma:g}" for sigma in gains.per_joint)
         common = f" and {100.0 * gains.common:g} % common to all joints" if gains.common else ""
-        line = f"{subject} include errors of the {scales}: {percents} % per {each}{common}."
+        line = f"Intervals include errors of the {scales}: {percents} % per {each}{common}."
     return [line, *gains.notes]
