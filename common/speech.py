@@ -1,23 +1,25 @@
 """Results that show themselves: in a line, as a screen, as a page, as files.
 
-An answer holds values alone and knows nothing of words, pages and formats. Those stand in the room ``report``, that
-imports the answers; the methods here fetch it when they are called, so that no answer imports it.
+A result holds values alone and knows nothing of words, pages and formats. Who speaks for it stands in a room above
+its own, which the package names: no result imports it.
 """
 
-from importlib import import_module
+from collections.abc import Callable
 from pathlib import Path
-from typing import Any
-
-_VOICE = "dynident.apps.report.speech"
+from typing import Any, ClassVar
 
 
 class Speaks:
     """Base class of the results of whole questions.
 
     ``str`` gives the screen that the command prints, ``repr`` one line, a notebook the first block of the report.
+
+    Attributes:
+        shown_by: gives the module that shows results; the package sets it.
     """
 
     __slots__ = ()
+    shown_by: ClassVar[Callable[[], Any]]
 
     @property
     def headline(self) -> str:
@@ -34,15 +36,15 @@ class Speaks:
 
     def _repr_html_(self) -> str:
         """The first block of the report, for notebooks."""
-        return str(voice().first_block(self))
+        return str(Speaks.shown_by().first_block(self))
 
     def summary(self, details: bool = False) -> str:
         """The screen that the command prints, 80 columns wide; with ``details`` all of it."""
-        return str(voice().summary(self, details))
+        return str(Speaks.shown_by().summary(self, details))
 
     def to_dict(self) -> dict[str, Any]:
         """What the command's ``--json`` writes, as plain values; nan and inf become None."""
-        document: dict[str, Any] = voice().plain(self)
+        document: dict[str, Any] = Speaks.shown_by().plain(self)
         return document
 
     def to_frame(self) -> Any:
@@ -51,7 +53,7 @@ class Speaks:
         Raises:
             ImportError: without pandas.
         """
-        return voice().frame(self)
+        return Speaks.shown_by().frame(self)
 
     def report(self, path: str | Path) -> None:
         """Write the report, one self-contained HTML file.
@@ -59,7 +61,7 @@ class Speaks:
         Raises:
             InputError: if it cannot be written.
         """
-        voice().write_report(self, path)
+        Speaks.shown_by().write_report(self, path)
 
     def plot(self, name: str | None = None) -> Any:
         """A figure of the report as Matplotlib's; the first one unless it is named.
@@ -67,9 +69,4 @@ class Speaks:
         Raises:
             InputError: if there is no such figure; names those there are.
         """
-        return voice().figure(self, name)
-
-
-def voice() -> Any:
-    """The module of the report that speaks for the answers."""
-    return import_module(_VOICE)
+        return Speaks.shown_by().figure(self, name)

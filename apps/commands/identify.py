@@ -171,27 +171,9 @@ def run(
 
     def page() -> report.Page:
         provenance = files.provenance(setup.in_words(), request, arm, processing)
-        return _page(result, possible, rollouts, provenance, len(held_out or recordings))
+        others = len(held_out or recordings) - len(result.predictions)
+        return report.robot_page(result, possible, provenance, others, rollouts)
 
     files.write_page(page)
     files.write_equations(lambda: estimation.identification_system(result, recordings, setup.processing))
     return answered(result.verdict.level)
-
-
-def _page(
-    result: estimation.Identification,
-    possible: estimation.PossibleRobot | None,
-    rollouts: Sequence[rollouts.Rollout],
-    provenance: report.Provenance,
-    recorded: int,
-) -> report.Page:
-    """The report; ``recorded``: how many recordings could be drawn."""
-    return report.robot_page(
-        result,
-        possible,
-        result.predictions,
-        result.excitation,
-        provenance,
-        others=recorded - len(result.predictions),
-        extra=[report.rollout_section(rollouts)] if rollouts else [],
-    )

@@ -158,7 +158,7 @@ def _page(
 ) -> report.Page:
     """The report; ``recorded``: how many recordings there are, of which not all are drawn."""
     others = recorded - len(answer.predictions)
-    return report.payload_page(answer, document, answer.predictions, answer.excitation, provenance, others)
+    return report.payload_page(answer, document, provenance, answer.predictions, others)
 
 
 def _problem(

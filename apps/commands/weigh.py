@@ -100,7 +100,7 @@ def _page(
     plots: str | None,
 ) -> report.Page:
     """The report, or the line that says why there are no figures."""
-    page = report.weigh_page(answer, document, provenance)
+    page = report.payload_page(answer, document, provenance)
     if plots and not page.drawings():
         raise InputError("--plots: no joints see the mass, there is nothing to draw")
     return page

@@ -1,13 +1,14 @@
-"""What a report was made from: command, files with checksums, date, versions."""
+"""What a report was made from: command, files with checksums, date, versions; and the page that ends with it."""
 
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from typing import NamedTuple
 
 from ... import __version__
 from ...common.errors import InputError
+from .blocks import Block, Code, Notes, Page, Section, Table, Text, columns
 
 
 class SourceFile(NamedTuple):
@@ -59,3 +60,38 @@ def now() -> datetime:
         return datetime.fromtimestamp(int(fixed), UTC)
     except (ValueError, OverflowError, OSError):
         raise InputError(f"SOURCE_DATE_EPOCH {fixed!r} is not a time: give seconds since 1970") from None
+
+
+def report_page(
+    title: str,
+    subtitle: str,
+    lead: Sequence[Block],
+    sections: Sequence[Section],
+    notes: Sequence[str],
+    provenance: Provenance,
+) -> Page:
+    """A page with what leads, sections, and what it was made from.
+
+    Args:
+        lead: the answer, before everything else.
+        notes: on the data.
+    """
+    files = _files_read(provenance)
+    data: list[Block] = [Notes(notes), *files]
+    for name, heading, words in (
+        ("Settings", "value", provenance.settings),
+        ("Versions", "version", provenance.versions),
+    ):
+        if words:
+            data.append(Table(name, columns(("",), (heading,)), list(words.items()), style="plain"))
+    data += [Text("Command that repeats it", "heading"), Code("command", provenance.command)]
+    last = Section("data", "Data, settings and how to repeat it", data)
+    return Page(title, subtitle, lead, [*sections, last], provenance.foot)
+
+
+def _files_read(provenance: Provenance) -> list[Block]:
+    """Names and whole checksums of the files that were read; nothing without any."""
+    if not provenance.files:
+        return []
+    rows = [tuple(file) for file in provenance.files]
+    return [Table("Files that were read", columns(("",), ("file", "SHA-256")), rows, style="plain")]

@@ -1,14 +1,16 @@
-"""Writes simulated recordings as CSV, and what is true of them as TOML."""
+"""Writes recordings as CSV, what is true of simulated ones as TOML, and their equations as NPZ."""
 
 import io
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from ...common.files import write_text
+from ...common.files import write_bytes, write_text
 from ...common.schema import toml_text
+from ...estimation.answers.system import ObservationSystem
 from ...model import Recording
 from ...trajectories import Controller, Experiment
 
@@ -73,3 +75,36 @@ def write_truth(
         ],
     }
     write_text(path, "# What dynident simulated. SI units. The payload is in payload_frame.\n\n" + toml_text(truth))
+
+
+def write_npz(path: str | Path, system: ObservationSystem) -> None:
+    """Write an observation system as NPZ; the file's name is kept as it is.
+
+    It holds ``columns``, ``W`` (r x c), ``Y``, ``joint`` (from 1), ``recording`` (from 0, in ``sources``), ``t``,
+    ``loaded``, ``weights`` (per joint) and ``row_weights``; ``rows``, ``effective_rows`` and ``factor0`` to
+    ``factor<n-1>``: R of the QR decomposition of each joint's [W_j Y_j], which ``Equations.load`` reads; of coupled
+    drives ``shared<joint>_<motor>`` (from 0), Q_j' times what another joint's motor makes of Y_j; ``known``: values
+    of the first columns, where they are known.
+
+    Raises:
+        OSError: if it cannot be written.
+    """
+    reduced = system.reduced
+    arrays: dict[str, Any] = reduced.arrays()
+    if system.known is not None:
+        arrays["known"] = system.known
+    content = io.BytesIO()
+    np.savez_compressed(
+        content,
+        W=system.W,
+        Y=system.Y,
+        joint=system.joint,
+        recording=system.recording,
+        t=system.t,
+        loaded=system.loaded,
+        sources=np.array(system.sources),
+        weights=system.weights,
+        row_weights=system.weights[system.joint - 1],
+        **arrays,
+    )
+    write_bytes(path, content.getvalue())

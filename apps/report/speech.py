@@ -1,12 +1,12 @@
-"""What results say of themselves: the screen, the document, the page and the frame of each kind of answer."""
+"""Shows results of every kind: their screen, document, page, figures and data frame."""
 
 from __future__ import annotations
 
 import json
 import sys
-from functools import singledispatch
+from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ...common.errors import InputError
 from ...common.files import checksum, write_text
@@ -17,6 +17,7 @@ from ...estimation.answers.drive_gains import DriveGains
 from ...trajectories import Design
 from ..export.controllers import FORMATS, load_of_document
 from ..logs.log_check import LogCheck
+from ..results import StoredPayload
 from .blocks import Page, Screen, Table
 from .documents import (
     Look,
@@ -26,16 +27,14 @@ from .documents import (
     identification_document,
     payload_document,
 )
+from .html import blocks_html, page_html
 from .provenance import Provenance, SourceFile, now
-from .render.html import blocks_html, page_html
-from .render.terminal import screen_text
-from .sections.design import design_page, design_screen
+from .sections.check import check_page, check_screen
 from .sections.gains import gains_page, gains_screen
-from .sections.log_check import check_page, check_screen
-from .sections.payload import payload_page
-from .sections.payload_screen import payload_screen
+from .sections.motion import design_page, design_screen
+from .sections.payload import payload_page, payload_screen
 from .sections.robot import robot_page, robot_screen
-from .sections.weighing import weigh_page
+from .terminal import screen_text
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -43,156 +42,69 @@ if TYPE_CHECKING:
 _RATE = 100.0  # Hz, of a motion in figures
 
 
-@singledispatch
-def screen_of(answer: object) -> Screen:
-    """What the command prints of an answer."""
-    raise TypeError(f"{type(answer).__name__} has no screen")
+class _Shown(NamedTuple):
+    """How one kind of result is shown.
+
+    ``rows``: of its data frame, numbers as numbers.
+    """
+
+    screen: Callable[[Any], Screen]
+    document: Callable[[Any], Any]
+    page: Callable[[Any], Page]
+    rows: Callable[[Any], list[dict[str, Any]]]
 
 
-@singledispatch
-def document_of(answer: object) -> Any:
-    """What the command's ``--json`` writes."""
-    raise TypeError(f"{type(answer).__name__} has no document")
+def _payload_document(answer: PayloadAnswer) -> StoredPayload:
+    return payload_document(answer, answer.processing or answer.problem.robot.processing)
 
 
-@singledispatch
-def page_of(answer: object) -> Page:
-    """The report of an answer."""
-    raise TypeError(f"{type(answer).__name__} has no report")
+def _payload_page(answer: PayloadAnswer) -> Page:
+    source = answer.problem.source
+    recordings = (*(source.unloaded if source else ()), *(source.loaded if source else ()), *answer.held_out)
+    predictions = answer.predictions if answer.problem.short is None else ()
+    others = (len(source.loaded) if source else 0) + len(answer.held_out) - len(predictions)
+    return payload_page(answer, _payload_document(answer), _provenance(recordings), predictions, max(others, 0))
 
 
-@singledispatch
-def rows_of(answer: object) -> list[dict[str, Any]]:
-    """Rows of an answer's data frame, numbers as numbers."""
-    raise TypeError(f"{type(answer).__name__} has no data frame")
+def _payload_rows(answer: PayloadAnswer) -> list[dict[str, Any]]:
+    payload = answer.payload
+    entries = [("mass", payload.mass)]
+    entries += [(f"com {axis}", entry) for axis, entry in payload.com._asdict().items()]
+    entries += [(f"inertia {at}", entry) for at, entry in payload.inertia._asdict().items()]
+    return [{"quantity": name, **entry._asdict()} for name, entry in entries]
 
 
-@screen_of.register
-def _(answer: PayloadAnswer) -> Screen:
-    return payload_screen(answer)
+def _robot_page(answer: Identification) -> Page:
+    others = len(answer.held_out or answer.recordings) - len(answer.predictions)
+    provenance = _provenance((*answer.recordings, *answer.held_out))
+    return robot_page(answer, None, provenance, others)
 
 
-@screen_of.register
-def _(answer: Identification) -> Screen:
-    return robot_screen(answer, None)
+def _robot_rows(answer: Identification) -> list[dict[str, Any]]:
+    base, estimate = answer.base, answer.estimate
+    return [
+        {
+            "parameter": name,
+            "value": float(estimate.values[k]),
+            "sigma": float(estimate.total_sigma[k]),
+            "essential": base.columns[k] in answer.essential,
+            "grouping": grouping,
+        }
+        for k, (name, grouping) in enumerate(zip(base.names, base.groupings(), strict=True))
+    ]
 
 
-@screen_of.register
-def _(answer: Design) -> Screen:
+def _design_screen(answer: Design) -> Screen:
     title = f"Motion of {answer.problem.robot.title or answer.problem.robot.name}"
     return design_screen(answer.problem, answer.score, title, {}, {})
 
 
-@screen_of.register
-def _(answer: DriveGains) -> Screen:
-    return gains_screen(answer)
+def _design_page(answer: Design) -> Page:
+    motion, screen = answer.motion(_RATE), _design_screen(answer).blocks
+    return design_page(answer.problem, answer.score, motion, answer, screen, {}, {}, _provenance(()))
 
 
-@screen_of.register
-def _(answer: LogCheck) -> Screen:
-    return check_screen(answer)
-
-
-@document_of.register
-def _(answer: PayloadAnswer) -> Any:
-    return payload_document(answer, answer.processing or answer.problem.robot.processing)
-
-
-@document_of.register
-def _(answer: Identification) -> Any:
-    return identification_document(answer, answer.processing or answer.robot.processing, None)
-
-
-@document_of.register
-def _(answer: Design) -> Any:
-    return design_document(answer.problem, answer.score, {}, design=answer)
-
-
-@document_of.register
-def _(answer: DriveGains) -> Any:
-    return gains_document(answer, answer.source.processing if answer.source else answer.robot.processing)
-
-
-@document_of.register
-def _(answer: LogCheck) -> Any:
-    return check_document(answer.robot, [Look(answer.recording.source, answer)])
-
-
-@page_of.register
-def _(answer: PayloadAnswer) -> Page:
-    source = answer.problem.source
-    recordings = (*(source.unloaded if source else ()), *(source.loaded if source else ()), *answer.held_out)
-    provenance, document = _provenance(recordings), document_of(answer)
-    if answer.problem.short is not None:
-        return weigh_page(answer, document, provenance)
-    others = (len(source.loaded) if source else 0) + len(answer.held_out) - len(answer.predictions)
-    return payload_page(answer, document, answer.predictions, answer.excitation, provenance, others=max(others, 0))
-
-
-@page_of.register
-def _(answer: Identification) -> Page:
-    provenance = _provenance((*answer.recordings, *answer.held_out))
-    others = len(answer.held_out or answer.recordings) - len(answer.predictions)
-    return robot_page(answer, None, answer.predictions, answer.excitation, provenance, others=others)
-
-
-@page_of.register
-def _(answer: Design) -> Page:
-    problem, screen = answer.problem, screen_of(answer)
-    return design_page(problem, answer.score, answer.motion(_RATE), answer, screen.blocks, {}, {}, _provenance(()))
-
-
-@page_of.register
-def _(answer: DriveGains) -> Page:
-    source = answer.source
-    return gains_page(answer, _provenance((*source.unloaded, *source.loaded) if source else ()))
-
-
-@page_of.register
-def _(answer: LogCheck) -> Page:
-    return check_page([Look(answer.recording.source, answer)], _provenance((answer.recording,)))
-
-
-@rows_of.register
-def _(answer: PayloadAnswer) -> list[dict[str, Any]]:
-    payload = answer.payload
-    entries = [("mass", payload.mass)]
-    entries += [(f"com {axis}", entry) for axis, entry in payload.com._asdict().items()]
-    entries += [
-        (f"inertia {at}", entry) for at, entry in zip(payload.inertia._fields, payload.inertia, strict=True)
-    ]
-    return [{"quantity": name, **entry._asdict()} for name, entry in entries]
-
-
-@rows_of.register
-def _(answer: Identification) -> list[dict[str, Any]]:
-    estimate = answer.estimate
-    return [
-        {
-            "parameter": name,
-            "value": float(value),
-            "sigma": float(sigma),
-            "essential": column in answer.essential,
-            "grouping": grouping,
-        }
-        for name, column, value, sigma, grouping in zip(
-            answer.base.names,
-            answer.base.columns,
-            estimate.values,
-            estimate.total_sigma,
-            answer.base.groupings(),
-            strict=True,
-        )
-    ]
-
-
-@rows_of.register
-def _(answer: Design) -> list[dict[str, Any]]:
-    return [{"parameter": name, "sigma": sigma} for name, sigma in answer.learnt.sigma.items()]
-
-
-@rows_of.register
-def _(answer: DriveGains) -> list[dict[str, Any]]:
+def _gains_rows(answer: DriveGains) -> list[dict[str, Any]]:
     columns = zip(answer.values, answer.larger_relative_sigma, answer.identified, answer.rests_on, strict=True)
     return [
         {"motor": motor, "gain": float(gain), "sigma": float(gain * share), "identified": good, "rests on": words}
@@ -200,8 +112,7 @@ def _(answer: DriveGains) -> list[dict[str, Any]]:
     ]
 
 
-@rows_of.register
-def _(answer: LogCheck) -> list[dict[str, Any]]:
+def _log_rows(answer: LogCheck) -> list[dict[str, Any]]:
     return [
         {
             "joint": number,
@@ -216,21 +127,52 @@ def _(answer: LogCheck) -> list[dict[str, Any]]:
     ]
 
 
+_SHOWN: dict[type, _Shown] = {
+    PayloadAnswer: _Shown(payload_screen, _payload_document, _payload_page, _payload_rows),
+    Identification: _Shown(
+        lambda answer: robot_screen(answer, None),
+        lambda answer: identification_document(answer, answer.processing or answer.robot.processing, None),
+        _robot_page,
+        _robot_rows,
+    ),
+    Design: _Shown(
+        _design_screen,
+        lambda answer: design_document(answer.problem, answer.score, {}, design=answer),
+        _design_page,
+        lambda answer: [{"parameter": name, "sigma": sigma} for name, sigma in answer.learnt.sigma.items()],
+    ),
+    DriveGains: _Shown(
+        gains_screen,
+        lambda gains: gains_document(gains, gains.source.processing if gains.source else gains.robot.processing),
+        lambda gains: gains_page(
+            gains, _provenance((*gains.source.unloaded, *gains.source.loaded) if gains.source else ())
+        ),
+        _gains_rows,
+    ),
+    LogCheck: _Shown(
+        check_screen,
+        lambda check: check_document(check.robot, [Look(check.recording.source, check)]),
+        lambda check: check_page([Look(check.recording.source, check)], _provenance((check.recording,))),
+        _log_rows,
+    ),
+}
+
+
 def summary(answer: object, details: bool) -> str:
     """The screen as text."""
-    return screen_text(screen_of(answer), details)
+    return screen_text(_SHOWN[type(answer)].screen(answer), details)
 
 
 def first_block(answer: object) -> str:
     """What stands above the first table of the screen, and that table, as HTML."""
-    first = screen_of(answer).first
+    first = _SHOWN[type(answer)].screen(answer).first
     place = next((k for k, block in enumerate(first) if isinstance(block, Table)), len(first))
     return blocks_html(first[: place + 1])
 
 
 def plain(answer: object) -> dict[str, Any]:
     """The document as plain values."""
-    document: dict[str, Any] = json.loads(json_text(document_of(answer)))
+    document: dict[str, Any] = json.loads(json_text(_SHOWN[type(answer)].document(answer)))
     return document
 
 
@@ -244,13 +186,13 @@ def frame(answer: object) -> Any:
         import pandas
     except ModuleNotFoundError:
         raise ImportError("to_frame() needs pandas: pip install pandas; to_dict() does without") from None
-    rows = rows_of(answer)
+    rows = _SHOWN[type(answer)].rows(answer)
     return pandas.DataFrame(rows).set_index(next(iter(rows[0]))) if rows else pandas.DataFrame()
 
 
 def write_report(answer: object, path: str | Path) -> None:
     """Write the page."""
-    write_text(path, page_html(page_of(answer)))
+    write_text(path, page_html(_SHOWN[type(answer)].page(answer)))
 
 
 def figure(answer: object, name: str | None) -> Figure:
@@ -259,7 +201,7 @@ def figure(answer: object, name: str | None) -> Figure:
     Raises:
         InputError: if there is no such figure.
     """
-    drawings = {drawing.name: drawing for drawing in page_of(answer).drawings()}
+    drawings = {drawing.name: drawing for drawing in _SHOWN[type(answer)].page(answer).drawings()}
     if name is None and drawings:
         return next(iter(drawings.values())).figure
     if name not in drawings:
@@ -275,7 +217,7 @@ def export(answer: PayloadAnswer, to: str, despite_verdict: bool) -> str:
     """
     if to not in FORMATS:
         raise InputError(f"there is no format {to!r}: there are {', '.join(FORMATS)}")
-    load = load_of_document(document_of(answer), "answer", None, despite_verdict)
+    load = load_of_document(_payload_document(answer), "answer", None, despite_verdict)
     if not despite_verdict and (load.verdict == "do_not_use" or load.beyond_rating):
         against = "; ".join(load.reasons) or load.beyond_rating
         raise InputError(f"not to be used: {against}; despite_verdict=True writes it all the same")

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...common.arrays import Array
-from ...common.speech import Speaks, voice
+from ...common.speech import Speaks
 from ...model import InertialParameters, Processing, Recording
 from ...model.inertia import PayloadSpread, payload_spread
 from ..diagnosis.finding import Verdict
@@ -175,7 +175,7 @@ class PayloadAnswer(Speaks):
         Raises:
             InputError: for another name, or a payload that must not be used.
         """
-        return str(voice().export(self, to, despite_verdict))
+        return str(Speaks.shown_by().export(self, to, despite_verdict))
 
     @property
     def recommended(self) -> ConstrainedPayload:

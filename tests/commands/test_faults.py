@@ -16,8 +16,8 @@ from typing import Any
 import pytest
 from dynident.apps.commands import BROKEN_PIPE, COMMANDS
 from dynident.apps.commands.options import reading
-from dynident.apps.report.render.terminal import COLUMNS
-from dynident.apps.report.render.terminal import LINES as LINES_OF_SCREEN
+from dynident.apps.report.terminal import COLUMNS
+from dynident.apps.report.terminal import LINES as LINES_OF_SCREEN
 from dynident.cli import _parser, main
 from dynident.tests.commands.lines import LINES, PORTS, make_recordings, put_payloads
 from dynident.tests.commands.runs import unread

@@ -10,7 +10,7 @@ from dynident.apps.commands import near
 from dynident.apps.commands.near_options import NearOptions
 from dynident.apps.commands.options import GoalOptions, LimitOptions, Setup
 from dynident.apps.logs.map import LogMap
-from dynident.apps.report.sections.near import ladder_tables
+from dynident.apps.report.sections.motion import ladder_tables
 from dynident.cli import _parser, main
 from dynident.common.errors import InputError
 from dynident.trajectories import NearMotion, PayloadSet

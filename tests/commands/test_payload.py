@@ -71,9 +71,9 @@ def test_what_is_known_enters_the_answer(run: Run, logs: dict[str, str], tmp_pat
     assert status == 0
     text = " ".join(out.split())
     assert "Intervals include errors of the drive gains: 2, 2, 1, 1, 1, 3 % per motor and 1 % common" in text
-    assert "Weighed 7.03 ± 0.01 kg; method 4 alone identifies 7.0" in text
-    assert "sigma apart." in text
-    assert "drive gains taken as exact" not in text.split("Free estimates")[0]
+    assert "Scale 7.03 ± 0.01 kg, torques 7.0" in text
+    assert "sigma apart, in agreement." in text
+    assert "taken as exact" not in text.split("Every parameter")[0]
     _, (constrained,) = by_estimator(json.loads(target.read_text()))
     assert constrained["gain_sigma"] == {"per_joint": [0.02, 0.02, 0.01, 0.01, 0.01, 0.03], "common": 0.01}
     assert len(constrained["constraints"]) == 5

@@ -7,7 +7,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
-from dynident.apps.report.figures.stick import outline
+from dynident.apps.report.figures.motion import outline
 from dynident.common.arrays import Array
 from dynident.model import (
     Drives,

@@ -152,7 +152,7 @@ def test_the_first_screen_leads_with_what_to_do(
     assert "chi2" not in flat
     assert weigh(logs, "arm", "--details", "--plots", str(tmp_path / "figures")) == 0
     assert {path.name for path in (tmp_path / "figures").iterdir()} == {
-        f"{name}.{x}" for name in ("by_joints", "flange") for x in ("png", "svg", "pdf")
+        f"{name}.{x}" for name in ("by_joints", "flange", "methods") for x in ("png", "svg", "pdf")
     }
     flat = " ".join(capsys.readouterr().out.split())
     assert "condition number" in flat

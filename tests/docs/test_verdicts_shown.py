@@ -13,6 +13,6 @@ def test_every_level_is_shown_with_its_screen_and_its_figure() -> None:
     levels = [part.partition("`\n")[0].strip("`") for part in parts]
     assert levels == list(VERDICTS)
     for level, part in zip(levels, parts, strict=True):
-        assert f"Verdict: {VERDICTS[level].weighing}" in part
+        assert f"Verdict: {VERDICTS[level].words}" in part
         (picture,) = re.findall(r"\]\((gallery/\w+\.png)\)", part)
         assert (ROOT / "docs" / picture).stat().st_size < 150_000

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from dynident.apps.logs.read import read_recording
-from dynident.apps.report.sections.recommended import recommended_notes
+from dynident.apps.report.sections.estimates import method_notes
 from dynident.estimation import (
     CentreOfMassInBox,
     Gains,
@@ -105,7 +105,7 @@ def test_what_excludes_the_truth_is_named(problem: PayloadProblem, wrong: Constr
         assert right not in [conflict.constraint for conflict in estimate.conflicts]
         assert estimate.conflict
         assert np.isnan(estimate.intervals.parameters).all()
-    notes = recommended_notes(answer)
+    notes = method_notes(answer)
     assert any(note.startswith("Contradicted by method 1, 2, 3, 4: " + wrong.description) for note in notes)
     assert notes[0].startswith("No intervals")
 

@@ -7,7 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from dynident.apps.report.documents import identification_document
-from dynident.apps.report.sections.robot import robot_notes, robot_table
+from dynident.apps.report.sections.robot import robot_table
+from dynident.apps.report.sections.verdict import gain_error_notes
 from dynident.apps.results.stored import read_stored_robot
 from dynident.common.schema import write_json
 from dynident.estimation import Estimate, Gains, identify, identify_payload, payload_problem
@@ -123,7 +124,7 @@ def test_parameters_say_what_they_owe_to_the_gains(robot: Robot, recorders: tupl
     headings = [[column.heading for column in robot_table(result).columns] for result in (exact, identification)]
     assert "by gains" not in headings[0]
     assert "by gains" in headings[1]
-    notes = [" ".join(robot_notes(result)) for result in (exact, identification)]
+    notes = [" ".join(gain_error_notes(robot, result.gains)) for result in (exact, identification)]
     assert "Drive gains are taken as exact: --gain-sigma" in notes[0]
     motor = "motor" if robot.coupling else "joint"
     assert f"include errors of the drive gains: 0 % per {motor} and 3 % common to all joints" in notes[1]

@@ -6,8 +6,7 @@ from math import radians
 
 import numpy as np
 import pytest
-from dynident.apps.report.sections.gain_errors import gain_error_notes
-from dynident.apps.report.sections.recommended import recommended_notes
+from dynident.apps.report.sections.verdict import gain_error_notes
 from dynident.estimation import Gains, KnownMass, PayloadAnswer, PossibleBody, answer_payload, payload_problem
 from dynident.estimation.payload.result import frame_change
 from dynident.estimation.payload.weighing import difference_weighing
@@ -65,7 +64,7 @@ def test_friction_behind_link_side_sensors(
     assert second.robot_fit is not None
     assert first.robot_fit.relative < 0.3 * second.robot_fit.relative
     assert first.recommended.mass == pytest.approx(payload.mass, rel=2e-3)
-    notes = " ".join(recommended_notes(first))
+    notes = " ".join(gain_error_notes(first.problem.robot, first.gains))
     assert "Scales of the torque sensors are taken as exact: --gain-sigma" in notes
     assert "rive gains" not in notes
     gain_notes = gain_error_notes(plain, Gains((0.01,)))

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from dynident.apps.report.npz import write_npz
+from dynident.apps.report.recordings import write_npz
 from dynident.common.arrays import Array
 from dynident.estimation import identify, identify_payload, payload_problem
 from dynident.estimation.answers.system import identification_system, payload_system

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from dynident.apps.report.documents import constrained_document, elimination_document
 from dynident.apps.report.figures.canvas import save_figure
-from dynident.apps.report.figures.essential import essential_figure
-from dynident.apps.report.sections.essential import elimination_notes
+from dynident.apps.report.figures.parameters import essential_figure
+from dynident.apps.report.sections.evidence import elimination_notes
 from dynident.apps.report.sections.robot import constrained_notes, standard_table
 from dynident.estimation import Estimate, SigmaBound, SigmaRatio
 from dynident.estimation.fit.essential import Elimination, EliminationPath, StopRule

@@ -4,7 +4,7 @@ import re
 
 import pytest
 from dynident.apps.report.blocks import Column, Notes, Remarks, Screen, Table, columns
-from dynident.apps.report.render.terminal import COLUMNS, LINES, print_blocks, screen_text
+from dynident.apps.report.terminal import COLUMNS, LINES, print_blocks, screen_text
 from rich.cells import cell_len
 
 LONG = "a reason that goes on and on, " * 40

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from dynident import InertialParameters, Simulator, answer_payload, identify, load_robot, payload_problem
 from dynident.apps.logs.log_check import check_log
-from dynident.apps.report.render.terminal import COLUMNS, LINES
+from dynident.apps.report.terminal import COLUMNS, LINES
 from dynident.common.errors import InputError
 from dynident.common.speech import Speaks
 from dynident.estimation import PayloadAnswer

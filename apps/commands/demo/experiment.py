@@ -89,9 +89,8 @@ def _page(
     return report.payload_page(
         answer,
         document,
-        [answer.prediction(experiment.runs[-1].recording, True), *identified.predictions],
-        answer.excitation,
         pages.provenance(setup.in_words() | simulated),
+        [answer.prediction(experiment.runs[-1].recording, True), *identified.predictions],
         others=len(experiment.runs) - 2,
         extra=(report.robot_section(identified, None),),
         origin="The paper's experiment on a simulated robot",

@@ -154,7 +154,7 @@ class EquationOptions(PageOptions):
     def write_equations(self, system: Callable[[], estimation.ObservationSystem]) -> None:
         """Write them, held whole; they are made only if they were asked for."""
         if self.npz:
-            report.npz.write_npz(self.npz, system())
+            report.recordings.write_npz(self.npz, system())
 
 
 @dataclass(frozen=True)

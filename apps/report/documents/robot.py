@@ -1,27 +1,40 @@
-"""The document of ``identify``."""
+"""The documents of ``identify``, ``rollout`` and ``gains``."""
 
 from collections.abc import Sequence
 from typing import Any
 
 from msgspec import UNSET
 
+from ....common.schema import Document
 from ....estimation import Identification
+from ....estimation.answers.drive_gains import DriveGains
 from ....estimation.possible.prior import PriorRobot
 from ....estimation.possible.robot import PossibleRobot
-from ....model import BaseParameters, Processing
-from ...results import StoredRobot
+from ....model import INERTIAL, BaseParameters, Processing
+from ...results import StoredGains, StoredRobot
 from ...results.parts import (
     ActiveDocument,
+    HorizonDocument,
+    Number,
     ParameterDocument,
     PossibleParameter,
     PossibleRobotDocument,
     PriorDocument,
+    ProcessingDocument,
     ResidualDocument,
+    RobustDocument,
+    RolloutDocument,
 )
-from ...results.stored import RobotData
+from ...results.stored import GainsTable, LoadDocument, MountingDocument, RobotData
 from ...rollout import Rollout
-from .parts import elimination_document, gain_errors_document, processing_document, robust_document
-from .rollout import rollout_document
+from .parts import (
+    elimination_document,
+    equation_rate,
+    gain_errors_document,
+    processing_document,
+    robust_document,
+    verdict_document,
+)
 
 
 def identification_document(
@@ -117,4 +130,87 @@ def constrained_document(result: PossibleRobot, base: BaseParameters) -> Possibl
         base_parameters=tuple(map(PossibleParameter, base.names, result.values, free.values, moved)),
         unidentifiable=result.unidentifiable,
         **prior,
+    )
+
+
+class RolloutsDocument(Document, frozen=True):
+    """Open loop and replay on each recording."""
+
+    robot: str
+    rollouts: tuple[RolloutDocument, ...]
+
+
+def rollouts_document(robot: str, rollouts: Sequence[Rollout]) -> RolloutsDocument:
+    """What ``dynident rollout --json`` writes; ``robot``: its name."""
+    return RolloutsDocument(robot, tuple(map(rollout_document, rollouts)))
+
+
+def rollout_document(rollout: Rollout) -> RolloutDocument:
+    """Errors by horizon, and the replay."""
+    resting, replay = int(rollout.resting.sum()), rollout.replay
+    return RolloutDocument(
+        source=rollout.source,
+        starts_in_motion=len(rollout.resting) - resting,
+        starts_at_rest=resting,
+        diverged=rollout.diverged,
+        horizons=tuple(_horizon(rollout, seconds) for seconds in rollout.horizons),
+        growth=rollout.growth,
+        replay_relative=replay.relative,
+        replay_joints=replay.joints,
+        replay_strayed=replay.strayed,
+    )
+
+
+def _horizon(rollout: Rollout, seconds: float) -> HorizonDocument:
+    return HorizonDocument(seconds, _spreads(rollout, seconds, False), _spreads(rollout, seconds, True))
+
+
+def _spreads(rollout: Rollout, seconds: float, resting: bool) -> dict[str, tuple[Number, Number]] | None:
+    spreads = {by: rollout.spread(by, seconds, resting) for by in rollout.errors}
+    return {by: (spread[0], spread[1]) for by, spread in spreads.items() if spread is not None} or None
+
+
+def gains_document(gains: DriveGains, processing: Processing) -> StoredGains:
+    """What ``dynident gains --json`` writes, and ``--drive-gains`` reads."""
+    robust = gains.robust
+    return StoredGains(
+        robot=gains.robot.name,
+        processing=ProcessingDocument(
+            rate=processing.rate,
+            cutoff=processing.cutoff,
+            decimate=processing.decimate,
+            equation_rate=equation_rate(processing),
+            slow_fraction=processing.slow_fraction,
+            slow_speed=processing.slow_speed,
+        ),
+        load=_load(gains),
+        drive_gains=GainsTable(
+            values=gains.values,
+            sigma=gains.values * gains.larger_relative_sigma,
+            relative_sigma=gains.larger_relative_sigma,
+            relative_sigma_formula=gains.relative_sigma,
+            relative_sigma_robust=gains.relative_sigma_robust,
+            relative_covariance=gains.larger_relative_covariance,
+            without_constraints=gains.free_values,
+            identified=gains.identified,
+            rests_on=tuple(gains.identifiability),
+        ),
+        fingerprints=gains.recordings,
+        robust=RobustDocument(robust.blocks, robust.block_length)
+        if robust
+        else RobustDocument(None, unavailable=gains.without_robust or None),
+        relative_residual=ResidualDocument.of(gains.fit),
+        disagreement=gains.disagreement,
+        verdict=verdict_document(gains.verdict),
+    )
+
+
+def _load(gains: DriveGains) -> LoadDocument:
+    tens = [dict(zip(INERTIAL, body.vector.tolist(), strict=True)) for body in gains.payloads]
+    each = tuple(MountingDocument(name, ten) for name, ten in zip(gains.mountings.names, tens, strict=True))
+    return LoadDocument(
+        known=gains.known,
+        mass_sigma=max(load.mass_sigma for load in gains.loads),
+        identified=tens[0],
+        mountings=each if len(each) > 1 else UNSET,
     )

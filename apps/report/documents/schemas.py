@@ -11,7 +11,7 @@ from ...results import StoredGains, StoredPayload, StoredRobot
 from .check import CheckDocument, FollowingDocument, RobotCheckDocument
 from .design import DesignDocument, NearDocument
 from .fleet import ComparedDocument, FleetDocument
-from .rollout import RolloutsDocument
+from .robot import RolloutsDocument
 
 DOCUMENTS: dict[str, type[Document]] = {
     "identify": StoredRobot,

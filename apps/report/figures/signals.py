@@ -1,15 +1,21 @@
-"""Signals of a recording over time."""
+"""Figures of recordings: signals over time, torques beside predicted ones, and what a controller missed."""
 
+from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from ....common.arrays import Array
+from ....estimation.answers.prediction import TorquePrediction
 from ....model import Recording
+from ...logs.following import FollowingChange
 from ..blocks import Drawing
-from .canvas import Figure, panels
+from .canvas import BLUE, GREY, ORANGE, Axes, Figure, bands, legend, panels, plain
 
 _STRETCHES = 2000  # of a long signal that are drawn
+_GAP = 2.5  # steps: a longer one is drawn as a gap
+_CURVES = ((BLUE, "--", 1.3), (ORANGE, ":", 1.3), ("black", "-.", 1.0))
 
 
 def signals_figure(recording: Recording, unit: str, name: str) -> Drawing:
@@ -20,10 +26,10 @@ def signals_figure(recording: Recording, unit: str, name: str) -> Drawing:
     source = Path(recording.source).name
     loads = "currents" if unit == "A" else "torques"
     caption = f"Positions and {loads} of {source} as they were understood, joint side."
-    return Drawing(name, caption, caption, lambda: _curves(recording, unit, source))
+    return Drawing(name, caption, caption, lambda: _draw_signals(recording, unit, source))
 
 
-def _curves(recording: Recording, unit: str, title: str) -> Figure:
+def _draw_signals(recording: Recording, unit: str, title: str) -> Figure:
     n = recording.q.shape[1]
     figure, axes = panels((11.0, 1.5 * n + 0.8), n, 2, (0.8, 0.1, 0.4, 0.5), (0.8, 0.2), sharex=True)
     for j in range(n):
@@ -52,3 +58,151 @@ def _thinned(t: Array, values: Array) -> tuple[Array, Array]:
     places = np.sort(np.stack([parts.argmin(axis=1), parts.argmax(axis=1)], axis=1), axis=1)
     chosen = (places + size * np.arange(count)[:, None]).ravel()
     return t[chosen], values[chosen]
+
+
+def worst_joint_figure(prediction: TorquePrediction) -> Drawing:
+    """The joint that the model explains worst: torques above, residual below on the same scale."""
+    j = prediction.worst
+    share = prediction.relative_per_joint[j]
+    caption = (
+        f"Joint {j + 1}, the one that the model explains worst: residual {100.0 * share:.1f} % of its torque, on "
+        f"{words_of(prediction)}. Pauses and slow rows are left out."
+    )
+    return Drawing("worst_joint", caption, caption, lambda: _one_joint(prediction, j))
+
+
+def _one_joint(prediction: TorquePrediction, j: int) -> Figure:
+    figure, axes = panels((5.8, 3.2), 2, edges=(0.8, 0.1, 0.3, 0.5), sharex=True, height_ratios=(2, 1))
+    above, below = axes[:, 0]
+    _torques(above, prediction, [j])
+    above.set_ylabel(f"joint {j + 1} [N·m]")
+    legend(figure, [above], "upper center", fontsize=9)
+    _residuals(below, prediction, [j])
+    below.set_ylabel("residual")
+    below.set_xlabel("time [s]")
+    return figure
+
+
+def prediction_figure(prediction: TorquePrediction, name: str) -> Drawing:
+    """Torques, residual and its autocorrelation of every joint, a row each; ``name``: of the drawing."""
+    joints = ", ".join(f"{100.0 * share:.1f}" for share in prediction.relative_per_joint)
+    caption = (
+        f"Every joint on {words_of(prediction)}: torque, residual, and the residual's autocorrelation; the dashed "
+        "lines hold 95 % of it if the noise were white."
+    )
+    text = f"{caption} Relative residuals of the joints in percent: {joints}."
+    return Drawing(name, caption, text, lambda: _every_joint(prediction))
+
+
+def _every_joint(prediction: TorquePrediction) -> Figure:
+    n = len(prediction.t)
+    figure, ((left, middle, right),) = panels(
+        (10.0, 1.75 * n + 0.6), 1, 3, (0.8, 0.1, 0.6, 0.5), width_ratios=(5, 3, 2)
+    )
+    _torques(left, prediction, range(n))
+    _residuals(middle, prediction, range(n))
+    _correlations(right, prediction, range(n))
+    for j in range(n):
+        middle_of_row = (n - j - 0.5) / n
+        left.text(
+            -0.14,
+            middle_of_row,
+            f"joint {j + 1} [N·m]",
+            rotation=90,
+            va="center",
+            ha="center",
+            transform=left.transAxes,
+        )
+        share = f"{100.0 * prediction.relative_per_joint[j]:.1f} %"
+        middle.text(0.99, (n - j - 0.03) / n, share, ha="right", va="top", fontsize=9, transform=middle.transAxes)
+    titles, labels = ("torque", "residual", "its autocorrelation"), ("time [s]", "time [s]", "lag [s]")
+    for axis, title, label in zip((left, middle, right), titles, labels, strict=True):
+        axis.set_title(title, fontsize=10)
+        axis.set_xlabel(label)
+    legend(figure, [left], "upper center")
+    return figure
+
+
+def words_of(prediction: TorquePrediction) -> str:
+    """Which recording it is, and whether it was used."""
+    load = "with payload" if prediction.loaded else "without payload"
+    used = "held out of identification" if prediction.held_out else "the data that were fitted, not held out"
+    return f"{prediction.source} {load}" * (load not in prediction.source) + (
+        prediction.source * (load in prediction.source) + f" ({used})"
+    )
+
+
+def _torques(axis: Axes, prediction: TorquePrediction, joints: Sequence[int]) -> None:
+    """A row for each joint."""
+    curves: list[tuple[Sequence[Array], str, dict[str, Any]]]
+    curves = [(prediction.measured, "measured", {"color": GREY, "linewidth": 2.6})]
+    for k, curve in enumerate(prediction.curves):
+        looks: dict[str, Any] = dict(
+            zip(("color", "linestyle", "linewidth"), _CURVES[k % len(_CURVES)], strict=True)
+        )
+        curves.append((curve.torque, curve.label, looks))
+    rows = bands(axis, [_range([torque[j] for torque, _, _ in curves]) for j in joints])
+    for torque, label, looks in curves:
+        for first, (j, row) in enumerate(zip(joints, rows, strict=True)):
+            t, values = _parted(prediction, j, torque[j])
+            axis.plot(t, row(values), label="" if first else label, **looks)
+
+
+def _residuals(axis: Axes, prediction: TorquePrediction, joints: Sequence[int]) -> None:
+    residuals = [prediction.residual(j) for j in joints]
+    largest = [1.15 * float(np.abs(residual).max(initial=0.0)) or 1.0 for residual in residuals]
+    for j, residual, row in zip(joints, residuals, bands(axis, [(-x, x) for x in largest]), strict=True):
+        t, values = _parted(prediction, j, residual)
+        axis.axhline(float(row(0.0)), color="0.4", linewidth=0.6)
+        axis.plot(t, row(values), color="black", linewidth=0.8)
+
+
+def _correlations(axis: Axes, prediction: TorquePrediction, joints: Sequence[int]) -> None:
+    correlations = [prediction.autocorrelation(j) for j in joints]
+    rows = bands(axis, [(min(-0.5, 1.1 * float(rho.min())), 1.05) for _, rho in correlations])
+    for j, (lags, rho), row in zip(joints, correlations, rows, strict=True):
+        axis.plot(lags, row(rho), color="black", linewidth=1.0)
+        axis.axhline(float(row(0.0)), color="0.4", linewidth=0.6)
+        band = 1.96 / np.sqrt(max(len(prediction.t[j]), 1))
+        for level in (-band, band):
+            axis.axhline(float(row(level)), color="0.4", linestyle="--", linewidth=0.8)
+
+
+def _range(curves: Sequence[Array]) -> tuple[float, float]:
+    """Lowest and highest value of some curves, with a little room."""
+    values = np.concatenate(curves)
+    values = values[np.isfinite(values)]
+    low, high = (float(values.min()), float(values.max())) if len(values) else (0.0, 0.0)
+    room = 0.05 * (high - low) or 1.0
+    return low - room, high + room
+
+
+def _parted(prediction: TorquePrediction, j: int, values: Array) -> tuple[Array, Array]:
+    """A joint's curve, of long ones every so many points, with gaps where rows are missing."""
+    every = prediction.thinning(j)
+    t, values = prediction.t[j][::every], values[::every]
+    breaks = np.flatnonzero(np.diff(t) > _GAP * every * prediction.step) + 1
+    return np.insert(t, breaks, np.nan), np.insert(values, breaks, np.nan)
+
+
+def following_figure(change: FollowingChange, unit: str, scale: float) -> Drawing:
+    """Root mean square of each joint before and after, in a unit of which ``scale`` make one of SI."""
+    caption = f"Root mean square of the {change.kind} before and after the number was entered, with 95 % intervals."
+    return Drawing("following", caption, caption, lambda: _draw_following(change, unit, scale))
+
+
+def _draw_following(change: FollowingChange, unit: str, scale: float) -> Figure:
+    figure, axes = panels((6.4, 3.2), edges=(0.75, 0.15, 0.35, 0.5))
+    axis, rows = axes[0, 0], (*change.joints, change.total)
+    places = np.arange(len(rows))
+    before, after = (scale * np.array([getattr(row, when) for row in rows]) for when in ("before", "after"))
+    # The interval is that of the share by which it fell.
+    ends = before * (1.0 - np.array([row.interval for row in rows])).T
+    reach = np.nan_to_num(np.maximum([after - ends[1], ends[0] - after], 0.0))
+    axis.bar(places - 0.2, before, 0.38, color=GREY, label="before")
+    axis.bar(places + 0.2, after, 0.38, color=BLUE, hatch="//", label="after", yerr=reach, capsize=3)
+    axis.set_xticks(places, [row.name for row in rows])
+    axis.set_ylabel(f"root mean square [{unit}]")
+    axis.legend(fontsize=9, frameon=False)
+    plain(axis)
+    return figure

@@ -1,4 +1,4 @@
-"""What became of a fleet's recordings, and what its nights say."""
+"""A fleet's recordings and nights, and recordings of one robot side by side."""
 
 from collections.abc import Mapping
 from pathlib import PurePath
@@ -6,19 +6,23 @@ from pathlib import PurePath
 import numpy as np
 
 from ...fleet import Fleet
-from ...fleet.comparing import CHANCE
+from ...fleet.comparing import CHANCE, Compared
 from ...fleet.nights import CHANGED, FEWEST, Series
 from ...fleet.reduction import ReducedDocument
 from ..blocks import Banner, Block, Notes, Page, Remarks, Screen, Section, Table, Text, columns
 from ..figures.fleet import fleet_figures
-from ..provenance import Provenance
-from .data import report_page
+from ..provenance import Provenance, report_page
 
 _WORDS = (
     "z is the last night's value less the median of the nights before, over their spread (1.4826 median absolute "
     f"deviations) and the night's own error together; beyond {CHANGED:g} it is a change. {FEWEST} nights must come "
     "before. Friction also follows the temperature, which is part of the spread."
 )
+
+_MOST_SHOWN = 10
+"""Parameters on the first screen."""
+_LINES = 12
+"""Recordings that have a column of their own."""
 
 
 def reduced_screen(reduced: ReducedDocument) -> Screen:
@@ -142,3 +146,49 @@ def _twins(fleet: Fleet) -> list[str]:
         for odd in twins.odd
     ]
     return lines or [f"No arm differs from its twins beyond {twins.bound:.1f} sigma (chance {CHANCE:g})."]
+
+
+def compared_screen(compared: Compared) -> Screen:
+    """The parameters in which recordings differ most; then all of them."""
+    order = np.argsort(-compared.scatter, kind="stable")
+    details: list[Block] = [_compared_table(compared, "All parameters", range(len(compared.parameters)))]
+    first: list[Block] = [
+        _compared_table(
+            compared, "Where the recordings differ most (SI units)", sorted(order[:_MOST_SHOWN].tolist())
+        ),
+        Remarks(odd_lines(compared)),
+    ]
+    return Screen(first, details, "all parameters")
+
+
+def odd_lines(compared: Compared) -> list[str]:
+    """Which recording is the odd one, and in what."""
+    odd = compared.odd
+    if not odd:
+        return [f"No recording differs from the others beyond {compared.bound:.1f} sigma (chance {CHANCE:g})."]
+    return [
+        f"{PurePath(one.recording).name} is the odd one in {one.parameter}: {one.sigmas:+.1f} sigma from the "
+        "others."
+        for one in odd
+    ]
+
+
+def _compared_table(compared: Compared, title: str, chosen: "range | list[int]") -> Table:
+    shown = compared.recordings if len(compared.recordings) <= _LINES else ()
+    labels = [_short(source) for source in shown]
+    rows = []
+    for k in chosen:
+        low, high = compared.pooled_interval95[k]
+        own = float(np.sqrt(np.mean(compared.sigma[:, k] ** 2)))
+        spread = float(np.std(compared.values[:, k], ddof=1))
+        values = [f"{compared.values[i, k]:.4g}" for i in range(len(shown))]
+        rows.append(
+            (compared.parameters[k], *values, f"{spread:.2g}", f"{own:.2g}", f"{compared.pooled[k]:.4g}",
+             f"{low:.4g}", f"{high:.4g}")
+        )  # fmt: skip
+    headings = [*labels, "spread", "own sigma", "pooled", "95 % from", "to"]
+    return Table(title, columns(("parameter",), headings), rows, style="tight")
+
+
+def _short(source: str) -> str:
+    return PurePath(source.split(", ")[0]).name.split(".")[0][-12:]

@@ -1,17 +1,10 @@
 """Drive gains: what the terminal prints, and the report."""
 
-from dataclasses import replace
-
 from ....estimation.answers.drive_gains import DriveGains
-from ..blocks import Banner, Block, Notes, Page, Remarks, Screen, Section, Table, columns
-from ..figures.by_joints import joints_figure
-from ..provenance import Provenance
-from .data import report_page
-from .joints import joints_section
-from .torques import torques_section
-from .verdict import MEND, VERDICTS, reason_blocks, reason_lines
-
-_GOOD = "Every gain can be used."
+from ..blocks import Banner, Block, Notes, Page, Remarks, Screen, Table, columns
+from ..provenance import Provenance, report_page
+from .evidence import joints_section, torques_section
+from .verdict import MEND, VERDICTS, reason_blocks, reason_lines, verdict_notes
 
 
 def gains_screen(gains: DriveGains, document: str | None = None) -> Screen:
@@ -19,15 +12,15 @@ def gains_screen(gains: DriveGains, document: str | None = None) -> Screen:
 
     ``document``: the JSON file that was written, if any.
     """
-    verdict = gains.verdict
+    verdict, words = gains.verdict, VERDICTS[gains.verdict.level].words
     ask = "" if document else "add --json gains.json, then "
     after = f"Next: {ask}give --drive-gains {document or 'gains.json'} to 'dynident payload'."
     first: list[Block] = [
-        Notes([f"Verdict: {VERDICTS[verdict.level].payload}."]),
+        Notes([f"Verdict: {'use every gain' if verdict.level == 'use' else words}."]),
         Remarks(reason_lines(verdict)),
         gains_table(gains),
         Notes([after if verdict.level != "do_not_use" else MEND]),
-        Remarks([f"Note: {text}." for text in verdict.notes]),
+        Remarks(verdict_notes(verdict)),
     ]
     return Screen(first, [Notes(_notes(gains))], "the payload, residuals, where sigma comes from")
 
@@ -52,26 +45,22 @@ def gains_table(gains: DriveGains) -> Table:
 
 def gains_page(gains: DriveGains, provenance: Provenance) -> Page:
     """Verdict and gains first, then the weight as each joint sees it, and the torques that the gains give."""
-    level = gains.verdict.level
-    sentence = _GOOD if level == "use" else VERDICTS[level].sentence
-    lead: list[Block] = [Banner(level, sentence), gains_table(gains), *reason_blocks(gains.verdict)]
-    sections = (*_weights(gains), torques_section(gains.predictions))
+    verdict, level = gains.verdict, gains.verdict.level
+    sentence = "Every gain can be used." if level == "use" else VERDICTS[level].sentence
+    why = [*reason_blocks(verdict), Notes(verdict_notes(verdict))]
+    lead: list[Block] = [Banner(level, sentence), gains_table(gains), *why]
+    # Of recordings that were not looked at joint by joint there is none.
+    mounted = zip(gains.mountings.names, gains.loads, gains.by_joints, strict=True) if gains.by_joints else ()
+    weights = [
+        joints_section(by_joints, load.mass, (load.mass, load.mass), name)._replace(
+            title=f"The known weight as each joint sees it{_mounted(gains, name)}"
+        )
+        for name, load, by_joints in mounted
+    ]
+    sections = (*weights, torques_section(gains.predictions))
     subtitle = f"Identified from recordings of motor currents with a known weight, {provenance.day}"
     title = f"Drive gains of the {gains.robot.title or gains.robot.name}"
     return report_page(title, subtitle, lead, sections, _notes(gains), provenance)
-
-
-def _weights(gains: DriveGains) -> list[Section]:
-    """The weight as each joint sees it by these gains, mounting by mounting."""
-    sections: list[Section] = []
-    if not gains.by_joints:  # recordings of which none was looked at joint by joint
-        return sections
-    for name, load, by_joints in zip(gains.mountings.names, gains.loads, gains.by_joints, strict=True):
-        drawn = joints_figure(by_joints, load.mass, (load.mass, load.mass))
-        section = joints_section(by_joints, [replace(drawn, name=f"{drawn.name}_{name}")] if drawn else ())
-        title = f"The known weight as each joint sees it{_mounted(gains, name)}"
-        sections.append(section._replace(name=f"{section.name}_{name}", title=title))
-    return sections
 
 
 def _mounted(gains: DriveGains, name: int) -> str:

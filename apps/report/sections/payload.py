@@ -1,191 +1,265 @@
-"""A payload by several methods: tables, lines, and the report."""
+"""A payload, by a long motion or a short one: one screen and one page, first what to use and what to type in."""
 
 from collections.abc import Sequence
 
 import numpy as np
 
-from ....estimation import PayloadAnswer, PayloadProblem
+from ....common.arrays import Array
+from ....estimation import PayloadAnswer
 from ....estimation.answers.prediction import TorquePrediction
-from ....estimation.fit.least_squares import Excitation
-from ....estimation.payload.result import PayloadEstimate
-from ....model import INERTIAL
+from ....estimation.diagnosis.joints import worst_joint
+from ....estimation.payload.result import METHOD_NAMES
 from ...export.controllers.load import is_flange
+from ...numbers import interval_digits, with_interval
 from ...results import StoredPayload
-from ..blocks import Block, Cell, Notes, Page, Pair, Section, Table, Text, columns, with_sigma
-from ..figures.by_joints import joints_figure
-from ..figures.flange import flange_figure
-from ..figures.methods import methods_figure
-from ..provenance import Provenance
+from ..blocks import Banner, Block, Column, Notes, Page, Pair, Remarks, Screen, Section, Table, Text, columns
+from ..figures.payload import flange_figure, repeats_figure
+from ..provenance import Provenance, report_page
 from .controller import controller_blocks
-from .data import report_page
-from .essential import essential_section
-from .excitation import excitation_section
-from .joints import joints_section, mass_by_joints_note
-from .quantities import quantities_table
-from .recommended import ENDS, UNITS, agreement, centre_section, consistency_section, recommended_table
-from .torques import residual_text, torques_section, worst_joint
-from .verdict import VERDICTS, improvements, reason_blocks, verdict_banner
+from .estimates import consistency_blocks, data_notes, method_notes, methods_section, parameters_table
+from .evidence import (
+    by_joints_table,
+    elimination_notes,
+    essential_section,
+    excitation_section,
+    joints_section,
+    torques_section,
+    worst_torque,
+)
+from .verdict import MEND, VERDICTS, gain_error_notes, reason_blocks, reason_lines, verdict_notes
 
-_FORMULA = "by (17)-(19): for white torque noise, the torques' scale taken as exact."
+_QUANTITIES = ("mass", "centre of mass", "inertia")
+_ENTRIES = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
+"""Places of the inertia's entries, moments first."""
+_HOW = {
+    1: "the loaded torques less those of the robot as it was identified",
+    2: "the change of the robot's base parameters",
+    3: "the difference of the torques on one trajectory",
+    4: "robot and payload at once, from all recordings",
+}
+"""What each method solves, in words."""
 
 
-def payload_table(estimates: Sequence[PayloadEstimate]) -> Table:
-    """Ten parameters by each method, with standard deviations, and what a controller asks for.
+def payload_screen(answer: PayloadAnswer, document: str | None = None, stand_in_unused: bool = False) -> Screen:
+    """What ``payload`` and ``weigh`` print.
 
-    Where an estimate has robust standard deviations too, each entry shows the larger of both.
+    Args:
+        answer: of long recordings, or of a short motion.
+        document: JSON file that it was written to.
+        stand_in_unused: an assumed inertia was given and is not needed.
     """
-    rows: list[tuple[Cell, ...]] = []
-    for k, kind in enumerate(INERTIAL):
-        cells = [with_sigma(e.estimate.values[k], e.larger_sigma[k]) for e in estimates]
-        rows.append((kind, UNITS[kind], *cells))
-    for k, axis in enumerate("xyz"):
-        cells = [with_sigma(e.body.com[k], e.larger_sigma_com[k]) for e in estimates]
-        rows.append((f"com {axis}", "m", *cells))
-    for i, j in zip(*np.triu_indices(3), strict=True):
-        cells = [with_sigma(e.body.inertia_com[i, j], e.larger_sigma_inertia_com[i, j]) for e in estimates]
-        rows.append((f"{'XYZ'[i]}{'XYZ'[j]} at com", "kg m²", *cells))
-    rows.append(("can exist", "", *("yes" if e.body.physically_consistent else "no" for e in estimates)))
-    title = f"Free estimates (least squares alone) in {estimates[0].frame}"
-    return Table(title, columns(("", "unit"), [f"method {e.method}" for e in estimates]), rows, ENDS)
-
-
-def payload_notes(answer: PayloadAnswer) -> list[str]:
-    """Lines below the payload table."""
-    lines = [*sigma_notes(answer.estimates), *data_notes(answer), mass_by_joints_note(answer.by_joints)]
-    return [*lines, *_left_out(answer)]
-
-
-def data_notes(answer: PayloadAnswer) -> list[str]:
-    """Lines on equations, residuals and alignment."""
-    problem, robot_fit, validation = answer.problem, answer.robot_fit, answer.validation
-    lines = []
-    if problem.unloaded is not None:
-        raw, scaled = problem.unloaded.condition_numbers()
-        lines.append(
-            f"Without payload: {problem.unloaded.equations} equations, {len(problem.base.columns)} parameters; "
-            f"condition number {raw:.4g} (SI units, unweighted), {scaled:.3g} with columns scaled."
-        )
-    if robot_fit is not None:
-        lines.append(f"Relative residual of the robot's model: {residual_text(robot_fit)}")
-    if validation is not None:
-        lines.append(f"The same on the validation recording: {residual_text(validation)}")
-    if problem.friction and any(estimate.method == 4 for estimate in answer.estimates):
-        lines.append(
-            "Method 4: friction under load may differ from the robot's own (--friction-change), which the "
-            "intervals allow for."
-        )
-    return [*lines, _alignment(problem)] if problem.pairs else lines
-
-
-def sigma_notes(estimates: Sequence[PayloadEstimate]) -> list[str]:
-    """Where the standard deviations of the payload table come from, and what speaks against them."""
-    both = [(e, e.estimate.robust) for e in estimates]
-    ratios = [f"method {e.method} {r.sigma[-1] / e.estimate.sigma[-1]:.2f}" for e, r in both if r is not None]
-    robust = [r for _, r in both if r is not None]
-    if robust:
-        by_blocks, by_memory = "the block jackknife's standard deviation", "that by the memory of the errors"
-        blocks = f"{robust[0].blocks} blocks of {robust[0].block_length:.2g} s or more"
-        how = "memory" if robust[0].by_memory else f"jackknife over {blocks}"
-        lines = [
-            f"± the larger of the formula's (17)-(19) and {by_memory if robust[0].by_memory else by_blocks}.",
-            f"Mass, sigma_robust/sigma ({how} to formula): {', '.join(ratios)}.",
+    level, method = VERDICTS[answer.verdict.level].words, answer.free.method
+    to_do = [MEND]
+    if answer.verdict.level != "do_not_use":
+        export = f"'dynident export {document or 'P.json'} --to ur' (abb, kuka, fanuc, ..)"
+        to_do = [
+            f"For the controller: {controller_line(answer)}",
+            f"Next, its own format: {'' if document else 'add --json P.json, then '}{export}.",
         ]
-    else:
-        lines = [f"± one standard deviation {_FORMULA}"]
-    return [*lines, *sorted({r.warning for r in robust if r.warning}), *_formula_notes(estimates)]
-
-
-def _formula_notes(estimates: Sequence[PayloadEstimate]) -> list[str]:
-    """Why standard deviations of some methods are the formula's alone."""
-    by_formula: dict[str, list[str]] = {}
-    for e in estimates:
-        if e.without_robust:
-            by_formula.setdefault(e.without_robust, []).append(str(e.method))
-    return [f"± of method {', '.join(methods)} by the formula alone: {why}" for why, methods in by_formula.items()]
+    spare = ["--inertia is not needed: the inertia was measured well enough."] if stand_in_unused else []
+    first: list[Block] = [
+        Notes([f"Verdict: {level} (method {method}, {METHOD_NAMES[method]})."]),
+        Remarks(reason_lines(answer.verdict)),
+        quantities_table(answer, 3),
+        Notes(to_do),
+        Remarks([*answer_notes(answer), *spare]),
+    ]
+    methods = sorted({estimate.method for estimate in answer.estimates})
+    eliminated = elimination_notes(answer.elimination, answer.warnings, "Method 4: ")
+    details: list[Block] = [
+        Notes(["", *(f"Method {number}, {METHOD_NAMES[number]}: {_HOW[number]}." for number in methods)]),
+        parameters_table(answer),
+        Notes([*method_notes(answer), ""]),
+        *consistency_blocks(answer),
+        Notes([""]),
+        by_joints_table(answer.by_joints),
+        Notes([*eliminated, *data_notes(answer)]),
+    ]
+    return Screen(first, details, "every method, all parameters, joints, residuals")
 
 
 def payload_page(
     answer: PayloadAnswer,
     document: StoredPayload,
-    predictions: Sequence[TorquePrediction],
-    excitation: Excitation | None,
     provenance: Provenance,
+    predictions: Sequence[TorquePrediction] = (),
     others: int = 0,
     extra: Sequence[Section] = (),
-    origin: str = "Identified from recordings of joint positions and torques",
+    origin: str = "",
 ) -> Page:
     """First page for the one who types the number in, the rest for the one who asks why.
 
     Args:
         predictions: recordings to draw, held out or not.
-        excitation: of robot and payload together.
         others: number of recordings that are not drawn.
         extra: sections to stand behind the payload's.
-        origin: what kind of data it is, below the title.
+        origin: what kind of data it is, below the title; recordings by default.
     """
-    robot, best = answer.problem.robot, answer.recommended
+    robot, short, best = answer.problem.robot, answer.problem.short, answer.possible
     title = robot.title or robot.name
-    labels = dict(zip(answer.problem.base.columns, answer.problem.base.names, strict=True))
-    low, high = best.intervals.parameters[9]
-    drawn = joints_figure(answer.by_joints, best.mass, (float(low), float(high)))
-    sections = (
-        centre_section(answer),
-        consistency_section(answer),
+    sections = [
         methods_section(answer),
-        joints_section(answer.by_joints, [drawn] if drawn else ()),
+        joints_section(answer.by_joints, answer.mass, answer.mass_interval),
         *extra,
-        torques_section(predictions, others),
-        excitation_section(excitation, labels),
-        essential_section(answer.elimination, answer.warnings, title, labels),
-    )
-    lead = _lead(answer, predictions, controller_blocks(document, "this report", title))
+    ]
+    if answer.repeats is not None:
+        drawn = repeats_figure(answer.repeats, answer.mass, answer.mass_interval)
+        words = "Each recording was weighed alone too: the scatter tells what no single one does."
+        blocks: list[Block] = [Text(words), *([drawn] if drawn is not None else [])]
+        sections.insert(0, Section("repeats", "From recording to recording", blocks))
+    if short is None:
+        origin = origin or "Identified from recordings of joint positions and torques"
+        labels = dict(zip(answer.problem.base.columns, answer.problem.base.names, strict=True))
+        sections += [
+            torques_section(predictions, others),
+            excitation_section(answer.excitation, labels),
+            essential_section(answer.elimination, answer.warnings, title, labels),
+        ]
+    else:
+        joints = ", ".join(map(str, short.joints))
+        origin = origin or f"Weighed by a motion of joint{'s' * (len(short.joints) > 1)} {joints}"
+    why: list[Block] = [
+        *reason_blocks(answer.verdict),
+        *(Text(line, "note") for line in answer_notes(answer)),
+        *_improvements(answer, predictions),
+        *worst_torque(predictions),
+    ]
+    controller = controller_blocks(document, "this report", title)
+    inertia = uses(answer)[2] == "use"
+    lead: list[Block] = [
+        Banner(answer.verdict.level, VERDICTS[answer.verdict.level].sentence),
+        Pair([quantities_table(answer)], [Text("What to type into the controller", "heading"), *controller]),
+        Pair(why, [flange_figure(best, inertia, is_flange(best.frame))] if best is not None else []),
+    ]
     subtitle = f"{origin}, {provenance.day}"
     return report_page(f"Payload on the {title}", subtitle, lead, sections, data_notes(answer), provenance)
 
 
-def methods_section(answer: PayloadAnswer) -> Section:
-    """Constrained and free estimates of every method."""
-    words = (
-        "Methods 3 and 4 on the same trajectories use the same equations: that they agree confirms nothing. "
-        "Methods 1 and 2 go through the robot's own parameters."
-    )
-    tables = recommended_table(answer), payload_table(answer.estimates)
-    notes = Notes([*sigma_notes(answer.estimates), *_left_out(answer)])
-    return Section("methods", "The methods side by side", [Text(words), methods_figure(answer), *tables, notes])
+def quantities_table(answer: PayloadAnswer, entries: int = 6) -> Table:
+    """Value, 95 % interval and use of mass, centre of mass and inertia there; ``entries``: of its matrix."""
+    inertia, bounds = np.full((3, 3), np.nan), np.full((3, 3, 2), np.nan)
+    if answer.stand_in is not None:
+        inertia = answer.stand_in.inertia(answer.mass)
+    elif answer.possible is not None:
+        inertia, bounds = answer.possible.body.inertia_com, answer.possible.intervals.inertia_com
+    mass, com, moments = uses(answer)
+    numbers = [("mass", "kg", answer.mass, answer.mass_interval, mass)]
+    for k, axis in enumerate("xyz"):
+        low, high = 1e3 * answer.com_interval[k]
+        use = com if k == 0 or not np.isfinite(answer.com[k]) else ""
+        numbers.append((f"centre of mass {axis}", "mm", 1e3 * answer.com[k], (low, high), use))
+    for i, j in _ENTRIES[:entries]:
+        low, high = bounds[i, j]
+        use = moments if (i, j) == (0, 0) or answer.stand_in is not None else ""
+        numbers.append((f"inertia {'XYZ'[i]}{'XYZ'[j]} at com", "kg m²", inertia[i, j], (low, high), use))
+    rows = [
+        (name, unit, *(with_interval(value, *interval) if np.isfinite(value) else ("-", "-")), use)
+        for name, unit, value, interval, use in numbers
+    ]
+    headings = (*columns(("", "unit"), ("value", "95 % interval")), Column("", folds=True))
+    title = f"Payload in {answer.problem.robot.payload_frame}"
+    return Table(title, headings, rows, ("mass", "centre of mass z"), "quantities")
 
 
-def _lead(
-    answer: PayloadAnswer, predictions: Sequence[TorquePrediction], controller: Sequence[Block]
-) -> list[Block]:
-    best, worst = answer.recommended, worst_joint(predictions)
-    body, intervals = best.body, best.intervals
-    quantities = quantities_table(
-        best.frame,
-        f"; method {best.method}",
-        (best.mass, intervals.parameters[9]),
-        (body.com, intervals.com),
-        (body.inertia_com, intervals.inertia_com),
-        VERDICTS[answer.verdict.level].each,
-    )
-    flange = flange_figure(best, answer.verdict.level == "use", is_flange(best.frame))
-    improve = [Text("How to improve it", "heading"), improvements(answer, predictions)]
-    shown: list[Block] = [Text("The worst joint", "heading"), worst] if worst else []
+def uses(answer: PayloadAnswer) -> tuple[str, str, str]:
+    """What to do with mass, centre of mass, inertia: judged one by one of a short motion, else by the verdict."""
+    if answer.problem.short is None:
+        return VERDICTS[answer.verdict.level].each
+    mass, com, inertia = (answer.judged[name].use for name in _QUANTITIES)
+    return mass, com, inertia
+
+
+def answer_notes(answer: PayloadAnswer) -> list[str]:
+    """An assumed inertia, the scale, other ways to the mass, repeats, the worst joint, errors of the gains."""
+    worst = worst_joint(answer.by_joints, answer.mass)
     return [
-        verdict_banner(answer.verdict),
-        Pair([quantities, *agreement(answer)], [Text("What to type into the controller", "heading"), *controller]),
-        Pair([*reason_blocks(answer.verdict), *improve, *shown], [flange]),
+        *([f"Inertia ASSUMED, not measured: {answer.stand_in.description}."] if answer.stand_in else []),
+        *verdict_notes(answer.verdict),
+        *scale_notes(answer),
+        *(
+            f"Another way, {way.name}: {way.mass:.4g} kg, centre of mass "
+            f"({', '.join('-' if not np.isfinite(x) else f'{1e3 * x:.1f}' for x in way.com)}) mm."
+            for way in answer.agreement
+        ),
+        *_repeat_notes(answer),
+        f"Joint that agrees least: {worst.text}." if worst else "No joint can be compared with the others.",
+        *gain_error_notes(answer.problem.robot, answer.gains),
     ]
 
 
-def _left_out(answer: PayloadAnswer) -> list[str]:
-    return [f"Method {method} left out: {reason}" for method, reason in answer.left_out.items()]
+def scale_notes(answer: PayloadAnswer) -> list[str]:
+    """The mass from a scale or from CAD beside that by the torques."""
+    if answer.free.from_scale and answer.scale is not None:
+        return [
+            f"Mass: the scale's {answer.scale.mass:g} ± {answer.scale.sigma:g} kg; the torques of these joints do "
+            "not contain it."
+        ]
+    weighings = answer.possible.weighings if answer.possible is not None else (answer.weighing,)
+    lines = [
+        f"Scale {weighing.mass:g} ± {weighing.sigma:.2g} kg, torques {weighing.identified:.4g} ± "
+        f"{weighing.identified_sigma:.2g} kg: {abs(weighing.z):.1f} sigma apart, "
+        f"{'which contradict each other' if weighing.conflict else 'in agreement'}."
+        for weighing in weighings
+        if weighing is not None
+    ]
+    return lines or ["Not weighed: --mass and --mass-sigma compare with a scale, and sharpen the centre of mass."]
 
 
-def _alignment(problem: PayloadProblem) -> str:
-    lags = sorted(round(pair.lag, 4) + 0.0 for pair in problem.pairs)
-    shift = f"{lags[0]:.4f}" if lags[0] == lags[-1] else f"{lags[0]:.4f} to {lags[-1]:.4f}"
-    worst = max(problem.pairs, key=lambda pair: pair.max_mismatch)
-    return (
-        f"{len(lags)} pair{'s' * (len(lags) > 1)} aligned by {shift} s; positions then differ by at most "
-        f"{1e3 * worst.max_mismatch:.2f} mrad (rms {1e3 * worst.rms_mismatch:.3f})."
+def _repeat_notes(answer: PayloadAnswer) -> list[str]:
+    """Spread and drift of several recordings."""
+    repeats = answer.repeats
+    if repeats is None:
+        return []
+    _, masses, sigmas = repeats.seen
+    each = ", ".join(f"{m:.4g} ± {s:.2g}" for m, s in zip(masses, sigmas, strict=True))
+    lines = [f"{len(repeats.masses)} recordings, each alone [kg]: {each}; spread {repeats.spread:.2g} kg."]
+    if repeats.drift is not None:
+        step, sigma = repeats.drift
+        trend = "a drift" if repeats.drifts else "no clear drift"
+        lines.append(f"From one to the next {step:+.2g} ± {sigma:.2g} kg: {trend}.")
+    if repeats.excess > 1.0:
+        lines.append(
+            f"They scatter {repeats.excess:.2g} times as much as each says: all intervals are widened by that."
+        )
+    return lines
+
+
+def controller_line(answer: PayloadAnswer) -> str:
+    """Mass, centre of mass and, where it may be used, inertia, at the flange; digits as the intervals allow."""
+    pose = answer.problem.robot.flange_pose
+    turn, origin = (pose.R, pose.p) if pose is not None else (np.eye(3), np.zeros(3))
+    where = "" if is_flange(answer.problem.robot.payload_frame) else f" in {answer.problem.robot.payload_frame}"
+    where = " at the flange" if pose is not None else where
+    mass = with_interval(answer.mass, *answer.mass_interval)[0]
+    com = _numbers(1e3 * (turn.T @ (answer.com - origin)), 1e3 * answer.com_interval)
+    line = f"mass {mass} kg, centre of mass ({com}) mm{where}"
+    if answer.stand_in is not None:
+        moved = turn.T @ answer.stand_in.inertia(answer.mass) @ turn
+        return f"{line}, inertia there ({', '.join(f'{x:.4f}' for x in np.diag(moved))}) kg m², ASSUMED"
+    if uses(answer)[2] == "use" and answer.possible is not None:
+        moved = turn.T @ answer.possible.body.inertia_com @ turn
+        entries = np.array([moved[at] for at in _ENTRIES])
+        numbers = _numbers(entries, answer.possible.intervals.inertia_com.reshape(9, 2))
+        return f"{line}, inertia there XX YY ZZ XY XZ YZ ({numbers}) kg m²"
+    return f"{line}, inertia left at zero"
+
+
+def _numbers(values: Array, intervals: Array) -> str:
+    """Numbers with as many digits as the widest of their intervals allows; what is not known is said."""
+    widths = np.diff(intervals, axis=1)
+    digits = interval_digits(float(np.nanmax(widths, initial=0.0)))
+    return ", ".join(
+        f"{round(x, digits) + 0.0:.{digits}f}" if np.isfinite(x) else "unknown" for x in values.tolist()
     )
+
+
+def _improvements(answer: PayloadAnswer, predictions: Sequence[TorquePrediction]) -> list[Block]:
+    """What would make the answer better known, beyond a scale and the gains, of which the notes tell."""
+    lines, robust = list[str](), answer.free.estimate.robust
+    if answer.problem.short is None and not any(prediction.held_out for prediction in predictions):
+        lines.append("Keep one recording without payload out of identification (--validate).")
+    if answer.free.without_robust:
+        lines.append(f"Record longer: intervals rest on white noise, because {answer.free.without_robust}.")
+    elif robust is not None and robust.warning:
+        lines.append(f"{robust.warning[:1].upper()}{robust.warning[1:]}.")
+    return [Text("How to improve it", "heading"), Notes(lines)] if lines else []

@@ -1,17 +1,18 @@
-"""A robot's own parameters: what the terminal prints, and the report."""
+"""A robot: its description, and its identified parameters."""
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
 
 from ....estimation import Identification
-from ....estimation.answers.prediction import TorquePrediction
-from ....estimation.fit.least_squares import Excitation
 from ....estimation.possible.prior import PriorRobot
 from ....estimation.possible.result import CONFLICT
 from ....estimation.possible.robot import PossibleRobot
-from ....model import INERTIAL
-from ....model.drives import parameter_kind
+from ....model import INERTIAL, Robot
+from ....model.drives import Drives, parameter_kind
+from ....model.frames import frames_at
+from ....model.robot import SOURCED
 from ...numbers import percent
 from ...rollout import Rollout
 from ..blocks import (
@@ -25,41 +26,122 @@ from ..blocks import (
     Screen,
     Section,
     Table,
-    Text,
     columns,
     with_sigma,
 )
-from ..provenance import Provenance
-from .data import report_page
-from .essential import elimination_notes, essential_section
-from .excitation import excitation_section
-from .gain_errors import gain_error_notes
-from .rollout import rollout_blocks, rollout_line
-from .torques import residual_text, torques_section, worst_joint
-from .verdict import MEND, VERDICTS, reason_lines, verdict_lines
+from ..provenance import Provenance, report_page
+from .evidence import (
+    elimination_notes,
+    essential_section,
+    excitation_section,
+    residual_text,
+    torques_section,
+    worst_torque,
+)
+from .rollout import rollout_blocks, rollout_line, rollout_section
+from .verdict import MEND, gain_error_notes, reason_lines, verdict_notes
 
+_NUMBERS = ("alpha", "d", "theta", "r", "from", "to", "speed", "accel.", "torque")
 Constrained = PossibleRobot | None
 _MOST_NAMED = 8
 _GOOD = "The model explains the torques: the parameters can be used."
 _BAD = "Do not use these parameters: the model does not explain the torques."
 
 
+def robot_description(robot: Robot) -> list[Block]:
+    """Modified DH table with limits, angles in degrees; and what else a user should know before using it."""
+    rows = []
+    for number, joint in enumerate(robot.joints, start=1):
+        name = f"{number}" if robot.links is None else f"{number} {robot.links.joints[number - 1]}"
+        geometry = (math.degrees(joint.alpha), joint.d, math.degrees(joint.theta), joint.r)
+        limits, scale = joint.limits, math.degrees(1.0) if joint.revolute else 1.0
+        motion = (scale * x for x in (*limits.position, limits.speed, limits.acceleration))
+        known = (f"{x:.5g}" if math.isfinite(x) else "" for x in (*motion, limits.torque))
+        rows.append((name, joint.kind, *(f"{value:.6g}" for value in geometry), *known))
+    flange = frames_at(robot, [0.0] * robot.n)[-1]
+    by_source: dict[str, list[str]] = {}
+    for part, words in SOURCED.items():
+        if part in robot.sources:
+            by_source.setdefault(robot.sources[part], []).append(words)
+    sources = {source: ", ".join(names) for source, names in by_source.items()}
+    lines = [
+        f"Payloads are given in: {robot.payload_frame}",
+        f"At the zero pose that frame stands at {_vector(flange.p.tolist())} m in the base, "
+        f"z along {_vector(flange.R[:, 2].tolist())}, x along {_vector(flange.R[:, 0].tolist())}.",
+        f"Gravity in frame 0: {_vector(list(robot.gravity))} m/s^2.",
+        _drives(robot.drives),
+        *_known_of(robot),
+        *(f"Joints are also called {', '.join(names)}." for names in robot.joint_names),
+        *(f"{names[0].upper()}{names[1:]}: {source}." for source, names in sources.items()),
+        *(f"Note: {note}" for note in robot.snapped),
+    ]
+    title = f"{robot.title or robot.name}: modified DH (Khalil-Kleinfinger), degrees and m"
+    return [Table(title, columns(("joint", "kind"), _NUMBERS), rows), Notes(lines)]
+
+
+def _drives(drives: Drives) -> str:
+    parts = {
+        "rotor inertia": drives.rotor_inertia,
+        "friction": drives.friction,
+        "offsets": drives.offsets,
+        "coupled drives": drives.coupling is not None,
+        "a gravity spring": drives.spring is not None,
+    }
+    known = ", ".join(word for word, there in parts.items() if there) or "none of their parameters"
+    return f"Drives: {known}{'; torque sensors on the link side' if drives.side == 'link' else ''}."
+
+
+def _known_of(robot: Robot) -> list[str]:
+    """What only some descriptions tell."""
+    lines = []
+    if math.isfinite(robot.rated_payload):
+        lines.append(f"Rated payload: {robot.rated_payload:g} kg.")
+    if robot.links is not None:
+        lines.append(f"Links of the file: {robot.links.base}, {', '.join(robot.links.names)}; {robot.links.tip}.")
+    if robot.mass is not None:
+        lines.append(f"Mass of the arm, base and all: {robot.mass:g} kg.")
+    if robot.flange_pose is not None:
+        x, y, z = (1e3 * value for value in robot.flange_pose.origin)
+        turn = ", ".join(f"{math.degrees(angle) + 0.0:g}" for angle in robot.flange_pose.rpy)
+        lines.append(
+            f"The maker's flange stands at ({x:g}, {y:g}, {z:g}) mm, rpy ({turn}) deg in the payload's frame."
+        )
+    return lines
+
+
+def assumed_notes(robot: Robot, *parts: str) -> list[str]:
+    """What was assumed of a robot, and how; ``parts``: of ``model.robot.SOURCED``, all without."""
+    by_assumption: dict[str, list[str]] = {}
+    for name, how in robot.assumed(*parts).items():
+        by_assumption.setdefault(how, []).append(SOURCED[name])
+    return [f"Assumed, not published: {', '.join(names)} ({how})." for how, names in by_assumption.items()]
+
+
+def _vector(values: list[float]) -> str:
+    return "(" + ", ".join(f"{value + 0.0:.5g}" for value in values) + ")"
+
+
 def robot_screen(
     result: Identification, constrained: Constrained, rollouts: Sequence[Rollout] = (), document: str | None = None
 ) -> Screen:
     """How well the model explains the torques, joint by joint, and what to do with it; then every parameter."""
-    lines = [*robot_notes(result), *elimination_notes(result.elimination, result.warnings)]
-    against, known = result.verdict.reasons, [f"Note: {text}." for text in result.verdict.notes]
+    against = result.verdict.reasons
+    after = f"'dynident payload --robot-parameters {document or 'robot.json'} --loaded LOG'"
+    following = MEND if against else f"Next: {'' if document else 'add --json robot.json, then '}{after}."
     first: list[Block] = [
         Notes([f"Verdict: {_BAD if against else _GOOD}"]),
         Remarks(reason_lines(result.verdict)),
         joint_table(result),
-        Notes(_what_it_is(result, constrained, document)),
-        Remarks([*map(rollout_line, rollouts), *known, *gain_error_notes(result.robot, result.gains)]),
+        Notes([*_known(result, constrained), following]),
+        Remarks([*map(rollout_line, rollouts), *_known_besides(result)]),
     ]
-    details: list[Block] = [*_tables(result, constrained), Notes([*lines, *constrained_notes(constrained)])]
-    details += rollout_blocks(rollouts)
+    lines = [*robot_notes(result), *elimination_notes(result.elimination, result.warnings)]
+    details = [*robot_section(result, constrained).blocks, Notes(lines), *rollout_blocks(rollouts)]
     return Screen(first, details, "every base parameter, residuals, what is essential")
+
+
+def _known_besides(result: Identification) -> list[str]:
+    return [*verdict_notes(result.verdict), *gain_error_notes(result.robot, result.gains)]
 
 
 def joint_table(result: Identification) -> Table:
@@ -87,9 +169,8 @@ def joint_table(result: Identification) -> Table:
     return Table(f"Torques of {result.robot.title or result.robot.name}", headings, rows, style="tight")
 
 
-def _what_it_is(result: Identification, constrained: Constrained, document: str | None) -> list[str]:
-    """The residual in words, what is known, and the next command."""
-    after = f"'dynident payload --robot-parameters {document or 'robot.json'} --loaded LOG'"
+def _known(result: Identification, constrained: Constrained) -> list[str]:
+    """The residual in words, and what is known."""
     estimate, held_out = result.estimate, result.validation
     on_held_out = f"; {percent(held_out.relative)} on the recording held out" if held_out is not None else ""
     known = int((estimate.total_sigma <= 0.1 * np.abs(estimate.values)).sum())
@@ -101,7 +182,6 @@ def _what_it_is(result: Identification, constrained: Constrained, document: str 
         f"{len(result.base.columns)} base parameters, {known} of them known to 10 % (1 sigma), "
         f"{len(result.essential)} essential.",
         *([possible] if constrained is not None else []),
-        MEND if result.verdict.reasons else f"Next: {'' if document else 'add --json robot.json, then '}{after}.",
     ]
 
 
@@ -160,12 +240,7 @@ def robot_notes(result: Identification) -> list[str]:
     ]
     if result.validation is not None:
         lines.append(f"On the validation recording: {residual_text(result.validation)}")
-    lines += robot_sigma_notes(result)
-    lines += gain_error_notes(result.robot, result.gains, "±, % and chi2")
-    verdict = result.verdict
-    if verdict.reasons:
-        return [*lines, *verdict_lines(VERDICTS["do_not_use"].payload, verdict)]
-    return [*lines, *(f"Note: {text}." for text in verdict.notes)]
+    return [*lines, *robot_sigma_notes(result)]
 
 
 def robot_sigma_notes(result: Identification) -> list[str]:
@@ -214,23 +289,30 @@ def constrained_notes(result: Constrained) -> list[str]:
 def robot_page(
     result: Identification,
     constrained: Constrained,
-    predictions: Sequence[TorquePrediction],
-    excitation: Excitation,
     provenance: Provenance,
     others: int = 0,
-    extra: Sequence[Section] = (),
+    rollouts: Sequence[Rollout] = (),
 ) -> Page:
-    """Verdict and residuals first, then parameters, torques and excitation; arguments as for ``payload_page``."""
+    """Verdict and residuals first, then parameters, torques and excitation.
+
+    Args:
+        others: number of recordings that are not drawn.
+        rollouts: predicted motion of recordings.
+    """
     title = result.robot.title or result.robot.name
     labels = dict(zip(result.base.columns, result.base.names, strict=True))
-    against, worst = result.verdict.reasons, worst_joint(predictions)
-    banner = Banner("do_not_use", _BAD) if against else Banner("use", _GOOD)
-    lead: list[Block] = [banner, Notes(against), *_summary(result), *([worst] if worst else [])]
+    against = result.verdict.reasons
+    lead: list[Block] = [
+        Banner("do_not_use", _BAD) if against else Banner("use", _GOOD),
+        Notes([*against, *_known(result, constrained), *_known_besides(result)]),
+        joint_table(result),
+        *worst_torque(result.predictions),
+    ]
     sections = (
         robot_section(result, constrained),
-        *extra,
-        torques_section(predictions, others),
-        excitation_section(excitation, labels),
+        *([rollout_section(rollouts)] if rollouts else []),
+        torques_section(result.predictions, others),
+        excitation_section(result.excitation, labels),
         essential_section(result.elimination, result.warnings, title, labels),
     )
     subtitle = f"Identified from recordings without payload, {provenance.day}"
@@ -240,30 +322,7 @@ def robot_page(
 
 def robot_section(result: Identification, constrained: Constrained) -> Section:
     """Base parameters with groupings and sigma, beside those of a robot that can exist."""
-    notes = Notes(constrained_notes(constrained))
-    return Section("parameters", "Base parameters of the robot", [*_tables(result, constrained), notes])
-
-
-def _tables(result: Identification, constrained: Constrained) -> list[Table]:
     tables = [robot_table(result, constrained.values.tolist() if constrained else None)]
     if isinstance(constrained, PriorRobot):
         tables.append(standard_table(constrained, result.robot.title or result.robot.name))
-    return tables
-
-
-def _summary(result: Identification) -> list[Block]:
-    raw, scaled = result.problem.condition_numbers()
-    fits = [("data that were fitted", result.estimate.fit)]
-    if result.validation is not None:
-        fits.append(("recording held out", result.validation))
-    rows = [
-        (name, percent(fit.relative), *(percent(float(share)) for share in fit.relative_per_joint))
-        for name, fit in fits
-    ]
-    joints = (f"joint {j}" for j in range(1, result.robot.n + 1))
-    words = (
-        f"{result.problem.equations} equations, {len(result.base.columns)} base parameters, "
-        f"{len(result.essential)} of them essential; condition number {raw:.3g} (SI units, unweighted), "
-        f"{scaled:.3g} with columns scaled."
-    )
-    return [Text(words), Table("Relative residual", columns(("",), ("all", *joints)), rows)]
+    return Section("parameters", "Base parameters of the robot", [*tables, Notes(constrained_notes(constrained))])

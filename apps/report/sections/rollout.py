@@ -6,9 +6,8 @@ from pathlib import PurePath
 
 from ...rollout import CONSTANT, GROWTH_TIME, IDENTIFIED, Rollout
 from ..blocks import Block, Notes, Page, Remarks, Screen, Section, Table, Text, columns
-from ..figures.rollout import rollout_figure
-from ..provenance import Provenance
-from .data import report_page
+from ..figures.motion import rollout_figure
+from ..provenance import Provenance, report_page
 
 _GROWS = 10.0
 """An error of the start that grows by more within half a second hides what the parameters do."""

@@ -5,8 +5,7 @@ from functools import cache
 
 import numpy as np
 import pytest
-from dynident.apps.report.sections.payload import payload_notes
-from dynident.apps.report.sections.recommended import recommended_notes
+from dynident.apps.report.sections.estimates import method_notes
 from dynident.benchmarks import invented
 from dynident.common.arrays import Array
 from dynident.estimation import (
@@ -75,7 +74,7 @@ def test_intervals_of_few_seconds_hold_and_say_so() -> None:
         error, half = off(identify_payload(problem, 4).estimate)
         assert abs(error) < half < 0.15 * LOAD.mass
     answer = answer_payload(problem, (4,))
-    text = " ".join([*recommended_notes(answer), *payload_notes(answer)])
+    text = " ".join(method_notes(answer))
     assert "too few for a jackknife: intervals go by the memory of the errors" in text
 
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from dynident.apps.report.sections.weighing import detail_notes
+from dynident.apps.report.sections.estimates import data_notes
 from dynident.common.arrays import Array
 from dynident.estimation.payload import ripple
 from dynident.estimation.payload.ripple import RIPPLE_CHANCE
@@ -79,7 +79,7 @@ def test_a_long_search_takes_little_memory() -> None:
 
 def test_that_it_may_be_chance_is_told(record: Record, simulator: Simulator) -> None:
     answer = weighed(simulator.robot, shaken(record((2, 3, 5, 6))))
-    (note,) = (line for line in detail_notes(answer) if line.startswith("Ripple"))
+    (note,) = (line for line in data_notes(answer) if line.startswith("Ripple"))
     assert "may be chance" in note
     assert f"probability of {100 * RIPPLE_CHANCE:.0f} %" in note
     assert f"in one or more with {100 * (1 - (1 - RIPPLE_CHANCE) ** 4):.0f} %" in note  # four joints

@@ -12,7 +12,7 @@ from dynident.apps.export.controllers import FORMATS, load_of_document
 from dynident.apps.logs.read import read_recording
 from dynident.apps.report import Provenance, payload_page
 from dynident.apps.report.documents import payload_document
-from dynident.apps.report.render.html import blocks_html, page_html
+from dynident.apps.report.html import blocks_html, page_html
 from dynident.apps.report.sections.controller import controller_blocks
 from dynident.apps.results import StoredPayload
 from dynident.estimation import PayloadAnswer, Verdict, answer_payload, payload_problem
@@ -53,7 +53,7 @@ def document(answer: PayloadAnswer) -> StoredPayload:
 def test_verdict_quantity_by_quantity(level: Any, sentence: str, uses: list[str], answer: PayloadAnswer) -> None:
     judged = replace(answer, verdict=Verdict(level, (Finding("warning", "", "a <b>reason</b>"),)))
     document = payload_document(judged, answer.problem.robot.processing)
-    text = page_html(payload_page(judged, document, [], None, PROVENANCE))
+    text = page_html(payload_page(judged, document, PROVENANCE))
     page = read(text)
     assert sentence in page.texts["p"]
     assert re.findall(r'<td class="words"[^>]*>([^<]+)</td>', text) == uses

@@ -9,11 +9,9 @@ import pytest
 from dynident.apps.numbers import with_interval
 from dynident.apps.report.blocks import Block, Drawing, Notes, Page, Section, Table, Text, columns
 from dynident.apps.report.figures.canvas import new_figure
-from dynident.apps.report.figures.torques import prediction_figure, worst_joint_figure
-from dynident.apps.report.provenance import Provenance, SourceFile
-from dynident.apps.report.render.html import block_html, page_html, write_plots
-from dynident.apps.report.render.markup import Html, tag
-from dynident.apps.report.sections.data import report_page
+from dynident.apps.report.figures.signals import prediction_figure, worst_joint_figure
+from dynident.apps.report.html import Html, block_html, page_html, tag, write_plots
+from dynident.apps.report.provenance import Provenance, SourceFile, report_page
 from dynident.estimation.answers.prediction import Curve, TorquePrediction
 from hypothesis import given
 from hypothesis import strategies as st

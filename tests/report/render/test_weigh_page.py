@@ -6,9 +6,9 @@ from datetime import UTC, datetime
 
 import numpy as np
 import pytest
-from dynident.apps.report import Page, Provenance, weigh_page
+from dynident.apps.report import Page, Provenance, payload_page
 from dynident.apps.report.documents import payload_document
-from dynident.apps.report.render.html import page_html
+from dynident.apps.report.html import page_html
 from dynident.estimation import KnownMass, PayloadAnswer, PossibleBody, StandIn, answer_payload
 from dynident.estimation.payload.weighing import difference_weighing
 from dynident.model import InertialParameters, Recording, Robot, load_robot
@@ -42,7 +42,7 @@ def answered(joints: Sequence[int], count: int = 1, stand_in: StandIn | None = N
 
 
 def page_of(answer: PayloadAnswer) -> Page:
-    return weigh_page(answer, payload_document(answer, answer.problem.robot.processing, None), PROVENANCE)
+    return payload_page(answer, payload_document(answer, answer.problem.robot.processing, None), PROVENANCE)
 
 
 def test_the_first_screen_leads_with_what_to_do() -> None:
@@ -50,8 +50,9 @@ def test_the_first_screen_leads_with_what_to_do() -> None:
     page = page_of(answer)
     text = page_html(page)
     first = text.split("<nav", 1)[0]
-    assert read(text).count["svg"] == len(page.drawings()) == 2  # each joint weighs, the flange
-    order = ["95 % interval", "Scale 7.02", "Reasons for the verdict", "type into the controller", "agrees least"]
+    assert [drawing.name for drawing in page.drawings()] == ["flange", "methods", "by_joints"]
+    assert read(text).count["svg"] == 3
+    order = ["95 % interval", "type into the controller", "Reasons for the verdict", "Scale 7.02", "agrees least"]
     places = [first.index(words) for words in order]
     assert places == sorted(places)
     assert "condition number" not in first
@@ -59,7 +60,7 @@ def test_the_first_screen_leads_with_what_to_do() -> None:
     uses = re.findall(r'<td class="words"[^>]*>([^<]+)</td>', first)
     assert uses == [answer.judged[name].use for name in ("mass", "centre of mass", "inertia")]
     low, high = answer.mass_interval
-    cells = re.search(r"mass</th><td[^>]*>([\d.]+) kg</td><td[^>]*>([\d.]+) to ([\d.]+)<", first)
+    cells = re.search(r"mass</th><td>kg</td><td[^>]*>([\d.]+)</td><td[^>]*>([\d.]+) to ([\d.]+)<", first)
     assert cells is not None
     assert [float(x) for x in cells.groups()] == pytest.approx([answer.mass, low, high], abs=5e-3)
 

@@ -1,12 +1,14 @@
 """A page as one self-contained HTML file, and its figures as files."""
 
+import html
+import re
 from collections.abc import Sequence
 from functools import singledispatch
 from importlib import resources
 from pathlib import Path
 
-from ....common.files import made_folder, write_text
-from ..blocks import (
+from ...common.files import made_folder, write_text
+from .blocks import (
     Banner,
     Block,
     Cell,
@@ -22,12 +24,37 @@ from ..blocks import (
     Table,
     Text,
 )
-from ..figures.canvas import save_figure
-from .markup import Html, joined, tag
-from .svg import inline_svg
+from .figures.canvas import save_figure, svg_text
 
 _ENDINGS = ("png", "svg", "pdf")
 _WIDE = 7.5  # inches: a wider figure scrolls where the screen is narrow
+_HEAD = re.compile(r"^.*?(?=<svg\b)", re.DOTALL)
+_METADATA = re.compile(r"<metadata>.*?</metadata>\s*", re.DOTALL)
+_FONTS = re.compile(r"(font: [^;\"]*?)'DejaVu Sans'[^;\"]*")
+
+
+class Html(str):
+    """Text that is markup; every other text is escaped where it enters."""
+
+    __slots__ = ()
+
+
+def escaped(text: str) -> Html:
+    """Markup as it is, other text escaped, for content and for attributes."""
+    return text if isinstance(text, Html) else Html(html.escape(text))
+
+
+def joined(*parts: str) -> Html:
+    """One after the other."""
+    return Html("\n".join(escaped(part) for part in parts if part))
+
+
+def tag(name: str, *content: str, **attributes: str) -> Html:
+    """An element; ``class_`` and ``aria_label`` become class and aria-label."""
+    written = "".join(
+        f' {key.rstrip("_").replace("_", "-")}="{html.escape(value)}"' for key, value in attributes.items()
+    )
+    return Html(f"<{name}{written}>{''.join(escaped(part) for part in content)}</{name}>")
 
 
 def write_report(path: str | Path, page: Page) -> None:
@@ -152,3 +179,28 @@ def _rows(table: Table, section: Sequence[tuple[Cell, ...]]) -> list[Html]:
 
 def _cell(name: str, text: str, column: Column, **attributes: str) -> Html:
     return tag(name, text, **({"class_": "number"} if column.numeric else {}), **attributes)
+
+
+def inline_svg(drawing: Drawing) -> Html:
+    """The drawing alone, with a description for those who do not see it.
+
+    Text stays text, set in the reader's own fonts; the same figure gives the same text.
+    """
+    text = _HEAD.sub("", svg_text(drawing.figure, drawing.name))
+    text = re.sub(r' xmlns(?::xlink)?="[^"]*"', "", text).replace("xlink:href", "href")  # HTML needs no address
+    text = _METADATA.sub("", text)
+    text = _FONTS.sub(r"\1sans-serif", text)
+    text = _own_names(text, f"{drawing.name}-")
+    text = re.sub(r' (?:width|height)="[\d.]+pt"', "", text, count=2)
+    label = f"{drawing.name}-text"
+    described = f'<svg role="img" aria-labelledby="{label}" '
+    text = text.replace("<svg ", described, 1)
+    at = text.index(">") + 1
+    return Html(text[:at] + tag("title", drawing.text, id=label) + text[at:])
+
+
+def _own_names(text: str, prefix: str) -> str:
+    """Identifiers that only one figure has; those that nothing refers to go."""
+    used = set(re.findall(r'(?:href="#|url\(#)([^")]+)', text))
+    text = re.sub(r' id="([^"]+)"', lambda m: f' id="{prefix}{m[1]}"' if m[1] in used else "", text)
+    return re.sub(r'(href="#|url\(#)', rf"\g<1>{prefix}", text)

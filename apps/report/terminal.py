@@ -16,9 +16,9 @@ from rich.console import Console
 from rich.table import Table as Grid
 from rich.text import Text
 
-from ....common.errors import printable
-from ..blocks import Banner, Block, Cell, Column, Notes, Remarks, Screen, Table
-from ..blocks import Text as Words
+from ...common.errors import printable
+from .blocks import Banner, Block, Cell, Column, Notes, Remarks, Screen, Table
+from .blocks import Text as Words
 
 LINES, COLUMNS = 25, 80
 """A screen."""
@@ -180,7 +180,7 @@ def _width(table: Table, part: Sequence[int]) -> int:
 def _grid(table: Table, part: Sequence[int], folds: bool) -> Grid:
     """Some columns as rich prints them; ``folds``: even they are too wide."""
     grid = Grid(
-        box=None if table.style in ("bare", "tight") else box.SIMPLE_HEAD,
+        box=None if table.style in ("bare", "tight", "quantities") else box.SIMPLE_HEAD,
         padding=_padding(table.style),
         show_header=table.style != "bare",
     )
@@ -200,6 +200,6 @@ def _grid(table: Table, part: Sequence[int], folds: bool) -> Grid:
 
 
 def _padding(style: str) -> tuple[int, int] | tuple[int, int, int, int]:
-    if style == "tight":
+    if style in ("tight", "quantities"):
         return 0, 1, 0, 0
     return (0, 1) if style in ("roomy", "bare") else (0, 0)

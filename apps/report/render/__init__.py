@@ -1,1 +1,0 @@
-"""Blocks on a terminal, and as HTML: the only files that know how a block looks."""

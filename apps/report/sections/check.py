@@ -1,0 +1,325 @@
+"""A look at recordings: at one log, at its joint columns beside the kinematics, at two around a payload's entry."""
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from ....estimation.diagnosis.kinematics import KinematicsCheck
+from ....model import Pose, Robot
+from ...logs.fits import RobotFits
+from ...logs.following import FollowingChange
+from ...logs.log_check import LogCheck
+from ..blocks import Banner, Block, Column, Notes, Page, Remarks, Screen, Section, Table, columns
+from ..documents.check import Look, PoseLook
+from ..figures.signals import following_figure, signals_figure
+from ..provenance import Provenance, report_page
+from .robot import robot_description
+
+_MARKS = {"error": "ERROR", "warning": "warning", "note": "note"}
+_A_ROW = 4  # parameters side by side
+_MOST = 12  # columns that are listed
+_SHOWN = 6
+"""Readings that do as well which the screen names."""
+_RANKED = 20
+_LEVELS = {"fell": "use", "rose": "do_not_use", "no clear change": "mass_and_com_only"}
+"""Colour of the banner."""
+_UNITS = {"following error": ("mrad", 1e3), "unpredicted torque": ("N·m", 1.0), "torque": ("N·m", 1.0)}
+
+
+def check_screen(check: LogCheck) -> Screen:
+    """What was understood, the joints, what looks wrong, what to mend; then steps and the excitation."""
+    first: list[Block] = [Notes(_understood(check))]
+    details: list[Block] = []
+    if check.joints:
+        first.append(_joints(check))
+        details.append(_resolution(check))
+    if check.excitation:
+        details.append(_excitation(check))
+    lines = [f"{_MARKS[finding.severity]}: {finding.text}" for finding in check.findings]
+    return Screen(
+        [*first, Remarks(lines), Notes([_last_line(check)])],
+        details,
+        "steps of the signals, each parameter's excitation",
+    )
+
+
+def fits_screen(path: str, fits: RobotFits) -> Screen:
+    """Which shipped robots a log can be of; without one what is in it, and what to mend first."""
+    if fits.fault:
+        more = len(fits.columns) - _MOST
+        shown = ", ".join(fits.columns[:_MOST]) + (f" and {more} more" if more > 0 else "")
+        return Screen([Notes([f"{path}: columns {shown}", f"Mend first: {fits.fault}"])])
+    fitting = [name if left is None else f"{name} ({100 * left:.3g} %)" for name, left in fits.fitting]
+    lines = [f"{path}: no --robot is given. It can be of {', '.join(fitting)}: in brackets what the model leaves"]
+    if fits.others:
+        names = ", ".join(name for name, _ in fits.others)
+        lines.append(f"Not of {names}: positions, speeds or torques are beyond them")
+    return Screen([Notes([*lines, f"Looked at as {fits.fitting[0].robot}; name the right one by --robot:"])])
+
+
+def check_page(looks: Sequence[Look], provenance: Provenance) -> Page:
+    """Whether the logs can be used; then each with what was understood, what looks wrong, and its signals.
+
+    Args:
+        looks: one a log.
+    """
+    unusable = [look.path for look in looks if not (look.check and look.check.usable)]
+    words = (
+        f"To be mended first: {', '.join(unusable)}." if unusable else "Nothing speaks against using these logs."
+    )
+    lead = [Banner("do_not_use" if unusable else "use", words)]
+    sections = [_log_section(number, look) for number, look in enumerate(looks, 1)]
+    return report_page("A look at recordings", provenance.day, lead, sections, (), provenance)
+
+
+def _log_section(number: int, look: Look) -> Section:
+    """All that the terminal shows of a log, and its signals."""
+    blocks = fits_screen(look.path, look.fits).blocks if look.fits else []
+    stem = look.path.replace("\\", "/").rstrip("/").rsplit("/", 1)[-1].split(".")[0]
+    if look.check:
+        unit = "A" if look.check.currents else "N·m"
+        blocks += check_screen(look.check).blocks
+        blocks.append(signals_figure(look.check.recording, unit, f"{number:02d}_{stem}"))
+    return Section(f"log_{number}", look.path, blocks)
+
+
+def _understood(check: LogCheck) -> list[str]:
+    """What the log was taken for, and how well the robot's model explains it."""
+    recording, time = check.recording, check.time
+    kind = "currents [A] of unknown gain" if check.currents else "torques [N·m or N]"
+    speeds = "with speeds" if recording.qd is not None else "without speeds (taken from positions)"
+    lines = [f"{recording.source}: positions [rad or m], {kind}, {speeds}, joint side"]
+    if time is not None:
+        steps = "even" if time.even else f"steps {1e3 * time.steps[0]:.3g} to {1e3 * time.steps[1]:.3g} ms"
+        moving = f"moves from {time.moving[0]:.4g} to {time.moving[1]:.4g} s" if time.moving else "never moves"
+        lines.append(
+            f"{time.samples} samples, {time.duration:.4g} s at {time.rate:.5g} Hz ({steps}, jitter "
+            f"{100 * time.jitter:.2g} %); {moving}"
+        )
+    if check.relative_residual is not None:
+        lines.append(
+            f"The robot's model leaves {100 * check.relative_residual:.2f} % unexplained; condition number with "
+            f"columns scaled {check.condition_number_scaled:.3g}"
+        )
+    return lines
+
+
+def _last_line(check: LogCheck) -> str:
+    """Good, or what to mend first: the worst that was found."""
+    for severity in ("error", "warning"):
+        first = next((finding.text for finding in check.findings if finding.severity == severity), None)
+        if first is not None:
+            return f"Mend first: {first}."
+    return "Good: nothing looks wrong." if not check.findings else "Good: nothing is to be mended."
+
+
+def _joints(check: LogCheck) -> Table:
+    """What each joint does."""
+    rows = []
+    for j, (joint, facts) in enumerate(zip(check.robot.joints, check.joints, strict=True), 1):
+        share = f"{100 * facts.speed / joint.limits.speed:.0f} %" if np.isfinite(joint.limits.speed) else ""
+        rows.append(
+            (
+                str(j),
+                "yes" if facts.moves else "no",
+                f"{facts.position[0]:.3f} to {facts.position[1]:.3f}",
+                f"{facts.speed:.3g}",
+                share,
+                f"{facts.torque[0]:.4g} to {facts.torque[1]:.4g}",
+            )
+        )
+    load = "current A" if check.currents else "torque N·m"
+    return Table("", columns(("joint", "moves"), ("position", "speed", "of limit", load)), rows, style="tight")
+
+
+def _resolution(check: LogCheck) -> Table:
+    """Steps of the signals, and how often a torque stands at its extreme."""
+    rows = [
+        (str(j), _step(facts.position_step), _step(facts.torque_step), f"{100 * facts.saturated:.2f} %")
+        for j, facts in enumerate(check.joints, 1)
+    ]
+    torque = "current" if check.currents else "torque"
+    numbers = ("step of position", f"of {torque}", f"{torque} at extreme")
+    return Table("Steps of the signals", columns(("joint",), numbers), rows, style="tight")
+
+
+def _excitation(check: LogCheck) -> Table:
+    """Some parameters a row."""
+    cells = [(entry.name, f"{entry.relative_sigma_percent:.3g}") for entry in check.excitation]
+    cells += [("", "")] * (-len(cells) % _A_ROW)
+    rows = [
+        tuple(text for pair in cells[start : start + _A_ROW] for text in pair)
+        for start in range(0, len(cells), _A_ROW)
+    ]
+    title = "Excitation: relative sigma of each base parameter from this log, %"
+    return Table(title, columns(("",), ("",)) * _A_ROW, rows, style="bare")
+
+
+def _step(step: float) -> str:
+    return f"{step:.2g}" if step > 0.0 else ""
+
+
+def readings_screen(poses: Sequence[PoseLook], check: KinematicsCheck | None) -> Screen:
+    """What forward kinematics and torques say of the columns; then every reading that was tried.
+
+    Args:
+        poses: each log with tool poses.
+        check: readings ranked by torques; None without torques.
+    """
+    ranked = [_ranked(look.readings, look.source) for look in poses if look.readings]
+    if check:
+        ranked.append(_ranked(check, "torques"))
+    details: list[Block] = [*ranked]
+    return Screen(
+        [Remarks(_kinematics_lines(poses, check))], details, "the readings, best first" if details else ""
+    )
+
+
+def readings_page(
+    robot: Robot, poses: Sequence[PoseLook], check: KinematicsCheck | None, provenance: Provenance
+) -> Page:
+    """Whether the description agrees with the recordings, the readings, and the description itself.
+
+    Args:
+        poses: each log with tool poses.
+        check: readings ranked by torques; None without torques.
+    """
+    faithful = readings_agree(poses, check)
+    words = "agrees with the recordings" if faithful else "does NOT agree with the recordings as they are read"
+    lead: list[Block] = [
+        Banner("use" if faithful else "do_not_use", f"The robot's description {words}."),
+        Notes([line.strip() for line in _kinematics_lines(poses, check)]),
+    ]
+    sections = [
+        Section("readings", "Readings of the joint columns, best first", readings_screen(poses, check).details),
+        Section("robot", "The robot as described", robot_description(robot)),
+    ]
+    title = f"Kinematics of the {robot.title or robot.name}"
+    return report_page(title, provenance.day, lead, sections, (), provenance)
+
+
+def readings_agree(poses: Sequence[PoseLook], check: KinematicsCheck | None) -> bool:
+    """Whether every tool pose is reproduced, and no other reading of the columns does clearly better."""
+    return all(look.check.reproduced for look in poses) and not (check and check.suggested)
+
+
+def _kinematics_lines(poses: Sequence[PoseLook], check: KinematicsCheck | None) -> list[str]:
+    lines = []
+    for look in poses:
+        lines += _pose_lines(look)
+        if look.readings:
+            lines += _reading_lines(look.readings)
+    return lines + (_reading_lines(check) if check else ["No torques or currents: the pose alone is compared."])
+
+
+def _reading_lines(check: KinematicsCheck) -> list[str]:
+    """The best reading in words; it is never applied."""
+    lines = [f"As recorded: {check.as_recorded.residual:.4g} ({check.unit}); {len(check.ranked)} readings tried."]
+    best = check.suggested
+    if best is None:
+        lines.append("No other reading of order, senses and zeros does clearly better.")
+    else:
+        lines.append(f"Suggested, not applied: {best.reading.described()}: {best.residual:.4g}.")
+        lines.append("Check it at the robot, then change the recording's columns or the robot's file.")
+    others = [ranked for ranked in check.alike if ranked.reading.changes][:_SHOWN]
+    if others:
+        lines.append("These do as well, so the recording cannot tell them apart:")
+        lines += [f"  {ranked.residual:.4g}  {ranked.reading.described()}" for ranked in others]
+    return lines
+
+
+def _pose_lines(look: PoseLook) -> list[str]:
+    """The comparison of tool poses in words."""
+    check = look.check
+    axes = "" if check.rms_angle is None else f", axes {math.degrees(check.rms_angle):.3g} deg"
+    word = "reproduces" if check.reproduced else "does NOT reproduce"
+    lines = [
+        f"{look.source}: forward kinematics {word} the tool pose of {len(check.errors)} samples: rms "
+        f"{1e3 * check.rms:.3g} mm, at most {1e3 * check.errors.max():.3g} mm{axes}",
+        f"  without any base and tool {1e3 * check.as_is:.4g} mm; with the ones that fit best:",
+        f"  base of the robot in the log's frame: {_in_words(check.base)}",
+        f"  tool in the payload's frame: {_in_words(check.tool, check.angles is not None)}",
+    ]
+    if not check.determined:
+        lines.append("  The motion does not tell base and tool apart: they are one choice of many.")
+    if look.wrong_unit:
+        lines.append(
+            f"  The tool moves {check.scale:.3g} times as far as the flange: positions in {look.wrong_unit}?"
+        )
+    return lines
+
+
+def _ranked(check: KinematicsCheck, source: str) -> Table:
+    rows = [(ranked.reading.described(), f"{ranked.residual:.4g}") for ranked in check.ranked[:_RANKED]]
+    headings = (columns((), (), ("reading",))[0], *columns((), (f"residual, {check.unit}",)))
+    return Table(f"By {source}: the best of {len(check.ranked)} readings", headings, rows, style="tight")
+
+
+def _in_words(pose: Pose, axes: bool = True) -> str:
+    place = ", ".join(f"{value:.4f}" for value in pose.origin)
+    turn = ", ".join(f"{math.degrees(angle) + 0.0:.2f}" for angle in pose.rpy)
+    return f"({place}) m" + (f", rpy ({turn}) deg" if axes else ", axes not logged")
+
+
+def following_screen(change: FollowingChange) -> Screen:
+    """What it means, and joint by joint."""
+    unit, scale = _UNITS[change.kind]
+    rows = []
+    for joint in (*change.joints, change.total):
+        numbers = [f"{scale * x:.3g}" for x in (joint.before, joint.after)]
+        shares = [f"{100 * x:.1f}" for x in (joint.fall, *joint.interval)]
+        rows.append((joint.name, *numbers, *shares, joint.clear))
+    headings = (*columns(("",), ("before", "after", "fell by %", "95 %", "interval")), Column(""))
+    title = f"Root mean square of the {change.kind} [{unit}; mm or N where a joint slides]"
+    first: list[Block] = [Notes(_following_notes(change)), Table(title, headings, rows, style="tight")]
+    return Screen(first, [Notes(_compared(change))], "how both recordings were compared")
+
+
+def following_page(change: FollowingChange, robot: Robot, provenance: Provenance) -> Page:
+    """Whether the number entered helps, joint by joint, and how both recordings were compared.
+
+    Args:
+        robot: whose recordings they are.
+    """
+    screen = following_screen(change)
+    words, *others = _following_notes(change)
+    level = _LEVELS[change.total.clear] if change.tells else "mass_and_com_only"
+    lead: list[Block] = [Banner(level, words), Notes(others)]
+    unit, scale = _UNITS[change.kind]
+    blocks: list[Block] = [*screen.first[1:], following_figure(change, unit, scale), *screen.details]
+    sections = [Section("joints", "Joint by joint", blocks)]
+    title = f"Before and after a payload was entered: {robot.title or robot.name}"
+    return report_page(title, provenance.day, lead, sections, (), provenance)
+
+
+def _compared(change: FollowingChange) -> list[str]:
+    """What the numbers rest on."""
+    return [
+        f"The second recording's clock shows {1e3 * change.lag:+.3g} ms more; samples of one place on the motion "
+        "are compared.",
+        "The 95 % intervals rest on the spread over blocks of 1 s, each left out in its turn; a change is clear if "
+        "the interval does not hold 0.",
+    ]
+
+
+def _following_notes(change: FollowingChange) -> list[str]:
+    total = change.total
+    low, high = (100 * x for x in total.interval)
+    if change.kind == "torque":
+        return [
+            "The logs hold neither qref1.. (positions commanded) nor tauref1.. (torque it expects): "
+            "the torque itself is compared, which says nothing about the number entered, for the same motion needs "
+            "the same torque. Log one of them to verify.",
+            f"Torque changed by {-100 * total.fall:+.1f} % ({-high:+.1f} to {-low:+.1f} %).",
+        ]
+    meaning = {
+        "fell": "the number entered helps",
+        "rose": "the number entered does harm: check unit, frame and sign of what was typed in",
+        "no clear change": "these recordings do not show whether it helps",
+    }
+    direction = "fell" if total.fall >= 0.0 else "rose"
+    return [
+        f"The {change.kind} {direction} by {100 * abs(total.fall):.1f} % (by {low:.1f} to {high:.1f} %): "
+        f"{meaning[total.clear]}."
+    ]

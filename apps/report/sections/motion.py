@@ -1,0 +1,446 @@
+"""A motion that was designed, replayed or asked for near a pose: its limits, and what it will tell."""
+
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from .... import __version__
+from ....common.arrays import Array
+from ....model import INERTIAL, InertialParameters, Motion, Robot
+from ....model.drives import parameter_kind
+from ....model.inertia import PayloadSpread, payload_spread
+from ....model.visibility import PayloadVisibility
+from ....trajectories import Design, DesignProblem, NearMotion, NearShape, PayloadSet, Score
+from ....trajectories.design.floor import Floor
+from ....trajectories.design.score import holding_torques
+from ....trajectories.design.whole_run import Rung
+from ...export.motions.written import assumed_line, rests_on
+from ..blocks import Banner, Block, Notes, Page, Pair, Remarks, Screen, Section, Table, Text, columns, tables_of
+from ..figures.motion import motion_figure, sigma_figure
+from ..provenance import Provenance, report_page
+from .robot import assumed_notes
+
+_MOST_SHOWN = 12
+_SHOWN = 8  # of more parameters: the least known
+_MASS, _ARM, _GYRATION = 3.0, 0.1, 0.055  # kg, m, m: a payload that stands for those to come
+_KINDS = ("position", "speed", "acceleration", "torque")
+_GROUPS = (
+    ("inertia", "kg m²", ("XX", "XY", "XZ", "YY", "YZ", "ZZ")),
+    ("first moments", "kg m", ("MX", "MY", "MZ")),
+    ("masses", "kg", ("M",)),
+    ("rotor inertia", "kg m² or kg", ("IA", "IAM")),
+    ("Coulomb friction", "N·m or N", ("FS", "FSM")),
+    ("viscous friction", "N·m·s or N·s/m", ("FV", "FVM")),
+    ("constant torques", "N·m or N", ("OFF",)),
+)
+"""Kinds of parameters in words, their unit, and the letters they are called by."""
+_MOTION = "Positions and speeds of every joint between its limits, and torques where they are known, over time."
+
+
+def payload_notes(problem: DesignProblem, score: Score) -> list[str]:
+    """The set of payloads, and the largest share of a torque limit that brakes hold; nothing without a set."""
+    payloads = problem.payloads
+    if payloads is None:
+        return []
+    missed = any(limit.name.startswith("torque") and str(limit) in score.violations for limit in score.limits)
+    hold = "do NOT hold" if missed else "hold"
+    shares = holding_torques(problem, score.samples.q) / problem.bounds.torque
+    joint = int(np.argmax(shares))
+    bounds = f"up to {payloads.mass:g} kg {_region(payloads)}, down to none"
+    return [
+        f"Torque limits {hold} for every payload {bounds}.",
+        f"Power cut on the way: the brake of joint {joint + 1} then holds up to {100 * shares[joint]:.0f} % of its "
+        "torque limit.",
+    ]
+
+
+def _region(payloads: PayloadSet) -> str:
+    """Where the bodies lie, in the last link's frame."""
+    x, y, z = 1e3 * payloads.centre + 0.0
+    half = 1e3 * payloads.half
+    axes = ", ".join(f"{length:.4g}" for length in half)
+    place = f"about ({x:.4g}, {y:.4g}, {z:.4g}) mm of the last link's frame"
+    if payloads.region == "cube":
+        return f"in a box of half edges {axes} mm {place}"
+    if np.ptp(half) < 1e-9 * half.max():
+        return f"within {half[0]:.4g} mm {place}"
+    return f"in an ellipsoid of half axes {axes} mm {place}"
+
+
+def holding_tables(problem: DesignProblem, score: Score) -> list[Table]:
+    """Torque that holds the arm still, joint by joint, with its worst payload; nothing without a set."""
+    if problem.payloads is None:
+        return []
+    start, worst = (holding_torques(problem, poses) for poses in (score.samples.q[:1], score.samples.q))
+    rows = [
+        (f"joint {j}", f"{round(first, 6):.4g}", f"{round(most, 6):.4g}", f"{limit:.4g}")
+        for j, (first, most, limit) in enumerate(zip(start, worst, problem.bounds.torque, strict=True), 1)
+    ]
+    headings = columns(("power cut",), ("at the start", "on the way at most", "limit"))
+    return [Table("Torque that brakes have to hold, N·m or N, with the worst payload", headings, rows)]
+
+
+def design_screen(
+    problem: DesignProblem,
+    score: Score,
+    title: str,
+    reference: Mapping[str, float],
+    labels: Mapping[str, str],
+    floor: Floor | None = None,
+    replay: Score | None = None,
+    designed: bool = True,
+) -> Screen:
+    """Which limits hold, what the motion would teach, what to do next; then every parameter.
+
+    Args:
+        reference: values that standard deviations are relative to.
+        labels: how to call parameters, by their names.
+        replay: what a controller's own profiles would make of it.
+        designed: whether the motion is new; one that was only judged is written already.
+    """
+    kind = problem.criterion.kind
+    notes = [replay_note(kind, replay)] if replay is not None else []
+    notes += payload_notes(problem, score)
+    notes += assumed_notes(problem.robot, *rests_on(problem))
+    notes += [floor_note(kind, floor)] if floor is not None else []
+    lines = [f"Criterion {criterion_text(kind, score.value)}."]
+    after = "Next: add --samples, --ros2, --urscript or --val3, run it, then 'dynident check LOG'."
+    first: list[Block] = [
+        Notes([f"{title}: {limits_in_words(score)}"]),
+        limits_table(score),
+        taught_table(problem, score),
+        Notes([*lines, *([after] if designed else [])]),
+        Remarks(notes),
+    ]
+    brakes = holding_tables(problem, score)
+    details = [score_table(problem, score), *sigma_tables(score, reference, labels), *brakes]
+    return Screen(first, details, f"condition numbers, every parameter{', what brakes hold' if brakes else ''}")
+
+
+def limits_in_words(score: Score) -> str:
+    """Whether the motion keeps its limits, and which were not checked."""
+    checked = [limit.name for limit in score.limits]
+    missing = [kind for kind in _KINDS if not any(name.startswith(kind) for name in checked)]
+    unchecked = f" NOT checked: {', '.join(missing)}." if missing else ""
+    if score.feasible:
+        return f"keeps every limit{' that was checked' if missing else ''}.{unchecked}"
+    missed = dict.fromkeys(limit.name for limit in score.limits if str(limit) in score.violations)
+    return f"does NOT keep {', '.join(missed)}.{unchecked}"
+
+
+def limits_table(score: Score) -> Table:
+    """How near each limit comes, SI units."""
+    rows = [
+        (
+            limit.name,
+            f"{limit.value:.4g}",
+            f"{limit.limit:.4g}",
+            limit.worst,
+            f"violated by {limit.violation:.4g}" if str(limit) in score.violations else "met",
+        )
+        for limit in score.limits
+    ]
+    headings = (*columns(("limit",), ("comes to", "limit")), *columns(("at", "")))
+    return Table(f"Nearest to its limits, SI units, in {score.duration:.4g} s", headings, rows, style="tight")
+
+
+def taught_table(problem: DesignProblem, score: Score) -> Table:
+    """What one run of the motion would tell, 1 sigma, in units of the answer.
+
+    Of a payload mass, centre of mass and inertia there, of one of the rated mass 100 mm from the flange; of a robot
+    its parameters kind by kind.
+    """
+    learnt, last = score.learnt, str(problem.robot.n)
+    length = problem.goal.data_length
+    recorded = f"{length:g} s of data" if length else "one run"
+    if learnt.covariance is None:
+        return Table(f"From {recorded}: not every parameter can be told", columns(("",)), [])
+    if tuple(problem.names) == tuple(f"{kind}{last}" for kind in INERTIAL):
+        # A payload of the rated mass stands for those to come.
+        mass = problem.robot.rated_payload if np.isfinite(problem.robot.rated_payload) else _MASS
+        body = InertialParameters.from_com(mass, [0.0, 0.0, _ARM], _GYRATION**2 * mass * np.eye(3))
+        spread = payload_spread(body.vector, learnt.covariance, range(len(INERTIAL)))
+        return _spread_table(f"From {recorded}, of a payload of {mass:g} kg {1e3 * _ARM:g} mm away", spread)
+    rows = []
+    for words, unit, kinds in _GROUPS:
+        sigma = [s for name, s in learnt.sigma.items() if parameter_kind(name) in kinds]
+        if sigma:
+            rows.append((words, str(len(sigma)), f"{np.median(sigma):.2g}", f"{max(sigma):.2g}", unit))
+    headings = (*columns(("",), ("number", "median", "largest")), *columns(("",)))
+    return Table(f"From {recorded}, of the robot, 1 sigma", headings, rows, style="tight")
+
+
+def _spread_table(title: str, spread: PayloadSpread) -> Table:
+    """Standard deviations to come of a payload's mass, centre of mass and inertia there."""
+    sigmas = [("mass", "kg", spread.mass)]
+    sigmas += [(f"centre of mass {axis}", "mm", 1e3 * x) for axis, x in zip("xyz", spread.com, strict=True)]
+    sigmas += [(f"inertia {a}{a} at com", "kg m²", x) for a, x in zip("XYZ", spread.moments, strict=True)]
+    rows = [(name, unit, f"{x:.2g}" if np.isfinite(x) else "not visible") for name, unit, x in sigmas]
+    return Table(title, columns(("", "unit"), ("1 sigma",)), rows, style="tight")
+
+
+def criterion_text(kind: str, value: float) -> str:
+    """A criterion's value in words, as a solver works with it."""
+    if not np.isfinite(value):
+        return f"{kind}: not every parameter can be told"
+    if kind == "d":
+        return f"d: uncertainty {np.exp(0.5 * value):.4g} (geometric mean of sigma)"
+    if kind == "a":
+        return f"a: relative sigma {100.0 * np.exp(value):.4g} % (root mean square)"
+    return f"{kind}: condition number {np.exp(value):.4g}"
+
+
+def score_table(problem: DesignProblem, score: Score) -> Table:
+    """How well the parameters are told together."""
+    learnt, length = score.learnt, problem.goal.data_length
+    recorded = f"{length:g} s of data, the motion repeated" if length else "recorded once"
+    together = (
+        ("condition number", learnt.condition_number, "of W in SI units"),
+        ("", learnt.condition_number_scaled, "columns scaled to norm 1"),
+        ("log det", learnt.log_det, "of the information matrix"),
+    )
+    rows = [
+        ("duration", f"{score.duration:.4g}", f"s; {recorded}"),
+        ("parameters", str(len(problem.names)), f"criterion {problem.criterion.kind}"),
+        *((name, f"{x:.4g}" if np.isfinite(x) else "rank-deficient", words) for name, x, words in together),
+    ]
+    return Table("Parameters together", columns(("",), ("value",), ("",)), rows, style="tight")
+
+
+def sigma_tables(score: Score, reference: Mapping[str, float], labels: Mapping[str, str]) -> list[Table]:
+    """Predicted standard deviations; of many parameters the least known. None where not all can be told."""
+    sigma = score.learnt.sigma
+    if not np.isfinite(list(sigma.values())).all():
+        return []
+    relative = score.relative_sigma(dict(reference))
+    shown = list(sigma)
+    if len(sigma) > _MOST_SHOWN:
+        shown = sorted(sigma, key=lambda name: -relative.get(name, 0.0))[: _SHOWN if relative else 0]
+    if not shown:
+        return []
+    rows = []
+    for name in shown:
+        value = f"{reference[name]:.4g}" if name in reference else ""
+        percent = f"{100.0 * relative[name]:.2g}" if name in relative else ""
+        rows.append((labels.get(name, name), f"{sigma[name]:.3g}", value, percent))
+    least = f", the {len(shown)} least known of {len(sigma)}" if len(shown) < len(sigma) else ""
+    return [Table(f"Predicted sigma{least}", columns(("",), ("sigma", "value", "%")), rows)]
+
+
+def floor_note(kind: str, floor: Floor) -> str:
+    """How far a motion is from the best that states within the limits allow."""
+    what = {"d": "uncertainty", "a": "relative sigma"}.get(kind, "condition number")
+    times = np.exp(0.5 * floor.gap if kind == "d" else floor.gap)
+    return (
+        f"Floor over {floor.states} weighted states within the limits, continuity ignored: "
+        f"{criterion_text(kind, floor.value)}; its {what} is {times:.3g} times the floor's."
+    )
+
+
+def replay_note(kind: str, replay: Score) -> str:
+    """What a controller's own profiles between the via points would make of the motion."""
+    limits = f"but {'; '.join(replay.violations)}" if replay.violations else "every limit met"
+    return (
+        f"Replayed by trapezoidal moves as --val3 asks for: {criterion_text(kind, replay.value)} in "
+        f"{replay.duration:.4g} s, {limits}. Score the controller's log by 'dynident score'."
+    )
+
+
+def design_page(
+    problem: DesignProblem,
+    score: Score,
+    motion: Motion,
+    design: Design | None,
+    screen: Sequence[Block],
+    reference: Mapping[str, float],
+    labels: Mapping[str, str],
+    provenance: Provenance,
+) -> Page:
+    """What the motion would teach, and its limits.
+
+    Args:
+        design: the designed motion; None where one was only judged.
+        screen: what the terminal shows of it.
+        reference: values that standard deviations are relative to.
+        labels: how to call parameters, by their names.
+    """
+    title = problem.robot.title or problem.robot.name
+    drawings: list[Block] = [motion_figure(problem, motion, f"{title}: motion between its limits")]
+    if np.isfinite(list(score.learnt.sigma.values())).all():
+        drawings.append(sigma_figure(score, f"{title}: what the motion would teach", reference, labels))
+    section = Section("motion", "Motion and what it would teach", [*screen, *drawings])
+    writers, answers = "--samples, --ros2, --urscript or --val3", "dynident payload --unloaded A --loaded B"
+    how = _how_to_run(score.duration, writers, answers) if design is not None else []
+    lead = [*_motion_lead(score, [taught_table(problem, score)]), *how]
+    return report_page(f"Motion for the {title}", provenance.day, lead, [section], (), provenance)
+
+
+def _motion_lead(score: Score, taught: Sequence[Block]) -> list[Block]:
+    """Whether the motion may be run, how near its limits come, and what it will teach."""
+    words = limits_in_words(score)
+    level = "do_not_use" if not score.feasible else "mass_and_com_only" if "NOT checked" in words else "use"
+    shown = Pair([limits_table(score)], [Text("What it will teach", "heading"), *taught])
+    return [Banner(level, f"The motion {words}"), shown]
+
+
+def _how_to_run(duration: float, writers: str, answers: str) -> list[Block]:
+    """From the file to the payload.
+
+    Args:
+        duration: of one run [s].
+        writers: options that write the motion for a controller.
+        answers: the command that takes both recordings.
+    """
+    steps = [
+        f"Write it for the controller: add {writers} to the command below.",
+        "Run it slowly first, and look at cables, fixtures and people: nothing here knows of them.",
+        f"Record {duration:.3g} s of positions and torques or currents, without and with the payload, by the "
+        "same program.",
+        f"Look at each recording by 'dynident check LOG', then '{answers}'.",
+    ]
+    return [Text("How to run it", "heading"), Notes(steps)]
+
+
+def visibility_table(visibility: PayloadVisibility) -> Table:
+    """Each of the ten, before any motion."""
+    joints = ", ".join(map(str, visibility.joints))
+    rows = [(kind, visibility.parameters[kind], visibility.combination(kind)) for kind in INERTIAL]
+    title = f"Visible to joint{'s' * (len(visibility.joints) > 1)} {joints}: {visibility.rank} of 10"
+    return Table(title, columns(("parameter", "visible", "as part of")), rows)
+
+
+class NearResult(NamedTuple):
+    """A motion near a pose, and what it will tell of a payload.
+
+    Attributes:
+        design: of the series; its score tells the limits.
+        shape: what was asked of the motion.
+        visibility: what can be seen at all.
+        spread: predicted standard deviations, of white noise.
+        ladder: the runs up to full speed; none where the motion holds for every payload.
+    """
+
+    design: Design
+    shape: NearShape
+    visibility: PayloadVisibility
+    spread: PayloadSpread
+    ladder: tuple[Rung, ...] = ()
+
+    @property
+    def robot(self) -> Robot:
+        """The robot."""
+        return self.design.problem.robot
+
+    @property
+    def motion(self) -> NearMotion:
+        """The motion with its repeats and transfers."""
+        assert isinstance(self.design.plan, NearMotion)
+        return self.design.plan
+
+
+def near_screen(result: NearResult, expected: InertialParameters, hints: Sequence[str]) -> Screen:
+    """What the motion will tell of a payload, and what to do next; then what can be seen at all.
+
+    Args:
+        expected: about what the payload is.
+        hints: what else could be done.
+    """
+    title = result.robot.title or result.robot.name
+    joints = ", ".join(map(str, result.shape.joints))
+    limits = limits_in_words(result.design.score)
+    after = "Next: add --samples, --ros2 or --urscript, run it without and with the payload, then 'dynident weigh'."
+    place = ", ".join(f"{1e3 * x:g}" for x in expected.com)
+    first: list[Block] = [
+        Notes([f"Motion of joints {joints} of {title}: {limits}"]),
+        _spread_table(f"Predicted for {expected.mass:g} kg at ({place}) mm", result.spread),
+        *ladder_tables(result.ladder),
+        Notes([after]),
+        Remarks([*hints, *near_notes(result)]),
+    ]
+    brakes = holding_tables(result.design.problem, result.design.score)
+    details = f"which parameters these joints show{', what brakes hold' if brakes else ''}"
+    return Screen(first, [visibility_table(result.visibility), *brakes], details)
+
+
+def near_notes(result: NearResult) -> list[str]:
+    """Duration, speeds, limits; where the prediction comes from."""
+    motion, problem = result.motion, result.design.problem
+    two = (
+        f", at {len(motion.poses)} poses, {motion.transfer:.1f} s from one to the other" if motion.transfer else ""
+    )
+    periods = "one period" if motion.repeats == 1 else f"{motion.repeats} periods"
+    slower = ", ".join(f"{rung.motion.duration:.0f}" for rung in result.ladder if rung.speed < 1.0)
+    before = f"the rehearsal, once at a tenth of the speed, takes {motion.slowed(0.1).duration:.0f} s"
+    if result.ladder:
+        before = f"the slower runs before it take {slower} s" if slower else "the first run may be at full speed"
+    lines = [
+        f"{motion.duration:.1f} s: {periods} of {motion.period:.2f} s{two}; {before}.",
+        "Sigma by (17)-(19) for white torque noise; constant torques and Coulomb friction are estimated too. Real "
+        "recordings have 1.6 to 4 times as much.",
+    ]
+    if not problem.torque_limited:
+        lines.append(
+            "Torque limits are NOT checked: the description has no torque limits or no parameters "
+            "(--robot-parameters or --arm-mass); the rehearsal does not show them either."
+        )
+    return [*lines, *payload_notes(problem, result.design.score), *assumed_notes(problem.robot, *rests_on(problem))]
+
+
+def ladder_tables(ladder: Sequence[Rung]) -> list[Table]:
+    """Speed of each run, the mass that it bears, and the bound that it leaves; nothing without a ladder."""
+    rows = [
+        (f"run {k}", f"{100.0 * rung.speed:.0f}", f"{rung.mass:.2f}", f"{rung.bound:.2f}")
+        for k, rung in enumerate(ladder, 1)
+    ]
+    headings = columns(("step",), ("speed %", "bears kg", "then at most kg"))
+    title = "Ladder: go on only if the run before shows at most what the next one bears"
+    return [Table(title, headings, rows, style="tight")] if rows else []
+
+
+def near_head(result: NearResult, speed: float) -> tuple[str, ...]:
+    """Lines of plain ASCII at the head of a motion's file."""
+    shape, motion = result.shape, result.motion if speed == 1.0 else result.motion.slowed(speed)
+    kind = "Motion that weighs a payload" if speed == 1.0 else f"REHEARSAL at {100 * speed:g} % of the speed"
+    joints = ", ".join(map(str, shape.joints))
+    name = (result.robot.title or result.robot.name).encode("ascii", "replace").decode("ascii")
+    lines = [f"{kind}: {name}, by dynident {__version__}.", f"Joints {joints} move, the others are held."]
+    for k, pose in enumerate(shape.poses, 1):
+        lines.append(f"Pose {k} [rad or m]: {', '.join(f'{x:.5f}' for x in pose)}.")
+    lines.append(f"Range to either side [rad or m]: {', '.join(f'{x:.5f}' for x in shape.ranges)}.")
+    lines.append(f"Duration {motion.duration:.6g} s; seed {result.design.seed}.")
+    if not result.design.problem.torque_limited:
+        lines.append("Torque limits were not checked.")
+    return (*lines, *assumed_line(result.design.problem))
+
+
+def second_pose_note(first: Array, second: Array) -> str:
+    """Where a second pose would be."""
+    turns = enumerate(np.degrees(second - first), 1)
+    joints = " and ".join(f"joint {j} by {turn:+.0f} deg" for j, turn in turns if abs(turn) > 1.0)
+    return (
+        f"A second wrist pose ({joints}) would tell clearly more: add --second-pose auto if the robot may go there."
+    )
+
+
+def near_page(result: NearResult, motion: Motion, screen: Screen, provenance: Provenance) -> Page:
+    """What the motion shows of a payload, and the motion between its limits.
+
+    Args:
+        screen: what the terminal shows of it.
+    """
+    robot, plan = result.robot, result.motion
+    title = f"Motion that weighs a payload: {robot.title or robot.name}"
+    joints = ", ".join(map(str, result.shape.joints))
+    writers, answers = "--samples, --ros2 or --urscript", "dynident weigh --unloaded A --loaded B"
+    lead: list[Block] = [
+        *_motion_lead(result.design.score, tables_of(screen.first)),
+        Text(f"{plan.duration:.1f} s; joints {joints} move, the others are held."),
+        *_how_to_run(plan.duration, writers, answers),
+    ]
+    drawn = motion_figure(result.design.problem, motion, title, _MOTION)
+    sections = [
+        Section("payload", "What it shows of a payload", screen.blocks),
+        Section("motion", "The motion between its limits", [drawn]),
+    ]
+    return report_page(title, provenance.day, lead, sections, (), provenance)
