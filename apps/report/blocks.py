@@ -91,15 +91,14 @@ class Text(NamedTuple):
 
 
 class Notes(NamedTuple):
-    """Lines of words: a list in a page, line by line on a terminal."""
+    """Lines of words: a list in a page, line by line on a terminal.
+
+    Attributes:
+        optional: whether a screen shows as many as fit, the first ones first; with the details it shows all.
+    """
 
     lines: Sequence[str]
-
-
-class Remarks(NamedTuple):
-    """Lines of which a screen shows as many as fit, the first ones first; with the details all of them."""
-
-    lines: Sequence[str]
+    optional: bool = False
 
 
 class Banner(NamedTuple):
@@ -152,7 +151,7 @@ class Drawing:
         return self.draw()
 
 
-Block = Table | Text | Notes | Remarks | Banner | Code | Details | Pair | Drawing
+Block = Table | Text | Notes | Banner | Code | Details | Pair | Drawing
 
 
 class Section(NamedTuple):

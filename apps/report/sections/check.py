@@ -10,7 +10,7 @@ from ....model import Pose, Robot
 from ...logs.fits import RobotFits
 from ...logs.following import FollowingChange
 from ...logs.log_check import LogCheck
-from ..blocks import Banner, Block, Column, Notes, Page, Remarks, Screen, Section, Table, columns
+from ..blocks import Banner, Block, Column, Notes, Page, Screen, Section, Table, columns
 from ..documents.check import Look, PoseLook
 from ..figures.signals import following_figure, signals_figure
 from ..provenance import Provenance, report_page
@@ -38,7 +38,7 @@ def check_screen(check: LogCheck) -> Screen:
         details.append(_excitation(check))
     lines = [f"{_MARKS[finding.severity]}: {finding.text}" for finding in check.findings]
     return Screen(
-        [*first, Remarks(lines), Notes([_last_line(check)])],
+        [*first, Notes(lines, optional=True), Notes([_last_line(check)])],
         details,
         "steps of the signals, each parameter's excitation",
     )
@@ -172,7 +172,9 @@ def readings_screen(poses: Sequence[PoseLook], check: KinematicsCheck | None) ->
         ranked.append(_ranked(check, "torques"))
     details: list[Block] = [*ranked]
     return Screen(
-        [Remarks(_kinematics_lines(poses, check))], details, "the readings, best first" if details else ""
+        [Notes(_kinematics_lines(poses, check), optional=True)],
+        details,
+        "the readings, best first" if details else "",
     )
 
 

@@ -10,7 +10,7 @@ from ...fleet.comparing import CHANCE, Compared
 from ...fleet.exchange import Exchange
 from ...fleet.nights import CHANGED, FEWEST, Series
 from ...fleet.reduction import ReducedDocument
-from ..blocks import Banner, Block, Notes, Page, Remarks, Screen, Section, Table, Text, columns
+from ..blocks import Banner, Block, Notes, Page, Screen, Section, Table, Text, columns
 from ..figures.fleet import fleet_figures
 from ..provenance import Provenance, report_page
 
@@ -33,7 +33,10 @@ def reduced_screen(reduced: ReducedDocument) -> Screen:
         f"{total} recordings in {reduced.store}: {reduced.new} reduced now, {reduced.known} there before.",
         f"{len(refused)} logs refused{':' if refused else '.'}",
     ]
-    first: list[Block] = [Notes(lines), Remarks([f"{PurePath(file).name}: {reason}" for file, reason in refused])]
+    first: list[Block] = [
+        Notes(lines),
+        Notes([f"{PurePath(file).name}: {reason}" for file, reason in refused], optional=True),
+    ]
     details: list[Block] = [Table("Refused", columns(("log",), (), ("why",)), refused)] if refused else []
     return Screen(first, details, "all that was refused")
 
@@ -43,7 +46,7 @@ def fleet_screen(fleet: Fleet, refused: Mapping[str, str]) -> Screen:
     first: list[Block] = [Notes(_head(fleet, refused))]
     if fleet.changed:
         first.append(_changed(fleet))
-    first.append(Remarks(_twins(fleet)))
+    first.append(Notes(_twins(fleet), optional=True))
     return Screen(first, [_arms(fleet)], "a line an arm")
 
 
@@ -166,7 +169,7 @@ def compared_screen(compared: Compared) -> Screen:
         _compared_table(
             compared, "Where the recordings differ most (SI units)", sorted(order[:_MOST_SHOWN].tolist())
         ),
-        Remarks(odd_lines(compared)),
+        Notes(odd_lines(compared), optional=True),
     ]
     return Screen(first, details, "all parameters")
 

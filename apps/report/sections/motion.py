@@ -1,22 +1,22 @@
 """A motion that was designed, replayed or asked for near a pose: its limits, and what it will tell."""
 
 from collections.abc import Mapping, Sequence
-from typing import NamedTuple
 
 import numpy as np
 
 from .... import __version__
 from ....common.arrays import Array
-from ....model import INERTIAL, InertialParameters, Motion, Robot
+from ....model import INERTIAL, InertialParameters, Motion
 from ....model.drives import parameter_kind
 from ....model.inertia import PayloadSpread, payload_spread
 from ....model.visibility import PayloadVisibility
-from ....trajectories import Design, DesignProblem, NearMotion, NearShape, PayloadSet, Score
+from ....trajectories import Design, DesignProblem, PayloadSet, Score
 from ....trajectories.design.floor import Floor
 from ....trajectories.design.score import holding_torques
 from ....trajectories.design.whole_run import Rung
 from ...export.motions.written import assumed_line, rests_on
-from ..blocks import Banner, Block, Notes, Page, Pair, Remarks, Screen, Section, Table, Text, columns, tables_of
+from ..blocks import Banner, Block, Notes, Page, Pair, Screen, Section, Table, Text, columns, tables_of
+from ..documents.design import NearResult
 from ..figures.motion import motion_figure, sigma_figure
 from ..provenance import Provenance, report_page
 from .robot import assumed_notes
@@ -111,7 +111,7 @@ def design_screen(
         limits_table(score),
         taught_table(problem, score),
         Notes([*lines, *([after] if designed else [])]),
-        Remarks(notes),
+        Notes(notes, optional=True),
     ]
     brakes = holding_tables(problem, score)
     details = [score_table(problem, score), *sigma_tables(score, reference, labels), *brakes]
@@ -310,35 +310,6 @@ def visibility_table(visibility: PayloadVisibility) -> Table:
     return Table(title, columns(("parameter", "visible", "as part of")), rows)
 
 
-class NearResult(NamedTuple):
-    """A motion near a pose, and what it will tell of a payload.
-
-    Attributes:
-        design: of the series; its score tells the limits.
-        shape: what was asked of the motion.
-        visibility: what can be seen at all.
-        spread: predicted standard deviations, of white noise.
-        ladder: the runs up to full speed; none where the motion holds for every payload.
-    """
-
-    design: Design
-    shape: NearShape
-    visibility: PayloadVisibility
-    spread: PayloadSpread
-    ladder: tuple[Rung, ...] = ()
-
-    @property
-    def robot(self) -> Robot:
-        """The robot."""
-        return self.design.problem.robot
-
-    @property
-    def motion(self) -> NearMotion:
-        """The motion with its repeats and transfers."""
-        assert isinstance(self.design.plan, NearMotion)
-        return self.design.plan
-
-
 def near_screen(result: NearResult, expected: InertialParameters, hints: Sequence[str]) -> Screen:
     """What the motion will tell of a payload, and what to do next; then what can be seen at all.
 
@@ -356,7 +327,7 @@ def near_screen(result: NearResult, expected: InertialParameters, hints: Sequenc
         _spread_table(f"Predicted for {expected.mass:g} kg at ({place}) mm", result.spread),
         *ladder_tables(result.ladder),
         Notes([after]),
-        Remarks([*hints, *near_notes(result)]),
+        Notes([*hints, *near_notes(result)], optional=True),
     ]
     brakes = holding_tables(result.design.problem, result.design.score)
     details = f"which parameters these joints show{', what brakes hold' if brakes else ''}"

@@ -12,7 +12,7 @@ from ....estimation.payload.result import METHOD_NAMES
 from ...export.controllers.load import is_flange
 from ...numbers import interval_digits, with_interval
 from ...results import StoredPayload
-from ..blocks import Banner, Block, Column, Notes, Page, Pair, Remarks, Screen, Section, Table, Text, columns
+from ..blocks import Banner, Block, Column, Notes, Page, Pair, Screen, Section, Table, Text, columns
 from ..figures.payload import flange_figure, repeats_figure
 from ..provenance import Provenance, report_page
 from .controller import controller_blocks
@@ -59,10 +59,10 @@ def payload_screen(answer: PayloadAnswer, document: str | None = None, stand_in_
     spare = ["--inertia is not needed: the inertia was measured well enough."] if stand_in_unused else []
     first: list[Block] = [
         Notes([f"Verdict: {level} (method {method}, {METHOD_NAMES[method]})."]),
-        Remarks(reason_lines(answer.verdict)),
+        Notes(reason_lines(answer.verdict), optional=True),
         quantities_table(answer, 3),
         Notes(to_do),
-        Remarks([*answer_notes(answer), *spare]),
+        Notes([*answer_notes(answer), *spare], optional=True),
     ]
     methods = sorted({estimate.method for estimate in answer.estimates})
     eliminated = elimination_notes(answer.elimination, answer.warnings, "Method 4: ")
@@ -125,11 +125,12 @@ def payload_page(
         *worst_torque(predictions),
     ]
     controller = controller_blocks(document, "this report", title)
-    inertia = uses(answer)[2] == "use"
+    if best is not None:
+        why = [Pair(why, [flange_figure(best, uses(answer)[2] == "use", is_flange(best.frame))])]
     lead: list[Block] = [
         Banner(answer.verdict.level, VERDICTS[answer.verdict.level].sentence),
         Pair([quantities_table(answer)], [Text("What to type into the controller", "heading"), *controller]),
-        Pair(why, [flange_figure(best, inertia, is_flange(best.frame))] if best is not None else []),
+        *why,
     ]
     subtitle = f"{origin}, {provenance.day}"
     return report_page(f"Payload on the {title}", subtitle, lead, sections, data_notes(answer), provenance)

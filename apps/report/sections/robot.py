@@ -22,7 +22,6 @@ from ..blocks import (
     Column,
     Notes,
     Page,
-    Remarks,
     Screen,
     Section,
     Table,
@@ -130,10 +129,10 @@ def robot_screen(
     following = MEND if against else f"Next: {'' if document else 'add --json robot.json, then '}{after}."
     first: list[Block] = [
         Notes([f"Verdict: {_BAD if against else _GOOD}"]),
-        Remarks(reason_lines(result.verdict)),
+        Notes(reason_lines(result.verdict), optional=True),
         joint_table(result),
         Notes([*_known(result, constrained), following]),
-        Remarks([*map(rollout_line, rollouts), *_known_besides(result)]),
+        Notes([*map(rollout_line, rollouts), *_known_besides(result)], optional=True),
     ]
     lines = [*robot_notes(result), *elimination_notes(result.elimination, result.warnings)]
     details = [*robot_section(result, constrained).blocks, Notes(lines), *rollout_blocks(rollouts)]
