@@ -1,4 +1,4 @@
-"""What an answer is shown by: tables, words and figures as values. How each looks is decided in ``render``."""
+"""Tables, words and figures as values; ``terminal`` and ``html`` decide how each looks."""
 
 from __future__ import annotations
 
@@ -163,7 +163,7 @@ class Section(NamedTuple):
 
 
 class Screen(NamedTuple):
-    """What a command prints: first what to do, on one screen; the details where they are asked for.
+    """The output of a command: first what to do, on one screen; the details where they are asked for.
 
     Attributes:
         first: fits on a terminal of 25 lines of 80 columns.

@@ -56,7 +56,7 @@ def print_screen(screen: Screen, details: bool = False, stream: IO[str] | None =
 
 
 def _print_first(terminal: Console, screen: Screen) -> None:
-    """What fits on a screen, and how much is left out."""
+    """Print what fits on a screen, and say how much is left out."""
     left_out = 0
     room = LINES - 1 - sum(_height(terminal, block) for block in screen.first if not _optional(block))
     for block in screen.first:

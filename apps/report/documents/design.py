@@ -206,7 +206,7 @@ def design_document(
     evaluated: str | None = None,
     replay: Score | None = None,
 ) -> DesignDocument:
-    """What ``dynident design --json`` writes.
+    """Make the document of ``dynident design --json``.
 
     Args:
         reference: values that standard deviations are relative to.
@@ -249,7 +249,7 @@ def _motion(plan: Plan) -> MotionDocument:
 
 
 def near_document(result: NearResult) -> NearDocument:
-    """What ``dynident near --json`` writes."""
+    """Make the document of ``dynident near --json``."""
     design, motion, score = result.design, result.motion, result.design.score
     rungs = [RungDocument(rung.speed, rung.mass, rung.bound, rung.motion.duration) for rung in result.ladder]
     return NearDocument.of(

@@ -46,7 +46,7 @@ def payload_document(
     processing: Processing,
     drive_gains: Sequence[float] | None = None,
 ) -> StoredPayload:
-    """What ``--json`` of ``payload`` and ``weigh`` writes."""
+    """Make the document of ``payload --json`` and ``weigh --json``."""
     problem, flange = answer.problem, answer.problem.robot.flange_pose
     more: dict[str, Any] = {}
     if problem.short is not None:
@@ -76,7 +76,7 @@ def payload_document(
 
 
 def _weighing(answer: PayloadAnswer, short: ShortMotion) -> dict[str, Any]:
-    """What a short motion alone tells: what was not determined is null."""
+    """Collect the keys of a short motion; a number that was not determined is null."""
     body, stand_in, repeats = answer.assumed, answer.stand_in, answer.repeats
     drift, drift_sigma = (repeats.drift if repeats is not None else None) or (None, None)
     return {

@@ -7,7 +7,6 @@ import numpy as np
 
 from ...fleet import Fleet
 from ...fleet.comparing import CHANCE, Compared
-from ...fleet.exchange import Exchange
 from ...fleet.nights import CHANGED, FEWEST, Series
 from ...fleet.reduction import ReducedDocument
 from ..blocks import Banner, Block, Notes, Page, Screen, Section, Table, Text, columns
@@ -27,7 +26,7 @@ _LINES = 12
 
 
 def reduced_screen(reduced: ReducedDocument) -> Screen:
-    """How many are in the store; what was refused, and why."""
+    """Count the recordings in the store, and list what was refused, and why."""
     total, refused = reduced.new + reduced.known, [(bad.file, bad.reason) for bad in reduced.refused]
     lines = [
         f"{total} recordings in {reduced.store}: {reduced.new} reduced now, {reduced.known} there before.",
@@ -42,7 +41,7 @@ def reduced_screen(reduced: ReducedDocument) -> Screen:
 
 
 def fleet_screen(fleet: Fleet, refused: Mapping[str, str]) -> Screen:
-    """What changed, the clearest first; then a line an arm."""
+    """List the changes, the clearest first; then a line an arm."""
     first: list[Block] = [Notes(_head(fleet, refused))]
     if fleet.changed:
         first.append(_changed(fleet))
@@ -86,18 +85,14 @@ def _head(fleet: Fleet, refused: Mapping[str, str]) -> list[str]:
         lines.append(
             f"Too few nights to tell a change yet: {', '.join(few[:6])}{' and more' if len(few) > 6 else ''}."
         )
-    lines += [_exchanged(exchange) for exchange in fleet.exchanges]
+    for exchange in fleet.exchanges:
+        which = f"the recording of {exchange.day} is" if exchange.alone else f"recordings since {exchange.day} are"
+        like = f", perhaps {exchange.like}" if exchange.like else ""
+        why = f"chi2 {exchange.chi2:.0f} of {exchange.degrees}, payload and drives apart"
+        lines.append(f"{exchange.arm}: {which} of another robot{like} ({why}): check its name.")
     if refused:
         lines.append(f"{len(refused)} logs were refused; see refused.csv.")
     return lines
-
-
-def _exchanged(exchange: Exchange) -> str:
-    """What is said of recordings of another robot."""
-    which = f"the recording of {exchange.day} is" if exchange.alone else f"recordings since {exchange.day} are"
-    like = f", perhaps {exchange.like}" if exchange.like else ""
-    why = f"chi2 {exchange.chi2:.0f} of {exchange.degrees}, payload and drives apart"
-    return f"{exchange.arm}: {which} of another robot{like} ({why}): check its name."
 
 
 def _changed(fleet: Fleet) -> Table:
@@ -175,7 +170,7 @@ def compared_screen(compared: Compared) -> Screen:
 
 
 def odd_lines(compared: Compared) -> list[str]:
-    """Which recording is the odd one, and in what."""
+    """Name the recordings that are odd, and the parameters in which they are."""
     odd = compared.odd
     if not odd:
         return [f"No recording differs from the others beyond {compared.bound:.1f} sigma (chance {CHANCE:g})."]

@@ -37,11 +37,11 @@ _HOW = {
     3: "the difference of the torques on one trajectory",
     4: "robot and payload at once, from all recordings",
 }
-"""What each method solves, in words."""
+"""Each method in words."""
 
 
 def payload_screen(answer: PayloadAnswer, document: str | None = None, stand_in_unused: bool = False) -> Screen:
-    """What ``payload`` and ``weigh`` print.
+    """Make the screen of ``payload`` and ``weigh``.
 
     Args:
         answer: of long recordings, or of a short motion.
@@ -163,7 +163,7 @@ def quantities_table(answer: PayloadAnswer, entries: int = 6) -> Table:
 
 
 def uses(answer: PayloadAnswer) -> tuple[str, str, str]:
-    """What to do with mass, centre of mass, inertia: judged one by one of a short motion, else by the verdict."""
+    """Say what to do with mass, centre of mass, inertia: one by one after a short motion, else by the verdict."""
     if answer.problem.short is None:
         return VERDICTS[answer.verdict.level].each
     mass, com, inertia = (answer.judged[name].use for name in _QUANTITIES)
@@ -255,7 +255,7 @@ def _numbers(values: Array, intervals: Array) -> str:
 
 
 def _improvements(answer: PayloadAnswer, predictions: Sequence[TorquePrediction]) -> list[Block]:
-    """What would make the answer better known, beyond a scale and the gains, of which the notes tell."""
+    """List what would improve the answer, beyond a scale and the gains, of which the notes tell."""
     lines, robust = list[str](), answer.free.estimate.robust
     if answer.problem.short is None and not any(prediction.held_out for prediction in predictions):
         lines.append("Keep one recording without payload out of identification (--validate).")

@@ -1,4 +1,4 @@
-"""How far an identified robot's motion strays from recordings: open loop by horizon, and a replay of the path."""
+"""Shows how far an identified robot's motion strays from recordings: in open loop, and replaying the path."""
 
 from collections.abc import Sequence
 from math import pi
