@@ -138,9 +138,7 @@ class NearFiles(MotionFiles):
             slow = replace(written, plan=result.motion.slowed(speed), head=report.near_head(result, speed))
             write_text(name, export.motions.csv_text(slow, self.rate))
         if self.json:
-            report.documents.write_json(
-                self.json, report.documents.near_document(result.design, result.motion, *result[1:])
-            )
+            report.documents.write_json(self.json, report.documents.near_document(result))
 
 
 def _runs_before(path: str, ladder: tuple[trajectories.Rung, ...]) -> list[tuple[str, float]]:

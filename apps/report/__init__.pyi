@@ -11,6 +11,7 @@ from .blocks import Screen as Screen
 from .blocks import Spread as Spread
 from .blocks import Table as Table
 from .blocks import columns as columns
+from .documents.design import NearResult as NearResult
 from .figures.canvas import legend as legend
 from .figures.canvas import panels as panels
 from .figures.canvas import save_figure as save_figure
@@ -34,7 +35,6 @@ from .sections.fleet import fleet_screen as fleet_screen
 from .sections.fleet import reduced_screen as reduced_screen
 from .sections.gains import gains_page as gains_page
 from .sections.gains import gains_screen as gains_screen
-from .sections.motion import NearResult as NearResult
 from .sections.motion import criterion_text as criterion_text
 from .sections.motion import design_page as design_page
 from .sections.motion import design_screen as design_screen

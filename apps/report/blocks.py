@@ -1,4 +1,4 @@
-"""What an answer is shown by: tables, words and figures as values. How each looks is decided in ``render``."""
+"""Tables, words and figures as values; ``terminal`` and ``html`` decide how each looks."""
 
 from __future__ import annotations
 
@@ -91,15 +91,14 @@ class Text(NamedTuple):
 
 
 class Notes(NamedTuple):
-    """Lines of words: a list in a page, line by line on a terminal."""
+    """Lines of words: a list in a page, line by line on a terminal.
+
+    Attributes:
+        optional: whether a screen shows as many as fit, the first ones first; with the details it shows all.
+    """
 
     lines: Sequence[str]
-
-
-class Remarks(NamedTuple):
-    """Lines of which a screen shows as many as fit, the first ones first; with the details all of them."""
-
-    lines: Sequence[str]
+    optional: bool = False
 
 
 class Banner(NamedTuple):
@@ -152,7 +151,7 @@ class Drawing:
         return self.draw()
 
 
-Block = Table | Text | Notes | Remarks | Banner | Code | Details | Pair | Drawing
+Block = Table | Text | Notes | Banner | Code | Details | Pair | Drawing
 
 
 class Section(NamedTuple):
@@ -164,7 +163,7 @@ class Section(NamedTuple):
 
 
 class Screen(NamedTuple):
-    """What a command prints: first what to do, on one screen; the details where they are asked for.
+    """The output of a command: first what to do, on one screen; the details where they are asked for.
 
     Attributes:
         first: fits on a terminal of 25 lines of 80 columns.

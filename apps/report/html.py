@@ -19,7 +19,6 @@ from .blocks import (
     Notes,
     Page,
     Pair,
-    Remarks,
     Section,
     Table,
     Text,
@@ -115,9 +114,8 @@ def _(block: Text) -> Html:
     return tag("p", block.words, **({"class_": "note"} if block.kind == "note" else {}))
 
 
-@block_html.register(Notes)
-@block_html.register(Remarks)
-def _(block: Notes | Remarks) -> Html:
+@block_html.register
+def _(block: Notes) -> Html:
     return tag("ul", *(tag("li", line) for line in block.lines)) if block.lines else Html()
 
 

@@ -1,4 +1,4 @@
-"""What a report was made from: command, files with checksums, date, versions; and the page that ends with it."""
+"""The origin of a report (command, files with checksums, date, versions), and the page that ends with it."""
 
 import os
 from collections.abc import Mapping, Sequence
@@ -21,7 +21,7 @@ class SourceFile(NamedTuple):
 
 @dataclass(frozen=True)
 class Provenance:
-    """What is needed to repeat a result.
+    """Everything that is needed to repeat a result.
 
     Attributes:
         command: that made it, as typed.
@@ -76,8 +76,10 @@ def report_page(
         lead: the answer, before everything else.
         notes: on the data.
     """
-    files = _files_read(provenance)
-    data: list[Block] = [Notes(notes), *files]
+    data: list[Block] = [Notes(notes)]
+    if provenance.files:
+        rows = [tuple(file) for file in provenance.files]
+        data.append(Table("Files that were read", columns(("",), ("file", "SHA-256")), rows, style="plain"))
     for name, heading, words in (
         ("Settings", "value", provenance.settings),
         ("Versions", "version", provenance.versions),
@@ -87,11 +89,3 @@ def report_page(
     data += [Text("Command that repeats it", "heading"), Code("command", provenance.command)]
     last = Section("data", "Data, settings and how to repeat it", data)
     return Page(title, subtitle, lead, [*sections, last], provenance.foot)
-
-
-def _files_read(provenance: Provenance) -> list[Block]:
-    """Names and whole checksums of the files that were read; nothing without any."""
-    if not provenance.files:
-        return []
-    rows = [tuple(file) for file in provenance.files]
-    return [Table("Files that were read", columns(("",), ("file", "SHA-256")), rows, style="plain")]

@@ -43,7 +43,7 @@ _RATE = 100.0  # Hz, of a motion in figures
 
 
 class _Shown(NamedTuple):
-    """How one kind of result is shown.
+    """Functions that show one kind of result.
 
     ``rows``: of its data frame, numbers as numbers.
     """
@@ -164,7 +164,7 @@ def summary(answer: object, details: bool) -> str:
 
 
 def first_block(answer: object) -> str:
-    """What stands above the first table of the screen, and that table, as HTML."""
+    """The first table of the screen and the lines above it, as HTML."""
     first = _SHOWN[type(answer)].screen(answer).first
     place = next((k for k, block in enumerate(first) if isinstance(block, Table)), len(first))
     return blocks_html(first[: place + 1])

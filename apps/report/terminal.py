@@ -17,7 +17,7 @@ from rich.table import Table as Grid
 from rich.text import Text
 
 from ...common.errors import printable
-from .blocks import Banner, Block, Cell, Column, Notes, Remarks, Screen, Table
+from .blocks import Banner, Block, Cell, Column, Notes, Screen, Table
 from .blocks import Text as Words
 
 LINES, COLUMNS = 25, 80
@@ -56,14 +56,14 @@ def print_screen(screen: Screen, details: bool = False, stream: IO[str] | None =
 
 
 def _print_first(terminal: Console, screen: Screen) -> None:
-    """What fits on a screen, and how much is left out."""
+    """Print what fits on a screen, and say how much is left out."""
     left_out = 0
-    room = LINES - 1 - sum(_height(terminal, block) for block in screen.first if not isinstance(block, Remarks))
+    room = LINES - 1 - sum(_height(terminal, block) for block in screen.first if not _optional(block))
     for block in screen.first:
-        if not isinstance(block, Remarks):
+        if not _optional(block):
             _print(terminal, block)
             continue
-        for line in block.lines:
+        for line in _lines(block):
             wrapped = _brief(_wrapped(line, terminal.width), terminal.width)
             if len(wrapped) > room:
                 left_out += 1
@@ -72,6 +72,10 @@ def _print_first(terminal: Console, screen: Screen) -> None:
             _print_lines(terminal, wrapped)
     if screen.more or left_out:
         _print_lines(terminal, _brief(_wrapped(_more(screen.more, left_out), terminal.width), terminal.width, 1))
+
+
+def _optional(block: Block) -> bool:
+    return isinstance(block, Notes) and block.optional
 
 
 def screen_text(screen: Screen, details: bool = False) -> str:
@@ -122,7 +126,7 @@ def _print(terminal: Console, block: Block) -> None:
 
 def _lines(block: Block) -> Sequence[str]:
     """Lines of what is no table; figures and code are for pages."""
-    if isinstance(block, Notes | Remarks):
+    if isinstance(block, Notes):
         return block.lines
     return (block.words,) if isinstance(block, Banner | Words) else ()
 

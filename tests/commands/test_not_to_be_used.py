@@ -26,4 +26,4 @@ def test_a_joint_counted_backwards_is_not_to_be_used(run: Run, logs: dict[str, s
 def test_a_robot_that_is_not_described_is_not_to_be_used(run: Run, logs: dict[str, str]) -> None:
     status, out, _ = run("identify", "--robot", "rx90", "--data", logs["constant"])
     assert status == 1
-    assert "do not use" in out
+    assert "Do not use these parameters" in out

@@ -104,8 +104,12 @@ def test_near() -> None:
         robot=made.ROBOT, criterion=SimpleNamespace(kind="a"), torque_limited=True, payloads=None
     )
     design: Any = SimpleNamespace(problem=problem, score=score(0.07), cpu_s=3.5, seed=9)
+    ladder = [Rung(0.25, 6.5, 4.5, motion)]
+    result: Any = SimpleNamespace(
+        design=design, motion=motion, shape=shape, visibility=visibility, spread=spread, ladder=ladder
+    )
     same(
-        documents.near_document(design, motion, shape, visibility, spread, [Rung(0.25, 6.5, 4.5, motion)]),
+        documents.near_document(result),
         {
             "robot": "arm", "criterion": "a",
             "near": {"poses": poses, "joints": [2, 3], "ranges": ranges, "period_s": 2.5, "repeats": 4,

@@ -3,7 +3,7 @@
 import re
 
 import pytest
-from dynident.apps.report.blocks import Column, Notes, Remarks, Screen, Table, columns
+from dynident.apps.report.blocks import Column, Notes, Screen, Table, columns
 from dynident.apps.report.terminal import COLUMNS, LINES, print_blocks, screen_text
 from rich.cells import cell_len
 
@@ -23,7 +23,9 @@ def within(text: str) -> bool:
 @pytest.mark.parametrize("line", ["short", LONG, "/a/path/" + "x" * 200])
 def test_a_screen_never_grows_beyond_its_lines(count: int, line: str) -> None:
     screen = Screen(
-        [Notes(["Verdict: use."]), Remarks([line] * count), SEVEN, Notes(["Next: go."])], [WIDE], "more"
+        [Notes(["Verdict: use."]), Notes([line] * count, optional=True), SEVEN, Notes(["Next: go."])],
+        [WIDE],
+        "more",
     )
     lines = screen_text(screen).split("\n")
     assert len(lines) <= LINES
@@ -33,7 +35,7 @@ def test_a_screen_never_grows_beyond_its_lines(count: int, line: str) -> None:
 
 
 def test_what_is_left_out_is_counted() -> None:
-    screen = Screen([Remarks([LONG] * 40)])
+    screen = Screen([Notes([LONG] * 40, optional=True)])
     shown = screen_text(screen)
     left_out = int(re.search(r"--details: (\d+) more notes", shown)[1])  # type: ignore[index]
     assert shown.count("a reason that goes") - 2 * (40 - left_out) <= 40
@@ -41,7 +43,7 @@ def test_what_is_left_out_is_counted() -> None:
 
 
 def test_details_hold_every_word() -> None:
-    screen = Screen([Remarks([f"{LONG} {k}" for k in range(40)])], [WIDE])
+    screen = Screen([Notes([f"{LONG} {k}" for k in range(40)], optional=True)], [WIDE])
     words = screen_text(screen, details=True).split()
     assert words.count("goes") == 40 * 40
     assert words.count("-1234.567") == 20
@@ -70,7 +72,9 @@ def test_parts_of_a_table_repeat_the_names_of_its_rows() -> None:
 def test_names_are_text(name: str) -> None:
     """Brackets and colons of names of robots and files are no markup."""
     table = Table(f"Robot {name}", (Column(name), Column(f"[{name}]", numeric=True)), [(name, "1")])
-    shown = screen_text(Screen([Notes([f"{name}: read"]), Remarks([f"note of {name}"]), table], [], name))
+    shown = screen_text(
+        Screen([Notes([f"{name}: read"]), Notes([f"note of {name}"], optional=True), table], [], name)
+    )
     assert shown.count(name) == 7
 
 

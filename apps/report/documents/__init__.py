@@ -1,4 +1,4 @@
-"""What ``--json`` writes: documents made from answers; each key is declared once, with the type it is read by."""
+"""Documents of answers, as ``--json`` writes them; each key is declared once, with the type it is read by."""
 
 from ....common.lazy import attach
 

@@ -159,7 +159,7 @@ class PoseLook(NamedTuple):
 
 
 def check_document(robot: Robot | None, looks: Sequence[Look]) -> CheckDocument:
-    """What ``dynident check --json`` writes."""
+    """Make the document of ``dynident check --json``."""
     logs = (
         LogDocument.of(
             look.check,
@@ -180,7 +180,7 @@ def _fits(path: str, fits: RobotFits) -> FitsDocument:
 
 
 def following_document(change: FollowingChange) -> FollowingDocument:
-    """What ``dynident verify --json`` writes."""
+    """Make the document of ``dynident verify --json``."""
     joints = tuple(map(ChangeDocument.of, change.joints))
     return FollowingDocument.of(change, joints=joints, total=ChangeDocument.of(change.total))
 
@@ -217,7 +217,7 @@ def pose_document(look: PoseLook) -> PoseLogDocument:
 def robot_check_document(
     robot: Robot, poses: Sequence[PoseLogDocument], check: KinematicsCheck | None
 ) -> RobotCheckDocument:
-    """What ``dynident robot check --json`` writes."""
+    """Make the document of ``dynident robot check --json``."""
     ranked = structs.asdict(readings_document(check)) if check else {}
     return RobotCheckDocument(robot.name, tuple(poses), **ranked)
 

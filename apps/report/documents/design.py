@@ -1,12 +1,13 @@
 """The documents of ``design`` and of motions near a pose."""
 
-from collections.abc import Mapping, Sequence
-from typing import Literal
+from collections.abc import Mapping
+from typing import Literal, NamedTuple
 
 from msgspec import UNSET, UnsetType, field
 
 from .... import __version__
 from ....common.schema import Document, Matrix, Vector
+from ....model import Robot
 from ....model.inertia import PayloadSpread
 from ....model.visibility import PayloadVisibility
 from ....trajectories import Design, DesignProblem, Fourier, NearShape, Score, Trapezoid, ViaPoints
@@ -166,6 +167,35 @@ class NearDocument(Document, frozen=True):
     seed: int
 
 
+class NearResult(NamedTuple):
+    """A motion near a pose, and what it will tell of a payload.
+
+    Attributes:
+        design: of the series; its score tells the limits.
+        shape: what was asked of the motion.
+        visibility: what can be seen at all.
+        spread: predicted standard deviations, of white noise.
+        ladder: the runs up to full speed; none where the motion holds for every payload.
+    """
+
+    design: Design
+    shape: NearShape
+    visibility: PayloadVisibility
+    spread: PayloadSpread
+    ladder: tuple[Rung, ...] = ()
+
+    @property
+    def robot(self) -> Robot:
+        """The robot."""
+        return self.design.problem.robot
+
+    @property
+    def motion(self) -> NearPlan:
+        """The motion with its repeats and transfers."""
+        assert isinstance(self.design.plan, NearPlan)
+        return self.design.plan
+
+
 def design_document(
     problem: DesignProblem,
     score: Score,
@@ -176,7 +206,7 @@ def design_document(
     evaluated: str | None = None,
     replay: Score | None = None,
 ) -> DesignDocument:
-    """What ``dynident design --json`` writes.
+    """Make the document of ``dynident design --json``.
 
     Args:
         reference: values that standard deviations are relative to.
@@ -218,23 +248,16 @@ def _motion(plan: Plan) -> MotionDocument:
     return MotionDocument.of(plan, kind="fourier")
 
 
-def near_document(
-    design: Design,
-    motion: NearPlan,
-    shape: NearShape,
-    visibility: PayloadVisibility,
-    spread: PayloadSpread,
-    ladder: Sequence[Rung] = (),
-) -> NearDocument:
-    """What ``dynident near --json`` writes; ``motion`` is the design's."""
-    rungs = [RungDocument(rung.speed, rung.mass, rung.bound, rung.motion.duration) for rung in ladder]
-    score = design.score
+def near_document(result: NearResult) -> NearDocument:
+    """Make the document of ``dynident near --json``."""
+    design, motion, score = result.design, result.motion, result.design.score
+    rungs = [RungDocument(rung.speed, rung.mass, rung.bound, rung.motion.duration) for rung in result.ladder]
     return NearDocument.of(
         *(score.learnt, motion, design, design.problem.criterion),
         robot=design.problem.robot.name,
-        near=NearMotion.of(shape, motion),
-        visibility=VisibilityDocument.of(visibility),
-        predicted_sigma=SpreadDocument.of(spread),
+        near=NearMotion.of(result.shape, motion),
+        visibility=VisibilityDocument.of(result.visibility),
+        predicted_sigma=SpreadDocument.of(result.spread),
         rehearsal_s=motion.slowed(0.1).duration,
         ladder=tuple(rungs) or None,
         limits=LimitsDocument(

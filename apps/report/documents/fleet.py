@@ -52,7 +52,7 @@ class FleetDocument(Document, frozen=True):
 
 
 def fleet_document(fleet: Fleet, refused: Mapping[str, str]) -> FleetDocument:
-    """What ``dynident fleet report --json`` writes."""
+    """Make the document of ``dynident fleet report --json``."""
 
     def night(line: Series) -> NightDocument:
         before, value, sigma = len(line.values) - 1, float(line.values[-1]), float(line.sigma[-1])

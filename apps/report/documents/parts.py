@@ -38,14 +38,14 @@ def equation_rate(processing: Processing) -> float | UnsetType:
 
 
 def robust_document(robust: RobustCovariance | None, reason: str) -> RobustDocument:
-    """What the robust standard deviations rest on, or why there are none."""
+    """Say how the robust standard deviations were found, or why there are none."""
     if robust is None:
         return RobustDocument(None, unavailable=reason or None)
     return RobustDocument.of(robust, warning=robust.warning or None)
 
 
 def gain_errors_document(gains: Gains) -> GainErrorsDocument:
-    """What was said of the gains' errors; where gains were identified, their covariance, recordings and payload."""
+    """Tell the gains' errors; where gains were identified, their covariance, recordings and payload too."""
     known = any(gains.recordings.values())
     return GainErrorsDocument(
         tuple(gains.per_joint),
@@ -58,14 +58,14 @@ def gain_errors_document(gains: Gains) -> GainErrorsDocument:
 
 
 def verdict_document(verdict: Verdict) -> VerdictDocument:
-    """Whether to use the numbers, and why not."""
+    """Say whether to use the numbers, and why not."""
     return VerdictDocument(verdict.level, verdict.reasons, verdict.notes or UNSET)
 
 
 def elimination_document(
     elimination: Elimination, warnings: Sequence[str] = (), labels: Mapping[str, str] | None = None
 ) -> EliminationDocument:
-    """How essential parameters were found, and what they are without the others.
+    """Tell how essential parameters were found, and their values without the others.
 
     Args:
         warnings: what speaks against the set.

@@ -1,19 +1,19 @@
 """The document of ``payload`` and ``weigh``."""
 
 from collections.abc import Sequence
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
-from msgspec import UNSET, UnsetType
+from msgspec import UNSET
 
 from ....common.arrays import Array
 from ....estimation import PAYLOAD, PayloadAnswer, PayloadProblem
-from ....estimation.fit.robust import RobustCovariance
 from ....estimation.payload.by_joints import ByJoints, JointShare
 from ....estimation.payload.constrained import ConstrainedPayload
 from ....estimation.payload.result import PayloadEstimate
 from ....estimation.payload.ripple import RIPPLE_CHANCE
-from ....model import INERTIAL, Processing, Robot
+from ....estimation.payload.short_motion import ShortMotion
+from ....model import INERTIAL, Processing
 from ...results import StoredPayload
 from ...results.parts import ActiveDocument, ResidualDocument
 from ...results.stored_payload import (
@@ -46,13 +46,23 @@ def payload_document(
     processing: Processing,
     drive_gains: Sequence[float] | None = None,
 ) -> StoredPayload:
-    """What ``--json`` of ``payload`` and ``weigh`` writes."""
-    problem = answer.problem
-    more = _essential(answer) if problem.short is None else _weighing(answer)
+    """Make the document of ``payload --json`` and ``weigh --json``."""
+    problem, flange = answer.problem, answer.problem.robot.flange_pose
+    more: dict[str, Any] = {}
+    if problem.short is not None:
+        more = _weighing(answer, problem.short)
+    else:
+        # Of robot and payload together, as in Table 2, where method 4 was used.
+        names = dict(zip(problem.base.columns, problem.base.names, strict=True))
+        steps = answer.elimination
+        more["essential"] = elimination_document(steps, answer.warnings, names) if steps else None
+        more["left_out"] = {str(method): reason for method, reason in answer.left_out.items()}
+    if flange is not None:
+        degrees, source = np.degrees(flange.rpy) + 0.0, problem.robot.sources.get("flange", "")
+        more["flange_in_payload_frame"] = FlangeDocument(flange.p, degrees, source)
     return StoredPayload(
         robot=problem.robot.name,
         frame=problem.robot.payload_frame,
-        flange_in_payload_frame=_flange(problem.robot),
         rated_payload_kg=problem.robot.rated_payload,
         processing=processing_document(problem.robot, processing, drive_gains),
         relative_residual=_residual(answer),
@@ -65,21 +75,10 @@ def payload_document(
     )
 
 
-def _essential(answer: PayloadAnswer) -> dict[str, Any]:
-    """Essential parameters of robot and payload together, as in Table 2, where method 4 was used."""
-    base, essential = answer.problem.base, None
-    if answer.elimination is not None:
-        names = dict(zip(base.columns, base.names, strict=True))
-        essential = elimination_document(answer.elimination, answer.warnings, names)
-    return {
-        "essential": essential,
-        "left_out": {str(method): reason for method, reason in answer.left_out.items()},
-    }
-
-
-def _weighing(answer: PayloadAnswer) -> dict[str, Any]:
-    """What a short motion alone tells: what was not determined is null."""
-    short, body, stand_in = answer.short, answer.assumed, answer.stand_in
+def _weighing(answer: PayloadAnswer, short: ShortMotion) -> dict[str, Any]:
+    """Collect the keys of a short motion; a number that was not determined is null."""
+    body, stand_in, repeats = answer.assumed, answer.stand_in, answer.repeats
+    drift, drift_sigma = (repeats.drift if repeats is not None else None) or (None, None)
     return {
         "joints": tuple(short.joints),
         "visibility": VisibilityDocument.of(short.visibility),
@@ -92,16 +91,11 @@ def _weighing(answer: PayloadAnswer) -> dict[str, Any]:
         "quantities": quantities(answer),
         "mass_from_scale": answer.free.from_scale,
         "agreement": tuple(map(AgreementDocument.of, answer.agreement)),
-        "repeats": _repeats(answer),
+        "repeats": RepeatsDocument.of(repeats, drift_per_recording=drift, drift_sigma=drift_sigma)
+        if repeats is not None
+        else None,
         "assumed": Assumed(stand_in.description, body.named()) if stand_in and body else None,
     }
-
-
-def _flange(robot: Robot) -> FlangeDocument | UnsetType:
-    pose = robot.flange_pose
-    if pose is None:
-        return UNSET
-    return FlangeDocument(pose.p, np.degrees(pose.rpy) + 0.0, robot.sources.get("flange", ""))
 
 
 def _residual(answer: PayloadAnswer) -> ResidualDocument:
@@ -194,7 +188,7 @@ def possible_estimate(payload: ConstrainedPayload) -> PossibleEstimate:
         sigma_with_gains=named(payload.sigma) if payload.gains else None,
         gain_sigma=gain_errors_document(payload.gains) if payload.gains else None,
         interval95=_intervals(intervals.parameters),
-        interval95_by=_intervals_by(free.robust),
+        interval95_by="formula" if free.robust is None else "memory" if free.robust.by_memory else "jackknife",
         com=payload.body.com,
         com_interval95=intervals.com,
         inertia_com=payload.body.inertia_com,
@@ -216,12 +210,6 @@ def possible_estimate(payload: ConstrainedPayload) -> PossibleEstimate:
         weighed=tuple(map(WeighedDocument.of, payload.weighings)),
         solver_status=result.status,
     )
-
-
-def _intervals_by(robust: RobustCovariance | None) -> Literal["jackknife", "memory", "formula"]:
-    if robust is None:
-        return "formula"
-    return "memory" if robust.by_memory else "jackknife"
 
 
 def mass_by_joints(by_joints: ByJoints) -> tuple[JointsMassDocument, ...]:
@@ -266,10 +254,3 @@ def _named(places: Sequence[int], values: Array) -> dict[str, float | None]:
     ten = np.full(10, np.nan)
     ten[list(places)] = values
     return dict(zip(INERTIAL, ten.tolist(), strict=True))
-
-
-def _repeats(answer: PayloadAnswer) -> RepeatsDocument | None:
-    if answer.repeats is None:
-        return None
-    drift, sigma = answer.repeats.drift or (None, None)
-    return RepeatsDocument.of(answer.repeats, drift_per_recording=drift, drift_sigma=sigma)

@@ -44,7 +44,7 @@ def identification_document(
     constrained: PossibleRobot | None = None,
     rollouts: Sequence[Rollout] = (),
 ) -> StoredRobot:
-    """What ``dynident identify --json`` writes.
+    """Make the document of ``dynident identify --json``.
 
     Args:
         drive_gains: torque per current [N·m/A], if currents were read.
@@ -141,7 +141,7 @@ class RolloutsDocument(Document, frozen=True):
 
 
 def rollouts_document(robot: str, rollouts: Sequence[Rollout]) -> RolloutsDocument:
-    """What ``dynident rollout --json`` writes; ``robot``: its name."""
+    """Make the document of ``dynident rollout --json``; ``robot``: its name."""
     return RolloutsDocument(robot, tuple(map(rollout_document, rollouts)))
 
 
@@ -171,7 +171,7 @@ def _spreads(rollout: Rollout, seconds: float, resting: bool) -> dict[str, tuple
 
 
 def gains_document(gains: DriveGains, processing: Processing) -> StoredGains:
-    """What ``dynident gains --json`` writes, and ``--drive-gains`` reads."""
+    """Make the document that ``dynident gains --json`` writes and ``--drive-gains`` reads."""
     robust = gains.robust
     return StoredGains(
         robot=gains.robot.name,

@@ -24,14 +24,14 @@ _METADATA: dict[str, dict[str, Any]] = {
     ".svg": {"Date": None},
     ".pdf": {"CreationDate": None},
 }
-"""What would differ from one day to the next."""
+"""Entries that would differ from one day to the next are left out."""
 Scale: TypeAlias = Callable[[Array | float], Array]
 """From a row's values to places in a panel."""
 _GRID: dict[str, Any] = {"color": "0.9", "linewidth": 0.6, "zorder": 0.5}
 _NUMBERS = 4
 """Steps of a row's scale, at most."""
 _INSET = 0.06
-"""Of a row's height, left free above and below."""
+"""This part of a row's height is left free above and below."""
 _NARROW = 30.0
 """A logarithmic scale that spans less than this has three numbers a decade."""
 

@@ -121,7 +121,7 @@ def _panel(
 ) -> None:
     mark_interval(axis, *(scale * _intervals(best)[k]))
     for row, payload in enumerate(payloads):
-        value, (low, high) = scale * _values(payload)[k], scale * _intervals(payload)[k]
+        value, (low, high) = scale * np.append(payload.mass, payload.body.com)[k], scale * _intervals(payload)[k]
         filled, open_ = ("with constraints, 95 %", "least squares alone") if row == 0 else (None, None)
         if np.isfinite([low, high]).all():
             axis.plot([low, high], [row, row], color=BLUE, linewidth=2.0)
@@ -130,10 +130,6 @@ def _panel(
         axis.plot(free, row + _FREE, "D", color="black", fillstyle="none", markersize=5, label=open_)
     plain(axis)
     axis.locator_params(axis="x", nbins=4)
-
-
-def _values(payload: ConstrainedPayload) -> Array:
-    return np.append(payload.mass, payload.body.com)
 
 
 def _intervals(payload: ConstrainedPayload) -> Array:

@@ -124,7 +124,7 @@ def _every_joint(prediction: TorquePrediction) -> Figure:
 
 
 def words_of(prediction: TorquePrediction) -> str:
-    """Which recording it is, and whether it was used."""
+    """Name the recording, and say whether it was used."""
     load = "with payload" if prediction.loaded else "without payload"
     used = "held out of identification" if prediction.held_out else "the data that were fitted, not held out"
     return f"{prediction.source} {load}" * (load not in prediction.source) + (

@@ -1,1 +1,1 @@
-"""What of an answer is shown: a topic a file, each made once and rendered everywhere."""
+"""Screens and pages of answers as blocks: a kind of answer a file, made once and rendered everywhere."""

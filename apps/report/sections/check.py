@@ -10,7 +10,7 @@ from ....model import Pose, Robot
 from ...logs.fits import RobotFits
 from ...logs.following import FollowingChange
 from ...logs.log_check import LogCheck
-from ..blocks import Banner, Block, Column, Notes, Page, Remarks, Screen, Section, Table, columns
+from ..blocks import Banner, Block, Column, Notes, Page, Screen, Section, Table, columns
 from ..documents.check import Look, PoseLook
 from ..figures.signals import following_figure, signals_figure
 from ..provenance import Provenance, report_page
@@ -28,7 +28,7 @@ _UNITS = {"following error": ("mrad", 1e3), "unpredicted torque": ("N·m", 1.0),
 
 
 def check_screen(check: LogCheck) -> Screen:
-    """What was understood, the joints, what looks wrong, what to mend; then steps and the excitation."""
+    """Show how a log was understood, its joints and what looks wrong; then steps and the excitation."""
     first: list[Block] = [Notes(_understood(check))]
     details: list[Block] = []
     if check.joints:
@@ -37,15 +37,15 @@ def check_screen(check: LogCheck) -> Screen:
     if check.excitation:
         details.append(_excitation(check))
     lines = [f"{_MARKS[finding.severity]}: {finding.text}" for finding in check.findings]
-    return Screen(
-        [*first, Remarks(lines), Notes([_last_line(check)])],
-        details,
-        "steps of the signals, each parameter's excitation",
-    )
+    worst = [f.text for severity in ("error", "warning") for f in check.findings if f.severity == severity]
+    last = "Good: nothing is to be mended." if check.findings else "Good: nothing looks wrong."
+    mend = f"Mend first: {worst[0]}." if worst else last
+    more = "steps of the signals, each parameter's excitation"
+    return Screen([*first, Notes(lines, optional=True), Notes([mend])], details, more)
 
 
 def fits_screen(path: str, fits: RobotFits) -> Screen:
-    """Which shipped robots a log can be of; without one what is in it, and what to mend first."""
+    """Name the shipped robots that a log can be of; without one, its columns and what to mend first."""
     if fits.fault:
         more = len(fits.columns) - _MOST
         shown = ", ".join(fits.columns[:_MOST]) + (f" and {more} more" if more > 0 else "")
@@ -59,7 +59,7 @@ def fits_screen(path: str, fits: RobotFits) -> Screen:
 
 
 def check_page(looks: Sequence[Look], provenance: Provenance) -> Page:
-    """Whether the logs can be used; then each with what was understood, what looks wrong, and its signals.
+    """Say whether the logs can be used, then show each with its signals.
 
     Args:
         looks: one a log.
@@ -85,7 +85,7 @@ def _log_section(number: int, look: Look) -> Section:
 
 
 def _understood(check: LogCheck) -> list[str]:
-    """What the log was taken for, and how well the robot's model explains it."""
+    """Say how the log was understood, and how well the robot's model explains it."""
     recording, time = check.recording, check.time
     kind = "currents [A] of unknown gain" if check.currents else "torques [N·m or N]"
     speeds = "with speeds" if recording.qd is not None else "without speeds (taken from positions)"
@@ -105,17 +105,8 @@ def _understood(check: LogCheck) -> list[str]:
     return lines
 
 
-def _last_line(check: LogCheck) -> str:
-    """Good, or what to mend first: the worst that was found."""
-    for severity in ("error", "warning"):
-        first = next((finding.text for finding in check.findings if finding.severity == severity), None)
-        if first is not None:
-            return f"Mend first: {first}."
-    return "Good: nothing looks wrong." if not check.findings else "Good: nothing is to be mended."
-
-
 def _joints(check: LogCheck) -> Table:
-    """What each joint does."""
+    """Tabulate each joint's motion and torque."""
     rows = []
     for j, (joint, facts) in enumerate(zip(check.robot.joints, check.joints, strict=True), 1):
         share = f"{100 * facts.speed / joint.limits.speed:.0f} %" if np.isfinite(joint.limits.speed) else ""
@@ -161,7 +152,7 @@ def _step(step: float) -> str:
 
 
 def readings_screen(poses: Sequence[PoseLook], check: KinematicsCheck | None) -> Screen:
-    """What forward kinematics and torques say of the columns; then every reading that was tried.
+    """Compare the columns with forward kinematics and torques; then list every reading that was tried.
 
     Args:
         poses: each log with tool poses.
@@ -172,14 +163,16 @@ def readings_screen(poses: Sequence[PoseLook], check: KinematicsCheck | None) ->
         ranked.append(_ranked(check, "torques"))
     details: list[Block] = [*ranked]
     return Screen(
-        [Remarks(_kinematics_lines(poses, check))], details, "the readings, best first" if details else ""
+        [Notes(_kinematics_lines(poses, check), optional=True)],
+        details,
+        "the readings, best first" if details else "",
     )
 
 
 def readings_page(
     robot: Robot, poses: Sequence[PoseLook], check: KinematicsCheck | None, provenance: Provenance
 ) -> Page:
-    """Whether the description agrees with the recordings, the readings, and the description itself.
+    """Say whether the description agrees with the recordings; then show the readings and the description.
 
     Args:
         poses: each log with tool poses.
@@ -200,7 +193,7 @@ def readings_page(
 
 
 def readings_agree(poses: Sequence[PoseLook], check: KinematicsCheck | None) -> bool:
-    """Whether every tool pose is reproduced, and no other reading of the columns does clearly better."""
+    """Tell whether every tool pose is reproduced and no other reading of the columns does clearly better."""
     return all(look.check.reproduced for look in poses) and not (check and check.suggested)
 
 
@@ -263,7 +256,7 @@ def _in_words(pose: Pose, axes: bool = True) -> str:
 
 
 def following_screen(change: FollowingChange) -> Screen:
-    """What it means, and joint by joint."""
+    """Say whether the number entered helps, then show it joint by joint."""
     unit, scale = _UNITS[change.kind]
     rows = []
     for joint in (*change.joints, change.total):
@@ -273,11 +266,17 @@ def following_screen(change: FollowingChange) -> Screen:
     headings = (*columns(("",), ("before", "after", "fell by %", "95 %", "interval")), Column(""))
     title = f"Root mean square of the {change.kind} [{unit}; mm or N where a joint slides]"
     first: list[Block] = [Notes(_following_notes(change)), Table(title, headings, rows, style="tight")]
-    return Screen(first, [Notes(_compared(change))], "how both recordings were compared")
+    compared = [
+        f"The second recording's clock shows {1e3 * change.lag:+.3g} ms more; samples of one place on the motion "
+        "are compared.",
+        "The 95 % intervals rest on the spread over blocks of 1 s, each left out in its turn; a change is clear if "
+        "the interval does not hold 0.",
+    ]
+    return Screen(first, [Notes(compared)], "how both recordings were compared")
 
 
 def following_page(change: FollowingChange, robot: Robot, provenance: Provenance) -> Page:
-    """Whether the number entered helps, joint by joint, and how both recordings were compared.
+    """Say whether the number entered helps, joint by joint, and how both recordings were compared.
 
     Args:
         robot: whose recordings they are.
@@ -291,16 +290,6 @@ def following_page(change: FollowingChange, robot: Robot, provenance: Provenance
     sections = [Section("joints", "Joint by joint", blocks)]
     title = f"Before and after a payload was entered: {robot.title or robot.name}"
     return report_page(title, provenance.day, lead, sections, (), provenance)
-
-
-def _compared(change: FollowingChange) -> list[str]:
-    """What the numbers rest on."""
-    return [
-        f"The second recording's clock shows {1e3 * change.lag:+.3g} ms more; samples of one place on the motion "
-        "are compared.",
-        "The 95 % intervals rest on the spread over blocks of 1 s, each left out in its turn; a change is clear if "
-        "the interval does not hold 0.",
-    ]
 
 
 def _following_notes(change: FollowingChange) -> list[str]:

@@ -1,4 +1,4 @@
-"""What to type into the controller: a few formats, each to be opened and copied."""
+"""Texts to type into the controller, in a few formats that open and can be copied."""
 
 from dataclasses import replace
 
@@ -31,37 +31,25 @@ def controller_blocks(document: StoredPayload, name: str, title: str) -> list[Bl
         return [Text("Nothing is given here: the numbers must not be used. Read the reasons and record again.")]
     at_flange = load.in_flange()
     if at_flange is None:
-        return _elsewhere(load)
+        where = (
+            f"The payload is known in {load.frame}, not in the flange that controllers ask for. Its numbers there:"
+        )
+        how = (
+            "'dynident export payload.json --to NAME --flange-frame X Y Z RX RY RZ' writes them for a controller, "
+            "given the flange's pose in that frame."
+        )
+        return [Text(where), Code("controller-plain", _plain_text(load)), Text(how)]
     # The reasons stand beside it.
     load = replace(at_flange, reasons=())
     maker = next((form for word, form in _MAKERS.items() if word in title.lower()), None)
     only = Text("Mass and centre of mass only: the inertia was not measured well enough.", "note")
+    formats: list[Block] = [_format(FORMATS[form], load, False) for form in _SHOWN if form != maker]
+    more = ", ".join(form for form in FORMATS if form not in _SHOWN)
+    formats.append(Text(f"'dynident export --to' also writes {more}.", "note"))
     return [
         *([only] if load.point_mass else []),
         *([_format(FORMATS[maker], load, True)] if maker else []),
-        _others(load, maker),
-    ]
-
-
-def _others(load: ControllerLoad, maker: str | None) -> Details:
-    """Formats of other makers."""
-    formats: list[Block] = [_format(FORMATS[form], load, False) for form in _SHOWN if form != maker]
-    more = ", ".join(form for form in FORMATS if form not in _SHOWN)
-    note = Text(f"'dynident export --to' also writes {more}.", "note")
-    return Details("Other controllers and files" if maker else "Controllers and files", [*formats, note], not maker)
-
-
-def _elsewhere(load: ControllerLoad) -> list[Block]:
-    """A payload in another frame than the flange."""
-    return [
-        Text(
-            f"The payload is known in {load.frame}, not in the flange that controllers ask for. Its numbers there:"
-        ),
-        Code("controller-plain", _plain_text(load)),
-        Text(
-            "'dynident export payload.json --to NAME --flange-frame X Y Z RX RY RZ' writes them for a "
-            "controller, given the flange's pose in that frame."
-        ),
+        Details("Other controllers and files" if maker else "Controllers and files", formats, not maker),
     ]
 
 

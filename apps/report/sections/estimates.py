@@ -143,7 +143,7 @@ def consistency_blocks(answer: PayloadAnswer) -> list[Block]:
 
 
 def method_notes(answer: PayloadAnswer) -> list[str]:
-    """Where intervals come from, what constraints cost and who contradicts them, where sigma comes from."""
+    """Say where intervals and sigma come from, what constraints cost and which methods contradict them."""
     best, lines = answer.possible, list[str]()
     if best is not None:
         lines = [_interval_note(best), _cost_note(best), *_conflict_notes(answer.constrained)]
@@ -186,7 +186,7 @@ def _conflict_notes(payloads: Sequence[ConstrainedPayload]) -> list[str]:
 
 
 def sigma_notes(estimates: Sequence[PayloadEstimate]) -> list[str]:
-    """Where the standard deviations of free estimates come from, and what speaks against them."""
+    """Say where the standard deviations of free estimates come from, and what speaks against them."""
     both = [(e, e.estimate.robust) for e in estimates]
     robust = [r for _, r in both if r is not None]
     lines = ["± one standard deviation by (17)-(19): for white torque noise, the torques' scale taken as exact."]

@@ -1,4 +1,4 @@
-"""What an answer rests on: torques, joints, excitation, essential parameters."""
+"""Sections that show what an answer rests on: torques, joints, excitation, essential parameters."""
 
 from collections.abc import Mapping, Sequence
 

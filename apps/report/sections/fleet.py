@@ -9,7 +9,7 @@ from ...fleet import Fleet
 from ...fleet.comparing import CHANCE, Compared
 from ...fleet.nights import CHANGED, FEWEST, Series
 from ...fleet.reduction import ReducedDocument
-from ..blocks import Banner, Block, Notes, Page, Remarks, Screen, Section, Table, Text, columns
+from ..blocks import Banner, Block, Notes, Page, Screen, Section, Table, Text, columns
 from ..figures.fleet import fleet_figures
 from ..provenance import Provenance, report_page
 
@@ -26,23 +26,26 @@ _LINES = 12
 
 
 def reduced_screen(reduced: ReducedDocument) -> Screen:
-    """How many are in the store; what was refused, and why."""
+    """Count the recordings in the store, and list what was refused, and why."""
     total, refused = reduced.new + reduced.known, [(bad.file, bad.reason) for bad in reduced.refused]
     lines = [
         f"{total} recordings in {reduced.store}: {reduced.new} reduced now, {reduced.known} there before.",
         f"{len(refused)} logs refused{':' if refused else '.'}",
     ]
-    first: list[Block] = [Notes(lines), Remarks([f"{PurePath(file).name}: {reason}" for file, reason in refused])]
+    first: list[Block] = [
+        Notes(lines),
+        Notes([f"{PurePath(file).name}: {reason}" for file, reason in refused], optional=True),
+    ]
     details: list[Block] = [Table("Refused", columns(("log",), (), ("why",)), refused)] if refused else []
     return Screen(first, details, "all that was refused")
 
 
 def fleet_screen(fleet: Fleet, refused: Mapping[str, str]) -> Screen:
-    """What changed, the clearest first; then a line an arm."""
+    """List the changes, the clearest first; then a line an arm."""
     first: list[Block] = [Notes(_head(fleet, refused))]
     if fleet.changed:
         first.append(_changed(fleet))
-    first.append(Remarks(_twins(fleet)))
+    first.append(Notes(_twins(fleet), optional=True))
     return Screen(first, [_arms(fleet)], "a line an arm")
 
 
@@ -156,13 +159,13 @@ def compared_screen(compared: Compared) -> Screen:
         _compared_table(
             compared, "Where the recordings differ most (SI units)", sorted(order[:_MOST_SHOWN].tolist())
         ),
-        Remarks(odd_lines(compared)),
+        Notes(odd_lines(compared), optional=True),
     ]
     return Screen(first, details, "all parameters")
 
 
 def odd_lines(compared: Compared) -> list[str]:
-    """Which recording is the odd one, and in what."""
+    """Name the recordings that are odd, and the parameters in which they are."""
     odd = compared.odd
     if not odd:
         return [f"No recording differs from the others beyond {compared.bound:.1f} sigma (chance {CHANCE:g})."]

@@ -1,7 +1,7 @@
 """Drive gains: what the terminal prints, and the report."""
 
 from ....estimation.answers.drive_gains import DriveGains
-from ..blocks import Banner, Block, Notes, Page, Remarks, Screen, Table, columns
+from ..blocks import Banner, Block, Notes, Page, Screen, Table, columns
 from ..provenance import Provenance, report_page
 from .evidence import joints_section, torques_section
 from .verdict import MEND, VERDICTS, reason_blocks, reason_lines, verdict_notes
@@ -17,10 +17,10 @@ def gains_screen(gains: DriveGains, document: str | None = None) -> Screen:
     after = f"Next: {ask}give --drive-gains {document or 'gains.json'} to 'dynident payload'."
     first: list[Block] = [
         Notes([f"Verdict: {'use every gain' if verdict.level == 'use' else words}."]),
-        Remarks(reason_lines(verdict)),
+        Notes(reason_lines(verdict), optional=True),
         gains_table(gains),
         Notes([after if verdict.level != "do_not_use" else MEND]),
-        Remarks(verdict_notes(verdict)),
+        Notes(verdict_notes(verdict), optional=True),
     ]
     return Screen(first, [Notes(_notes(gains))], "the payload, residuals, where sigma comes from")
 

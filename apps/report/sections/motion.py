@@ -1,22 +1,22 @@
 """A motion that was designed, replayed or asked for near a pose: its limits, and what it will tell."""
 
 from collections.abc import Mapping, Sequence
-from typing import NamedTuple
 
 import numpy as np
 
 from .... import __version__
 from ....common.arrays import Array
-from ....model import INERTIAL, InertialParameters, Motion, Robot
+from ....model import INERTIAL, InertialParameters, Motion
 from ....model.drives import parameter_kind
 from ....model.inertia import PayloadSpread, payload_spread
 from ....model.visibility import PayloadVisibility
-from ....trajectories import Design, DesignProblem, NearMotion, NearShape, PayloadSet, Score
+from ....trajectories import Design, DesignProblem, PayloadSet, Score
 from ....trajectories.design.floor import Floor
 from ....trajectories.design.score import holding_torques
 from ....trajectories.design.whole_run import Rung
 from ...export.motions.written import assumed_line, rests_on
-from ..blocks import Banner, Block, Notes, Page, Pair, Remarks, Screen, Section, Table, Text, columns, tables_of
+from ..blocks import Banner, Block, Notes, Page, Pair, Screen, Section, Table, Text, columns, tables_of
+from ..documents.design import NearResult
 from ..figures.motion import motion_figure, sigma_figure
 from ..provenance import Provenance, report_page
 from .robot import assumed_notes
@@ -56,7 +56,7 @@ def payload_notes(problem: DesignProblem, score: Score) -> list[str]:
 
 
 def _region(payloads: PayloadSet) -> str:
-    """Where the bodies lie, in the last link's frame."""
+    """Describe where the bodies lie in the last link's frame."""
     x, y, z = 1e3 * payloads.centre + 0.0
     half = 1e3 * payloads.half
     axes = ", ".join(f"{length:.4g}" for length in half)
@@ -91,7 +91,7 @@ def design_screen(
     replay: Score | None = None,
     designed: bool = True,
 ) -> Screen:
-    """Which limits hold, what the motion would teach, what to do next; then every parameter.
+    """Show which limits hold, what the motion would teach, what to do next; then every parameter.
 
     Args:
         reference: values that standard deviations are relative to.
@@ -111,7 +111,7 @@ def design_screen(
         limits_table(score),
         taught_table(problem, score),
         Notes([*lines, *([after] if designed else [])]),
-        Remarks(notes),
+        Notes(notes, optional=True),
     ]
     brakes = holding_tables(problem, score)
     details = [score_table(problem, score), *sigma_tables(score, reference, labels), *brakes]
@@ -119,7 +119,7 @@ def design_screen(
 
 
 def limits_in_words(score: Score) -> str:
-    """Whether the motion keeps its limits, and which were not checked."""
+    """Say whether the motion keeps its limits, and which were not checked."""
     checked = [limit.name for limit in score.limits]
     missing = [kind for kind in _KINDS if not any(name.startswith(kind) for name in checked)]
     unchecked = f" NOT checked: {', '.join(missing)}." if missing else ""
@@ -130,7 +130,7 @@ def limits_in_words(score: Score) -> str:
 
 
 def limits_table(score: Score) -> Table:
-    """How near each limit comes, SI units."""
+    """Tabulate how near each limit comes, SI units."""
     rows = [
         (
             limit.name,
@@ -146,7 +146,7 @@ def limits_table(score: Score) -> Table:
 
 
 def taught_table(problem: DesignProblem, score: Score) -> Table:
-    """What one run of the motion would tell, 1 sigma, in units of the answer.
+    """Tabulate the standard deviations that one run of the motion would leave, in units of the answer.
 
     Of a payload mass, centre of mass and inertia there, of one of the rated mass 100 mm from the flange; of a robot
     its parameters kind by kind.
@@ -192,7 +192,7 @@ def criterion_text(kind: str, value: float) -> str:
 
 
 def score_table(problem: DesignProblem, score: Score) -> Table:
-    """How well the parameters are told together."""
+    """Tabulate how well the parameters are determined together."""
     learnt, length = score.learnt, problem.goal.data_length
     recorded = f"{length:g} s of data, the motion repeated" if length else "recorded once"
     together = (
@@ -229,7 +229,7 @@ def sigma_tables(score: Score, reference: Mapping[str, float], labels: Mapping[s
 
 
 def floor_note(kind: str, floor: Floor) -> str:
-    """How far a motion is from the best that states within the limits allow."""
+    """Say how far a motion is from the best that states within the limits allow."""
     what = {"d": "uncertainty", "a": "relative sigma"}.get(kind, "condition number")
     times = np.exp(0.5 * floor.gap if kind == "d" else floor.gap)
     return (
@@ -239,7 +239,7 @@ def floor_note(kind: str, floor: Floor) -> str:
 
 
 def replay_note(kind: str, replay: Score) -> str:
-    """What a controller's own profiles between the via points would make of the motion."""
+    """Say how the motion changes where a controller moves between the via points by its own profiles."""
     limits = f"but {'; '.join(replay.violations)}" if replay.violations else "every limit met"
     return (
         f"Replayed by trapezoidal moves as --val3 asks for: {criterion_text(kind, replay.value)} in "
@@ -257,7 +257,7 @@ def design_page(
     labels: Mapping[str, str],
     provenance: Provenance,
 ) -> Page:
-    """What the motion would teach, and its limits.
+    """Show the motion between its limits, and what it would teach.
 
     Args:
         design: the designed motion; None where one was only judged.
@@ -277,7 +277,7 @@ def design_page(
 
 
 def _motion_lead(score: Score, taught: Sequence[Block]) -> list[Block]:
-    """Whether the motion may be run, how near its limits come, and what it will teach."""
+    """Say whether the motion may be run, how near its limits come, and what it will teach."""
     words = limits_in_words(score)
     level = "do_not_use" if not score.feasible else "mass_and_com_only" if "NOT checked" in words else "use"
     shown = Pair([limits_table(score)], [Text("What it will teach", "heading"), *taught])
@@ -310,37 +310,8 @@ def visibility_table(visibility: PayloadVisibility) -> Table:
     return Table(title, columns(("parameter", "visible", "as part of")), rows)
 
 
-class NearResult(NamedTuple):
-    """A motion near a pose, and what it will tell of a payload.
-
-    Attributes:
-        design: of the series; its score tells the limits.
-        shape: what was asked of the motion.
-        visibility: what can be seen at all.
-        spread: predicted standard deviations, of white noise.
-        ladder: the runs up to full speed; none where the motion holds for every payload.
-    """
-
-    design: Design
-    shape: NearShape
-    visibility: PayloadVisibility
-    spread: PayloadSpread
-    ladder: tuple[Rung, ...] = ()
-
-    @property
-    def robot(self) -> Robot:
-        """The robot."""
-        return self.design.problem.robot
-
-    @property
-    def motion(self) -> NearMotion:
-        """The motion with its repeats and transfers."""
-        assert isinstance(self.design.plan, NearMotion)
-        return self.design.plan
-
-
 def near_screen(result: NearResult, expected: InertialParameters, hints: Sequence[str]) -> Screen:
-    """What the motion will tell of a payload, and what to do next; then what can be seen at all.
+    """Show what the motion will tell of a payload, and what to do next; then what can be seen at all.
 
     Args:
         expected: about what the payload is.
@@ -356,7 +327,7 @@ def near_screen(result: NearResult, expected: InertialParameters, hints: Sequenc
         _spread_table(f"Predicted for {expected.mass:g} kg at ({place}) mm", result.spread),
         *ladder_tables(result.ladder),
         Notes([after]),
-        Remarks([*hints, *near_notes(result)]),
+        Notes([*hints, *near_notes(result)], optional=True),
     ]
     brakes = holding_tables(result.design.problem, result.design.score)
     details = f"which parameters these joints show{', what brakes hold' if brakes else ''}"
@@ -415,7 +386,7 @@ def near_head(result: NearResult, speed: float) -> tuple[str, ...]:
 
 
 def second_pose_note(first: Array, second: Array) -> str:
-    """Where a second pose would be."""
+    """Propose a second pose."""
     turns = enumerate(np.degrees(second - first), 1)
     joints = " and ".join(f"joint {j} by {turn:+.0f} deg" for j, turn in turns if abs(turn) > 1.0)
     return (
@@ -424,7 +395,7 @@ def second_pose_note(first: Array, second: Array) -> str:
 
 
 def near_page(result: NearResult, motion: Motion, screen: Screen, provenance: Provenance) -> Page:
-    """What the motion shows of a payload, and the motion between its limits.
+    """Show what the motion will tell of a payload, and the motion between its limits.
 
     Args:
         screen: what the terminal shows of it.

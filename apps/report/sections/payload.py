@@ -12,7 +12,7 @@ from ....estimation.payload.result import METHOD_NAMES
 from ...export.controllers.load import is_flange
 from ...numbers import interval_digits, with_interval
 from ...results import StoredPayload
-from ..blocks import Banner, Block, Column, Notes, Page, Pair, Remarks, Screen, Section, Table, Text, columns
+from ..blocks import Banner, Block, Column, Notes, Page, Pair, Screen, Section, Table, Text, columns
 from ..figures.payload import flange_figure, repeats_figure
 from ..provenance import Provenance, report_page
 from .controller import controller_blocks
@@ -37,11 +37,11 @@ _HOW = {
     3: "the difference of the torques on one trajectory",
     4: "robot and payload at once, from all recordings",
 }
-"""What each method solves, in words."""
+"""Each method in words."""
 
 
 def payload_screen(answer: PayloadAnswer, document: str | None = None, stand_in_unused: bool = False) -> Screen:
-    """What ``payload`` and ``weigh`` print.
+    """Make the screen of ``payload`` and ``weigh``.
 
     Args:
         answer: of long recordings, or of a short motion.
@@ -59,10 +59,10 @@ def payload_screen(answer: PayloadAnswer, document: str | None = None, stand_in_
     spare = ["--inertia is not needed: the inertia was measured well enough."] if stand_in_unused else []
     first: list[Block] = [
         Notes([f"Verdict: {level} (method {method}, {METHOD_NAMES[method]})."]),
-        Remarks(reason_lines(answer.verdict)),
+        Notes(reason_lines(answer.verdict), optional=True),
         quantities_table(answer, 3),
         Notes(to_do),
-        Remarks([*answer_notes(answer), *spare]),
+        Notes([*answer_notes(answer), *spare], optional=True),
     ]
     methods = sorted({estimate.method for estimate in answer.estimates})
     eliminated = elimination_notes(answer.elimination, answer.warnings, "Method 4: ")
@@ -125,11 +125,12 @@ def payload_page(
         *worst_torque(predictions),
     ]
     controller = controller_blocks(document, "this report", title)
-    inertia = uses(answer)[2] == "use"
+    if best is not None:
+        why = [Pair(why, [flange_figure(best, uses(answer)[2] == "use", is_flange(best.frame))])]
     lead: list[Block] = [
         Banner(answer.verdict.level, VERDICTS[answer.verdict.level].sentence),
         Pair([quantities_table(answer)], [Text("What to type into the controller", "heading"), *controller]),
-        Pair(why, [flange_figure(best, inertia, is_flange(best.frame))] if best is not None else []),
+        *why,
     ]
     subtitle = f"{origin}, {provenance.day}"
     return report_page(f"Payload on the {title}", subtitle, lead, sections, data_notes(answer), provenance)
@@ -162,7 +163,7 @@ def quantities_table(answer: PayloadAnswer, entries: int = 6) -> Table:
 
 
 def uses(answer: PayloadAnswer) -> tuple[str, str, str]:
-    """What to do with mass, centre of mass, inertia: judged one by one of a short motion, else by the verdict."""
+    """Say what to do with mass, centre of mass, inertia: one by one after a short motion, else by the verdict."""
     if answer.problem.short is None:
         return VERDICTS[answer.verdict.level].each
     mass, com, inertia = (answer.judged[name].use for name in _QUANTITIES)
@@ -254,7 +255,7 @@ def _numbers(values: Array, intervals: Array) -> str:
 
 
 def _improvements(answer: PayloadAnswer, predictions: Sequence[TorquePrediction]) -> list[Block]:
-    """What would make the answer better known, beyond a scale and the gains, of which the notes tell."""
+    """List what would improve the answer, beyond a scale and the gains, of which the notes tell."""
     lines, robust = list[str](), answer.free.estimate.robust
     if answer.problem.short is None and not any(prediction.held_out for prediction in predictions):
         lines.append("Keep one recording without payload out of identification (--validate).")

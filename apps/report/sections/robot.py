@@ -22,7 +22,6 @@ from ..blocks import (
     Column,
     Notes,
     Page,
-    Remarks,
     Screen,
     Section,
     Table,
@@ -92,7 +91,7 @@ def _drives(drives: Drives) -> str:
 
 
 def _known_of(robot: Robot) -> list[str]:
-    """What only some descriptions tell."""
+    """List properties that only some descriptions have."""
     lines = []
     if math.isfinite(robot.rated_payload):
         lines.append(f"Rated payload: {robot.rated_payload:g} kg.")
@@ -110,7 +109,7 @@ def _known_of(robot: Robot) -> list[str]:
 
 
 def assumed_notes(robot: Robot, *parts: str) -> list[str]:
-    """What was assumed of a robot, and how; ``parts``: of ``model.robot.SOURCED``, all without."""
+    """List assumptions about a robot; ``parts``: of ``model.robot.SOURCED``, all of them by default."""
     by_assumption: dict[str, list[str]] = {}
     for name, how in robot.assumed(*parts).items():
         by_assumption.setdefault(how, []).append(SOURCED[name])
@@ -124,16 +123,16 @@ def _vector(values: list[float]) -> str:
 def robot_screen(
     result: Identification, constrained: Constrained, rollouts: Sequence[Rollout] = (), document: str | None = None
 ) -> Screen:
-    """How well the model explains the torques, joint by joint, and what to do with it; then every parameter."""
+    """Show how well the model explains the torques, joint by joint; then every parameter."""
     against = result.verdict.reasons
     after = f"'dynident payload --robot-parameters {document or 'robot.json'} --loaded LOG'"
     following = MEND if against else f"Next: {'' if document else 'add --json robot.json, then '}{after}."
     first: list[Block] = [
         Notes([f"Verdict: {_BAD if against else _GOOD}"]),
-        Remarks(reason_lines(result.verdict)),
+        Notes(reason_lines(result.verdict), optional=True),
         joint_table(result),
         Notes([*_known(result, constrained), following]),
-        Remarks([*map(rollout_line, rollouts), *_known_besides(result)]),
+        Notes([*map(rollout_line, rollouts), *_known_besides(result)], optional=True),
     ]
     lines = [*robot_notes(result), *elimination_notes(result.elimination, result.warnings)]
     details = [*robot_section(result, constrained).blocks, Notes(lines), *rollout_blocks(rollouts)]
@@ -145,7 +144,7 @@ def _known_besides(result: Identification) -> list[str]:
 
 
 def joint_table(result: Identification) -> Table:
-    """What each joint's torque leaves unexplained, and its friction, as far as it was identified."""
+    """Tabulate each joint's unexplained torque, and its friction as far as it was identified."""
     estimate = result.estimate
     held_out = result.validation
     residuals = [fit.relative_per_joint for fit in (estimate.fit, held_out) if fit is not None]
@@ -244,7 +243,7 @@ def robot_notes(result: Identification) -> list[str]:
 
 
 def robot_sigma_notes(result: Identification) -> list[str]:
-    """Where the standard deviations of the robot's table come from, and what speaks against them."""
+    """Say where the standard deviations of the robot's table come from, and what speaks against them."""
     estimate, robust = result.estimate, result.estimate.robust
     if robust is None:
         alone = [f"± by the formula alone: {result.without_robust}"] if result.without_robust else []

@@ -1,11 +1,11 @@
-"""How far an identified robot's motion strays from recordings: open loop by horizon, and a replay of the path."""
+"""Shows how far an identified robot's motion strays from recordings: in open loop, and replaying the path."""
 
 from collections.abc import Sequence
 from math import pi
 from pathlib import PurePath
 
 from ...rollout import CONSTANT, GROWTH_TIME, IDENTIFIED, Rollout
-from ..blocks import Block, Notes, Page, Remarks, Screen, Section, Table, Text, columns
+from ..blocks import Block, Notes, Page, Screen, Section, Table, Text, columns
 from ..figures.motion import rollout_figure
 from ..provenance import Provenance, report_page
 
@@ -21,7 +21,11 @@ _WORDS = (
 def rollout_screen(rollouts: Sequence[Rollout]) -> Screen:
     """Errors by horizon and the replay of the first recording, a line of each other; then all of them."""
     first, *others = rollouts
-    blocks: list[Block] = [_tables(first)[0], Notes(rollout_notes(first)), Remarks([*map(rollout_line, others)])]
+    blocks: list[Block] = [
+        _tables(first)[0],
+        Notes(rollout_notes(first)),
+        Notes([*map(rollout_line, others)], optional=True),
+    ]
     return Screen(blocks, rollout_blocks(rollouts), "every recording, starts at rest")
 
 

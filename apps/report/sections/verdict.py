@@ -18,7 +18,7 @@ class VerdictWords(NamedTuple):
 
 
 MEND = "Next: mend what the reasons name, record again, and look at the logs by 'dynident check'."
-"""What to do with an answer that is not to be used."""
+"""It follows an answer that is not to be used."""
 _VAGUE = "not measured well enough"
 VERDICTS = {
     "use": VerdictWords(
@@ -47,12 +47,12 @@ def reason_lines(verdict: Verdict) -> list[str]:
 
 
 def verdict_notes(verdict: Verdict) -> list[str]:
-    """What else is worth knowing."""
+    """List the notes of a verdict."""
     return [f"Note: {text}." for text in verdict.notes]
 
 
 def reason_blocks(verdict: Verdict) -> list[Block]:
-    """Why the verdict is what it is."""
+    """Give the reasons for the verdict as a list."""
     reasons: Block = Text("No check found anything against the numbers.")
     if verdict.reasons:
         reasons = Notes([f"{reason[:1].upper()}{reason[1:]}." for reason in verdict.reasons])
