@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from ...common.arrays import Array
 from ...common.errors import InputError
-from ...estimation.signals.pieces import typical_step
+from ...estimation.signals.rows import typical_step
 from .quantity import factor
 from .table import RawLog
 

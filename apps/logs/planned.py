@@ -7,7 +7,7 @@ import numpy as np
 
 from ...common.arrays import Array
 from ...common.errors import InputError
-from ...estimation.signals.pieces import typical_step
+from ...estimation.signals.rows import typical_step
 from ...model import Robot
 from .clock import check_rate
 from .map import LogMap

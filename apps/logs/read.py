@@ -8,7 +8,7 @@ import numpy as np
 
 from ...common.arrays import Array
 from ...common.errors import InputError
-from ...estimation.signals.pieces import cut, pieces
+from ...estimation.signals.rows import cut, pieces
 from ...model import Processing, Recording, Robot
 from .clock import Clock, check_rate, clock_of
 from .columns import Columns, Naming, choose

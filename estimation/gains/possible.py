@@ -5,8 +5,6 @@ held while the linearised problem, a cone program, is solved; the load's known m
 """
 
 from collections.abc import Sequence
-from contextlib import suppress
-from typing import NamedTuple
 
 import numpy as np
 
@@ -15,8 +13,8 @@ from ...common.errors import InputError
 from ...model import INERTIAL
 from ...model.drives import SPRING, parameter_kind
 from ..equations.equations import PAYLOAD, Equations, triangular
-from ..possible.cone import ConeProgram, ConeSolution, SolverError, solve_cone
-from ..possible.robot_rules import POWERS, RobotRules, link_places, typical_length
+from ..possible.cone import ConeProgram, SolverError, solve_in_turn
+from ..possible.robot import POWERS, RobotRules, link_places, typical_length
 from .current_side import CurrentFit
 from .known_load import KnownLoad
 from .problem import GainProblem
@@ -26,19 +24,6 @@ _ENOUGH = 1e-5  # relative change of a gain
 _WAYS = ((None, None), (None, 1e3), (None, 1e2), (1e3, 1e2), (1e2, 1e2), (1e2, 30.0))
 """Largest entry, and radius of the scaled unknowns: what no current shows has no least value, and may run away."""
 _LENGTH = 0.1  # m: size of a payload, for scaling only
-
-
-class _Variables(NamedTuple):
-    """How the cone program's z makes up the unknowns.
-
-    ``x``: z to base parameters and the payload's ten, c x m; ``bodies``: to each body's ten, p x 10 x m;
-    ``A``: rows that must not be negative; ``scale`` (m,) of z in SI units; ``load``: place of the load's share.
-    """
-
-    x: Array
-    bodies: Array
-    A: Array
-    load: int
 
 
 def possible_gains(
@@ -56,27 +41,32 @@ def possible_gains(
     Raises:
         InputError: if the gains do not settle or no bodies explain the currents.
     """
-    variables = _variables(problem, loads, start.x)
-    k, x = start.k.copy(), start.x.copy()
-    m = variables.x.shape[1]
+    to_x, to_bodies, rules = _variables(problem, loads, start.x)
+    k, x, n, m = start.k.copy(), start.x.copy(), len(start.k), to_x.shape[1]
+    keep = [*range(m), *(m + j for j in range(n) if j != anchor)]
+    A = np.zeros((len(rules) + n - 1, len(keep)))
+    A[: len(rules), :m], A[len(rules) :, m:] = rules, np.eye(n - 1)
+    bodies = np.zeros((*to_bodies.shape[:2], len(keep)))
+    bodies[:, :, :m] = to_bodies
     for _ in range(_MOST):
-        factor = triangular(_rows(equations, problem.weights, k, x, variables, anchor))
-        keep = [*range(m), *(m + j for j in range(len(k)) if j != anchor)]
-        A = np.zeros((len(variables.A) + len(k) - 1, len(keep)))
-        A[: len(variables.A), :m] = variables.A
-        A[len(variables.A) :, m:] = np.eye(len(k) - 1)
-        bodies = np.zeros((*variables.bodies.shape[:2], len(keep)))
-        bodies[:, :, :m] = variables.bodies
-        top = factor[: m + len(k)]  # below it stands what no unknown explains
+        # The linearised currents: columns z, then k over its present value for each joint, then the right side.
+        rows = []
+        for j, (factor, w) in enumerate(zip(equations.factors, problem.weights, strict=True)):
+            current = k[j] * factor[:, :-1] @ x
+            own = np.zeros((len(factor), n))
+            own[:, j] = current if j != anchor else 0.0
+            right = factor[:, -1] + (current if j != anchor else 0.0)
+            rows.append(w * np.column_stack([k[j] * factor[:, :-1] @ to_x, own, right]))
+        top = triangular(np.vstack(rows))[: m + n]  # below it stands what no unknown explains
         try:
-            solution = _solved(ConeProgram(top[:, keep], top[:, -1], A, np.zeros(len(A)), bodies))
+            solution = solve_in_turn(ConeProgram(top[:, keep], top[:, -1], A, np.zeros(len(A)), bodies), _WAYS)
         except SolverError as error:
             raise InputError(f"gains of bodies that can exist were not found ({error.words})") from None
         ratio = np.insert(solution.z[m:], anchor, 1.0)
-        share = float(solution.z[variables.load])
+        share = float(solution.z[m - 1])  # of the load
         if share <= 0.0 or (ratio <= 0.0).any():
             raise InputError("no gain explains the currents: check units, signs, order of joints and the payload")
-        x = variables.x @ solution.z[:m] / share
+        x = to_x @ solution.z[:m] / share
         ratio *= share
         k = k * ratio
         if np.abs(ratio - 1.0).max() < _ENOUGH:
@@ -86,28 +76,26 @@ def possible_gains(
     )
 
 
-def _solved(program: ConeProgram) -> ConeSolution:
-    """The program's solution, closed only where it must be.
+def _variables(problem: GainProblem, loads: Sequence[KnownLoad], x: Array) -> tuple[Array, Array, Array]:
+    """Maps of the cone program's z to the base parameters and the payload's ten, c x m, and to bodies, p x 10 x m.
 
-    Raises:
-        SolverError: if it is found in no way.
+    z are standard parameters of the robot, what is unknown of the payload, and the share of what is known, scaled;
+    last the rows A z that must not be negative.
     """
-    for largest, ball in _WAYS[:-1]:
-        with suppress(SolverError):
-            return solve_cone(program, largest, ball)
-    return solve_cone(program, *_WAYS[-1])
-
-
-def _variables(problem: GainProblem, loads: Sequence[KnownLoad], x: Array) -> _Variables:
-    """Standard parameters of the robot, what is unknown of the payload, and the share of what is known."""
-    base = problem.base
+    base, length = problem.base, typical_length(problem.robot)
     free = [(k, name) for k, load in enumerate(loads) for name in load.free]
     known = [parameter_kind(name) == SPRING for name in base.standard]
     names = [name for name, fixed in zip(base.standard, known, strict=True) if not fixed]
     standard = len(names)
     m = standard + len(free) + 1
     scale = np.ones(m)
-    scale[:standard] = _robot_scale(problem, names, x)
+    # One mass and one length for all links, one size for friction.
+    own = dict(zip(base.columns, np.abs(x), strict=False))
+    masses = [v / length ** POWERS[parameter_kind(k)] for k, v in own.items() if parameter_kind(k) in INERTIAL]
+    others = [v for k, v in own.items() if k in names and parameter_kind(k) not in POWERS]
+    mass, friction = float(np.median(masses)) or 1.0, max(float(np.median(others or [1.0])), 1e-6)
+    kinds = [parameter_kind(name) for name in names]
+    scale[:standard] = [mass * length ** POWERS[kind] if kind in POWERS else friction for kind in kinds]
     scale[standard:-1] = [loads[k].mass * _LENGTH ** POWERS[name.removesuffix("_L")] for k, name in free]
     to_x = np.zeros((len(base.columns) + len(loads) * len(PAYLOAD), m))
     to_x[: len(base.columns), :standard] = base.grouping[:, np.logical_not(known)]
@@ -125,27 +113,4 @@ def _variables(problem: GainProblem, loads: Sequence[KnownLoad], x: Array) -> _V
     # A body whose ten are all known needs no cone: it was checked when it was read.
     open_ones = [body for body, load in zip(weights, loads, strict=True) if load.free]
     bodies = np.array([*links, *open_ones]) * scale
-    return _Variables(to_x * scale, bodies, A, m - 1)
-
-
-def _robot_scale(problem: GainProblem, names: Sequence[str], x: Array) -> Array:
-    """Sizes of the robot's standard parameters: one mass and one length for all links, one size for friction."""
-    length = typical_length(problem.robot)
-    own = dict(zip(problem.base.columns, np.abs(x), strict=False))
-    masses = [v / length ** POWERS[parameter_kind(k)] for k, v in own.items() if parameter_kind(k) in INERTIAL]
-    others = [v for k, v in own.items() if k in names and parameter_kind(k) not in POWERS]
-    mass, friction = float(np.median(masses)) or 1.0, max(float(np.median(others or [1.0])), 1e-6)
-    kinds = [parameter_kind(name) for name in names]
-    return np.array([mass * length ** POWERS[kind] if kind in POWERS else friction for kind in kinds])
-
-
-def _rows(equations: Equations, weights: Array, k: Array, x: Array, variables: _Variables, anchor: int) -> Array:
-    """The linearised currents: columns z, then k over its present value for each joint, then the right side."""
-    rows = []
-    for j, (factor, w) in enumerate(zip(equations.factors, weights, strict=True)):
-        current = k[j] * factor[:, :-1] @ x
-        own = np.zeros((len(factor), len(k)))
-        own[:, j] = current if j != anchor else 0.0
-        right = factor[:, -1] + (current if j != anchor else 0.0)
-        rows.append(w * np.column_stack([k[j] * factor[:, :-1] @ variables.x, own, right]))
-    return np.vstack(rows)
+    return to_x * scale, bodies, A

@@ -98,7 +98,7 @@ def gain_problem(
     mountings = Mountings.of(mounting, len(loaded), len(unloaded))
     usual = np.full(robot.n, _USUAL)
     first = _posed(robot, unloaded, loaded, mountings, usual, processing, progress)
-    both = _in_currents(_together(first, mountings), usual)
+    both = _times(_together(first, mountings), 1.0 / usual)
     weights = current_weights(both)
     # How long residuals remember shows only once the joints' torques are to scale; all of them by one factor is
     # enough.
@@ -136,26 +136,25 @@ def free_gains(equations: Equations, weights: Array, loads: Sequence[KnownLoad])
     values = known_values(loads) | {name: 1.0 for name in equations.columns if parameter_kind(name) == SPRING}
     free = [k for k, name in enumerate(equations.columns) if name not in values]
     known = np.array([values.get(name, 0.0) for name in equations.columns])
-    if _hidden(equations):
+    # Where the payload is there, it explains some joint's current, seen alone, better.
+    base = [k for k, name in enumerate(equations.columns) if "_L" not in name]
+    for factor in equations.factors:
+        W, current = factor[:, :-1], factor[:, -1]
+        less, more = (float(np.sum((current - A @ least_squares(A, current)) ** 2)) for A in (W[:, base], W))
+        if less - more > _SHOWN * less:
+            break
+    else:
         raise NoGainsError("the payload does not show in the currents: is it in the loaded recording?")
     try:
         fitted = gauss_newton(equations, weights, free, known)
     except InputError as error:
         raise NoGainsError(str(error)) from None
-    _check_signs(fitted, equations.columns)
-    return fitted
-
-
-def _check_signs(fitted: CurrentFit, columns: Sequence[str]) -> None:
-    """Refuse gains that no drive has.
-
-    Raises:
-        NoGainsError: if one is negative.
-    """
     negative = [str(j) for j, k in enumerate(fitted.k, 1) if k <= 0.0]
     if not negative:
-        return
-    if len(negative) == len(fitted.k) and _brakes(columns, fitted.x) < 0:
+        return fitted
+    friction = zip(equations.columns, fitted.x, strict=True)
+    brakes = sum(np.sign(value) for name, value in friction if parameter_kind(name) == "FS")
+    if len(negative) == len(fitted.k) and brakes < 0:  # Coulomb friction that drives more joints than it brakes
         raise NoGainsError(
             "the recordings with and without the payload look exchanged: the known weight comes out negative; "
             "exchange --loaded and --unloaded"
@@ -164,23 +163,6 @@ def _check_signs(fitted: CurrentFit, columns: Sequence[str]) -> None:
         f"the current of motor {', '.join(negative)} pushes against its motion: turn its sign (--signs, or sign "
         "in a log map), or check the order of joints"
     )
-
-
-def _hidden(equations: Equations) -> bool:
-    """Whether no joint's current, seen alone, is explained any better with a payload."""
-    payload = [name for name in equations.columns if "_L" in name]
-    base = [k for k, name in enumerate(equations.columns) if name not in payload]
-    for factor in equations.factors:
-        W, current = factor[:, :-1], factor[:, -1]
-        less, more = (float(np.sum((current - A @ least_squares(A, current)) ** 2)) for A in (W[:, base], W))
-        if less - more > _SHOWN * less:
-            return False
-    return True
-
-
-def _brakes(columns: Sequence[str], x: Array) -> int:
-    """Joints whose Coulomb friction brakes less those that it drives."""
-    return int(sum(np.sign(value) for name, value in zip(columns, x, strict=True) if parameter_kind(name) == "FS"))
 
 
 def _posed(
@@ -194,7 +176,7 @@ def _posed(
     robust: bool = False,
 ) -> tuple[PayloadProblem, ...]:
     """The payload problem of each mounting, with joint torques that gains K would give."""
-    bare, heavy = (_scaled(robot, group, K) for group in (unloaded, loaded))
+    bare, heavy = (list(_scaled(robot, group, K)) for group in (unloaded, loaded))
     return tuple(
         payload_problem(
             robot,
@@ -218,22 +200,18 @@ def _together(problems: Sequence[PayloadProblem], mountings: Mountings) -> Equat
         part = problem.both if mountings.paired or k == 0 else problem.loaded
         part = in_payload_frame(problem.robot, part)
         everything.append(part.called((*problem.base.columns, *names)).renamed(columns))
-    return merged(everything)
+    return replace(merged(everything), leave_one_out=())
 
 
-def _scaled(robot: Robot, recordings: Sequence[Recording], K: Array) -> list[Recording]:
-    """The recordings with joint torques that gains K would give."""
-    return [replace(recording, torque=_torques(robot, recording.torque, K)) for recording in recordings]
-
-
-def _torques(robot: Robot, currents: Array, K: Array) -> Array:
-    motors = currents * K
-    return robot.coupling.joint_torques(motors) if robot.coupling else motors
-
-
-def _in_currents(problem: Equations, K: Array) -> Equations:
-    """Right-hand sides over K_j."""
-    return _times(replace(problem, leave_one_out=()), 1.0 / K)
+def _scaled(
+    robot: Robot, recordings: Sequence[Recording], ratio: Array, joints: bool = False
+) -> Iterator[Recording]:
+    """The recordings' motor currents, or torques of ``joints``, times ``ratio`` of each motor, as joint torques."""
+    coupling = robot.coupling
+    for recording in recordings:
+        motors = coupling.motor_torques(recording.torque) if joints and coupling else recording.torque
+        torque = motors * ratio
+        yield replace(recording, torque=coupling.joint_torques(torque) if coupling else torque)
 
 
 def _times(equations: Equations, ratio: Array) -> Equations:
@@ -257,18 +235,11 @@ def _rescaled(problem: PayloadProblem, ratio: Array, robot: Robot) -> PayloadPro
         difference=_times(problem.difference, ratio) if problem.difference else None,
         stretches=tuple(_times(stretch, ratio) for stretch in problem.stretches),
         source=source._replace(
-            loaded=tuple(_louder(robot, source.loaded, ratio)),
-            unloaded=tuple(_louder(robot, source.unloaded, ratio)),
+            loaded=tuple(_scaled(robot, source.loaded, ratio, joints=True)),
+            unloaded=tuple(_scaled(robot, source.unloaded, ratio, joints=True)),
         ),
     )
     return with_friction(rescaled)
-
-
-def _louder(robot: Robot, recordings: Sequence[Recording], ratio: Array) -> Iterator[Recording]:
-    """Recordings whose motors' torques are ``ratio`` times as large."""
-    for recording in recordings:
-        motors = robot.coupling.motor_torques(recording.torque) if robot.coupling else recording.torque
-        yield replace(recording, torque=_torques(robot, motors, ratio))
 
 
 def _without_blocks(
@@ -282,7 +253,7 @@ def _without_blocks(
             own = problem.without_blocks if mountings.paired or k == 0 else problem.without_blocks[:1]
             groups += [
                 tuple(
-                    _in_currents(_together([*problems[:k], part, *problems[k + 1 :]], mountings), K)
+                    _times(_together([*problems[:k], part, *problems[k + 1 :]], mountings), 1.0 / K)
                     for part in group
                 )
                 for group in own

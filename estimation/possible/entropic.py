@@ -43,28 +43,17 @@ class EntropicPoint(NamedTuple):
     duals: Array
 
 
-class _Scaled(NamedTuple):
-    """Bodies where P and S are both the diagonal ``root`` (p x 4): ``G`` p x 4 x 4, ``M`` p x 4 x 4 x n."""
-
-    G: Array
-    root: Array
-    M: Array
-
-
 class _Step(NamedTuple):
-    """Triangle and right-hand side of the step's least-squares problem, and the bodies it was made with."""
+    """Triangle and right-hand side of a step's least-squares problem, in the scaling that it was made with.
+
+    ``G`` p x 4 x 4: P and S of each body are both the diagonal ``root`` (p x 4) there; ``M`` p x 4 x 4 x n.
+    """
 
     triangle: Array
     right: Array
-    bodies: _Scaled
-
-
-class _Aim(NamedTuple):
-    """``weight`` w; ``bodies`` and ``rows``: complementarity that a step aims at."""
-
-    weight: float
-    bodies: float
-    rows: float
+    G: Array
+    root: Array
+    M: Array
 
 
 class EntropicProgram(NamedTuple):
@@ -109,70 +98,65 @@ class EntropicProgram(NamedTuple):
         """
         fall = _CENTRING
         for _ in range(_STEPS):
-            aim = self._aim(weight, point, fall)
-            step = self._step(aim, point)
-            length = float(step.right @ step.right)
-            point, reached = self._moved(aim, point, step)
+            # Complementarity of bodies and rows that the step aims at.
+            P = pseudo_inertias(self.program, point.z)
+            mu = max(fall * float(np.einsum("pij,pji->", P, point.duals)) / (4 * len(P)), weight)
+            rows = float(point.multipliers @ self._slack(point.z)) / max(len(point.multipliers), 1)
+            nu = max(fall * rows, _CORNER * weight)
+            step = self._step(weight, mu, nu, point)
+            point, reached = self._moved(mu, nu, point, step)
             fall = max(_CENTRING, (1.0 - reached) ** 0.5)  # after a short step, centre before going on
-            if aim.bodies <= weight and aim.rows <= _CORNER * weight and length < _PRECISE * weight:
+            length = float(step.right @ step.right)
+            if mu <= weight and nu <= _CORNER * weight and length < _PRECISE * weight:
                 return point
         raise SolverError("interior-point steps did not converge", self.program)
 
     def slope(self, weight: float, point: EntropicPoint) -> float:
         """d chi2 / d log w at a minimum: dz/dw = -K^-1 grad D, K the Hessian of all."""
         F, d = self.program[:2]
-        step = self._step(_Aim(weight, weight, _CORNER * weight), point)
-        gradient = np.tensordot(self._pull(_Aim(weight, weight, 0.0), step.bodies), step.bodies.M, 3)
+        step = self._step(weight, weight, _CORNER * weight, point)
+        gradient = np.tensordot(self._pull(weight, weight, step.G, step.root), step.M, 3)
         dz = solve_triangular(step.triangle, solve_triangular(step.triangle, gradient, trans="T"))
         return -float((F @ point.z - d) @ (F @ dz))
 
     def _slack(self, z: Array) -> Array:
         return np.asarray(self.program.A @ z + self.program.b)
 
-    def _aim(self, weight: float, point: EntropicPoint, fall: float) -> _Aim:
-        P = pseudo_inertias(self.program, point.z)
-        bodies = float(np.einsum("pij,pji->", P, point.duals)) / (4 * len(P))
-        rows = float(point.multipliers @ self._slack(point.z)) / max(len(point.multipliers), 1)
-        return _Aim(weight, max(fall * bodies, weight), max(fall * rows, _CORNER * weight))
-
-    def _step(self, aim: _Aim, point: EntropicPoint) -> _Step:
+    def _step(self, weight: float, mu: float, nu: float, point: EntropicPoint) -> _Step:
         F, d, A, _ = self.program[:4]
-        slack = self._slack(point.z)
-        bodies, n = self._scaled(point), F.shape[1]
-        stiff = np.sqrt(point.multipliers / (2.0 * slack))
-        left = [F, np.sqrt(0.5) * bodies.M.reshape(-1, n), stiff[:, None] * A]
-        right = [
-            d - F @ point.z,
-            -np.sqrt(0.5) * self._pull(aim, bodies).ravel(),
-            aim.rows / np.sqrt(2.0 * slack * point.multipliers),
-        ]
-        stacked = np.column_stack([np.vstack(left), np.concatenate(right)])
-        R = np.asarray(lapack.dgeqrf(stacked, overwrite_a=1)[0])
-        return _Step(np.triu(R[:n, :n]), R[:n, n], bodies)
-
-    def _pull(self, aim: _Aim, bodies: _Scaled) -> Array:
-        """G' (w P0^-1 - mu P^-1) G, p x 4 x 4."""
-        attraction = aim.weight * np.swapaxes(bodies.G, 1, 2) @ np.linalg.solve(self.prior, bodies.G)
-        return np.asarray(attraction - aim.bodies * _diagonal(1.0 / bodies.root))
-
-    def _scaled(self, point: EntropicPoint) -> _Scaled:
+        n, slack = F.shape[1], self._slack(point.z)
         C = np.linalg.cholesky(pseudo_inertias(self.program, point.z))
         squares, Q = np.linalg.eigh(np.swapaxes(C, 1, 2) @ point.duals @ C)
         root = np.sqrt(np.maximum(squares, 1e-300))
         G = C @ Q / np.sqrt(root)[:, None, :]
-        return _Scaled(G, root, whitened_bodies(self.program, G))
+        M = whitened_bodies(self.program, G)
+        stiff = np.sqrt(point.multipliers / (2.0 * slack))
+        left = [F, np.sqrt(0.5) * M.reshape(-1, n), stiff[:, None] * A]
+        right = [
+            d - F @ point.z,
+            -np.sqrt(0.5) * self._pull(weight, mu, G, root).ravel(),
+            nu / np.sqrt(2.0 * slack * point.multipliers),
+        ]
+        stacked = np.column_stack([np.vstack(left), np.concatenate(right)])
+        R = np.asarray(lapack.dgeqrf(stacked, overwrite_a=1)[0])
+        return _Step(np.triu(R[:n, :n]), R[:n, n], G, root, M)
 
-    def _moved(self, aim: _Aim, point: EntropicPoint, step: _Step) -> tuple[EntropicPoint, float]:
+    def _pull(self, weight: float, mu: float, G: Array, root: Array) -> Array:
+        """G' (w P0^-1 - mu P^-1) G, p x 4 x 4."""
+        attraction = weight * np.swapaxes(G, 1, 2) @ np.linalg.solve(self.prior, G)
+        return np.asarray(attraction - mu * _diagonal(1.0 / root))
+
+    def _moved(self, mu: float, nu: float, point: EntropicPoint, step: _Step) -> tuple[EntropicPoint, float]:
         """The point after a step as long as everything stays inside, and the part of it that was made."""
         dz = solve_triangular(step.triangle, step.right)
-        G, root, M = step.bodies
-        dP = M @ dz
-        dS = aim.bodies * _diagonal(1.0 / root) - _diagonal(root) - dP
+        root = step.root
+        dP = step.M @ dz
+        dS = mu * _diagonal(1.0 / root) - _diagonal(root) - dP
         slack, change = self._slack(point.z), self.program.A @ dz
-        dm = (aim.rows - point.multipliers * change) / slack - point.multipliers
+        dm = (nu - point.multipliers * change) / slack - point.multipliers
         reach = min(_to_boundary(root, dP), _to_boundary(root, dS), _reach(slack, change))
         length = min(1.0, _INSIDE * min(reach, _reach(point.multipliers, dm)))
-        inverse = np.linalg.inv(G)
+        inverse = np.linalg.inv(step.G)
         duals = np.swapaxes(inverse, 1, 2) @ (_diagonal(root) + length * dS) @ inverse
         duals = 0.5 * (duals + np.swapaxes(duals, 1, 2))
         return EntropicPoint(point.z + length * dz, point.multipliers + length * dm, duals), length

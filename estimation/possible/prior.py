@@ -17,10 +17,10 @@ from ..fit.estimate import Estimate, error_model
 from .cone import ConeProgram, SolverError, solve_cone
 from .constraints import MassBounds
 from .entropic import EntropicPoint, EntropicProgram, pseudo_inertias
-from .origin import Origin, origins
 from .payload import TOLERANCE
 from .result import Active
 from .robot import PossibleRobot, RobotProgram, solve_robot_program
+from .whole_robot import Origin, origins
 
 
 @dataclass(frozen=True)
@@ -162,14 +162,19 @@ def solve_constrained_prior(
     estimate = error_model(estimate)
     problem = RobotProgram.of(robot, base, estimate, total_mass)
     nearest = solve_robot_program(problem, base, estimate)
-    z0 = _prior_point(problem, prior)
+    z0 = np.zeros(len(problem.scale))  # the prior's links; drives are zero
+    for link, body in zip(problem.links, prior.bodies, strict=True):
+        z0[link] = body.vector / problem.scale[link]
     program = EntropicProgram(problem.program, pseudo_inertias(problem.program, z0))
     solution, weight, status = _prior_itself(problem, z0, nearest.chi2_rise + budget), np.inf, "prior"
-    active: tuple[Active, ...] = ()
+    active: list[Active] = []
     if solution is None:
         start = program.start(_inside(problem, z0))
         weight, point = _within_budget(program, start, nearest.chi2_rise, budget)
-        solution, status, active = point.z, "Solved", _active(problem, point)
+        solution, status = point.z, "Solved"
+        slack = problem.rules.A @ point.z + problem.rules.b
+        held = zip(problem.rules.texts, point.multipliers.tolist(), slack, strict=True)
+        active = [Active(text, price) for text, price, room in held if price > max(room, TOLERANCE)]
     z = problem.repaired(solution)
     return PriorRobot(
         **vars(problem.answer(base, estimate, z, active, status)),
@@ -180,14 +185,6 @@ def solve_constrained_prior(
         origins=origins(robot, base),
         distances=tuple(float(distance) for distance in program.distances(z)),
     )
-
-
-def _prior_point(problem: RobotProgram, prior: RobotPrior) -> Array:
-    """The prior's links in scaled parameters; drives are zero."""
-    z = np.zeros(len(problem.scale))
-    for link, body in zip(problem.links, prior.bodies, strict=True):
-        z[link] = body.vector / problem.scale[link]
-    return z
 
 
 def _prior_itself(problem: RobotProgram, z0: Array, limit: float) -> Array | None:
@@ -215,7 +212,7 @@ def _inside(problem: RobotProgram, z0: Array) -> Array:
     """
     z = z0.copy()
     places = [place for link in problem.links for place in link]
-    masses = problem.rules.mass_rows
+    masses = [k for k, text in enumerate(problem.rules.texts) if text.startswith("total mass")]
     A, b = problem.rules.A[masses] @ z0, problem.rules.b[masses]
     if masses and min(A + b) <= 0.0:
         ends = -b / A  # factors at which a bound is met
@@ -244,26 +241,11 @@ def _within_budget(
         if abs(rise - budget) <= _MET * budget:
             return weight, point
         low, high = (weight, high) if rise < budget else (low, weight)
-        next_weight = _next(weight, low, high, rise / budget, program.slope(weight, point) / budget)
+        slope = program.slope(weight, point)
+        step = -np.log(rise / budget) * rise / slope if rise > 0.0 and slope > 0.0 else -_FAR
+        next_weight = weight * float(np.exp(np.clip(step, -_FAR, _FAR)))
+        if not low < next_weight < high:
+            next_weight = float(np.sqrt(low * high)) if low > 0.0 else high * float(np.exp(-_FAR))
         point = point if abs(np.log(next_weight / weight)) < _NEAR else start
         weight = next_weight
     raise SolverError("no weight of the prior meets the budget", program.program)
-
-
-def _next(weight: float, low: float, high: float, rise: float, slope: float) -> float:
-    """The next weight to try; rise and its slope by the weight's logarithm in budgets."""
-    step = -np.log(rise) * rise / slope if rise > 0.0 and slope > 0.0 else -_FAR
-    tried = weight * float(np.exp(np.clip(step, -_FAR, _FAR)))
-    if low < tried < high:
-        return tried
-    return float(np.sqrt(low * high)) if low > 0.0 else high * float(np.exp(-_FAR))
-
-
-def _active(problem: RobotProgram, point: EntropicPoint) -> tuple[Active, ...]:
-    slack = problem.rules.A @ point.z + problem.rules.b
-    active = [
-        Active(text, float(price))
-        for text, price, room in zip(problem.rules.texts, point.multipliers, slack, strict=True)
-        if price > max(room, TOLERANCE)
-    ]
-    return tuple(sorted(active, key=lambda active: -active.multiplier))

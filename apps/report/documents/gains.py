@@ -2,7 +2,7 @@
 
 from msgspec import UNSET
 
-from ....estimation.answers.drive_gains import DriveGains
+from ....estimation.answers.gains import DriveGains
 from ....model import INERTIAL, Processing
 from ...results import StoredGains
 from ...results.parts import ProcessingDocument, ResidualDocument, RobustDocument

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from ....common.arrays import Array
-from ....estimation.answers.prediction import TorquePrediction
+from ....estimation.answers.system import TorquePrediction
 from ..blocks import Drawing
 from .canvas import BLUE, GREY, ORANGE, Axes, Figure, bands, legend, panels
 
@@ -90,11 +90,11 @@ def _torques(axis: Axes, prediction: TorquePrediction, joints: Sequence[int]) ->
     """A row for each joint."""
     curves: list[tuple[Sequence[Array], str, dict[str, Any]]]
     curves = [(prediction.measured, "measured", {"color": GREY, "linewidth": 2.6})]
-    for k, curve in enumerate(prediction.curves):
+    for k, (name, predicted) in enumerate(prediction.curves.items()):
         looks: dict[str, Any] = dict(
             zip(("color", "linestyle", "linewidth"), _CURVES[k % len(_CURVES)], strict=True)
         )
-        curves.append((curve.torque, curve.label, looks))
+        curves.append((predicted, name, looks))
     rows = bands(axis, [_range([torque[j] for torque, _, _ in curves]) for j in joints])
     for torque, label, looks in curves:
         for first, (j, row) in enumerate(zip(joints, rows, strict=True)):

@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 
-from ....estimation.answers.drive_gains import DriveGains
+from ....estimation.answers.gains import DriveGains
 from ..blocks import Banner, Block, Notes, Page, Remarks, Screen, Section, Table, columns
 from ..figures.by_joints import joints_figure
 from ..provenance import Provenance

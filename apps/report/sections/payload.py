@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ....estimation import PayloadAnswer, PayloadProblem
-from ....estimation.answers.prediction import TorquePrediction
+from ....estimation.answers.system import TorquePrediction
 from ....estimation.fit.least_squares import Excitation
 from ....estimation.payload.result import PayloadEstimate
 from ....model import INERTIAL

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from ....estimation.answers.prediction import TorquePrediction
+from ....estimation.answers.system import TorquePrediction
 from ....estimation.fit.estimate import Fit
 from ...numbers import percent
 from ..blocks import Block, Drawing, Section, Table, Text, columns

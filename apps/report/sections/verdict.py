@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from ....estimation import PayloadAnswer, Verdict
-from ....estimation.answers.prediction import TorquePrediction
+from ....estimation.answers.system import TorquePrediction
 from ..blocks import Banner, Block, Notes, Text
 from .gain_errors import scales_in_words
 
