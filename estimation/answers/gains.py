@@ -1,10 +1,9 @@
 """Drive gains of a problem: free, of possible bodies, with covariances, and whether to use them."""
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import NamedTuple
 
 import numpy as np
 
@@ -179,10 +178,17 @@ def identify_gains(problem: GainProblem, load: KnownLoad | Sequence[KnownLoad]) 
             robust = jackknife(solve, problem.deletions, -np.log(best.k), problem.block_length)
         except InputError as error:
             reason = str(error)
-    mountings = [_Mounting.of(posed, problem.description) for posed in problem.posed_by(1.0 / best.k)]
+    # The weight as the torques show it that the gains give; the gains' own errors are those of these recordings.
+    posed = problem.posed_by(1.0 / best.k)
+    identified = [identify_payload(each, 4) for each in posed]
+    diagnoses = [
+        diagnose(each, own, None, problem.description) for each, own in zip(posed, identified, strict=True)
+    ]
     # An error of the weighed mass scales all gains alike, and so may a burst of other torques.
     mass_share = max(load.mass_sigma / load.mass for load in loads) ** 2
-    burst_share = max((mounting.reach for mounting in mountings), default=0.0) ** 2
+    found = [(own.mass, diagnosis.effect("bursts")) for own, diagnosis in zip(identified, diagnoses, strict=True)]
+    reach = [abs(float(bursts.change[9]) / mass) / NORMAL95 for mass, bursts in found if bursts]
+    burst_share = max(reach, default=0.0) ** 2
     factors = zip(problem.equations.factors, best.k, strict=True)
     errors = np.array([np.linalg.norm(R[:, -1] - k * R[:, :-1] @ best.x) for R, k in factors])
     logarithms = Estimate(
@@ -206,12 +212,12 @@ def identify_gains(problem: GainProblem, load: KnownLoad | Sequence[KnownLoad]) 
         without_robust=reason,
         recordings=problem.recordings,
         mountings=problem.mountings,
-        disagreement=max((mounting.diagnosis.disagreement for mounting in mountings), default=1.0),
-        posed=tuple(mounting.problem for mounting in mountings),
-        by_joints=tuple(mounting.diagnosis.by_joints for mounting in mountings),
+        disagreement=max((diagnosis.disagreement for diagnosis in diagnoses), default=1.0),
+        posed=posed,
+        by_joints=tuple(diagnosis.by_joints for diagnosis in diagnoses),
         source=problem.source,
     )
-    return replace(gains, verdict=judge(*_evidence(problem.description, gains, mountings))) if mountings else gains
+    return replace(gains, verdict=judge(*_evidence(gains, identified, diagnoses))) if posed else gains
 
 
 @contextmanager
@@ -226,43 +232,24 @@ def _explained(problem: GainProblem) -> Iterator[None]:
         raise InputError("; ".join([str(error), *(finding.text for finding in likely)])) from None
 
 
-class _Mounting(NamedTuple):
-    """The weight in one mounting as the torques show it that the gains give."""
-
-    problem: PayloadProblem
-    free: PayloadEstimate
-    diagnosis: Diagnosis
-
-    @staticmethod
-    def of(problem: PayloadProblem, description: Robot) -> "_Mounting":
-        """The gains' own errors are those of these recordings: none are allowed for."""
-        free = identify_payload(problem, 4)
-        return _Mounting(problem, free, diagnose(problem, free, None, description))
-
-    @property
-    def reach(self) -> float:
-        """Standard deviation, relative, that lets intervals reach what is found without bursts."""
-        bursts = self.diagnosis.effect("bursts")
-        return abs(float(bursts.change[9]) / self.free.mass) / NORMAL95 if bursts else 0.0
-
-
-def _evidence(robot: Robot, gains: DriveGains, mountings: Sequence[_Mounting]) -> Iterable[Evidence]:
+def _evidence(
+    gains: DriveGains, identified: Sequence[PayloadEstimate], diagnoses: Sequence[Diagnosis]
+) -> Iterator[Evidence]:
     """What the verdict looks at, mounting by mounting; what they share in the first."""
     weights = tuple(
-        KnownWeight(name, load.mass, mounting.free.mass, float(mounting.free.larger_sigma[9]))
-        for name, load, mounting in zip(gains.mountings.names, gains.loads, mountings, strict=True)
+        KnownWeight(name, load.mass, free.mass, float(free.larger_sigma[9]))
+        for name, load, free in zip(gains.mountings.names, gains.loads, identified, strict=True)
     )
-    for k, mounting in enumerate(mountings):
-        problem, source = mounting.problem, mounting.problem.source
-        assert source is not None
+    for k, (problem, free, diagnosis) in enumerate(zip(gains.posed, identified, diagnoses, strict=True)):
+        assert problem.source is not None
         yield Evidence(
-            robot=robot,
-            source=source,
+            robot=gains.robot,
+            source=problem.source,
             condition=problem.unloaded.condition_numbers()[1] if problem.unloaded else None,
             parameters=problem.alone,
-            estimates=(mounting.free,),
-            stretches=payload_over_time(problem, mounting.free.estimate.weights),
+            estimates=(free,),
+            stretches=payload_over_time(problem, free.estimate.weights),
             gained=Gained(gains.larger_relative_sigma, weights) if k == 0 else None,
             compared=problem.compared,
-            diagnosis=mounting.diagnosis if k == 0 else replace(mounting.diagnosis, alternatives=()),
+            diagnosis=diagnosis if k == 0 else replace(diagnosis, alternatives=()),
         )

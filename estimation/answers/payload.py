@@ -151,43 +151,35 @@ def _identified(
 def _evidence(answer: PayloadAnswer, free: Sequence[PayloadEstimate], diagnosis: Diagnosis) -> Evidence:
     """What the verdict looks at; ``free``: by all methods, those without a possible payload among them."""
     problem = answer.problem
-    compared = problem.compared or problem.pairs
-    spread, judged = answer.reported_spread, answer.measured
-    if problem.short is not None:
-        return Evidence(
-            problem.robot,
-            source=problem.source,
-            diagnosis=diagnosis,
-            compared=compared,
-            parameters=problem.known,
-            constrained=answer.constrained,
-            weighed=Weighed(
-                mass=answer.model["M_L"],
-                sigma=float(answer.model.sigma[answer.model.names.index("M_L")]),
-                from_scale=answer.free.from_scale,
-                unexplained=answer.free.unexplained(problem.short.torque_rms),
-                repeats=answer.repeats,
-                agreement=answer.agreement,
-            ),
-            spread=spread,
-            judged=judged,
-        )
-    weights = (answer.possible.free if answer.possible else free[-1]).estimate.weights
-    return Evidence(
-        robot=problem.robot,
+    evidence = Evidence(
+        problem.robot,
         source=problem.source,
         diagnosis=diagnosis,
+        compared=problem.compared or problem.pairs,
+        constrained=answer.constrained,
+        spread=answer.reported_spread,
+        judged=answer.measured,
+    )
+    if problem.short is not None:
+        weighed = Weighed(
+            mass=answer.model["M_L"],
+            sigma=float(answer.model.sigma[answer.model.names.index("M_L")]),
+            from_scale=answer.free.from_scale,
+            unexplained=answer.free.unexplained(problem.short.torque_rms),
+            repeats=answer.repeats,
+            agreement=answer.agreement,
+        )
+        return replace(evidence, parameters=problem.known, weighed=weighed)
+    weights = (answer.possible.free if answer.possible else free[-1]).estimate.weights
+    return replace(
+        evidence,
         pairs=problem.pairs,
-        compared=compared,
         condition=problem.unloaded.condition_numbers()[1] if problem.unloaded else None,
         parameters=problem.alone,
         validation=answer.validation,
         estimates=tuple(free),
-        constrained=answer.constrained,
         recommended=answer.possible,
         stretches=payload_over_time(problem, weights),
-        spread=spread,
-        judged=judged,
     )
 
 

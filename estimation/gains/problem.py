@@ -65,8 +65,23 @@ class GainProblem:
 
     def posed_by(self, K: Array) -> tuple[PayloadProblem, ...]:
         """Each mounting's payload problem with torques that gains K give."""
-        ratio = K / np.array(self.posed_with) if self.posed else K
-        return tuple(_rescaled(problem, ratio, self.robot) for problem in self.posed)
+        ratio, posed = K / np.array(self.posed_with) if self.posed else K, []
+        for problem in self.posed:
+            source = problem.source
+            assert source is not None
+            loaded, unloaded = (
+                tuple(_scaled(self.robot, group, ratio, joints=True)) for group in (source.loaded, source.unloaded)
+            )
+            rescaled = replace(
+                problem,
+                loaded=_times(problem.loaded, ratio),
+                unloaded=_times(problem.unloaded, ratio) if problem.unloaded else None,
+                difference=_times(problem.difference, ratio) if problem.difference else None,
+                stretches=tuple(_times(stretch, ratio) for stretch in problem.stretches),
+                source=source._replace(loaded=loaded, unloaded=unloaded),
+            )
+            posed.append(with_friction(rescaled))
+        return tuple(posed)
 
 
 def gain_problem(
@@ -222,24 +237,6 @@ def _times(equations: Equations, ratio: Array) -> Equations:
     ]
     cut = each(equations.leave_one_out, lambda part: _times(part, ratio))
     return replace(equations, factors=tuple(factors), leave_one_out=cut)
-
-
-def _rescaled(problem: PayloadProblem, ratio: Array, robot: Robot) -> PayloadProblem:
-    """A payload problem whose motors' torques are ``ratio`` times as large."""
-    source = problem.source
-    assert source is not None
-    rescaled = replace(
-        problem,
-        loaded=_times(problem.loaded, ratio),
-        unloaded=_times(problem.unloaded, ratio) if problem.unloaded else None,
-        difference=_times(problem.difference, ratio) if problem.difference else None,
-        stretches=tuple(_times(stretch, ratio) for stretch in problem.stretches),
-        source=source._replace(
-            loaded=tuple(_scaled(robot, source.loaded, ratio, joints=True)),
-            unloaded=tuple(_scaled(robot, source.unloaded, ratio, joints=True)),
-        ),
-    )
-    return with_friction(rescaled)
 
 
 def _without_blocks(

@@ -41,7 +41,7 @@ class ProfileSet:
         self._spread = np.sqrt(q) * self._inverse
         self._pull = problem.R @ (nearest - problem.centre) / np.sqrt(q)  # kappa e
         self._radius = float(np.sqrt(q * (1.0 + self._pull @ self._pull)))
-        self._ratio_regions: dict[int, _Region] = {}
+        self.mass = int(problem.select[:, 9].argmax())
 
     def farthest(self, c: Array) -> Array:
         """The z of the set with the largest c'z.
@@ -55,14 +55,14 @@ class ProfileSet:
             return np.asarray(alone)
         return np.asarray(self._nearest + self._spread @ self._solved(self._points, -direction))
 
-    def largest_ratio(self, c: Array, k: int) -> float:
-        """Largest c'z / z_k, for a z_k that is positive in the whole set: linear in z / z_k and 1 / z_k.
+    def largest_per_mass(self, c: Array) -> float:
+        """Largest c'z / z_k, z_k the mass, positive in the whole set: linear in z / z_k and 1 / z_k.
 
         Raises:
             SolverError: for anything but a clean solve.
         """
         moved = np.column_stack([self._spread, self._nearest])
-        return float(c @ moved @ self._solved(self._ratios(k), -(c @ moved)))
+        return float(c @ moved @ self._solved(self._ratios, -(c @ moved)))
 
     @cached_property
     def _points(self) -> _Region:
@@ -70,14 +70,12 @@ class ProfileSet:
         K, cones = self._cones
         return _region(-K[:, :-1], K[:, -1], cones)
 
-    def _ratios(self, k: int) -> _Region:
-        """The set in (u / z_k, 1 / z_k)."""
-        if k not in self._ratio_regions:
-            K, cones = self._cones
-            unit = np.append(self._spread[k], self._nearest[k])
-            right = np.append(1.0, np.zeros(len(K)))
-            self._ratio_regions[k] = _region(np.vstack([unit, -K]), right, [("Zero", 1), *cones])
-        return self._ratio_regions[k]
+    @cached_property
+    def _ratios(self) -> _Region:
+        """The set in (u / z_k, 1 / z_k), z_k the mass."""
+        K, cones = self._cones
+        unit = np.append(self._spread[self.mass], self._nearest[self.mass])
+        return _region(np.vstack([unit, -K]), np.append(1.0, np.zeros(len(K))), [("Zero", 1), *cones])
 
     def _solved(self, region: _Region, cost: Array) -> Array:
         """The point of least cost; a cost of norm 1 is what the solver's tolerances are made for."""
@@ -189,11 +187,11 @@ def profile_intervals(result: Possible) -> Intervals:
     if ten[9, 0] <= _NEXT_TO_NOTHING * ten[9, 1]:
         unknown = np.array([-np.inf, np.inf])
         return Intervals(ten, np.tile(unknown, (3, 1)), np.tile(unknown, (3, 3, 1)), np.tile(unknown, (3, 1)))
-    mass, com = int(problem.select[:, 9].argmax()), np.zeros((3, 2))
+    com = np.zeros((3, 2))
     first_moments = (problem.scale[:, None] * problem.select)[:, 6:9]
-    for axis, c in enumerate(first_moments.T / problem.scale[mass]):
+    for axis, c in enumerate(first_moments.T / problem.scale[profile.mass]):
         if c.any():
-            com[axis] = [sign * profile.largest_ratio(sign * c, mass) for sign in signs]
+            com[axis] = [sign * profile.largest_per_mass(sign * c) for sign in signs]
     points = [nearest]  # a search starts from the best so far
     for i, j in _UPPER:
         for sign in signs:
