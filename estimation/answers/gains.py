@@ -1,7 +1,6 @@
 """Drive gains of a problem: free, of possible bodies, with covariances, and whether to use them."""
 
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -21,8 +20,7 @@ from ..fit.drive_gains import Fingerprints
 from ..fit.estimate import Estimate, Fit
 from ..fit.robust import NORMAL95, RobustCovariance, jackknife
 from ..gains.known_load import KnownLoad, Mountings, known_values
-from ..gains.possible import possible_gains
-from ..gains.problem import GainProblem, free_gains, gravity_acts, rests_on
+from ..gains.problem import GainProblem, free_gains, gravity_acts, possible_gains, rests_on
 from ..payload.by_joints import ByJoints, payload_over_time
 from ..payload.methods import identify_payload
 from ..payload.problem import PayloadProblem, Source
@@ -163,10 +161,14 @@ def identify_gains(problem: GainProblem, load: KnownLoad | Sequence[KnownLoad]) 
         InputError: if the recordings do not determine the gains.
     """
     loads = problem.mountings.loads(load)
-    with _explained(problem):
+    try:
         free = free_gains(problem.equations, problem.weights, loads)
         sharpest = int(np.argmin(np.diag(free.covariance)))
         best = possible_gains(problem, problem.equations, loads, free, sharpest)
+    except InputError as error:  # what the recordings look like is told with it
+        states = states_of(problem.source) if problem.source is not None else None
+        likely = likely_causes(problem.description, states, free_gains=True)
+        raise InputError("; ".join([str(error), *(finding.text for finding in likely)])) from None
     robust: RobustCovariance | None = None
     reason = problem.without_blocks
     if problem.deletions:
@@ -218,18 +220,6 @@ def identify_gains(problem: GainProblem, load: KnownLoad | Sequence[KnownLoad]) 
         source=problem.source,
     )
     return replace(gains, verdict=judge(*_evidence(gains, identified, diagnoses))) if posed else gains
-
-
-@contextmanager
-def _explained(problem: GainProblem) -> Iterator[None]:
-    """Names what the recordings look like where they give no gains."""
-    try:
-        yield
-    except InputError as error:
-        source = problem.source
-        states = states_of(source) if source is not None else None
-        likely = likely_causes(problem.description, states, free_gains=True)
-        raise InputError("; ".join([str(error), *(finding.text for finding in likely)])) from None
 
 
 def _evidence(

@@ -75,7 +75,21 @@ def answer_payload(
         settings = processing or problem.robot.processing
         unseen = base_problem(problem.robot, problem.base, held_out, settings, check=False)
         validation = fit(unseen, problem.alone.values)
-    constrained, failures = _constrained(free, constraints, gains)
+    constrained: list[ConstrainedPayload] = []
+    failures: dict[int, SolverError] = {}
+    for estimate in free:
+        hard = [known for known in constraints if not (isinstance(known, KnownMass) and estimate.from_scale)]
+        try:
+            if estimate.complete:
+                constrained.append(constrain_payload(estimate, hard, gains))
+        except SolverError as error:
+            failures[estimate.method] = error
+    agreement = _without_friction(problem)
+    for other in others:
+        (method,) = usable_methods(other)
+        ten = identify_payload(other, method, scale=scale).ten
+        name = "robot's parameters (method 1)" if method == 1 else "torque difference (method 3)"
+        agreement.append(Agreement(name, float(ten[9]), ten[6:9] / ten[9]))
     answer = PayloadAnswer(
         problem=problem,
         # Where no method found a possible payload, all are shown.
@@ -89,7 +103,7 @@ def answer_payload(
         validation=validation,
         held_out=tuple(held_out),
         processing=processing,
-        agreement=(*_without_friction(problem), *_other_ways(others, scale)),
+        agreement=tuple(agreement),
         repeats=repeats,
     )
     verdict = judge(_evidence(answer, free, diagnosis))
@@ -108,21 +122,6 @@ def answer_payload(
             f"{answer.judged['centre of mass'].why}"
         )
     return replace(answer, stand_in=stand_in)
-
-
-def _constrained(
-    free: Sequence[PayloadEstimate], constraints: Sequence[Constraint], gains: Gains | None
-) -> tuple[list[ConstrainedPayload], dict[int, SolverError]]:
-    """The nearest payload of each method that can exist, and why there is none."""
-    payloads, failures = [], {}
-    for estimate in free:
-        hard = [known for known in constraints if not (isinstance(known, KnownMass) and estimate.from_scale)]
-        try:
-            if estimate.complete:
-                payloads.append(constrain_payload(estimate, hard, gains))
-        except SolverError as error:
-            failures[estimate.method] = error
-    return payloads, failures
 
 
 def _identified(
@@ -199,13 +198,3 @@ def _without_friction(problem: PayloadProblem) -> list[Agreement]:
     except InputError:
         return []
     return [Agreement("friction not freed", float(values[9]), values[6:9] / values[9], counts=False)]
-
-
-def _other_ways(problems: Sequence[PayloadProblem], scale: KnownMass | None) -> list[Agreement]:
-    ways = []
-    for alternative in problems:
-        (method,) = usable_methods(alternative)
-        ten = identify_payload(alternative, method, scale=scale).ten
-        name = "robot's parameters (method 1)" if method == 1 else "torque difference (method 3)"
-        ways.append(Agreement(name, float(ten[9]), ten[6:9] / ten[9]))
-    return ways

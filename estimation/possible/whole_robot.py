@@ -223,8 +223,13 @@ def whole_robot(
     """
     bodies = bodies_in_link_frames(robot, parameters)
     labels = _Labels(robot, base, estimate, parameters)
-    links = []
-    for j, ((name, body), move) in enumerate(zip(bodies.items(), _into_link_frames(robot), strict=True), start=1):
+    links, columns = [], []
+    for unit in np.eye(len(INERTIAL)):
+        units = {f"{kind}{j}": one for j in range(1, robot.n + 1) for kind, one in zip(INERTIAL, unit, strict=True)}
+        columns.append([there.vector for there in bodies_in_link_frames(robot, units).values()])
+    # Per link, the ten in its own frame by the ten in the modified DH frame, 10 x 10.
+    moves = np.array(columns).transpose(1, 2, 0)
+    for j, ((name, body), move) in enumerate(zip(bodies.items(), moves, strict=True), start=1):
         ten = [f"{kind}{j}" for kind in INERTIAL]
         # Of a body without mass there is no more than that.
         values, slopes = [0.0], np.eye(len(INERTIAL))[-1:]
@@ -337,13 +342,3 @@ def _drive_slopes(
         for joint in (j, k):
             remaining[joint - 1]["damping"] = {f"FV{joint}": 1.0, f"FVM{k}": -1.0}
     return alone, remaining, shared
-
-
-def _into_link_frames(robot: Robot) -> list[Array]:
-    """Per link, the ten in its own frame by the ten in the modified DH frame, 10 x 10."""
-    columns = []
-    for unit in np.eye(len(INERTIAL)):
-        ten = dict(zip(INERTIAL, unit, strict=True))
-        parameters = {f"{kind}{j}": value for j in range(1, robot.n + 1) for kind, value in ten.items()}
-        columns.append([there.vector for there in bodies_in_link_frames(robot, parameters).values()])
-    return list(np.array(columns).transpose(1, 2, 0))
