@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 from dynident.apps.logs.read import read_recording
 from dynident.estimation import Identification, SigmaBound, SigmaRatio, identify
-from dynident.estimation.answers.elimination import impossible_robot
+from dynident.estimation.answers.identification import impossible_robot
 from dynident.estimation.fit.essential import eliminate
 from dynident.estimation.fit.least_squares import solve_triangle
 from dynident.model import load_robot

@@ -1,10 +1,10 @@
 from .answers.gains import identify_gains as identify_gains
 from .answers.identification import Identification as Identification
+from .answers.identification import identification_system as identification_system
 from .answers.identification import identify as identify
 from .answers.payload import answer_payload as answer_payload
 from .answers.payload_answer import PayloadAnswer as PayloadAnswer
 from .answers.system import ObservationSystem as ObservationSystem
-from .answers.system import identification_system as identification_system
 from .answers.system import payload_system as payload_system
 from .diagnosis.finding import Finding as Finding
 from .diagnosis.finding import Verdict as Verdict
@@ -40,8 +40,6 @@ from .possible.constraints import InEllipsoid as InEllipsoid
 from .possible.constraints import KnownMass as KnownMass
 from .possible.constraints import MassBounds as MassBounds
 from .possible.constraints import PossibleBody as PossibleBody
-from .possible.labelled import WholeRobot as WholeRobot
-from .possible.labelling import whole_robot as whole_robot
 from .possible.payload import build_constrained as build_constrained
 from .possible.payload import solve_constrained as solve_constrained
 from .possible.prior import BUDGET as BUDGET
@@ -51,6 +49,8 @@ from .possible.prior import robot_prior as robot_prior
 from .possible.prior import solve_constrained_prior as solve_constrained_prior
 from .possible.robot import PossibleRobot as PossibleRobot
 from .possible.robot import solve_constrained_base as solve_constrained_base
+from .possible.whole_robot import WholeRobot as WholeRobot
+from .possible.whole_robot import whole_robot as whole_robot
 from .signals.filtering import measurement as measurement
 
 __all__ = [

@@ -12,7 +12,7 @@ from dynident import InertialParameters, Simulator, answer_payload, load_robot, 
 from dynident.apps.report import save_figure
 from dynident.common.files import write_text
 from dynident.estimation import PayloadAnswer, identify_gains
-from dynident.estimation.answers.drive_gains import DriveGains
+from dynident.estimation.answers.gains import DriveGains
 from dynident.estimation.gains.known_load import known_mass
 from dynident.estimation.gains.problem import gain_problem
 from dynident.model import Recording

@@ -16,8 +16,7 @@ from ...common.arrays import Array
 from ...common.errors import InputError
 from ...estimation.fit.robust import student95
 from ...estimation.signals.alignment import aligned
-from ...estimation.signals.pieces import cut, pieces
-from ...estimation.signals.rows import moving_parts
+from ...estimation.signals.rows import cut, moving_parts, pieces
 from ...model import Motion, Recording, Robot
 from .map import LogMap
 from .read import named, read_beside, read_recording

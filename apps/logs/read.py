@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ...common.arrays import Array
 from ...common.errors import InputError
-from ...estimation.signals.pieces import cut, pieces, typical_step
+from ...estimation.signals.rows import cut, pieces, typical_step
 from ...model import Processing, Recording, Robot
 from .arrays_log import mat_log, npz_log, parquet_log
 from .columns import Columns, Naming, check_missing, choose

@@ -13,7 +13,7 @@ from ...common.files import checksum, write_text
 from ...common.schema import json_text
 from ...common.versions import versions
 from ...estimation import Identification, PayloadAnswer
-from ...estimation.answers.drive_gains import DriveGains
+from ...estimation.answers.gains import DriveGains
 from ...trajectories import Design
 from ..export.controllers import FORMATS, load_of_document
 from ..logs.log_check import LogCheck

@@ -1,31 +1,154 @@
-"""Drive gains of a problem: free, of possible bodies, with covariances, and what to think of them."""
+"""Drive gains of a problem: free, of possible bodies, with covariances, and whether to use them."""
 
-from collections.abc import Iterable, Iterator, Sequence
-from contextlib import contextmanager
-from dataclasses import replace
-from typing import NamedTuple
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 
-from ...common.arrays import Array
+from ...common.arrays import Array, frozen_array
 from ...common.errors import InputError
+from ...common.speech import Speaks
 from ...model import InertialParameters, Robot
 from ..diagnosis.causes import likely_causes
-from ..diagnosis.evidence import Diagnosis, Evidence, Gained, KnownWeight
+from ..diagnosis.evidence import KNOWN_WELL, Diagnosis, Evidence, Gained, KnownWeight
+from ..diagnosis.finding import Verdict
 from ..diagnosis.states import states_of
 from ..diagnosis.verdict import diagnose, judge
 from ..equations.equations import PAYLOAD, Equations
+from ..fit.drive_gains import Fingerprints
 from ..fit.estimate import Estimate, Fit
 from ..fit.robust import NORMAL95, RobustCovariance, jackknife
-from ..gains.current_side import CurrentFit
-from ..gains.known_load import KnownLoad
-from ..gains.possible import possible_gains
-from ..gains.problem import GainProblem, free_gains, gravity_acts, rests_on
-from ..payload.by_joints import payload_over_time
+from ..gains.known_load import KnownLoad, Mountings, known_values
+from ..gains.problem import GainProblem, free_gains, gravity_acts, possible_gains, rests_on
+from ..payload.by_joints import ByJoints, payload_over_time
 from ..payload.methods import identify_payload
-from ..payload.problem import PayloadProblem
+from ..payload.problem import PayloadProblem, Source
 from ..payload.result import PayloadEstimate
-from .drive_gains import DriveGains
+from .system import DRAWN, TorquePrediction, payload_prediction
+
+
+@dataclass(frozen=True, repr=False)
+class DriveGains(Speaks):
+    """Torque per current of each motor, on the joint side.
+
+    Attributes:
+        robot: the robot, its equations those of the joints.
+        logarithms: ln K of gains [N·m/A or N/A] for bodies that can exist, its fit that of the currents [A]. Both
+            covariances, by the formula and the robust one, hold the sigma of the mass.
+        free_values: gains without constraints, shape (n,).
+        gravity: per motor, whether gravity acts on it in some pose.
+        rests_on: per motor, in words, which torques its gain rests on.
+        loads: what was known of the payload in each mounting.
+        payloads: its ten in each mounting as identified, known ones as given.
+        without_robust: why there is no robust covariance.
+        recordings: from which they were identified.
+        mountings: which loaded recordings have the weight where.
+        disagreement: factor on every standard deviation by which all joints' shares together disagree; 1 where they
+            do not.
+        posed: each mounting's payload problem with the torques that the gains give, where the verdict looked at it.
+        by_joints: the weight in each of them as single joints see it.
+        source: the recordings of currents, and how they were processed.
+    """
+
+    robot: Robot
+    logarithms: Estimate
+    free_values: Array
+    gravity: tuple[bool, ...]
+    rests_on: tuple[str, ...]
+    loads: tuple[KnownLoad, ...]
+    payloads: tuple[InertialParameters, ...]
+    without_robust: str = ""
+    recordings: Fingerprints = field(default_factory=dict)
+    mountings: Mountings = Mountings()
+    disagreement: float = 1.0
+    verdict: Verdict = Verdict("use")
+    posed: tuple[PayloadProblem, ...] = ()
+    by_joints: tuple[ByJoints, ...] = ()
+    source: Source | None = None
+
+    def __post_init__(self) -> None:
+        """Lock the array."""
+        object.__setattr__(self, "free_values", frozen_array(self.free_values, (len(self.gravity),), "free gains"))
+
+    @property
+    def headline(self) -> str:
+        """The robot, how many of its gains are known, and the verdict in a line."""
+        known = f"{sum(self.identified)} of {len(self.identified)} gains identified"
+        return f"{self.robot.name}, {known}, {self.verdict.level.replace('_', ' ')}"
+
+    @cached_property
+    def values(self) -> Array:
+        """Gains K [N·m/A or N/A], shape (n,)."""
+        return np.exp(self.logarithms.values)
+
+    @property
+    def known(self) -> dict[str, float]:
+        """What was known of the payload, by name: of the first mounting as in ``PAYLOAD``, then XX_L2 .. M_L2."""
+        return known_values(self.loads)
+
+    @property
+    def fit(self) -> Fit:
+        """How well the currents [A] are explained."""
+        return self.logarithms.fit
+
+    @property
+    def robust(self) -> RobustCovariance | None:
+        """Covariance of ln K that holds for autocorrelated noise."""
+        return self.logarithms.robust
+
+    @property
+    def relative_sigma(self) -> Array:
+        """Relative standard deviations by the formula, shape (n,)."""
+        return self.logarithms.sigma
+
+    @property
+    def relative_sigma_robust(self) -> Array | None:
+        """Relative standard deviations that hold for autocorrelated noise, where there is enough data for them."""
+        return self.logarithms.sigma_robust
+
+    @property
+    def larger_relative_sigma(self) -> Array:
+        """The larger of both, times ``disagreement``, shape (n,)."""
+        return self.disagreement * self.logarithms.larger_sigma
+
+    @cached_property
+    def larger_relative_covariance(self) -> Array:
+        """Covariance of ln K with the larger standard deviations and their own correlations, n x n.
+
+        The correlations are the robust ones where the robust deviations are the larger.
+        """
+        if self.robust is None:
+            return self.disagreement**2 * self.logarithms.covariance
+        own = self.robust.covariance
+        stretch = self.larger_relative_sigma / self.robust.sigma
+        return np.asarray(own * np.outer(stretch, stretch))
+
+    @cached_property
+    def predictions(self) -> tuple[TorquePrediction, ...]:
+        """Torques of a few recordings, current times gain, and what robot and weight predict: all were used."""
+        predictions = []
+        for problem, body in zip(self.posed, self.payloads[: len(self.posed)], strict=True):
+            assert problem.source is not None
+            settings = problem.source.processing
+            predictions += [
+                payload_prediction(problem, body, recording, settings, False)
+                for recording in problem.source.loaded[:DRAWN]
+            ]
+        return tuple(predictions[:DRAWN])
+
+    @property
+    def identified(self) -> tuple[bool, ...]:
+        """Per joint, whether its gain is known to 5 % (1 sigma)."""
+        return tuple(bool(sigma <= KNOWN_WELL) for sigma in self.larger_relative_sigma)
+
+    @property
+    def identifiability(self) -> tuple[str, ...]:
+        """Per joint, in words, what its gain rests on and whether that is enough."""
+        return tuple(
+            words + ("" if good else f"; too little, known to {100 * sigma:.0f} % only: keep the maker's gain")
+            for words, good, sigma in zip(self.rests_on, self.identified, self.larger_relative_sigma, strict=True)
+        )
 
 
 def identify_gains(problem: GainProblem, load: KnownLoad | Sequence[KnownLoad]) -> DriveGains:
@@ -38,13 +161,46 @@ def identify_gains(problem: GainProblem, load: KnownLoad | Sequence[KnownLoad]) 
         InputError: if the recordings do not determine the gains.
     """
     loads = problem.mountings.loads(load)
-    with _explained(problem):
+    try:
         free = free_gains(problem.equations, problem.weights, loads)
         sharpest = int(np.argmin(np.diag(free.covariance)))
         best = possible_gains(problem, problem.equations, loads, free, sharpest)
-    robust, reason = _jackknifed(problem, loads, best, sharpest)
-    mountings = [_Mounting.of(posed, problem.description) for posed in problem.posed_by(1.0 / best.k)]
-    logarithms = _logarithms(problem, loads, free, best, robust, mountings)
+    except InputError as error:  # what the recordings look like is told with it
+        likely = likely_causes(problem.description, states_of(problem.source), free_gains=True)
+        raise InputError("; ".join([str(error), *(finding.text for finding in likely)])) from None
+    robust: RobustCovariance | None = None
+    reason = problem.without_blocks
+    if problem.deletions:
+
+        def solve(part: Equations) -> Array:
+            return -np.log(possible_gains(problem, part, loads, best, sharpest).k)
+
+        try:
+            robust = jackknife(solve, problem.deletions, -np.log(best.k), problem.block_length)
+        except InputError as error:
+            reason = str(error)
+    # The weight as the torques show it that the gains give; the gains' own errors are those of these recordings.
+    posed = problem.posed_by(1.0 / best.k)
+    identified = [identify_payload(each, 4) for each in posed]
+    diagnoses = [
+        diagnose(each, own, None, problem.description) for each, own in zip(posed, identified, strict=True)
+    ]
+    # An error of the weighed mass scales all gains alike, and so may a burst of other torques.
+    mass_share = max(load.mass_sigma / load.mass for load in loads) ** 2
+    found = [(own.mass, diagnosis.effect("bursts")) for own, diagnosis in zip(identified, diagnoses, strict=True)]
+    reach = [abs(float(bursts.change[9]) / mass) / NORMAL95 for mass, bursts in found if bursts]
+    burst_share = max(reach, default=0.0) ** 2
+    factors = zip(problem.equations.factors, best.k, strict=True)
+    errors = np.array([np.linalg.norm(R[:, -1] - k * R[:, :-1] @ best.x) for R, k in factors])
+    logarithms = Estimate(
+        names=tuple(f"K{j}" for j in range(1, problem.robot.n + 1)),
+        values=-np.log(best.k),
+        covariance=free.covariance + mass_share + burst_share,
+        degrees_of_freedom=free.degrees_of_freedom,
+        fit=Fit(errors, problem.equations.torque_norms, problem.equations.rows),
+        weights=problem.weights,
+        robust=robust and replace(robust, covariance=robust.covariance + mass_share + burst_share),
+    )
     bodies = best.x[len(problem.base.columns) :].reshape(-1, len(PAYLOAD))
     gains = DriveGains(
         robot=problem.description,
@@ -57,109 +213,32 @@ def identify_gains(problem: GainProblem, load: KnownLoad | Sequence[KnownLoad]) 
         without_robust=reason,
         recordings=problem.recordings,
         mountings=problem.mountings,
-        disagreement=max((mounting.diagnosis.disagreement for mounting in mountings), default=1.0),
-        posed=tuple(mounting.problem for mounting in mountings),
-        by_joints=tuple(mounting.diagnosis.by_joints for mounting in mountings),
+        disagreement=max((diagnosis.disagreement for diagnosis in diagnoses), default=1.0),
+        posed=posed,
+        by_joints=tuple(diagnosis.by_joints for diagnosis in diagnoses),
         source=problem.source,
     )
-    return replace(gains, verdict=judge(*_evidence(problem.description, gains, mountings))) if mountings else gains
+    return replace(gains, verdict=judge(*_evidence(gains, identified, diagnoses))) if posed else gains
 
 
-def _jackknifed(
-    problem: GainProblem, loads: Sequence[KnownLoad], best: CurrentFit, sharpest: int
-) -> tuple[RobustCovariance | None, str]:
-    """Robust covariance of ln K; None, and why, where there are too few blocks of time.
-
-    Args:
-        loads: what is known of the payload in each mounting.
-        best: the gains by all blocks, from which each solution without one starts.
-        sharpest: the joint (from 0) whose gain the currents tell best.
-    """
-    if not problem.deletions:
-        return None, problem.without_blocks
-
-    def solve(part: Equations) -> Array:
-        return -np.log(possible_gains(problem, part, loads, best, sharpest).k)
-
-    try:
-        robust = jackknife(solve, problem.deletions, -np.log(best.k), problem.block_length)
-    except InputError as error:
-        return None, str(error)
-    return robust, problem.without_blocks
-
-
-def _logarithms(
-    problem: GainProblem,
-    loads: Sequence[KnownLoad],
-    free: CurrentFit,
-    best: CurrentFit,
-    robust: RobustCovariance | None,
-    mountings: "Sequence[_Mounting]",
-) -> Estimate:
-    """Logarithms of the gains, ln K = -ln k, with the errors that all of them share."""
-    # An error of the weighed mass scales all gains alike, and so may a burst of other torques.
-    mass_share = max(load.mass_sigma / load.mass for load in loads) ** 2
-    burst_share = max((mounting.reach for mounting in mountings), default=0.0) ** 2
-    factors = zip(problem.equations.factors, best.k, strict=True)
-    errors = np.array([np.linalg.norm(R[:, -1] - k * R[:, :-1] @ best.x) for R, k in factors])
-    return Estimate(
-        names=tuple(f"K{j}" for j in range(1, problem.robot.n + 1)),
-        values=-np.log(best.k),
-        covariance=free.covariance + mass_share + burst_share,
-        degrees_of_freedom=free.degrees_of_freedom,
-        fit=Fit(errors, problem.equations.torque_norms, problem.equations.rows),
-        weights=problem.weights,
-        robust=robust and replace(robust, covariance=robust.covariance + mass_share + burst_share),
-    )
-
-
-@contextmanager
-def _explained(problem: GainProblem) -> Iterator[None]:
-    """Names what the recordings look like where they give no gains."""
-    try:
-        yield
-    except InputError as error:
-        likely = likely_causes(problem.description, states_of(problem.source), free_gains=True)
-        raise InputError("; ".join([str(error), *(finding.text for finding in likely)])) from None
-
-
-class _Mounting(NamedTuple):
-    """The weight in one mounting as the torques show it that the gains give."""
-
-    problem: PayloadProblem
-    free: PayloadEstimate
-    diagnosis: Diagnosis
-
-    @staticmethod
-    def of(problem: PayloadProblem, description: Robot) -> "_Mounting":
-        """The gains' own errors are those of these recordings: none are allowed for."""
-        free = identify_payload(problem, 4)
-        return _Mounting(problem, free, diagnose(problem, free, None, description))
-
-    @property
-    def reach(self) -> float:
-        """Standard deviation, relative, that lets intervals reach what is found without bursts."""
-        bursts = self.diagnosis.effect("bursts")
-        return abs(float(bursts.change[9]) / self.free.mass) / NORMAL95 if bursts else 0.0
-
-
-def _evidence(robot: Robot, gains: DriveGains, mountings: Sequence[_Mounting]) -> Iterable[Evidence]:
+def _evidence(
+    gains: DriveGains, identified: Sequence[PayloadEstimate], diagnoses: Sequence[Diagnosis]
+) -> Iterator[Evidence]:
     """What the verdict looks at, mounting by mounting; what they share in the first."""
     weights = tuple(
-        KnownWeight(name, load.mass, mounting.free.mass, float(mounting.free.larger_sigma[9]))
-        for name, load, mounting in zip(gains.mountings.names, gains.loads, mountings, strict=True)
+        KnownWeight(name, load.mass, free.mass, float(free.larger_sigma[9]))
+        for name, load, free in zip(gains.mountings.names, gains.loads, identified, strict=True)
     )
-    for k, mounting in enumerate(mountings):
-        problem, source = mounting.problem, mounting.problem.source
-        assert source is not None
+    for k, (problem, free, diagnosis) in enumerate(zip(gains.posed, identified, diagnoses, strict=True)):
+        assert problem.source is not None
         yield Evidence(
-            robot=robot,
-            source=source,
+            robot=gains.robot,
+            source=problem.source,
             condition=problem.unloaded.condition_numbers()[1] if problem.unloaded else None,
             parameters=problem.alone,
-            estimates=(mounting.free,),
-            stretches=payload_over_time(problem, mounting.free.estimate.weights),
+            estimates=(free,),
+            stretches=payload_over_time(problem, free.estimate.weights),
             gained=Gained(gains.larger_relative_sigma, weights) if k == 0 else None,
             compared=problem.compared,
-            diagnosis=mounting.diagnosis if k == 0 else replace(mounting.diagnosis, alternatives=()),
+            diagnosis=diagnosis if k == 0 else replace(diagnosis, alternatives=()),
         )

@@ -1,8 +1,14 @@
-"""The answer to "what is this robot": its base parameters, from recordings without payload."""
+"""Base parameters of a robot from recordings without payload, and whether the essential ones can exist.
+
+Elimination takes a small parameter as zero. That is harmless for torques, but a zero may be one that no body has:
+XX = 0 says that all mass lies on the x axis, and ZZ6 = 0 while YZ6 is not that link 6 cannot exist.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+
+import numpy as np
 
 from ...common.errors import InputError
 from ...common.progress import Progress, silent
@@ -10,17 +16,117 @@ from ...common.speech import Speaks
 from ...model import BaseParameters, Processing, Recording, Robot, base_parameters
 from ..diagnosis.finding import Verdict
 from ..diagnosis.verdict import robot_verdict
-from ..equations.equations import Equations
+from ..equations.equations import PAYLOAD, Equations
+from ..equations.observer import Observer
 from ..fit.drive_gains import Gains
 from ..fit.essential import Elimination, StopRule, eliminate
-from ..fit.estimate import Estimate, Fit, fit
+from ..fit.estimate import Estimate, Fit, error_model, fit
 from ..fit.least_squares import Excitation, excitation, weighted
 from ..fit.linear_problem import LinearProblem, gain_sensitivity
 from ..fit.own_equations import base_problem
-from ..fit.robust import RobustCovariance, jackknifed, naming_blocks
-from ..payload.problem import Source
-from .elimination import impossible_robot
-from .prediction import DRAWN, TorquePrediction, robot_prediction
+from ..fit.robust import jackknifed, naming_blocks
+from ..payload.methods import selected, with_robust
+from ..payload.problem import PayloadProblem, Source
+from ..possible.cone import SolverError
+from ..possible.payload import solve_constrained
+from ..possible.result import rise_p_value
+from ..possible.robot import solve_constrained_base
+from .system import DRAWN, ObservationSystem, TorquePrediction, joined, observed, robot_prediction
+
+_UNLIKELY = 0.01
+"""A smaller p-value says that the data contradict everything possible with these zeros."""
+_ZERO = 1e-2
+"""An eliminated base parameter is held at zero within this fraction of its own standard deviation."""
+_OFF_AXIS = {
+    "XX": ("XY_L", "XZ_L", "YZ_L", "MY_L", "MZ_L"),
+    "YY": ("XY_L", "XZ_L", "YZ_L", "MX_L", "MZ_L"),
+    "ZZ": ("XY_L", "XZ_L", "YZ_L", "MX_L", "MY_L"),
+}
+"""What is zero if all mass lies on that axis."""
+
+
+def impossible_payload(elimination: Elimination) -> tuple[str, ...]:
+    """What speaks against a payload with the eliminated parameters zero, one line each; empty if nothing does.
+
+    Without XX, YY, ZZ or M no body of any thickness is left, whatever the data say. Else the nearest possible
+    payload with these zeros must lie within the accuracy of the data.
+
+    Args:
+        elimination: of parameters among which are some or all of ``PAYLOAD``.
+    """
+    gone = tuple(name for name in elimination.eliminated if name in PAYLOAD)
+    left = tuple(name for name in elimination.essential if name in PAYLOAD)
+    if not gone:
+        return ()
+    if not left:
+        return ("no payload parameter is essential: the torques do not show the payload",)
+    if "M_L" in gone:
+        return (f"M_L is eliminated, {', '.join(left)} remain: a body without mass has none of them",)
+    on_axis = []
+    for kind, off_axis in _OFF_AXIS.items():
+        if f"{kind}_L" in gone:
+            line = f"{kind}_L is eliminated, which only a payload on its frame's {kind[0].lower()} axis has zero"
+            remaining = ", ".join(name for name in left if name in off_axis)
+            on_axis.append(f"{line}: {remaining} must then be zero too, and remain" if remaining else line)
+    if on_axis:
+        return tuple(on_axis)
+    try:
+        result = solve_constrained(error_model(elimination.estimate).part(left))
+    except SolverError as error:
+        return (f"whether a payload without {', '.join(gone)} can exist is not known ({error.words})",)
+    return _too_far("payload", gone, result.chi2_rise, result.p_value)
+
+
+def elimination_warnings(problem: PayloadProblem, elimination: Elimination) -> tuple[str, ...]:
+    """What speaks against the essential parameters of robot and payload together, by method 4."""
+    full, _ = with_robust(problem, lambda part: selected(part, part.loaded.columns))
+    part, _ = with_robust(problem, lambda part: selected(part, elimination.essential), elimination.estimate)
+    elimination = replace(elimination, estimate=part)
+    return impossible_payload(elimination) + impossible_robot(problem.robot, problem.base, full, elimination)
+
+
+def impossible_robot(
+    robot: Robot, base: BaseParameters, estimate: Estimate, elimination: Elimination
+) -> tuple[str, ...]:
+    """What speaks against a robot with the eliminated base parameters zero; empty if nothing does.
+
+    The nearest robot that can exist, its eliminated base parameters zero within 1 % of their standard deviations,
+    must lie within the accuracy of the data: by robust standard deviations where the estimates have them.
+
+    Args:
+        estimate: of all parameters, before elimination.
+        elimination: of them; parameters of a payload are left aside.
+    """
+    gone = tuple(name for name in elimination.eliminated if name in base.columns)
+    left = tuple(name for name in elimination.essential if name in base.columns)
+    if not gone or not left:
+        return ()
+    # All base parameters: the essential ones as estimated, the others zero and next to certain.
+    full, essential = error_model(estimate), error_model(elimination.estimate)
+    places, values = [base.columns.index(name) for name in left], np.zeros(len(base.columns))
+    covariance = np.diag((_ZERO * np.sqrt(np.diag(full.select(base.columns)[1]))) ** 2)
+    values[places], part = essential.select(left)
+    covariance[np.ix_(places, places)] = part
+    zeroed = Estimate(base.columns, values, covariance, essential.degrees_of_freedom, full.fit, full.weights)
+    try:
+        result = solve_constrained_base(robot, base, zeroed)
+    except SolverError as error:
+        return (f"whether a robot with these zeros can exist is not known ({error.words})",)
+    p_value = rise_p_value(result.chi2_rise, len(left), zeroed.degrees_of_freedom)
+    lines = _too_far(robot.name, gone, result.chi2_rise, p_value)
+    at_fault = [holding.description for holding in result.active[:3]]
+    return tuple(f"{line}; in conflict: {', '.join(at_fault)}" for line in lines)
+
+
+def _too_far(body: str, gone: Sequence[str], chi2: float, p_value: float) -> tuple[str, ...]:
+    if p_value >= _UNLIKELY:
+        return ()
+    p = f"p {p_value:.1g}" if p_value >= 1e-12 else "p below 1e-12"
+    zeros = ", ".join(gone) if len(gone) <= 6 else f"the {len(gone)} eliminated parameters"
+    return (
+        f"no {body} that can exist has {zeros} zero and the others as estimated: the nearest is "
+        f"{np.sqrt(chi2):.1f} standard deviations away ({p})",
+    )
 
 
 @dataclass(frozen=True, repr=False)
@@ -147,7 +253,7 @@ def identified(
     if robust:
         progress("leaving out blocks")
         try:
-            estimate, part = _with_robust(problem, [estimate, part])
+            estimate, part = (_with_robust(problem, one) for one in (estimate, part))
         except InputError as error:
             reason = str(error)
     return Identification(robot, base, problem, estimate, replace(elimination, estimate=part), None, reason, gains)
@@ -162,18 +268,28 @@ def _with_gains(problem: Equations, estimate: Estimate, gains: Gains | None) -> 
     )
 
 
-def _with_robust(problem: Equations, estimates: Sequence[Estimate]) -> list[Estimate]:
-    """Weighted estimates of all or some of the parameters with their robust covariance, weights fixed.
+def _with_robust(problem: Equations, estimate: Estimate) -> Estimate:
+    """A weighted estimate of all or some of the parameters with its robust covariance, weights fixed.
 
     Raises:
         InputError: if the data without one block do not determine the parameters.
     """
+    part = LinearProblem(problem.select(estimate.names), estimate.names)
     pairs = [(b, -1) for b in range(len(problem.without_blocks()))]
+    with naming_blocks(problem.block_length):
+        values = part.without_blocks(estimate.weights, pairs)
+    return replace(estimate, robust=jackknifed([values], estimate.values, problem.block_length))
 
-    def robust(estimate: Estimate) -> RobustCovariance:
-        part = LinearProblem(problem.select(estimate.names), estimate.names)
-        with naming_blocks(problem.block_length):
-            values = part.without_blocks(estimate.weights, pairs)
-        return jackknifed([values], estimate.values, problem.block_length)
 
-    return [replace(estimate, robust=robust(estimate)) for estimate in estimates]
+def identification_system(
+    result: Identification, recordings: Sequence[Recording], processing: Processing
+) -> ObservationSystem:
+    """The system behind an identification, in the robot's base parameters.
+
+    Args:
+        result: of ``identify`` with these recordings and settings.
+        recordings: without payload.
+    """
+    observations = observed(Observer(result.robot, result.base.columns), recordings, processing)
+    loaded = [False] * len(recordings)
+    return joined(observations, recordings, loaded, result.estimate.weights, result.problem)

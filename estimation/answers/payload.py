@@ -1,6 +1,6 @@
 """The whole answer to "what hangs on the flange": every method that can be used, and what to think of it."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -12,24 +12,23 @@ from ..diagnosis.finding import Verdict
 from ..diagnosis.quantities import Agreement
 from ..diagnosis.verdict import allowing as allowing_for
 from ..diagnosis.verdict import best_of, diagnose, judge
-from ..equations.equations import PAYLOAD, Equations, merged
+from ..equations.equations import PAYLOAD, merged
 from ..fit.drive_gains import Gains
 from ..fit.essential import StopRule
-from ..fit.estimate import Fit, fit
+from ..fit.estimate import fit
 from ..fit.least_squares import weighted
 from ..fit.own_equations import base_problem
 from ..payload.by_joints import payload_over_time
 from ..payload.constrained import ConstrainedPayload, constrain_payload
 from ..payload.methods import METHODS, essential_combined, identify_payload, usable_methods
 from ..payload.problem import PayloadProblem
-from ..payload.repeats import Repeats, repeats_of, widened
+from ..payload.repeats import repeats_of, widened
 from ..payload.result import PayloadEstimate, in_payload_frame
-from ..payload.short_motion import ShortMotion
 from ..payload.stand_in import StandIn
 from ..possible.cone import SolverError
 from ..possible.constraints import Constraint, KnownMass
 from ..possible.payload import POSSIBLE
-from .elimination import elimination_warnings
+from .identification import elimination_warnings
 from .payload_answer import PayloadAnswer
 
 
@@ -60,86 +59,69 @@ def answer_payload(
 
     Raises:
         InputError: if a method that was asked for cannot be used, or none can; "mass not visible" where neither
-            torques nor a scale show the mass.
+            torques nor a scale show the mass; if there is no place to put an assumed inertia.
         SolverError: if by no method a payload was found that holds the constraints; what speaks against the
             recordings is named with it.
     """
     scale = next((known for known in constraints if isinstance(known, KnownMass)), None)
     free, left_out = _identified(problem, methods, free_friction, scale)
     repeats = repeats_of(problem, scale)
-    free = _spread(free, repeats)
+    if repeats is not None:  # the scatter of repeated recordings beyond their own
+        free = [widened(estimate, repeats.excess) for estimate in free]
     diagnosis = diagnose(problem, best_of(free), gains)
     free = [allowing_for(estimate, diagnosis) for estimate in free]
-    unseen = _held_out(problem, held_out, processing)
-    constrained, failures = _constrained(free, constraints, gains)
+    validation = None
+    if held_out and problem.alone is not None:
+        settings = processing or problem.robot.processing
+        unseen = base_problem(problem.robot, problem.base, held_out, settings, check=False)
+        validation = fit(unseen, problem.alone.values)
+    constrained: list[ConstrainedPayload] = []
+    failures: dict[int, SolverError] = {}
+    for estimate in free:
+        hard = [known for known in constraints if not (isinstance(known, KnownMass) and estimate.from_scale)]
+        try:
+            if estimate.complete:
+                constrained.append(constrain_payload(estimate, hard, gains))
+        except SolverError as error:
+            failures[estimate.method] = error
+    agreement = _without_friction(problem)
+    for other in others:
+        (method,) = usable_methods(other)
+        ten = identify_payload(other, method, scale=scale).ten
+        name = "robot's parameters (method 1)" if method == 1 else "torque difference (method 3)"
+        agreement.append(Agreement(name, float(ten[9]), ten[6:9] / ten[9]))
     answer = PayloadAnswer(
         problem=problem,
-        estimates=_without_failures(free, failures),
+        # Where no method found a possible payload, all are shown.
+        estimates=tuple(estimate for estimate in free if estimate.method not in failures) or tuple(free),
         constrained=tuple(constrained),
         left_out=left_out | {method: str(error) for method, error in failures.items()},
         by_joints=diagnosis.by_joints,
         verdict=Verdict("use"),  # until what speaks against it is known
         scale=scale,
         gains=gains,
-        validation=_validation(problem, unseen),
+        validation=validation,
         held_out=tuple(held_out),
         processing=processing,
-        agreement=(*_without_friction(problem), *_other_ways(others, scale)),
+        agreement=tuple(agreement),
         repeats=repeats,
     )
     verdict = judge(_evidence(answer, free, diagnosis))
     if failures and not constrained:
-        raise _first_failure(free, failures, verdict)
-    return _assumed(_essential(replace(answer, verdict=verdict), essential), stand_in)
-
-
-def _spread(free: list[PayloadEstimate], repeats: Repeats | None) -> list[PayloadEstimate]:
-    """Estimates with the scatter of repeated recordings beyond their own, where there are any."""
-    return [widened(estimate, repeats.excess) for estimate in free] if repeats is not None else free
-
-
-def _without_failures(
-    free: Sequence[PayloadEstimate], failures: Mapping[int, SolverError]
-) -> tuple[PayloadEstimate, ...]:
-    """Estimates beside which a possible payload was found; where no method found any, all."""
-    return tuple(estimate for estimate in free if estimate.method not in failures) or tuple(free)
-
-
-def _validation(problem: PayloadProblem, unseen: Equations | None) -> Fit | None:
-    """How the robot's parameters fit recordings that were held out, where both are there."""
-    return fit(unseen, problem.alone.values) if unseen is not None and problem.alone is not None else None
-
-
-def _first_failure(
-    free: Sequence[PayloadEstimate], failures: Mapping[int, SolverError], verdict: Verdict
-) -> SolverError:
-    """Why the first method has no possible payload, with what speaks against the recordings."""
-    failure = next(failures[estimate.method] for estimate in free if estimate.method in failures)
-    against = verdict.reasons if verdict.level == "do_not_use" else ()
-    return failure.naming(*failure.demands, *against)
-
-
-def _constrained(
-    free: Sequence[PayloadEstimate], constraints: Sequence[Constraint], gains: Gains | None
-) -> tuple[list[ConstrainedPayload], dict[int, SolverError]]:
-    """The nearest payload of each method that can exist, and why there is none."""
-    payloads, failures = [], {}
-    for estimate in free:
-        hard = [known for known in constraints if not (isinstance(known, KnownMass) and estimate.from_scale)]
-        try:
-            if estimate.complete:
-                payloads.append(constrain_payload(estimate, hard, gains))
-        except SolverError as error:
-            failures[estimate.method] = error
-    return payloads, failures
-
-
-def _essential(answer: PayloadAnswer, rule: StopRule | None) -> PayloadAnswer:
-    """With the essential parameters of robot and payload, where method 4 was used."""
-    if all(payload.method != 4 for payload in answer.constrained):
+        failure = next(failures[estimate.method] for estimate in free if estimate.method in failures)
+        raise failure.naming(*failure.demands, *(verdict.reasons if verdict.level == "do_not_use" else ()))
+    answer = replace(answer, verdict=verdict)
+    if any(payload.method == 4 for payload in constrained):
+        elimination = essential_combined(problem, essential)
+        answer = replace(answer, elimination=elimination, warnings=elimination_warnings(problem, elimination))
+    if stand_in is None or answer.judged["inertia"].use == "use":
         return answer
-    elimination = essential_combined(answer.problem, rule)
-    return replace(answer, elimination=elimination, warnings=elimination_warnings(answer.problem, elimination))
+    if not np.isfinite(answer.com).all():
+        raise InputError(
+            f"an inertia cannot be assumed about a centre of mass that is not known: "
+            f"{answer.judged['centre of mass'].why}"
+        )
+    return replace(answer, stand_in=stand_in)
 
 
 def _identified(
@@ -165,60 +147,38 @@ def _identified(
     return estimates, left_out
 
 
-def _held_out(
-    problem: PayloadProblem, held_out: Sequence[Recording], processing: Processing | None
-) -> Equations | None:
-    """Equations of recordings without payload that were held out, where the robot's own parameters are there."""
-    if not held_out or problem.alone is None:
-        return None
-    return base_problem(problem.robot, problem.base, held_out, processing or problem.robot.processing, check=False)
-
-
 def _evidence(answer: PayloadAnswer, free: Sequence[PayloadEstimate], diagnosis: Diagnosis) -> Evidence:
     """What the verdict looks at; ``free``: by all methods, those without a possible payload among them."""
     problem = answer.problem
-    compared = problem.compared or problem.pairs
-    spread, judged = answer.reported_spread, answer.measured
-    if problem.short is not None:
-        return Evidence(
-            problem.robot,
-            source=problem.source,
-            diagnosis=diagnosis,
-            compared=compared,
-            parameters=problem.known,
-            constrained=answer.constrained,
-            weighed=_weighed(answer, problem.short),
-            spread=spread,
-            judged=judged,
-        )
-    weights = (answer.possible.free if answer.possible else free[-1]).estimate.weights
-    return Evidence(
-        robot=problem.robot,
+    evidence = Evidence(
+        problem.robot,
         source=problem.source,
         diagnosis=diagnosis,
+        compared=problem.compared or problem.pairs,
+        constrained=answer.constrained,
+        spread=answer.reported_spread,
+        judged=answer.measured,
+    )
+    if problem.short is not None:
+        weighed = Weighed(
+            mass=answer.model["M_L"],
+            sigma=float(answer.model.sigma[answer.model.names.index("M_L")]),
+            from_scale=answer.free.from_scale,
+            unexplained=answer.free.unexplained(problem.short.torque_rms),
+            repeats=answer.repeats,
+            agreement=answer.agreement,
+        )
+        return replace(evidence, parameters=problem.known, weighed=weighed)
+    weights = (answer.possible.free if answer.possible else free[-1]).estimate.weights
+    return replace(
+        evidence,
         pairs=problem.pairs,
-        compared=compared,
         condition=problem.unloaded.condition_numbers()[1] if problem.unloaded else None,
         parameters=problem.alone,
         validation=answer.validation,
         estimates=tuple(free),
-        constrained=answer.constrained,
         recommended=answer.possible,
         stretches=payload_over_time(problem, weights),
-        spread=spread,
-        judged=judged,
-    )
-
-
-def _weighed(answer: PayloadAnswer, short: ShortMotion) -> Weighed:
-    """What a short motion near a pose gives the verdict to look at."""
-    return Weighed(
-        mass=answer.model["M_L"],
-        sigma=float(answer.model.sigma[answer.model.names.index("M_L")]),
-        from_scale=answer.free.from_scale,
-        unexplained=answer.free.unexplained(short.torque_rms),
-        repeats=answer.repeats,
-        agreement=answer.agreement,
     )
 
 
@@ -238,29 +198,3 @@ def _without_friction(problem: PayloadProblem) -> list[Agreement]:
     except InputError:
         return []
     return [Agreement("friction not freed", float(values[9]), values[6:9] / values[9], counts=False)]
-
-
-def _other_ways(problems: Sequence[PayloadProblem], scale: KnownMass | None) -> list[Agreement]:
-    ways = []
-    for alternative in problems:
-        (method,) = usable_methods(alternative)
-        ten = identify_payload(alternative, method, scale=scale).ten
-        name = "robot's parameters (method 1)" if method == 1 else "torque difference (method 3)"
-        ways.append(Agreement(name, float(ten[9]), ten[6:9] / ten[9]))
-    return ways
-
-
-def _assumed(answer: PayloadAnswer, stand_in: StandIn | None) -> PayloadAnswer:
-    """With an assumed inertia, unless one was measured.
-
-    Raises:
-        InputError: if there is no place to put it.
-    """
-    if stand_in is None or answer.judged["inertia"].use == "use":
-        return answer
-    if not np.isfinite(answer.com).all():
-        raise InputError(
-            f"an inertia cannot be assumed about a centre of mass that is not known: "
-            f"{answer.judged['centre of mass'].why}"
-        )
-    return replace(answer, stand_in=stand_in)

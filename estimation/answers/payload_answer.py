@@ -27,7 +27,7 @@ from ..payload.short_motion import ShortMotion
 from ..payload.stand_in import StandIn
 from ..possible.constraints import KnownMass
 from ..possible.result import Weighing
-from .prediction import DRAWN, TorquePrediction, payload_prediction, robot_prediction, robot_values
+from .system import DRAWN, TorquePrediction, payload_prediction, robot_prediction, robot_values
 
 
 class Quantity(NamedTuple):
@@ -183,7 +183,7 @@ class PayloadAnswer(Speaks):
 
         The order is fixed: to choose the shortest interval would choose too short ones.
         """
-        return min(self.constrained, key=preference)
+        return min(self.constrained, key=lambda payload: PREFERRED.index(payload.method))
 
     @property
     def possible(self) -> ConstrainedPayload | None:
@@ -340,8 +340,3 @@ class PayloadAnswer(Speaks):
 def _quantity(value: float, interval: Array, unit: str, use: bool) -> Quantity:
     low, high = interval.tolist()
     return Quantity(float(value), low, high, unit, use and bool(np.isfinite(value)))
-
-
-def preference(payload: PayloadEstimate | ConstrainedPayload) -> int:
-    """The smaller the better; see ``PREFERRED``."""
-    return PREFERRED.index(payload.method)

@@ -2,7 +2,6 @@
 
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
-from itertools import chain
 from typing import NamedTuple
 
 import numpy as np
@@ -87,13 +86,6 @@ def block_edges(recording: Observation | Residuals | Array, length: float) -> Ar
     return edges
 
 
-def residuals_of(pieces: Iterable[Observation], values: Array) -> Residuals:
-    """What the first columns' values leave of one recording that comes in consecutive pieces of time."""
-    parts = [(piece.t, piece.errors(values)) for piece in pieces]
-    t, errors = (tuple(map(np.concatenate, zip(*arrays, strict=True))) for arrays in zip(*parts, strict=True))
-    return Residuals(t, errors)
-
-
 def cut_pieces(pieces: Iterable[Observation], edges: Array) -> list[Equations]:
     """The equations between neighbouring edges, reduced piece by piece: most blocks lie in one of them."""
     parts: list[list[Equations]] = [[] for _ in edges[1:]]
@@ -110,28 +102,30 @@ def cut_pieces(pieces: Iterable[Observation], edges: Array) -> list[Equations]:
 
 def left_over(recordings: Sequence[Held], equations: Equations) -> list[Residuals]:
     """What the weighted fit to all recordings of one load leaves of each; the first columns are the equations'."""
-    values = weighted_solution(equations)
-    return [
-        recording.residuals(values) if isinstance(recording, Recorded) else residuals_of(recording, values)
-        for recording in recordings
-    ]
-
-
-def cut(recording: Held, edges: Array) -> list[Equations]:
-    """The equations between neighbouring edges, reduced."""
-    return recording.cut(edges) if isinstance(recording, Recorded) else cut_pieces(recording, edges)
+    values, left = weighted_solution(equations), []
+    for recording in recordings:
+        if isinstance(recording, Recorded):
+            left.append(recording.residuals(values))
+            continue
+        parts = [(piece.t, piece.errors(values)) for piece in recording]
+        t, errors = (tuple(map(np.concatenate, zip(*arrays, strict=True))) for arrays in zip(*parts, strict=True))
+        left.append(Residuals(t, errors))
+    return left
 
 
 def in_blocks(equations: Equations, recordings: Sequence[Held], edges: Sequence[Array], length: float) -> Equations:
     """Equations, and what is left of them without each block between their recordings' edges."""
-    parts = (cut(recording, ends) for recording, ends in zip(recordings, edges, strict=True))
-    return replace(equations, leave_one_out=WithoutEach(list(chain.from_iterable(parts))), block_length=length)
+    blocks: list[Equations] = []
+    for held, ends in zip(recordings, edges, strict=True):
+        blocks += held.cut(ends) if isinstance(held, Recorded) else cut_pieces(held, ends)
+    return replace(equations, leave_one_out=WithoutEach(blocks), block_length=length)
 
 
 def weighted_solution(equations: Equations) -> Array:
     """Values of the weighted fit; of dependent columns the shortest ones."""
-    weights = joint_weights(equations, _shortest(equations.stacked()))
-    return _shortest(equations.stacked(weights))
+    factor = equations.stacked()
+    factor = equations.stacked(joint_weights(equations, least_squares(factor[:, :-1], factor[:, -1])))
+    return least_squares(factor[:, :-1], factor[:, -1])
 
 
 def _memory(group: Sequence[Residuals]) -> float:
@@ -142,8 +136,3 @@ def _memory(group: Sequence[Residuals]) -> float:
     return max(
         autocorrelation_time([(recording.t[j], recording.errors[j]) for recording in group], step) for j in joints
     )
-
-
-def _shortest(factor: Array) -> Array:
-    """Residuals are the same whichever dependent columns explain them."""
-    return least_squares(factor[:, :-1], factor[:, -1])

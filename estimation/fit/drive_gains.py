@@ -96,7 +96,7 @@ class Gains:
         if again:
             mass = f", {self.mass:g} kg as given then" if self.mass is not None else ""
             return (
-                f"These gains come from this same pair ({_named(again)}{mass}): the mass is "
+                f"These gains come from this same pair ({', '.join(dict.fromkeys(again))}{mass}): the mass is "
                 "what was typed in, it confirms nothing. The intervals take the gains' errors and the recordings' "
                 "for unrelated, which they are not. Record another payload.",
             )
@@ -104,9 +104,10 @@ class Gains:
         shared = [recording.source for recording in (*unloaded, *loaded) if recording.fingerprint in every]
         if not shared:
             return ()
+        named = ", ".join(dict.fromkeys(shared))
         return (
-            f"{_named(shared)}: the gains were identified from it too; the intervals take its noise for unrelated "
-            "to the gains' errors.",
+            f"{named}: the gains were identified from it too; the intervals take its noise for unrelated to the "
+            "gains' errors.",
         )
 
 
@@ -114,10 +115,6 @@ def fingerprints(unloaded: Sequence[Recording], loaded: Sequence[Recording]) -> 
     """Fingerprints of recordings without and with the known payload."""
     bare, heavy = (tuple(r.fingerprint for r in group if r.fingerprint) for group in (unloaded, loaded))
     return {"unloaded": bare, "loaded": heavy}
-
-
-def _named(sources: Sequence[str]) -> str:
-    return ", ".join(dict.fromkeys(sources))
 
 
 def motor_torques(problem: Equations, motor: int) -> tuple[Array, ...]:

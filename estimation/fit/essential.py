@@ -152,11 +152,22 @@ def eliminate(problem: Equations, estimate: Estimate, rule: StopRule | None = No
         rule: when to end; the paper's by default.
     """
     rule = rule or SigmaRatio()
-    start = _Factor.of(problem, estimate.weights)
-    path = _path(start, problem.columns)
-    reduced = start
-    for name in path.order[: rule.eliminated(path)]:
-        reduced = reduced.without(problem.columns.index(name))
+    R, c = problem.stacked(estimate.weights), len(problem.columns)
+    T = solve_triangular(R[:c, :c], np.eye(c))
+    kept, squares = np.ones(c, dtype=bool), float(np.sum(R[c:, c] ** 2))
+    factors = [_Factor(T, T @ R[:c, c], squares, sum(problem.effective_rows), kept)]
+    order, largest = [], []
+    for _ in problem.columns:  # one by one, until none is left
+        relative = factors[-1].relative_sigma()
+        worst = int(np.argmax(relative))
+        largest.append(float(relative[worst]))
+        order.append(problem.columns[worst])
+        factors.append(factors[-1].without(worst))
+    variances = np.array([factor.variance for factor in factors])
+    with np.errstate(over="ignore"):  # data without noise: any elimination is infinitely worse
+        ratio = np.sqrt(variances / max(variances[0], np.finfo(float).tiny))
+    path = EliminationPath(tuple(order), np.append(1.0, ratio[1:]), np.array([*largest, 0.0]))
+    reduced = factors[rule.eliminated(path)]
     names = tuple(name for k, name in enumerate(problem.columns) if reduced.kept[k])
     essential = Estimate(
         names=names,
@@ -167,21 +178,6 @@ def eliminate(problem: Equations, estimate: Estimate, rule: StopRule | None = No
         weights=estimate.weights,
     )
     return Elimination(path, rule, essential)
-
-
-def _path(factor: "_Factor", columns: tuple[str, ...]) -> EliminationPath:
-    """Eliminate one by one until none is left."""
-    order, variances, largest = [], [factor.variance], []
-    for _ in columns:
-        relative = factor.relative_sigma()
-        worst = int(np.argmax(relative))
-        largest.append(float(relative[worst]))
-        order.append(columns[worst])
-        factor = factor.without(worst)
-        variances.append(factor.variance)
-    with np.errstate(over="ignore"):  # data without noise: any elimination is infinitely worse
-        ratio = np.sqrt(np.array(variances) / max(variances[0], np.finfo(float).tiny))
-    return EliminationPath(tuple(order), np.append(1.0, ratio[1:]), np.array([*largest, 0.0]))
 
 
 @dataclass(frozen=True)
@@ -201,13 +197,6 @@ class _Factor:
     squares: float
     rows: float
     kept: np.ndarray[tuple[int], np.dtype[np.bool_]]
-
-    @staticmethod
-    def of(problem: Equations, weights: Array) -> "_Factor":
-        R, c = problem.stacked(weights), len(problem.columns)
-        T = solve_triangular(R[:c, :c], np.eye(c))
-        squares = float(np.sum(R[c:, c] ** 2))
-        return _Factor(T, T @ R[:c, c], squares, sum(problem.effective_rows), np.ones(c, dtype=bool))
 
     @property
     def degrees_of_freedom(self) -> float:

@@ -80,24 +80,21 @@ class Estimate:
 
     def __post_init__(self) -> None:
         """Lock the arrays and check their shapes."""
-        c = len(self.names)
-        object.__setattr__(self, "values", frozen_array(self.values, (c,), "values"))
-        object.__setattr__(self, "covariance", frozen_array(self.covariance, (c, c), "covariance"))
-        object.__setattr__(self, "weights", frozen_array(self.weights, (None,), "weights"))
+        c, n = len(self.names), len(self.fit.rows)
         if self.robust is not None and self.robust.covariance.shape != (c, c):
             raise ValueError(f"robust covariance must be {c} x {c}, got {self.robust.covariance.shape}")
-        if self.gain_sensitivity is not None:
-            n = len(self.fit.rows)
-            object.__setattr__(
-                self, "gain_sensitivity", frozen_array(self.gain_sensitivity, (c, n), "gain_sensitivity")
-            )
-        if self.gain_covariance is not None:
-            n = len(self.fit.rows)
-            if self.gain_sensitivity is None:
-                raise ValueError("gain_covariance needs gain_sensitivity")
-            object.__setattr__(
-                self, "gain_covariance", frozen_array(self.gain_covariance, (n, n), "gain_covariance")
-            )
+        if self.gain_covariance is not None and self.gain_sensitivity is None:
+            raise ValueError("gain_covariance needs gain_sensitivity")
+        shapes: dict[str, tuple[int | None, ...]] = {
+            "values": (c,),
+            "covariance": (c, c),
+            "weights": (None,),
+            "gain_sensitivity": (c, n),
+            "gain_covariance": (n, n),
+        }
+        for name, shape in shapes.items():
+            if getattr(self, name) is not None:
+                object.__setattr__(self, name, frozen_array(getattr(self, name), shape, name))
 
     @cached_property
     def sigma(self) -> Array:

@@ -132,7 +132,7 @@ def joint_weights(problem: Equations, values: Array) -> Array:
 
 def ordinary(problem: Equations) -> Estimate:
     """Ordinary least squares (16)."""
-    return _estimate(problem, np.ones(len(problem.rows)))
+    return weighted(problem, np.ones(len(problem.rows)))
 
 
 def weighted(problem: Equations, weights: Array | None = None) -> Estimate:
@@ -141,17 +141,7 @@ def weighted(problem: Equations, weights: Array | None = None) -> Estimate:
     Args:
         weights: per joint [1/(N·m) or 1/N], shape (n,); by default from its error in the ordinary solution.
     """
-    return _estimate(problem, joint_weights(problem, ordinary(problem).values) if weights is None else weights)
-
-
-def _estimate(problem: Equations, weights: Array) -> Estimate:
-    factor = problem.stacked(weights)
-    solution = solve(factor, problem.columns, problem.equations, sum(problem.effective_rows))
-    return Estimate(
-        names=problem.columns,
-        values=solution.values,
-        covariance=solution.covariance,
-        degrees_of_freedom=solution.degrees_of_freedom,
-        fit=fit(problem, solution.values),
-        weights=weights,
-    )
+    weights = joint_weights(problem, ordinary(problem).values) if weights is None else weights
+    effective_rows = sum(problem.effective_rows)
+    solution = solve(problem.stacked(weights), problem.columns, problem.equations, effective_rows)
+    return Estimate(problem.columns, *solution, fit(problem, solution.values), weights)

@@ -2,6 +2,11 @@
 
 One solution for all: values, covariance (17)-(19) with the share of what is known, derivatives by the drive gains,
 and the part of the covariance that no block of time shows.
+
+Solutions without each block of time are the whole one downdated, all at once, weights fixed. With R the factor of
+all weighted equations, A_b and Y_b those of block b, Q_b = A_b R^-1 and e_b = Y_b - A_b x, the solution without the
+block is x - R^-1 S_b^-1 Q_b' e_b with S_b = 1 - Q_b'Q_b: what the others hold of each direction, 1 where the block
+says nothing. Where a block holds next to all of one, S_b is rounding: the others' equations are then factored anew.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -15,11 +20,122 @@ from scipy.linalg import solve_triangular
 
 from ...common.arrays import Array
 from ..equations.equations import Equations, triangular
+from ..equations.leave_one_out import WithoutEach
 from ..equations.shared_torque import compressed
 from .drive_gains import motor_torques
-from .estimate import Estimate, Fit, fit
-from .least_squares import Solution, checked, joint_weights, solve, solve_triangle
-from .left_out import left_out
+from .estimate import Estimate, fit
+from .least_squares import checked, joint_weights, solve, solve_triangle
+
+_HELD = 1e-6
+"""Share of a direction that the other blocks must hold: differences then keep ten digits."""
+
+
+_AT_ONCE = 16
+"""Blocks that are worked on together: few enough for little memory."""
+
+
+class LeftOut(NamedTuple):
+    """Solutions without each of B blocks, and last the whole one, for m right-hand sides.
+
+    ``values``: (B + 1) x c x m; ``covariance``: for errors of variance 1, (B + 1) x c x c; ``variance``: of the
+    weighted errors, (B + 1) x m.
+    """
+
+    values: Array
+    covariance: Array
+    variance: Array
+
+
+_Solution = tuple[Array, Array, Array]
+"""Parameters x, c x m; their covariance for errors of variance 1; squares of the weighted errors, (m,)."""
+
+
+def left_out(
+    equations: Equations,
+    columns: Sequence[str],
+    weights: Array,
+    known: Sequence[str] = (),
+    near: Array | None = None,
+) -> LeftOut:
+    """Solve without each of the equations' blocks in turn.
+
+    Args:
+        equations: with two blocks at least.
+        columns: whose parameters are solved for.
+        weights: of the joints, shape (n,).
+        known: other columns, each a right-hand side of its own; the last one is Y.
+        near: further equations that no block holds, weighted, m x (c + k + 1): in columns, known ones, and Y.
+
+    Raises:
+        InputError: if what is left does not determine the parameters.
+    """
+    names, less = tuple(columns), equations.leave_one_out
+    places = [*(equations.columns.index(name) for name in (*names, *known)), -1]
+    near = np.zeros((0, len(places))) if near is None else near
+    count = _counts([equations]) + len(near)
+    root, whole = _solved(np.vstack([_weighted([equations], weights)[0][:, places], near]), names, count[0])
+    if isinstance(less, WithoutEach):
+        counts = count - _counts(less.blocks)
+        chunks = [
+            _downdated(root, whole, _weighted(less.blocks[k : k + _AT_ONCE], weights)[:, :, places])
+            for k in range(0, len(less), _AT_ONCE)
+        ]
+        little = np.concatenate([own for own, _ in chunks])
+        parts = [np.concatenate(arrays) for arrays in zip(*(own for _, own in chunks), strict=True)]
+        for b in np.flatnonzero(little | (counts[:, 0] < len(names)) | (counts[:, 1] <= len(names))):
+            others = _weighted([*less.blocks[:b], *less.blocks[b + 1 :]], weights)[:, :, places]
+            for array, value in zip(parts, _solved(np.vstack([*others, near]), names, counts[b])[1], strict=True):
+                array[b] = value
+    else:
+        counts, rows = _counts(less) + len(near), _weighted(less, weights)[:, :, places]
+        each = [_solved(np.vstack([part, near]), names, own)[1] for part, own in zip(rows, counts, strict=True)]
+        parts = list(map(np.array, zip(*each, strict=True)))
+    x, covariance, squares = (np.concatenate([a, b[None]]) for a, b in zip(parts, whole, strict=True))
+    return LeftOut(x, covariance, squares / (np.vstack([counts, count])[:, 1:] - len(names)))
+
+
+def _counts(parts: Sequence[Equations]) -> Array:
+    """Number of equations, and of those with independent noise, of each part."""
+    return np.array([(part.equations, sum(part.effective_rows)) for part in parts])
+
+
+def _solved(rows: Array, names: tuple[str, ...], counts: Array) -> tuple[Array, _Solution]:
+    """R^-1 and the solution of equations, N x (c + m), by their numbers of rows and of independent ones."""
+    c = len(names)
+    R = checked(rows, names, int(counts[0]), float(counts[1]))
+    root = solve_triangular(R[:c, :c], np.eye(c))
+    return root, (root @ R[:c, c:], root @ root.T, np.sum(R[c:, c:] ** 2, axis=0))
+
+
+def _downdated(root: Array, whole: _Solution, rows: Array) -> tuple[Array, _Solution]:
+    """Solutions without each block, from the whole one; first, of which too little is left for that.
+
+    Args:
+        root: R^-1 of all equations.
+        whole: their solution.
+        rows: of the blocks, B x k x (c + m).
+    """
+    c = len(root)
+    Q, errors = rows[:, :, :c] @ root, rows[:, :, c:] - rows[:, :, :c] @ whole[0]
+    back = Q.transpose(0, 2, 1)
+    try:
+        inverse = np.linalg.inv(np.eye(c) - back @ Q)
+    except np.linalg.LinAlgError:  # a block holds all there is of a direction
+        inverse = np.broadcast_to(np.eye(c) / np.finfo(float).eps, (len(Q), c, c))
+    pull = back @ errors
+    change = inverse @ pull
+    squares = whole[2] - np.sum(errors**2, axis=1) - np.sum(pull * change, axis=1)
+    little = np.linalg.norm(inverse, axis=(1, 2)) > 1.0 / _HELD
+    return little, (whole[0] - root @ change, root @ inverse @ root.T, squares)
+
+
+def _weighted(blocks: Sequence[Equations], weights: Array) -> Array:
+    """Weighted rows of all joints, block by block, B x k x (c + 1), rows of zeros below the shorter ones."""
+    rows = [np.vstack([w * factor for w, factor in zip(weights, part.factors, strict=True)]) for part in blocks]
+    result = np.zeros((len(rows), max(map(len, rows)), rows[0].shape[1]))
+    for place, part in zip(result, rows, strict=True):
+        place[: len(part)] = part
+    return result
 
 
 class Known(NamedTuple):
@@ -129,6 +245,7 @@ class LinearProblem:
     prior: Prior | None = None
     shown: Equations | None = None
     alone: bool = False
+    _triangles: dict[bytes, _Triangle] = field(default_factory=dict, init=False, repr=False)
 
     @cached_property
     def unknown(self) -> Equations:
@@ -167,7 +284,9 @@ class LinearProblem:
         values = left_out(self.equations, self.unknown.columns, weights, names, near).values[:, self._places]
         if not self.known:
             return np.asarray(values[: len(pairs), :, 0])
-        known = np.concatenate([_in_turn(group) for group in self.known], axis=1)
+        # Without each of their own blocks, last of all the whole ones.
+        every = ((group.left_out(), group.values[None]) for group in self.known)
+        known = np.hstack([whole if parts is None else np.vstack([parts, whole]) for parts, whole in every])
         return np.array([values[a, :, -1] - values[a, :, :-1] @ known[min(b, len(known) - 1)] for a, b in pairs])
 
     def estimate(self, weights: Array | None = None) -> Estimate:
@@ -180,10 +299,17 @@ class LinearProblem:
             InputError: if the equations leave a parameter undetermined.
         """
         weights = self.weights() if weights is None else weights
-        solution = self._solution(weights)
+        triangle = self._triangle(weights)
+        solution = solve_triangle(triangle.R, self._rows[1])
         covariance = solution.covariance
-        for group, P in zip(self.known, self._triangle(weights).influences, strict=True):
+        value = dict(zip(self.unknown.columns, solution.values.tolist(), strict=True))
+        for group, P in zip(self.known, triangle.influences, strict=True):
             covariance = covariance + P @ group.covariance @ P.T
+            value |= zip(group.names, group.values.tolist(), strict=True)
+        shown = self.shown or self.equations
+        if self.alone:
+            others = [name for name in shown.columns if name not in self.wanted]
+            shown = shown.minus(others, np.array([value[name] for name in others]))
         return Estimate(
             names=self.unknown.columns,
             values=solution.values,
@@ -191,7 +317,7 @@ class LinearProblem:
             degrees_of_freedom=min(
                 [solution.degrees_of_freedom, *(group.degrees_of_freedom for group in self.given)]
             ),
-            fit=self._fit(solution.values),
+            fit=fit(shown, np.array([value[name] for name in shown.columns])),
             weights=weights,
             gain_sensitivity=self.gain_sensitivity(weights),
         )
@@ -262,22 +388,14 @@ class LinearProblem:
             by_gains.append(root @ own if own is not None else np.zeros((len(root), by_gains[0].shape[1])))
         return _Pulls(np.vstack([np.zeros((0, c)), *rows]), levels, np.array(inflation), np.vstack(by_gains))
 
-    def _triangle(self, weights: Array) -> "_Triangle":
+    def _triangle(self, weights: Array) -> _Triangle:
         """The weighted equations of all joints, those of what is held below; decomposed once for given weights.
 
         Raises:
             InputError: if they leave a parameter undetermined.
         """
-        key = weights.tobytes()
-        if key not in self._triangles:
-            self._triangles[key] = self._decomposed(weights)
-        return self._triangles[key]
-
-    @cached_property
-    def _triangles(self) -> "dict[bytes, _Triangle]":
-        return {}
-
-    def _decomposed(self, weights: Array) -> "_Triangle":
+        if (key := weights.tobytes()) in self._triangles:
+            return self._triangles[key]
         groups, pulls, n = self.known, self._pulls, len(self.equations.factors)
         names = list(chain.from_iterable(group.names for group in groups))
         places = [self.equations.columns.index(name) for name in names]
@@ -292,26 +410,14 @@ class LinearProblem:
         solved = solve_triangular(R[:c, :c], np.column_stack([np.eye(c), beside[:c]]))
         ends = c + np.cumsum([0, *(len(group.names) for group in groups)])
         inverse, *influences, by_torques = np.split(solved, ends, axis=1)
-        return _Triangle(R, inverse, tuple(influences), by_torques)
-
-    def _solution(self, weights: Array) -> Solution:
-        return solve_triangle(self._triangle(weights).R, self._rows[1])
+        self._triangles[key] = _Triangle(R, inverse, tuple(influences), by_torques)
+        return self._triangles[key]
 
     @property
     def _rows(self) -> tuple[int, float]:
         """Number of equations, and of those with independent noise."""
         count = len(self._pulls.rows)
         return self.unknown.equations + count, sum(self.unknown.effective_rows) + count
-
-    def _fit(self, values: Array) -> Fit:
-        value = dict(zip(self.unknown.columns, values.tolist(), strict=True))
-        for group in self.known:
-            value |= zip(group.names, group.values.tolist(), strict=True)
-        equations = self.shown or self.equations
-        if self.alone:
-            others = [name for name in equations.columns if name not in self.wanted]
-            equations = equations.minus(others, np.array([value[name] for name in others]))
-        return fit(equations, np.array([value[name] for name in equations.columns]))
 
     def gain_sensitivity(self, weights: Array) -> Array | None:
         """Derivatives of the solution by e_j, weights fixed, c x n; exact, it is linear in Y.
@@ -326,12 +432,6 @@ class LinearProblem:
             if derivatives is not None:
                 total = total - influence @ derivatives
         return None if any(derivatives is None for derivatives in own) else total
-
-
-def _in_turn(known: Known) -> Array:
-    """Values without each of their own blocks, last of all the whole ones."""
-    parts = known.left_out()
-    return known.values[None] if parts is None else np.vstack([parts, known.values])
 
 
 def gain_sensitivity(equations: Equations, weights: Array) -> Array:

@@ -89,14 +89,25 @@ def gauss_newton(
     """
     n = len(weights)
     moving = [j for j in range(n) if j != anchor]
-    if anchor is None:
-        k, x = _started(equations.factors, weights, free, known)
-    else:
-        k, x = torque_side(equations.factors, free, known, anchor)
+    k, x = torque_side(equations.factors, free, known, anchor)
+    for _ in range(_ROUNDS if anchor is None else 0):
+        # Each joint weighted by the errors of its torque: else a disturbance of the arm's joints outweighs all that
+        # the wrist's say.
+        size = np.abs(k)
+        middle = float(np.median(size))
+        size = np.clip(size, middle / _SPREAD, middle * _SPREAD)
+        scaled = [w * gain * factor for w, gain, factor in zip(weights, size, equations.factors, strict=True)]
+        k, x = torque_side(scaled, free, known, None)
     for _ in range(_MOST):
         J, error = _linearised(equations.factors, weights, k, x, free, moving, anchor is not None)
         parts = decomposed(J)
-        _check_determined(parts.null, moving)
+        if parts.null.size:  # the gains of the moving joints stand last
+            missing = np.abs(parts.null[-len(moving) :]).max(axis=1)
+            joints = [str(j + 1) for j, weight in zip(moving, missing, strict=True) if weight > 1e-3]
+            unknown = f"the gain of joint {', '.join(joints)}" if joints else "the robot's parameters"
+            raise InputError(
+                f"the recordings do not determine {unknown}: move more joints, faster and over a wider range"
+            )
         step = parts.solution(error)
         step *= min(1.0, _LONGEST / np.abs(step[len(free) :] / k[moving]).max())
         x[free] += step[: len(free)]
@@ -136,26 +147,17 @@ def relative_scales(problem: Equations, parts: Sequence[Equations] = ()) -> Rela
     fitted = gauss_newton(problem, weights, range(c), np.zeros(c), anchor)
     sigma = np.sqrt(np.diag(fitted.covariance))
     if parts:
-        sigma = np.maximum(sigma, _over_parts(problem, parts, weights, fitted, anchor))
+        # By what each part of time alone pulls ln K by, to first order.
+        free, moving = range(c), [j for j in range(len(weights)) if j != anchor]
+        J, _ = _linearised(problem.factors, weights, fitted.k, fitted.x, free, moving, True)
+        inverse, steps = decomposed(J).covariance[c:], []
+        for part in parts:
+            rows, errors = _linearised(part.factors, weights, fitted.k, fitted.x, free, moving, False)
+            steps.append(inverse @ (rows.T @ errors))
+        scatter = np.sqrt(np.sum(np.square(steps), axis=0) * len(steps) / (len(steps) - 1))
+        sigma[moving] = np.maximum(sigma[moving], scatter / fitted.k[moving])
     determined = (fitted.k > 0.0) & (sigma < _TOLD)
     return RelativeScales(1.0 / np.where(determined, fitted.k, 1.0), np.where(determined, sigma, np.inf), anchor)
-
-
-def _over_parts(
-    problem: Equations, parts: Sequence[Equations], weights: Array, fitted: CurrentFit, anchor: int
-) -> Array:
-    """Standard deviations of ln K by what each part of time alone pulls them by, to first order; shape (n,)."""
-    free = range(len(problem.columns))
-    moving = [j for j in range(len(weights)) if j != anchor]
-    J, _ = _linearised(problem.factors, weights, fitted.k, fitted.x, free, moving, True)
-    inverse = decomposed(J).covariance[len(free) :]
-    steps = []
-    for part in parts:
-        rows, errors = _linearised(part.factors, weights, fitted.k, fitted.x, free, moving, False)
-        steps.append(inverse @ (rows.T @ errors))
-    sigma = np.zeros(len(weights))
-    sigma[moving] = np.sqrt(np.sum(np.square(steps), axis=0) * len(steps) / (len(steps) - 1)) / fitted.k[moving]
-    return sigma
 
 
 def torque_side(
@@ -184,21 +186,6 @@ def torque_side(
     return 1.0 / K, x
 
 
-def _started(factors: Sequence[Array], weights: Array, free: Sequence[int], known: Array) -> tuple[Array, Array]:
-    """The torque-side solution, each joint weighted by the errors of its torque; gains k too, but for a few rounds.
-
-    Unweighted, a disturbance of the arm's joints outweighs all that the wrist's say.
-    """
-    k, x = torque_side(factors, free, known, None)
-    for _ in range(_ROUNDS):
-        size = np.abs(k)
-        middle = float(np.median(size))
-        size = np.clip(size, middle / _SPREAD, middle * _SPREAD)
-        weighted = [w * gain * factor for w, gain, factor in zip(weights, size, factors, strict=True)]
-        k, x = torque_side(weighted, free, known, None)
-    return k, x
-
-
 def _linearised(
     factors: Sequence[Array],
     weights: Array,
@@ -221,14 +208,3 @@ def _linearised(
         rows.append(np.eye(len(moving), len(free) + len(moving), len(free)) / own[:, None])
         errors.append(-np.log(own))
     return np.vstack(rows), np.concatenate(errors)
-
-
-def _check_determined(null: Array, moving: Sequence[int]) -> None:
-    """Refuse undetermined directions of the scaled parameters, the gains of the moving joints last."""
-    if null.size:
-        missing = np.abs(null[-len(moving) :]).max(axis=1)
-        joints = [str(j + 1) for j, weight in zip(moving, missing, strict=True) if weight > 1e-3]
-        unknown = f"the gain of joint {', '.join(joints)}" if joints else "the robot's parameters"
-        raise InputError(
-            f"the recordings do not determine {unknown}: move more joints, faster and over a wider range"
-        )

@@ -1,4 +1,9 @@
-"""The problem of drive gains: currents without and with known weights, reduced."""
+"""The problem of drive gains, currents without and with known weights, reduced; its solutions, free and possible.
+
+Gains of a robot and a payload that can exist are the same least squares over possible bodies, solved as cones. The
+equations are homogeneous: torques and gains may be scaled together. The gain that is known best is therefore held
+while the linearised problem, a cone program, is solved; the load's known mass sets the scale at the end.
+"""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
@@ -9,16 +14,18 @@ from ...common.arrays import Array
 from ...common.errors import InputError
 from ...common.linear import least_squares
 from ...common.progress import Progress, silent
-from ...model import BaseParameters, Processing, Recording, Robot, standard_columns, standard_regressor
+from ...model import INERTIAL, BaseParameters, Processing, Recording, Robot, standard_columns, standard_regressor
 from ...model.base.rank import random_states
 from ...model.drives import SPRING, parameter_kind
 from ...model.kernel.kernel import Kernel
-from ..equations.equations import Equations, merged
+from ..equations.equations import PAYLOAD, Equations, merged, triangular
 from ..equations.leave_one_out import each
 from ..fit.drive_gains import Fingerprints, fingerprints
 from ..payload.long_motion import payload_problem, with_friction
 from ..payload.problem import PayloadProblem, Source
 from ..payload.result import in_payload_frame
+from ..possible.cone import ConeProgram, SolverError, solve_in_turn
+from ..possible.robot import POWERS, RobotRules, link_places, typical_length
 from .current_side import CurrentFit, current_weights, gauss_newton
 from .known_load import KnownLoad, Mountings, known_mass, known_values, payload_columns
 
@@ -65,8 +72,23 @@ class GainProblem:
 
     def posed_by(self, K: Array) -> tuple[PayloadProblem, ...]:
         """Each mounting's payload problem with torques that gains K give."""
-        ratio = K / np.array(self.posed_with) if self.posed else K
-        return tuple(_rescaled(problem, ratio, self.robot) for problem in self.posed)
+        ratio, posed = K / np.array(self.posed_with) if self.posed else K, []
+        for problem in self.posed:
+            source = problem.source
+            assert source is not None
+            loaded, unloaded = (
+                tuple(_scaled(self.robot, group, ratio, joints=True)) for group in (source.loaded, source.unloaded)
+            )
+            rescaled = replace(
+                problem,
+                loaded=_times(problem.loaded, ratio),
+                unloaded=_times(problem.unloaded, ratio) if problem.unloaded else None,
+                difference=_times(problem.difference, ratio) if problem.difference else None,
+                stretches=tuple(_times(stretch, ratio) for stretch in problem.stretches),
+                source=source._replace(loaded=loaded, unloaded=unloaded),
+            )
+            posed.append(with_friction(rescaled))
+        return tuple(posed)
 
 
 def gain_problem(
@@ -98,7 +120,7 @@ def gain_problem(
     mountings = Mountings.of(mounting, len(loaded), len(unloaded))
     usual = np.full(robot.n, _USUAL)
     first = _posed(robot, unloaded, loaded, mountings, usual, processing, progress)
-    both = _in_currents(_together(first, mountings), usual)
+    both = _times(_together(first, mountings), 1.0 / usual)
     weights = current_weights(both)
     # How long residuals remember shows only once the joints' torques are to scale; all of them by one factor is
     # enough.
@@ -136,26 +158,25 @@ def free_gains(equations: Equations, weights: Array, loads: Sequence[KnownLoad])
     values = known_values(loads) | {name: 1.0 for name in equations.columns if parameter_kind(name) == SPRING}
     free = [k for k, name in enumerate(equations.columns) if name not in values]
     known = np.array([values.get(name, 0.0) for name in equations.columns])
-    if _hidden(equations):
+    # Where the payload is there, it explains some joint's current, seen alone, better.
+    base = [k for k, name in enumerate(equations.columns) if "_L" not in name]
+    for factor in equations.factors:
+        W, current = factor[:, :-1], factor[:, -1]
+        less, more = (float(np.sum((current - A @ least_squares(A, current)) ** 2)) for A in (W[:, base], W))
+        if less - more > _SHOWN * less:
+            break
+    else:
         raise NoGainsError("the payload does not show in the currents: is it in the loaded recording?")
     try:
         fitted = gauss_newton(equations, weights, free, known)
     except InputError as error:
         raise NoGainsError(str(error)) from None
-    _check_signs(fitted, equations.columns)
-    return fitted
-
-
-def _check_signs(fitted: CurrentFit, columns: Sequence[str]) -> None:
-    """Refuse gains that no drive has.
-
-    Raises:
-        NoGainsError: if one is negative.
-    """
     negative = [str(j) for j, k in enumerate(fitted.k, 1) if k <= 0.0]
     if not negative:
-        return
-    if len(negative) == len(fitted.k) and _brakes(columns, fitted.x) < 0:
+        return fitted
+    friction = zip(equations.columns, fitted.x, strict=True)
+    brakes = sum(np.sign(value) for name, value in friction if parameter_kind(name) == "FS")
+    if len(negative) == len(fitted.k) and brakes < 0:  # Coulomb friction that drives more joints than it brakes
         raise NoGainsError(
             "the recordings with and without the payload look exchanged: the known weight comes out negative; "
             "exchange --loaded and --unloaded"
@@ -164,23 +185,6 @@ def _check_signs(fitted: CurrentFit, columns: Sequence[str]) -> None:
         f"the current of motor {', '.join(negative)} pushes against its motion: turn its sign (--signs, or sign "
         "in a log map), or check the order of joints"
     )
-
-
-def _hidden(equations: Equations) -> bool:
-    """Whether no joint's current, seen alone, is explained any better with a payload."""
-    payload = [name for name in equations.columns if "_L" in name]
-    base = [k for k, name in enumerate(equations.columns) if name not in payload]
-    for factor in equations.factors:
-        W, current = factor[:, :-1], factor[:, -1]
-        less, more = (float(np.sum((current - A @ least_squares(A, current)) ** 2)) for A in (W[:, base], W))
-        if less - more > _SHOWN * less:
-            return False
-    return True
-
-
-def _brakes(columns: Sequence[str], x: Array) -> int:
-    """Joints whose Coulomb friction brakes less those that it drives."""
-    return int(sum(np.sign(value) for name, value in zip(columns, x, strict=True) if parameter_kind(name) == "FS"))
 
 
 def _posed(
@@ -194,7 +198,7 @@ def _posed(
     robust: bool = False,
 ) -> tuple[PayloadProblem, ...]:
     """The payload problem of each mounting, with joint torques that gains K would give."""
-    bare, heavy = (_scaled(robot, group, K) for group in (unloaded, loaded))
+    bare, heavy = (list(_scaled(robot, group, K)) for group in (unloaded, loaded))
     return tuple(
         payload_problem(
             robot,
@@ -219,22 +223,18 @@ def _together(problems: Sequence[PayloadProblem], mountings: Mountings) -> Equat
         part = in_payload_frame(problem.robot, part)
         named = part.transformed((*problem.base.columns, *names), np.eye(len(part.columns)))
         everything.append(named.among(columns))
-    return merged(everything)
+    return replace(merged(everything), leave_one_out=())
 
 
-def _scaled(robot: Robot, recordings: Sequence[Recording], K: Array) -> list[Recording]:
-    """The recordings with joint torques that gains K would give."""
-    return [replace(recording, torque=_torques(robot, recording.torque, K)) for recording in recordings]
-
-
-def _torques(robot: Robot, currents: Array, K: Array) -> Array:
-    motors = currents * K
-    return robot.coupling.joint_torques(motors) if robot.coupling else motors
-
-
-def _in_currents(problem: Equations, K: Array) -> Equations:
-    """Right-hand sides over K_j."""
-    return _times(replace(problem, leave_one_out=()), 1.0 / K)
+def _scaled(
+    robot: Robot, recordings: Sequence[Recording], ratio: Array, joints: bool = False
+) -> Iterator[Recording]:
+    """The recordings' motor currents, or torques of ``joints``, times ``ratio`` of each motor, as joint torques."""
+    coupling = robot.coupling
+    for recording in recordings:
+        motors = coupling.motor_torques(recording.torque) if joints and coupling else recording.torque
+        torque = motors * ratio
+        yield replace(recording, torque=coupling.joint_torques(torque) if coupling else torque)
 
 
 def _times(equations: Equations, ratio: Array) -> Equations:
@@ -245,31 +245,6 @@ def _times(equations: Equations, ratio: Array) -> Equations:
     ]
     cut = each(equations.leave_one_out, lambda part: _times(part, ratio))
     return replace(equations, factors=tuple(factors), leave_one_out=cut)
-
-
-def _rescaled(problem: PayloadProblem, ratio: Array, robot: Robot) -> PayloadProblem:
-    """A payload problem whose motors' torques are ``ratio`` times as large."""
-    source = problem.source
-    assert source is not None
-    rescaled = replace(
-        problem,
-        loaded=_times(problem.loaded, ratio),
-        unloaded=_times(problem.unloaded, ratio) if problem.unloaded else None,
-        difference=_times(problem.difference, ratio) if problem.difference else None,
-        stretches=tuple(_times(stretch, ratio) for stretch in problem.stretches),
-        source=source._replace(
-            loaded=tuple(_louder(robot, source.loaded, ratio)),
-            unloaded=tuple(_louder(robot, source.unloaded, ratio)),
-        ),
-    )
-    return with_friction(rescaled)
-
-
-def _louder(robot: Robot, recordings: Sequence[Recording], ratio: Array) -> Iterator[Recording]:
-    """Recordings whose motors' torques are ``ratio`` times as large."""
-    for recording in recordings:
-        motors = robot.coupling.motor_torques(recording.torque) if robot.coupling else recording.torque
-        yield replace(recording, torque=_torques(robot, motors, ratio))
 
 
 def _without_blocks(
@@ -283,7 +258,7 @@ def _without_blocks(
             own = problem.without_blocks if mountings.paired or k == 0 else problem.without_blocks[:1]
             groups += [
                 tuple(
-                    _in_currents(_together([*problems[:k], part, *problems[k + 1 :]], mountings), K)
+                    _times(_together([*problems[:k], part, *problems[k + 1 :]], mountings), 1.0 / K)
                     for part in group
                 )
                 for group in own
@@ -320,3 +295,100 @@ def rests_on(robot: Robot) -> tuple[str, ...]:
         words[j - 1] += f" (the torque of joint {j} less that of joint {k})"
         words[k - 1] += f" (motor {k} turns with joints {j} and {k})"
     return tuple(words)
+
+
+_MOST = 50  # linearisations
+_ENOUGH = 1e-5  # relative change of a gain
+_WAYS = ((None, None), (None, 1e3), (None, 1e2), (1e3, 1e2), (1e2, 1e2), (1e2, 30.0))
+"""Largest entry, and radius of the scaled unknowns: what no current shows has no least value, and may run away."""
+_LENGTH = 0.1  # m: size of a payload, for scaling only
+
+
+def possible_gains(
+    problem: GainProblem, equations: Equations, loads: Sequence[KnownLoad], start: CurrentFit, anchor: int
+) -> CurrentFit:
+    """Gains, base parameters and payload of bodies that can exist, drives that do not push.
+
+    Args:
+        problem: robot and weights.
+        equations: all of the problem's or those without a block.
+        loads: what is known of the payload in each mounting.
+        start: gains to begin with, whose covariance is kept.
+        anchor: place of the gain that stays while solving.
+
+    Raises:
+        InputError: if the gains do not settle or no bodies explain the currents.
+    """
+    to_x, to_bodies, rules = _variables(problem, loads, start.x)
+    k, x, n, m = start.k.copy(), start.x.copy(), len(start.k), to_x.shape[1]
+    keep = [*range(m), *(m + j for j in range(n) if j != anchor)]
+    A = np.zeros((len(rules) + n - 1, len(keep)))
+    A[: len(rules), :m], A[len(rules) :, m:] = rules, np.eye(n - 1)
+    bodies = np.zeros((*to_bodies.shape[:2], len(keep)))
+    bodies[:, :, :m] = to_bodies
+    for _ in range(_MOST):
+        # The linearised currents: columns z, then k over its present value for each joint, then the right side.
+        rows = []
+        for j, (factor, w) in enumerate(zip(equations.factors, problem.weights, strict=True)):
+            current = k[j] * factor[:, :-1] @ x
+            own = np.zeros((len(factor), n))
+            own[:, j] = current if j != anchor else 0.0
+            right = factor[:, -1] + (current if j != anchor else 0.0)
+            rows.append(w * np.column_stack([k[j] * factor[:, :-1] @ to_x, own, right]))
+        top = triangular(np.vstack(rows))[: m + n]  # below it stands what no unknown explains
+        try:
+            solution = solve_in_turn(ConeProgram(top[:, keep], top[:, -1], A, np.zeros(len(A)), bodies), _WAYS)
+        except SolverError as error:
+            raise InputError(f"gains of bodies that can exist were not found ({error.words})") from None
+        ratio = np.insert(solution.z[m:], anchor, 1.0)
+        share = float(solution.z[m - 1])  # of the load
+        if share <= 0.0 or (ratio <= 0.0).any():
+            raise InputError("no gain explains the currents: check units, signs, order of joints and the payload")
+        x = to_x @ solution.z[:m] / share
+        ratio *= share
+        k = k * ratio
+        if np.abs(ratio - 1.0).max() < _ENOUGH:
+            return start._replace(k=k, x=x)
+    raise InputError(
+        "the gains of bodies that can exist do not settle: check units, signs and order of the currents"
+    )
+
+
+def _variables(problem: GainProblem, loads: Sequence[KnownLoad], x: Array) -> tuple[Array, Array, Array]:
+    """Maps of the cone program's z to the base parameters and the payload's ten, c x m, and to bodies, p x 10 x m.
+
+    z are standard parameters of the robot, what is unknown of the payload, and the share of what is known, scaled;
+    last the rows A z that must not be negative.
+    """
+    base, length = problem.base, typical_length(problem.robot)
+    free = [(k, name) for k, load in enumerate(loads) for name in load.free]
+    known = [parameter_kind(name) == SPRING for name in base.standard]
+    names = [name for name, fixed in zip(base.standard, known, strict=True) if not fixed]
+    standard = len(names)
+    m = standard + len(free) + 1
+    scale = np.ones(m)
+    # One mass and one length for all links, one size for friction.
+    own = dict(zip(base.columns, np.abs(x), strict=False))
+    masses = [v / length ** POWERS[parameter_kind(k)] for k, v in own.items() if parameter_kind(k) in INERTIAL]
+    others = [v for k, v in own.items() if k in names and parameter_kind(k) not in POWERS]
+    mass, friction = float(np.median(masses)) or 1.0, max(float(np.median(others or [1.0])), 1e-6)
+    kinds = [parameter_kind(name) for name in names]
+    scale[:standard] = [mass * length ** POWERS[kind] if kind in POWERS else friction for kind in kinds]
+    scale[standard:-1] = [loads[k].mass * _LENGTH ** POWERS[name.removesuffix("_L")] for k, name in free]
+    to_x = np.zeros((len(base.columns) + len(loads) * len(PAYLOAD), m))
+    to_x[: len(base.columns), :standard] = base.grouping[:, np.logical_not(known)]
+    to_x[: len(base.columns), -1] = base.grouping[:, known].sum(axis=1)  # a spring's torque: its parameter is 1
+    weights = np.zeros((len(loads), len(PAYLOAD), m))
+    for place, (k, name) in enumerate(free, standard):
+        weights[k, PAYLOAD.index(name), place] = 1.0
+    weights[:, :, -1] = [load.ten for load in loads]
+    to_x[len(base.columns) :] = weights.reshape(-1, m)
+    links = [np.eye(standard, m)[places] for places in link_places(problem.robot, names)]
+    rules = RobotRules.of(problem.robot, names, scale[:standard], None).A
+    A = np.zeros((len(rules) + 1, m))
+    A[:-1, :standard] = rules
+    A[-1, -1] = 1.0
+    # A body whose ten are all known needs no cone: it was checked when it was read.
+    open_ones = [body for body, load in zip(weights, loads, strict=True) if load.free]
+    bodies = np.array([*links, *open_ones]) * scale
+    return to_x * scale, bodies, A

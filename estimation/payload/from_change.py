@@ -16,8 +16,7 @@ from ..equations.equations import PAYLOAD, Equations
 from ..fit.drive_gains import motor_torques
 from ..fit.estimate import Estimate, fit
 from ..fit.least_squares import weighted
-from ..fit.left_out import left_out
-from ..fit.linear_problem import gain_sensitivity
+from ..fit.linear_problem import gain_sensitivity, left_out
 from .problem import PayloadProblem
 from .result import frame_change, in_payload_frame
 

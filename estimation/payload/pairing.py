@@ -11,7 +11,7 @@ from ...common.errors import InputError
 from ...model import Processing, Recording
 from ..signals.alignment import aligned
 from ..signals.filtering import grid_rate
-from ..signals.pieces import Pieces, cut, origin, shortest_piece
+from ..signals.rows import Pieces, cut, origin, shortest_piece
 
 _TRIED = 12
 """Combinations of pieces that are aligned in search of the lag."""

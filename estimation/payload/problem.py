@@ -13,8 +13,7 @@ from ..equations.equations import PAYLOAD, Equations, merged, stacked
 from ..equations.leave_one_out import WithoutEach
 from ..fit.estimate import Estimate, error_model
 from ..fit.least_squares import weighted
-from ..fit.left_out import left_out
-from ..fit.linear_problem import Held, Known, Prior, gain_sensitivity
+from ..fit.linear_problem import Held, Known, Prior, gain_sensitivity, left_out
 from ..signals.alignment import AlignedPair
 from .loaded_scale import LoadedScale
 from .short_motion import ShortMotion

@@ -5,6 +5,7 @@ not its square, keeps the condition number of R instead of R'R; z must be scaled
 """
 
 from collections.abc import Sequence
+from contextlib import suppress
 from functools import cache
 from typing import Any, Literal, NamedTuple
 
@@ -99,9 +100,15 @@ def solve_cone(program: ConeProgram, largest: float | None = None, ball: float |
     """
     (k, n), r, p = program.R.shape, len(program.A), len(program.bodies)
     scale = max(1.0, float(np.abs(program.R).max()) / (largest or _LARGEST))
-    matrix, right = _stacked(program, scale)
-    bodies: list[Cone] = [("PSDTriangle", 4)] * p
-    cones: list[Cone] = [("Nonnegative", r), ("SecondOrder", k + 1), *bodies]
+    # right - matrix (z, t) lies in the cones.
+    matrix = np.zeros((r + k + 1 + 10 * p, n + 1))
+    matrix[:r, :n] = -program.A
+    matrix[r, n] = -1.0
+    matrix[r + 1 : r + k + 1, :n] = -program.R / scale
+    matrix[r + k + 1 :, :n] = -(TRIANGLE @ program.bodies).reshape(10 * p, n)
+    right = np.concatenate([program.b, [0.0], -program.d / scale, np.zeros(10 * p)])
+    cones: list[Cone] = [("Nonnegative", r), ("SecondOrder", k + 1)]
+    cones += [("PSDTriangle", 4)] * p
     if ball is not None:
         cones.append(("SecondOrder", n + 1))
         matrix = np.vstack([matrix, np.zeros((1, n + 1)), np.hstack([-np.eye(n), np.zeros((n, 1))])])
@@ -116,15 +123,17 @@ def solve_cone(program: ConeProgram, largest: float | None = None, ball: float |
     return ConeSolution(z, norm, dual[:r], traces, "Solved", int(solution.iterations))
 
 
-def _stacked(program: ConeProgram, scale: float) -> tuple[Array, Array]:
-    """Clarabel's matrix and right-hand side: right - matrix (z, t) lies in the cones."""
-    (k, n), r, p = program.R.shape, len(program.A), len(program.bodies)
-    matrix = np.zeros((r + k + 1 + 10 * p, n + 1))
-    matrix[:r, :n] = -program.A
-    matrix[r, n] = -1.0
-    matrix[r + 1 : r + k + 1, :n] = -program.R / scale
-    matrix[r + k + 1 :, :n] = -(TRIANGLE @ program.bodies).reshape(10 * p, n)
-    return matrix, np.concatenate([program.b, [0.0], -program.d / scale, np.zeros(10 * p)])
+def solve_in_turn(program: ConeProgram, ways: Sequence[tuple[float | None, float | None]]) -> ConeSolution:
+    """The first clean solution, with the largest entry and the ball of each way as ``solve_cone`` takes them.
+
+    Raises:
+        SolverError: if none is clean.
+    """
+    *others, last = ways
+    for way in others:
+        with suppress(SolverError):
+            return solve_cone(program, *way)
+    return solve_cone(program, *last)
 
 
 def cone_solver(cost: Array, matrix: Array, right: Array, cones: Sequence[Cone], reused: bool = False) -> Any:
@@ -143,7 +152,8 @@ def cone_solver(cost: Array, matrix: Array, right: Array, cones: Sequence[Cone],
     # Compressed columns without the detour by coordinates.
     sparse = csc_matrix((matrix.T[there], np.nonzero(there)[1], starts), matrix.shape)
     kinds = [getattr(clarabel, f"{kind}ConeT")(size) for kind, size in cones if size]
-    return clarabel.DefaultSolver(_no_squares(len(cost)), cost, sparse, right, kinds, _settings(reused))
+    no_squares = csc_matrix((len(cost), len(cost)))
+    return clarabel.DefaultSolver(no_squares, cost, sparse, right, kinds, _settings(reused))
 
 
 @cache
@@ -153,12 +163,6 @@ def _packages() -> tuple[Any, Any]:
     from scipy.sparse import csc_matrix
 
     return clarabel, csc_matrix
-
-
-@cache
-def _no_squares(size: int) -> Any:
-    """The quadratic part of the cost: none."""
-    return _packages()[1]((size, size))
 
 
 @cache

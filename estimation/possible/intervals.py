@@ -11,6 +11,7 @@ within the unit ball, however fine the data are and however far the constraints:
 the direction changes from one question to the next, so a solver is set up once.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -25,6 +26,9 @@ from .cone import TRIANGLE, Cone, SolverError, cone_solver
 from .payload import ScaledProblem
 from .result import Possible
 
+_Region = tuple[Any, Callable[[Array], Any]]
+"""A solver whose cost changes from question to question, and what makes one for a single cost."""
+
 
 class ProfileSet:
     """Payloads that hold a scaled problem's constraints, little farther from its centre than the nearest one."""
@@ -37,6 +41,7 @@ class ProfileSet:
         self._spread = np.sqrt(q) * self._inverse
         self._pull = problem.R @ (nearest - problem.centre) / np.sqrt(q)  # kappa e
         self._radius = float(np.sqrt(q * (1.0 + self._pull @ self._pull)))
+        self.mass = int(problem.select[:, 9].argmax())
 
     def farthest(self, c: Array) -> Array:
         """The z of the set with the largest c'z.
@@ -50,42 +55,37 @@ class ProfileSet:
             return np.asarray(alone)
         return np.asarray(self._nearest + self._spread @ self._solved(self._points, -direction))
 
-    def largest_ratio(self, c: Array, k: int) -> float:
-        """Largest c'z / z_k, for a z_k that is positive in the whole set: linear in z / z_k and 1 / z_k.
+    def largest_per_mass(self, c: Array) -> float:
+        """Largest c'z / z_k, z_k the mass, positive in the whole set: linear in z / z_k and 1 / z_k.
 
         Raises:
             SolverError: for anything but a clean solve.
         """
         moved = np.column_stack([self._spread, self._nearest])
-        return float(c @ moved @ self._solved(self._ratios(k), -(c @ moved)))
+        return float(c @ moved @ self._solved(self._ratios, -(c @ moved)))
 
     @cached_property
-    def _points(self) -> "_Region":
+    def _points(self) -> _Region:
         """The set in u."""
         K, cones = self._cones
-        return _Region(-K[:, :-1], K[:, -1], cones)
-
-    def _ratios(self, k: int) -> "_Region":
-        """The set in (u / z_k, 1 / z_k)."""
-        if k not in self._ratio_regions:
-            K, cones = self._cones
-            unit = np.append(self._spread[k], self._nearest[k])
-            right = np.append(1.0, np.zeros(len(K)))
-            self._ratio_regions[k] = _Region(np.vstack([unit, -K]), right, [("Zero", 1), *cones])
-        return self._ratio_regions[k]
+        return _region(-K[:, :-1], K[:, -1], cones)
 
     @cached_property
-    def _ratio_regions(self) -> "dict[int, _Region]":
-        return {}
+    def _ratios(self) -> _Region:
+        """The set in (u / z_k, 1 / z_k), z_k the mass."""
+        K, cones = self._cones
+        unit = np.append(self._spread[self.mass], self._nearest[self.mass])
+        return _region(np.vstack([unit, -K]), np.append(1.0, np.zeros(len(K))), [("Zero", 1), *cones])
 
-    def _solved(self, region: "_Region", cost: Array) -> Array:
+    def _solved(self, region: _Region, cost: Array) -> Array:
         """The point of least cost; a cost of norm 1 is what the solver's tolerances are made for."""
+        solver, anew = region
         unit = cost / np.linalg.norm(cost)
-        region.solver.update(q=unit)
-        solution = region.solver.solve()
+        solver.update(q=unit)
+        solution = solver.solve()
         if str(solution.status) != "Solved":
             # About once in 100,000 directions the rows' own scale will not do: begin anew with the solver's.
-            solution = region.made(unit).solve()
+            solution = anew(unit).solve()
         if str(solution.status) != "Solved":
             raise SolverError(str(solution.status), self.problem.program())
         return np.asarray(solution.x)
@@ -107,16 +107,10 @@ class ProfileSet:
         return K, [("Nonnegative", len(problem.b)), ("SecondOrder", n + 2), ("PSDTriangle", 4)]
 
 
-class _Region:
-    """All x with right - matrix x in the cones, and a solver whose direction changes from question to question."""
-
-    def __init__(self, matrix: Array, right: Array, cones: list[Cone]) -> None:
-        self._matrix, self._right, self._cones = matrix, right, cones
-        self.solver = self.made(np.zeros(matrix.shape[1]), reused=True)
-
-    def made(self, cost: Array, reused: bool = False) -> Any:
-        """A solver for the point of least cost."""
-        return cone_solver(cost, self._matrix, self._right, self._cones, reused)
+def _region(matrix: Array, right: Array, cones: list[Cone]) -> _Region:
+    """All x with right - matrix x in the cones."""
+    reused = cone_solver(np.zeros(matrix.shape[1]), matrix, right, cones, reused=True)
+    return reused, lambda cost: cone_solver(cost, matrix, right, cones)
 
 
 WIDENING = 1.2
@@ -184,52 +178,34 @@ def profile_intervals(result: Possible) -> Intervals:
     nearest = problem.select @ result.values / problem.scale
     half = float(np.sqrt(WIDENING)) * student95(result.free.degrees_of_freedom)
     profile = ProfileSet(problem, nearest, half**2)
-    ten = _ten(profile, result.values)
+    units, signs = np.eye(len(problem.scale)), (-1.0, 1.0)
+    ends = np.array([[unit @ profile.farthest(sign * unit) for sign in signs] for unit in units])
+    # Eliminated parameters are zero and certain.
+    ten = _holding(problem.select.T @ (ends * problem.scale[:, None]), result.values)
     # A body that can exist has none of these negative; the solver's points may by rounding.
     ten[_NOT_NEGATIVE] = np.maximum(ten[_NOT_NEGATIVE], 0.0)
     if ten[9, 0] <= _NEXT_TO_NOTHING * ten[9, 1]:
         unknown = np.array([-np.inf, np.inf])
         return Intervals(ten, np.tile(unknown, (3, 1)), np.tile(unknown, (3, 3, 1)), np.tile(unknown, (3, 1)))
-    com = _com(profile, result.body.com)
-    inertia = np.zeros((3, 3, 2))
-    for (i, j), ends in zip(_UPPER, _searched(profile, nearest), strict=True):
-        inertia[i, j] = inertia[j, i] = ends
-    inertia[range(3), range(3)] = np.maximum(inertia[range(3), range(3)], 0.0)
-    return Intervals(ten, com, inertia, _moments(result, half))
-
-
-def _ten(profile: ProfileSet, values: Array) -> Array:
-    """10 x 2; eliminated parameters are zero and certain."""
-    problem = profile.problem
-    ends = [[unit @ profile.farthest(sign * unit) for sign in (-1.0, 1.0)] for unit in np.eye(len(problem.scale))]
-    return _holding(problem.select.T @ (np.array(ends) * problem.scale[:, None]), values)
-
-
-def _com(profile: ProfileSet, com: Array) -> Array:
-    """3 x 2; zero and certain where the first moment was eliminated."""
-    problem = profile.problem
-    columns = (problem.scale[:, None] * problem.select)[:, 6:10]
-    mass = int(problem.select[:, 9].argmax())
-    ends = np.zeros((3, 2))
-    for k, c in enumerate(columns[:, :3].T / problem.scale[mass]):
+    com = np.zeros((3, 2))
+    first_moments = (problem.scale[:, None] * problem.select)[:, 6:9]
+    for axis, c in enumerate(first_moments.T / problem.scale[profile.mass]):
         if c.any():
-            ends[k] = [sign * profile.largest_ratio(sign * c, mass) for sign in (-1.0, 1.0)]
-    return _holding(ends, com)
+            com[axis] = [sign * profile.largest_per_mass(sign * c) for sign in signs]
+    points = [nearest]  # a search starts from the best so far
+    for i, j in _UPPER:
+        for sign in signs:
+            _climb(profile, i, j, sign, points)
+    values, inertia = _inertias(problem.full(np.array(points))), np.zeros((3, 3, 2))
+    for i, j in _UPPER:
+        inertia[i, j] = inertia[j, i] = values[:, i, j].min(), values[:, i, j].max()
+    inertia[range(3), range(3)] = np.maximum(inertia[range(3), range(3)], 0.0)
+    return Intervals(ten, _holding(com, result.body.com), inertia, _moments(result, half))
 
 
 def _holding(ends: Array, values: Array) -> Array:
     """Intervals stretched by rounding to hold the estimate itself."""
     return np.column_stack([np.minimum(ends[:, 0], values), np.maximum(ends[:, 1], values)])
-
-
-def _searched(profile: ProfileSet, start: Array) -> Array:
-    """Smallest and largest value of each of ``_UPPER``, 6 x 2; a search starts from the best point so far."""
-    points = [start]
-    for i, j in _UPPER:
-        for sign in (-1.0, 1.0):
-            _climb(profile, i, j, sign, points)
-    values = _inertias(profile.problem.full(np.array(points)))
-    return np.array([[values[:, i, j].min(), values[:, i, j].max()] for i, j in _UPPER])
 
 
 def _climb(profile: ProfileSet, i: int, j: int, sign: float, points: list[Array]) -> None:

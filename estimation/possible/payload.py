@@ -55,8 +55,18 @@ class ScaledProblem(NamedTuple):
     @staticmethod
     def of(estimate: Estimate, constraints: Sequence[Constraint]) -> "ScaledProblem":
         """Scale an estimate and its constraints."""
-        select = np.eye(10)[_places(estimate)]
-        scale = select @ _sizes(estimate, select)
+        unknown = [name for name in estimate.names if name not in PAYLOAD]
+        if unknown or "M_L" not in estimate.names:
+            raise InputError(
+                f"an estimate of {', '.join(estimate.names)} is not that of a payload: it needs M_L and others of "
+                f"{', '.join(PAYLOAD)}"
+            )
+        select = np.eye(10)[[PAYLOAD.index(name) for name in estimate.names]]
+        # M l^2, M l and M for the ten, from the estimate itself or, where it is next to nothing, its sigma.
+        size = np.maximum(np.abs(estimate.values), estimate.sigma) @ select
+        mass = size[9]
+        length = np.sqrt(max(size[[0, 3, 5]].sum() / 2.0, size[6:9].max() ** 2 / mass) / mass)
+        scale = select @ np.array([mass * length**2] * 6 + [mass * length] * 3 + [mass])
         centre, n = estimate.values / scale, len(scale)
         factor = whitening(estimate.covariance, estimate.names, NOISE_FLOOR * scale) * scale
         # One more QR merges soft terms: the distance from their common minimum is all that is left to the solver.
@@ -141,24 +151,6 @@ def whitening(C: Array, names: Sequence[str], floor: Array) -> Array:
     return np.linalg.solve(L, np.diag(1.0 / sigma))
 
 
-def _places(estimate: Estimate) -> list[int]:
-    unknown = [name for name in estimate.names if name not in PAYLOAD]
-    if unknown or not {"M_L"} <= set(estimate.names):
-        raise InputError(
-            f"an estimate of {', '.join(estimate.names)} is not that of a payload: it needs M_L and others of "
-            f"{', '.join(PAYLOAD)}"
-        )
-    return [PAYLOAD.index(name) for name in estimate.names]
-
-
-def _sizes(estimate: Estimate, select: Array) -> Array:
-    """M l^2, M l and M for the ten, from the estimate itself or, where it is next to nothing, its sigma."""
-    size = np.maximum(np.abs(estimate.values), estimate.sigma) @ select
-    mass = size[9]
-    length = np.sqrt(max(size[[0, 3, 5]].sum() / 2.0, size[6:9].max() ** 2 / mass) / mass)
-    return np.asarray([mass * length**2] * 6 + [mass * length] * 3 + [mass])
-
-
 def with_possible(constraints: Sequence[Constraint]) -> tuple[Constraint, ...]:
     """The constraints, with ``PossibleBody`` if it was not listed."""
     if any(isinstance(c, PossibleBody) for c in constraints):
@@ -198,25 +190,22 @@ def solve_constrained(estimate: Estimate, constraints: Sequence[Constraint] = PO
     """
     constraints = with_possible(constraints)
     problem = ScaledProblem.of(estimate, constraints)
+    hard = [c for c in constraints if not isinstance(c, KnownMass)]
+    z, status = problem.centre, "free"
+    active: tuple[Active, ...] = ()
     try:
-        z, active, status = _nearest(problem, [c for c in constraints if not isinstance(c, KnownMass)])
+        if not all(c.violation(problem.full(z)) <= 0.0 for c in hard):
+            if problem.lowest(z) >= -NOISE_FLOOR and (problem.A @ z + problem.b >= 0.0).all():
+                z, status = problem.repaired(z), "repaired"  # rounding, too little for a solver to work on
+            else:
+                solution = solve_cone(problem.program())
+                z, status = problem.repaired(solution.z), solution.status
+                active = problem.active(hard, z, solution)
     except SolverError as error:
         raise error.naming(*(c.description for c in constraints)) from None
     chi2 = problem.floor + float(np.sum((problem.R @ (z - problem.centre)) ** 2))
     values = problem.full(z)
     return Possible(estimate, values, chi2, active, (InertialParameters(values),), status, tuple(constraints))
-
-
-def _nearest(problem: ScaledProblem, hard: Sequence[Constraint]) -> tuple[Array, tuple[Active, ...], str]:
-    """Scaled parameters, active constraints and status."""
-    z = problem.centre
-    if all(c.violation(problem.full(z)) <= 0.0 for c in hard):
-        return z, (), "free"
-    if problem.lowest(z) >= -NOISE_FLOOR and (problem.A @ z + problem.b >= 0.0).all():
-        return problem.repaired(z), (), "repaired"  # rounding, too little for a solver to work on
-    solution = solve_cone(problem.program())
-    z = problem.repaired(solution.z)
-    return z, problem.active(hard, z, solution), solution.status
 
 
 def tested(result: Possible) -> tuple[Tested, ...]:

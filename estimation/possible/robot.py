@@ -6,7 +6,6 @@ standard parameters themselves stay undetermined (26 directions on the RX90) and
 """
 
 from collections.abc import Sequence
-from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -14,23 +13,102 @@ import numpy as np
 
 from ...common.arrays import Array
 from ...common.errors import InputError
-from ...model import BaseParameters, InertialParameters, Robot
+from ...model import INERTIAL, BaseParameters, InertialParameters, Robot
+from ...model.drives import parameter_kind
 from ..fit.estimate import Estimate, error_model
-from .cone import ConeProgram, ConeSolution, SolverError, solve_cone
+from .cone import ConeProgram, SolverError, solve_in_turn
 from .constraints import MassBounds
-from .origin import hidden_directions
 from .payload import IDENTITY, NOISE_FLOOR, TOLERANCE, whitening
 from .result import Active, Possible
-from .robot_rules import RobotRules, link_places, sizes
+
+_NOT_NEGATIVE = ("IA", "FV", "FS", "FVM", "FSM")
+POWERS = {**dict.fromkeys(INERTIAL[:6], 2), **dict.fromkeys(INERTIAL[6:9], 1), "M": 0, "IA": 2}
+"""Power of a length in the unit of each kind."""
+
+
+class RobotRules(NamedTuple):
+    """Rows A z + b >= 0 in scaled parameters z, and what each says.
+
+    ``A`` r x N_s, ``b`` (r,), ``texts`` r; ``signed``: positions of parameters that must not be negative;
+    ``shared``: positions (whole, part) of what coupled drives share: (IA_j, IA_k), (FV_j, FVM_k), (FV_k, FVM_k).
+    """
+
+    A: Array
+    b: Array
+    texts: tuple[str, ...]
+    signed: tuple[int, ...]
+    shared: tuple[tuple[int, int], ...]
+
+    @staticmethod
+    def of(robot: Robot, standard: Sequence[str], scale: Array, total_mass: MassBounds | None) -> "RobotRules":
+        """Friction and rotor inertias are not negative.
+
+        Of coupled drives IA_j = K_j^2 JA_j + K_k^2 JA_k is at least IA_k = K_k^2 JA_k, and FV_j and FV_k hold the
+        viscous friction FVM_k of rotor k beside the joint's own.
+        """
+        units = np.eye(len(standard))
+        signed = tuple(k for k, name in enumerate(standard) if parameter_kind(name) in _NOT_NEGATIVE)
+        rows, b, texts = [units[k] for k in signed], [0.0] * len(signed), [f"{standard[k]} >= 0" for k in signed]
+        pairs: list[tuple[str, str]] = []
+        if robot.coupling is not None:
+            j, k = robot.coupling.joints
+            pairs = [(f"IA{j}", f"IA{k}"), (f"FV{j}", f"FVM{k}"), (f"FV{k}", f"FVM{k}")]
+        shared = tuple((standard.index(whole), standard.index(part)) for whole, part in pairs)
+        for j, k in shared:
+            rows.append(units[j] - scale[k] / scale[j] * units[k])
+            b.append(0.0)
+            texts.append(f"{standard[j]} >= {standard[k]}")
+        masses = sum(units[standard.index(f"M{link}")] for link in range(1, robot.n + 1))
+        unit = scale[standard.index("M1")]
+        bounds = ((1.0, total_mass.low, ">="), (-1.0, total_mass.high, "<=")) if total_mass is not None else ()
+        for sign, bound, relation in bounds:
+            if not np.isfinite(bound):
+                continue
+            rows.append(sign * masses)
+            b.append(-sign * bound / unit)
+            texts.append(f"total mass {relation} {bound:g} kg")
+        return RobotRules(np.array(rows).reshape(-1, len(standard)), np.array(b), tuple(texts), signed, shared)
+
+
+def typical_length(robot: Robot) -> float:
+    """Half the longest distance between two joints [m]; 1 where all axes meet."""
+    return max(max(abs(joint.d), abs(joint.r)) for joint in robot.joints) / 2.0 or 1.0
+
+
+def sizes(robot: Robot, base: BaseParameters, estimate: Estimate) -> Array:
+    """Scale of each standard parameter: one mass and one length for all links, from the robot's own numbers."""
+    length = typical_length(robot)
+    masses = np.array(
+        [
+            abs(value) / length ** POWERS[parameter_kind(name)]
+            for name, value in zip(estimate.names, estimate.values, strict=True)
+            if parameter_kind(name) in INERTIAL
+        ]
+    )
+    # Data without noise show many a parameter as zero: they say nothing of the robot's size.
+    masses = masses[masses > 1e-6 * masses.max(initial=0.0)]
+    mass = float(np.median(masses)) if len(masses) else 1.0
+    inertial = {kind: mass * length**power for kind, power in POWERS.items()}
+    own = dict(zip(estimate.names, np.maximum(np.abs(estimate.values), estimate.sigma), strict=True))
+    return np.array([inertial.get(parameter_kind(name), own.get(name, 1.0)) for name in base.standard])
+
+
+def link_places(robot: Robot, standard: Sequence[str]) -> list[list[int]]:
+    """Positions of each link's ten."""
+    return [[standard.index(f"{kind}{link}") for kind in INERTIAL] for link in range(1, robot.n + 1)]
+
 
 _NEXT_TO_NOTHING = 1e-3
 """Smaller multipliers, as a fraction of the largest, belong to directions that the data do not see."""
-_LARGEST = 1e3
-"""R with larger entries is scaled down: the norm of exact data is zero, at the tip of its cone."""
-_BALL = 1e3
-"""Radius of z where the program must be closed: a thousand times the size of each parameter."""
+_WAYS = ((1e3, None), (1e3, 1e3), (1e2, 1e3), (10.0, 1e3))
+"""R's largest entry, for the norm of exact data is zero, at the tip of its cone; the radius that z may not leave.
+
+No torque may show some direction, and no finite robot attain the least value: the program is closed then, at a
+thousand times the size of each parameter. Where the search stops short of its end, a smaller R has it end.
+"""
 _ABOVE = 1.0 + 4.0 * np.finfo(float).eps
 """Factor by which a larger number is above a smaller one, whatever rounding a change of scale leaves."""
+_ROUNDING = 1e-9
 _UNSEEN = 1e-3
 """In standard deviations: what a repair may change."""
 
@@ -78,7 +156,7 @@ class RobotProgram(NamedTuple):
         return RobotProgram(scale, R, program, rules, links)
 
     def answer(
-        self, base: BaseParameters, estimate: Estimate, z: Array, active: tuple[Active, ...], status: str
+        self, base: BaseParameters, estimate: Estimate, z: Array, active: Sequence[Active], status: str
     ) -> PossibleRobot:
         """The robot that z stands for."""
         x = z * self.scale
@@ -87,7 +165,7 @@ class RobotProgram(NamedTuple):
             free=estimate,
             values=values,
             chi2_rise=float(np.sum((self.R @ (values - estimate.values)) ** 2)),
-            active=active,
+            active=tuple(sorted(active, key=lambda one: -one.multiplier)),
             bodies=tuple(InertialParameters(x[link]) for link in self.links),
             status=status,
             parameters={name: float(value) for name, value in zip(base.standard, x, strict=True)},
@@ -141,40 +219,34 @@ def solve_constrained_base(
 
 def solve_robot_program(problem: RobotProgram, base: BaseParameters, estimate: Estimate) -> PossibleRobot:
     """The nearest base parameters by a problem that is scaled already."""
-    solution = _solved(problem.program)
-    z = problem.repaired(solution.z)
-    return problem.answer(base, estimate, z, _active(solution, problem.program, z, problem.rules.texts), "Solved")
-
-
-def _solved(program: ConeProgram) -> ConeSolution:
-    """The first clean solution.
-
-    No torque may show some direction, and no finite robot attain the least value: the program is closed then. Where
-    the search stops short of its end, a smaller R has it end.
-
-    Raises:
-        SolverError: if none is clean.
-    """
-    *others, last = ((_LARGEST, None), (_LARGEST, _BALL), (0.1 * _LARGEST, _BALL), (0.01 * _LARGEST, _BALL))
-    for largest, ball in others:
-        with suppress(SolverError):
-            return solve_cone(program, largest, ball)
-    return solve_cone(program, *last)
+    solution = solve_in_turn(problem.program, _WAYS)
+    z, program = problem.repaired(solution.z), problem.program
+    slacks = [*(program.A @ z + program.b), *(_lowest(body @ z) for body in program.bodies)]
+    texts = [*problem.rules.texts, *(f"link {j} can exist" for j in range(1, len(program.bodies) + 1))]
+    prices = [*solution.row_multipliers, *solution.body_multipliers]
+    # A constraint holds the robot where its multiplier exceeds its slack and is not next to nothing.
+    floor = max(_NEXT_TO_NOTHING * max(prices), TOLERANCE)
+    active = [
+        Active(text, 2.0 * solution.norm * float(price))
+        for text, price, slack in zip(texts, prices, slacks, strict=True)
+        if price > max(slack, floor)
+    ]
+    return problem.answer(base, estimate, z, active, "Solved")
 
 
 def _lowest(ten: Array) -> float:
     return InertialParameters(ten).min_pseudo_inertia_eigenvalue
 
 
-def _active(solution: ConeSolution, program: ConeProgram, z: Array, texts: Sequence[str]) -> tuple[Active, ...]:
-    """Constraints whose multiplier exceeds their slack, and is not next to nothing."""
-    slacks = [*(program.A @ z + program.b), *(_lowest(body @ z) for body in program.bodies)]
-    links = [f"link {j} can exist" for j in range(1, len(program.bodies) + 1)]
-    prices = [*solution.row_multipliers, *solution.body_multipliers]
-    floor = max(_NEXT_TO_NOTHING * max(prices), TOLERANCE)
-    active = [
-        Active(text, 2.0 * solution.norm * float(price))
-        for text, price, slack in zip([*texts, *links], prices, slacks, strict=True)
-        if price > max(slack, floor)
-    ]
-    return tuple(sorted(active, key=lambda active: -active.multiplier))
+def hidden_directions(base: BaseParameters) -> tuple[str, ...]:
+    """Changes of the standard parameters that change no torque, N_s - N_b texts: "YY2 + XX2", "M1"."""
+    texts = []
+    for k in (k for k in range(len(base.standard)) if k not in base.chosen):
+        # One more of parameter k is the same as less of those that it is grouped into.
+        text = base.standard[k]
+        for name, factor in zip(base.columns, base.grouping[:, k], strict=True):
+            if factor:
+                size = "" if abs(abs(factor) - 1.0) < _ROUNDING else f"{abs(factor):.6g} "
+                text += f" {'-' if factor > 0.0 else '+'} {size}{name}"
+        texts.append(text)
+    return tuple(texts)

@@ -1,7 +1,7 @@
-"""Recordings made even in time and filtered, once for all questions: Butterworth, central differences."""
+"""Recordings made even in time, filtered and decimated, once for all questions."""
 
+import functools
 import math
-from typing import NamedTuple
 from weakref import finalize
 
 import numpy as np
@@ -77,7 +77,18 @@ def measured(recording: Recording, processing: Processing) -> Measurement:
     even = resampled(recording, grid_rate(recording, processing))
     step = float(even.t[1] - even.t[0])
     q = lowpass(even.q, step, processing.cutoff, recording.source)
-    _check_cutoff(even.q, q, processing.cutoff, recording.source, step * len(q))
+    # A filter that changes the positions themselves is too low for the motion.
+    spread, lost = even.q.std(axis=0), np.sqrt(np.mean((even.q - q) ** 2, axis=0))
+    share = np.where(spread > _MOVES, lost / np.where(spread > 0.0, spread, 1.0), 0.0)
+    j = int(np.argmax(share))
+    if processing.cutoff is not None and share[j] > _MOST_LOST:
+        reason = "the cut-off lies below the motion; raise --cutoff"
+        if step * len(q) < _BRIEF:
+            reason = f"{step * len(q):.2g} s are too short for it; record longer"
+        raise InputError(
+            f"{recording.source}: a cut-off of {processing.cutoff:g} Hz takes {100 * share[j]:.1f} % off the "
+            f"motion of joint {j + 1}: {reason}"
+        )
     qd = slopes(q, step) if even.qd is None else lowpass(even.qd, step, processing.cutoff, recording.source)
     return Measurement(Motion(even.t, _locked(q), _locked(qd), _locked(slopes(qd, step))), even.torque)
 
@@ -104,7 +115,7 @@ def resampled(recording: Recording, rate: float | None) -> Recording:
     """
     times = recording.t
     mean = float(times[-1] - times[0]) / (len(times) - 1)
-    if (rate is None or abs(rate * mean - 1.0) < 1e-6) and _is_even(times, mean):
+    if (rate is None or abs(rate * mean - 1.0) < 1e-6) and (np.abs(np.diff(times) - mean) < _EVEN * mean).all():
         t = _grid(times[0], mean, len(times))
         return Recording(t, recording.q, recording.torque, recording.qd, recording.source, recording.notes)
     rate = rate or 1.0 / mean
@@ -119,10 +130,6 @@ def resampled(recording: Recording, rate: float | None) -> Recording:
             f"{recording.source}: {count} samples at {rate:g} Hz are too few: raise --rate, record longer"
         )
     return on_grid(recording, _grid(times[0], 1.0 / rate, count))
-
-
-def _is_even(t: Array, step: float) -> bool:
-    return bool((np.abs(np.diff(t) - step) < _EVEN * step).all())
 
 
 def _grid(start: float, step: float, count: int) -> Array:
@@ -147,21 +154,6 @@ def on_grid(recording: Recording, t: Array) -> Recording:
     return Recording(t, there(recording.q), there(recording.torque), speeds, recording.source, recording.notes)
 
 
-def _check_cutoff(raw: Array, filtered: Array, cutoff: float | None, source: str, duration: float) -> None:
-    """A filter that changes the positions themselves is too low for the motion."""
-    spread, lost = raw.std(axis=0), np.sqrt(np.mean((raw - filtered) ** 2, axis=0))
-    share = np.where(spread > _MOVES, lost / np.where(spread > 0.0, spread, 1.0), 0.0)
-    j = int(np.argmax(share))
-    if cutoff is not None and share[j] > _MOST_LOST:
-        reason = "the cut-off lies below the motion; raise --cutoff"
-        if duration < _BRIEF:
-            reason = f"{duration:.2g} s are too short for it; record longer"
-        raise InputError(
-            f"{source}: a cut-off of {cutoff:g} Hz takes {100 * share[j]:.1f} % off the motion of joint {j + 1}: "
-            f"{reason}"
-        )
-
-
 def lowpass(signals: Array, step: float, cutoff: float | None, source: str) -> Array:
     """Zero-phase Butterworth filter of signals (N, k), ``step`` [s] apart; no cut-off [Hz] leaves them as they are.
 
@@ -183,13 +175,9 @@ def lowpass(signals: Array, step: float, cutoff: float | None, source: str) -> A
         raise InputError(
             f"{source}: a cut-off of {cutoff:g} Hz leaves nothing of {step * len(signals):.4g} s: raise --cutoff"
         )
-    return _forward_and_backward(signals, 2.0 * cutoff * step)
-
-
-def _forward_and_backward(signals: Array, cutoff: float) -> Array:
-    """What ``scipy.signal.sosfiltfilt`` gives of signals (N, k); ``cutoff``: share of the Nyquist frequency."""
-    sections = butterworth(_ORDER, cutoff)
-    edge = 3 * (2 * len(sections) + 1)  # samples by which the ends are mirrored, scipy's number
+    # What ``scipy.signal.sosfiltfilt`` gives: the ends are mirrored by as many samples as there.
+    sections = butterworth(_ORDER, 2.0 * cutoff * step)
+    edge = 3 * (2 * len(sections) + 1)
     before = 2.0 * signals[0] - signals[edge:0:-1]
     after = 2.0 * signals[-1] - signals[-2 : -edge - 2 : -1]
     forward = filtered(sections, np.concatenate([before, signals, after]))
@@ -201,15 +189,8 @@ def slopes(values: Array, step: float) -> Array:
     return np.asarray(np.gradient(values, step, axis=0))
 
 
-class _Asked(NamedTuple):
-    """A recording by its identity, and the settings that the filter knows of."""
-
-    recording: int
-    rate: float | None
-    cutoff: float | None
-
-
-_made: dict[_Asked, Measurement] = {}
+_made: dict[tuple[int, float | None, float | None], Measurement] = {}
+"""By a recording's identity, and the settings that the filter knows of."""
 
 
 def measurement(recording: Recording, processing: Processing) -> Measurement:
@@ -218,8 +199,85 @@ def measurement(recording: Recording, processing: Processing) -> Measurement:
     Raises:
         InputError: as ``measured``.
     """
-    key = _Asked(id(recording), grid_rate(recording, processing), processing.cutoff)
+    key = id(recording), grid_rate(recording, processing), processing.cutoff
     if key not in _made:
         _made[key] = measured(recording, processing)
         finalize(recording, _made.pop, key, None)
     return _made[key]
+
+
+_HALF = 10  # decimated samples that the filter reaches to either side
+_CUTOFF = 0.8  # of the new Nyquist frequency
+_GROUP = 8  # decimated samples computed by one matrix product: few zeros in it, few products
+
+
+@functools.cache
+def decimation_filter(factor: int) -> Array:
+    """Coefficients of the low-pass filter, 20 * factor + 1, symmetric, sum 1 (Hamming window)."""
+    if factor == 1:
+        return np.ones(1)
+    lags = np.arange(-_HALF * factor, _HALF * factor + 1)
+    taps = np.sinc(_CUTOFF / factor * lags) * np.hamming(len(lags))
+    taps = np.asarray(taps / taps.sum())
+    taps.setflags(write=False)
+    return taps
+
+
+@functools.cache
+def _band(factor: int) -> Array:
+    """Matrix that turns a stretch of samples into _GROUP decimated ones: one product instead of many filters."""
+    taps = decimation_filter(factor)
+    band = np.zeros(((_GROUP - 1) * factor + len(taps), _GROUP))
+    for k in range(_GROUP):
+        band[k * factor : k * factor + len(taps), k] = taps
+    band.setflags(write=False)
+    return band
+
+
+def noise_bandwidth(factor: int) -> float:
+    """Share of the new frequency range that white noise still fills after decimation.
+
+    r decimated rows hold as much independent noise as ``noise_bandwidth * r`` white ones: within the filter's pass
+    band, where the columns of W live, the noise has the density of white noise, but its variance, which is what
+    residuals show, is smaller by this factor.
+    """
+    return float(factor * np.sum(decimation_filter(factor) ** 2))
+
+
+class Decimator:
+    """Parallel decimation: low-pass and keep every k-th sample, block by block, without delay.
+
+    The filter has finite length: a recording cut into blocks gives what it gives in one piece. Beyond the ends of a
+    recording everything counts as zero, in Y as in W; the same linear operation on both keeps Y = W chi.
+    """
+
+    def __init__(self, rows: int, factor: int) -> None:
+        """Prepare for ``rows`` signals; ``factor`` 1 passes them through."""
+        self._factor = factor
+        self._reach = _HALF * factor if factor > 1 else 0
+        self._held = np.zeros((rows, self._reach))
+
+    def push(self, signals: Array) -> Array:
+        """Take the next samples, rows x N; give the decimated samples that are complete, rows x M."""
+        if self._factor == 1:
+            return signals
+        waiting = np.concatenate([self._held, signals], axis=1)
+        width = 2 * self._reach + 1
+        count = max(0, (waiting.shape[1] - width) // self._factor + 1)
+        self._held = waiting[:, count * self._factor :]
+        result = np.empty((len(waiting), count))
+        for start in range(0, count, _GROUP):
+            outputs = min(_GROUP, count - start)
+            used = waiting[:, start * self._factor : (start + outputs - 1) * self._factor + width]
+            result[:, start : start + outputs] = used @ _band(self._factor)[: used.shape[1], :outputs]
+        return result
+
+    def finish(self) -> Array:
+        """Give the samples that still waited for the end of the recording."""
+        return self.push(np.zeros((len(self._held), self._reach)))
+
+
+def decimated(signals: Array, factor: int) -> Array:
+    """Decimate whole signals, rows x N, to rows x ceil(N / factor)."""
+    decimator = Decimator(len(signals), factor)
+    return np.concatenate([decimator.push(signals), decimator.finish()], axis=1) if factor > 1 else signals

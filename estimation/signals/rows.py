@@ -1,10 +1,24 @@
-"""Which rows of a recording are used: the robot moves, the speed's sign is known, the filter has settled."""
+"""Which rows of a recording are used.
+
+Short gaps are interpolated later; at long ones it is split before anything is filtered. Of the pieces, rows are
+used where the robot moves, the speed's sign is known and the filter has settled.
+"""
+
+import hashlib
+import math
+import re
+from collections.abc import Iterator
+from dataclasses import replace
+from itertools import pairwise
+from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...common.arrays import Array
-from ...model import Motion, Processing
+from ...common.errors import InputError
+from ...model import Motion, Processing, Recording
 
 _BRIDGE = 0.3  # s: a pause shorter than this does not end a moving stretch
 _STRETCH = 1.0  # s: a moving stretch shorter than this is left out
@@ -69,3 +83,105 @@ def moving_parts(motion: Motion, still_speed: float) -> Mask:
     for start, stop, last in zip(starts, stops, lasts, strict=True):
         mask[start:stop] = last >= min(_STRETCH, lasts.max())
     return mask
+
+
+_PIECE = re.compile(r"( \(\S+ to \S+ s\))+$")
+"""How ``cut`` names a piece of a file."""
+_GAP = 5.0  # median steps
+_LOST = 1.5  # median steps: a longer one lacks rows
+_SHORTEST = 2.0  # s
+_FORGETS = 5.0  # time constants of the filter
+
+
+class Pieces(NamedTuple):
+    """The stretches of a recording that have no gap, as rows, and what to tell of the gaps."""
+
+    rows: tuple[slice, ...]
+    notes: tuple[str, ...]
+
+
+def longest_step(t: Array, cutoff: float | None) -> float:
+    """Longest time between rows [s] that is no gap: five median steps, or half a period of the cut-off [Hz]."""
+    return max(_GAP * typical_step(t), 0.5 / cutoff if cutoff else 0.0)
+
+
+def shortest_piece(cutoff: float | None) -> float:
+    """Shortest piece that is kept [s]: 2 s, or five time constants of the filter of a cut-off [Hz]."""
+    return max(_SHORTEST, _FORGETS / (2.0 * math.pi * cutoff) if cutoff else 0.0)
+
+
+def origin(recording: Recording) -> str:
+    """The file that a recording, or the whole of which it is a piece, was read from."""
+    return _PIECE.sub("", recording.source)
+
+
+def pieces(t: Array, cutoff: float | None, source: str) -> Pieces:
+    """Where a recording is split, by its times.
+
+    Args:
+        t: times [s], rising, shape (N,).
+        cutoff: of the filter that it will pass [Hz]; None without one.
+        source: for messages.
+
+    Raises:
+        InputError: if gaps leave no stretch that is long enough to be filtered.
+    """
+    longest, typical = longest_step(t, cutoff), typical_step(t)
+    steps = np.diff(t)
+    gaps, notes = np.flatnonzero(steps > longest), []
+    lacking = steps[(steps > _LOST * typical) & (steps <= longest)].tolist()
+    if lacking:
+        rows = sum(max(1, round(step / typical) - 1) for step in lacking)
+        notes.append(
+            f"{rows} row{'s are' if rows > 1 else ' is'} missing ({len(lacking)} step{'s' * (len(lacking) > 1)} of "
+            f"up to {max(lacking):.3g} s): interpolated"
+        )
+    if not len(gaps):
+        return Pieces((slice(0, len(t)),), tuple(notes))
+    least = shortest_piece(cutoff)
+    every = [slice(start, stop) for start, stop in pairwise([0, *(gaps + 1).tolist(), len(t)])]
+    lasts = [float(t[piece.stop - 1] - t[piece.start]) for piece in every]
+    long_enough = tuple(piece for piece, last in zip(every, lasts, strict=True) if last >= least)
+    begins = ", ".join(f"{begin:.4g}" for begin in t[gaps[:3]]) + " s"
+    begins += f" and {len(gaps) - 3} more" if len(gaps) > 3 else ""
+    worst = float(steps[gaps].max())
+    if not long_enough:
+        raise InputError(
+            f"{source}: gaps after {begins} ({worst:.3g} s at most) leave no {least:.2g} s "
+            "without one: record without losing rows"
+        )
+    note = (
+        f"split at {len(gaps)} gap{'s' * (len(gaps) > 1)} (after {begins}; {worst:.3g} s at most) into "
+        f"{len(long_enough)} piece{'s' * (len(long_enough) > 1)}"
+    )
+    short = [last for last in lasts if last < least]
+    if short:
+        note += f"; {len(short)} shorter than {least:.2g} s left out ({sum(short):.3g} s)"
+    return Pieces(long_enough, (*notes, note))
+
+
+def cut(recording: Recording, stretches: Pieces) -> Iterator[Recording]:
+    """The pieces of a recording; a whole one as it is."""
+    notes = (f"{Path(recording.source).name}: {note}" for note in stretches.notes)
+    recording = replace(recording, notes=(*recording.notes, *notes))
+    for piece in stretches.rows:
+        if piece == slice(0, len(recording.t)):
+            yield recording
+            continue
+        t = recording.t[piece]
+        mark = f"{recording.fingerprint} {piece.start} {piece.stop}".encode()
+        yield replace(
+            recording,
+            t=t,
+            q=recording.q[piece],
+            torque=recording.torque[piece],
+            qd=None if recording.qd is None else recording.qd[piece],
+            source=f"{recording.source} ({t[0]:.4g} to {t[-1]:.4g} s)",
+            fingerprint=hashlib.blake2b(mark, digest_size=16).hexdigest() if recording.fingerprint else "",
+        )
+
+
+def typical_step(t: Array) -> float:
+    """Median time between rows [s]; of a long log that of a million rows all over it."""
+    thin = max(1, len(t) // 1_000_000)
+    return float(np.median(t[1::thin] - t[:-1:thin])) if len(t) > 1 else 0.0

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from dynident.estimation.possible.origin import origins
+from dynident.estimation.possible.whole_robot import origins
 from dynident.model import INERTIAL, base_parameters, load_robot
 from dynident.model.drives import parameter_kind
 from dynident.model.files.robot_file import robot_toml

@@ -17,7 +17,6 @@ from dynident.estimation.equations.reduction import reduced_measurement
 from dynident.estimation.fit.estimate import Fit
 from dynident.estimation.fit.least_squares import weighted
 from dynident.estimation.possible.constraints import PSEUDO_INERTIA
-from dynident.estimation.possible.origin import hidden_directions, origins
 from dynident.estimation.possible.prior import (
     PriorRobot,
     RobotPrior,
@@ -26,7 +25,8 @@ from dynident.estimation.possible.prior import (
     robot_prior,
     solve_constrained_prior,
 )
-from dynident.estimation.possible.robot import solve_constrained_base
+from dynident.estimation.possible.robot import hidden_directions, solve_constrained_base
+from dynident.estimation.possible.whole_robot import origins
 from dynident.model import (
     INERTIAL,
     BaseParameters,

@@ -19,7 +19,7 @@ from dynident.estimation import (
     identify,
     payload_problem,
 )
-from dynident.estimation.answers.elimination import impossible_payload, impossible_robot
+from dynident.estimation.answers.identification import impossible_payload, impossible_robot
 from dynident.estimation.equations.equations import Equations
 from dynident.estimation.fit.essential import Elimination, EliminationPath, StopRule, eliminate
 from dynident.estimation.fit.estimate import Fit

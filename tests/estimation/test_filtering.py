@@ -3,8 +3,16 @@
 import numpy as np
 import pytest
 from dynident.common.errors import InputError
-from dynident.estimation.signals.decimation import Decimator, decimated, noise_bandwidth
-from dynident.estimation.signals.filtering import lowpass, measurement, on_grid, resampled, slopes
+from dynident.estimation.signals.filtering import (
+    Decimator,
+    decimated,
+    lowpass,
+    measurement,
+    noise_bandwidth,
+    on_grid,
+    resampled,
+    slopes,
+)
 from dynident.model import Processing, Recording
 from hypothesis import given, settings
 from hypothesis import strategies as st

@@ -8,9 +8,7 @@ import pytest
 from dynident.common.arrays import Array
 from dynident.estimation import Estimate
 from dynident.estimation.fit.estimate import Fit
-from dynident.estimation.possible.labelled import BODY_NUMBERS, WholeRobot
-from dynident.estimation.possible.labelling import whole_robot
-from dynident.estimation.possible.origin import origins
+from dynident.estimation.possible.whole_robot import BODY_NUMBERS, WholeRobot, origins, whole_robot
 from dynident.model import INERTIAL, BaseParameters, Robot, base_parameters, load_robot
 from dynident.model.frames import bodies_in_link_frames
 from dynident.tests.model.urdf_files import dressed_urdf

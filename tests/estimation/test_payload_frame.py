@@ -141,7 +141,7 @@ def same_but_for_the_frame(plain: PayloadAnswer, moved: PayloadAnswer) -> None:
     # The possible payload goes by the formula's correlations and the jackknife's deviations of each axis' own.
     assert moved.mass == pytest.approx(plain.mass, abs=0.01 * plain.spread.mass)
     for drawn, again in zip(plain.predictions, moved.predictions, strict=True):
-        for before, after in zip(drawn.curves[0].torque, again.curves[0].torque, strict=True):
+        for before, after in zip(*(next(iter(each.curves.values())) for each in (drawn, again)), strict=True):
             np.testing.assert_allclose(after, before, atol=1e-3 * np.abs(before).max())
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from dynident.apps.commands.demo.setup import PAYLOAD
 from dynident.estimation import answer_payload, identify, payload_problem
-from dynident.estimation.answers.prediction import robot_prediction
+from dynident.estimation.answers.system import robot_prediction
 from dynident.estimation.equations.correlation import autocorrelation
 from dynident.estimation.fit.estimate import fit
 from dynident.estimation.fit.own_equations import base_problem
@@ -48,7 +48,7 @@ def test_payload_explains_loaded_torques() -> None:
     assert (first.held_out, first.loaded, second.held_out, second.loaded) == (True, False, False, True)
     held_out = answer.prediction(fresh, True)
     with_payload = held_out.relative_per_joint
-    without = replace(held_out, curves=held_out.curves[1:]).relative_per_joint
+    without = replace(held_out, curves={"bare": held_out.curves["predicted without payload"]}).relative_per_joint
     assert (with_payload < 0.1).all()
     assert without[1] > 5.0 * with_payload[1], "joint 2 carries it"
 

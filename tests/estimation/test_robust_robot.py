@@ -14,7 +14,7 @@ from dynident.common.arrays import Array
 from dynident.common.errors import InputError
 from dynident.common.schema import write_json
 from dynident.estimation import Identification, identify
-from dynident.estimation.answers.elimination import impossible_robot
+from dynident.estimation.answers.identification import impossible_robot
 from dynident.estimation.equations.equations import merged
 from dynident.estimation.equations.observation import Observation
 from dynident.estimation.equations.observer import Observer

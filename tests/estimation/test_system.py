@@ -8,7 +8,8 @@ import pytest
 from dynident.apps.report.recordings import write_npz
 from dynident.common.arrays import Array
 from dynident.estimation import identify, identify_payload, payload_problem
-from dynident.estimation.answers.system import identification_system, payload_system
+from dynident.estimation.answers.identification import identification_system
+from dynident.estimation.answers.system import payload_system
 from dynident.estimation.equations.equations import Equations
 from dynident.estimation.payload.methods import combined
 from dynident.model import InertialParameters, Motion, Processing, Recording, load_robot

@@ -15,7 +15,7 @@ from dynident.apps.report.terminal import COLUMNS, LINES
 from dynident.common.errors import InputError
 from dynident.common.speech import Speaks
 from dynident.estimation import PayloadAnswer
-from dynident.estimation.answers.drive_gains import DriveGains
+from dynident.estimation.answers.gains import DriveGains
 from dynident.estimation.fit.estimate import Estimate, Fit
 from dynident.estimation.gains.known_load import known_mass
 from dynident.model import Recording, Robot

@@ -7,7 +7,7 @@ from xml.sax.saxutils import quoteattr
 
 from .... import __version__
 from ....common.errors import printable
-from ....estimation.possible.labelled import Labelled, LinkNumbers, WholeRobot
+from ....estimation.possible.whole_robot import Labelled, LinkNumbers, WholeRobot
 from ...numbers import exact
 from .frames import gravity
 

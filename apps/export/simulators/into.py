@@ -11,7 +11,7 @@ import numpy as np
 
 from ....common.arrays import Array
 from ....common.errors import InputError
-from ....estimation.possible.labelled import Labelled, WholeRobot
+from ....estimation.possible.whole_robot import Labelled, WholeRobot
 from ....model import InertialParameters
 from ....model.frames import frames_at
 from . import mjcf, urdf

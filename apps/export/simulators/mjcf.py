@@ -13,7 +13,7 @@ from xml.sax.saxutils import quoteattr
 import numpy as np
 
 from ....common.arrays import Array
-from ....estimation.possible.labelled import Labelled, WholeRobot
+from ....estimation.possible.whole_robot import Labelled, WholeRobot
 from ....model import InertialParameters, Joint, Pose
 from ...numbers import exact, six
 from ..controllers.rotation import quaternion

@@ -8,7 +8,7 @@ import math
 from collections.abc import Iterator, Mapping
 from xml.sax.saxutils import quoteattr
 
-from ....estimation.possible.labelled import Labelled, WholeRobot
+from ....estimation.possible.whole_robot import Labelled, WholeRobot
 from ....model import InertialParameters
 from ...numbers import exact, inertia_entries
 from . import frames

@@ -13,7 +13,7 @@ import re
 from collections.abc import Iterator, Mapping
 
 from ....common.arrays import Array
-from ....estimation.possible.labelled import Labelled, WholeRobot
+from ....estimation.possible.whole_robot import Labelled, WholeRobot
 from ....model import InertialParameters, Pose
 from ...numbers import exact
 from ..controllers.rotation import principal_axes, quaternion

@@ -1,8 +1,7 @@
 """The whole robot that an identification stored: links that can exist, each number labelled."""
 
 from ....common.errors import InputError
-from ....estimation.possible.labelled import WholeRobot
-from ....estimation.possible.labelling import whole_robot
+from ....estimation.possible.whole_robot import WholeRobot, whole_robot
 from ....model import Robot, base_parameters
 from ...results.stored import StoredRobot
 

@@ -7,7 +7,7 @@ from msgspec import UNSET
 
 from ....common.schema import Document
 from ....estimation import Identification
-from ....estimation.answers.drive_gains import DriveGains
+from ....estimation.answers.gains import DriveGains
 from ....estimation.possible.prior import PriorRobot
 from ....estimation.possible.robot import PossibleRobot
 from ....model import INERTIAL, BaseParameters, Processing

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from ....common.arrays import Array
-from ....estimation.answers.prediction import TorquePrediction
+from ....estimation.answers.system import TorquePrediction
 from ....model import Recording
 from ...logs.following import FollowingChange
 from ..blocks import Drawing
@@ -127,20 +127,19 @@ def words_of(prediction: TorquePrediction) -> str:
     """Name the recording, and say whether it was used."""
     load = "with payload" if prediction.loaded else "without payload"
     used = "held out of identification" if prediction.held_out else "the data that were fitted, not held out"
-    return f"{prediction.source} {load}" * (load not in prediction.source) + (
-        prediction.source * (load in prediction.source) + f" ({used})"
-    )
+    source = prediction.source if load in prediction.source else f"{prediction.source} {load}"
+    return f"{source} ({used})"
 
 
 def _torques(axis: Axes, prediction: TorquePrediction, joints: Sequence[int]) -> None:
     """A row for each joint."""
     curves: list[tuple[Sequence[Array], str, dict[str, Any]]]
     curves = [(prediction.measured, "measured", {"color": GREY, "linewidth": 2.6})]
-    for k, curve in enumerate(prediction.curves):
+    for k, (label, torques) in enumerate(prediction.curves.items()):
         looks: dict[str, Any] = dict(
             zip(("color", "linestyle", "linewidth"), _CURVES[k % len(_CURVES)], strict=True)
         )
-        curves.append((curve.torque, curve.label, looks))
+        curves.append((torques, label, looks))
     rows = bands(axis, [_range([torque[j] for torque, _, _ in curves]) for j in joints])
     for torque, label, looks in curves:
         for first, (j, row) in enumerate(zip(joints, rows, strict=True)):

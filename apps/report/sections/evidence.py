@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 
-from ....estimation.answers.prediction import TorquePrediction
+from ....estimation.answers.system import TorquePrediction
 from ....estimation.fit.essential import Elimination
 from ....estimation.fit.estimate import Fit
 from ....estimation.fit.least_squares import Excitation

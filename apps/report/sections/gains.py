@@ -1,6 +1,6 @@
 """Drive gains: what the terminal prints, and the report."""
 
-from ....estimation.answers.drive_gains import DriveGains
+from ....estimation.answers.gains import DriveGains
 from ..blocks import Banner, Block, Notes, Page, Screen, Table, columns
 from ..provenance import Provenance, report_page
 from .evidence import joints_section, torques_section

@@ -6,7 +6,7 @@ import numpy as np
 
 from ....common.arrays import Array
 from ....estimation import PayloadAnswer
-from ....estimation.answers.prediction import TorquePrediction
+from ....estimation.answers.system import TorquePrediction
 from ....estimation.diagnosis.joints import worst_joint
 from ....estimation.payload.result import METHOD_NAMES
 from ...export.controllers.load import is_flange

@@ -8,7 +8,7 @@ import numpy as np
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError
 from dynident.estimation import identify_gains
-from dynident.estimation.answers.drive_gains import DriveGains
+from dynident.estimation.answers.gains import DriveGains
 from dynident.estimation.gains.known_load import known_mass
 from dynident.estimation.gains.problem import gain_problem
 from dynident.model import InertialParameters, Motion, Recording, Robot, load_robot, with_stand_in

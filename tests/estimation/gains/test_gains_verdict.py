@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from dynident.common.errors import InputError
 from dynident.estimation import identify_gains
-from dynident.estimation.answers.drive_gains import DriveGains
+from dynident.estimation.answers.gains import DriveGains
 from dynident.estimation.diagnosis.evidence import KNOWN_WELL
 from dynident.estimation.gains.known_load import KnownLoad, Mountings, known_mass
 from dynident.estimation.gains.problem import gain_problem

@@ -6,7 +6,7 @@ import pytest
 from dynident.estimation import payload_problem
 from dynident.estimation.payload.methods import identify_payload
 from dynident.estimation.payload.pairing import cut_alike
-from dynident.estimation.signals.pieces import cut, pieces
+from dynident.estimation.signals.rows import cut, pieces
 from dynident.model import InertialParameters, Motion, Processing, Recording, Robot
 from dynident.trajectories import Simulator
 

@@ -8,7 +8,7 @@ from dynident.apps.logs import read_recordings
 from dynident.apps.logs.read import read_recording
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError
-from dynident.estimation.signals.pieces import longest_step, pieces
+from dynident.estimation.signals.rows import longest_step, pieces
 from dynident.model import Processing, Robot
 from dynident.tests.estimation.recordings.log_files import as_csv
 

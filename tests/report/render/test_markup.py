@@ -12,7 +12,7 @@ from dynident.apps.report.figures.canvas import new_figure
 from dynident.apps.report.figures.signals import prediction_figure, worst_joint_figure
 from dynident.apps.report.html import Html, block_html, page_html, tag, write_plots
 from dynident.apps.report.provenance import Provenance, SourceFile, report_page
-from dynident.estimation.answers.prediction import Curve, TorquePrediction
+from dynident.estimation.answers.system import TorquePrediction
 from hypothesis import given
 from hypothesis import strategies as st
 from matplotlib.figure import Figure
@@ -39,7 +39,7 @@ def test_markup_is_not_escaped_twice() -> None:
 def evil_prediction() -> TorquePrediction:
     t = np.append(np.arange(0.0, 1.0, 0.1), np.arange(3.0, 4.0, 0.1))
     measured = np.sin(t)
-    return TorquePrediction(EVIL, True, False, (t,), (measured,), (Curve("predicted", (0.9 * measured,)),))
+    return TorquePrediction(EVIL, True, False, (t,), (measured,), {"predicted": (0.9 * measured,)})
 
 
 def page_of(blocks: Sequence[Block], provenance: Provenance | None = None) -> Page:

@@ -9,8 +9,7 @@ import pytest
 from dynident.apps.export.simulators import FORMATS, into
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError
-from dynident.estimation.possible.labelled import WholeRobot
-from dynident.estimation.possible.labelling import whole_robot
+from dynident.estimation.possible.whole_robot import WholeRobot, whole_robot
 from dynident.model import Robot, inverse_dynamics, load_robot, standard_columns, with_stand_in
 from dynident.model.base.rank import random_states
 from dynident.tests.model.urdf_files import dressed_urdf

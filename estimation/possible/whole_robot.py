@@ -1,0 +1,344 @@
+"""A whole robot as simulators hold it: a number for everything, who decides each, and how sure it is.
+
+Data decide a number, a part of it, or nothing. Every table, document and export takes its labels from here.
+"""
+
+from collections.abc import Callable, Container, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Literal, NamedTuple
+
+import numpy as np
+
+from ...common.arrays import Array
+from ...common.linear import decomposed
+from ...model import INERTIAL, BaseParameters, InertialParameters, Robot
+from ...model.drives import parameter_kind
+from ...model.frames import bodies_in_link_frames
+from ...model.inertia import gradients
+from ..fit.estimate import Estimate, error_model
+from .robot import POWERS, typical_length
+
+_ROUNDING = 1e-9
+_NOTHING = 1e-12
+"""Of a gradient's largest entry: less is a rotation's rounding."""
+
+
+class Origin(NamedTuple):
+    """Who decides a number of the robot.
+
+    ``kind``: "identified" if its gradient (of a standard parameter: its unit vector) lies in the row space of the
+    grouping G, so that base parameters alone determine it; "combination" if only combinations with others are
+    determined; "prior" if no motion shows it. ``base``: names of the base parameters it is part of. ``share``:
+    squared length of the part of the unit gradient in the row space, in units of one mass and one length for all
+    links: 1 if identified, 0 if decided by the prior alone.
+    """
+
+    kind: Literal["identified", "combination", "prior"]
+    base: tuple[str, ...]
+    share: float
+
+    def decided_by(self) -> str:
+        """The label of every table, document and export: "data", "prior", or "prior within MX2R, ZZ2R"."""
+        if self.kind == "identified":
+            return "data"
+        return f"prior within {', '.join(self.base)}" if self.kind == "combination" else "prior"
+
+
+def origins(robot: Robot, base: BaseParameters) -> dict[str, Origin]:
+    """The origin of every standard parameter, by name."""
+    by_parameter = origins_of(robot, base, np.eye(len(base.standard)))
+    return dict(zip(base.standard, by_parameter, strict=True))
+
+
+def origins_of(robot: Robot, base: BaseParameters, gradients: Array) -> list[Origin]:
+    """Origins of numbers whose gradients by the standard parameters are the columns of ``gradients``, N_s x m."""
+    length = typical_length(robot)
+    units = np.array([length ** POWERS.get(parameter_kind(name), 0) for name in base.standard])
+    G = base.grouping * units
+    rows = decomposed(G.T).range.T
+    scaled = gradients * units[:, None]
+    scaled[np.abs(scaled) < _NOTHING * np.abs(scaled).max(axis=0)] = 0.0
+    shares = np.sum((rows @ scaled) ** 2, axis=0) / np.sum(scaled**2, axis=0)
+    result = []
+    for column, share in zip(scaled.T, shares, strict=True):
+        part_of = tuple(base.names[i] for i in np.flatnonzero(base.grouping[:, column != 0.0].any(axis=1)))
+        if not part_of:
+            result.append(Origin("prior", (), 0.0))
+        elif share > 1.0 - _ROUNDING:
+            result.append(Origin("identified", part_of, 1.0))
+        else:
+            result.append(Origin("combination", part_of, float(max(share, 0.0))))
+    return result
+
+
+BODY_NUMBERS = ("mass", "x", "y", "z", "ixx", "ixy", "ixz", "iyy", "iyz", "izz")
+"""A body as simulators hold it: mass [kg], centre of mass [m], inertia there [kg m^2], in the link's frame."""
+DRIVE_NUMBERS = {"armature": "IA", "damping": "FV", "friction": "FS", "offset": "OFF"}
+"""A drive as simulators hold it, and the parameter it is: kg m^2 or kg, N·m·s/rad or N·s/m, N·m or N, N·m or N."""
+SIGNED = ("armature", "damping", "friction")
+"""Numbers of a drive that are not negative."""
+_NONE = Origin("prior", (), 0.0)
+
+
+class Labelled(NamedTuple):
+    """A number, who decides it, and how sure it is.
+
+    ``sigma`` and ``interval`` (95 %) are the data's; None where they do not determine the number. ``bound``:
+    whether it stands at the bound of what can exist, which data alone would pass.
+    """
+
+    value: float
+    origin: Origin = _NONE
+    sigma: float | None = None
+    interval: tuple[float, float] | None = None
+    bound: bool = False
+
+    @property
+    def mark(self) -> Literal["data", "rule", "prior"]:
+        """Who decides it in one word; the part that data have in a prior's number is ``origin.share``."""
+        if self.bound:
+            return "rule"
+        return "data" if self.origin.kind == "identified" else "prior"
+
+
+class LinkNumbers(NamedTuple):
+    """One link.
+
+    ``body`` in the link's own frame; ``numbers``: its ``BODY_NUMBERS`` (mass alone if it has none);
+    ``parameters``: its standard ones and its drive's, in the modified DH frame.
+    """
+
+    link: str
+    body: InertialParameters
+    numbers: dict[str, Labelled]
+    parameters: dict[str, Labelled]
+
+    @property
+    def moments(self) -> Array:
+        """Principal moments of inertia [kg m^2], shape (3,), rising."""
+        return np.asarray(np.linalg.eigvalsh(self.body.inertia_com) if self.body.mass else np.zeros(3), dtype=float)
+
+    @property
+    def margin(self) -> float:
+        """How far the moments are from breaking A + B >= C, over their sum; 0 for a body at the edge."""
+        a, b, c = self.moments.tolist()
+        return (a + b - c) / (a + b + c) if c > 0.0 else 0.0
+
+
+@dataclass(frozen=True)
+class WholeRobot:
+    """A robot with a number for everything that a simulator asks for.
+
+    Attributes:
+        drives: of each joint, by the words of ``DRIVE_NUMBERS``; what is not known is not there.
+        coupled: of the drive that turns with both joints of a coupling; empty without one.
+        apart: as ``drives`` for who cannot couple joints: the diagonal of what ``drives`` and ``coupled`` say.
+        groupings: the base parameters, in text; none where nothing was identified.
+        source: where the numbers come from.
+        prior: what decides where data do not.
+    """
+
+    robot: Robot
+    links: tuple[LinkNumbers, ...]
+    drives: tuple[dict[str, Labelled], ...]
+    coupled: dict[str, Labelled]
+    apart: tuple[dict[str, Labelled], ...]
+    groupings: tuple[str, ...]
+    source: str
+    prior: str
+
+    @property
+    def mass(self) -> float:
+        """Mass of the moving links together [kg]."""
+        return sum(link.body.mass for link in self.links)
+
+    @cached_property
+    def joint_names(self) -> tuple[str, ...]:
+        """Names of the joints: of the robot's own file, else the maker's, else joint1 to jointn."""
+        robot = self.robot
+        if robot.links is not None:
+            return robot.links.joints
+        return robot.joint_names[0] if robot.joint_names else tuple(f"joint{j + 1}" for j in range(robot.n))
+
+    @cached_property
+    def link_names(self) -> tuple[str, ...]:
+        """Name of the base, then of the links."""
+        links = self.robot.links
+        return ("base_link" if links is None else links.base, *(link.link for link in self.links))
+
+    def negative(self) -> tuple[str, ...]:
+        """Names of numbers that no drive can have, as a description may hold them: ``joint1 damping``."""
+        return self._named(lambda label: label.value < 0.0)
+
+    def at_bound(self) -> tuple[str, ...]:
+        """Numbers of drives at the bound of what can exist: ``joint3 armature``."""
+        return self._named(lambda label: label.bound)
+
+    def _named(self, chosen: Callable[[Labelled], bool]) -> tuple[str, ...]:
+        drives = [*zip(self.joint_names, self.drives, strict=True), ("coupled drive", self.coupled)]
+        return tuple(
+            f"{name} {quantity}"
+            for name, drive in drives
+            for quantity in SIGNED
+            if quantity in drive and chosen(drive[quantity])
+        )
+
+    def heavier_than_the_arm(self) -> tuple[str, ...]:
+        """Links that weigh more than the maker says the whole arm does, in words."""
+        most = self.robot.mass
+        return tuple(
+            f"{link.link} would weigh {link.body.mass:.4g} kg, the whole arm weighs {most:g} kg"
+            for link in self.links
+            if most is not None and link.body.mass > most
+        )
+
+
+_AT_BOUND = 1e-3
+"""Of its standard deviation, or of the largest such number: a smaller one stands at its bound, zero."""
+
+
+def whole_robot(
+    robot: Robot,
+    parameters: Mapping[str, float],
+    source: str,
+    base: BaseParameters | None = None,
+    estimate: Estimate | None = None,
+    prior: str = "the robot's own description",
+) -> WholeRobot:
+    """All numbers of a robot, labelled.
+
+    A body's number, such as the centre of mass h/M, is no standard parameter: its gradient tells whether small
+    changes that no motion shows move it. Standard deviations are those of the identified base parameters.
+
+    Args:
+        parameters: its standard parameters by name, the ten of every link; of its drives what is known.
+        source: where they come from, in words.
+        base: its base parameters, where they were identified.
+        estimate: of all of them; without it all numbers are the prior's.
+        prior: what decides where data do not, in words.
+
+    Raises:
+        InputError: if parameters of a link are missing.
+    """
+    bodies = bodies_in_link_frames(robot, parameters)
+    labels = _Labels(robot, base, estimate, parameters)
+    links, columns = [], []
+    for unit in np.eye(len(INERTIAL)):
+        units = {f"{kind}{j}": one for j in range(1, robot.n + 1) for kind, one in zip(INERTIAL, unit, strict=True)}
+        columns.append([there.vector for there in bodies_in_link_frames(robot, units).values()])
+    # Per link, the ten in its own frame by the ten in the modified DH frame, 10 x 10.
+    moves = np.array(columns).transpose(1, 2, 0)
+    for j, ((name, body), move) in enumerate(zip(bodies.items(), moves, strict=True), start=1):
+        ten = [f"{kind}{j}" for kind in INERTIAL]
+        # Of a body without mass there is no more than that.
+        values, slopes = [0.0], np.eye(len(INERTIAL))[-1:]
+        if body.mass != 0.0:
+            values = [body.mass, *body.com.tolist(), *body.inertia_com[np.triu_indices(3)].tolist()]
+            slopes = np.vstack([slopes, gradients(body.vector)])
+        labelled = labels.of(values, [dict(zip(ten, row, strict=True)) for row in slopes @ move])
+        numbers = dict(zip(BODY_NUMBERS, labelled, strict=False)) | {"mass": labels.own[f"M{j}"]}
+        own = [name for name in parameters if name == f"{parameter_kind(name)}{j}"]
+        links.append(LinkNumbers(name, body, numbers, {name: labels.own[name] for name in own}))
+    alone, remaining, shared = _drive_slopes(robot, parameters)
+    *drives, coupled = labels.drives([*remaining, shared])
+    groupings = tuple(base.groupings()) if base is not None and estimate is not None else ()
+    apart = tuple(labels.drives(alone))
+    return WholeRobot(robot, tuple(links), tuple(drives), coupled, apart, groupings, source, prior)
+
+
+Slopes = dict[str, float]
+"""Derivatives of a number by standard parameters."""
+
+
+class _Labels:
+    """Makes labels of numbers by their slopes."""
+
+    def __init__(
+        self,
+        robot: Robot,
+        base: BaseParameters | None,
+        estimate: Estimate | None,
+        values: Mapping[str, float],
+    ) -> None:
+        self._robot, self._values = robot, values
+        self._known = None if base is None or estimate is None else (base, error_model(estimate))
+        if self._known is not None:
+            base, errors = self._known
+            self._moved = errors.values - base.value(values)
+        labelled = self.of(list(values.values()), [{name: 1.0} for name in values])
+        self.own = dict(zip(values, labelled, strict=True))
+
+    def of(self, numbers: Sequence[float], slopes: Sequence[Slopes]) -> list[Labelled]:
+        """Labels of numbers, each with its slopes."""
+        if self._known is None:
+            return [Labelled(number) for number in numbers]
+        base, errors = self._known
+        places = {name: k for k, name in enumerate(base.standard)}
+        gradients = np.zeros((len(places), len(numbers)))
+        for column, row in enumerate(slopes):
+            gradients[[places[name] for name in row], column] = list(row.values())
+        origins = origins_of(self._robot, base, gradients)
+        by_base = np.asarray(np.linalg.lstsq(base.grouping.T, gradients, rcond=None)[0].T, dtype=float)
+        spread = errors.mapped(by_base, tuple(map(str, range(len(numbers)))))
+        # To first order the free estimate's own number, for what can exist may be moved away from it.
+        free = np.asarray(numbers) + by_base @ self._moved
+        half = np.diff(spread.interval95)[:, 0] / 2.0
+        return [
+            Labelled(number, origin, float(spread.sigma[k]), (float(free[k] - half[k]), float(free[k] + half[k])))
+            if origin.kind == "identified"
+            else Labelled(number, origin)
+            for k, (number, origin) in enumerate(zip(numbers, origins, strict=True))
+        ]
+
+    def drives(self, rows: Sequence[dict[str, Slopes]]) -> list[dict[str, Labelled]]:
+        """Labels of drives' numbers, those that stand at their bound marked."""
+        drives = [
+            dict(zip(row, self.of([*map(self._sum, row.values())], [*row.values()]), strict=True)) for row in rows
+        ]
+        if self._known is None:
+            return drives
+        largest = {
+            quantity: max((abs(d[quantity].value) for d in drives if quantity in d), default=0.0)
+            for quantity in SIGNED
+        }
+        return [
+            {
+                quantity: label._replace(
+                    bound=quantity in SIGNED and label.value <= _AT_BOUND * (label.sigma or largest[quantity])
+                )
+                for quantity, label in d.items()
+            }
+            for d in drives
+        ]
+
+    def _sum(self, slopes: Slopes) -> float:
+        terms = [slope * self._values[name] for name, slope in slopes.items()]
+        return 0.0 if abs(sum(terms)) < _ROUNDING * max(map(abs, terms)) else sum(terms)
+
+
+def _drive_slopes(
+    robot: Robot, known: Container[str]
+) -> tuple[list[dict[str, Slopes]], list[dict[str, Slopes]], dict[str, Slopes]]:
+    """Numbers of each joint's drive as far as they are known, alone and beside a coupling's, and of the latter.
+
+    Rotor k turns with q_j + q_k (8): its inertia IA_k and viscous friction FVM_k act on that sum, and
+    IA_j - IA_k, FV_j - FVM_k and FV_k - FVM_k remain.
+    """
+    alone = [
+        {quantity: {f"{kind}{j}": 1.0} for quantity, kind in DRIVE_NUMBERS.items() if f"{kind}{j}" in known}
+        for j in range(1, robot.n + 1)
+    ]
+    if robot.coupling is None:
+        return alone, alone, {}
+    j, k = robot.coupling.joints
+    both = {"armature": f"IA{k}", "damping": f"FVM{k}", "friction": f"FSM{k}"}
+    shared = {quantity: {name: 1.0} for quantity, name in both.items() if name in known}
+    remaining = [dict(row) for row in alone]
+    if "armature" in shared:
+        remaining[j - 1]["armature"] = {f"IA{j}": 1.0, f"IA{k}": -1.0}
+        del remaining[k - 1]["armature"]
+    if "damping" in shared:
+        for joint in (j, k):
+            remaining[joint - 1]["damping"] = {f"FV{joint}": 1.0, f"FVM{k}": -1.0}
+    return alone, remaining, shared
