@@ -11,7 +11,7 @@ from ....model import INERTIAL, InertialParameters, Motion, Robot
 from ....model.inertia import PayloadSpread
 from ....model.visibility import PayloadVisibility
 from ....trajectories import Design, NearMotion, NearShape
-from ....trajectories.design.whole_run import Rung
+from ....trajectories.design.full_trajectory import Rung
 from ...export.motions.written import assumed_line, rests_on
 from ..blocks import Block, Notes, Page, Pair, Remarks, Screen, Section, Table, Text, columns, tables_of
 from ..figures.motion import motion_figure
