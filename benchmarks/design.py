@@ -28,8 +28,8 @@ from dynident.trajectories import (
     solve_design,
 )
 from dynident.trajectories.design.criterion import Kind
-from dynident.trajectories.design.settle import Multipliers
-from dynident.trajectories.motions.samples import Shape
+from dynident.trajectories.design.descent import Multipliers
+from dynident.trajectories.design.goal import Shape
 
 
 def figures() -> None:

@@ -22,7 +22,7 @@ from dynident.trajectories import (
     solve_design,
 )
 from dynident.trajectories.design.score import FINER, score_samples
-from dynident.trajectories.motions.samples import Samples
+from dynident.trajectories.motions.family import Samples
 
 RANDOM = 200
 RUNS = 100

@@ -8,8 +8,8 @@ from dynident.common.arrays import Array
 from dynident.trajectories import DesignProblem, FourierShape, ViaPointShape
 from dynident.trajectories.design.limits import State, excess
 from dynident.trajectories.design.score import FINER, TOLERANCE
+from dynident.trajectories.motions.family import Samples
 from dynident.trajectories.motions.fourier import FreeFourier
-from dynident.trajectories.motions.samples import Samples
 from dynident.trajectories.motions.via_points import FreeViaPoints
 from numpy.typing import NDArray
 from scipy.interpolate import make_interp_spline

@@ -33,7 +33,7 @@ from dynident.trajectories import (
     build_design,
     solve_design,
 )
-from dynident.trajectories.design.near_goal import second_pose
+from dynident.trajectories.design.goal import second_pose
 
 BODY = InertialParameters.from_com(3.0, [0.0, 0.0, 0.1], np.diag([0.01, 0.01, 0.005]))
 GAINS = (11.976, 11.976, 9.839, 10.763, 10.757, 10.680)

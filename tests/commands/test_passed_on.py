@@ -14,7 +14,7 @@ from dynident.apps.report.sections.motion import ladder_tables
 from dynident.cli import _parser, main
 from dynident.common.errors import InputError
 from dynident.trajectories import NearMotion, PayloadSet
-from dynident.trajectories.design.whole_run import Rung
+from dynident.trajectories.design.full_trajectory import Rung
 
 ROBOT = model.load_robot("rx90")
 SETUP = Setup(ROBOT, ROBOT.processing, (2.0,) * 6, None, LogMap())
@@ -60,7 +60,7 @@ def test_a_sag_is_told_in_mrad(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) 
         sags.append(arguments[-1])
         raise InputError("that is enough")
 
-    monkeypatch.setattr("dynident.trajectories.simulation.controller.Controller.sagging", sagging)
+    monkeypatch.setattr("dynident.trajectories.simulation.closed_loop.Controller.sagging", sagging)
     body = tmp_path / "body.toml"
     body.write_text("mass = 3.0\ncom = [0.0, 0.0, 0.1]\ninertia_com = [0.01, 0.0, 0.0, 0.01, 0.0, 0.01]\n")
     words = f"simulate --robot rx90 --payload {body} --controller proportional --sag 4 --out {tmp_path / 'out'}"

@@ -14,7 +14,7 @@ from dynident.examples.paper.tables import short_value
 from dynident.model import base_parameters, load_robot
 from dynident.tests.commands.runs import Run
 from dynident.trajectories import plan_point_to_point
-from dynident.trajectories.motions.free_points import random_points
+from dynident.trajectories.motions.via_points import random_points
 
 BARE = Path(__file__).parents[1] / "reference/robots/puma560.toml"
 """An arm whose file tells neither its links nor its mass."""

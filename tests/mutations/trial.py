@@ -22,7 +22,7 @@ from dynident.tests.commands.test_options import declared
 from dynident.tests.frozen.inputs import folder_of_inputs
 from dynident.tests.mutations.mutants import MASSES, Mutant, mutant
 from dynident.trajectories import plan_point_to_point
-from dynident.trajectories.motions.free_points import random_points
+from dynident.trajectories.motions.via_points import random_points
 
 LONGEST = 30.0
 """s of the processor: a command on a recording of 5 s that has not answered then hangs."""

@@ -10,7 +10,7 @@ from dynident.apps.report import documents
 from dynident.tests.report import made
 from dynident.tests.report.every_key import same
 from dynident.trajectories import Fourier, PayloadSet, Trapezoid, ViaPoints
-from dynident.trajectories.design.whole_run import Rung
+from dynident.trajectories.design.full_trajectory import Rung
 
 FLANGE = {"xyz": [0.125, 0.25, 0.375], "rpy_deg": [0.0, 0.0, 90.0], "source": "told there"}
 LIMIT = SimpleNamespace(

@@ -12,7 +12,7 @@ from dynident.apps.report.recordings import write_recording, write_truth
 from dynident.model import InertialParameters, load_robot
 from dynident.model.files.payload_file import read_payload
 from dynident.trajectories import Controller, Experiment, Task, plan_point_to_point, run_experiment
-from dynident.trajectories.motions.free_points import random_points
+from dynident.trajectories.motions.via_points import random_points
 from dynident.trajectories.simulation.disturbances import RX90_DISTURBANCES
 
 RX90 = load_robot("rx90")

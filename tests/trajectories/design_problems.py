@@ -16,9 +16,9 @@ from dynident.trajectories import (
     ViaPointShape,
     build_design,
 )
+from dynident.trajectories.design.goal import Shape
 from dynident.trajectories.design.limits import Limit, State
 from dynident.trajectories.design.scene import Capsule, HalfSpace
-from dynident.trajectories.motions.samples import Shape
 
 ROBOT = load_robot("rx90")
 TORQUE = (300.0, 300.0, 120.0, 50.0, 40.0, 20.0)

@@ -18,8 +18,8 @@ from dynident.trajectories import (
     PayloadSet,
     build_design,
 )
+from dynident.trajectories.design.full_trajectory import REHEARSAL
 from dynident.trajectories.design.score import check_held
-from dynident.trajectories.design.whole_run import REHEARSAL
 
 BODIES, RATE, FINE = 10_000, 100.0, 1000.0  # Hz: where friction changes its sign, few samples come near the most
 _RADIUS, _REACH = 0.15, 0.1  # m: of the ball, and of its centre before the flange

@@ -21,10 +21,9 @@ from dynident.model.dynamics import dry_friction_names, smooth_dry_friction
 from dynident.model.integration import SMOOTHING
 from dynident.model.motion import Measurement
 from dynident.trajectories import Controller, PointToPoint, SampledTrajectory, Simulator, plan_point_to_point
-from dynident.trajectories.motions.free_points import random_points
-from dynident.trajectories.simulation.closed_loop import ClosedLoop, Task
-from dynident.trajectories.simulation.controller import CONTROLLERS
-from dynident.trajectories.simulation.integrator import Ripple
+from dynident.trajectories.motions.via_points import random_points
+from dynident.trajectories.simulation.closed_loop import CONTROLLERS, ClosedLoop, Task
+from dynident.trajectories.simulation.disturbances import Disturbances, RobotErrors, no_disturbances
 
 WAVES = (8, 36)  # as in the demo: the code is compiled once for all tests
 
@@ -37,13 +36,15 @@ def friction(robot: Robot) -> Array:
     return np.array([[robot.parameters[name] for name in dry_friction_names(robot)]])
 
 
-def ripple(robot: Robot, amplitude: float) -> Ripple:
-    return Ripple(np.full(robot.n, amplitude), WAVES, np.linspace(-3.0, 3.0, 2 * robot.n).reshape(robot.n, 2))
+def ripple(robot: Robot, amplitude: float) -> tuple[Disturbances, RobotErrors]:
+    phases = np.linspace(-3.0, 3.0, 2 * robot.n).reshape(robot.n, 2)
+    levels = replace(no_disturbances(robot.n), ripple=(amplitude,) * robot.n, waves=WAVES)
+    return levels, RobotErrors(phases, np.ones(robot.n))
 
 
 @pytest.fixture(scope="module")
 def loop(rx90: Robot) -> ClosedLoop:
-    return ClosedLoop(rx90, ripple=ripple(rx90, 0.0))
+    return ClosedLoop(rx90, None, *ripple(rx90, 0.0))
 
 
 @pytest.fixture(scope="module")
@@ -59,13 +60,13 @@ def without_dry_friction(robot: Robot) -> Robot:
 
 def test_torques_are_those_of_the_inverse_model(rx90: Robot, loop: ClosedLoop) -> None:
     """Forward dynamics by base parameters against Newton-Euler by standard ones, friction and ripple added."""
-    shaken = ClosedLoop(rx90, ripple=ripple(rx90, 2.0))
+    shaken = ClosedLoop(rx90, None, *ripple(rx90, 2.0))
     payload = PAYLOAD
     ((data, _),) = shaken.run([Task("", motion(rx90, 1), payload)])
     expected = Simulator(without_dry_friction(rx90)).measure(data.motion, payload).torque.copy()
     dry = smooth_dry_friction(rx90, SMOOTHING)
     expected += [np.array(dry(qd, friction(rx90)[0]))[:, 0] for qd in data.motion.qd]
-    phases = ripple(rx90, 2.0).phases
+    phases = ripple(rx90, 2.0)[1].phases
     for k, wave in enumerate(WAVES):
         expected -= 2.0 * np.sin(wave * data.motion.q + phases[:, k])
     assert np.abs(data.torque - expected).max() < 1e-9 * np.abs(expected).max()
@@ -136,7 +137,7 @@ def test_without_integral_action_the_payload_pulls_the_arm_off_its_path(rx90: Ro
     reference, payload = motion(rx90, 0), PAYLOAD
     soft = CONTROLLERS[kind].sagging(rx90, payload, [reference], sag)
     runs = [Task("", reference), Task("", reference, payload)]
-    (bare, _), (loaded, _) = ClosedLoop(rx90, soft, ripple(rx90, 0.0)).run(runs)
+    (bare, _), (loaded, _) = ClosedLoop(rx90, soft, *ripple(rx90, 0.0)).run(runs)
     apart = np.sqrt(np.mean((loaded.motion.q - bare.motion.q) ** 2, axis=0))
     assert apart.max() == pytest.approx(sag, rel=0.2)
 
@@ -146,7 +147,7 @@ def test_gravity_compensation_feeds_forward_no_motion(rx90: Robot) -> None:
     still = SampledTrajectory(np.linspace(0.0, 0.4, 41), np.tile(motion(rx90, 1).points[0], (41, 1)))
     errors = {}
     for kind in ("proportional", "gravity"):
-        loop = ClosedLoop(rx90, CONTROLLERS[kind], ripple(rx90, 0.0))
+        loop = ClosedLoop(rx90, CONTROLLERS[kind], *ripple(rx90, 0.0))
         runs = [Task("", still), Task("", motion(rx90, 1, 2))]
         (rest, _), (moving, reference) = loop.run(runs)
         assert np.abs(rest.motion.q - still.q[0]).max() < 1e-6
@@ -158,7 +159,7 @@ def test_gravity_compensation_feeds_forward_no_motion(rx90: Robot) -> None:
 def test_a_finer_step_changes_nothing_that_counts(rx90: Robot, loop: ClosedLoop) -> None:
     run = Task("", motion(rx90, 1))
     ((coarse, _),) = loop.run([run])
-    ((fine, _),) = ClosedLoop(rx90, ripple=ripple(rx90, 0.0), rate=500.0).run([run])
+    ((fine, _),) = ClosedLoop(rx90, None, *ripple(rx90, 0.0), rate=500.0).run([run])
     count = len(coarse.motion.t)
     assert np.abs(fine.motion.q[: 2 * count : 2] - coarse.motion.q).max() < 1e-7
     assert np.abs(fine.torque[: 2 * count : 2] - coarse.torque).max() < 1e-3 * np.abs(coarse.torque).max()
@@ -168,7 +169,7 @@ def test_without_a_compiler(rx90: Robot, loop: ClosedLoop, monkeypatch: pytest.M
     run = Task("", motion(rx90, 3, 2))
     ((compiled, _),) = loop.run([run])
     monkeypatch.setenv("DYNIDENT_NO_COMPILER", "1")
-    ((plain, _),) = ClosedLoop(rx90, ripple=ripple(rx90, 0.0)).run([run])
+    ((plain, _),) = ClosedLoop(rx90, None, *ripple(rx90, 0.0)).run([run])
     assert np.abs(plain.torque - compiled.torque).max() < 1e-8 * np.abs(compiled.torque).max()
 
 
@@ -204,7 +205,7 @@ def test_a_known_spring_takes_torque_off_the_motor(rx90: Robot, loop: ClosedLoop
     spring = Spring(2, 6000.0, 0.15, (0.08, 0.35), np.pi / 2)
     sprung = replace(rx90, drives=replace(rx90.drives, spring=spring))
     run = Task("", motion(rx90, 3, 2))
-    ((bare, _),), ((helped, _),) = loop.run([run]), ClosedLoop(sprung, ripple=ripple(rx90, 0.0)).run([run])
+    ((bare, _),), ((helped, _),) = loop.run([run]), ClosedLoop(sprung, None, *ripple(rx90, 0.0)).run([run])
     difference = bare.torque - helped.torque
     assert np.abs(difference[:, 1] - spring.torque(bare.motion.q[:, 1])).max() < 0.5
     assert np.abs(difference[:, [0, 3, 4, 5]]).max() < 0.5

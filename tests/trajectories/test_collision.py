@@ -6,10 +6,9 @@ from dynident.common.arrays import Array
 from dynident.common.errors import InputError
 from dynident.model import load_robot
 from dynident.trajectories import Scene
-from dynident.trajectories.design.collision import clearance
 from dynident.trajectories.design.limits import State
-from dynident.trajectories.design.scene import Capsule, HalfSpace
-from dynident.trajectories.motions.samples import Samples
+from dynident.trajectories.design.scene import Capsule, HalfSpace, clearance
+from dynident.trajectories.motions.family import Samples
 
 ROBOT = load_robot("rx90")
 SCENE = Scene(

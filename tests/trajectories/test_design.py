@@ -35,10 +35,10 @@ from dynident.trajectories import (
     score_motion,
     solve_design,
 )
+from dynident.trajectories.design.descent import Multipliers
 from dynident.trajectories.design.floor import floor_under
 from dynident.trajectories.design.search import Step
-from dynident.trajectories.design.settle import Multipliers
-from dynident.trajectories.motions.samples import Samples
+from dynident.trajectories.motions.family import Samples
 from dynident.trajectories.simulation.simulator import parameter_vector
 
 

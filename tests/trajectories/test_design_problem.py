@@ -22,7 +22,7 @@ from dynident.tests.trajectories.design_problems import (
 )
 from dynident.trajectories import Earlier, FourierShape, Goal, JointBounds, Loads, ViaPointShape, build_design
 from dynident.trajectories.design.criterion import Kind
-from dynident.trajectories.design.settle import Multipliers
+from dynident.trajectories.design.descent import Multipliers
 from dynident.trajectories.simulation.simulator import parameter_vector
 
 

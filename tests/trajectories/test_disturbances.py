@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from dynident.model import Motion, load_robot
 from dynident.trajectories import Disturbances, Experiment, Task, plan_point_to_point, run_experiment
-from dynident.trajectories.motions.free_points import random_points
+from dynident.trajectories.motions.via_points import random_points
 from dynident.trajectories.simulation.disturbances import (
     RX90_DISTURBANCES,
     RX90_SLOW_NOISE,

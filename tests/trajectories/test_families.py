@@ -15,7 +15,8 @@ from dynident.trajectories import (
     ViaPointShape,
 )
 from dynident.trajectories.design.floor import FreeStates
-from dynident.trajectories.motions.samples import Family, Samples, Shape
+from dynident.trajectories.design.goal import Shape
+from dynident.trajectories.motions.family import Family, Samples
 from dynident.trajectories.motions.via_points import FreeViaPoints
 
 ROBOT = load_robot("rx90")

@@ -21,7 +21,7 @@ from dynident.trajectories import (
     build_design,
     solve_design,
 )
-from dynident.trajectories.design.whole_run import speed_ladder
+from dynident.trajectories.design.full_trajectory import speed_ladder
 
 KINDS = ("ur10e", "panda", "rx90")
 """Six axes; seven axes with torques of the link side; coupled drives and a spring."""

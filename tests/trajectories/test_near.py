@@ -21,7 +21,7 @@ from dynident.trajectories import (
     build_design,
     solve_design,
 )
-from dynident.trajectories.design.near_goal import second_pose
+from dynident.trajectories.design.goal import second_pose
 
 BODY = InertialParameters.from_com(3.0, [0.0, 0.0, 0.1], np.diag([0.01, 0.01, 0.005]))
 POSE = np.radians([0.0, -60.0, 90.0, -120.0, -90.0, 0.0])

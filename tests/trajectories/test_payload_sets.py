@@ -27,7 +27,7 @@ from dynident.trajectories.design.limits import Limit, State
 from dynident.trajectories.design.payloads import points
 from dynident.trajectories.design.scene import Capsule, HalfSpace
 from dynident.trajectories.design.score import check_held, holding_torques, load_torques
-from dynident.trajectories.motions.samples import Samples
+from dynident.trajectories.motions.family import Samples
 from scipy.optimize import minimize
 
 TURNED = Pose.from_rpy((0.02, -0.03, 0.1), (0.4, -0.2, 1.1))

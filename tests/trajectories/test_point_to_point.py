@@ -5,8 +5,8 @@ import pytest
 from dynident.model import Joint, Limits, Robot, load_robot
 from dynident.tests.report.motions.motion_parsers import trapezoid_time
 from dynident.trajectories import PointToPoint, plan_point_to_point
-from dynident.trajectories.motions.free_points import random_points
 from dynident.trajectories.motions.point_to_point import plan_stops
+from dynident.trajectories.motions.via_points import random_points
 from hypothesis import given
 from hypothesis import strategies as st
 

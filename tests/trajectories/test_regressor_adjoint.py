@@ -7,7 +7,7 @@ from dynident.model.base.rank import random_states
 from dynident.model.regressors import smooth_regressor
 from dynident.tests.conftest import CROOKED, SCARA
 from dynident.trajectories.design.information import SPRING, RegressorKernel, regressor_kernel
-from dynident.trajectories.motions.samples import Samples
+from dynident.trajectories.motions.family import Samples
 
 ROBOTS = {robot.name: robot for robot in (load_robot("rx90"), CROOKED, SCARA)}
 

@@ -6,8 +6,8 @@ from dynident.common.arrays import Array
 from dynident.common.errors import InputError
 from dynident.model import Motion, load_robot
 from dynident.trajectories import SampledTrajectory, plan_point_to_point
-from dynident.trajectories.motions.free_points import random_points
 from dynident.trajectories.motions.sampled import joined
+from dynident.trajectories.motions.via_points import random_points
 
 RX90 = load_robot("rx90")
 T = np.linspace(0.0, 2.0, 201)

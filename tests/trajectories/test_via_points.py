@@ -5,7 +5,7 @@ import pytest
 from dynident.common.errors import InputError
 from dynident.model import Joint, Robot, load_robot
 from dynident.trajectories import Task, ViaPoints, random_via_points, run_experiment
-from dynident.trajectories.motions.via_points import shortest_durations
+from dynident.trajectories.motions.via_points import quickest
 from dynident.trajectories.simulation.disturbances import no_disturbances
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -56,7 +56,7 @@ def test_what_cannot_be_a_motion_is_refused() -> None:
     with pytest.raises(ValueError, match="positive durations"):
         ViaPoints(np.zeros((2, 2)), np.zeros(1))
     with pytest.raises(ValueError, match="no speed or acceleration limit"):
-        shortest_durations(load_robot("rx90"), np.zeros((2, 6)))
+        quickest(np.zeros((1, 6)), np.ones(6), np.ones(6))
     with pytest.raises(ValueError, match="without position limits"):
         random_via_points(Robot("free", (Joint(),)), 5, 0)
 

@@ -1,44 +1,35 @@
-"""How a search descends to the nearest minimum, by BFGS from the curvature that it has learnt, and how long.
+"""How a search descends to the nearest minimum, and keeps the limits on its way.
 
-Nocedal and Wright, Numerical Optimization, chapter 6; line search for the weak Wolfe conditions by bisection: Lewis
-and Overton, Nonsmooth optimization via quasi-Newton methods, 2013. Elsewhere L-BFGS.
+Descent: BFGS from the curvature that it has learnt (Nocedal and Wright, Numerical Optimization, chapter 6), with a
+line search for the weak Wolfe conditions by bisection (Lewis and Overton, Nonsmooth optimization via quasi-Newton
+methods, 2013); elsewhere L-BFGS. Limits low <= y <= high: an augmented Lagrangian (Rockafellar; Nocedal and Wright,
+chapter 17) whose intervals are drawn in until the fine grid shows none missed.
 """
 
-from collections.abc import Callable
-from dataclasses import dataclass
-from typing import NamedTuple
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...common.arrays import Array
-from ..motions.near import FreeNear
-from ..motions.samples import Family
-from ..motions.via_points import FreeViaPoints
+from ..motions.family import Family
+from .limits import Limit, State, excess
 from .problem import DesignProblem
-from .score import Score
+from .score import FINER, TOLERANCE
 
 Smooth = Callable[[Array], tuple[float, Array]]
 """A smooth number of a motion, and its gradient; inf where there is none."""
-_SMALL = 400  # numbers whose curvature is kept as a matrix
+WIDTH, FINE_WIDTH = 0.05, 0.01
+"""rad/s or m/s: width of the smoothed sign while optimising, and at the end."""
 _MEMORY = 40  # pairs of steps and slopes that L-BFGS keeps
 _LARGE = 1e6  # stands for inf: the line search then goes back
 _FLAT, _STILL = 1e-6, 1e-8  # slope, and a step's relative gain, at which a descent ends
 _FALL, _BEND = 1e-4, 0.9  # Wolfe: of the first slope, what a step gains at least; what is left of it at most
 _TRIALS = 25  # steps of one line search
-
-
-class Minimum(NamedTuple):
-    """Where a descent ended.
-
-    Attributes:
-        evaluations: of the number and its gradient.
-        curvature: inverse of the second derivatives as the steps showed them; None where it is not kept.
-    """
-
-    x: Array
-    evaluations: int
-    curvature: Array | None = None
+_SAFETY = 1e-3  # of a limit: stays free on the fine grid
+_SMALL = 0.01  # in the limits' units: smaller violations are left to the multipliers
+_SHRINK = 0.3  # what an update should leave of a violation
+_STIFFER, _STIFFEST = 4.0, 1e4
 
 
 def minimised(
@@ -49,8 +40,10 @@ def minimised(
     *,
     by_matrix: bool = False,
     curvature: Array | None = None,
-) -> Minimum:
-    """Minimise a smooth number within a family's bounds.
+) -> tuple[Array, Array | None]:
+    """Where a descent of a smooth number within a family's bounds ends, and the curvature learnt on the way.
+
+    The curvature is the inverse of the second derivatives as the steps showed them; None where it is not kept.
 
     Args:
         function: gives the number and its gradient.
@@ -67,12 +60,19 @@ def minimised(
 
     if by_matrix:
         return _by_matrix(finite, x, family, iterations, curvature)
-    return _by_memory(finite, x, family, iterations)
+    from scipy.optimize import minimize
+
+    bounds = np.column_stack([family.low, family.high])
+    options = {"maxiter": iterations, "maxfun": 2 * iterations, "maxcor": _MEMORY, "ftol": _STILL, "gtol": _FLAT}
+    answer = minimize(finite, x, jac=True, method="L-BFGS-B", bounds=bounds, options=options)
+    return np.asarray(answer.x), None
 
 
-def _by_matrix(function: Smooth, x: Array, family: Family, iterations: int, curvature: Array | None) -> Minimum:
+def _by_matrix(
+    function: Smooth, x: Array, family: Family, iterations: int, H: Array | None
+) -> tuple[Array, Array | None]:
     """BFGS: H, the inverse of the second derivatives, by one update of rank two a step."""
-    (value, slope), evaluations, H = function(x), 1, curvature
+    value, slope = function(x)
     for _ in range(iterations):
         if np.abs(slope[_free(x, slope, family)]).max(initial=0.0) <= _FLAT:
             break
@@ -81,9 +81,9 @@ def _by_matrix(function: Smooth, x: Array, family: Family, iterations: int, curv
             H, way = None, _within(-slope / np.abs(slope).sum(), x, slope, family)
         if way is None:
             break
-        longest = _longest(way, x, family)
-        step, new, new_slope, trials = _step(function, x, value, float(slope @ way), way, longest)
-        evaluations += trials
+        room = np.where(way > 0.0, family.high - x, x - family.low)
+        longest = max(1.0, float((room[way != 0.0] / np.abs(way[way != 0.0])).min(initial=np.inf)))
+        step, new, new_slope = _step(function, x, value, float(slope @ way), way, longest)
         if not new < value:
             if H is None:
                 break
@@ -92,10 +92,13 @@ def _by_matrix(function: Smooth, x: Array, family: Family, iterations: int, curv
         s, y, gain = step * way, new_slope - slope, value - new
         x, value, slope = x + s, new, new_slope
         if s @ y > 0.0:
-            H = _updated(np.eye(len(x)) * ((s @ y) / (y @ y)) if H is None else H, s, y)
+            H = np.eye(len(x)) * ((s @ y) / (y @ y)) if H is None else H
+            share, Hy = 1.0 / (s @ y), H @ y
+            cross = np.outer(s, share * Hy)
+            H = H - cross - cross.T + np.outer(s, s * (share * (1.0 + share * (y @ Hy))))
         if gain <= _STILL * max(abs(value), 1.0):
             break
-    return Minimum(x, evaluations, H)
+    return x, H
 
 
 def _free(x: Array, slope: Array, family: Family) -> NDArray[np.bool_]:
@@ -109,31 +112,17 @@ def _within(way: Array, x: Array, slope: Array, family: Family) -> Array | None:
     return way if slope @ way < 0.0 else None
 
 
-def _longest(way: Array, x: Array, family: Family) -> float:
-    """Share of a step that the family's bounds allow, at least 1."""
-    room = np.where(way > 0.0, family.high - x, x - family.low)
-    shares = room[way != 0.0] / np.abs(way[way != 0.0])
-    return max(1.0, float(shares.min(initial=np.inf)))
-
-
-def _updated(H: Array, s: Array, y: Array) -> Array:
-    """H after a step s that changed the slope by y, s'y > 0."""
-    share, Hy = 1.0 / (s @ y), H @ y
-    cross = np.outer(s, share * Hy)
-    return np.asarray(H - cross - cross.T + np.outer(s, s * (share * (1.0 + share * (y @ Hy)))))
-
-
 def _step(
     function: Smooth, x: Array, value: float, fall: float, way: Array, longest: float
-) -> tuple[float, float, Array, int]:
-    """A step along ``way`` that gains enough and leaves less slope: step, value, slope, trials.
+) -> tuple[float, float, Array]:
+    """A step along ``way`` that gains enough and leaves less slope: step, value, slope.
 
     Args:
         value, fall: at x, the number and its slope along ``way``, negative.
         longest: step that stays within bounds.
     """
     low, high, step = 0.0, np.inf, 1.0
-    for trial in range(1, _TRIALS + 1):
+    for _ in range(_TRIALS):
         new, slope = function(x + step * way)
         if not new <= value + _FALL * step * fall:
             high = step
@@ -143,71 +132,76 @@ def _step(
             low = step
             step = min(2.0 * step, longest) if high == np.inf else 0.5 * (low + high)
         else:
-            return step, new, slope, trial
-    return step, np.inf, slope, _TRIALS
+            return step, new, slope
+    return step, np.inf, slope
 
 
-def _by_memory(function: Smooth, x: Array, family: Family, iterations: int) -> Minimum:
-    from scipy.optimize import minimize
-
-    bounds = np.column_stack([family.low, family.high])
-    options = {"maxiter": iterations, "maxfun": 2 * iterations, "maxcor": _MEMORY, "ftol": _STILL, "gtol": _FLAT}
-    answer = minimize(function, x, jac=True, method="L-BFGS-B", bounds=bounds, options=options)
-    return Minimum(np.asarray(answer.x), int(answer.nfev))
-
-
-class Effort(NamedTuple):
-    """How long a search goes on.
+class Multipliers:
+    """One signed multiplier a value, and intervals drawn in so that the motion keeps the limits between samples.
 
     Attributes:
-        first: iterations from a start, shared by the surrogate's orders.
-        refined: iterations of each stage after that.
-        settled: iterations of each turn of settling.
-        stages: of refinement; the last has the fine sign.
-        turns: of settling at most.
-        by_matrix: whether descents go on from the curvature that the last one has learnt, kept as a matrix.
-        gain: of the criterion, a stage that gains less is the last of its kind; None where a better may follow.
+        drawn: per limit and value, by how much its interval is drawn in on either side, in the limit's units.
+        stiffness: weight of squared violations.
     """
 
-    first: int
-    refined: int
-    settled: int
-    stages: int
-    turns: int
-    by_matrix: bool
-    gain: float | None = None
+    def __init__(self, limits: Sequence[Limit], state: State, stiffness: float, margin: float) -> None:
+        """All multipliers zero, all intervals drawn in by the same ``margin``."""
+        self.limits, self.stiffness = tuple(limits), stiffness
+        shapes = [limit.values(state).shape for limit in self.limits]
+        self.drawn = [np.full(shape, margin) for shape in shapes]
+        self._values = [np.zeros(shape) for shape in shapes]
+        self._last = 0.0
 
+    def __call__(self, state: State, into: State) -> float:
+        """Value of the terms; their slopes are added to ``into``."""
+        total = 0.0
+        for limit, old, new in zip(self.limits, self._values, self._next(state), strict=True):
+            total += float((new**2).sum() - (old**2).sum()) / (2.0 * self.stiffness)
+            if new.any():
+                limit.pullback(state, new, into)
+        return total
 
-_NEAR, _VIA = Effort(150, 50, 40, 3, 8, True, 2e-3), Effort(100, 100, 50, 2, 14, True)
-_FRESH = Effort(160, 150, 60, 4, 8, False)
-"""Where each descent learns the curvature anew: many numbers, many minima, or a surrogate that changes."""
+    def update(self, state: State) -> None:
+        """First-order update at a minimum; violations that do not shrink are weighted more from then on."""
+        self._values = self._next(state)
+        violation = self.violation(state)
+        if violation > max(_SMALL, _SHRINK * self._last):
+            self.stiffness = min(_STIFFER * self.stiffness, _STIFFEST)
+        self._last = violation
 
+    def violation(self, state: State) -> float:
+        """Largest violation of the drawn-in intervals, in the limits' units."""
+        worst = 0.0
+        for limit, drawn in zip(self.limits, self.drawn, strict=True):
+            worst = max(worst, float((excess(limit, limit.values(state)) + drawn).max()))
+        return worst
 
-def effort_of(problem: DesignProblem) -> Effort:
-    """The effort with which motions of a problem's family come out best for the time it takes."""
-    family = problem.family
-    if family.size <= _SMALL and isinstance(family, FreeNear):
-        return _NEAR
-    if family.size <= _SMALL and isinstance(family, FreeViaPoints) and problem.criterion.weighted:
-        return _VIA
-    return _FRESH
+    def settle(self, problem: DesignProblem, x: Array) -> bool:
+        """Whether the fine grid shows every limit kept; if not, intervals are drawn in around where it is not."""
+        fine, coarse = problem.state(x, 0.0, FINER), problem.state(x, FINE_WIDTH)
+        # The coarse sample within whose time each fine one lies.
+        middle = np.cumsum(fine.samples.weight) - 0.5 * fine.samples.weight
+        nearest = np.searchsorted(np.cumsum(coarse.samples.weight), middle)
+        nearest = np.minimum(nearest, len(coarse.samples.weight) - 1)
+        all_kept = True
+        for limit, drawn in zip(self.limits, self.drawn, strict=True):
+            over, here = (excess(limit, limit.values(state)) for state in (fine, coarse))
+            if over.max() <= TOLERANCE:
+                continue
+            all_kept = False
+            worst = np.full(here.shape, -np.inf)
+            np.maximum.at(worst, nearest if len(here) > 1 else np.zeros(len(over), dtype=int), over)
+            # Between samples a motion goes further by worst - here; what is left is the solver's own error.
+            needed = np.where(worst > 0.0, np.maximum(worst - here, 0.0) + _SAFETY, 0.0)
+            again = np.where((worst > 0.0) & (drawn >= needed), drawn + worst, needed)
+            padded = np.pad(again, ((1, 1), (0, 0)), mode="edge")  # neighbours are drawn in as well
+            drawn[...] = np.maximum(drawn, np.maximum(again, np.maximum(padded[:-2], padded[2:])))
+        return all_kept
 
-
-@dataclass
-class Worth:
-    """Whether stages of a search still gain.
-
-    Attributes:
-        gain: a stage that gains less is the last of its kind; None where any may be followed by a better one.
-        value: the last motion's criterion; None where it did not keep its limits.
-    """
-
-    gain: float | None
-    value: float | None = None
-
-    def __call__(self, score: Score) -> bool:
-        """Whether to go on: the last motion or this one misses a limit, or this one is clearly better."""
-        before, self.value = self.value, score.value if score.feasible else None
-        if self.gain is None or before is None or self.value is None:
-            return True
-        return before - self.value > self.gain
+    def _next(self, state: State) -> list[Array]:
+        shifted = []
+        for limit, drawn, old in zip(self.limits, self.drawn, self._values, strict=True):
+            z = old + self.stiffness * limit.values(state)
+            low, high = limit.low + drawn, limit.high - drawn
+            shifted.append(z - np.clip(z, self.stiffness * low, self.stiffness * high))
+        return shifted

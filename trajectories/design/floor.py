@@ -11,14 +11,11 @@ from functools import partial
 import numpy as np
 
 from ...common.arrays import Array
-from ..motions.bounds import JointBounds
-from ..motions.samples import Clear, Plan, Samples, everywhere
+from ..motions.family import Clear, JointBounds, Plan, Samples, everywhere
 from .criterion import ORDERS
-from .descent import minimised
-from .limits import State
+from .descent import FINE_WIDTH, WIDTH, Multipliers, minimised
 from .problem import DesignProblem
 from .score import exact_value
-from .settle import FINE_WIDTH, WIDTH, Multipliers
 
 _STIFFNESS, _MARGIN = 10.0, 1e-3
 _ITERATIONS = 200  # of a round
@@ -119,8 +116,7 @@ def floor_under(
     plan = [(order, WIDTH) for order in (*orders, *[orders[-1]] * effort)] + [(orders[-1], FINE_WIDTH)]
     for order, width in plan:
         function = partial(free.evaluate, order=order, width=width, limits=limits)
-        x = minimised(function, x, family, _ITERATIONS).x
+        x, _ = minimised(function, x, family, _ITERATIONS)
         limits.update(free.state(x, width))
-    samples = family.sample(x)
-    value = exact_value(free, State(samples, free.kernel.entries(samples, 0.0)))
+    value = exact_value(free, free.exact(family.sample(x)))
     return Floor(value, reached - value, count)

@@ -16,7 +16,7 @@ from ...common.arrays import Array
 from ...model import Robot, regressor
 from ...model.kernel.kernel import Kernel
 from ...model.regressors import smooth_regressor
-from ..motions.samples import Samples
+from ..motions.family import Samples
 
 SPRING = "SPRING"
 """Name of the column of the known spring torque, whose coefficient is -1."""

@@ -7,12 +7,12 @@ one adjoint takes them on.
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Literal, NamedTuple
+from typing import Literal, NamedTuple, TypeVar
 
 import numpy as np
 
 from ...common.arrays import Array
-from ..motions.samples import Samples
+from ..motions.family import Samples
 from .information import RegressorKernel
 
 
@@ -27,6 +27,7 @@ class State(NamedTuple):
     width: float = 0.0
 
 
+_Value = TypeVar("_Value")
 Penalty = Callable[[State, State], float]
 """Terms that limits add to a criterion: their value in a state; their slopes are added to the second one."""
 
@@ -162,42 +163,37 @@ def check(limit: Limit, state: State) -> LimitCheck:
     return LimitCheck(limit.name, limit.labels[int(column)], *shown, missed * unit, missed, room)
 
 
+def latest(compute: Callable[[State], _Value]) -> Callable[[State], _Value]:
+    """A function of a state that keeps its last value until another state comes, for slopes follow values."""
+    last: list[tuple[State, _Value]] = []
+
+    def kept(state: State) -> _Value:
+        if not last or last[0][0] is not state:
+            last[:] = [(state, compute(state))]
+        return last[0][1]
+
+    return kept
+
+
 def slow_limit(kernel: RegressorKernel, limit: Limit, speed: float) -> Limit:
     """A torque limit at a fraction of the speed: speeds shrink by it, accelerations by its square.
 
     What dynamic forces help to lift has to be held without them: a limit may be active in the slow run alone.
     """
-    run = _SlowRun(kernel, limit, speed)
-    name = f"{limit.name} at {100.0 * speed:g} % of the speed"
-    return replace(limit, name=name, values=run.values, pullback=run.pullback)
 
+    @latest
+    def slowed(state: State) -> State:
+        weight, q, qd, qdd = state.samples
+        slow, width = Samples(weight / speed, q, speed * qd, speed**2 * qdd), speed * state.width
+        return State(slow, kernel.entries(slow, width), width)
 
-class _SlowRun:
-    """Values of a limit in the slow run, and their slopes in the fast one."""
-
-    def __init__(self, kernel: RegressorKernel, limit: Limit, speed: float) -> None:
-        """Nothing is known of any state yet."""
-        self._kernel, self._limit, self._speed = kernel, limit, speed
-        self._last: tuple[State, State] | None = None
-
-    def values(self, state: State) -> Array:
-        """Rows per sample, as of the limit itself."""
-        return self._limit.values(self._slowed(state))
-
-    def pullback(self, state: State, slope: Array, into: State) -> None:
-        """Through the slow run's regressor to the fast one's states."""
-        slow = self._slowed(state)
+    def pullback(state: State, slope: Array, into: State) -> None:
+        slow = slowed(state)
         slopes = State(Samples.zeros(slow.samples), np.zeros_like(slow.entries))
-        self._limit.pullback(slow, slope, slopes)
-        by_state = self._kernel.state_slope(slow.samples, slow.width, slopes.entries)
+        limit.pullback(slow, slope, slopes)
+        by_state = kernel.state_slope(slow.samples, slow.width, slopes.entries)
         for part, by, power in zip(into.samples[1:], by_state, (0, 1, 2), strict=True):
-            part += self._speed**power * by
+            part += speed**power * by
 
-    def _slowed(self, state: State) -> State:
-        """The slow run; kept until another state comes, for slopes follow values."""
-        if self._last is None or self._last[0] is not state:
-            weight, q, qd, qdd = state.samples
-            width = self._speed * state.width
-            slow = Samples(weight / self._speed, q, self._speed * qd, self._speed**2 * qdd)
-            self._last = state, State(slow, self._kernel.entries(slow, width), width)
-        return self._last[1]
+    name = f"{limit.name} at {100.0 * speed:g} % of the speed"
+    return replace(limit, name=name, values=lambda state: limit.values(slowed(state)), pullback=pullback)

@@ -3,11 +3,20 @@
 A joint's torque is linear in a body's mass distribution, and the distribution is a mixture of points of the region.
 So the largest torque over all bodies is the larger of zero and the mass times the largest torque of a unit point:
 a quadratic in the point's three coordinates.
+
+Over the unit ball its largest value is the trust-region problem's, solved to global optimality by its dual (Conn,
+Gould and Toint, Trust-Region Methods, chapter 7). In the eigenvectors of Q, with beta = V' b / 2,
+
+    max over |s| <= 1 of s' Q s + b' s  =  min over mu >= max(0, lambda) of mu + sum beta_i^2 / (mu - lambda_i),
+
+and every such mu bounds the left side from above: what is returned is a bound wherever the iteration stands. Over
+the unit cube it is taken at a stationary point of the inside, of a face, of an edge, or in a corner: 27 candidates.
 """
 
 import functools
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import product
 from typing import Any, Literal, NamedTuple
 
 import casadi as ca
@@ -18,9 +27,14 @@ from ...common.arrays import Array, frozen_array
 from ...common.errors import InputError
 from ...model import Pose
 from ...model.kernel.kernel import Kernel
-from .extremes import Eigen, eigen, largest_in_ball, largest_in_cube
 from .information import RegressorKernel
-from .limits import Limit, State, joint_labels
+from .limits import Limit, State, joint_labels, latest
+
+_SWEEPS = 4  # of Jacobi's rotations: a 3 x 3 matrix is then diagonal to rounding
+_NEWTON = 8  # steps: with seven, rows of the shipped arms were bounded to 1e-12, with eight to rounding
+_TINY = 1e-13  # of the quadratic's size: distance that mu keeps from the largest eigenvalue
+_LEAST = 1e-300
+_SIGMAS = 2.0  # standard deviations of the robot's own torque that count
 
 Region = Literal["ball", "cube"]
 """An ellipsoid or a box, before its axes."""
@@ -124,49 +138,124 @@ def _kernel(region: Region) -> Kernel:
     """Largest torque, its body, smallest torque, its body, from a regressor's row and the set's numbers."""
     row, bounds = ca.SX.sym("row", 10), ca.SX.sym("bounds", 13)
     mass, centre, axes = bounds[0], bounds[1:4], ca.reshape(bounds[4:], 3, 3)
-    Q = _quadratic(row)
+    # The torque of a unit point mass at r is r' Q r + (MX MY MZ columns)' r + (M column).
+    XX, XY, XZ, YY, YZ, ZZ = ca.vertsplit(row[:6])
+    quadratic = [[YY + ZZ, -0.5 * XY, -0.5 * XZ], [-0.5 * XY, XX + ZZ, -0.5 * YZ], [-0.5 * XZ, -0.5 * YZ, XX + YY]]
+    Q = ca.vertcat(*(ca.horzcat(*entries) for entries in quadratic))
     slope = ca.mtimes(axes.T, row[6:9] + 2.0 * ca.mtimes(Q, centre))
     at_centre = ca.dot(row, ca.vertcat(*_point(*ca.vertsplit(centre))))
     Q = ca.mtimes([axes.T, Q, axes])
     if region == "ball":
-        basis = eigen(Q)
-        opposite = Eigen([-value for value in basis.values], basis.vectors)
-        extremes = [largest_in_ball(basis, slope), largest_in_ball(opposite, -slope)]
+        values, V = _eigen(Q)
+        extremes = [_largest_in_ball(values, V, slope), _largest_in_ball([-x for x in values], V, -slope)]
     else:
-        extremes = [largest_in_cube(Q, slope), largest_in_cube(-Q, -slope)]
+        extremes = [_largest_in_cube(Q, slope), _largest_in_cube(-Q, -slope)]
     rows = []
-    for sign, extreme in zip((1.0, -1.0), extremes, strict=True):
-        value = mass * (at_centre + sign * extreme.value)
+    for sign, (largest, place) in zip((1.0, -1.0), extremes, strict=True):
+        value = mass * (at_centre + sign * largest)
         worse = sign * value > 0.0
-        body = _point(*ca.vertsplit(centre + ca.mtimes(axes, ca.vertcat(*extreme.place))))
+        body = _point(*ca.vertsplit(centre + ca.mtimes(axes, ca.vertcat(*place))))
         rows += [ca.if_else(worse, x, 0.0) for x in (value, *(mass * number for number in body))]
     return Kernel(ca.Function("payload_extremes", [row, bounds], [ca.cse(ca.densify(ca.vertcat(*rows)))]))
 
 
-def _quadratic(row: ca.SX) -> ca.SX:
-    """Q with torque = r' Q r + (MX MY MZ columns)' r + (M column) for a unit point mass at r."""
-    XX, XY, XZ, YY, YZ, ZZ = ca.vertsplit(row[:6])
-    rows = [[YY + ZZ, -0.5 * XY, -0.5 * XZ], [-0.5 * XY, XX + ZZ, -0.5 * YZ], [-0.5 * XZ, -0.5 * YZ, XX + YY]]
-    return ca.vertcat(*(ca.horzcat(*entries) for entries in rows))
+def _eigen(Q: ca.SX) -> tuple[list[ca.SX], ca.SX]:
+    """Eigenvalues, and eigenvectors as columns, of a symmetric 3 x 3 matrix by Jacobi's rotations."""
+    A = [[Q[i, j] for j in range(3)] for i in range(3)]
+    V = [[ca.SX(float(i == j)) for j in range(3)] for i in range(3)]
+    for p, q in [(0, 1), (0, 2), (1, 2)] * _SWEEPS:
+        r, apart, twice = 3 - p - q, A[q][q] - A[p][p], 2.0 * A[p][q]
+        root = ca.sqrt(apart * apart + twice * twice)
+        t = twice / (ca.fabs(apart) + root + _LEAST)
+        t = ca.if_else(apart < 0.0, -t, t)
+        c = 1.0 / ca.sqrt(1.0 + t * t)
+        s = t * c
+        A[p][p], A[q][q] = A[p][p] - t * A[p][q], A[q][q] + t * A[p][q]
+        A[p][q] = A[q][p] = ca.SX(0.0)
+        first, second = c * A[r][p] - s * A[r][q], s * A[r][p] + c * A[r][q]
+        A[r][p] = A[p][r] = first
+        A[r][q] = A[q][r] = second
+        for row in V:
+            row[p], row[q] = c * row[p] - s * row[q], s * row[p] + c * row[q]
+    return [A[i][i] for i in range(3)], ca.vertcat(*(ca.horzcat(*row) for row in V))
 
 
-@dataclass(frozen=True, eq=False)
-class RobotTorque:
-    """The robot's own torque W chi and how sure it is.
+def _largest_in_ball(values: list[ca.SX], V: ca.SX, b: ca.SX) -> tuple[ca.SX, list[ca.SX]]:
+    """Largest value over the unit ball, and never less than it; and where it is taken."""
+    eigenvalues = ca.vertcat(*values)
+    beta = 0.5 * ca.mtimes(V.T, b)
+    top, ends = _most(values), eigenvalues + ca.fabs(beta)
+    size = _most(ca.vertsplit(ca.fabs(eigenvalues))) + ca.sum1(ca.fabs(beta))
+    # No term of |s|^2 may exceed 1, so that mu is at least each lambda_i + |beta_i|.
+    mu = least = _most([top + _TINY * size + _LEAST, ca.SX(0.0), *ca.vertsplit(ends)])
+    for _ in range(_NEWTON):
+        inverse = 1.0 / (mu - eigenvalues)
+        terms = (beta * inverse) ** 2
+        square, bend = ca.sum1(terms), ca.sum1(terms * inverse)
+        # 1/|s| is concave in mu: from the left of the root Newton's steps stay left of it.
+        mu = ca.fmax(mu + (ca.sqrt(square) - 1.0) * square / (bend + _LEAST), least)
+    s = beta / (mu - eigenvalues)
+    value = mu + ca.dot(beta, s)
+    place = _onto_sphere(ca.vertsplit(s), [eigenvalue >= top for eigenvalue in values], mu > 0.0)
+    return value, ca.vertsplit(ca.mtimes(V, ca.vertcat(*place)))
 
-    Attributes:
-        chi: in the kernel's columns, shape (c,).
-        root: C = root root' is the covariance of chi, c x r; r = 0 where it is taken as exact.
-        sigmas: so many standard deviations count.
+
+def _onto_sphere(s: list[ca.SX], largest: list[ca.SX], outside: ca.SX) -> list[ca.SX]:
+    """Where the largest value is taken: on the sphere unless mu is 0.
+
+    In the hard case s is too short, and the direction of the largest eigenvalue makes up for what it lacks.
     """
+    free = outside
+    for i in range(3):
+        at_largest = ca.logic_and(free, largest[i])
+        lacking = ca.sqrt(ca.fmax(1.0 - sum(s[j] ** 2 for j in range(3) if j != i), 0.0))
+        s = [*s[:i], ca.if_else(at_largest, ca.if_else(s[i] < 0.0, -lacking, lacking), s[i]), *s[i + 1 :]]
+        free = ca.logic_and(free, ca.logic_not(largest[i]))
+    length = ca.sqrt(sum(x * x for x in s))
+    return [ca.if_else(outside, x / (length + _LEAST), x) for x in s]
 
-    chi: Array
-    root: Array
-    sigmas: float = 2.0
+
+def _largest_in_cube(Q: ca.SX, b: ca.SX) -> tuple[ca.SX, list[ca.SX]]:
+    """Largest value over |s_i| <= 1, and where it is taken."""
+    value, place = ca.SX(-ca.inf), [ca.SX(0.0)] * 3
+    for pattern in product((-1.0, 1.0, 0.0), repeat=3):
+        s = [ca.SX(side) for side in pattern]
+        free, fixed = ([i for i in range(3) if (pattern[i] == 0.0) == inside] for inside in (True, False))
+        slopes = [-0.5 * b[i] - sum(pattern[j] * Q[i, j] for j in fixed) for i in free]
+        for i, x in zip(free, _solution(Q[free, free], slopes), strict=True):
+            s[i] = ca.fmin(ca.fmax(x, -1.0), 1.0)
+        here = sum(s[i] * (b[i] + sum(Q[i, j] * s[j] for j in range(3))) for i in range(3))
+        better = here > value
+        value = ca.if_else(better, here, value)
+        place = [ca.if_else(better, new, old) for new, old in zip(s, place, strict=True)]
+    return value, place
+
+
+def _solution(A: ca.SX, y: list[ca.SX]) -> list[ca.SX]:
+    """Solution of up to three equations by cofactors; 0 where there is none or many.
+
+    Along the directions of a singular system the quadratic is linear, so that its largest value over the cube is
+    taken on a smaller face too.
+    """
+    if not y:
+        return []
+    adjugate = ca.adj(A) if len(y) > 1 else ca.SX(1.0)
+    determinant = ca.mtimes(A[0, :], adjugate[:, 0])
+    return [
+        ca.if_else(determinant == 0.0, 0.0, value / determinant)
+        for value in ca.vertsplit(ca.mtimes(adjugate, ca.vertcat(*y)))
+    ]
+
+
+def _most(values: list[ca.SX]) -> ca.SX:
+    largest = values[0]
+    for value in values[1:]:
+        largest = ca.fmax(largest, value)
+    return largest
 
 
 def payload_limit(
-    kernel: RegressorKernel, own: RobotTorque, torque: Array, payloads: PayloadSet, columns: Sequence[str]
+    kernel: RegressorKernel, chi: Array, root: Array, torque: Array, payloads: PayloadSet, columns: Sequence[str]
 ) -> Limit:
     """Largest and smallest torque of each joint over its limit, of all payloads of a set.
 
@@ -175,91 +264,54 @@ def payload_limit(
     bounded below alone.
 
     Args:
-        kernel: holds the payload's columns.
-        own: torque without payload.
+        kernel: holds the payload's columns, c in all.
+        chi: coefficients of the robot's own torque in the kernel's columns, shape (c,).
+        root: C = root root' is the covariance of chi, c x r; r = 0 where it is taken as exact.
         torque: limits [N·m or N], shape (n,), infinite where there is none.
         payloads: in the last link's frame.
         columns: names of the payload's ten columns.
     """
     n, finite = len(torque), np.isfinite(torque)
-    unit = np.where(finite, torque, 1.0)
+    unit = np.tile(np.where(finite, torque, 1.0), 2)
     none, bound = np.full(n, np.inf), np.where(finite, 1.0, np.inf)
-    torques = _PayloadTorques(kernel, own, payloads, tuple(columns))
+    place = {kernel.columns.index(name): k for k, name in enumerate(columns)}
+    rows: list[tuple[NDArray[np.intp], NDArray[np.intp]]] = []  # per joint: entries, and numbers of the ten
+    for part, names in kernel.parts:
+        pairs = [(part.start + i, place[name]) for i, name in enumerate(names) if name in place]
+        entries, numbers = np.array(pairs, dtype=np.intp).reshape(-1, 2).T
+        rows.append((entries, numbers))
+
+    @latest
+    def extremes(state: State) -> tuple[PayloadTorque, PayloadTorque]:
+        columns = np.zeros((n, state.entries.shape[1], 10))
+        for own, (entries, numbers) in zip(columns, rows, strict=True):
+            own[:, numbers] = state.entries[entries].T
+        return payloads.extremes(columns.reshape(-1, 10))
+
+    @latest
+    def doubt(state: State) -> tuple[Array, list[Array]]:
+        spread = [root[names].T @ state.entries[part] for part, names in kernel.parts]
+        return np.stack([np.sqrt((share**2).sum(axis=0)) for share in spread], axis=1), spread
 
     def values(state: State) -> Array:
-        return np.asarray(torques.values(state.entries) / np.tile(unit, 2))
+        own, doubtful = kernel.torque(state.entries, chi), _SIGMAS * doubt(state)[0]
+        largest, smallest = (extreme.torque.reshape(own.T.shape).T for extreme in extremes(state))
+        return np.asarray(np.hstack([own + doubtful + largest, own - doubtful + smallest]) / unit)
 
     def pullback(state: State, slope: Array, into: State) -> None:
-        torques.pullback(state.entries, slope / np.tile(unit, 2), into.entries)
-
-    return Limit(
-        "torque",
-        f"torque with any payload up to {payloads.mass:g} kg",
-        joint_labels(n) * 2,
-        np.concatenate([-none, -bound]),
-        np.concatenate([bound, none]),
-        np.zeros(2 * n),
-        np.tile(unit, 2),
-        values,
-        pullback,
-    )
-
-
-class _PayloadTorques:
-    """Extreme torques [N·m or N] from a regressor's entries, and their slopes."""
-
-    def __init__(
-        self, kernel: RegressorKernel, own: RobotTorque, payloads: PayloadSet, columns: tuple[str, ...]
-    ) -> None:
-        """Find the payload's columns among each joint's entries."""
-        self._kernel, self._own, self._payloads = kernel, own, payloads
-        place = {kernel.columns.index(name): k for k, name in enumerate(columns)}
-        self._rows: list[tuple[NDArray[np.intp], NDArray[np.intp]]] = []
-        for part, names in kernel.parts:
-            pairs = [(part.start + i, place[name]) for i, name in enumerate(names) if name in place]
-            rows, numbers = np.array(pairs, dtype=np.intp).reshape(-1, 2).T
-            self._rows.append((rows, numbers))
-        self._last: tuple[Array, tuple[PayloadTorque, PayloadTorque]] | None = None
-
-    def values(self, entries: Array) -> Array:
-        """Largest, then smallest torques, (N, 2 n)."""
-        torque, doubt = self._kernel.torque(entries, self._own.chi), self._doubt(entries)[0]
-        largest, smallest = (extreme.torque.reshape(torque.T.shape).T for extreme in self._extremes(entries))
-        return np.hstack([torque + doubt + largest, torque - doubt + smallest])
-
-    def pullback(self, entries: Array, slope: Array, seed: Array) -> None:
-        """Add to ``seed`` what slopes in the torques (N, 2 n) mean for the entries."""
-        up, down = np.split(slope, 2, axis=1)
-        self._kernel.torque_slope(up + down, self._own.chi, seed)
-        self._doubt_slope(entries, up - down, seed)
-        for share, extreme in zip((up, down), self._extremes(entries), strict=True):
-            bodies = extreme.body.T.reshape(10, len(self._rows), -1)
-            for j, (rows, numbers) in enumerate(self._rows):
+        up, down = np.split(slope / unit, 2, axis=1)
+        kernel.torque_slope(up + down, chi, into.entries)
+        if root.shape[1]:
+            sizes, spread = doubt(state)
+            for j, (part, names) in enumerate(kernel.parts):
+                size = np.where(sizes[:, j] > 0.0, sizes[:, j], 1.0) / _SIGMAS
+                into.entries[part] += root[names] @ spread[j] * ((up - down)[:, j] / size)
+        for share, extreme in zip((up, down), extremes(state), strict=True):
+            bodies = extreme.body.T.reshape(10, n, -1)
+            for j, (entries, numbers) in enumerate(rows):
                 if share[:, j].any():
-                    seed[rows] += bodies[numbers, j] * share[:, j]
+                    into.entries[entries] += bodies[numbers, j] * share[:, j]
 
-    def _extremes(self, entries: Array) -> tuple[PayloadTorque, PayloadTorque]:
-        """Joint after joint, (n N,) and (n N, 10); kept until other entries come, for slopes follow values."""
-        if self._last is None or self._last[0] is not entries:
-            self._last = entries, self._searched(entries)
-        return self._last[1]
-
-    def _searched(self, entries: Array) -> tuple[PayloadTorque, PayloadTorque]:
-        columns = np.zeros((len(self._rows), entries.shape[1], 10))
-        for own, (rows, numbers) in zip(columns, self._rows, strict=True):
-            own[:, numbers] = entries[rows].T
-        return self._payloads.extremes(columns.reshape(-1, 10))
-
-    def _doubt(self, entries: Array) -> tuple[Array, list[Array]]:
-        """So many standard deviations of the robot's own torque, (N, n), and root' w of each joint, r x N."""
-        spread = [self._own.root[names].T @ entries[part] for part, names in self._kernel.parts]
-        sizes = [np.sqrt((share**2).sum(axis=0)) for share in spread]
-        return self._own.sigmas * np.stack(sizes, axis=1), spread
-
-    def _doubt_slope(self, entries: Array, slope: Array, seed: Array) -> None:
-        if not self._own.root.shape[1]:
-            return
-        doubt, spread = self._doubt(entries)
-        for j, (part, names) in enumerate(self._kernel.parts):
-            size = np.where(doubt[:, j] > 0.0, doubt[:, j], 1.0) / self._own.sigmas**2
-            seed[part] += self._own.root[names] @ spread[j] * (slope[:, j] / size)
+    name, labels = f"torque with any payload up to {payloads.mass:g} kg", joint_labels(n) * 2
+    low, high = np.concatenate([-none, -bound]), np.concatenate([bound, none])
+    return Limit("torque", name, labels, low, high, np.zeros(2 * n), unit, values, pullback)

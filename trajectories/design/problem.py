@@ -1,23 +1,42 @@
-"""The design problem: everything that gives a criterion, its limits and their slopes for a vector x."""
+"""The design problem: everything that gives a criterion, its limits and their slopes for a vector x.
 
+It is built from a robot, the shape of its motion, a goal and what stands in the way.
+"""
+
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
+from msgspec import structs
+from numpy.typing import ArrayLike, NDArray
 
 from ...common.arrays import Array
 from ...common.errors import InputError
-from ...model import Robot
+from ...model import InertialParameters, Robot, base_parameters, standard_columns
+from ...model.base.parameters import BaseParameters
 from ...model.base.rank import base_parameters_of
-from ..motions.bounds import JointBounds
-from ..motions.samples import Family, Samples
+from ...model.regressors import payload_columns
+from ..motions.family import Family, JointBounds, Samples
+from ..motions.via_points import ViaPointShape
 from .criterion import Criterion
-from .goal import Goal
-from .information import RegressorKernel
-from .limits import Limit, LimitCheck, Penalty, State, check, slow_limit
-from .payloads import PayloadSet
-from .scene import Scene
+from .goal import Goal, NearGoal, Shape
+from .information import SPRING, RegressorKernel, regressor_kernel
+from .limits import (
+    Limit,
+    LimitCheck,
+    Penalty,
+    State,
+    check,
+    duration_limit,
+    slow_limit,
+    state_limit,
+    torque_limit,
+)
+from .payloads import PayloadSet, payload_limit
+from .scene import Capsule, Scene, clearance
+
+_WRIST = 3  # links before the flange that the ball of the payloads may overlap
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,10 +90,14 @@ class DesignProblem:
         """R of earlier recordings, in the criterion's weights, k x c; k = 0 without."""
         return np.zeros((0, len(self.names))) if self.goal.earlier is None else self.goal.earlier.rows(self.names)
 
+    def of_kind(self, *kinds: str) -> tuple[Limit, ...]:
+        """Limits of some kinds ("torque", "clearance")."""
+        return tuple(limit for limit in self.limits if limit.kind in kinds)
+
     @property
     def torque_limited(self) -> bool:
         """Whether a motion has to keep torque limits."""
-        return any(limit.kind == "torque" for limit in self.limits)
+        return bool(self.of_kind("torque"))
 
     def with_torque_share(self, share: float) -> "DesignProblem":
         """Ask the same of a motion with only a share of the torque limits."""
@@ -86,8 +109,12 @@ class DesignProblem:
 
     def with_slow_torques(self, speed: float) -> "DesignProblem":
         """Ask besides that the same way keeps the torque limits at a fraction of the speed."""
-        slow = (slow_limit(self.kernel, limit, speed) for limit in self.limits if limit.kind == "torque")
+        slow = (slow_limit(self.kernel, limit, speed) for limit in self.of_kind("torque"))
         return replace(self, limits=(*self.limits, *slow))
+
+    def exact(self, samples: Samples) -> State:
+        """Samples and regressor with the exact sign."""
+        return State(samples, self.kernel.entries(samples, 0.0))
 
     def state(self, x: Array, width: float, finer: int = 1) -> State:
         """Samples and regressor; ``width`` 0 for the exact sign."""
@@ -97,8 +124,7 @@ class DesignProblem:
     def at_rest(self, poses: Array) -> State:
         """The arm held at poses (N, n)."""
         still = np.zeros_like(poses)
-        samples = Samples(np.ones(len(poses)), poses, still, still)
-        return State(samples, self.kernel.entries(samples, 0.0))
+        return self.exact(Samples(np.ones(len(poses)), poses, still, still))
 
     def clear(self, poses: Array) -> bool:
         """Whether poses (N, n) keep clear of obstacles and of each other's bodies."""
@@ -106,7 +132,7 @@ class DesignProblem:
 
     def clearances(self, poses: Array) -> list[LimitCheck]:
         """How near poses (N, n) come to what is in the scene."""
-        limits = [limit for limit in self.limits if limit.kind == "clearance"]
+        limits = self.of_kind("clearance")
         state = self.at_rest(poses) if limits else None
         return [check(limit, state) for limit in limits if state is not None]
 
@@ -187,3 +213,154 @@ class DesignProblem:
             f"these parameters cannot all be told apart (rank {len(base.chosen)} of {len(self.names)}): "
             f"{'; '.join(texts[:6])}{more}; leave some out, or give the motion more freedom"
         )
+
+
+@dataclass(frozen=True)
+class Loads:
+    """Parameters that torque limits are computed from.
+
+    Attributes:
+        parameters: standard or base parameters of the robot by name.
+        heaviest: the heaviest payload expected, in the last link's frame; the limits then hold without and
+            with it. A set: they hold for each of its bodies, and without any.
+        covariance: of ``parameters`` in their order; None where they are taken as exact. It counts for a set, by
+            two standard deviations of the robot's own torque.
+        margin: share of the torque limits that stays free.
+    """
+
+    parameters: Mapping[str, float]
+    heaviest: InertialParameters | PayloadSet | None = None
+    covariance: Array | None = None
+    margin: float = 0.0
+
+    def __post_init__(self) -> None:
+        """Refuse a margin that leaves nothing.
+
+        Raises:
+            InputError: unless it is at least 0 and below 1.
+        """
+        if not 0.0 <= self.margin < 1.0:
+            raise InputError(f"a torque margin of {self.margin:g}: give a share of the limits from 0 to below 1")
+
+
+def build_design(
+    robot: Robot,
+    shape: Shape | None = None,
+    goal: Goal | NearGoal | None = None,
+    *,
+    bounds: JointBounds | None = None,
+    loads: Loads | None = None,
+    duration: float | None = None,
+    start: ArrayLike | None = None,
+    scene: Scene | None = None,
+) -> DesignProblem:
+    """Build the problem; ``solve_design`` solves it.
+
+    Args:
+        shape: of the motion; 14 via points if None.
+        goal: what is to be learnt; the information about all base parameters if None.
+        bounds: limits of the joints; the description's if None.
+        loads: parameters for the torque limits; the description's if None. Unused without torque limits.
+        duration: longest time that a motion through via points may take [s].
+        start: where it begins [rad or m], shape (n,).
+        scene: obstacles, and the bodies that must keep clear of them and of each other.
+
+    Raises:
+        InputError: if something is missing or does not fit; if the parameters cannot be told apart.
+    """
+    shape, goal, bounds = shape or ViaPointShape(), goal or Goal(), bounds or JointBounds.of(robot)
+    pose = None if start is None else np.asarray(start, dtype=float)
+    if pose is not None and (pose.shape != (robot.n,) or not ((pose >= bounds.low) & (pose <= bounds.high)).all()):
+        raise InputError(f"the start pose needs {robot.n} positions within the limits, got {pose.tolist()}")
+    family = shape.family(robot, bounds, duration, pose)
+    if isinstance(goal, NearGoal):
+        goal = goal.beside_friction(robot, shape, family)
+    model, base = goal.model(robot), base_parameters(robot) if np.isfinite(bounds.torque).any() else None
+    names, around, payloads = goal.names(robot), scene, None
+    if loads is not None and isinstance(loads.heaviest, PayloadSet):
+        payloads = loads.heaviest
+        names += payload_columns(robot)
+        around = None if scene is None else _with_payload(scene, payloads, robot.n)
+    # Columns stand in the robot's order, so that different goals share compiled code.
+    needed = {*names, *(base.columns if base is not None else ())}
+    columns = tuple(name for name in standard_columns(model) if name in needed)
+    spring = (SPRING,) if base is not None and robot.spring is not None else ()
+    kernel = regressor_kernel(model, (*columns, *spring))
+    limits = (
+        state_limit("position", *family.reach),
+        state_limit("speed", -bounds.speed, bounds.speed),
+        state_limit("acceleration", -bounds.acceleration, bounds.acceleration),
+        *(
+            _torque_limits(robot, base, kernel, bounds, loads or Loads(robot.parameters))
+            if base is not None
+            else ()
+        ),
+        *((duration_limit(duration),) if duration is not None and family.free_duration else ()),
+        *((clearance(robot, around),) if around is not None else ()),
+    )
+    problem = DesignProblem(model, bounds, family, goal, kernel, limits, payloads, around)
+    for nearest in problem.clearances(pose[None]) if pose is not None else ():
+        if nearest.room < 0.0:
+            raise InputError(f"choose another start pose: {nearest} m")
+    problem.require_full_rank(family.random(np.random.default_rng(0)))
+    return problem
+
+
+def _with_payload(scene: Scene, payloads: PayloadSet, n: int) -> Scene:
+    """The scene with the ball that holds the payloads: clear of all surfaces, and of bodies below the wrist."""
+    x, y, z = (float(c) for c in payloads.centre)
+    ball = Capsule("payload within bounds", n, payloads.radius, (x, y, z))
+    pairs = tuple((ball.name, body.name) for body in scene.bodies if body.link <= n - _WRIST)
+    return structs.replace(scene, bodies=(*scene.bodies, ball), pairs=(*scene.pairs, *pairs))
+
+
+def _torque_limits(
+    robot: Robot, base: BaseParameters, kernel: RegressorKernel, bounds: JointBounds, loads: Loads
+) -> Iterator[Limit]:
+    """Torque limits for each load."""
+    known, torque = loads.parameters, (1.0 - loads.margin) * bounds.torque
+    if all(name in known for name in base.standard):
+        values = base.value(known)
+    elif missing := [name for name in base.columns if name not in known]:
+        raise InputError(
+            f"torque limits need the parameters of robot {robot.name!r}: {', '.join(missing[:6])} "
+            "are missing; identify the robot first, or leave torque limits out"
+        )
+    else:
+        values = np.array([known[name] for name in base.columns])
+
+    def by_column(chi: Array) -> Array:
+        by_name = dict(zip(base.columns, chi, strict=True)) | {SPRING: -1.0}
+        return np.array([by_name.get(name, 0.0) for name in kernel.columns])
+
+    if isinstance(loads.heaviest, PayloadSet):
+        root = _root(kernel, base, loads)
+        yield payload_limit(kernel, by_column(values), root, torque, loads.heaviest, payload_columns(robot))
+        return
+    cases = {"": values}
+    if loads.heaviest is not None:
+        change = base.effect_of(payload_columns(robot)) @ loads.heaviest.vector
+        cases = {"without payload": values, "with the heaviest payload": values + change}
+    for load, chi in cases.items():
+        yield torque_limit(kernel, by_column(chi), torque, load)
+
+
+def _root(kernel: RegressorKernel, base: BaseParameters, loads: Loads) -> Array:
+    """Root of the parameters' covariance in the kernel's columns, c x r; r = 0 without one.
+
+    Raises:
+        InputError: if the covariance is not that of the base parameters.
+    """
+    root = np.zeros((len(kernel.columns), 0))
+    if loads.covariance is None:
+        return root
+    names = list(loads.parameters)
+    if not set(base.columns) <= set(names) or np.shape(loads.covariance) != (len(names),) * 2:
+        raise InputError(
+            "a covariance of the torques' parameters must be that of all base parameters, in their order"
+        )
+    values, V = np.linalg.eigh(loads.covariance)
+    root = np.zeros((len(kernel.columns), len(names)))
+    for name in base.columns:
+        root[kernel.columns.index(name)] = (V * np.sqrt(np.maximum(values, 0.0)))[names.index(name)]
+    return root

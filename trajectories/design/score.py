@@ -1,6 +1,5 @@
 """How much a motion would teach, and how near it comes to its limits: exact sign, fine grid."""
 
-from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
@@ -12,9 +11,9 @@ from ...common.errors import InputError
 from ...common.linear import decomposed
 from ...model import Motion, inverse_dynamics, standard_columns
 from ...model.kernel.kernel import Kernel
-from ..motions.samples import Samples
+from ..motions.family import Samples
 from .criterion import condition_numbers
-from .limits import Limit, LimitCheck, State, check, excess
+from .limits import LimitCheck, State, check, excess
 from .problem import DesignProblem
 
 FINER = 10
@@ -67,7 +66,7 @@ class Score:
     @cached_property
     def learnt(self) -> Learnt:
         """By the motion and the earlier recordings together; computed when first asked for."""
-        return _learnt(self.problem, State(self.samples, self.problem.kernel.entries(self.samples, 0.0)))
+        return _learnt(self.problem, self.problem.exact(self.samples))
 
     @property
     def max_violation(self) -> float:
@@ -93,21 +92,7 @@ class Score:
 
 def score_motion(problem: DesignProblem, motion: Motion) -> Score:
     """Judge any motion by a problem's goal and limits, such as one read back from a log."""
-    return score_samples(problem, _samples(motion))
-
-
-def checks_of_run(problem: DesignProblem, motion: Motion, further: Sequence[Limit] = ()) -> tuple[LimitCheck, ...]:
-    """Torque and clearance limits along all of a run, the ways between poses included, as a controller makes it.
-
-    Args:
-        problem: whose limits count.
-        motion: the run.
-        further: limits that count besides.
-    """
-    samples = _samples(motion)
-    state = State(samples, problem.kernel.entries(samples, 0.0))
-    own = [limit for limit in problem.limits if limit.kind in ("torque", "clearance")]
-    return tuple(check(limit, state) for limit in (*own, *further))
+    return score_samples(problem, Samples.of(motion))
 
 
 def holding_torques(problem: DesignProblem, poses: Array) -> Array:
@@ -116,18 +101,14 @@ def holding_torques(problem: DesignProblem, poses: Array) -> Array:
     It is what brakes have to hold when power is cut there. Zero without torque limits.
     """
     state, n = problem.at_rest(poses), problem.robot.n
-    torques = [
-        np.abs(limit.values(state) * limit.unit).reshape(-1, n)
-        for limit in problem.limits
-        if limit.kind == "torque"
-    ]
+    torques = [np.abs(limit.values(state) * limit.unit).reshape(-1, n) for limit in problem.of_kind("torque")]
     return np.asarray(np.vstack([np.zeros((1, n)), *torques]).max(axis=0))
 
 
 def check_held(problem: DesignProblem, poses: Array) -> None:
     """Refuse poses (N, n) in which a load breaks a torque limit at rest."""
     state = problem.at_rest(poses)
-    for holding in (check(limit, state) for limit in problem.limits if limit.kind == "torque"):
+    for holding in (check(limit, state) for limit in problem.of_kind("torque")):
         if holding.violation > 0.0:
             raise InputError(
                 f"at rest in the pose: {holding.name} of {holding.worst} is {holding.value:.4g} against "
@@ -143,11 +124,9 @@ def room_over_time(problem: DesignProblem, motion: Motion) -> Array:
         1.0 - np.abs(motion.qd) / b.speed,
         1.0 - np.abs(motion.qdd) / b.acceleration,
     ]
-    samples = _samples(motion)
-    state = State(samples, problem.kernel.entries(samples, 0.0))
-    for limit in problem.limits:
-        if limit.kind == "torque":
-            rooms += np.split(-excess(limit, limit.values(state)), len(limit.labels) // n, axis=1)
+    state = problem.exact(Samples.of(motion))
+    for limit in problem.of_kind("torque"):
+        rooms += np.split(-excess(limit, limit.values(state)), len(limit.labels) // n, axis=1)
     return np.asarray(np.min(rooms, axis=0))
 
 
@@ -156,9 +135,8 @@ def taught_over_time(problem: DesignProblem, motion: Motion) -> Array:
 
     It is the trace of the hat matrix, sample by sample.
     """
-    samples = _samples(motion)
-    state = State(samples, problem.kernel.entries(samples, 0.0))
-    rows = _rows(problem, state, problem.row_weights(samples, True), False)
+    state = problem.exact(Samples.of(motion))
+    rows = _rows(problem, state, problem.row_weights(state.samples, True), False)
     return np.asarray((decomposed(rows).range ** 2).sum(axis=1).reshape(problem.robot.n, -1).sum(axis=0))
 
 
@@ -168,11 +146,16 @@ def load_torques(problem: DesignProblem, motion: Motion) -> dict[str, Array]:
     They are those of the torque limits; without any, those of the parameters in the robot's description; nothing
     if it holds none.
     """
-    limits = [limit for limit in problem.limits if limit.kind == "torque"]
-    if limits:
-        samples = _samples(motion)
-        state = State(samples, problem.kernel.entries(samples, 0.0))
-        return {name: torque for limit in limits for name, torque in _by_load(limit, state, motion.q.shape[1])}
+    n, torques = motion.q.shape[1], {}
+    if problem.torque_limited:
+        state = problem.exact(Samples.of(motion))
+        for limit in problem.of_kind("torque"):
+            torque = limit.values(state) * limit.unit
+            if torque.shape[1] == n:
+                torques[limit.name] = torque
+            else:  # the limit stands for many payloads
+                torques |= {f"largest {limit.name}": torque[:, :n], f"smallest {limit.name}": torque[:, n:]}
+        return torques
     known, names = problem.robot.parameters, standard_columns(problem.robot)
     if not all(name in known for name in names):
         return {}
@@ -182,28 +165,14 @@ def load_torques(problem: DesignProblem, motion: Motion) -> dict[str, Array]:
     return {"torque": torque}
 
 
-def _by_load(limit: Limit, state: State, n: int) -> Iterator[tuple[str, Array]]:
-    """Torques of each joint, (N, n), the largest and the smallest where a limit stands for many payloads."""
-    torque = limit.values(state) * limit.unit
-    if torque.shape[1] == n:
-        yield limit.name, torque
-    else:
-        yield f"largest {limit.name}", torque[:, :n]
-        yield f"smallest {limit.name}", torque[:, n:]
-
-
-def _samples(motion: Motion) -> Samples:
-    """A motion's samples with the time that each stands for, by the trapezoidal rule."""
-    weight = np.zeros(len(motion.t))
-    step = np.diff(motion.t)
-    weight[:-1] += 0.5 * step
-    weight[1:] += 0.5 * step
-    return Samples(weight, motion.q, motion.qd, motion.qdd)
+def score_of(problem: DesignProblem, x: Array) -> Score:
+    """Judge a motion of the problem's family on the fine grid."""
+    return score_samples(problem, problem.family.sample(x, FINER))
 
 
 def score_samples(problem: DesignProblem, samples: Samples) -> Score:
     """Judge samples of a motion."""
-    state = State(samples, problem.kernel.entries(samples, 0.0))
+    state = problem.exact(samples)
     value = exact_value(problem, state)
     checks = tuple(check(limit, state) for limit in problem.limits)
     return Score(value, checks, problem, samples)

@@ -11,20 +11,25 @@ import numpy as np
 from ...common.arrays import Array
 from ...common.speech import Speaks
 from ...model import Motion
-from ..motions.samples import Plan
+from ..motions.family import Plan
+from ..motions.near import FreeNear
+from ..motions.via_points import FreeViaPoints
 from .criterion import ORDERS, STARTS
-from .descent import Effort, Minimum, Smooth, Worth, effort_of, minimised
+from .descent import FINE_WIDTH, WIDTH, Multipliers, Smooth, minimised
+from .full_trajectory import harder, kept_throughout
 from .limits import LimitCheck
 from .problem import DesignProblem
-from .score import Learnt, Score
-from .settle import FINE_WIDTH, WIDTH, Multipliers, drawn_back, eased_within
-from .whole_run import harder, kept_throughout
+from .score import TOLERANCE, Learnt, Score, score_of
 
 _MARGIN = 0.01  # of a limit, between samples; the settling adapts it
 _ASTRAY = 0.1  # in the limits' units: what violates more after the first look seldom comes back
 _STIFFNESS = 10.0  # of the augmented Lagrangian; values are of the order of 1
 _NEARER = 60  # iterations towards the limits
 _OF = 3  # starts, one is improved to the end of the first stage
+_SMALL = 400  # numbers whose curvature is kept as a matrix
+_ROOM = 5e-4  # of a limit: for what a motion does between the samples of the fine grid
+_BEYOND = 0.2  # of a limit: what misses it by more is not mended by going slower
+_EASES, _MORE = 14, 1.5  # each so many times as much as the last
 
 
 class Step(NamedTuple):
@@ -138,6 +143,33 @@ def _searched(
     return search
 
 
+class Effort(NamedTuple):
+    """How long a search goes on.
+
+    Attributes:
+        first: iterations from a start, shared by the surrogate's orders.
+        refined: iterations of each stage after that.
+        settled: iterations of each turn of settling.
+        stages: of refinement; the last has the fine sign.
+        turns: of settling at most.
+        by_matrix: whether descents go on from the curvature that the last one has learnt, kept as a matrix.
+        gain: of the criterion, a stage that gains less is the last of its kind; None where a better may follow.
+    """
+
+    first: int
+    refined: int
+    settled: int
+    stages: int
+    turns: int
+    by_matrix: bool
+    gain: float | None = None
+
+
+_NEAR, _VIA = Effort(150, 50, 40, 3, 8, True, 2e-3), Effort(100, 100, 50, 2, 14, True)
+_FRESH = Effort(160, 150, 60, 4, 8, False)
+"""Where each descent learns the curvature anew: many numbers, many minima, or a surrogate that changes."""
+
+
 @dataclass
 class _Search:
     """The best motion so far, and the way to better ones.
@@ -169,8 +201,13 @@ class _Search:
 
     @cached_property
     def effort(self) -> Effort:
-        """Iterations and stages."""
-        return effort_of(self.problem)
+        """The effort with which motions of the problem's family come out best for the time it takes."""
+        family = self.problem.family
+        if family.size <= _SMALL and isinstance(family, FreeNear):
+            return _NEAR
+        if family.size <= _SMALL and isinstance(family, FreeViaPoints) and self.problem.criterion.weighted:
+            return _VIA
+        return _FRESH
 
     def run(self, starts: int) -> None:
         """Improve random starts for a while, the best of them to the end; then settle it within its limits.
@@ -179,16 +216,24 @@ class _Search:
         draws its last motion back.
         """
         course, effort = self._best_start(starts) if self.begin is None else self._begun(0), self.effort
-        worth = Worth(effort.gain)
         order = ORDERS[self.problem.criterion.kind][-1]
+        last: float | None = None
+
+        def gains(width: float, iterations: int, text: str) -> bool:
+            """Improve; whether this motion or the last one misses a limit, or this one is clearly better."""
+            nonlocal last
+            score = self._improved(course, order, width, iterations, text)
+            before, last = last, score.value if score.feasible else None
+            return effort.gain is None or before is None or last is None or before - last > effort.gain
+
         for stage in range(effort.stages - 1):
-            if not worth(self._improved(course, order, WIDTH, effort.refined, f"refined {stage + 1}")):
+            if not gains(WIDTH, effort.refined, f"refined {stage + 1}"):
                 break
-        worth(self._improved(course, order, FINE_WIDTH, effort.refined, f"refined {effort.stages}"))
+        gains(FINE_WIDTH, effort.refined, f"refined {effort.stages}")
         for turn in range(effort.turns):
             if course.limits.settle(self.problem, course.x):
                 return
-            if not worth(self._improved(course, order, FINE_WIDTH, effort.settled, f"settled {turn + 1}")):
+            if not gains(FINE_WIDTH, effort.settled, f"settled {turn + 1}"):
                 return
         for x in (course.x, self.found[0]):
             self.consider(drawn_back(self.problem, x), "drawn back")
@@ -238,8 +283,7 @@ class _Search:
     def _improved(self, course: "_Course", order: float, width: float, iterations: int, text: str) -> Score:
         """Descend, update the multipliers where that ends, and judge the motion there."""
         function = partial(self.problem.evaluate, order=order, width=width, limits=course.limits)
-        end = self._descended(function, course.x, iterations, course.curvature)
-        course.x, course.curvature = end.x, end.curvature
+        course.x, course.curvature = self._descended(function, course.x, iterations, course.curvature)
         course.limits.update(self.problem.state(course.x, width))
         return self.consider(course.x, text)
 
@@ -251,15 +295,20 @@ class _Search:
             if limits.violation(problem.state(x, WIDTH)) <= 0.0:
                 break
             function = partial(problem.trespass, width=WIDTH, limits=limits)
-            x = self._descended(function, x, _NEARER).x
+            x, _ = self._descended(function, x, _NEARER)
         return x
 
-    def _descended(self, function: Smooth, x: Array, iterations: int, curvature: Array | None = None) -> Minimum:
+    def _descended(
+        self, function: Smooth, x: Array, iterations: int, curvature: Array | None = None
+    ) -> tuple[Array, Array | None]:
         """Descend and count the evaluations."""
-        family, by_matrix = self.problem.family, self.effort.by_matrix
-        end = minimised(function, x, family, iterations, by_matrix=by_matrix, curvature=curvature)
-        self.evaluations += end.evaluations
-        return end
+
+        def counted(y: Array) -> tuple[float, Array]:
+            self.evaluations += 1
+            return function(y)
+
+        by_matrix = self.effort.by_matrix
+        return minimised(counted, x, self.problem.family, iterations, by_matrix=by_matrix, curvature=curvature)
 
 
 @dataclass
@@ -281,3 +330,40 @@ class _Course:
 def _rank(score: Score) -> tuple[float, float]:
     """Feasible motions by their value, the others after them by what they miss."""
     return (0.0, score.value) if score.feasible else (score.max_violation, score.value)
+
+
+def eased_within(problem: DesignProblem, x: Array) -> tuple[Array, Score]:
+    """The motion made slower or smaller until there is room between fine samples too, if that helps; its score."""
+    score = score_of(problem, x)
+    if score.max_violation > _BEYOND:
+        return x, score
+    slower, smaller = _overstepped(score)
+    if slower == 1.0 and smaller == 1.0:
+        return x, score
+    eased = problem.family.eased(x, slower, smaller)
+    after = score_of(problem, eased)
+    return (eased, after) if after.max_violation <= max(score.max_violation, TOLERANCE) else (x, score)
+
+
+def drawn_back(problem: DesignProblem, x: Array) -> Array:
+    """The motion slower and smaller by more and more until it keeps all limits; as it is where that never does."""
+    slower, smaller = _overstepped(score_of(problem, x))
+    for ease in range(_EASES):
+        times = _MORE**ease
+        eased = problem.family.eased(x, 1.0 + times * (slower - 1.0), smaller**times)
+        if score_of(problem, eased).feasible:
+            return eased
+    return x
+
+
+def _overstepped(score: Score) -> tuple[float, float]:
+    """How many times slower and smaller a motion would have to be if all that it misses went with its size."""
+    slower, smaller = 1.0, 1.0
+    for limit in score.limits:
+        if limit.room >= _ROOM:
+            continue
+        if limit.name == "position":
+            smaller = min(smaller, 1.0 / (1.0 + _ROOM - limit.room))
+        elif limit.name != "duration":
+            slower = max(slower, 1.0 + _ROOM - limit.room)
+    return slower, smaller

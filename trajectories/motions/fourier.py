@@ -12,8 +12,7 @@ import numpy as np
 from ...common.arrays import Array, frozen_array
 from ...common.errors import InputError
 from ...model import Robot
-from .bounds import JointBounds
-from .samples import LONGEST, Clear, Plan, Samples, everywhere
+from .family import LONGEST, Clear, JointBounds, Plan, Samples, everywhere
 
 _MOST = 50  # harmonics: a search takes half an hour then
 _TRIES, _SHRINKS = 200, 10  # to find a middle that is clear, and a motion about it
@@ -64,25 +63,33 @@ def fourier_basis(t: Array, harmonics: int, period: float) -> tuple[Array, Array
     return np.hstack([s / wl, -c / wl]), np.hstack([c, s]), np.hstack([-s * wl, c * wl])
 
 
-class RestBases:
-    """Bases in which every Fourier series of a period begins and ends at rest, without acceleration.
+class RestingSeries:
+    """A family of Fourier series of a fixed period that begin and end at rest, without acceleration.
 
     Attributes:
-        null: coefficients a_1 ... a_H, b_1 ... b_H of each basis function, 2 H x size.
-        size: number of basis functions.
+        null: coefficients a_1 ... a_H, b_1 ... b_H of each of the basis functions, 2 H x functions.
         first: what multiplies the coefficients in q at t = 0, shape (2 H,).
     """
 
-    def __init__(self, harmonics: int, period: float, samples: int, anchored: bool) -> None:
-        """At least two ``harmonics`` in a ``period`` [s]; ``anchored``: q counts from where the motion begins."""
+    free_duration = False
+
+    def __init__(self, harmonics: int, period: float, samples: int, anchored: bool, parts: tuple[int, ...]) -> None:
+        """At least two ``harmonics`` in a ``period`` [s]; ``anchored``: q counts from where the motion begins.
+
+        Args:
+            samples: of a period while optimising.
+            parts: shape of x, but for the basis functions' weights along the last axis, one more if not anchored.
+        """
         ends = np.zeros((2, 2 * harmonics))
         ends[0, :harmonics] = 1.0
         ends[1, harmonics:] = np.arange(1, harmonics + 1)
         self.null = np.linalg.svd(ends)[2][2:].T  # what leaves both ends as they are
-        self.size = self.null.shape[1]
         self.first = fourier_basis(np.zeros(1), harmonics, period)[0][0]
         self._harmonics, self._period, self._samples, self._anchored = harmonics, period, samples, anchored
         self._grids: dict[int, tuple[Array, Array, Array]] = {}
+        self._shape = (*parts, self.null.shape[1] + (not anchored))
+        self.size = int(np.prod(self._shape))
+        self.low, self.high = np.full(self.size, -np.inf), np.full(self.size, np.inf)
 
     def grid(self, finer: int = 1) -> tuple[Array, Array, Array]:
         """What multiplies the coefficients in q, qd and qdd at even times of one period, each (N, 2 H)."""
@@ -92,10 +99,14 @@ class RestBases:
             self._grids[finer] = (B - self.first if self._anchored else B, Bd, Bdd)
         return self._grids[finer]
 
-    def pulled_back(self, slope: Samples) -> Array:
-        """Slopes in the basis functions' weights, n x size, from those in a period's states."""
+    def by_weights(self, slope: Samples) -> Array:
+        """Slopes in the basis functions' weights, n x functions, from those in a period's states."""
         B, Bd, Bdd = self.grid()
         return np.asarray((slope.q.T @ B + slope.qd.T @ Bd + slope.qdd.T @ Bdd) @ self.null)
+
+    def eased(self, x: Array, slower: float, smaller: float) -> Array:
+        """Smaller about what q counts from; the period stays."""
+        return np.asarray(x * (smaller / slower))
 
 
 @dataclass(frozen=True)
@@ -114,14 +125,14 @@ class FourierShape:
     def family(
         self, robot: Robot, bounds: JointBounds, duration: float | None = None, start: Array | None = None
     ) -> "FreeFourier":
-        """Motions of this shape; see ``Shape``."""
+        """Motions of this shape that begin at ``start`` [rad or m], shape (n,); None for anywhere."""
         if duration not in (None, self.duration):
             raise InputError("a Fourier motion's duration stands in its shape: leave duration out")
         return FreeFourier(bounds, self, start)
 
 
-class FreeFourier:
-    """Fourier series of a fixed period; q, qd and qdd are linear in x through constant bases."""
+class FreeFourier(RestingSeries):
+    """Fourier series about a middle that is free, or from a given start; q, qd and qdd are linear in x."""
 
     def __init__(self, bounds: JointBounds, shape: FourierShape, start: Array | None = None) -> None:
         """The motion begins and ends at ``start`` [rad or m], shape (n,); None for free.
@@ -129,20 +140,18 @@ class FreeFourier:
         Raises:
             InputError: with too few harmonics: nothing moves that begins and ends at rest.
         """
-        harmonics, period = shape.harmonics, shape.duration
+        harmonics, period, anchored = shape.harmonics, shape.duration, start is not None
         if not 2 <= harmonics <= _MOST or not 0.0 < period <= LONGEST:
             raise InputError(
                 f"{harmonics} harmonics in {period:g} s: give at least 2, at most {_MOST}, in up to {LONGEST:g} s"
             )
-        self._bounds, self._start, self._period, self.reach = bounds, start, period, (bounds.low, bounds.high)
-        self._bases = RestBases(harmonics, period, shape.samples or _SAMPLES * harmonics, start is not None)
-        self._shape = (len(bounds.low), self._bases.size + (start is None))
-        self.size, self.free_duration = self._shape[0] * self._shape[1], False
-        self.low, self.high = np.full(self.size, -np.inf), np.full(self.size, np.inf)
+        super().__init__(harmonics, period, shape.samples or _SAMPLES * harmonics, anchored, (len(bounds.low),))
+        self._bounds, self._start, self.reach = bounds, start, (bounds.low, bounds.high)
 
     def random(self, draw: np.random.Generator, clear: Clear = everywhere) -> Array:
         """Random coefficients, as large as position and speed limits allow by half."""
-        c, (n, size), bounds = np.zeros(self._shape), (self._shape[0], self._bases.size), self._bounds
+        bounds, (n, size) = self._bounds, (self._shape[0], self.null.shape[1])
+        c = np.zeros(self._shape)
         c[:, :size] = draw.standard_normal((n, size))
         moved = self.sample(c.ravel())
         reach = np.abs(moved.q - moved.q.mean(axis=0)).max(axis=0) / bounds.half
@@ -163,12 +172,12 @@ class FreeFourier:
     def sample(self, x: Array, finer: int = 1) -> Samples:
         """States at even times of one period."""
         offset, c = self._unpacked(x)
-        B, Bd, Bdd = self._bases.grid(finer)
+        B, Bd, Bdd = self.grid(finer)
         return Samples(np.full(len(B), self._period / len(B)), offset + B @ c.T, Bd @ c.T, Bdd @ c.T)
 
     def pullback(self, x: Array, slope: Samples) -> Array:
         """The Jacobian transposed times the slopes."""
-        by_x = self._bases.pulled_back(slope) * self._bounds.speed[:, None]
+        by_x = self.by_weights(slope) * self._bounds.speed[:, None]
         if self._start is None:
             by_x = np.column_stack([by_x, slope.q.sum(axis=0) * self._bounds.half])
         return np.asarray(by_x.ravel())
@@ -177,16 +186,12 @@ class FreeFourier:
         """The motion."""
         offset, c = self._unpacked(x)
         a, b = np.hsplit(c, 2)
-        return Fourier(offset if self._start is None else offset - c @ self._bases.first, a, b, self._period)
-
-    def eased(self, x: Array, slower: float, smaller: float) -> Array:
-        """Smaller about the middle of the range, or about the start pose; the period stays."""
-        return np.asarray(x * (smaller / slower))
+        return Fourier(offset if self._start is None else offset - c @ self.first, a, b, self._period)
 
     def _unpacked(self, x: Array) -> tuple[Array, Array]:
         """What q counts from, (n,), and coefficients a, b (n, 2 H)."""
         weights = x.reshape(self._shape)
-        c = (weights[:, : self._bases.size] @ self._bases.null.T) * self._bounds.speed[:, None]
+        c = (weights[:, : self.null.shape[1]] @ self.null.T) * self._bounds.speed[:, None]
         if self._start is None:
             return self._bounds.middle + self._bounds.half * weights[:, -1], c
         return self._start, c

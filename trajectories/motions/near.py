@@ -8,11 +8,9 @@ from ...common.arrays import Array, frozen_array
 from ...common.errors import InputError
 from ...model import Robot
 from ...model.visibility import PayloadVisibility, checked_joints, payload_visibility
-from .bounds import JointBounds
-from .fourier import RestBases, fourier_basis
-from .samples import LONGEST, Clear, Plan, Samples, everywhere
-from .segments import QUINTIC
-from .via_points import quickest
+from .family import LONGEST, Clear, JointBounds, Plan, Samples, everywhere
+from .fourier import RestingSeries, fourier_basis
+from .via_points import ViaPoints, quickest
 
 _PERIOD = 7.5  # s: about how long a series lasts before it is repeated
 _SHORTEST = 1.0  # s: at each pose
@@ -69,26 +67,19 @@ class NearMotion(Plan):
         q, qd, qdd = (np.empty((len(t), self.poses.shape[1])) for _ in range(3))
         for p, pose in enumerate(self.poses):
             here, away = (place == p) & (own <= stay), (place == p) & (own > stay)
-            q[here], qd[here], qdd[here] = self._series(p, own[here])
-            to = self.poses[(p + 1) % count]
-            q[away], qd[away], qdd[away] = self._transfer(pose, to, np.minimum(own[away] - stay, self.transfer))
+            B, Bd, Bdd = fourier_basis(own[here], self.a.shape[2], self.period)
+            c = np.hstack([self.a[p], self.b[p]]).T
+            first = fourier_basis(np.zeros(1), self.a.shape[2], self.period)[0]
+            q[here], qd[here], qdd[here] = pose + (B - first) @ c, Bd @ c, Bdd @ c
+            if count > 1:
+                way = ViaPoints(np.stack([pose, self.poses[(p + 1) % count]]), np.array([self.transfer]))
+                q[away], qd[away], qdd[away] = way.at(np.minimum(own[away] - stay, self.transfer))
         return q, qd, qdd
 
     def slowed(self, speed: float) -> "NearMotion":
         """One slow period at a fraction of the speed, the same way: to be watched before the real run."""
         slow = replace(self, a=self.a * speed, b=self.b * speed, period=self.period / speed)
         return replace(slow, repeats=1, transfer=self.transfer / speed)
-
-    def _series(self, p: int, t: Array) -> tuple[Array, Array, Array]:
-        B, Bd, Bdd = fourier_basis(t, self.a.shape[2], self.period)
-        c = np.hstack([self.a[p], self.b[p]]).T
-        first = fourier_basis(np.zeros(1), self.a.shape[2], self.period)[0]
-        return self.poses[p] + (B - first) @ c, Bd @ c, Bdd @ c
-
-    def _transfer(self, start: Array, end: Array, t: Array) -> tuple[Array, Array, Array]:
-        B, Bd, Bdd = (b[:, -1:] for b in QUINTIC.basis(t / self.transfer))
-        way = (end - start)[None]
-        return start + B * way, Bd * way / self.transfer, Bdd * way / self.transfer**2
 
 
 @dataclass(frozen=True, eq=False)
@@ -124,7 +115,7 @@ class NearShape:
     def family(
         self, robot: Robot, bounds: JointBounds, duration: float | None = None, start: Array | None = None
     ) -> "FreeNear":
-        """Motions of this shape; see ``Shape``.
+        """Motions of this shape.
 
         Raises:
             InputError: if the duration leaves no time beside the way between two poses.
@@ -139,7 +130,7 @@ class NearShape:
         return payload_visibility(robot, list(self.poses), self.joints, self.ranges.tolist())
 
 
-class FreeNear:
+class FreeNear(RestingSeries):
     """Motions about poses, of a fixed period; q, qd and qdd of the series are linear in x."""
 
     def __init__(self, bounds: JointBounds, shape: NearShape) -> None:
@@ -156,8 +147,8 @@ class FreeNear:
                 "--duration"
             )
         self._repeats = max(1, round(stay / _PERIOD))
-        self._period = stay / self._repeats
-        self._bases = RestBases(_HARMONICS, self._period, _SAMPLES * _HARMONICS, anchored=True)
+        parts = (len(shape.poses), len(moving))
+        super().__init__(_HARMONICS, stay / self._repeats, _SAMPLES * _HARMONICS, True, parts)
         self._ranges, self._limits = shape.ranges, (bounds.speed[moving], bounds.acceleration[moving])
         # Coefficients of the order of 1 use the whole range at the first harmonics.
         self._scale = np.minimum(bounds.speed[moving], 2.0 * np.pi / self._period * shape.ranges)
@@ -166,9 +157,6 @@ class FreeNear:
         low[:, moving] = np.maximum(shape.poses[:, moving] - shape.ranges, bounds.low[moving])
         high[:, moving] = np.minimum(shape.poses[:, moving] + shape.ranges, bounds.high[moving])
         self.reach = low, high
-        self._shape = (len(shape.poses), len(moving), self._bases.size)
-        self.size, self.free_duration = int(np.prod(self._shape)), False
-        self.low, self.high = np.full(self.size, -np.inf), np.full(self.size, np.inf)
 
     def random(self, draw: np.random.Generator, clear: Clear = everywhere) -> Array:
         """Random coefficients as large as range, speed and acceleration allow."""
@@ -188,10 +176,10 @@ class FreeNear:
     def sample(self, x: Array, finer: int = 1) -> Samples:
         """States at even times of one period at each pose."""
         c = self._coefficients(x)
-        poses, n, count = *self._poses.shape, len(self._bases.grid(finer)[0])
+        poses, n, count = *self._poses.shape, len(self.grid(finer)[0])
         q, qd, qdd = np.zeros((3, poses, count, n))
         q += self._poses[:, None]
-        for states, basis in zip((q, qd, qdd), self._bases.grid(finer), strict=True):
+        for states, basis in zip((q, qd, qdd), self.grid(finer), strict=True):
             states[:, :, self._moving] += basis @ c.transpose(0, 2, 1)
         weight = np.full(poses * count, self._period / count)
         return Samples(weight, *(states.reshape(-1, n) for states in (q, qd, qdd)))
@@ -199,24 +187,18 @@ class FreeNear:
     def pullback(self, x: Array, slope: Samples) -> Array:
         """The Jacobian transposed times the slopes."""
         by_pose = zip(*self._at_poses(slope), strict=True)
-        return np.concatenate(
-            [(self._bases.pulled_back(Samples(*own)) * self._scale[:, None]).ravel() for own in by_pose]
-        )
+        return np.concatenate([(self.by_weights(Samples(*own)) * self._scale[:, None]).ravel() for own in by_pose])
 
     def plan(self, x: Array) -> NearMotion:
         """The motion."""
-        c = np.zeros((*self._poses.shape, len(self._bases.null)))
+        c = np.zeros((*self._poses.shape, len(self.null)))
         c[:, self._moving] = self._coefficients(x)
         a, b = np.split(c, 2, axis=2)
         return NearMotion(self._poses, a, b, self._period, self._repeats, self._transfer)
 
-    def eased(self, x: Array, slower: float, smaller: float) -> Array:
-        """Smaller about the poses; the period stays."""
-        return np.asarray(x * (smaller / slower))
-
     def _coefficients(self, x: Array) -> Array:
         """a, b of the moving joints, poses x moving x 2 H."""
-        return np.asarray((x.reshape(self._shape) @ self._bases.null.T) * self._scale[:, None])
+        return np.asarray((x.reshape(self._shape) @ self.null.T) * self._scale[:, None])
 
     def _at_poses(self, samples: Samples) -> Samples:
         """Samples of the moving joints, pose by pose: (poses, N), then (poses, N, moving) each."""

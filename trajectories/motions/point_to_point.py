@@ -12,7 +12,7 @@ import numpy as np
 
 from ...common.arrays import Array, frozen_array
 from ...model import Robot
-from .samples import Plan
+from .family import Plan
 
 _STRETCH = 1.02  # steps in which moves too short for their ramps are made longer
 

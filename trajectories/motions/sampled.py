@@ -9,8 +9,8 @@ import numpy as np
 from ...common.arrays import Array, frozen_array
 from ...common.errors import InputError
 from ...model import Motion, Robot
-from .samples import Plan
-from .segments import QUINTIC
+from .family import Plan
+from .via_points import ViaPoints
 
 _REST = 0.01  # of the largest speed: what still counts as rest at the ends
 _ROUNDING = 1e-6  # of a step: what times written in decimals are longer
@@ -116,10 +116,6 @@ def joined(motion: Motion, rate: float) -> Motion:
         return motion
     k = np.repeat(np.arange(len(parts)), parts)  # the sample before
     share = (np.arange(len(k)) - np.repeat(np.cumsum(parts) - parts, parts)) / parts[k]
-    t, T = motion.t[k] + share * np.diff(motion.t)[k], np.diff(motion.t)[:, None]
-    q, qd, qdd = motion.q, T * motion.qd[:-1], T**2 * motion.qdd[:-1]
-    ends = np.stack([q[:-1], qd, qdd, T**2 * motion.qdd[1:], T * motion.qd[1:], q[1:]], axis=1)[k]
-    states = (np.einsum("Nk,Nkj->Nj", basis, ends) for basis in QUINTIC.basis(share))
-    between = [x / T[k] ** order for order, x in enumerate(states)]
-    last = (motion.q, motion.qd, motion.qdd)
+    t, last = motion.t[k] + share * np.diff(motion.t)[k], (motion.q, motion.qd, motion.qdd)
+    between = ViaPoints(motion.q, np.diff(motion.t), motion.qd, motion.qdd).at(t - motion.t[0])
     return Motion(np.append(t, motion.t[-1]), *(np.vstack([x, y[-1]]) for x, y in zip(between, last, strict=True)))

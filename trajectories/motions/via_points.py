@@ -1,6 +1,11 @@
-"""Motions through via points by quintic or trapezoidal segments, at rest in each or passing."""
+"""Motions through via points by quintic or trapezoidal segments, at rest in each or passing.
+
+Segments give q, T qd and T^2 qdd at s = t / T as constant matrices times the states at their ends: what multiplies
+p0, T v0, T^2 a0, T^2 a1, T v1 and p1.
+"""
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -8,13 +13,129 @@ from numpy.typing import NDArray
 from ...common.arrays import Array, frozen_array
 from ...common.errors import InputError
 from ...model import Robot
-from .bounds import JointBounds
-from .free_points import FreePoints, random_points
-from .samples import Clear, Plan, Samples, everywhere
-from .segments import QUINTIC, Grid, Segment
+from .family import LONGEST, Clear, JointBounds, Plan, Samples, everywhere
 
+_MOST = 500  # points: a search takes half an hour then
+_TRIES = 200  # to find a point that can be reached
+_SPAN = 0.75  # of the position range that random points use
 _SLOWER = 1.3  # start: so many times the shortest durations
 _POWERS = np.array([0.0, 1.0, 2.0, 2.0, 1.0, 0.0])  # of T, that a segment's ends are multiplied with
+
+# Quintic Hermite polynomials on 0 <= s <= 1: row k holds the coefficients of 1, s, ..., s^5 that multiply
+# p0, T v0, T^2 a0, T^2 a1, T v1, p1.
+_HERMITE = np.array(
+    [
+        [1.0, 0.0, 0.0, -10.0, 15.0, -6.0],
+        [0.0, 1.0, 0.0, -6.0, 8.0, -3.0],
+        [0.0, 0.0, 0.5, -1.5, 1.5, -0.5],
+        [0.0, 0.0, 0.0, 0.5, -1.0, 0.5],
+        [0.0, 0.0, 0.0, -4.0, 7.0, -3.0],
+        [0.0, 0.0, 0.0, 10.0, -15.0, 6.0],
+    ]
+)
+
+Basis = tuple[Array, Array, Array]
+"""What multiplies the ends' states: in q, in T qd and in T^2 qdd, each (N, 6)."""
+Grid = tuple[Array, Basis]
+"""Samples of a segment: the share of its time that each stands for, shape (N,), and the basis there."""
+
+
+def _even(parts: int) -> Array:
+    """Weights of the trapezoidal rule over unit time in even parts, shape (parts + 1,)."""
+    share = np.full(parts + 1, 1.0 / parts)
+    share[[0, -1]] *= 0.5
+    return share
+
+
+@dataclass(frozen=True)
+class Quintic:
+    """A quintic between position, speed and acceleration at both ends."""
+
+    name = "quintic"
+    passes = True
+    peak_speed = 15.0 / 8.0
+    peak_acceleration = 10.0 / 3.0**0.5
+
+    def basis(self, s: Array) -> Basis:
+        """The Hermite polynomials."""
+        powers = s[:, None] ** np.arange(6)
+        k = np.arange(1, 6)
+        first = np.hstack([np.zeros((len(s), 1)), k * powers[:, :5]])
+        second = np.hstack([np.zeros((len(s), 2)), k[1:] * k[:4] * powers[:, :4]])
+        return powers @ _HERMITE.T, first @ _HERMITE.T, second @ _HERMITE.T
+
+    def grid(self, parts: int) -> Grid:
+        """Even parts."""
+        return _even(parts), self.basis(np.linspace(0.0, 1.0, parts + 1))
+
+
+QUINTIC = Quintic()
+
+
+@dataclass(frozen=True)
+class Trapezoid:
+    """A ramp to constant speed and a ramp down, as a controller runs a synchronised joint move.
+
+    It rests at both ends. All joints follow one law q0 + (q1 - q0) f(t / T). Its acceleration is constant in each
+    phase and steps between them.
+
+    Attributes:
+        ramp: share of the time that each of the two ramps takes, above 0, at most 0.5 (no constant speed then).
+
+    Raises:
+        InputError: if the ramp is out of range.
+    """
+
+    ramp: float = 0.25
+
+    name = "trapezoid"
+    passes = False
+
+    def __post_init__(self) -> None:
+        """Check the ramp."""
+        if not 0.0 < self.ramp <= 0.5:
+            raise InputError(f"a ramp of {self.ramp:g} of a move's time: give a share above 0, at most 0.5")
+
+    @property
+    def peak_speed(self) -> float:
+        """Reached over the whole constant phase."""
+        return 1.0 / (1.0 - self.ramp)
+
+    @property
+    def peak_acceleration(self) -> float:
+        """Held over the whole ramps."""
+        return 1.0 / (self.ramp * (1.0 - self.ramp))
+
+    def basis(self, s: Array) -> Basis:
+        """At a step of the acceleration its value after the step, at s = 1 that before."""
+        return self._in_phase(s, np.searchsorted([self.ramp, 1.0 - self.ramp], s, side="right"))
+
+    def grid(self, parts: int) -> Grid:
+        """Even parts of each phase; both sides of every step of the acceleration are sampled."""
+        s, phase, share = [], [], []
+        for k, (begin, end) in enumerate(pairwise((0.0, self.ramp, 1.0 - self.ramp, 1.0))):
+            if end > begin:
+                count = max(round(parts * (end - begin)), 2)
+                s.append(np.linspace(begin, end, count + 1))
+                phase.append(np.full(count + 1, k))
+                share.append(_even(count) * (end - begin))
+        return np.concatenate(share), self._in_phase(np.concatenate(s), np.concatenate(phase))
+
+    def _in_phase(self, s: Array, phase: NDArray[np.int_]) -> Basis:
+        """f, f' and f'' in the ramp up (0), at constant speed (1) and in the ramp down (2)."""
+        v, a, left = self.peak_speed, self.peak_acceleration, 1.0 - s
+        up, down = phase == 0, phase == 2
+        f = np.select([up, down], [0.5 * a * s**2, 1.0 - 0.5 * a * left**2], v * (s - 0.5 * self.ramp))
+        slope = np.select([up, down], [a * s, a * left], v)
+        curve = np.select([up, down], [a, -a], 0.0)
+        between = np.array([-1.0, 0.0, 0.0, 0.0, 0.0, 1.0])
+        still = np.array([1.0, 0.0, 0.0, 0.0, 0.0, 0.0])
+        return still + f[:, None] * between, slope[:, None] * between, curve[:, None] * between
+
+
+Segment = Quintic | Trapezoid
+"""A way from point to point: its name, whether it ``passes`` points in motion, and the peak speed and acceleration
+of a step of 1 in unit time, at rest at both ends."""
 
 
 @dataclass(frozen=True)
@@ -102,54 +223,89 @@ class ViaPointShape:
     def family(
         self, robot: Robot, bounds: JointBounds, duration: float | None = None, start: Array | None = None
     ) -> "FreeViaPoints":
-        """Motions of this shape; see ``Shape``."""
-        return FreeViaPoints(bounds, self, FreePoints(bounds, self.count, self.fixed, start, duration))
+        """Motions of this shape.
+
+        Args:
+            duration: longest that one may take [s], for which fixed durations leave no place; None for any.
+            start: where it begins [rad or m], shape (n,); None for anywhere.
+        """
+        return FreeViaPoints(bounds, self, duration, start)
 
 
 class FreeViaPoints:
     """Segments whose q, qd and qdd are linear in the points' states for given durations.
 
-    x holds the points' coordinates, v / speed limit and a / acceleration limit of the points, then
-    log(T / 1 s) of the segments unless their durations are fixed. First and last point are at rest.
+    x holds (p - middle) / half range of the points, v / speed limit and a / acceleration limit of the inner ones,
+    then log(T / 1 s) of the segments unless their durations are fixed. A given start is the first point and is not
+    free. First and last point are at rest.
     """
 
-    def __init__(self, bounds: JointBounds, shape: ViaPointShape, points: FreePoints) -> None:
+    def __init__(
+        self, bounds: JointBounds, shape: ViaPointShape, longest: float | None, start: Array | None
+    ) -> None:
         """Lay out x.
 
         Raises:
-            InputError: if the segments cannot pass points, and should.
+            InputError: if points and durations do not fit, or if the segments cannot pass points, and should.
         """
-        self.segment, self._passing, count = shape.segment, shape.passing, shape.count
+        self.segment, self._passing, self._count = shape.segment, shape.passing, shape.count
+        self._bounds, self._start, self._samples = bounds, start, shape.samples
+        self.reach = bounds.low, bounds.high
+        _check_count(self._count)
+        self._fixed = self._checked_durations(shape.fixed, longest)
         if self._passing and not self.segment.passes:
             raise InputError(f"a {self.segment.name} rests in every via point: set passing to False")
-        self._bounds, self._points, self._samples, self.reach = (
-            bounds,
-            points,
-            shape.samples,
-            (bounds.low, bounds.high),
-        )
-        self.free_duration = points.fixed is None
-        inner = (count - 2) * len(bounds.low) if self._passing else 0
-        self._ends = np.cumsum([points.size, inner, inner, count - 1 if self.free_duration else 0])
+        self.free_duration, self._first, n = self._fixed is None, int(start is not None), len(bounds.low)
+        inner = (self._count - 2) * n if self._passing else 0
+        own = (self._count - self._first) * n
+        self._ends = np.cumsum([own, inner, inner, self._count - 1 if self.free_duration else 0])
         self.size = int(self._ends[-1])
         self.low, self.high = -np.ones(self.size), np.ones(self.size)
         self.low[self._ends[2] :], self.high[self._ends[2] :] = np.log(shape.durations)
         self._grids: dict[int, Grid] = {}
 
+    def _checked_durations(self, fixed: float | tuple[float, ...] | None, longest: float | None) -> Array | None:
+        """Durations of the segments [s], shape (count - 1,); a number stands for all."""
+        if fixed is None:
+            return None
+        if longest is not None:
+            raise InputError("the durations of the moves are fixed: leave the longest duration of the motion out")
+        times, count = np.asarray(fixed, dtype=float), self._count
+        if times.shape not in ((), (count - 1,)) or not ((times > 0.0) & (times <= LONGEST)).all():
+            seconds = ", ".join(f"{time:g}" for time in times.ravel())
+            raise InputError(
+                f"fixed durations {seconds}: {count} via points need {count - 1} positive ones [s], or one for all"
+            )
+        return np.broadcast_to(times, (count - 1,)).copy()
+
     def random(self, draw: np.random.Generator, clear: Clear = everywhere) -> Array:
-        """Random points, at rest in each, somewhat slower than the limits allow."""
-        points = self._points.random(draw, clear, None if self.free_duration else self._nearer)
+        """Random points, at rest in each, somewhat slower than the limits allow.
+
+        Each is reached from the one before on a straight line if ``_TRIES`` points contain one.
+        """
+        bounds, n = self._bounds, len(self._bounds.low)
+        on_line = np.linspace(0.0, 1.0, 21)[:, None]
+        points = np.empty((self._count, n))
+        if self._start is not None:
+            points[0] = self._start
+        for k in range(self._first, self._count):
+            for _ in range(_TRIES):
+                points[k] = bounds.middle + _SPAN * bounds.half * draw.uniform(-1.0, 1.0, n)
+                before = points[max(k - 1, 0)]
+                if self._fixed is not None and k > 0:
+                    points[k] = self._nearer(self._fixed[k - 1], before, points[k])
+                if clear(before + on_line * (points[k] - before)):
+                    break
         x = np.zeros(self.size)
-        x[: self._ends[0]] = self._points.coordinates(points)
+        x[: self._ends[0]] = ((points - bounds.middle) / bounds.half)[self._first :].ravel()
         if self.free_duration:
-            times = quickest(np.diff(points, axis=0), self._bounds.speed, self._bounds.acceleration, self.segment)
+            times = quickest(np.diff(points, axis=0), bounds.speed, bounds.acceleration, self.segment)
             x[self._ends[2] :] = np.log(times * _SLOWER)
         return np.asarray(np.clip(x, self.low, self.high))
 
-    def _nearer(self, move: int, before: Array, point: Array) -> Array:
-        """An end as near to a point as the limits allow in the move's fixed time."""
-        assert self._points.fixed is not None
-        T, step = self._points.fixed[move] / _SLOWER, np.abs(point - before)
+    def _nearer(self, duration: float, before: Array, point: Array) -> Array:
+        """An end as near to a point as the limits allow in a fixed time."""
+        T, step = duration / _SLOWER, np.abs(point - before)
         by_speed = self._bounds.speed * T / (self.segment.peak_speed * step)
         by_acceleration = self._bounds.acceleration * T**2 / (self.segment.peak_acceleration * step)
         share = min(1.0, float(by_speed.min()), float(by_acceleration.min()))
@@ -175,7 +331,19 @@ class FreeViaPoints:
         by_T = slope.weight.reshape(len(T), -1) @ share
         by_T -= np.einsum("kij,kij->k", Bd.T @ qd + 2.0 * (Bdd.T @ qdd), ends) / T
         by_T += np.einsum("kij,kij,i->k", by_ends, ends, _POWERS) / T
-        return self._gathered(by_ends, by_T, T)
+        t, gradient = T[:, None], np.empty(self.size)
+        first, second, third = self._ends[:3]
+        by_p = np.zeros((len(T) + 1, by_ends.shape[2]))
+        by_p[:-1] += by_ends[:, 0]
+        by_p[1:] += by_ends[:, 5]
+        gradient[:first] = (by_p * self._bounds.half)[self._first :].ravel()
+        if self._passing:
+            by_v = (t * by_ends[:, 4])[:-1] + (t * by_ends[:, 1])[1:]
+            by_a = (t**2 * by_ends[:, 3])[:-1] + (t**2 * by_ends[:, 2])[1:]
+            gradient[first:second] = (by_v * self._bounds.speed).ravel()
+            gradient[second:third] = (by_a * self._bounds.acceleration).ravel()
+        gradient[third:] = by_T * T if self.free_duration else 0.0
+        return gradient
 
     def plan(self, x: Array) -> ViaPoints:
         """The motion."""
@@ -186,7 +354,10 @@ class FreeViaPoints:
         """Slower by longer durations, smaller about the start or the middle of the range; smaller at fixed ones."""
         eased, share = x.copy(), smaller if self.free_duration else smaller / slower
         first, second, third = self._ends[:3]
-        eased[:first] = self._points.shrunk(x[:first], share)
+        eased[:first] = share * x[:first]
+        if self._start is not None:
+            start = (self._start - self._bounds.middle) / self._bounds.half
+            eased[:first] += (1.0 - share) * np.tile(start, self._count - 1)
         eased[first:second] *= smaller / slower
         eased[second:third] *= smaller / slower**2 if self.free_duration else share
         eased[third:] += np.log(slower)
@@ -200,12 +371,16 @@ class FreeViaPoints:
     def _unpacked(self, x: Array) -> tuple[Array, Array, Array, Array]:
         """Points, speeds and accelerations there (count, n), durations (count - 1,)."""
         first, second, third = self._ends[:3]
-        p = self._points.positions(x[:first])
+        bounds, n = self._bounds, len(self._bounds.low)
+        p = np.empty((self._count, n))
+        p[self._first :] = bounds.middle + bounds.half * x[:first].reshape(-1, n)
+        if self._start is not None:
+            p[0] = self._start
         v, a = np.zeros_like(p), np.zeros_like(p)
         if self._passing:
-            v[1:-1] = self._bounds.speed * x[first:second].reshape(-1, p.shape[1])
-            a[1:-1] = self._bounds.acceleration * x[second:third].reshape(-1, p.shape[1])
-        return p, v, a, np.exp(x[third:]) if self._points.fixed is None else self._points.fixed
+            v[1:-1] = bounds.speed * x[first:second].reshape(-1, n)
+            a[1:-1] = bounds.acceleration * x[second:third].reshape(-1, n)
+        return p, v, a, np.exp(x[third:]) if self._fixed is None else self._fixed
 
     def _segments(self, x: Array) -> tuple[Array, Array]:
         """p0, T v0, T^2 a0, T^2 a1, T v1, p1 of each segment (count - 1, 6, n), and T."""
@@ -213,39 +388,6 @@ class FreeViaPoints:
         t = T[:, None]
         ends = np.stack([p[:-1], t * v[:-1], t**2 * a[:-1], t**2 * a[1:], t * v[1:], p[1:]], axis=1)
         return ends, T
-
-    def _gathered(self, by_ends: Array, by_T: Array, T: Array) -> Array:
-        """Slopes in x from those in the segments' ends and in T."""
-        t, slope = T[:, None], np.empty(self.size)
-        first, second, third = self._ends[:3]
-        by_p = np.zeros((len(T) + 1, by_ends.shape[2]))
-        by_p[:-1] += by_ends[:, 0]
-        by_p[1:] += by_ends[:, 5]
-        slope[:first] = self._points.pullback(by_p)
-        if self._passing:
-            by_v = (t * by_ends[:, 4])[:-1] + (t * by_ends[:, 1])[1:]
-            by_a = (t**2 * by_ends[:, 3])[:-1] + (t**2 * by_ends[:, 2])[1:]
-            slope[first:second] = (by_v * self._bounds.speed).ravel()
-            slope[second:third] = (by_a * self._bounds.acceleration).ravel()
-        slope[third:] = by_T * T if self.free_duration else 0.0
-        return slope
-
-
-def shortest_durations(robot: Robot, points: Array, speed: float = 1.0, segment: Segment = QUINTIC) -> Array:
-    """Durations in which segments at rest at both ends keep the speed and acceleration limits, shape (points - 1,).
-
-    Args:
-        robot: its joints' limits; a joint without limits sets no bound.
-        points: positions [rad or m], shape (points, n).
-        speed: fraction of the speed limits to use.
-        segment: how the motion goes from point to point.
-
-    Raises:
-        ValueError: if no limit bounds a segment.
-    """
-    top = np.array([joint.limits.speed for joint in robot.joints]) * speed
-    strong = np.array([joint.limits.acceleration for joint in robot.joints])
-    return quickest(np.diff(points, axis=0), top, strong, segment)
 
 
 def quickest(step: Array, speed: Array, acceleration: Array, segment: Segment = QUINTIC) -> Array:
@@ -260,6 +402,30 @@ def quickest(step: Array, speed: Array, acceleration: Array, segment: Segment = 
     if not (durations > 0.0).all():
         raise ValueError("no speed or acceleration limit bounds a segment, or two points are the same")
     return np.asarray(durations)
+
+
+def _check_count(count: int) -> None:
+    if not 2 <= count <= _MOST:
+        raise InputError(f"{count} via points: give 2 to {_MOST}, more take longer than anybody waits")
+
+
+def random_points(robot: Robot, count: int, seed: int, span: float = 0.8) -> Array:
+    """Random positions within the limits, shape (count, n).
+
+    Args:
+        robot: its joints need position limits.
+        span: fraction of the position range to use, about its middle.
+
+    Raises:
+        ValueError: if a joint has no position limits, or for a count that makes no motion.
+    """
+    _check_count(count)
+    ranges = np.array([joint.limits.position for joint in robot.joints])
+    if not np.isfinite(ranges).all():
+        raise ValueError(f"robot {robot.name!r} has joints without position limits")
+    middle, half = ranges.mean(axis=1), 0.5 * span * np.diff(ranges, axis=1)[:, 0]
+    draw = np.random.default_rng(seed)
+    return np.asarray(middle + half * draw.uniform(-1.0, 1.0, (count, robot.n)))
 
 
 def random_via_points(
@@ -281,4 +447,6 @@ def random_via_points(
         ValueError: if a joint has no position limits.
     """
     points = random_points(robot, count, seed, span)
-    return ViaPoints(points, shortest_durations(robot, points, speed, segment), segment=segment)
+    limits = [joint.limits for joint in robot.joints]
+    top, strong = speed * np.array([x.speed for x in limits]), np.array([x.acceleration for x in limits])
+    return ViaPoints(points, quickest(np.diff(points, axis=0), top, strong, segment), segment=segment)

@@ -9,11 +9,9 @@ from ...common.arrays import Array
 from ...model import Recording, Robot
 from ...model.dynamics import dry_friction_names
 from ...model.motion import Measurement
-from ..motions.samples import sample_count
-from .closed_loop import ClosedLoop, Task
-from .controller import Controller
+from ..motions.family import sample_count
+from .closed_loop import ClosedLoop, Controller, Task
 from .disturbances import Disturbances, RobotErrors, draw_friction, draw_robot_errors, record
-from .integrator import Ripple
 
 RATE = 250.0
 """Hz, at which the paper's controller records."""
@@ -64,7 +62,12 @@ class Experiment:
                 raise ValueError(f"{name} acts on the moving robot: simulate again")
         errors = draw_robot_errors(disturbances, self.seed)
         runs = (
-            replace(run, recording=_recorded(run.task, run.exact, disturbances, errors, [self.seed, k]))
+            replace(
+                run,
+                recording=record(
+                    run.exact.motion, run.exact.torque, disturbances, errors, [self.seed, k], run.task.name
+                ),
+            )
             for k, run in enumerate(self.runs)
         )
         return replace(self, disturbances=disturbances, errors=errors, runs=tuple(runs))
@@ -90,14 +93,13 @@ def run_experiment(
         InputError: if the robot's parameters are missing, or its controller loses it.
     """
     errors = draw_robot_errors(disturbances, seed)
-    ripple = Ripple(np.array(disturbances.ripple), disturbances.waves, errors.phases)
-    loop = ClosedLoop(robot, controller, ripple, rate)
+    loop = ClosedLoop(robot, controller, disturbances, errors, rate)
     counts = [sample_count(task.reference.duration, rate) + 1 for task in tasks]
     frictions = [draw_friction(robot, disturbances, count, rate, [seed, k]) for k, count in enumerate(counts)]
     rubbing = [task._replace(friction=friction) for task, friction in zip(tasks, frictions, strict=True)]
     finished = []
     for k, (task, (exact, reference)) in enumerate(zip(tasks, loop.run(rubbing, progress), strict=True)):
-        recording = _recorded(task, exact, disturbances, errors, [seed, k])
+        recording = record(exact.motion, exact.torque, disturbances, errors, [seed, k], task.name)
         mean = frictions[k][: len(exact.motion.t)].mean(axis=0)
         levels = dict(zip(dry_friction_names(robot), mean.tolist(), strict=True))
         distance = np.abs(exact.motion.q - reference).max(axis=0)
@@ -111,9 +113,3 @@ def mean_friction(runs: Sequence[SimulatedRun]) -> dict[str, float]:
     return {
         name: float(np.average([run.friction[name] for run in runs], weights=weights)) for name in runs[0].friction
     }
-
-
-def _recorded(
-    task: Task, exact: Measurement, disturbances: Disturbances, errors: RobotErrors, seed: Sequence[int]
-) -> Recording:
-    return record(exact.motion, exact.torque, disturbances, errors, seed, task.name)

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ....trajectories import SampledTrajectory
-from ....trajectories.motions.samples import Plan
+from ....trajectories.motions.family import Plan
 from .val3_moves import val3_replay
 from .written import WrittenMotion
 

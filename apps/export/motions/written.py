@@ -10,7 +10,7 @@ from ....common.errors import InputError
 from ....model import Motion, Robot
 from ....model.robot import SOURCED
 from ....trajectories import Design, DesignProblem, JointBounds, Trapezoid, ViaPoints
-from ....trajectories.motions.samples import Plan
+from ....trajectories.motions.family import Plan
 
 DIGITS = 9
 """Decimals of positions, speeds and accelerations: a nanoradian."""

@@ -13,9 +13,9 @@ from ....model.visibility import PayloadVisibility
 from ....trajectories import Design, DesignProblem, Fourier, NearShape, Score, Trapezoid, ViaPoints
 from ....trajectories import NearMotion as NearPlan
 from ....trajectories.design.floor import Floor
+from ....trajectories.design.full_trajectory import Rung
 from ....trajectories.design.score import holding_torques
-from ....trajectories.design.whole_run import Rung
-from ....trajectories.motions.samples import Plan
+from ....trajectories.motions.family import Plan
 from ...export.motions.written import rests_on
 from ...results.parts import Number
 from ...results.stored_payload import VisibilityDocument

@@ -14,8 +14,8 @@ from dynident.estimation.payload.weighing import difference_weighing
 from dynident.estimation.signals.alignment import aligned
 from dynident.model import InertialParameters, Recording
 from dynident.trajectories import NearMotion, Task, random_via_points, run_experiment
-from dynident.trajectories.motions.samples import Plan
-from dynident.trajectories.simulation.controller import CONTROLLERS
+from dynident.trajectories.motions.family import Plan
+from dynident.trajectories.simulation.closed_loop import CONTROLLERS
 from dynident.trajectories.simulation.disturbances import no_disturbances
 
 ROBOT = invented.robot("ur10e")

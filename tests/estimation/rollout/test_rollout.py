@@ -24,7 +24,7 @@ from dynident.model import (
 )
 from dynident.model.stand_in import with_stand_in
 from dynident.trajectories import plan_point_to_point
-from dynident.trajectories.motions.free_points import random_points
+from dynident.trajectories.motions.via_points import random_points
 from dynident.trajectories.simulation.closed_loop import ClosedLoop, Task
 
 STEP = 0.01

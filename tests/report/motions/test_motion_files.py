@@ -32,7 +32,7 @@ from dynident.trajectories import (
     score_motion,
     solve_design,
 )
-from dynident.trajectories.motions.samples import Shape
+from dynident.trajectories.design.goal import Shape
 
 DIGITS = 6e-10
 """Half of the last decimal, and the rounding of the sum."""

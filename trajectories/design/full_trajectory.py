@@ -1,11 +1,11 @@
-"""A motion's whole run, as a controller makes it: what it misses between the samples that a search looks at.
+"""A motion's full trajectory, as a controller runs it: what it misses between the samples that a search looks at.
 
 Dry friction turns its sign with a joint's speed, so that a torque may leap between two samples. The run is looked
-at on a dense grid, just before and after each turn, and just beside each rest. Slower
-runs of a ladder are judged by it too.
+at on a dense grid, just before and after each turn, and just beside each rest. Slower runs of a ladder are judged
+by it too.
 """
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -13,12 +13,12 @@ import numpy as np
 from ...common.arrays import Array
 from ...common.errors import InputError
 from ...model import Motion, Robot
+from ..motions.family import Plan, Samples, sample_count
 from ..motions.near import NearMotion
-from ..motions.samples import Plan, sample_count
-from .limits import Limit, LimitCheck, state_limit
+from .limits import Limit, LimitCheck, check, state_limit
 from .payloads import PayloadSet
 from .problem import DesignProblem
-from .score import FINER, TOLERANCE, Score, checks_of_run, score_samples
+from .score import TOLERANCE, Score, score_of
 
 REHEARSAL = 0.1
 """Of the speed: a motion near a pose is watched that slowly before it is run."""
@@ -34,9 +34,8 @@ _BELOW = 1.5  # times what a run misses: a search below the limit leaves that fr
 
 _SLOWEST = 0.02  # of the speed: a slower run takes too long
 _HALVINGS = 12  # of the interval of speeds
-_SIGMAS = (
-    8.0  # a bound is two standard deviations of real noise, up to 4 times those of white noise, above the mass
-)
+# A bound is two standard deviations of real noise, up to 4 times those of white noise, above the mass.
+_SIGMAS = 8.0
 _FASTER = 1.05  # a step of the ladder that gains less leads nowhere
 _RUNGS = 12  # at most
 _LADDER_RATE = 250.0  # Hz: at which a run of the ladder is looked at, its turns besides
@@ -73,14 +72,16 @@ def missed_on_run(
         rate: of the grid [Hz]; the moments just before and after each joint's turns come on top.
         further: limits that count besides.
     """
-    if not further and not any(limit.kind in ("torque", "clearance") for limit in problem.limits):
-        return ()
-    worst: dict[str, LimitCheck] = {}
-    for motion in _blocks(problem.robot, plan, rate):
-        for check in checks_of_run(problem, motion, further):
-            if check.relative > max(TOLERANCE, worst[check.name].relative if check.name in worst else 0.0):
-                worst[check.name] = check
-    return tuple(sorted(worst.values(), key=lambda check: -check.relative))
+    limits, worst = (*problem.of_kind("torque", "clearance"), *further), dict[str, LimitCheck]()
+    t = np.union1d(np.arange(sample_count(plan.duration, rate)) / rate, plan.duration)
+    for start in range(0, max(len(t) - 1, 1), _BLOCK) if limits else ():
+        own = t[start : start + _BLOCK + 1]
+        all_times = np.union1d(own, _turns(problem.robot, plan, own))
+        state = problem.exact(Samples.of(Motion(all_times, *plan.at(all_times))))
+        for near in (check(limit, state) for limit in limits):
+            if near.relative > max(TOLERANCE, worst[near.name].relative if near.name in worst else 0.0):
+                worst[near.name] = near
+    return tuple(sorted(worst.values(), key=lambda near: -near.relative))
 
 
 def missed_on_replay(problem: DesignProblem, plan: Plan, rate: float) -> tuple[LimitCheck, ...]:
@@ -102,7 +103,7 @@ def kept_throughout(problem: DesignProblem, x: Array, score: Score) -> Kept:
         return first
     for ease in range(_EASES):
         eased = problem.family.eased(x, 1.0 + 2.0**ease * max(_most(first.missed), _LEAST), 1.0)
-        after = _looked_at(problem, eased, score_samples(problem, problem.family.sample(eased, FINER)))
+        after = _looked_at(problem, eased, score_of(problem, eased))
         if after.score.feasible and not after.missed:
             return after
     return first
@@ -137,15 +138,6 @@ def _by_torques(missed: tuple[LimitCheck, ...], most: float) -> bool:
 
 def _most(missed: tuple[LimitCheck, ...]) -> float:
     return max((check.relative for check in missed), default=0.0)
-
-
-def _blocks(robot: Robot, plan: Plan, rate: float) -> Iterator[Motion]:
-    """The run to its end in parts that fit into memory, each with its turns."""
-    t = np.union1d(np.arange(sample_count(plan.duration, rate)) / rate, plan.duration)
-    for start in range(0, max(len(t) - 1, 1), _BLOCK):
-        own = t[start : start + _BLOCK + 1]
-        all_times = np.union1d(own, _turns(robot, plan, own))
-        yield Motion(all_times, *plan.at(all_times))
 
 
 def _turns(robot: Robot, plan: Plan, t: Array) -> Array:
@@ -236,17 +228,17 @@ def speed_ladder(
 
 def _fastest(problem: DesignProblem, motion: NearMotion) -> float | None:
     """Largest speed at which a run keeps all torque and clearance limits; None without any."""
-    if _bears(problem, motion, 1.0):
+
+    def bears(speed: float) -> bool:
+        run = motion if speed == 1.0 else motion.slowed(speed)
+        return not missed_on_run(problem, run, speed * _LADDER_RATE)
+
+    if bears(1.0):
         return 1.0
     low, high = _SLOWEST, 1.0
-    if not _bears(problem, motion, low):
+    if not bears(low):
         return None
     for _ in range(_HALVINGS):
         middle = 0.5 * (low + high)
-        low, high = (middle, high) if _bears(problem, motion, middle) else (low, middle)
+        low, high = (middle, high) if bears(middle) else (low, middle)
     return low
-
-
-def _bears(problem: DesignProblem, motion: NearMotion, speed: float) -> bool:
-    run = motion if speed == 1.0 else motion.slowed(speed)
-    return not missed_on_run(problem, run, speed * _LADDER_RATE)

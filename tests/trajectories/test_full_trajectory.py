@@ -18,10 +18,10 @@ from dynident.trajectories import (
     build_design,
     score_motion,
 )
+from dynident.trajectories.design.full_trajectory import REHEARSAL, harder, kept_throughout, missed_on_run
 from dynident.trajectories.design.score import FINER, holding_torques, score_samples
-from dynident.trajectories.design.settle import drawn_back
-from dynident.trajectories.design.whole_run import REHEARSAL, harder, kept_throughout, missed_on_run
-from dynident.trajectories.motions.samples import Plan
+from dynident.trajectories.design.search import drawn_back
+from dynident.trajectories.motions.family import Plan
 
 ARM = stand_in.rehearsed(load_robot("ur10e"))
 BOUNDS = JointBounds.of(ARM)

@@ -1,0 +1,179 @@
+"""What every kind of motion offers: a plan to run, and a family to choose from within the joints' bounds."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple, Protocol
+
+import numpy as np
+
+from ...common.arrays import Array
+from ...common.errors import InputError
+from ...model import Motion, Robot
+
+Clear = Callable[[Array], bool]
+"""Whether the robot may take all of some poses, (N, n) [rad or m]."""
+_END = 1e-12  # of the duration: what rounding may keep the last sample from falling on the end
+LONGEST = 3600.0
+"""s: a motion that is designed takes no longer."""
+_MOST = 10_000_000  # samples of a motion: eleven hours at 250 Hz; memory would not hold much more
+
+
+def everywhere(poses: Array) -> bool:
+    """Nothing stands in the way."""
+    return True
+
+
+def sample_count(duration: float, rate: float) -> int:
+    """Samples of a motion of so many seconds at ``rate`` [Hz], its end included where one falls on it.
+
+    Raises:
+        InputError: if there are too many to be held.
+    """
+    if not duration * rate < _MOST:
+        raise InputError(
+            f"a motion of {duration:g} s at {rate:g} Hz has more than {_MOST} samples: make it shorter"
+        )
+    return int(duration * rate * (1.0 + _END)) + 1
+
+
+@dataclass(frozen=True)
+class JointBounds:
+    """Limits of all joints, each of shape (n,).
+
+    Attributes:
+        low, high: positions [rad or m].
+        speed: [rad/s or m/s].
+        acceleration: [rad/s^2 or m/s^2].
+        torque: [N·m or N], infinite where there is none.
+    """
+
+    low: Array
+    high: Array
+    speed: Array
+    acceleration: Array
+    torque: Array
+
+    @staticmethod
+    def of(
+        robot: Robot,
+        *,
+        override: float = 1.0,
+        acceleration: Sequence[float] | None = None,
+        torque: Sequence[float] | None = None,
+    ) -> "JointBounds":
+        """Limits of a robot.
+
+        Args:
+            robot: its description holds positions and speeds; a design needs both.
+            override: fraction of the nominal speed that may be used, as on a controller.
+            acceleration: instead of the description's [rad/s^2 or m/s^2].
+            torque: instead of the description's [N·m or N].
+
+        Raises:
+            InputError: if a limit is missing or does not fit.
+        """
+        if not 0.0 < override <= 1.0:
+            raise InputError(f"the speed override is {override:g}: give a fraction above 0, at most 1")
+        limits = [joint.limits for joint in robot.joints]
+        low, high = np.array([limit.position for limit in limits]).T
+        given = {"acceleration": acceleration, "torque": torque}
+        strong, pull = (
+            np.array([getattr(limit, name) for limit in limits] if values is None else values, dtype=float)
+            for name, values in given.items()
+        )
+        for (name, values), numbers in zip(given.items(), (strong, pull), strict=True):
+            if numbers.shape != (robot.n,) or not (numbers > 0.0).all():
+                raise InputError(
+                    f"{name} limits {values} do not fit: robot {robot.name!r} needs {robot.n} positive numbers"
+                )
+        top = override * np.array([limit.speed for limit in limits])
+        for name, numbers in (("position", high - low), ("speed", top), ("acceleration", strong)):
+            missing = [str(j + 1) for j in np.flatnonzero(~np.isfinite(numbers))]
+            if missing:
+                raise InputError(
+                    f"robot {robot.name!r} has no {name} limit for joint {', '.join(missing)}: "
+                    "a motion cannot be designed; add it to the description"
+                )
+        return JointBounds(low, high, top, strong, pull)
+
+    @property
+    def middle(self) -> Array:
+        """Middle of the position range [rad or m]."""
+        return np.asarray(0.5 * (self.low + self.high))
+
+    @property
+    def half(self) -> Array:
+        """Half of the position range [rad or m]."""
+        return np.asarray(0.5 * (self.high - self.low))
+
+
+class Samples(NamedTuple):
+    """States with the time that each stands for.
+
+    ``weight`` (N,) [s]; ``q``, ``qd``, ``qdd`` (N, n) [rad or m, per second, per second squared].
+    """
+
+    weight: Array
+    q: Array
+    qd: Array
+    qdd: Array
+
+    @staticmethod
+    def zeros(like: "Samples") -> "Samples":
+        """Samples of the same shapes, all zero."""
+        return Samples(*(np.zeros_like(x) for x in like))
+
+    @staticmethod
+    def of(motion: Motion) -> "Samples":
+        """A motion's samples, each for its share of the time by the trapezoidal rule."""
+        weight, step = np.zeros(len(motion.t)), np.diff(motion.t)
+        weight[:-1] += 0.5 * step
+        weight[1:] += 0.5 * step
+        return Samples(weight, motion.q, motion.qd, motion.qdd)
+
+
+class Plan(Protocol):
+    """A motion to be run: it starts and ends at rest, and says how long it takes."""
+
+    @property
+    def duration(self) -> float:
+        """Time from rest to rest [s]."""
+
+    def at(self, t: Array) -> tuple[Array, Array, Array]:
+        """Position, speed and acceleration at times [s], each (N, n); at rest before 0 and after ``duration``."""
+
+    def motion(self, rate: float) -> Motion:
+        """Sample the motion at ``rate`` [Hz], its end included where a sample falls on it."""
+        t = np.arange(sample_count(self.duration, rate)) / rate
+        return Motion(t, *self.at(t))
+
+
+class Family(Protocol):
+    """Motions that depend smoothly on a vector x whose entries are of the order of 1.
+
+    Attributes:
+        low, high: bounds of x, shape (size,).
+        free_duration: whether the duration depends on x.
+        reach: lowest and highest positions, each (n,), or (k, n): a row for each of k equal parts of the samples.
+    """
+
+    size: int
+    low: Array
+    high: Array
+    free_duration: bool
+    reach: tuple[Array, Array]
+
+    def random(self, draw: np.random.Generator, clear: Clear = everywhere) -> Array:
+        """A random x to start from, within position and speed limits, through ``clear`` poses if it can."""
+
+    def sample(self, x: Array, finer: int = 1) -> Samples:
+        """States on the grid of the optimisation, or on one ``finer`` times as dense."""
+
+    def pullback(self, x: Array, slope: Samples) -> Array:
+        """Gradient in x of a number whose gradient in the samples is ``slope``: the Jacobian transposed."""
+
+    def plan(self, x: Array) -> Plan:
+        """The motion."""
+
+    def eased(self, x: Array, slower: float, smaller: float) -> Array:
+        """Make a motion ``slower`` times slower, where the duration is free, and ``smaller`` times smaller."""
