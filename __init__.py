@@ -6,7 +6,6 @@ far each number can be trusted. The rooms: ``dynident.model`` (the robot and its
 names in ``dir(dynident)`` are the short way to what most scripts need; they are imported on first use.
 """
 
-from .common import interruption as interruption  # first, for it guards what follows
 from .common.lazy import attach
 
 __version__ = "0.1.0"

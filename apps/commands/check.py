@@ -64,7 +64,7 @@ def add_parser(commands: Any) -> None:
 def run(robot: _Robot, processing: ProcessingOptions, files: _Logs) -> int:
     """Run it."""
     if not robot.robot:
-        for name in ("mount", "gravity", "base", "tip"):
+        for name in ("mount", "chain"):
             robot.refuse(name, "belongs to --robot: give it as well")
     setup = processing.setup(robot.load()) if robot.robot else None
     looks = [_looked(path, setup, processing, files) for path in files.paths]

@@ -160,7 +160,7 @@ def run(
     gains = drives.errors(setup, [], recordings)
     with status("reading") as progress:
         result = estimation.identify(
-            setup.robot, recordings, setup.processing, held_out, progress, True, essential.rule(), gains
+            setup.robot, recordings, setup.processing, held_out, progress, True, essential.essential, gains
         )
         possible = request.possible(result)
         rollouts = request.rollouts(result, possible, held_out, setup.processing, progress)

@@ -79,7 +79,7 @@ def improvements(answer: PayloadAnswer, predictions: Sequence[TorquePrediction])
     best, scales, lines = answer.recommended, scales_in_words(answer.problem.robot), list[str]()
     robust = best.free.estimate.robust
     if not best.weighings:
-        lines.append(f"Weigh the payload and give --mass and --mass-sigma: the weighing checks the {scales}.")
+        lines.append(f"Weigh the payload and give --mass KG+-KG: the weighing checks the {scales}.")
     if best.gains is None:
         lines.append(
             f"Say how well the {scales} are known (--gain-sigma 2%): no residual shows their errors, and the "

@@ -163,7 +163,7 @@ def scale_note(answer: PayloadAnswer) -> str:
         )
     weighing = answer.weighing
     if weighing is None:
-        return "Not weighed: --mass and --mass-sigma compare with a scale, and sharpen the centre of mass."
+        return "Not weighed: --mass KG+-KG compares with a scale, and sharpens the centre of mass."
     agree = "which contradict each other" if weighing.conflict else "in agreement"
     return (
         f"Scale {weighing.mass:g} ± {weighing.sigma:.2g} kg, torques {weighing.identified:.4g} ± "
