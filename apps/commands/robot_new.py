@@ -115,9 +115,7 @@ def joint_axis(text: str) -> model.JointAxis:
         parts = list(texts(text))
         slides = parts[-1] == "slide"
         direction, *point = parts[:-1] if slides else parts
-        return model.JointAxis(
-            "prismatic" if slides else "revolute", _direction(direction), three(",".join(point))
-        )
+        return model.JointAxis("prismatic" if slides else "revolute", _direction(direction), three(",".join(point)))
     except (argparse.ArgumentTypeError, ValueError) as error:
         raise argparse.ArgumentTypeError(f"{text!r} is not AXIS,X,Y,Z[,slide]: {error}") from None
 

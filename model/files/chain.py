@@ -103,7 +103,9 @@ def _base(tree: UrdfTree, base: str | None) -> str:
     if not roots:
         raise InputError(f"{tree.source}: no links in the file")
     if len(roots) > 1:
-        raise InputError(f"{tree.source}: {len(roots)} links have no parent: give --chain BASE:, BASE one of {_list(roots)}")
+        raise InputError(
+            f"{tree.source}: {len(roots)} links have no parent: give --chain BASE:, BASE one of {_list(roots)}"
+        )
     return roots[0]
 
 
@@ -121,13 +123,19 @@ def _tip(
         moved += [link] if moves else []
     ends = sorted(link for link in moved if not children[link])
     if not ends:
-        raise InputError(f"{tree.source}: no joint moves anything from link {base!r} on: give another BASE by --chain BASE:TIP")
+        raise InputError(
+            f"{tree.source}: no joint moves anything from link {base!r} on: give another BASE by --chain BASE:TIP"
+        )
     if len(ends) == 1:
         return ends[0], ()
     flange = _conventional(moved)
     if flange is None:
-        raise InputError(f"{tree.source}: several chains end in a link: give --chain :TIP, TIP one of {_list(ends)}")
-    return flange, (f"link {flange!r} is taken as the flange by its name; ends are {_list(ends)}: --chain :TIP chooses",)
+        raise InputError(
+            f"{tree.source}: several chains end in a link: give --chain :TIP, TIP one of {_list(ends)}"
+        )
+    return flange, (
+        f"link {flange!r} is taken as the flange by its name; ends are {_list(ends)}: --chain :TIP chooses",
+    )
 
 
 def _conventional(links: Sequence[str]) -> str | None:
