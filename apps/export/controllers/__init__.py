@@ -9,8 +9,8 @@ from .form import ControllerFormat
 from .load import ControllerLoad, load_of_document, read_load
 
 _FORMATS = (
-    abb.FORMAT, kuka.FORMAT, universal_robots.FORMAT, universal_robots.ROS2, franka.FORMAT, fanuc.FORMAT, yaskawa.FORMAT,
-    staubli.FORMAT, urdf.FORMAT, sdformat.FORMAT, mjcf.FORMAT, usd.FORMAT,
+    abb.FORMAT, kuka.FORMAT, universal_robots.FORMAT, universal_robots.ROS2, franka.FORMAT, fanuc.FORMAT,
+    yaskawa.FORMAT, staubli.FORMAT, urdf.FORMAT, sdformat.FORMAT, mjcf.FORMAT, usd.FORMAT,
 )  # fmt: skip
 FORMATS: dict[str, ControllerFormat] = {form.name: form for form in _FORMATS}
 """Every format by its name on the command line."""

@@ -258,25 +258,19 @@ def load_of_document(
     verdict, rated = document.verdict, present(document.rated_payload_kg) or math.inf
     recommended = document.recommended.method if document.recommended else None
     estimate = _chosen(document.estimates, method or recommended, name)
-    source = f"{name}, method {estimate.method} ({_estimator(estimate)})"
+    kind = "constrained" if isinstance(estimate, PossibleEstimate) else "wls"
+    source, reasons = f"{name}, method {estimate.method} ({kind})", verdict.reasons
+    widths, parameters = _half_widths(estimate), estimate.parameters
+    point_mass = verdict.level == "mass_and_com_only" and not despite_verdict
     assumed = (document.assumed or None) if method in (None, recommended) else None
     if assumed:
         label = f"inertia ASSUMED, not measured: {assumed.inertia}"
-        body = _body(assumed.parameters, name, False)
-        reasons = (*verdict.reasons, label)
-        load = ControllerLoad(body, document.frame, f"{source}, {label}", verdict.level, reasons, rated=rated)
-        widths = _half_widths(estimate)
-        load = replace(load, half_widths=widths and widths._replace(inertia=math.inf))
-        return _with_flange(load, document)
-    point_mass = verdict.level == "mass_and_com_only" and not despite_verdict
-    body = _body(estimate.parameters, name, point_mass)
-    load = ControllerLoad(body, document.frame, source, verdict.level, verdict.reasons, point_mass, rated=rated)
-    load = replace(load, half_widths=_half_widths(estimate))
-    return _with_flange(load, document)
-
-
-def _with_flange(load: ControllerLoad, document: StoredPayload) -> ControllerLoad:
-    """The load with the flange's place in its frame, where the document tells it."""
+        source, reasons, parameters, point_mass = f"{source}, {label}", (*reasons, label), assumed.parameters, False
+        widths = widths and widths._replace(inertia=math.inf)
+    body = _body(parameters, name, point_mass)
+    load = ControllerLoad(
+        body, document.frame, source, verdict.level, reasons, point_mass, rated=rated, half_widths=widths
+    )
     flange = document.flange_in_payload_frame or None
     if flange is None:
         return load
@@ -341,7 +335,3 @@ def _chosen(
             f"{name}: no estimate of method {number}; there are {', '.join(map(str, there)) or 'none'}"
         )
     return next((estimate for estimate in of_method if isinstance(estimate, PossibleEstimate)), of_method[0])
-
-
-def _estimator(estimate: FreeEstimate | PossibleEstimate) -> str:
-    return "constrained" if isinstance(estimate, PossibleEstimate) else "wls"

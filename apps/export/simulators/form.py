@@ -150,14 +150,9 @@ def _rotors(whole: WholeRobot) -> Iterator[str]:
         yield f"Friction is left out, for nothing is known of it: {', '.join(without)}."
 
 
-def written(label: Labelled | None) -> float:
-    """A drive's number as it is written: never negative, zero where there is none."""
-    return max(label.value, 0.0) if label is not None else 0.0
-
-
 def drive_value(drive: Mapping[str, Labelled], quantity: str) -> float:
-    """``written`` for a drive's number by its word."""
-    return written(drive.get(quantity))
+    """A drive's number as it is written: never negative, zero where there is none."""
+    return max(drive[quantity].value, 0.0) if quantity in drive else 0.0
 
 
 def fields(label: Labelled) -> dict[str, str]:

@@ -89,9 +89,7 @@ def _links(whole: WholeRobot) -> Iterator[str]:
         yield ")"
         yield "{"
         yield from _indented(_mass(link.body))
-        yield f"    double3 xformOp:translate = ({_list(pose.origin)})"
-        yield f"    quatd xformOp:orient = ({_list(quaternion(pose.R))})"
-        yield '    uniform token[] xformOpOrder = ["xformOp:translate", "xformOp:orient"]'
+        yield from _placed(pose)
         if j == whole.robot.n - 1:
             yield from _indented(_flange(whole))
         yield "}"
@@ -113,10 +111,15 @@ def _flange(whole: WholeRobot) -> Iterator[str]:
         return
     yield f'def Xform "{_identifier(name)}"'
     yield "{"
+    yield from _placed(pose)
+    yield "}"
+
+
+def _placed(pose: Pose) -> Iterator[str]:
+    """Where a prim stands in the one above it."""
     yield f"    double3 xformOp:translate = ({_list(pose.origin)})"
     yield f"    quatd xformOp:orient = ({_list(quaternion(pose.R))})"
     yield '    uniform token[] xformOpOrder = ["xformOp:translate", "xformOp:orient"]'
-    yield "}"
 
 
 def _joints(whole: WholeRobot, root: str) -> Iterator[str]:
