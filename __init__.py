@@ -8,7 +8,6 @@ names in ``dir(dynident)`` are the short way to what most scripts need; they are
 
 from importlib import import_module
 
-from .common import interruption as interruption  # first, for it guards what follows
 from .common.lazy import attach
 from .common.speech import Speaks as _Speaks
 

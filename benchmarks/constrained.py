@@ -12,7 +12,7 @@ from collections.abc import Callable
 
 import cvxpy
 import numpy as np
-from dynident.apps.commands.demo.setup import PAYLOAD as PAPER_PAYLOAD
+from dynident.apps.commands.demo import PAYLOAD as PAPER_PAYLOAD
 from dynident.common.arrays import Array
 from dynident.estimation import PAYLOAD, Estimate, solve_constrained
 from dynident.estimation.equations.observer import Observer

@@ -12,7 +12,7 @@ import argparse
 from concurrent.futures import ProcessPoolExecutor
 
 import numpy as np
-from dynident.apps.commands.demo.setup import PAYLOAD
+from dynident.apps.commands.demo import PAYLOAD
 from dynident.common.arrays import Array
 from dynident.estimation import PayloadProblem, identify_payload
 from dynident.estimation.payload.equations import PairedMeasurement, payload_equations

@@ -13,7 +13,7 @@ from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
-from dynident.apps.commands.demo.setup import ASSUMED_SPRING
+from dynident.apps.commands.demo import ASSUMED_SPRING
 from dynident.common.arrays import Array
 from dynident.estimation import identify_gains
 from dynident.estimation.gains.current_side import torque_side

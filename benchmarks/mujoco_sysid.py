@@ -63,7 +63,17 @@ def identified(arguments: argparse.Namespace, folder: Path) -> float:
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
     for words in (
         ("identify", *robot, *options),
-        ("robot", "mjcf", *robot, "--robot-parameters", document, "--out", str(folder / "ours.xml")),
+        (
+            "robot",
+            "export",
+            "--to",
+            "mjcf",
+            *robot,
+            "--robot-parameters",
+            document,
+            "--out",
+            str(folder / "ours.xml"),
+        ),
     ):
         subprocess.run([sys.executable, "-m", "dynident", *words], check=True, stdout=subprocess.DEVNULL)
     after = resource.getrusage(resource.RUSAGE_CHILDREN)

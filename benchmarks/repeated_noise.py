@@ -10,7 +10,7 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
-from dynident.apps.commands.demo.setup import PAYLOAD as PAPER_PAYLOAD
+from dynident.apps.commands.demo import PAYLOAD as PAPER_PAYLOAD
 from dynident.common.arrays import Array
 from dynident.estimation import PAYLOAD, Estimate, PayloadProblem, identify_payload
 from dynident.estimation.equations.correlation import autocorrelation_time

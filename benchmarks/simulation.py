@@ -9,7 +9,7 @@ then misses comes from its filter and from dry friction that is smooth about res
 import time
 
 import numpy as np
-from dynident.apps.commands.demo.setup import levels, paper_robot, reduced_experiment, simulate_paper
+from dynident.apps.commands.demo import levels, paper_robot, reduced_experiment, simulate_paper
 from dynident.estimation import PAYLOAD
 from dynident.examples.paper.analysis import robust_joint, true_values
 from dynident.examples.paper.printed import paper_tables

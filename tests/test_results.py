@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from dynident.apps.commands.demo.setup import PAYLOAD
+from dynident.apps.commands.demo import PAYLOAD
 from dynident.cli import main
 from dynident.model import load_robot
 from dynident.trajectories import Simulator, random_via_points

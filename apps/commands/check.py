@@ -9,7 +9,7 @@ from ... import estimation, model
 from ...common.errors import InputError
 from .. import logs, report
 from ..logs.fits import robot_fits
-from ..logs.log_check import LogCheck, check_log
+from ..logs.log_check import check_log
 from . import ANSWERED, DO_NOT_USE
 from .options import PageOptions, ProcessingOptions, RobotOptions, Setup, add_command, option
 
@@ -64,21 +64,18 @@ def add_parser(commands: Any) -> None:
 def run(robot: _Robot, processing: ProcessingOptions, files: _Logs) -> int:
     """Run it."""
     if not robot.robot:
-        for name in ("mount", "gravity", "base", "tip"):
+        for name in ("mount", "chain"):
             robot.refuse(name, "belongs to --robot: give it as well")
     setup = processing.setup(robot.load()) if robot.robot else None
     looks = [_looked(path, setup, processing, files) for path in files.paths]
     files.write_json(lambda: report.documents.check_document(setup.robot if setup else None, looks))
-    files.write_page(
-        lambda: report.check_page(
-            looks, files.provenance(setup.in_words() if setup else {}, files, robot, processing)
-        )
-    )
+    words = setup.in_words() if setup else {}
+    files.write_page(lambda: report.check_page(looks, files.provenance(words, files, robot, processing)))
     return ANSWERED if all(look.check and look.check.usable for look in looks) else DO_NOT_USE
 
 
 def _looked(path: str, setup: Setup | None, processing: ProcessingOptions, files: _Logs) -> report.documents.Look:
-    """Look at one log, by the robot that fits it best where none is named, and show it."""
+    """Look at one log, its longest piece between gaps, by the robot that fits it best where none is named."""
     fits = None
     if setup is None:
         fits = robot_fits(path, processing.how())
@@ -86,20 +83,15 @@ def _looked(path: str, setup: Setup | None, processing: ProcessingOptions, files
         if fits.fault:
             return report.documents.Look(path, None, fits)
         setup = processing.setup(model.load_robot(fits.fitting[0].robot))
-    check = _checked(path, setup)
-    files.show(report.check_screen(check))
-    return report.documents.Look(path, check, fits)
-
-
-def _checked(path: str, setup: Setup) -> LogCheck:
-    """One log, its longest piece between gaps; without gains its torques stay currents."""
     robot = setup.robot
+    # Without gains its torques stay currents.
     currents = setup.gains is None and logs.holds_currents_only(path, robot, setup.log_map)
     gains = (1.0,) * robot.n if currents else setup.gains
     pieces = replace(setup, gains=gains, told=set()).read([path])
-    recording = max(pieces, key=lambda piece: float(piece.t[-1] - piece.t[0]))
-    check = check_log(robot, recording, setup.processing, currents)
-    if len(pieces) == 1:
-        return check
-    text = f"Rows are missing: of {len(pieces)} pieces the longest is looked at; record without losing rows"
-    return check.with_findings([estimation.Finding("note", "recording", text)])
+    longest = max(pieces, key=lambda piece: float(piece.t[-1] - piece.t[0]))
+    check = check_log(robot, longest, setup.processing, currents)
+    if len(pieces) > 1:
+        text = f"Rows are missing: of {len(pieces)} pieces the longest is looked at; record without losing rows"
+        check = check.with_findings([estimation.Finding("note", "recording", text)])
+    files.show(report.check_screen(check))
+    return report.documents.Look(path, check, fits)

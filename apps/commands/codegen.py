@@ -5,9 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from ... import model
+from ...common.errors import printable
 from . import ANSWERED
 from .options import Options, RobotOptions, option
-from .progress import say
+from .progress import quiet
 
 
 @dataclass(frozen=True)
@@ -21,5 +22,6 @@ class _Code(Options):
 def run(robot: RobotOptions, code: _Code) -> int:
     """Run it."""
     for path in model.generate_code(robot.load(), code.function, code.out):
-        say(str(path))
+        if not quiet():
+            print(printable(str(path)))
     return ANSWERED

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ... import model
 from ...common.errors import InputError, one_line
 from ...common.files import write_text
 from .. import export
@@ -67,9 +68,7 @@ class _Export(Options):
     def placed(self, load: export.controllers.ControllerLoad) -> export.controllers.ControllerLoad:
         """The load in the frame and the units that were asked for."""
         if self.flange_frame is not None:
-            load = _seen_from(
-                "--flange-frame", load, self.flange_frame, f"flange, at {_told(self.flange_frame)} in {load.frame}"
-            )
+            load = _seen_from("--flange-frame", load, self.flange_frame, "flange", load.frame)
         elif (at_flange := load.in_flange()) is not None:
             load = at_flange
         else:
@@ -78,8 +77,8 @@ class _Export(Options):
                 "flange's pose in it (0 0 0 0 0 0 if it is the same)"
             )
         if self.tool_frame is not None:
-            frame = f"tool, at {_told(self.tool_frame)} in the flange"
-            load = replace(_seen_from("--tool-frame", load, self.tool_frame, frame), in_tool_frame=True)
+            load = _seen_from("--tool-frame", load, self.tool_frame, "tool", "the flange")
+            load = replace(load, in_tool_frame=True)
         if self.meters_per_unit is not None:
             load = replace(load, meters_per_unit=self.meters_per_unit)
         return load
@@ -106,21 +105,12 @@ def run(request: _Export) -> int:
 
 
 def _seen_from(
-    option: str, load: export.controllers.ControllerLoad, pose: Sequence[float], frame: str
+    option: str, load: export.controllers.ControllerLoad, pose: Sequence[float], name: str, of: str
 ) -> export.controllers.ControllerLoad:
-
-    if not np.isfinite(pose).all() or np.abs(pose[:3]).max() > _FARTHEST:
-        raise InputError(
-            f"{option} {_told(pose)}: six finite numbers are needed, metres up to {_FARTHEST:g} and degrees"
-        )
-    rx, ry, rz = np.radians(pose[3:])
-    return load.seen_from(
-        export.controllers.rotation.matrix(export.controllers.rotation.Angles(rz, ry, rx)),
-        np.array(pose[:3]),
-        frame,
-    )
-
-
-def _told(pose: Sequence[float]) -> str:
+    """The load in a frame that stands at a pose, in metres and degrees, in the present one."""
     place, turn = (", ".join(f"{value:g}" for value in part) for part in (pose[:3], pose[3:]))
-    return f"({place}) m, ({turn}) deg"
+    told = f"({place}) m, ({turn}) deg"
+    if not np.isfinite(pose).all() or np.abs(pose[:3]).max() > _FARTHEST:
+        raise InputError(f"{option} {told}: six finite numbers are needed, metres up to {_FARTHEST:g} and degrees")
+    frame = model.Pose.from_rpy(pose[:3], np.radians(pose[3:]).tolist())
+    return load.seen_from(frame.R, frame.p, f"{name}, at {told} in {of}")

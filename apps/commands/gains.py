@@ -11,7 +11,7 @@ from .. import report
 from . import answered
 from .options import Options, PageOptions, ProcessingOptions, RobotOptions, option
 from .progress import status
-from .values import masses_list, number, whole_list
+from .values import whole_list, with_sigma
 
 
 @dataclass(frozen=True)
@@ -28,17 +28,15 @@ class _Known(Options):
     loaded: tuple[str, ...] = option(
         reads="with payload", action="append", required=True, metavar="LOG", help="currents with it; repeatable"
     )
-    mass: tuple[float, ...] | None = option(
+    mass: tuple[tuple[float, ...], float | None] | None = option(
         either="load!",
-        type=masses_list,
-        metavar="KG[,KG..]",
-        help="the payload's mass; of several weights one for each --loaded",
+        type=with_sigma,
+        metavar="KG[,KG..][+-KG]",
+        help="the payload's mass; of several weights one for each --loaded; +- their sigma (default: 0)",
     )
     payload: str | None = option(
         either="load!", reads="payload", metavar="TOML", help="mass, com, inertia_com as far as they are known"
     )
-    mass_sigma: float | None = option(type=number, metavar="KG", help="its standard deviation (default: 0)")
-
     mounting: tuple[int, ...] = option(
         type=whole_list,
         default=(),
@@ -49,20 +47,19 @@ class _Known(Options):
     def load(self) -> estimation.KnownLoad | list[estimation.KnownLoad]:
         """What is known of the payload, the same in all mountings or one for each."""
         if self.payload:
-            self.refuse("mass_sigma", "belongs to --mass; in a payload's file it is the key mass_sigma")
             return estimation.read_known_load(self.payload)
         assert self.mass is not None
-        sigma = self.mass_sigma or 0.0
-        if len(self.mass) == 1:
-            return estimation.known_mass(self.mass[0], sigma)
-        if len(self.mass) != len(self.loaded):
+        weights, sigma = self.mass[0], self.mass[1] or 0.0
+        if len(weights) == 1:
+            return estimation.known_mass(weights[0], sigma)
+        if len(weights) != len(self.loaded):
             raise InputError(
-                f"--mass holds {len(self.mass)} numbers for {len(self.loaded)} --loaded recordings: give "
+                f"--mass holds {len(weights)} numbers for {len(self.loaded)} --loaded recordings: give "
                 "one mass, or one for each of them, in their order"
             )
         numbers = self.mounting or (1,) * len(self.loaded)
         masses: dict[int, float] = {}
-        for mounting, mass in zip(numbers, self.mass, strict=False):
+        for mounting, mass in zip(numbers, weights, strict=False):
             if masses.setdefault(mounting, mass) != mass:
                 raise InputError(
                     f"mounting {mounting} has masses of {masses[mounting]:g} and {mass:g} kg: give each weight a "

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from ... import estimation, model
 from ...common.errors import InputError
-from ...common.progress import Progress
-from .. import report
-from .. import rollout as rollouts
+from .. import report, rollout
 from . import answered
 from .options import (
     EquationOptions,
@@ -23,6 +21,8 @@ from .options import (
 from .progress import note, status
 from .values import number
 
+if TYPE_CHECKING:
+    from ...estimation.possible.prior import RobotPrior
 _POSSIBLE = "a robot that can exist"
 _GAUGES = {"prior_mass": ("prior",), "prior_budget": ("prior",), "total_mass": ("base", "prior")}
 """Options, and with which choices of ``--constrained`` they count."""
@@ -80,69 +80,42 @@ class _Identify(Options):
             if self.constrained not in (None, *gauges):
                 self.refuse(name, f"belongs to --constrained {' or '.join(gauges)}, not {self.constrained}")
 
-    def gauge(self, robot: model.Robot) -> str:
-        """What is asked for, or what the robot's file allows; tells where a mass is missing."""
-        if self.constrained is not None:
-            return self.constrained
-        if self.prior_mass is not None or self.prior_budget is not None or estimation.has_prior(robot):
-            return "prior"
-        note(
-            "single links are left open, for their mass is not known: --prior-mass KG (of the moving links) gives "
-            "links that can exist, as simulators need them"
-        )
-        return "base"
-
     def possible(self, result: estimation.Identification) -> estimation.PossibleRobot | None:
         """The robot that can exist, as asked for."""
-        gauge = self.gauge(result.robot)
-        if gauge == "none":
+        if self.constrained == "none":
             return None
+        robot, base, estimate = result.robot, result.base, result.estimate
+        mass, prior = estimation.MassBounds(*self.total_mass) if self.total_mass else None, self._prior(robot)
+        budget = estimation.BUDGET if self.prior_budget is None else self.prior_budget
         try:
-            if gauge == "prior" and self.constrained is None and self.prior_mass is None:
-                return self._nearest_own_prior(result)
-            return self._nearest_prior(result) if gauge == "prior" else self._nearest(result)
+            if prior is None:
+                return estimation.solve_constrained_base(robot, base, estimate, mass)
+            return estimation.solve_constrained_prior(robot, base, estimate, prior, budget, mass)
         except estimation.SolverError as error:
             if self.constrained == "prior" or self.total_mass is not None:
                 raise InputError(f"{error}; --constrained none leaves it out") from error
             note(f"no robot that can exist is given, and so no export: {error}; {_CLOSE}")
             return None
 
-    def _nearest_own_prior(self, result: estimation.Identification) -> estimation.PossibleRobot:
-        """By the robot's own file, unless its links cannot exist themselves, as links of CAD often cannot."""
+    def _prior(self, robot: model.Robot) -> RobotPrior | None:
+        """The prior of the links; None where base parameters are asked for, or none is known that can exist."""
+        told = (self.constrained, self.prior_mass, self.prior_budget) != (None, None, None)
+        if self.constrained == "base":
+            return None
+        if not told and not estimation.has_prior(robot):
+            note(
+                "single links are left open, for their mass is not known: --prior-mass KG (of the moving links) "
+                "gives links that can exist, as simulators need them"
+            )
+            return None
         try:
-            estimation.robot_prior(result.robot)
-        except InputError as error:
+            return estimation.robot_prior(robot, self.prior_mass)
+        except InputError as error:  # links of CAD often cannot exist
+            if self.constrained is not None or self.prior_mass is not None:
+                raise
             self.refuse("prior_budget", f"needs a prior: {error}")
             note(f"single links are left open: {error}, or --prior-mass KG (of the moving links)")
-            return self._nearest(result)
-        return self._nearest_prior(result)
-
-    def _nearest(self, result: estimation.Identification) -> estimation.PossibleRobot:
-        return estimation.solve_constrained_base(result.robot, result.base, result.estimate, self._mass())
-
-    def _nearest_prior(self, result: estimation.Identification) -> estimation.PriorRobot:
-        budget = estimation.BUDGET if self.prior_budget is None else self.prior_budget
-        prior = estimation.robot_prior(result.robot, self.prior_mass)
-        return estimation.solve_constrained_prior(
-            result.robot, result.base, result.estimate, prior, budget, self._mass()
-        )
-
-    def _mass(self) -> estimation.MassBounds | None:
-        return estimation.MassBounds(*self.total_mass) if self.total_mass else None
-
-    def rollouts(
-        self,
-        result: estimation.Identification,
-        possible: estimation.PossibleRobot | None,
-        held_out: Sequence[model.Recording],
-        processing: model.Processing,
-        progress: Progress,
-    ) -> tuple[rollouts.Rollout, ...]:
-        """Predicted motion of the recordings held out, where it was asked for."""
-        if not self.rollout:
-            return ()
-        values = possible.values if possible is not None else result.estimate.values
-        return rollouts.roll_out_all(result.robot, values, held_out, processing, progress=progress)
+            return None
 
 
 def run(
@@ -158,12 +131,15 @@ def run(
     request.check()
     recordings, held_out = setup.read(request.data), setup.read(request.validate)
     gains = drives.errors(setup, [], recordings)
+    rollouts: tuple[rollout.Rollout, ...] = ()
     with status("reading") as progress:
         result = estimation.identify(
-            setup.robot, recordings, setup.processing, held_out, progress, True, essential.rule(), gains
+            setup.robot, recordings, setup.processing, held_out, progress, True, essential.essential, gains
         )
         possible = request.possible(result)
-        rollouts = request.rollouts(result, possible, held_out, setup.processing, progress)
+        if request.rollout:
+            values = possible.values if possible is not None else result.estimate.values
+            rollouts = rollout.roll_out_all(result.robot, values, held_out, setup.processing, progress=progress)
     files.show(report.robot_screen(result, possible, rollouts, files.document))
     files.write_json(
         lambda: report.documents.identification_document(result, setup.processing, setup.gains, possible, rollouts)

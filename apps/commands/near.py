@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -12,26 +12,139 @@ import numpy as np
 from ... import model, trajectories
 from ...common.arrays import Array
 from ...common.errors import InputError
-from .. import report
+from ...common.files import write_text
+from .. import export, report
 from .. import view as views
 from . import ANSWERED
-from .motion_pages import FIGURE_RATE
-from .motion_search import best_motion
-from .near_options import NearFiles, NearOptions
-from .options import LimitOptions, NoiseOptions, RehearsedRobotOptions, ViewOptions, in_si
-from .options.goals import RATE
-from .options.limits import Known
+from .motion import FIGURE_RATE, MotionFiles, best_motion
+from .options import LimitOptions, NoiseOptions, Options, RehearsedRobotOptions, ViewOptions, in_si, option
+from .options.motions import Known
 from .options.reading import about
 from .progress import note, status
-from .values import gains_list
+from .values import joint_list, numbers, positive, positive_number, whole, with_sigma
 
 if TYPE_CHECKING:
-    from ...model.visibility import PayloadVisibility
+    _Payload = model.InertialParameters | trajectories.PayloadSet | None
+_DURATION, _RANGE, _MASS = 30.0, 30.0, 3.0  # s, deg, kg
 
 _NOISE = 0.007
 """Of the torque limit: standard deviation of a torque sample where none is given; real arms have 0.5 to 0.9 %."""
 _NOISE_RATE, _PAPER_RATE = 10.0, 250.0  # Hz
 _LEFT = 1.25  # of the mass expected: what runs of the ladder leave possible, and the motion bears at full speed
+
+
+@dataclass(frozen=True)
+class NearOptions(Options):
+    """Where the robot stands, which joints move how far and how long, and what is known of the payload."""
+
+    GROUP = "motion"
+
+    pose: tuple[float, ...] = option(
+        type=numbers,
+        required=True,
+        metavar="Q1,Q2,..",
+        help="where it stands [deg or m]; =-90,.. with minus",
+    )
+    second_pose: str | None = option(
+        metavar="auto|Q1,Q2,..",
+        help="do it again at another wrist pose, outside the range: one that helps, or this one",
+    )
+    joints: tuple[int, ...] = option(
+        type=joint_list, required=True, metavar="J1,J2,..", help="joints that move, such as 2,3,5,6"
+    )
+    range: tuple[float, ...] | None = option(
+        type=numbers, metavar="R|R1,R2,..", help=f"to either side [deg or m] (default: {_RANGE:g})"
+    )
+    duration: float = option(type=positive_number, default=_DURATION, metavar="S", help=f"default: {_DURATION:g}")
+    mass: tuple[tuple[float, ...], float | None] | None = option(
+        group="payload",
+        type=with_sigma,
+        metavar="KG[+-KG]",
+        help=f"about its mass (default: {_MASS:g}); weighed, with the scale's standard deviation: 2.5+-0.01",
+    )
+    ladder: bool = option(
+        group="payload",
+        action="store_true",
+        help="a motion for 1.25 times the mass expected, and slower runs before it that bound the payload",
+    )
+    seed: int = option(group="search", type=whole, default=0, help="of the random starts (default: 0)")
+    starts: int = option(group="search", type=positive, default=1, metavar="K", help="random starts (default: 1)")
+
+    def check(self, robot: model.Robot) -> None:
+        """Refuse what does not go together."""
+        if self.mass is not None and len(self.mass[0]) > 1:
+            raise InputError("--mass: give one mass, with its standard deviation where it was weighed: 2.5+-0.01")
+        if max(self.joints) > robot.n:
+            raise InputError(
+                f"--joints {max(self.joints)}: robot {robot.name!r} has {robot.n} joints: number them "
+                f"from 1, at the base, to {robot.n}"
+            )
+
+    def bounded_by(self, payload: _Payload) -> NearOptions:
+        """What is expected, no heavier than every payload within bounds.
+
+        Raises:
+            InputError: if what is expected is heavier.
+        """
+        if not isinstance(payload, trajectories.PayloadSet) or self.expected.mass <= payload.mass:
+            return self
+        if self.mass is None and not self.ladder:
+            return replace(self, mass=((payload.mass,), None))
+        raise InputError(
+            f"{self.expected.mass:g} kg are expected and --heaviest-payload allows {payload.mass:g}: give another "
+            "--mass, or a heavier payload"
+        )
+
+    def ranges(self, robot: model.Robot) -> Array:
+        """A range for each moving joint [rad or m]."""
+        ranges, joints = self.range or (_RANGE,), self.joints
+        if len(ranges) not in (1, len(joints)):
+            raise InputError(
+                f"--range has {len(ranges)} numbers for {len(joints)} joints: give one, or one for each"
+            )
+        turning = [robot.joints[joint - 1].revolute for joint in joints]
+        if len(ranges) == 1 and not all(turning):
+            raise InputError(
+                "--range: give one number for each joint, in deg where it turns and in m where it slides"
+            )
+        each = ranges * len(joints) if len(ranges) == 1 else ranges
+        return np.array([np.radians(x) if turns else x for x, turns in zip(each, turning, strict=True)])
+
+    @property
+    def sigma(self) -> float | None:
+        """Standard deviation of the scale [kg]; None where the payload was not weighed."""
+        return self.mass[1] if self.mass else None
+
+    @property
+    def expected(self) -> model.InertialParameters:
+        """About what the payload is."""
+        mass = self.mass[0][0] if self.mass else _MASS
+        return model.InertialParameters.from_com(mass, [0.0, 0.0, 0.1], 0.003 * mass * np.eye(3))
+
+
+@dataclass(frozen=True)
+class NearFiles(MotionFiles):
+    """Formats of the motion, and the file of its rehearsal."""
+
+    rehearsal: str | None = option(
+        writes="file",
+        metavar="F.csv",
+        help="the same way once at a tenth of the speed; F_1.csv, .. with --ladder (default: beside --samples)",
+    )
+
+    def write_all(self, result: report.NearResult, written: export.motions.WrittenMotion) -> None:
+        """Write the motion, its rehearsal and the JSON."""
+        self.write(written)
+        beside = Path(self.samples or "none")
+        path = Path(self.rehearsal or beside.with_name(f"{beside.stem}_rehearsal{beside.suffix}"))
+        speeds = [trajectories.REHEARSAL]
+        if result.ladder:
+            speeds = [rung.speed for rung in result.ladder if rung.speed < 1.0]
+        for k, speed in enumerate(speeds if self.rehearsal or self.samples else (), 1):
+            slow = replace(written, plan=result.motion.slowed(speed), head=report.near_head(result, speed))
+            name = path.with_name(f"{path.stem}_{k}{path.suffix}") if result.ladder else path
+            write_text(name, export.motions.csv_text(slow, self.rate))
+        self.write_json(lambda: report.documents.near_document(result))
 
 
 def run(
@@ -51,9 +164,14 @@ def run(
     robot, bounds = known.robot, limits.bounds(known.robot)
     payload = limits.payload(robot, bounds)
     options = options.bounded_by(payload)
-    goal = trajectories.NearGoal(*_noise(noise, robot, bounds), options.expected, options.mass_sigma)
-    shape, hint = _shape(options, robot, goal, bounds, options.seed)
-    visibility = _checked(shape.visibility(robot), options, files)
+    goal = trajectories.NearGoal(*_noise(noise, robot, bounds), options.expected, options.sigma)
+    shape, hint = _shape(options, robot, goal, bounds)
+    visibility = shape.visibility(robot)
+    try:
+        trajectories.check_mass_visible(visibility, options.sigma is not None, "near this pose")
+    except InputError:  # what joints show is printed all the same
+        files.show(report.Screen([report.visibility_table(visibility)]))
+        raise
     limited, loads = _torques(known, bounds, limits, options, payload)
     scene = limits.read_scene()
     problem = trajectories.build_design(robot, shape, goal, bounds=limited, loads=loads, scene=scene)
@@ -64,11 +182,23 @@ def run(
         heavier = known.loads(payloads, limits.torque_margin)
         return trajectories.build_design(robot, shape, goal, bounds=limited, loads=heavier, scene=scene)
 
-    ladder = _ladder(options, payload, design, goal, bearing)
+    ladder: tuple[trajectories.Rung, ...] = ()
+    if options.ladder:
+        assert isinstance(design.plan, trajectories.NearMotion)
+        assert isinstance(payload, trajectories.PayloadSet)
+        with status("looking for the speeds of the ladder"):
+            ladder = trajectories.speed_ladder(
+                bearing,
+                payload,
+                design.plan,
+                options.expected.mass,
+                lambda run: goal.predicted(robot, run, options.joints).mass,
+            )
     result = report.NearResult(design, shape, visibility, goal.predicted(robot, design.plan, shape.joints), ladder)
     hints = [report.second_pose_note(shape.poses[0], hint)] if hint is not None else []
     screen = report.near_screen(result, options.expected, hints)
-    written = files.written(result, limits.whole(design.problem), bounds)
+    written = export.motions.WrittenMotion(robot, result.motion, bounds, report.near_head(result, 1.0))
+    files.check_replays(limits.whole(design.problem), written)
     files.show(screen)
     files.write_all(result, written)
     samples = design.motion(FIGURE_RATE)
@@ -77,45 +207,11 @@ def run(
     return ANSWERED
 
 
-def _checked(visibility: PayloadVisibility, options: NearOptions, files: NearFiles) -> PayloadVisibility:
-    """What joints show; refused, and what they show printed, where the mass is not in it."""
-    try:
-        trajectories.check_mass_visible(visibility, options.mass_sigma is not None, "near this pose")
-    except InputError:
-        files.show(report.Screen([report.visibility_table(visibility)]))
-        raise
-    return visibility
-
-
-def _ladder(
-    options: NearOptions,
-    payloads: model.InertialParameters | trajectories.PayloadSet | None,
-    design: trajectories.Design,
-    goal: trajectories.NearGoal,
-    bearing: Callable[[trajectories.PayloadSet], trajectories.DesignProblem],
-) -> tuple[trajectories.Rung, ...]:
-    """Runs before the one at full speed where a ladder was asked for."""
-    plan, robot = design.plan, design.problem.robot
-    if not options.ladder:
-        return ()
-    assert isinstance(plan, trajectories.NearMotion)
-    assert isinstance(payloads, trajectories.PayloadSet)
-    with status("looking for the speeds of the ladder"):
-        return trajectories.speed_ladder(
-            bearing,
-            payloads,
-            plan,
-            options.expected.mass,
-            lambda run: goal.predicted(robot, run, options.joints).mass,
-        )
-
-
 def _shape(
     options: NearOptions,
     robot: model.Robot,
     goal: trajectories.NearGoal,
     bounds: trajectories.JointBounds,
-    seed: int,
 ) -> tuple[trajectories.NearShape, Array | None]:
     """What is asked of the motion, and a second pose that would help where none was asked for."""
     ranges = options.ranges(robot)
@@ -124,16 +220,16 @@ def _shape(
         shape = trajectories.NearShape(first[None], options.joints, ranges, options.duration)
         shape.check(robot, bounds)
     if options.second_pose is None:
-        visible = options.mass_sigma is not None or shape.visibility(robot).mass_visible
-        return shape, trajectories.second_pose(robot, shape, goal, bounds, seed) if visible else None
+        visible = options.sigma is not None or shape.visibility(robot).mass_visible
+        return shape, trajectories.second_pose(robot, shape, goal, bounds, options.seed) if visible else None
     if options.second_pose == "auto":
-        second = trajectories.second_pose(robot, shape, goal, bounds, seed)
+        second = trajectories.second_pose(robot, shape, goal, bounds, options.seed)
         if second is None:
             note("no second pose would tell much more: there is one pose only")
             return shape, None
     else:
         try:
-            second = in_si(gains_list(options.second_pose), robot)
+            second = in_si(numbers(options.second_pose), robot)
         except argparse.ArgumentTypeError as error:
             raise InputError(f"--second-pose: {error}; or write auto") from None
     shape = replace(shape, poses=np.array([first, second]))
@@ -143,13 +239,13 @@ def _shape(
 
 def _noise(options: NoiseOptions, robot: model.Robot, bounds: trajectories.JointBounds) -> tuple[Array, float]:
     """Standard deviation of torque samples per joint [N·m or N], and how many are independent in a second."""
-    if options.torque_noise is None:
-        options.refuse("independent_rate", "has no effect without --torque-noise")
     noise = options.sigma(bounds)
+    if noise is None and options.torque_noise is not None:
+        raise InputError("--torque-noise: give sigma before the @ too")
     if noise is not None:
         if noise.shape != (robot.n,) or not (noise > 0.0).all():
             raise InputError(f"--torque-noise: robot {robot.name!r} needs {robot.n} positive numbers")
-        return noise, options.independent_rate or RATE
+        return noise, options.rate
     if robot.name == "rx90":
         note("no --torque-noise: that of the paper's RX90 is assumed")
         return np.array(trajectories.RX90_NOISE), _PAPER_RATE
@@ -168,7 +264,7 @@ def _torques(
     bounds: trajectories.JointBounds,
     limits: LimitOptions,
     options: NearOptions,
-    payload: model.InertialParameters | trajectories.PayloadSet | None,
+    payload: _Payload,
 ) -> tuple[trajectories.JointBounds, trajectories.Loads | None]:
     """Bounds that the motion keeps, and loads for torque limits; none where limits or parameters are unknown.
 

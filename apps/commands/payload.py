@@ -26,7 +26,7 @@ from .options import (
     option,
 )
 from .progress import status
-from .values import method, relative
+from .values import method, share
 
 
 @dataclass(frozen=True)
@@ -67,7 +67,7 @@ class _Payload(FrictionOptions):
     free_friction: bool = option(action="store_true", help="method 1: estimate friction anew under load")
 
     scale_sigma: float | None = option(
-        type=relative,
+        type=share,
         metavar="SHARE",
         help="methods 1 and 4: by how much the scale of the loaded torques may differ from that without payload, "
         "1 sigma (default: not at all)",
@@ -88,7 +88,7 @@ class _Payload(FrictionOptions):
         if self.method in ("2", "3"):
             self.refuse("scale_sigma", "belongs to methods 1 and 4: neither is asked for")
         if essential and self.method not in ("4", "all"):
-            raise InputError("--essential-ratio and --essential-sigma belong to method 4, which is not asked for")
+            raise InputError("--essential belongs to method 4, which is not asked for")
 
 
 def run(
@@ -103,8 +103,7 @@ def run(
 ) -> int:
     """Run it."""
     view.check_view()
-    rule = essential.rule()
-    request.check(rule is not None)
+    request.check(essential.essential is not None)
     constraints = knowledge.constraints()
     stored = results.read_stored_robot(request.robot_parameters) if request.robot_parameters else None
     setup = processing.setup(arm.load(), stored)
@@ -115,7 +114,7 @@ def run(
     with status("reading") as progress:
         problem = _problem(request, setup, loaded, unloaded, stored, progress)
         progress("estimating")
-        answer = _answer(problem, request, setup, held_out, constraints, gain_errors, rule)
+        answer = _answer(problem, request, setup, held_out, constraints, gain_errors, essential.essential)
 
     def page(document: results.StoredPayload) -> report.Page:
         provenance = files.provenance(setup.in_words(), request, arm, processing)

@@ -13,7 +13,7 @@ import rich.progress
 from rich.console import Console
 from rich.progress import BarColumn, SpinnerColumn, TaskProgressColumn, TextColumn, TimeRemainingColumn
 
-from ...common.errors import one_line, printable
+from ...common.errors import one_line
 from ...common.progress import Progress
 
 Manner = Literal["quiet", "plain", "verbose"]
@@ -44,12 +44,6 @@ def quiet() -> bool:
     return _manner.get() == "quiet"
 
 
-def say(text: str) -> None:
-    """Print a line about what was done."""
-    if not quiet():
-        print(printable(text))
-
-
 def note(text: str) -> None:
     """Print a line that is worth knowing."""
     if not quiet():
@@ -62,7 +56,12 @@ def status(label: str) -> Iterator[Progress]:
     if _manner.get() != "plain":
         yield _steps(label)
         return
-    with _shown() as shown:
+    # A line that goes when the work is done; where no share is known its bar only moves. Names hold brackets.
+    words = TextColumn("{task.description}", markup=False)
+    columns = (SpinnerColumn(), words, BarColumn(), TaskProgressColumn(), TimeRemainingColumn())
+    console = Console(stderr=True)
+    hidden = not console.is_terminal  # elsewhere it would leave an empty line
+    with rich.progress.Progress(*columns, console=console, transient=True, disable=hidden) as shown:
         task = shown.add_task(label, total=None)
         last: float | None = None
 
@@ -87,18 +86,6 @@ def bar(label: str) -> Iterator[Callable[[float], None]]:
     with status(label) as progress:
         progress(label, 0.0)
         yield lambda part: progress(label, part)
-
-
-def _shown() -> rich.progress.Progress:
-    """A line that goes when the work is done, of a terminal; where no share is known its bar only moves."""
-    columns = (SpinnerColumn(), _words(), BarColumn(), TaskProgressColumn(), TimeRemainingColumn())
-    console = Console(stderr=True)  # elsewhere it would leave an empty line
-    return rich.progress.Progress(*columns, console=console, transient=True, disable=not console.is_terminal)
-
-
-def _words() -> TextColumn:
-    """Words as they are: names of files hold brackets."""
-    return TextColumn("{task.description}", markup=False)
 
 
 def _steps(label: str) -> Progress:

@@ -6,7 +6,6 @@ import argparse
 import math
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -17,15 +16,15 @@ from .. import report
 from . import ANSWERED
 from .options import Options, option, print_lines
 from .progress import note
-from .robot_show import check_drawing, draw
-from .values import number, numbers, texts
+from .values import checked, number, numbers, positive_number, texts, three
 
 _AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
+_FORMATS = (".png", ".svg", ".pdf")
 DESCRIPTION = """
 Take any pose in which the data sheet draws the arm. x, y, z are those of the base: z up along the mounting, x to
 the front. For every joint, base to tip, give the direction of its axis (by the right-hand rule: thumb along it, the
 fingers turn the way the sheet counts positive) and any point on the axis; then the flange. Where the modified DH
-table is known, --template gives its file to fill in.
+table is known, --template gives its file to fill in; it shows every key that a robot's file may have.
 """
 """What its help says."""
 TEMPLATE = """\
@@ -99,6 +98,56 @@ decimate = 5
 """A description that loads as it stands."""
 
 
+def _direction(text: str) -> tuple[float, float, float]:
+    """Components of "x", "-y", .. or "a:b:c"."""
+    plain = text.lstrip("+-")
+    if plain in _AXES:
+        sign = -1.0 if text.startswith("-") else 1.0
+        x, y, z = (sign * component + 0.0 for component in _AXES[plain])
+        return x, y, z
+    checked(text, text.count(":") == 2, text, "a direction: x, -y, .. or a:b:c")
+    return three(text.replace(":", ","))
+
+
+def joint_axis(text: str) -> model.JointAxis:
+    """A joint by its axis: a direction and a point on it [m], and "slide" where it slides."""
+    try:
+        parts = list(texts(text))
+        slides = parts[-1] == "slide"
+        direction, *point = parts[:-1] if slides else parts
+        return model.JointAxis("prismatic" if slides else "revolute", _direction(direction), three(",".join(point)))
+    except (argparse.ArgumentTypeError, ValueError) as error:
+        raise argparse.ArgumentTypeError(f"{text!r} is not AXIS,X,Y,Z[,slide]: {error}") from None
+
+
+def flange(text: str) -> model.Pose:
+    """The flange by its origin [m], the direction out of it, and its x axis."""
+    parts = texts(text)
+    try:
+        checked(text, len(parts) == 5, text, "X,Y,Z,ZAXIS,XAXIS")
+        along, across = (np.array(_direction(part)) for part in parts[3:])
+        along, across = along / np.linalg.norm(along), across / np.linalg.norm(across)
+        turned = np.column_stack([across, np.cross(along, across), along])
+        return model.Pose.of(turned, np.array(three(",".join(parts[:3]))))
+    except (argparse.ArgumentTypeError, ValueError) as error:
+        raise argparse.ArgumentTypeError(
+            f"{text!r}: X,Y,Z,ZAXIS,XAXIS with two directions at right angles is needed ({error})"
+        ) from None
+
+
+def joint_limits(text: str) -> tuple[tuple[float, ...], ...]:
+    """Of each joint LOW:HIGH[:SPEED[:ACCELERATION[:TORQUE]]]; what is left empty or out is unbounded."""
+    joints = []
+    for part in texts(text):
+        ends = part.split(":")
+        words = "LOW:HIGH[:SPEED[:ACCELERATION[:TORQUE]]], such as -170:170:220::300"
+        checked(ends, 2 <= len(ends) <= 5, part, words)
+        low, high, *rest = [*ends, "", "", ""][:5]
+        bounds = (number(low) if low else -math.inf, number(high) if high else math.inf)
+        joints.append((*bounds, *(positive_number(bound) if bound else math.inf for bound in rest)))
+    return tuple(joints)
+
+
 @dataclass(frozen=True)
 class _Sheet(Options):
     """What a data sheet says."""
@@ -107,36 +156,36 @@ class _Sheet(Options):
         action="store_true", help="a file to fill in: every key with an example (default: to standard output)"
     )
     name: str | None = option(help="short name")
-    title: str | None = option(help="full name")
-    joint: tuple[str, ...] | None = option(
+    joint: tuple[model.JointAxis, ...] | None = option(
         action="append",
+        type=joint_axis,
         metavar="AXIS,X,Y,Z[,slide]",
         help="x, -y, .. or a:b:c, and a point [m]; one option per joint, --joint=-y,.. for a leading minus",
     )
-    flange: str | None = option(metavar="X,Y,Z,ZAXIS,XAXIS", help="origin [m], direction out of it, its x axis")
+    flange: model.Pose | None = option(
+        type=flange, metavar="X,Y,Z,ZAXIS,XAXIS", help="origin [m], direction out of it, its x axis"
+    )
     drawn_at: tuple[float, ...] | None = option(
         type=numbers, metavar="Q1,..", help="joint positions of that pose [deg or m]"
     )
-    limits: str | None = option(metavar="LOW:HIGH,..", help="positions, one pair a joint [deg or m]")
-    speeds: tuple[float, ...] | None = option(type=numbers, metavar="V1,..", help="largest speeds [deg/s or m/s]")
-    torques: tuple[float, ...] | None = option(
-        type=numbers, metavar="T1,..", help="largest torques [N·m or N], if known"
-    )
-    accelerations: tuple[float, ...] | None = option(
-        type=numbers, metavar="A1,..", help="largest accelerations [deg/s² or m/s²], if known"
+    limits: tuple[tuple[float, ...], ...] | None = option(
+        type=joint_limits,
+        metavar="LOW:HIGH[:SPEED[:ACCELERATION[:TORQUE]]],..",
+        help="one part a joint, as far as they are known [deg or m, per s, N·m or N]: -170:170:220::300",
     )
     rated_payload: float | None = option(type=number, metavar="KG", help="by the data sheet")
     mass: float | None = option(type=number, metavar="KG", help="of the whole arm, its base with it, if known")
-    joint_names: tuple[str, ...] | None = option(
-        type=texts, metavar="A,B,..", help="of the joints in your logs, base to tip"
-    )
-    side: str | None = option(choices=("motor", "link"), help="where torque is measured (default: motor)")
-    source: str | None = option(help="where the numbers come from")
     out: str | None = option(writes="file", metavar="F.toml", help="file to write (default: NAME.toml)")
     drawing: str | None = option(
         writes="file", metavar="F", help=".svg, .png or .pdf (default: beside the file, .svg)"
     )
     overwrite: bool = option(action="store_true", help="replace the file if it is there")
+
+    def write(self, out: Path, text: str) -> None:
+        """Write the file, over another one only where that is wanted."""
+        if out.exists() and not self.overwrite:
+            raise InputError(f"{out}: is there already: give another --out, or --overwrite")
+        write_text(out, text)
 
 
 def run(request: _Sheet) -> int:
@@ -148,31 +197,27 @@ def run(request: _Sheet) -> int:
         raise InputError(f"give {', '.join(missing)}, or --template for a file to fill in")
     robot, drawn_at = new_robot(request)
     out = Path(request.out or f"{robot.name}.toml")
-    _write(request, out, model.robot_toml(robot, request.source or ""))
+    request.write(out, model.robot_toml(robot))
     report.print_blocks(report.robot_description(robot))
     draw(robot, request.drawing or str(out.with_suffix(".svg")), drawn_at)
-    print_lines(f"Written: {out}. Compare the drawing with the data sheet before you use it.")
+    print_lines(
+        f"Written: {out}. Compare the drawing with the data sheet before you use it. What else is known goes into "
+        "the file: title, source, joint_names, .. as 'dynident robot new --template' shows them."
+    )
     if not model.stand_in.can_stand_in(robot):
         note(f"to rehearse on it, add the mass of the arm to {out} (mass_kg = ..), or give --arm-mass KG")
     return ANSWERED
 
 
-def _write(request: _Sheet, out: Path, text: str) -> None:
-    """Write the file, over another one only where that is wanted."""
-    if out.exists() and not request.overwrite:
-        raise InputError(f"{out}: is there already: give another --out, or --overwrite")
-    write_text(out, text)
-
-
 def _write_template(request: _Sheet) -> int:
-    """The file to fill in; what options say of the robot is said in it."""
+    """Write the file to fill in; what options say of the robot is said in it."""
     for entry in fields(request):
         if entry.name not in ("template", "out", "overwrite"):
             request.refuse(entry.name, "belongs to a robot by options, --template is a file to fill in")
     if request.out is None:
         print(TEMPLATE, end="")
     else:
-        _write(request, Path(request.out), TEMPLATE)
+        request.write(Path(request.out), TEMPLATE)
         print_lines(f"Written: {request.out}. Fill it in, then: dynident robot show --robot {request.out}")
     return ANSWERED
 
@@ -183,124 +228,57 @@ def new_robot(sheet: _Sheet) -> tuple[model.Robot, tuple[float, ...]]:
     Raises:
         InputError: names the option that does not fit.
     """
-    axes = [_axis(text) for text in sheet.joint or ()]
-    flange, name = _flange(sheet.flange or ""), sheet.name or ""
-    drawn_at = _counted("--drawn-at", sheet.drawn_at, len(axes)) or (0.0,) * len(axes)
-    axes = _limited(axes, sheet)
-    frames = model.modified_dh(axes, flange)
+    axes, name = list(sheet.joint or ()), sheet.name or ""
+    drawn_at = sheet.drawn_at or (0.0,) * len(axes)
+    for option_name, values in (("--drawn-at", drawn_at), ("--limits", sheet.limits or axes)):
+        if len(values) != len(axes):
+            raise InputError(f"{option_name} has {len(values)} parts for {len(axes)} joints: give one per joint")
+    for j, bounds in enumerate(sheet.limits or ()):
+        scale = math.pi / 180.0 if axes[j].kind == "revolute" else 1.0
+        low, high, speed, acceleration = (scale * bound for bound in bounds[:4])
+        try:
+            limits = model.Limits((low, high), speed, acceleration, bounds[4])
+        except ValueError as error:
+            raise InputError(f"--limits of joint {j + 1}: {error}") from None
+        axes[j] = replace(axes[j], limits=limits)
+    frames = model.modified_dh(axes, sheet.flange or model.Pose())
     x, y, z = (frames.base.R[:, 2] * -9.81 + 0.0).tolist()
+    slow_speed = model.motion.usual_slow_speed([axis.kind == "revolute" for axis in axes])
     try:
         robot = model.Robot(
             name=name,
             joints=tuple(map(_shifted, frames.joints, drawn_at)),
             gravity=(x, y, z),
-            drives=model.Drives.on_link_side() if sheet.side == "link" else model.Drives(),
+            drives=model.Drives(),
             payload_frame="the bare flange: origin on its face, z out of it",
             flange=frames.flange,
             base=frames.base,
             rated_payload=math.inf if sheet.rated_payload is None else sheet.rated_payload,
             mass=sheet.mass,
-            joint_names=(sheet.joint_names,) if sheet.joint_names else (),
-            processing=_processing(axes),
-            title=sheet.title or name,
+            processing=model.Processing(cutoff=10.0, decimate=5, slow_speed=slow_speed),
+            title=name,
         )
     except ValueError as error:
         raise InputError(str(error)) from None
     return robot, drawn_at
 
 
-def _processing(axes: list[model.JointAxis]) -> model.Processing:
-    slow_speed = model.motion.usual_slow_speed([axis.kind == "revolute" for axis in axes])
-    return model.Processing(cutoff=10.0, decimate=5, slow_speed=slow_speed)
-
-
-def _shifted(joint: Any, q: float) -> Any:
+def _shifted(joint: model.Joint, q: float) -> model.Joint:
     """The joint counted so that it stands at ``q`` [deg or m] where the frames were taken."""
     if joint.revolute:
         return replace(joint, theta=joint.theta - math.radians(q))
     return replace(joint, r=round(joint.r - q, 12) + 0.0)
 
 
-def _limited(axes: list[model.JointAxis], sheet: _Sheet) -> list[model.JointAxis]:
-    """The axes with the limits that were given."""
-    n = len(axes)
-    speeds = _counted("--speeds", sheet.speeds, n) or (math.inf,) * n
-    accelerations = _counted("--accelerations", sheet.accelerations, n) or (math.inf,) * n
-    torques = _counted("--torques", sheet.torques, n) or (math.inf,) * n
-    pairs = sheet.limits.split(",") if sheet.limits else None
-    if pairs and len(pairs) != n:
-        raise InputError(f"--limits has {len(pairs)} pairs for {n} joints: give low:high for each")
-    limited = []
-    for j, axis in enumerate(axes):
-        scale = math.pi / 180.0 if axis.kind == "revolute" else 1.0
-        position = (-math.inf, math.inf)
-        try:
-            if pairs:
-                low, high = (scale * _real(end) for end in _parts(pairs[j], ":", 2))
-                position = (low, high)
-            limits = model.Limits(position, scale * speeds[j], scale * accelerations[j], torques[j])
-        except ValueError as error:
-            raise InputError(f"limits of joint {j + 1}, low:high: {error}") from None
-        limited.append(replace(axis, limits=limits))
-    return limited
+def check_drawing(path: str | None) -> None:
+    """Refuse a drawing in a format that is not known."""
+    if path and Path(path).suffix.lower() not in _FORMATS:
+        raise InputError(f"--drawing {path!r}: a drawing ends in .png, .svg or .pdf")
 
 
-def _counted(option: str, values: tuple[float, ...] | None, n: int) -> tuple[float, ...] | None:
-
-    if values is not None and len(values) != n:
-        raise InputError(f"{option} has {len(values)} numbers for {n} joints: give one per joint")
-    return values
-
-
-def _axis(text: str) -> model.JointAxis:
-
-    slides = text.replace(" ", "").endswith(",slide")
-    try:
-        axis, *origin = _parts(text, ",", 4 + slides)[:4]
-        x, y, z = map(_real, origin)
-        point = (x, y, z)
-        return model.JointAxis("prismatic" if slides else "revolute", _direction(axis), point)
-    except ValueError as error:
-        raise InputError(f"--joint {text!r}: AXIS,X,Y,Z[,slide] is needed ({error})") from None
-
-
-def _flange(text: str) -> model.Pose:
-
-    try:
-        *origin, out, side = _parts(text, ",", 5)
-        x, y, z = map(_real, origin)
-        along, across = np.array(_direction(out)), np.array(_direction(side))
-        along, across = along / np.linalg.norm(along), across / np.linalg.norm(across)
-        return model.Pose.of(np.column_stack([across, np.cross(along, across), along]), np.array([x, y, z]))
-    except ValueError as error:
-        raise InputError(
-            f"--flange {text!r}: X,Y,Z,ZAXIS,XAXIS with two directions at right angles is needed ({error})"
-        ) from None
-
-
-def _direction(text: str) -> tuple[float, float, float]:
-    """ "x", "-y", .. or three components "a:b:c"."""
-    plain = text.lstrip("+-")
-    if plain in _AXES:
-        a, b, c = _AXES[plain]
-        sign = -1.0 if text.startswith("-") else 1.0
-        return sign * a + 0.0, sign * b + 0.0, sign * c + 0.0
-    if ":" not in text:
-        raise ValueError(f"{text!r} is no direction: x, -y, .. or a:b:c")
-    a, b, c = map(_real, _parts(text, ":", 3))
-    return a, b, c
-
-
-def _parts(text: str, mark: str, count: int) -> list[str]:
-    """So many words with a mark between them."""
-    words = [word.strip() for word in text.split(mark)]
-    if len(words) != count:
-        raise ValueError(f"{count} parts with {mark!r} between them, not {len(words)}")
-    return words
-
-
-def _real(word: str) -> float:
-    try:
-        return number(word)
-    except argparse.ArgumentTypeError as error:
-        raise ValueError(str(error)) from None
+def draw(robot: model.Robot, path: str, at: tuple[float, ...]) -> None:
+    """Write the drawing of a robot at positions in degrees and metres, and say so."""
+    q = [math.radians(x) if joint.revolute else x for x, joint in zip(at, robot.joints, strict=True)]
+    shown = ", ".join(f"{x:g}" for x in at)
+    report.save_drawing(path, robot, q, f"{robot.title or robot.name} at {shown} (degrees, m)")
+    print_lines(f"Drawn at {shown}: {path}")

@@ -13,9 +13,7 @@ from .. import view as views
 from ..logs.map import read_log_map
 from ..logs.read import read_recording
 from . import ANSWERED
-from .motion_pages import Judged, show
-from .motion_request import Asked, build_request
-from .motion_search import floor_of
+from .motion import Asked, Judged, build_request, floor_of, show
 from .options import GoalOptions, LimitOptions, Options, PageOptions, RehearsedRobotOptions, ViewOptions, option
 from .values import positive_number, whole
 
@@ -69,8 +67,10 @@ def _logged_motion(path: str, robot: model.Robot, log_map: str | None, cutoff: f
 
     Planned samples are joined by quintics, so that limits are looked at between them too.
     """
-    if log_map:
-        recording = _mapped(path, robot, log_map)
+    if log_map:  # of currents the motion counts alone, whatever the gains
+        mapped = read_log_map(log_map)
+        currents = logs.holds_currents_only(path, robot, mapped)
+        recording = read_recording(path, robot, (1.0,) * robot.n if currents else None, mapped)
     else:
         table = logs.read_trajectory(path, robot)
         if table.qd is not None and table.qdd is not None:
@@ -81,10 +81,3 @@ def _logged_motion(path: str, robot: model.Robot, log_map: str | None, cutoff: f
         recording = model.Recording(table.t, table.q, np.zeros_like(table.q), table.qd, path)
     processing = robot.processing if cutoff is None else replace(robot.processing, cutoff=cutoff)
     return estimation.measurement(recording, processing).motion
-
-
-def _mapped(path: str, robot: model.Robot, map_path: str) -> model.Recording:
-    """A log as its map says; of currents the motion counts alone, whatever the gains."""
-    log_map = read_log_map(map_path)
-    currents = logs.holds_currents_only(path, robot, log_map)
-    return read_recording(path, robot, (1.0,) * robot.n if currents else None, log_map)

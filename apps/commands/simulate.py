@@ -12,11 +12,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from ... import __version__, model, trajectories
+from ...common.arrays import Array
 from ...common.errors import InputError
 from ...common.files import made_folder
 from .. import logs, report
@@ -24,7 +24,7 @@ from .. import view as views
 from . import ANSWERED
 from .options import Options, RehearsedRobotOptions, ViewOptions, option, print_lines
 from .progress import bar
-from .values import number, share, whole
+from .values import checked, number, share, whole
 
 _SHARE = 0.08
 _POINTS = 16
@@ -33,17 +33,13 @@ _POINTS = 16
 def rate(text: str) -> float:
     """A rate that a controller may have [Hz]."""
     value = number(text)
-    if not 20.0 <= value <= 1e4:
-        raise argparse.ArgumentTypeError(f"{text!r} is not a rate from 20 to 10000 Hz")
-    return value
+    return checked(value, 20.0 <= value <= 1e4, text, "a rate from 20 to 10000 Hz")
 
 
 def sag(text: str) -> float:
     """A position error in mrad."""
     value = number(text)
-    if not 0.0 < value <= 100.0:
-        raise argparse.ArgumentTypeError(f"{text!r} is not above 0 and at most 100 mrad")
-    return value
+    return checked(value, 0.0 < value <= 100.0, text, "above 0 and at most 100 mrad")
 
 
 @dataclass(frozen=True)
@@ -107,16 +103,12 @@ def run(arm: RehearsedRobotOptions, request: _Simulate, view: ViewOptions) -> in
             robot, tasks, disturbances, request.seed, controller, request.rate, progress
         )
     _write(Path(request.out), experiment, controller)
-    view.write_view(lambda: views.view_of(robot, experiment.runs[-1].exact.motion, payload=_shown(payload)))
+    shown = None
+    if payload is not None:  # known exactly
+        com = payload.com
+        shown = views.ShownPayload(payload.mass, com, np.column_stack([com, com]), payload.inertia_com)
+    view.write_view(lambda: views.view_of(robot, experiment.runs[-1].exact.motion, payload=shown))
     return ANSWERED
-
-
-def _shown(payload: model.InertialParameters | None) -> views.ShownPayload | None:
-    """The payload that was simulated, known exactly."""
-    if payload is None:
-        return None
-    com = payload.com
-    return views.ShownPayload(payload.mass, com, np.column_stack([com, com]), payload.inertia_com)
 
 
 def _references(
@@ -142,7 +134,7 @@ def _references(
 def _disturbances(
     robot: model.Robot, noise: str, references: Sequence[trajectories.Plan]
 ) -> trajectories.Disturbances:
-
+    """What disturbs the recordings, by a name or as a share of each joint's root mean square torque."""
     noise = noise or ("paper" if robot.name == "rx90" else str(_SHARE))
     if noise == "none":
         return trajectories.no_disturbances(robot.n)
@@ -159,17 +151,17 @@ def _disturbances(
     return trajectories.relative_disturbances(root_mean_square(robot, references), level)
 
 
-def root_mean_square(robot: model.Robot, references: Sequence[trajectories.Plan]) -> Any:
+def root_mean_square(robot: model.Robot, references: Sequence[trajectories.Plan]) -> Array:
     """Root mean square torque of each joint [N·m or N], shape (n,)."""
     simulator, torques = trajectories.Simulator(robot), []
     for reference in references:
         t = np.linspace(0.0, reference.duration, 2000)
         torques.append(simulator.measure(model.Motion(t, *reference.at(t))).torque)
-    return np.sqrt(np.mean(np.concatenate(torques) ** 2, axis=0))
+    return np.asarray(np.sqrt(np.mean(np.concatenate(torques) ** 2, axis=0)))
 
 
-def _write(folder: Path, experiment: Any, controller: Any) -> None:
-
+def _write(folder: Path, experiment: trajectories.Experiment, controller: trajectories.Controller) -> None:
+    """Write the recordings, what is true of them, and say so."""
     made_folder(folder)
     files = [f"{run.task.name}.csv" for run in experiment.runs]
     for file, run in zip(files, experiment.runs, strict=True):

@@ -1,4 +1,4 @@
-"""Values as they are written on the command line."""
+"""Parsers of option values: each refuses what no arm has, and says what would do."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ import math
 from typing import TypeVar
 
 from ... import estimation, model
+from ...common.errors import InputError
 
 _LEAST, _MOST = 1e-12, 1e9
 """Size of a number that is not 0: no length, time, mass or torque of an arm lies outside, and no sum of squares
@@ -23,26 +24,10 @@ def checked(value: _Value, good: bool, text: str, words: str) -> _Value:
     return value
 
 
-def method(text: str) -> str:
-    """A method's number, from its number or its name."""
-    names = {name: str(number) for number, name in estimation.METHOD_NAMES.items()}
-    known = text in (*names, *names.values(), "all")
-    return checked(names.get(text, text), known, text, f"one of {', '.join(names)}, 1 to 4, all")
-
-
-def fraction(text: str) -> float:
-    """A percentage, "10%" or "10", as a fraction."""
-    try:
-        return number(text.strip().removesuffix("%")) / 100.0
-    except argparse.ArgumentTypeError:
-        raise argparse.ArgumentTypeError(f"{text!r} is not a percentage such as 10%") from None
-
-
 def whole(text: str) -> int:
     """A whole number of at least 0."""
-    if not text.isdecimal() or len(text) > 9:
-        raise argparse.ArgumentTypeError(f"{text!r} is not a whole number of at least 0")
-    return int(text)
+    good = text.isdecimal() and len(text) < 10
+    return checked(int(text) if good else 0, good, text, "a whole number of at least 0")
 
 
 def positive(text: str) -> int:
@@ -63,97 +48,18 @@ def number(text: str) -> float:
         value = float(text)
     except ValueError:
         raise argparse.ArgumentTypeError(f"{text!r} is not a number") from None
-    if value != 0.0 and not _LEAST <= abs(value) <= _MOST:
-        size = f"give 0, or one from {_LEAST:g} to {_MOST:g} in size"
-        raise argparse.ArgumentTypeError(f"{text!r} is not a number of any use here: {size}")
-    return value
-
-
-def share(text: str) -> float:
-    """A number from 0 to below 1."""
-    value = number(text)
-    return checked(value, 0.0 <= value < 1.0, text, "a share from 0 to below 1")
-
-
-def gains_or_file(text: str) -> tuple[float, ...] | str:
-    """Numbers separated by commas, or the path of a JSON file."""
-    return text if text.lower().endswith(".json") else gains_list(text)
-
-
-def texts(text: str) -> tuple[str, ...]:
-    """Texts separated by commas."""
-    return tuple(part.strip() for part in text.split(","))
-
-
-def three(text: str) -> tuple[float, float, float]:
-    """Three finite numbers separated by commas."""
-    x, y, z = numbers(text, 3)
-    return x, y, z
-
-
-def mount(text: str) -> tuple[float, float, float]:
-    """Roll, pitch, yaw [rad] of the base, from a word or three angles in degrees."""
-    degrees = model.frames.MOUNTS[text] if text in model.frames.MOUNTS else three(text)
-    roll, pitch, yaw = (math.radians(angle) for angle in degrees)
-    return roll, pitch, yaw
-
-
-def tool_frame(text: str) -> model.Pose:
-    """A frame by three lengths in m and three angles in degrees."""
-    values = numbers(text, 6)
-    return model.Pose.from_rpy(values[:3], [math.radians(angle) for angle in values[3:]])
-
-
-def numbers(text: str, count: int | None = None) -> tuple[float, ...]:
-    """Finite numbers separated by commas."""
-    try:
-        values = tuple(number(part) for part in text.split(","))
-    except argparse.ArgumentTypeError:
-        values = ()
-    good = len(values) == (count or len(values) or 1) and all(abs(value) < 1e6 for value in values)
-    return checked(values, good, text, f"{count or 'a list of'} finite numbers with commas")
-
-
-def gains_list(text: str) -> tuple[float, ...]:
-    """Numbers separated by commas."""
-    try:
-        return tuple(number(part) for part in text.split(","))
-    except argparse.ArgumentTypeError as error:
-        raise argparse.ArgumentTypeError(
-            f"{text!r} is not a list of numbers separated by commas: {error}"
-        ) from None
-
-
-def masses_list(text: str) -> tuple[float, ...]:
-    """Masses [kg] separated by commas."""
-    values = gains_list(text)
-    if not all(0.0 < value < math.inf for value in values):
-        raise argparse.ArgumentTypeError(f"{text!r}: a mass in kg is more than zero, and finite")
-    return values
-
-
-def whole_list(text: str) -> tuple[int, ...]:
-    """Whole numbers separated by commas."""
-    parts = text.replace(" ", "").split(",")
-    good = all(part.isdecimal() and len(part) < 9 for part in parts)
-    return tuple(map(int, checked(parts, good, text, "a list of whole numbers such as 1,2,2")))
-
-
-def names_list(text: str) -> tuple[str, ...]:
-    """Names separated by commas."""
-    names = tuple(part.strip() for part in text.split(","))
-    good = all(names) and len(set(names)) == len(names)
-    return checked(names, good, text, "a list of different names separated by commas")
+    size = f"a number of any use here: give 0, or one from {_LEAST:g} to {_MOST:g} in size"
+    return checked(value, value == 0.0 or _LEAST <= abs(value) <= _MOST, text, size)
 
 
 def positive_number(text: str) -> float:
     """A number above 0."""
     value = number(text)
-    return checked(value, 0.0 < value < 1e9, text, "a number above 0")
+    return checked(value, value > 0.0, text, "a number above 0")
 
 
-def relative(text: str) -> float:
-    """A share: 2% or 0.02."""
+def share(text: str) -> float:
+    """A share from 0 to below 1: 2% or 0.02."""
     try:
         value = number(text.removesuffix("%")) / (100.0 if text.endswith("%") else 1.0)
     except argparse.ArgumentTypeError:
@@ -161,28 +67,134 @@ def relative(text: str) -> float:
     return checked(value, 0.0 <= value < 1.0, text, "a share: write 2% or 0.02")
 
 
-def relative_list(text: str) -> tuple[float, ...]:
-    """Shares separated by commas; a percent sign at the end stands for all of them."""
+def numbers(text: str, count: int | None = None) -> tuple[float, ...]:
+    """Numbers separated by commas."""
+    words = f"{count or 'a list of'} finite numbers with commas"
+    try:
+        values = tuple(number(part) for part in text.split(","))
+    except argparse.ArgumentTypeError as error:
+        raise argparse.ArgumentTypeError(f"{text!r} is not {words}: {error}") from None
+    return checked(values, len(values) == (count or len(values)), text, words)
+
+
+def three(text: str) -> tuple[float, float, float]:
+    """Three numbers separated by commas."""
+    x, y, z = numbers(text, 3)
+    return x, y, z
+
+
+def six(text: str) -> tuple[float, ...]:
+    """Six numbers separated by commas."""
+    return numbers(text, 6)
+
+
+def with_sigma(text: str) -> tuple[tuple[float, ...], float | None]:
+    """Masses [kg] and their standard deviation where it is told: 2.5+-0.01."""
+    values, mark, sigma = text.replace("±", "+-").partition("+-")
+    masses = numbers(values)
+    good = all(mass > 0.0 for mass in masses)
+    return checked(masses, good, text, "a mass above 0 kg, such as 2.5 or 2.5+-0.01"), (
+        positive_number(sigma) if mark else None
+    )
+
+
+def bounds(text: str) -> tuple[float | None, float | None]:
+    """Least and largest value; either may be left out: 1,3 or ,3."""
     parts = text.split(",")
-    if text.endswith("%"):
-        parts = [part if part.endswith("%") else f"{part}%" for part in parts]
-    elif text.count("%"):
-        raise argparse.ArgumentTypeError(f"{text!r}: write the percent sign at the end, or after every number")
-    return tuple(relative(part) for part in parts)
+    good = len(parts) == 2 and any(parts)
+    low, high = checked(parts, good, text, "two numbers of which one may be left out, such as 1,3 or ,3")
+    return number(low) if low else None, number(high) if high else None
 
 
-def seconds_list(text: str) -> tuple[float, ...]:
-    """Different positive times separated by commas [s]."""
-    times = tuple(number(part) for part in text.split(","))
-    good = all(0.0 < time < math.inf for time in times) and len(set(times)) == len(times)
-    return checked(times, good, text, "a list of different times in seconds such as 0.1,0.5,1")
+def texts(text: str) -> tuple[str, ...]:
+    """Texts separated by commas."""
+    return tuple(part.strip() for part in text.split(","))
+
+
+def names_list(text: str) -> tuple[str, ...]:
+    """Different names separated by commas."""
+    names = texts(text)
+    good = all(names) and len(set(names)) == len(names)
+    return checked(names, good, text, "a list of different names separated by commas")
+
+
+def whole_list(text: str) -> tuple[int, ...]:
+    """Whole numbers separated by commas."""
+    parts = texts(text)
+    good = all(part.isdecimal() and len(part) < 9 for part in parts)
+    return tuple(map(int, checked(parts, good, text, "a list of whole numbers such as 1,2,2")))
 
 
 def joint_list(text: str) -> tuple[int, ...]:
     """Numbers of joints separated by commas."""
-    try:
-        joints = tuple(int(part) for part in text.split(","))
-    except ValueError:
-        joints = ()
-    good = min(joints, default=0) > 0 and len(set(joints)) == len(joints)
+    parts = texts(text)
+    joints = tuple(int(part) for part in parts if part.isdecimal() and len(part) < 9)
+    good = len(set(joints)) == len(parts) and min(joints) > 0
     return checked(joints, good, text, "a list of different joint numbers such as 2,3,5,6")
+
+
+def seconds_list(text: str) -> tuple[float, ...]:
+    """Different times above 0 separated by commas [s]."""
+    times = numbers(text)
+    good = min(times) > 0.0 and len(set(times)) == len(times)
+    return checked(times, good, text, "a list of different times in seconds such as 0.1,0.5,1")
+
+
+def gains_or_file(text: str) -> tuple[float, ...] | str:
+    """Numbers separated by commas, or the path of a JSON file."""
+    return text if text.lower().endswith(".json") else numbers(text)
+
+
+def gain_errors(text: str) -> tuple[tuple[float, ...], float]:
+    """Relative errors of each joint's gain, and of all together: 2%, 2,2,3% or 2%,common=1%.
+
+    A percent sign at the end stands for all of them.
+    """
+    parts = texts(text)
+    common = [part.removeprefix("common=") for part in parts if part.startswith("common=")]
+    own = [part for part in parts if not part.startswith("common=")]
+    if own and own[-1].endswith("%"):
+        own = [part if part.endswith("%") else f"{part}%" for part in own]
+    good = len(common) < 2 and ("%" not in "".join(own) or own[-1].endswith("%"))
+    checked(own, good, text, "a list such as 2,2,3% or 2%,common=1%: the percent sign at the end, or after each")
+    return tuple(map(share, own)) or (0.0,), share(common[0]) if common else 0.0
+
+
+def stop_rule(text: str) -> estimation.StopRule:
+    """When elimination ends: growth of the error's standard deviation, 1.02, or largest relative sigma, 10%."""
+    try:
+        return estimation.SigmaBound(share(text)) if text.endswith("%") else estimation.SigmaRatio(number(text))
+    except InputError as error:
+        raise argparse.ArgumentTypeError(str(error)) from None
+
+
+def method(text: str) -> str:
+    """A method's number, from its number or its name."""
+    names = {name: str(number) for number, name in estimation.METHOD_NAMES.items()}
+    known = text in (*names, *names.values(), "all")
+    return checked(names.get(text, text), known, text, f"one of {', '.join(names)}, 1 to 4, all")
+
+
+def mount(text: str) -> tuple[str, tuple[float, float, float]]:
+    """How the base stands: roll, pitch, yaw [rad] from a word or degrees; or gravity in its frame [m/s²]."""
+    if text.startswith("gravity="):
+        return "gravity", three(text.removeprefix("gravity="))
+    try:
+        roll, pitch, yaw = model.frames.MOUNTS[text] if text in model.frames.MOUNTS else three(text)
+    except argparse.ArgumentTypeError as error:
+        known = ", ".join(model.frames.MOUNTS)
+        raise argparse.ArgumentTypeError(f"{error}: give {known}, roll,pitch,yaw or gravity=X,Y,Z") from None
+    return "angles", (math.radians(roll), math.radians(pitch), math.radians(yaw))
+
+
+def chain(text: str) -> tuple[str | None, str | None]:
+    """First link and flange of a chain, either of which may be left out: base_link:tool0 or :tool0."""
+    base, mark, tip = text.partition(":")
+    checked(text, bool(mark and (base or tip)), text, "BASE:TIP, of which one may be left out, such as :tool0")
+    return base or None, tip or None
+
+
+def tool_frame(text: str) -> model.Pose:
+    """A frame by three lengths in m and three angles in degrees."""
+    values = six(text)
+    return model.Pose.from_rpy(values[:3], [math.radians(angle) for angle in values[3:]])

@@ -29,7 +29,7 @@ def require_viewer() -> Any:
     try:
         import viser
     except ImportError:
-        raise InputError("--view and --show need the extra view: pip install 'dynident[view]'") from None
+        raise InputError("--view needs the extra view: pip install 'dynident[view]'") from None
     return viser
 
 
@@ -48,7 +48,7 @@ def show_view(path: str | Path | None, view: View) -> str:
     if path is None:
         write_view(place, view)
     if not webbrowser.open(place.resolve().as_uri()):
-        raise InputError(f"--show: no browser could be opened: open {place} in one")
+        raise InputError(f"--view -: no browser could be opened: open {place} in one")
     return str(place)
 
 

@@ -85,7 +85,7 @@ class ShortMotion:
             why = f"only in {sums}" if sums else "not at all"
             raise InputError(
                 f"mass not visible: the torques of joint {joints} show it {why}; move another joint as well, or "
-                "weigh the payload and give --mass and --mass-sigma"
+                "weigh the payload and give --mass KG+-KG"
             )
         return scale
 

@@ -12,7 +12,7 @@ from concurrent.futures import ProcessPoolExecutor, as_completed
 from pathlib import Path
 
 from dynident.apps import report
-from dynident.apps.commands.demo.setup import TRAJECTORIES
+from dynident.apps.commands.demo import TRAJECTORIES
 from dynident.apps.commands.progress import bar
 from dynident.apps.commands.values import positive, share, whole
 from dynident.common.files import write_text

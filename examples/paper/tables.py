@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from itertools import pairwise
 
 import numpy as np
-from dynident.apps.commands.demo.setup import (
+from dynident.apps.commands.demo import (
     PAYLOAD,
     TRAJECTORIES,
     levels,

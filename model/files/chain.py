@@ -97,13 +97,15 @@ def _children(tree: UrdfTree) -> dict[str, list[UrdfJoint]]:
 
 def _base(tree: UrdfTree, base: str | None) -> str:
     if base is not None:
-        return _known(tree, base, "--base")
+        return _known(tree, base, "--chain BASE:TIP")
     below = {joint.child for joint in tree.joints}
     roots = [name for name in tree.links if name not in below]
     if not roots:
         raise InputError(f"{tree.source}: no links in the file")
     if len(roots) > 1:
-        raise InputError(f"{tree.source}: {len(roots)} links have no parent: give --base, one of {_list(roots)}")
+        raise InputError(
+            f"{tree.source}: {len(roots)} links have no parent: give --chain BASE:, BASE one of {_list(roots)}"
+        )
     return roots[0]
 
 
@@ -112,7 +114,7 @@ def _tip(
 ) -> tuple[str, tuple[str, ...]]:
     """The flange's link, and a note where it was one of several by its name."""
     if tip is not None:
-        return _known(tree, tip, "--tip"), ()
+        return _known(tree, tip, "--chain BASE:TIP"), ()
     moved: list[str] = []
     stack = [(base, False)]
     while stack:
@@ -121,13 +123,19 @@ def _tip(
         moved += [link] if moves else []
     ends = sorted(link for link in moved if not children[link])
     if not ends:
-        raise InputError(f"{tree.source}: no joint moves anything from link {base!r} on: give another --base")
+        raise InputError(
+            f"{tree.source}: no joint moves anything from link {base!r} on: give another BASE by --chain BASE:TIP"
+        )
     if len(ends) == 1:
         return ends[0], ()
     flange = _conventional(moved)
     if flange is None:
-        raise InputError(f"{tree.source}: several chains end in a link: give --tip, one of {_list(ends)}")
-    return flange, (f"link {flange!r} is taken as the flange by its name; ends are {_list(ends)}: --tip chooses",)
+        raise InputError(
+            f"{tree.source}: several chains end in a link: give --chain :TIP, TIP one of {_list(ends)}"
+        )
+    return flange, (
+        f"link {flange!r} is taken as the flange by its name; ends are {_list(ends)}: --chain :TIP chooses",
+    )
 
 
 def _conventional(links: Sequence[str]) -> str | None:
@@ -172,15 +180,15 @@ def _check_joints(tree: UrdfTree, path: Sequence[UrdfJoint]) -> None:
         if joint.kind not in (*_MOVES, "fixed"):
             raise InputError(
                 f"{tree.source}: joint {joint.name!r} is {joint.kind or 'of no kind'!r}: a chain of revolute, "
-                "continuous, prismatic and fixed joints is needed; choose another --base or --tip"
+                "continuous, prismatic and fixed joints is needed; choose another --chain BASE:TIP"
             )
         if joint.mimics and joint.kind != "fixed":
             raise InputError(
                 f"{tree.source}: joint {joint.name!r} mimics {joint.mimics!r}: coupled joints of a URDF are not "
-                "supported; choose another --base or --tip"
+                "supported; choose another --chain BASE:TIP"
             )
     if not any(joint.kind in _MOVES for joint in path):
-        raise InputError(f"{tree.source}: no joint moves between base and tip: choose another --base or --tip")
+        raise InputError(f"{tree.source}: no joint moves between base and tip: choose another --chain BASE:TIP")
 
 
 def _along(path: Sequence[UrdfJoint]) -> tuple[list[_Link], Pose]:

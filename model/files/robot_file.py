@@ -36,7 +36,7 @@ def load_robot(name: str | Path, base: str | None = None, tip: str | None = None
     if Path(name).suffix.lower() in (".urdf", ".xacro") and Path(name).is_file():
         return load_urdf(name, base, tip)
     if base is not None or tip is not None:
-        raise InputError(f"--base and --tip choose links of a URDF file, {text!r} is none: leave them out")
+        raise InputError(f"--chain chooses links of a URDF file, {text!r} is none: leave it out")
     shipped = _shipped(text)
     if shipped is not None:
         return _read_shipped(shipped)

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from dynident.apps.commands.demo.setup import PAYLOAD
+from dynident.apps.commands.demo import PAYLOAD
 from dynident.model import InertialParameters, Recording, load_robot
 from dynident.tests.commands.runs import Run, runner, write_csv
 from dynident.trajectories import RX90_NOISE, Simulator, random_via_points

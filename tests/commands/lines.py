@@ -16,9 +16,9 @@ AMPERES = "--unloaded ur_currents_unloaded.csv --loaded ur_currents_loaded.csv"
 PAIR = "--unloaded rx_arm_unloaded.csv --loaded rx_arm_loaded.csv"
 
 NOISE = "--torque-noise 24,30,10.8,5.1,6.6,2.3 --json b.json"
-BRIEF = f"--robot rx90 --payload-only --starts 1 --seed 2 {NOISE}"
+BRIEF = f"--robot rx90 --columns payload --starts 1 --seed 2 {NOISE}"
 WHOLE = f"--robot rx90 --via-points 4 --starts 1 {NOISE}"
-SCALE = "--mass 6 --mass-sigma 0.1"
+SCALE = "--mass 6+-0.1"
 NEAR = f"--robot rx90 --pose=0,-45,90,0,45,0 --joints 4,5,6 {SCALE} --duration 4 --starts 1 {NOISE}"
 SCORE = f"rx_arm.csv --robot rx90 {NOISE}"
 
@@ -32,7 +32,7 @@ LINES = {
     "payload": f"--robot rx90 {PAIR} --method 3 --json b.json",
     "identify": "--robot rx90 --data rx_arm_unloaded.csv --json b.json",
     "rollout": "--robot rx90 --robot-parameters earlier.json --data rx_arm_loaded.csv --json b.json",
-    "gains": f"--robot ur10e {AMPERES} --mass 6.2 --decimate 4 --json b.json",
+    "gains": f"--robot ur10e {AMPERES} --mass 6.2 --equation-rate 25 --json b.json",
     "apply": f"flange.json --to ur --yes {PLAYED} --script-port {PORTS['script_port']}",
     "record": f"ur {PLAYED} --seconds 0.1 --out b.csv",
     "fleet reduce": "first.csv --robot rx90 --store store --json b.json",
@@ -44,7 +44,7 @@ LINES = {
     "robot show": "--robot rx90",
     "robot new": "--name arm --joint=z,0,0,0 --joint=y,0,0,0.3 --flange 0,0,0.6,z,x",
     "robot check": "--robot rx90 --data rx_arm_unloaded.csv --json b.json",
-    **{f"robot {name}": f"--robot six_axis.toml --out a.{name}" for name in ("mjcf", "usd", "urdf", "sdf")},
+    "robot export": "--robot six_axis.toml --to urdf --out a.urdf",
     "codegen": "--robot rx90 --function base_regressor --out code",
     "design": f"{BRIEF} --via-points 4",
     "near": NEAR,

@@ -16,7 +16,7 @@ from dynident.tests.frozen.freeze import settings
 
 Run = Callable[..., tuple[int, str, str]]
 """Arguments -> exit status, output and errors."""
-QUICK = ("--payload-only", "--via-points", "4", "--starts", "1", "--seed", "2")
+QUICK = ("--columns", "payload", "--via-points", "4", "--starts", "1", "--seed", "2")
 """A design problem of a second."""
 
 

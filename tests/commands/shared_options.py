@@ -2,10 +2,8 @@
 
 ROBOT = {
     "--robot": "--robot tx40",
-    "--base": "--base link_1",
-    "--tip": "--tip link_2",
+    "--chain": "--chain link_1:link_2",
     "--mount": "--mount wall",
-    "--gravity": "--gravity=1,0,-9.7",
 }
 STAND_IN = {"--arm-mass": "--arm-mass 20"}
 LOGS = {
@@ -19,26 +17,22 @@ PROCESSING = {
     "--rate": "--rate 90",
     "--cutoff": "--cutoff 4",
     "--equation-rate": "--equation-rate 15",
-    "--decimate": "--decimate 7",
-    "--offsets": "--no-offsets | --offsets",
-    "--no-offsets": "--offsets | --no-offsets",
+    "--offsets": "--offsets false | --offsets true",
     "--coulomb": "--coulomb paper",
 }
-FILTER = {option: entry for option, entry in PROCESSING.items() if option not in ("--decimate", "--equation-rate")}
+FILTER = {option: entry for option, entry in PROCESSING.items() if option != "--equation-rate"}
 KNOWN = {
-    "--mass": "--mass-sigma 0.05 --mass 6.2 | --mass 6.4",
-    "--mass-sigma": "--mass 6.2 --mass-sigma 0.05 | --mass-sigma 0.5",
-    "--mass-min": "--mass-min 6.5",
-    "--mass-max": "--mass-max 6",
+    "--mass": "--mass 6.2+-0.05 | --mass 6.2+-0.5",
+    "--mass-bounds": "--mass-bounds 6.5,",
     "--com-within": "--com-within=0.02,0.03,0,0.01,0.1,0.2",
     "--ellipsoid": "--ellipsoid=0,0,0.1,0.1,0.1,0.1",
 }
-LINKS = {name: ROBOT[name] for name in ("--robot", "--base", "--tip")}
-GAINS = {"--gain-sigma": "--gain-sigma 2%", "--gain-sigma-common": "--gain-sigma-common 1%"}
-STOPS = {"--essential-ratio": "--essential-ratio 1.2", "--essential-sigma": "--essential-sigma 10%"}
+LINKS = {name: ROBOT[name] for name in ("--robot", "--chain")}
+GAINS = {"--gain-sigma": "--gain-sigma 2% | --gain-sigma 2%,common=1%"}
+STOPS = {"--essential": "--essential 1.2"}
 EQUATIONS = {"--json": "--json a.json", "--npz": "--npz a.npz"}
 PAGE = {"--report": "--report a.html", "--plots": "--plots figures"}
-VIEW = {"--view": "--view a.html", "--show": "--show"}
+VIEW = {"--view": "--view a.html"}
 LIMITS = {
     "--speed-override": "--speed-override 0.5",
     "--acceleration": "--acceleration 2x",

@@ -62,7 +62,7 @@ def test_every_file(run: Run, tmp_path: Path) -> None:
 def test_trapezoids_of_fixed_durations(run: Run, score: Run, tmp_path: Path) -> None:
     """The JSON's numbers give the motion of the CSV, which is judged as the design was."""
     names = [str(tmp_path / name) for name in ("m.csv", "m.json", "e.json")]
-    goal = ("--payload-only", "--criterion", "cond-scaled", "--torque-noise", "1,1,1,1,1,1")
+    goal = ("--columns", "payload", "--criterion", "cond-scaled", "--torque-noise", "1,1,1,1,1,1")
     shape = (*QUICK, "--segments", "trapezoid", "--ramp", "0.2", "--segment-durations", "1,1.5,2")
     options = ("--samples", names[0], "--json", names[1])
     status, _, err = run(*goal, *shape, *options, "--val3", str(tmp_path / "excite"), "--sample-rate", "1000")
@@ -98,7 +98,7 @@ def test_same_seed_same_digits(run: Run, tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("goal", "shape"),
     [
-        (("--payload-only", "--criterion", "cond"), ("--via-points", "4")),
+        (("--columns", "payload", "--criterion", "cond"), ("--via-points", "4")),
         (("--criterion", "d"), ("--fourier", "3", "--duration", "6")),
     ],
 )

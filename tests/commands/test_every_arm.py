@@ -84,7 +84,7 @@ def test_an_arm_goes_through_every_command(name: str, tmp_path: Path, capsys: py
     assert robot.parameters or "Assumed" in simulated
     wide = ["--unloaded", path("logs/wide_unloaded.csv"), "--loaded", path("logs/wide_loaded.csv")]
     # The TX40's own recording comes at 1 kHz.
-    rate = ["--decimate", "5"] if robot.processing.decimate > 50 else []
+    rate = ["--equation-rate", "20"] if robot.processing.decimate > 50 else []
     arm.told("check", *rate, path("logs/wide_unloaded.csv"), path("logs/wide_loaded.csv"))
     arm.told("payload", *rate, *wide, "--json", path("payload.json"), "--report", path("payload.html"))
     arm.told(

@@ -6,6 +6,7 @@ Each law goes over every command and every option that names a file or a folder.
 import argparse
 import contextlib
 import io
+import re
 import shutil
 import tempfile
 from collections.abc import Iterator
@@ -246,11 +247,12 @@ def test_a_drawing_beside_a_file_does_not_overwrite_it(folder: Path) -> None:
 
 def test_titles_and_frames_are_never_markup(folder: Path) -> None:
     sheet = Path("markup.toml")
-    line = [*words("robot new"), "--name", "[/n]", "--title", "[/t] [red]", "--source", "[/s]", "--out", str(sheet)]
+    line = [*words("robot new"), "--name", "[/n]", "--out", str(sheet)]
     status, _, err = run(line)
     assert status == 0
     assert err.startswith("dynident: note: to rehearse on it")
-    sheet.write_text(sheet.read_text().replace("the bare flange", "[/f] \\\\[b]"))
+    text = re.sub(r"(?m)^title = .*$", 'title = "[/t] [red]"\nsource = "[/s]"', sheet.read_text())
+    sheet.write_text(text.replace("the bare flange", "[/f] \\\\[b]"))
     status, out, err = run(["robot", "show", "--robot", str(sheet), "--drawing", "d.png"])
     assert (status, err) == (0, "")
     assert "[/t] [red]: modified DH" in out
@@ -266,7 +268,7 @@ LIGHT = (
     "export",
     "robot show",
     "robot new",
-    "robot urdf",
+    "robot export",
     "check",
     "robot check",
 )

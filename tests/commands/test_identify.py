@@ -11,7 +11,7 @@ from dynident.tests.commands.runs import Run, identify_arguments
 def test_essential_parameters_by_either_rule(run: Run, logs: dict[str, str], tmp_path: Path) -> None:
     target, plots = tmp_path / "robot.json", tmp_path / "plots"
     counts = []
-    for option in (("--plots", str(plots)), ("--essential-ratio", "1.1"), ("--essential-sigma", "5%")):
+    for option in (("--plots", str(plots)), ("--essential", "1.1"), ("--essential", "5%")):
         status, out, _ = run(*identify_arguments(logs, *option, "--json", str(target)))
         assert status == 0
         data = json.loads(target.read_text())
@@ -70,10 +70,9 @@ def test_a_robot_that_can_exist(run: Run, logs: dict[str, str], tmp_path: Path) 
         (("--constrained", "prior", "--prior-budget", "0"), "budget 0"),
         (("--total-mass", "9", "1"), "give low <= high"),
         (("--total-mass", "-9", "-1"), "high above 0"),
-        (("--essential-ratio", "1"), "must be above 1"),
-        (("--essential-sigma=-5%",), "must be positive"),
-        (("--essential-sigma", "few"), "not a percentage"),
-        (("--essential-sigma", "5", "--essential-ratio", "1.1"), "not allowed with"),
+        (("--essential", "1"), "must be above 1"),
+        (("--essential=-5%",), "write 2% or 0.02"),
+        (("--essential", "few"), "is not a number"),
     ],
 )
 def test_options_that_mean_nothing(run: Run, logs: dict[str, str], options: tuple[str, ...], words: str) -> None:

@@ -49,7 +49,7 @@ def test_a_bound_of_the_mass_leads_to_a_file(run: Run, gen3: tuple[str, ...], tm
     run("identify", *gen3, "--prior-mass", "7", "--total-mass", "0", f"{HIGH:g}", "--json", str(stored))
     values = {entry["name"]: entry["value"] for entry in document(stored)["constrained"]["parameters"]}
     assert sum(values[f"M{link}"] for link in range(1, 8)) <= HIGH * (1.0 + 1e-6)
-    written = ("robot", "mjcf", *gen3[:2], "--robot-parameters", str(stored), "--out", str(out))
+    written = ("robot", "export", "--to", "mjcf", *gen3[:2], "--robot-parameters", str(stored), "--out", str(out))
     status, _, errors = run(*written)
     assert status == 1, errors
     assert not out.exists()

@@ -12,10 +12,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from dynident.apps.commands import COMMANDS
-from dynident.apps.commands.demo import experiment
-from dynident.apps.commands.demo.experiment import identified
-from dynident.apps.commands.demo.setup import simulate_paper
+from dynident.apps.commands import COMMANDS, demo
+from dynident.apps.commands.demo import identified, simulate_paper
 from dynident.apps.report.blocks import Drawing
 from dynident.apps.report.figures.canvas import new_figure
 from dynident.cli import _parser, main
@@ -85,8 +83,8 @@ def each_experiment_once(monkeypatch: pytest.MonkeyPatch) -> None:
             answers[id(simulated[name])] = identified(simulated[name], silent)
         return simulated[name]
 
-    monkeypatch.setattr(experiment, "simulate_paper", remembered)
-    monkeypatch.setattr(experiment, "identified", lambda runs, progress: answers[id(runs)])
+    monkeypatch.setattr(demo, "simulate_paper", remembered)
+    monkeypatch.setattr(demo, "identified", lambda runs, progress: answers[id(runs)])
 
 
 @pytest.fixture(scope="module")

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from dynident import model
 from dynident.apps.commands import near
-from dynident.apps.commands.near_options import NearOptions
+from dynident.apps.commands.near import NearOptions
 from dynident.apps.commands.options import GoalOptions, LimitOptions, Setup
 from dynident.apps.logs.map import LogMap
 from dynident.apps.report.sections.motion import ladder_tables
@@ -26,16 +26,16 @@ def parsed(line: str) -> argparse.Namespace:
     return _parser(line.split()).parse_args(line.split())
 
 
-@pytest.mark.parametrize(("option", "rate"), [("", 100.0), ("--independent-rate 40", 40.0)])
+@pytest.mark.parametrize(("option", "rate"), [("", 100.0), ("@40", 40.0)])
 def test_samples_a_second_of_a_goal(option: str, rate: float) -> None:
-    arguments = parsed(f"design --robot rx90 --torque-noise 1,2,3,4,5,6 {option}")
+    arguments = parsed(f"design --robot rx90 --torque-noise 1,2,3,4,5,6{option}")
     goal = GoalOptions.of(arguments).goal(ROBOT, LimitOptions.of(arguments).bounds(ROBOT), {}, None)
     assert goal.rate == rate
     assert goal.noise == pytest.approx([1.0, 2.0, 3.0, 4.0, 5.0, 6.0])
 
 
 def test_full_speed_of_a_ladder_bears_a_quarter_more_than_expected() -> None:
-    arguments = parsed(f"{NEAR} --ladder --expected-mass 4 --heaviest-payload 9@0,0,0.1 --within 0.1")
+    arguments = parsed(f"{NEAR} --ladder --mass 4 --heaviest-payload 9@0,0,0.1 --within 0.1")
     limits = LimitOptions.of(arguments)
     known = limits.known(ROBOT)
     bounds = limits.bounds(known.robot)

@@ -10,7 +10,6 @@ import pytest
 from dynident.apps.report.figures.motion import outline
 from dynident.common.arrays import Array
 from dynident.model import (
-    Drives,
     InertialParameters,
     Pose,
     Recording,
@@ -27,8 +26,8 @@ NEW = [
     "robot", "new", "--name", "kr", "--joint=-z,0,0,0.4", "--joint", "y,0.025,0,0.4", "--joint", "y,0.025,0,0.855",
     "--joint=-x,0.025,0,0.89", "--joint", "y,0.445,0,0.89", "--joint=-x,0.525,0,0.89",
     "--flange", "0.525,0,0.89,x,-z", "--drawn-at", "0,-90,90,0,0,0",
-    "--limits=-170:170,-190:45,-120:156,-185:185,-120:120,-350:350", "--speeds", "360,300,360,381,388,615",
-    "--rated-payload", "6", "--source", "data sheet",
+    "--limits=-170:170:360,-190:45:300,-120:156:360,-185:185:381,-120:120:388,-350:350:615",
+    "--rated-payload", "6",
 ]  # fmt: skip
 LOAD = InertialParameters.from_com(5.0, [0.02, 0.01, 0.1], np.diag([0.03, 0.025, 0.02]))
 
@@ -90,16 +89,16 @@ def test_a_scara(run: Run, tmp_path: Path) -> None:
     """A joint that slides; what is not known stays unknown."""
     out = tmp_path / "scara.toml"
     joints = ("--joint=z,0,0,0.3", "--joint=z,0.4,0,0.3", "--joint=-z,0.7,0,0.3,slide", "--joint=z,0.7,0,0.3")
-    limits = ("--limits=-130:130,-150:150,0:0.2,-360:360", "--rated-payload", "3", "--joint-names", "a,b,c,d")
+    limits = ("--limits=-130:130,-150:150,0:0.2::3:500,-360:360", "--rated-payload", "3")
     line = ("robot", "new", "--name", "scara", *joints, "--flange", "0.7,0,0.2,-z,x", *limits)
-    status, _, error = run(*line, "--out", str(out), "--side", "link", "--drawing", str(tmp_path / "s.png"))
+    status, _, error = run(*line, "--out", str(out), "--drawing", str(tmp_path / "s.png"))
     assert status == 0, error
     robot = load_robot(out)
     assert [joint.kind for joint in robot.joints] == ["revolute", "revolute", "prismatic", "revolute"]
     assert robot.joints[2].limits.position == (0.0, 0.2)
-    assert robot.drives == Drives.on_link_side()
-    assert (robot.rated_payload, robot.mass, robot.joint_names) == (3.0, None, (("a", "b", "c", "d"),))
-    unknown = [joint.limits for joint in robot.joints]
+    assert (robot.joints[2].limits.acceleration, robot.joints[2].limits.torque) == (3.0, 500.0)
+    assert (robot.rated_payload, robot.mass, robot.joint_names) == (3.0, None, ())
+    unknown = [joint.limits for joint in robot.joints if joint.revolute]
     assert np.isinf([[limit.speed, limit.acceleration, limit.torque] for limit in unknown]).all()
     assert "mass_kg" in error
     corners: Array = outline(robot, [0.0, 0.0, 0.1, 0.0])
@@ -130,15 +129,15 @@ def without(option: str) -> list[str]:
 
 BAD = {
     "no flange": (without("--flange"), "give --flange"),
-    "axis": ([*NEW, "--joint", "w,0,0,0"], "--joint 'w,0,0,0': AXIS,X,Y,Z"),
+    "axis": ([*NEW, "--joint", "w,0,0,0"], "--joint: 'w,0,0,0' is not AXIS,X,Y,Z"),
     "point": ([*NEW, "--joint", "x,0,0"], "AXIS,X,Y,Z"),
     "no direction": ([*NEW, "--joint", "0:0:0,0,0,0"], "direction"),
     "skew flange": ([*without("--flange"), "--flange", "0,0,0,x,1:1:0"], "two directions at right angles"),
-    "limits": ([*without("--speeds"), "--limits", "1:2"], "--limits has 1 pairs for 6 joints"),
-    "empty range": ([*NEW, "--limits", ",".join(["2:1"] * 6)], "limits of joint 1"),
-    "speeds": ([*NEW, "--speeds", "1,2"], "--speeds has 2 numbers for 6 joints"),
-    "accelerations": ([*NEW, "--accelerations", "1,2"], "--accelerations has 2 numbers for 6 joints"),
-    "names": ([*NEW, "--joint-names", "a,b"], "joint_names: give 6 names"),
+    "limits": ([*NEW, "--limits", "1:2"], "--limits has 1 parts for 6 joints"),
+    "empty range": ([*NEW, "--limits", ",".join(["2:1"] * 6)], "--limits of joint 1"),
+    "speed": ([*NEW, "--limits", "1:2:fast"], "'fast' is not a number"),
+    "too many": ([*NEW, "--limits", "1:2:3:4:5:6"], "is not LOW:HIGH[:SPEED"),
+    "drawn at": ([*NEW, "--drawn-at", "1,2"], "--drawn-at has 2 parts for 6 joints"),
     "mass": ([*NEW, "--mass", "0"], "mass must be positive"),
     "mass of no use": (
         ["design", "--robot", "rx90", "--arm-mass", "50", "--via-points", "4"],
@@ -148,11 +147,14 @@ BAD = {
     "drawing": ([*NEW, "--drawing", "x.gif"], "ends in .png, .svg or .pdf"),
     "no robot": (["robot", "show", "--robot", "kr7"], "no robot 'kr7'"),
     "at": (["robot", "show", "--robot", "panda", "--at", "1,2"], "--at has 2 numbers, panda has 7 joints"),
-    "base of no URDF": (["robot", "show", "--robot", "panda", "--tip", "x"], "links of a URDF"),
-    "both": (["robot", "show", "--robot", "panda", "--mount", "wall", "--gravity", "0,0,9"], "give one of them"),
+    "base of no URDF": (["robot", "show", "--robot", "panda", "--chain", ":x"], "links of a URDF"),
+    "gravity": (["robot", "show", "--robot", "panda", "--mount", "gravity=0,9"], "not 3 finite numbers"),
     "mount": (["robot", "show", "--robot", "panda", "--mount", "table"], "'table' is not 3 finite numbers"),
     "tool": (["robot", "show", "--robot", "panda", "--tool-frame", "1,2,3"], "not 6 finite numbers"),
-    "no bodies": (["robot", "urdf", "--robot", "panda", "--out", "x.urdf"], "bodies need all ten"),
+    "no bodies": (
+        ["robot", "export", "--to", "urdf", "--robot", "panda", "--out", "x.urdf"],
+        "bodies need all ten",
+    ),
 }
 
 

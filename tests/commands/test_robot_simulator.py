@@ -29,15 +29,36 @@ def test_whole_robot_for_a_simulator(run: Run, tmp_path: Path, bare_log: str) ->
     """From its own description, and from an identification, whose default are links that can exist."""
     robot = load_robot("rx90")
     out, parameters = tmp_path / "rx90.urdf", tmp_path / "r.json"
-    assert run("robot", "urdf", "--robot", "rx90", "--out", str(out))[0] == 0
+    assert run("robot", "export", "--to", "urdf", "--robot", "rx90", "--out", str(out))[0] == 0
     own = load_robot(out)
     assert own.parameters["M3"] == pytest.approx(robot.parameters["M3"])
-    identify = ("identify", "--robot", "rx90", "--decimate", "1", "--data", bare_log, "--json", str(parameters))
+    identify = (
+        "identify",
+        "--robot",
+        "rx90",
+        "--equation-rate",
+        "1000",
+        "--data",
+        bare_log,
+        "--json",
+        str(parameters),
+    )
     status, text, error = run(*identify)
     assert status == 0, error
     for form in ("mjcf", "usd", "urdf", "sdf"):
         out = tmp_path / f"rx90.{form}"
-        export = ("robot", form, "--robot", "rx90", "--robot-parameters", str(parameters), "--out", str(out))
+        export = (
+            "robot",
+            "export",
+            "--to",
+            form,
+            "--robot",
+            "rx90",
+            "--robot-parameters",
+            str(parameters),
+            "--out",
+            str(out),
+        )
         status, text, error = run(*export)
         assert status == 0, error
         assert "54 base parameters identified" in " ".join(text.split())  # a long path is broken anywhere
@@ -52,11 +73,22 @@ def test_whole_robot_for_a_simulator(run: Run, tmp_path: Path, bare_log: str) ->
 
 def test_a_robot_that_is_not_to_be_used_is_not_written(run: Run, tmp_path: Path, bare_log: str) -> None:
     out, parameters = tmp_path / "rx90.xml", tmp_path / "r.json"
-    run("identify", "--robot", "rx90", "--decimate", "1", "--data", bare_log, "--json", str(parameters))
+    run("identify", "--robot", "rx90", "--equation-rate", "1000", "--data", bare_log, "--json", str(parameters))
     document = json.loads(parameters.read_text())
     document["reasons_against_use"] = ["the weather"]
     parameters.write_text(json.dumps(document))
-    export = ("robot", "mjcf", "--robot", "rx90", "--robot-parameters", str(parameters), "--out", str(out))
+    export = (
+        "robot",
+        "export",
+        "--to",
+        "mjcf",
+        "--robot",
+        "rx90",
+        "--robot-parameters",
+        str(parameters),
+        "--out",
+        str(out),
+    )
     status, _, error = run(*export)
     assert (status, out.exists()) == (1, False)
     assert "not written: the weather" in error
@@ -69,7 +101,9 @@ def test_a_link_heavier_than_the_arm_is_not_written(run: Run, tmp_path: Path) ->
     description = robot_toml(replace(load_robot("ur10e"), parameters={}))
     (tmp_path / "heavy.toml").write_text(f"{description}\n[parameters]\n{text}\n")
     out = tmp_path / "a.xml"
-    status, _, error = run("robot", "mjcf", "--robot", str(tmp_path / "heavy.toml"), "--out", str(out))
+    status, _, error = run(
+        "robot", "export", "--to", "mjcf", "--robot", str(tmp_path / "heavy.toml"), "--out", str(out)
+    )
     assert (status, out.exists()) == (1, False)
     assert "link1 would weigh 100 kg, the whole arm weighs 33.5 kg" in error
 
@@ -78,7 +112,7 @@ def test_without_a_mass_one_line_names_the_option(run: Run, tmp_path: Path, bare
     """A description without parameters and mass: base parameters, unless a mass is told."""
     path, out = tmp_path / "bare.toml", tmp_path / "r.json"
     path.write_text(robot_toml(replace(load_robot("rx90"), parameters={}, mass=None)))
-    identify = ("identify", "--robot", str(path), "--decimate", "1", "--data", bare_log, "--json", str(out))
+    identify = ("identify", "--robot", str(path), "--equation-rate", "1000", "--data", bare_log, "--json", str(out))
     status, _, error = run(*identify)
     assert status == 0
     assert len([line for line in error.splitlines() if "--prior-mass KG" in line]) == 1
@@ -94,7 +128,16 @@ def test_who_decided_stands_in_every_output(run: Run, tmp_path: Path, bare_log: 
     files = {option: tmp_path / f"r.{option}" for option in ("json", "report")}
     options = [part for option, path in files.items() for part in (f"--{option}", str(path))]
     status, printed, error = run(
-        "identify", "--robot", "rx90", "--decimate", "1", "--data", bare_log, "--constrained", "prior", *options
+        "identify",
+        "--robot",
+        "rx90",
+        "--equation-rate",
+        "1000",
+        "--data",
+        bare_log,
+        "--constrained",
+        "prior",
+        *options,
     )
     assert status == 0, error
     document = json.loads(files["json"].read_text())
@@ -111,7 +154,18 @@ def test_who_decided_stands_in_every_output(run: Run, tmp_path: Path, bare_log: 
         assert re.search(rf"<th[^>]*>{name}</th>(?:<td[^>]*>[^<]*</td>)*<td[^>]*>{label}</td></tr>", html), name
         assert re.search(rf"^ *{name} .* {label[:20]}", terminal, flags=re.MULTILINE), name
     out = tmp_path / "rx90.urdf"
-    urdf = ("robot", "urdf", "--robot", "rx90", "--robot-parameters", str(files["json"]), "--out", str(out))
+    urdf = (
+        "robot",
+        "export",
+        "--to",
+        "urdf",
+        "--robot",
+        "rx90",
+        "--robot-parameters",
+        str(files["json"]),
+        "--out",
+        str(out),
+    )
     status, _, error = run(*urdf)
     assert status == 0, error
     again = load_robot(out)

@@ -132,7 +132,7 @@ def test_stored_parameters_of_another_robot(run: Run, logs: dict[str, str], tmp_
         assert status == 2
         assert words in err
     stored.write_text(json.dumps(robot))
-    for option in (("--offsets",), ("--coulomb", "paper")):
+    for option in (("--offsets", "true"), ("--coulomb", "paper")):
         assert "must be those the stored parameters" in run(*arguments, *option)[2]
     del robot["covariance"]
     stored.write_text(json.dumps(robot))

@@ -39,7 +39,7 @@ def logs(shared: Callable[[str, Callable[[Path], object]], Path]) -> dict[str, s
         (folder / "payload.toml").write_text(PAYLOAD, encoding="utf-8")
         for name, joints, known in (
             ("arm", "2,3,5,6", ()),
-            ("wrist", "4,5,6", ("--mass", "7.02", "--mass-sigma", "0.02")),
+            ("wrist", "4,5,6", ("--mass", "7.02+-0.02")),
         ):
             (folder / name).mkdir()
             assert designed(folder / name, joints, *known)[0] == 0
@@ -125,7 +125,7 @@ def test_refused_after_the_motion_accepted_with_the_mass(
     assert weigh(logs, "wrist", "--json", str(target)) == 2
     assert "mass not visible" in capsys.readouterr().err
     assert not target.exists()
-    assert weigh(logs, "wrist", "--mass", "7.02", "--mass-sigma", "0.02", "--json", str(target)) in (0, 1)
+    assert weigh(logs, "wrist", "--mass", "7.02+-0.02", "--json", str(target)) in (0, 1)
     document = json.loads(target.read_text(encoding="utf-8"))
     assert document["mass_from_scale"]
     assert document["quantities"]["mass"]["use"] == "weighed"
@@ -136,7 +136,7 @@ def test_refused_after_the_motion_accepted_with_the_mass(
 def test_the_first_screen_leads_with_what_to_do(
     logs: dict[str, str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    status = weigh(logs, "arm", "--mass", "7.02", "--mass-sigma", "0.02")
+    status = weigh(logs, "arm", "--mass", "7.02+-0.02")
     text = capsys.readouterr().out
     assert status == 0
     flat = " ".join(text.split())
@@ -228,13 +228,13 @@ def test_wrong_options_of_weigh(
         (["--pose=0,0,90,0,45,0", "--joints", "2,3,5", "--range", "30,20"], "one, or one for each"),
         (["--pose=0,0,90,0,45,0", "--joints", "2,3,5", "--range=-3"], "one positive number"),
         (["--pose=0,0,90,0,45,0", "--joints", "2,3,5", "--bound"], "has no option --bound"),
-        (["--pose=0,0,90,0,45,0", "--joints", "2,3,5", "--mass", "3"], "belong together"),
+        (["--pose=0,0,90,0,45,0", "--joints", "2,3,5", "--mass", "3,4"], "give one mass"),
         (["--pose=0,0,90,0,45,0", "--joints", "2,3,5", "--second-pose", "1,2"], "give one each"),
         (["--pose=0,0,90,0,45,0", "--joints", "2,3,5", "--torque-noise", "1,2"], "6 positive numbers"),
         (["--pose=0,0,90,0,45,0", "--joints", "2,3,5", "--val3", "app"], "has no option --val3"),
         (
-            ["--pose=0,0,90,0,45,0", "--joints", "2,3,5", "--independent-rate", "9"],
-            "no effect without --torque-noise",
+            ["--pose=0,0,90,0,45,0", "--joints", "2,3,5", "--torque-noise", "@9"],
+            "give sigma before the @",
         ),
         (["--pose=0,0,90,0,45,0", "--joints", "2,3,5", "--sample-rate", "100"], "has no effect without --samples"),
         (["--joints", "2,3"], "required: --pose"),

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from dynident.apps.commands.demo.setup import PAYLOAD as PAPER_PAYLOAD
+from dynident.apps.commands.demo import PAYLOAD as PAPER_PAYLOAD
 from dynident.apps.logs.read import read_recording
 from dynident.common.errors import InputError
 from dynident.estimation import (

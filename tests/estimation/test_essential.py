@@ -201,7 +201,7 @@ def test_the_papers_robot_cannot_exist(rx90: Robot) -> None:
 @pytest.fixture(scope="module")
 def both() -> PayloadAnswer:
     """Robot and the paper's payload together, as in Table 2."""
-    from dynident.apps.commands.demo.setup import PAYLOAD as PAPER_PAYLOAD
+    from dynident.apps.commands.demo import PAYLOAD as PAPER_PAYLOAD
 
     robot = load_robot("rx90")
     simulator, body = Simulator(robot), PAPER_PAYLOAD

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from dynident.apps.commands.demo.setup import PAYLOAD as PAPER_PAYLOAD
+from dynident.apps.commands.demo import PAYLOAD as PAPER_PAYLOAD
 from dynident.common.arrays import Array
 from dynident.estimation import PAYLOAD, answer_payload, payload_problem
 from dynident.estimation.equations.equations import Equations

@@ -7,7 +7,7 @@ from typing import Any
 import cvxpy
 import numpy as np
 import pytest
-from dynident.apps.commands.demo.setup import PAYLOAD as PAPER_PAYLOAD
+from dynident.apps.commands.demo import PAYLOAD as PAPER_PAYLOAD
 from dynident.common.arrays import Array
 from dynident.estimation import (
     PAYLOAD,

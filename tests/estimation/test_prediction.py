@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from dynident.apps.commands.demo.setup import PAYLOAD
+from dynident.apps.commands.demo import PAYLOAD
 from dynident.estimation import answer_payload, identify, payload_problem
 from dynident.estimation.answers.system import robot_prediction
 from dynident.estimation.equations.correlation import autocorrelation

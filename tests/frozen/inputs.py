@@ -28,7 +28,7 @@ BODIES = {
 _EXCITING = "--torque-limits none --via-points 6 --starts 1 --criterion cond-scaled --max-duration"
 MOTIONS = {
     "rx_arm": f"--robot rx90 {_EXCITING} 5",
-    "rx_short": "--robot rx90 --payload-only --via-points 4 --starts 1",
+    "rx_short": "--robot rx90 --columns payload --via-points 4 --starts 1",
     "ur_arm": f"--robot ur10e.toml {_EXCITING} 5 --torque-noise 10,10,8,3,3,3",
     "tx_arm": f"--robot tx40.toml {_EXCITING} 4 --torque-noise 3,3,2,1,1,0.5",
     "six_arm": f"--robot six_axis.toml {_EXCITING} 5 --torque-noise 10,10,8,3,3,3",
@@ -44,7 +44,7 @@ RECORDINGS = (
     "--robot six_axis.toml --trajectory six_arm.csv --payload gripper.toml --rate 125 --seed 4",
 )
 DOCUMENTS = {
-    "tx_robot.json": "identify --robot tx40 --data tx_arm_unloaded.csv --decimate 8",
+    "tx_robot.json": "identify --robot tx40 --data tx_arm_unloaded.csv --equation-rate 25",
     "rx_payload.json": "payload --robot rx90 --unloaded rx_arm_unloaded.csv --loaded rx_arm_loaded.csv",
 }
 """Written by an earlier command."""

@@ -14,9 +14,9 @@ _TX = "--robot tx40 --unloaded tx_arm_unloaded.csv --loaded tx_arm_loaded.csv"
 _TX_REAL = "DYNIDENT_DATA/tx40/tx40.csv.gz"
 _UR_REAL = "--unloaded DYNIDENT_DATA/ur10e/unloaded.csv.gz --loaded DYNIDENT_DATA/ur10e/loaded_2.805kg.csv.gz"
 _GAINS = "--drive-gains 11.976,11.976,9.839,10.763,10.757,10.680"
-_WEIGHED = "--mass 6.2 --mass-sigma 0.05 --decimate 4 --cutoff 8"
+_WEIGHED = "--mass 6.2+-0.05 --equation-rate 25 --cutoff 8"
 _NOISE = "--torque-noise 24,30,10.8,5.1,6.6,2.3"
-_DESIGN = f"design --robot rx90 --payload-only --starts 1 {_NOISE}"
+_DESIGN = f"design --robot rx90 --columns payload --starts 1 {_NOISE}"
 
 
 class Run(NamedTuple):
@@ -46,20 +46,20 @@ RUNS = (
     Run("payload_ur10e_currents", f"payload {_CURRENTS} {_GAINS} --gain-sigma 2% {_WEIGHED}"),
     Run(
         "payload_tx40_stored_robot",
-        "payload --robot tx40 --robot-parameters tx_robot.json --loaded tx_arm_loaded.csv --decimate 8",
+        "payload --robot tx40 --robot-parameters tx_robot.json --loaded tx_arm_loaded.csv --equation-rate 25",
     ),
-    Run("payload_tx40_pair", f"payload {_TX} --method 3 --decimate 8 --tool-frame 0,0,0.05,0,0,30"),
+    Run("payload_tx40_pair", f"payload {_TX} --method 3 --equation-rate 25 --tool-frame 0,0,0.05,0,0,30"),
     Run(
         "payload_six_axis_constraints",
-        f"payload {_SIX} --mass-min 1 --mass-max 2.6 --com-within=-0.02,0.02,-0.02,0.05,0,0.1 "
+        f"payload {_SIX} --mass-bounds 1,2.6 --com-within=-0.02,0.02,-0.02,0.05,0,0.1 "
         "--ellipsoid 0,0,0.08,0.15,0.15,0.15",
     ),
     Run("weigh_rx90", f"weigh {_RX_NEAR}"),
-    Run("weigh_rx90_known_mass", f"weigh {_RX_NEAR} --mass 6.2 --mass-sigma 0.02"),
+    Run("weigh_rx90_known_mass", f"weigh {_RX_NEAR} --mass 6.2+-0.02"),
     Run("weigh_ur10e_box", f"weigh {_UR_NEAR} --inertia box:200x200x100 --gain-sigma 2%"),
     Run(
         "identify_rx90_essential",
-        "identify --robot rx90 --data rx_arm_unloaded.csv --validate rx_near_unloaded.csv --essential-sigma 20%",
+        "identify --robot rx90 --data rx_arm_unloaded.csv --validate rx_near_unloaded.csv --essential 20%",
     ),
     Run(
         "identify_six_axis_prior",
@@ -74,14 +74,14 @@ RUNS = (
     Run("design_rx90_fourier", f"{_DESIGN} --fourier 2 --duration 3 --criterion cond"),
     Run(
         "design_rx90_near",
-        "near --robot rx90 --pose=0,-45,90,0,45,0 --joints 4,5,6 --mass 6 --mass-sigma 0.1 --duration 4 "
+        "near --robot rx90 --pose=0,-45,90,0,45,0 --joints 4,5,6 --mass 6+-0.1 --duration 4 "
         f"--speed-override 0.6 {_NOISE}",
     ),
     Run("score_rx90_stored_motion", f"score rx_arm.csv --robot rx90 {_NOISE}"),
     Run(
         "fleet_reduce",
-        "fleet reduce six_arm_unloaded.csv ur_near_unloaded.csv --robot six_axis.toml --decimate 4 --pattern "
-        "{arm}_unloaded.csv --store store",
+        "fleet reduce six_arm_unloaded.csv ur_near_unloaded.csv --robot six_axis.toml --equation-rate 31.25 "
+        "--pattern {arm}_unloaded.csv --store store",
     ),
     Run("real_payload_ur10e", f"payload --robot ur10e {_UR_REAL} {_GAINS}"),
     Run("real_identify_tx40", f"identify --robot tx40 --data {_TX_REAL}"),

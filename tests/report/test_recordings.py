@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from dynident.apps.commands.demo.setup import PAYLOAD
+from dynident.apps.commands.demo import PAYLOAD
 from dynident.apps.logs.read import read_recording
 from dynident.apps.report.recordings import write_recording, write_truth
 from dynident.model import InertialParameters, load_robot

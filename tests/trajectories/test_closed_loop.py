@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from dynident.apps.commands.demo.setup import PAYLOAD
+from dynident.apps.commands.demo import PAYLOAD
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError
 from dynident.model import (

@@ -247,7 +247,7 @@ def check_mass_visible(visibility: PayloadVisibility, mass_known: bool, when: st
     why = f"they show it only in {sums}" if sums else "they do not contain it"
     raise InputError(
         f"mass not visible {when}: the torques of joint {joints} alone leave it undetermined ({why}); let another "
-        "joint move, or weigh the payload and give --mass and --mass-sigma"
+        "joint move, or weigh the payload and give --mass KG+-KG"
     )
 
 

@@ -1,42 +1,28 @@
 """Options that several commands share: declared once, read once, handed on as frozen values."""
 
-from .goals import GoalOptions, NoiseOptions
-from .knowledge import FrictionOptions, GainOptions, KnowledgeOptions
-from .limits import LimitOptions
-from .motion_files import MotionFiles
-from .outputs import EquationOptions, PageOptions, ResultOptions, ViewOptions, print_lines
-from .reading import Options, add_command, in_si, option
-from .recordings import EssentialOptions, FilterOptions, LogOptions, PairOptions, ProcessingOptions, Setup
-from .robots import ArmOptions, FramedRobotOptions, HostOptions, RehearsedRobotOptions, RobotOptions
-from .shapes import ShapeOptions
-
-__all__ = [
-    "ArmOptions",
-    "EquationOptions",
-    "EssentialOptions",
-    "FilterOptions",
-    "FramedRobotOptions",
-    "FrictionOptions",
-    "GainOptions",
-    "GoalOptions",
-    "HostOptions",
-    "KnowledgeOptions",
-    "LimitOptions",
-    "LogOptions",
-    "MotionFiles",
-    "NoiseOptions",
-    "Options",
-    "PageOptions",
-    "PairOptions",
-    "ProcessingOptions",
-    "RehearsedRobotOptions",
-    "ResultOptions",
-    "RobotOptions",
-    "Setup",
-    "ShapeOptions",
-    "ViewOptions",
-    "add_command",
-    "in_si",
-    "option",
-    "print_lines",
-]
+from .knowledge import FrictionOptions as FrictionOptions
+from .knowledge import GainOptions as GainOptions
+from .knowledge import KnowledgeOptions as KnowledgeOptions
+from .motions import GoalOptions as GoalOptions
+from .motions import LimitOptions as LimitOptions
+from .motions import NoiseOptions as NoiseOptions
+from .outputs import EquationOptions as EquationOptions
+from .outputs import PageOptions as PageOptions
+from .outputs import ResultOptions as ResultOptions
+from .outputs import ViewOptions as ViewOptions
+from .outputs import print_lines as print_lines
+from .reading import Options as Options
+from .reading import add_command as add_command
+from .reading import in_si as in_si
+from .reading import option as option
+from .recordings import EssentialOptions as EssentialOptions
+from .recordings import FilterOptions as FilterOptions
+from .recordings import LogOptions as LogOptions
+from .recordings import PairOptions as PairOptions
+from .recordings import ProcessingOptions as ProcessingOptions
+from .recordings import Setup as Setup
+from .robots import ArmOptions as ArmOptions
+from .robots import FramedRobotOptions as FramedRobotOptions
+from .robots import HostOptions as HostOptions
+from .robots import RehearsedRobotOptions as RehearsedRobotOptions
+from .robots import RobotOptions as RobotOptions

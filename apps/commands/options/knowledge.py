@@ -10,7 +10,7 @@ from typing import ClassVar
 from .... import estimation, model
 from ....common.errors import InputError
 from ... import results
-from ..values import number, numbers, relative, relative_list
+from ..values import bounds, gain_errors, share, six, with_sigma
 from .reading import Options, about, option
 from .recordings import Setup
 
@@ -23,26 +23,21 @@ _INSTEAD = (
 )
 
 
-def six(text: str) -> tuple[float, ...]:
-    """Six finite numbers separated by commas."""
-    return numbers(text, 6)
-
-
 @dataclass(frozen=True)
 class KnowledgeOptions(Options):
     """What is known of the payload; it enters the constrained estimate of every method."""
 
     GROUP: ClassVar[str] = "what is known beforehand"
-    ABOUT: ClassVar[str] = "lengths in m, in the frame of the answer"
+    ABOUT: ClassVar[str] = "lengths in m, in the frame of the answer; with = before a value that begins with minus"
 
-    mass: float | None = option(type=number, metavar="KG", help="the payload was weighed; needs --mass-sigma")
-    mass_sigma: float | None = option(type=number, metavar="KG", help="standard deviation of the scale")
-    mass_min: float | None = option(type=number, metavar="KG", help="the payload has at least this mass")
-    mass_max: float | None = option(type=number, metavar="KG", help="the payload has at most this mass")
+    mass: tuple[tuple[float, ...], float | None] | None = option(
+        type=with_sigma, metavar="KG+-KG", help="the payload was weighed, with the scale's standard deviation"
+    )
+    mass_bounds: tuple[float | None, float | None] | None = option(
+        type=bounds, metavar="LEAST,MOST", help="the payload's mass lies between; either may be left out: ,3"
+    )
     com_within: tuple[float, ...] | None = option(
-        type=six,
-        metavar="X0,X1,Y0,Y1,Z0,Z1",
-        help="box that holds the centre of mass; with = before a list that begins with minus",
+        type=six, metavar="X0,X1,Y0,Y1,Z0,Z1", help="box that holds the centre of mass"
     )
     ellipsoid: tuple[float, ...] | None = option(
         type=six, metavar="X,Y,Z,A,B,C", help="centre and semi-axes of one that holds all of it"
@@ -55,17 +50,18 @@ class KnowledgeOptions(Options):
             InputError: if they make no sense.
         """
         constraints: list[estimation.Constraint] = [estimation.PossibleBody()]
-        if (self.mass is None) != (self.mass_sigma is None):
-            raise InputError("--mass and --mass-sigma belong together: a scale errs too, by how much must be said")
-        if self.mass is not None and self.mass_sigma is not None:
-            with about("--mass", "--mass-sigma"):
-                constraints.append(estimation.KnownMass(self.mass, self.mass_sigma))
-        if self.mass_min is not None or self.mass_max is not None:
-            least = 0.0 if self.mass_min is None else self.mass_min
-            with about("--mass-min", "--mass-max"):
-                constraints.append(
-                    estimation.MassBounds(least, math.inf if self.mass_max is None else self.mass_max)
+        if self.mass is not None:
+            masses, sigma = self.mass
+            if len(masses) > 1 or sigma is None:
+                raise InputError(
+                    "--mass: a scale errs too, by how much must be said: give one mass and its standard "
+                    f"deviation, such as {masses[0]:g}+-0.01"
                 )
+            constraints.append(estimation.KnownMass(masses[0], sigma))
+        if self.mass_bounds is not None:
+            least, most = self.mass_bounds
+            with about("--mass-bounds"):
+                constraints.append(estimation.MassBounds(least or 0.0, math.inf if most is None else most))
         if self.com_within is not None:
             with about("--com-within"):
                 constraints.append(estimation.CentreOfMassInBox(self.com_within[::2], self.com_within[1::2]))
@@ -80,7 +76,7 @@ class FrictionOptions(Options):
     """How far friction under load may differ from the robot's own."""
 
     friction_change: float | None = option(
-        type=relative,
+        type=share,
         metavar="SHARE",
         help="method 4 and --robot-parameters: by how much friction under load may differ from the robot's own, "
         "1 sigma, 0 for not at all (default: 10%%)",
@@ -98,11 +94,10 @@ class GainOptions(Options):
 
     GROUP: ClassVar[str] = "drive gains"
 
-    gain_sigma: tuple[float, ...] | None = option(
-        type=relative_list, metavar="2%|S1%,S2%,..", help="each joint's error of torque or drive gain"
-    )
-    gain_sigma_common: float | None = option(
-        type=relative, metavar="1%", help="error of the torques that all joints share"
+    gain_sigma: tuple[tuple[float, ...], float] | None = option(
+        type=gain_errors,
+        metavar="2%|S1,S2,..%|common=1%",
+        help="each joint's error of torque or drive gain, and one that all share: 2%%,common=1%%",
     )
 
     def errors(
@@ -126,27 +121,19 @@ class GainOptions(Options):
             InputError: if it cannot be used, before any work is done.
         """
         then = stored.gains if stored is not None else None
-        gains, n = self._told_now(setup.identified), setup.robot.n
+        now, n = setup.identified, setup.robot.n
+        if self.gain_sigma is not None or now is not None:
+            per_joint, common = self.gain_sigma or ((0.0,), 0.0)
+            now = replace(now or estimation.Gains(), per_joint=per_joint, common=common)
         notes: tuple[str, ...] = (_FROM_ROBOT,)
-        if gains is not None:
+        if now is not None:
             with about("--gain-sigma"):
-                gains.covariance(n)
-            notes = (_INSTEAD,) if then is not None and not gains.says_as(then, n) else ()
-        elif then is not None:
-            gains = then
-        else:
+                now.covariance(n)
+            notes = (_INSTEAD,) if then is not None and not now.says_as(then, n) else ()
+        gains = now or then
+        if gains is None:
             return None
         # The same gains, even if they are told by numbers now.
         source = then if then is not None and not any(gains.recordings.values()) else gains
         used = source.reused(loaded, unloaded)
         return replace(gains, recordings=source.recordings, mass=source.mass, notes=(*used, *notes))
-
-    def _told_now(self, file: estimation.Gains | None) -> estimation.Gains | None:
-        """The uncertainty by options or a file of gains."""
-        if self.gain_sigma is None and self.gain_sigma_common is None and file is None:
-            return None
-        return replace(
-            file or estimation.Gains(),
-            per_joint=self.gain_sigma or (0.0,),
-            common=self.gain_sigma_common or 0.0,
-        )

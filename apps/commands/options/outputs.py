@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import argparse
 import shlex
 import sys
 from collections.abc import Callable, Iterator, Mapping
@@ -21,6 +20,7 @@ from ..settings import is_settings_file, settings_text
 from .reading import Options, option
 
 if TYPE_CHECKING:
+    from ....cli import Parser
     from ...report import Page, Provenance, Screen
     from ...view.moving import View
 
@@ -65,7 +65,7 @@ class PageOptions(ResultOptions):
     """The result as JSON, and as an HTML report with its figures.
 
     Attributes:
-        argv, parser: the command line that repeats it, and what reads it.
+        argv, parser: the command line, and what has read it.
         config: file of options that was read.
     """
 
@@ -80,7 +80,7 @@ class PageOptions(ResultOptions):
         help="write its figures as PNG, SVG and PDF; made if missing",
     )
     argv: tuple[str, ...] = ()
-    parser: argparse.ArgumentParser | None = None
+    parser: Parser | None = None
     config: str | None = None
 
     @property
@@ -116,14 +116,10 @@ class PageOptions(ResultOptions):
         content = page()
         if self.report:
             report.write_report(self.report, content)
-            self._write_settings()
+            if self.parser is not None and (path := self.settings_file) is not None:
+                write_text(path, settings_text(self.parser, self.parser.typed))
         if self.plots:
             report.write_plots(self.plots, content)
-
-    def _write_settings(self) -> None:
-        """Write the file that repeats the run."""
-        if self.parser is not None and (path := self.settings_file) is not None:
-            write_text(path, settings_text(self.parser, self.argv))
 
     def provenance(self, settings: Mapping[str, str], *parts: Options) -> Provenance:
         """What the report was made from.
@@ -164,24 +160,28 @@ class ViewOptions(Options):
     GROUP: ClassVar[str] = "view"
 
     view: str | None = option(
-        writes="file", metavar="F.html", help="the arm in three dimensions, one file that plays without a server"
+        writes="stream",
+        metavar="F.html",
+        help="the arm in three dimensions, one file that plays without a server; - opens it in the browser",
     )
-    show: bool = option(action="store_true", help="open the view in the browser")
 
     def check_view(self) -> None:
         """Refuse a view that could not be made, before any work is done."""
-        if self.view or self.show:
+        if self.view:
             views.require_viewer()
 
     def write_view(self, view: Callable[[], View]) -> None:
-        """Write and open what was asked for; the view is made only then."""
-        if not (self.view or self.show):
+        """Write or open the view; it is made only if it was asked for."""
+        if not self.view:
             return
+        shown = None
         with status("drawing the view"):
             scene = view()
-            if self.view:
+            if self.view == "-":
+                shown = views.show_view(None, scene)
+            else:
                 views.write_view(self.view, scene)
         for text in scene.notes:
             note(text)
-        if self.show:
-            note(f"the view is open in the browser: {views.show_view(self.view, scene)}")
+        if shown:
+            note(f"the view is open in the browser: {shown}")

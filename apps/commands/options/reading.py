@@ -21,24 +21,34 @@ from .. import COMMANDS
 from ..progress import Manner, finished, speaking
 
 Writes = Literal["", "file", "folder", "stream"]
-_NEEDED = (
-    "not a file in a folder that exists: make the folder, or give another path",
-    "is not a folder, nor can one be made there: give another path",
-)
+_NEEDED = {
+    False: "not a file in a folder that exists: make the folder, or give another path",
+    True: "is not a folder, nor can one be made there: give another path",
+}
 
 
 def option(
-    name: str = "", *, group: str = "", either: str = "", reads: str = "", writes: Writes = "", **how: Any
+    name: str = "",
+    *,
+    group: str = "",
+    either: str = "",
+    reads: str = "",
+    writes: Writes = "",
+    rare: bool = False,
+    **how: Any,
 ) -> Any:
     """Field of an option.
 
     Args:
         name: of an argument without dashes; options are called as their fields are.
         group: heading in the help, instead of the class's own.
-        either: options with the same word here exclude each other.
+        either: options with the same word here exclude each other; one is needed where the word ends in "!".
         reads: what the file is for that the option names; empty if it names none.
-        writes: whether it names a file that is written, a folder, or a file or "-", which is standard output.
+        writes: whether it names a file that is written, a folder, or a file or "-".
+        rare: a setting for files of options (``--config``); the help of a command leaves it out.
     """
+    if rare:
+        how["help"] = argparse.SUPPRESS
     about = {"name": name, "group": group, "either": either, "reads": reads, "writes": writes}
     return field(default=None, metadata={"about": about, "how": how})
 
@@ -65,14 +75,14 @@ class Options:
             if not entry.metadata or entry.name in cls.WITHOUT:
                 continue
             about, how = entry.metadata["about"], entry.metadata["how"]
-            heading = about["group"] or cls.GROUP
+            heading, either = about["group"] or cls.GROUP, about["either"]
             if heading not in groups:
                 groups[heading] = parser.add_argument_group(heading, cls.ABOUT or None)
             place = groups[heading]
-            if about["either"]:
-                required = {"required": about["either"].endswith("!")}
-                place = rivals.setdefault(about["either"], None) or place.add_mutually_exclusive_group(**required)
-                rivals[about["either"]] = place
+            if either:
+                if either not in rivals:
+                    rivals[either] = place.add_mutually_exclusive_group(required=either.endswith("!"))
+                place = rivals[either]
             action = place.add_argument(about["name"] or f"--{entry.name.replace('_', '-')}", **how)
             action.reads, action.writes = about["reads"], about["writes"]
 
@@ -146,46 +156,33 @@ def add_command(commands: Any, name: str, run: Callable[..., int], **how: Any) -
         with keeping(read), speaking(terminal.manner), finished(name):
             return run(*values)
 
-    parser.set_defaults(run=called)
+    parser.set_defaults(run=called, parser=parser)
 
 
 def check_targets(parts: Sequence[Options]) -> None:
     """Refuse what cannot be written, or would overwrite an input or another output, before any work is done."""
-    owners = _inputs(parts)
+    # A shipped robot's name is no file; folders may hold what several options write.
+    read = ((place_of(path), name) for part in parts for name, _, path in part.named("reads"))
+    owners = {place: name for place, name in read if place.exists()}
     folders: dict[Path, str] = {}
-    outputs = chain.from_iterable(part.named("writes") for part in parts)
-    for name, kind, path in (output for output in outputs if output[1:] != ("stream", "-")):
-        place = place_of(path)
-        _check_place(name, kind, path)
-        rivals = owners if kind == "folder" else owners | folders  # folders may hold what several options write
+    for name, kind, path in chain.from_iterable(part.named("writes") for part in parts):
+        if (kind, path) == ("stream", "-"):
+            continue
+        place, is_folder = place_of(path), kind == "folder"
+        if not path or not (_may_hold_files(place) if is_folder else _may_be_file(place)):
+            raise InputError(f"{name} {path!r}: {_NEEDED[is_folder]}")
+        rivals = owners if is_folder else owners | folders
         if place in rivals and not is_device(place):  # a pipe or a terminal may be named twice
             raise InputError(f"{name} {path!r}: {rivals[place]} names this file too: give another one")
-        (folders if kind == "folder" else owners)[place] = name
+        (folders if is_folder else owners)[place] = name
 
 
-def _inputs(parts: Sequence[Options]) -> dict[Path, str]:
-    """Files that are read, and the options that name them; a shipped robot's name is no file."""
-    named = chain.from_iterable(part.named("reads") for part in parts)
-    return {place: name for place, name in ((place_of(path), name) for name, _, path in named) if place.exists()}
+def _may_be_file(place: Path) -> bool:
+    return not place.is_dir() and place.parent.is_dir()
 
 
-def _check_place(name: str, kind: str, path: str) -> None:
-    """Refuse a path at which what an option writes cannot be."""
-    if not (_may_hold_files(path) if kind == "folder" else _may_be_file(path)):
-        raise InputError(f"{name} {path!r}: {_NEEDED[kind == 'folder']}")
-
-
-def _may_be_file(path: str) -> bool:
-    """Whether a path is a file, or one can be made there."""
-    return bool(path) and not Path(path).is_dir() and place_of(path).parent.is_dir()
-
-
-def _may_hold_files(path: str) -> bool:
-    """Whether a path is a folder, or one can be made there."""
-    above = place_of(path)
-    while not above.exists():
-        above = above.parent
-    return bool(path) and above.is_dir()
+def _may_hold_files(place: Path) -> bool:
+    return next(above for above in (place, *place.parents) if above.exists()).is_dir()
 
 
 @contextmanager

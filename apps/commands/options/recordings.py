@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Sequence
 from dataclasses import dataclass, field, fields, replace
-from typing import Any, ClassVar, Literal
+from typing import ClassVar, Literal
 
 from .... import estimation, model
 from ....common.errors import InputError
@@ -13,7 +12,7 @@ from ....common.progress import each
 from ... import logs, results
 from ...logs.map import LogMap, read_log_map
 from ..progress import note, status
-from ..values import fraction, gains_list, gains_or_file, number, positive, texts
+from ..values import gains_or_file, number, numbers, stop_rule, texts
 from .reading import Options, about, option
 
 _PROCESSING = "processing"
@@ -45,12 +44,11 @@ class Setup:
                 for path in each(paths, lambda path: f"reading {path}", progress)
                 for piece in self.pieces(path)
             ]
-        for recording in recordings:
-            for text in recording.notes:
-                about = text.split(": ", 1)[1]
-                if about not in self.told:
-                    self.told.add(about)
-                    note(text)
+        for text in (text for recording in recordings for text in recording.notes):
+            about = text.split(": ", 1)[1]
+            if about not in self.told:
+                self.told.add(about)
+                note(text)
         return recordings
 
     def pieces(self, path: str) -> tuple[model.Recording, ...]:
@@ -59,18 +57,22 @@ class Setup:
 
     def in_words(self) -> dict[str, str]:
         """Robot and processing for the report."""
-        robot, processing = self.robot, self.processing
-        rate = f"{processing.rate:g} Hz" if processing.rate else "the recording's own"
-        cutoff = f"{processing.cutoff:g} Hz" if processing.cutoff else "none"
-        grid_rate = processing.equation_rate
-        gains = ", ".join(f"{gain:g}" for gain in self.gains) if self.gains else "torques were read"
+        robot, processing, grid_rate = self.robot, self.processing, self.processing.equation_rate
+        speeds = processing.slow_speed if isinstance(processing.slow_speed, tuple) else (processing.slow_speed,)
+        slow = f"{100.0 * processing.slow_fraction:g} % of a joint's largest speed"
+        if any(speeds):
+            slow += f", and {', '.join(f'{speed:g}' for speed in speeds)} rad/s or m/s"
         words = {
             "robot": f"{robot.title or robot.name} ({robot.name})",
-            "sampling rate": rate,
-            "low-pass (Butterworth, 4th order, zero phase)": cutoff,
+            "sampling rate": f"{processing.rate:g} Hz" if processing.rate else "the recording's own",
+            "low-pass (Butterworth, 4th order, zero phase)": f"{processing.cutoff:g} Hz"
+            if processing.cutoff
+            else "none",
             "decimation": str(processing.decimate) if grid_rate is None else f"to {grid_rate:g} Hz",
-            "slow rows left out below": _slow(processing),
-            "drive gains [N·m/A]": gains,
+            "slow rows left out below": slow,
+            "drive gains [N·m/A]": ", ".join(f"{gain:g}" for gain in self.gains)
+            if self.gains
+            else "torques were read",
             "offset of each joint": "identified" if robot.drives.offsets else "none",
         }
         if robot.coupling is not None:
@@ -87,13 +89,13 @@ class LogOptions(Options):
     GROUP: ClassVar[str] = "logs"
     ABOUT: ClassVar[str] = "CSV, TSV, NPZ, MAT, Parquet, ROS 2 bags; see docs/logs.md"
 
-    log_map: str | None = option(reads="log map", metavar="TOML", help="columns, units, side and signs of the logs")
+    log_map: str | None = option(
+        reads="log map", metavar="TOML", help="columns, units, side and signs of the logs, topic of a ROS 2 bag"
+    )
     joints: tuple[str, ...] = option(type=texts, default=(), metavar="A,B,..", help="joints by name, base to tip")
     units: tuple[str, ...] = option(type=texts, default=(), metavar="q=deg,..", help="units of q, qd, tau, i, t")
-    signs: tuple[float, ...] = option(
-        type=gains_list, default=(), metavar="1,-1,..", help="turn the sense of joints"
-    )
-    topic: str = option(default="", metavar="NAME", help="ROS 2 bag: which joint states")
+    signs: tuple[float, ...] = option(type=numbers, default=(), metavar="1,-1,..", help="turn the sense of joints")
+    topic: str = option(rare=True, default="", metavar="NAME")
     drive_gains: tuple[float, ...] | str | None = option(
         reads="drive gains",
         type=gains_or_file,
@@ -127,15 +129,8 @@ class ProcessingOptions(LogOptions):
     equation_rate: float | None = option(
         group=_PROCESSING, type=number, metavar="HZ", help="decimate Y and W alike, to about this rate"
     )
-    decimate: int | None = option(
-        group=_PROCESSING, type=positive, metavar="N", help="the same by a whole factor (until the next version)"
-    )
-    offsets: bool | None = option(
-        group=_PROCESSING, action=argparse.BooleanOptionalAction, help="a constant torque per joint"
-    )
-    coulomb: Literal["sum", "paper"] | None = option(
-        group=_PROCESSING, choices=("sum", "paper"), help="Coulomb friction of coupled drives"
-    )
+    offsets: Literal["true", "false"] | None = option(rare=True, group=_PROCESSING, choices=("true", "false"))
+    coulomb: Literal["sum", "paper"] | None = option(rare=True, group=_PROCESSING, choices=("sum", "paper"))
 
     def setup(self, robot: model.Robot, stored: results.StoredRobot | None = None) -> Setup:
         """The robot with the model structure and processing that the command line asks for.
@@ -149,31 +144,23 @@ class ProcessingOptions(LogOptions):
             stored.check_gains(gains)
         with about("--coulomb"):
             robot = robot if self.coulomb is None else robot.with_coulomb(self.coulomb)
-        robot = robot if self.offsets is None else robot.with_offsets(self.offsets)
+        robot = robot if self.offsets is None else robot.with_offsets(self.offsets == "true")
         if stored and robot.fingerprint != stored.fingerprint:
             raise InputError("--offsets and --coulomb must be those the stored parameters were identified with")
-        settings = self._settings()
-        with about(*(f"--{name.replace('_', '-')}" for name in settings if self.has(name))):
+        names = {entry.name for entry in fields(model.Processing)} & {entry.name for entry in fields(self)}
+        settings = {name: getattr(self, name) for name in names if self.has(name)}
+        if "equation_rate" in settings:  # takes the place of either in the robot's file
+            settings["decimate"] = 1
+        with about(*(f"--{name.replace('_', '-')}" for name in sorted(names) if self.has(name))):
             processing = replace(robot.processing, **settings)
         return Setup(robot, processing, gains, identified, self.how())
-
-    def _settings(self) -> dict[str, Any]:
-        """Settings of processing that were given; options are called as they are."""
-        settings = {entry.name for entry in fields(model.Processing)}
-        if self.has("equation_rate") and self.has("decimate"):
-            raise InputError("--equation-rate and --decimate say the same: give one of them")
-        # What is given takes the place of either in the robot's file.
-        either = {"decimate": 1, "equation_rate": None}
-        rates = either if self.has("equation_rate") or self.has("decimate") else {}
-        return rates | {entry.name: getattr(self, entry.name) for entry in fields(self)
-                if entry.name in settings and self.has(entry.name)}  # fmt: skip
 
 
 @dataclass(frozen=True)
 class FilterOptions(ProcessingOptions):
-    """Settings of filtering without those of decimation, for commands that build no equations of thinned rows."""
+    """Settings of filtering without that of decimation, for commands that build no equations of fewer rows."""
 
-    WITHOUT: ClassVar[frozenset[str]] = frozenset({"decimate", "equation_rate"})
+    WITHOUT: ClassVar[frozenset[str]] = frozenset({"equation_rate"})
 
 
 @dataclass(frozen=True)
@@ -191,30 +178,11 @@ class PairOptions(ProcessingOptions):
 
 @dataclass(frozen=True)
 class EssentialOptions(Options):
-    """When the elimination of parameters ends: one rule or the other."""
+    """When the elimination of parameters ends."""
 
-    essential_ratio: float | None = option(
-        either="rule",
-        type=number,
-        metavar="RATIO",
-        help="eliminate parameters until the error's standard deviation has grown by this (default: 1.02)",
+    essential: estimation.StopRule | None = option(
+        type=stop_rule,
+        metavar="RATIO|PERCENT",
+        help="eliminate parameters until the error's standard deviation has grown by this ratio (default: 1.02), "
+        "or until all relative standard deviations are within a percentage such as 10%%",
     )
-    essential_sigma: float | None = option(
-        either="rule",
-        type=fraction,
-        metavar="PERCENT",
-        help="or until all relative standard deviations are within this, such as 10%%",
-    )
-
-    def rule(self) -> estimation.StopRule | None:
-        """The rule asked for; None for the default."""
-        if self.essential_sigma is not None:
-            return estimation.SigmaBound(self.essential_sigma)
-        return estimation.SigmaRatio(self.essential_ratio) if self.essential_ratio is not None else None
-
-
-def _slow(processing: model.Processing) -> str:
-    """Which rows are too slow to be used."""
-    share = f"{100.0 * processing.slow_fraction:g} % of a joint's largest speed"
-    speeds = processing.slow_speed if isinstance(processing.slow_speed, tuple) else (processing.slow_speed,)
-    return f"{share}, and {', '.join(f'{speed:g}' for speed in speeds)} rad/s or m/s" if any(speeds) else share

@@ -10,7 +10,7 @@ from .... import model
 from ....common.errors import InputError
 from ... import live
 from ..progress import note
-from ..values import mount, port_number, positive_number, three, tool_frame
+from ..values import chain, mount, port_number, positive_number, tool_frame
 from .reading import Options, option
 
 _INSTALLED = "installation"
@@ -20,24 +20,22 @@ _INSTALLED = "installation"
 class ArmOptions(Options):
     """A robot by its name or file, for commands in which gravity does not count."""
 
-    ABOUT: ClassVar[str] = "how the robot is mounted; which links of a URDF it has"
-
     robot: str = option(
         reads="robot",
         required=True,
         metavar="NAME|FILE",
         help="a shipped robot ('dynident robot list'), TOML or URDF",
     )
-    base: str | None = option(
-        group=_INSTALLED, metavar="LINK", help="URDF: first link of the chain (default: the root)"
-    )
-    tip: str | None = option(
-        group=_INSTALLED, metavar="LINK", help="URDF: the flange's link, where there are several ends"
+    chain: tuple[str | None, str | None] | None = option(
+        group=_INSTALLED,
+        type=chain,
+        metavar="BASE:TIP",
+        help="URDF: first link and flange of the arm, either may be left out (default: the root, the only end)",
     )
 
     def load(self) -> model.Robot:
         """The robot, with a note for each angle that was taken as a right one."""
-        robot = model.load_robot(self.robot, self.base, self.tip)
+        robot = model.load_robot(self.robot, *(self.chain or (None, None)))
         for angle in robot.snapped:
             note(f"{self.robot}: {angle}")
         return robot
@@ -47,27 +45,21 @@ class ArmOptions(Options):
 class RobotOptions(ArmOptions):
     """A robot and how it is mounted."""
 
-    mount: tuple[float, float, float] | None = option(
+    mount: tuple[str, tuple[float, float, float]] | None = option(
         group=_INSTALLED,
         type=mount,
         metavar="HOW",
-        help="floor, wall (x of the base points down), ceiling, or roll,pitch,yaw of the base in degrees",
-    )
-    gravity: tuple[float, float, float] | None = option(
-        group=_INSTALLED,
-        type=three,
-        metavar="X,Y,Z",
-        help="gravity in the base's frame [m/s^2], instead of --mount",
+        help="floor, wall (x of the base points down), ceiling, roll,pitch,yaw of the base in degrees, or "
+        "gravity=X,Y,Z in its frame [m/s^2]",
     )
 
     def load(self) -> model.Robot:
         """The robot as it is mounted."""
         robot = super().load()
-        if self.mount is not None and self.gravity is not None:
-            raise InputError("--mount and --gravity say the same: give one of them")
-        if self.mount is not None:
-            robot = model.mounted(robot, self.mount)
-        return model.with_gravity(robot, self.gravity) if self.gravity is not None else robot
+        if self.mount is None:
+            return robot
+        kind, values = self.mount
+        return model.with_gravity(robot, values) if kind == "gravity" else model.mounted(robot, values)
 
 
 @dataclass(frozen=True)

@@ -4,29 +4,15 @@ Every format gives one small text that says frame, reference point, order, units
 ``ControllerLoad`` for the body, ``FORMATS`` for what there is.
 """
 
-from . import (
-    abb,
-    fanuc,
-    franka,
-    kuka,
-    mjcf,
-    ros2,
-    sdformat,
-    staubli,
-    universal_robots,
-    urdf,
-    usd,
-    yaskawa,
-)
+from . import abb, fanuc, franka, kuka, mjcf, sdformat, staubli, universal_robots, urdf, usd, yaskawa
 from .form import ControllerFormat
-from .load import ControllerLoad
-from .payload_file import load_of_document, read_load
+from .load import ControllerLoad, load_of_document, read_load
 
-_MODULES = (
-    abb, kuka, universal_robots, ros2, franka, fanuc, yaskawa, staubli, urdf, sdformat, mjcf, usd,
+_FORMATS = (
+    abb.FORMAT, kuka.FORMAT, universal_robots.FORMAT, universal_robots.ROS2, franka.FORMAT, fanuc.FORMAT,
+    yaskawa.FORMAT, staubli.FORMAT, urdf.FORMAT, sdformat.FORMAT, mjcf.FORMAT, usd.FORMAT,
 )  # fmt: skip
-
-FORMATS: dict[str, ControllerFormat] = {module.FORMAT.name: module.FORMAT for module in _MODULES}
+FORMATS: dict[str, ControllerFormat] = {form.name: form for form in _FORMATS}
 """Every format by its name on the command line."""
 
 __all__ = ["FORMATS", "ControllerFormat", "ControllerLoad", "load_of_document", "read_load"]

@@ -7,11 +7,13 @@ moment of inertia", easymanua.ls/kuka/iontec-kr-20-r3100/manual?p=40) and KRC_Wr
 (infosys.beckhoff.com/content/1033/tf5120/13081587595.html).
 """
 
+import math
+
 import numpy as np
 
+from ....model import Pose
 from .form import ControllerFormat, moment_digits, number
 from .load import ControllerLoad
-from .rotation import angles_of
 
 _TURNS = 4  # decimals of angles [deg] of a rounded inertia
 
@@ -20,7 +22,7 @@ def _write(load: ControllerLoad) -> str:
     moments, axes = load.principal
     x, y, z = (number(1e3 * value) for value in load.com)
     turns = None if load.inertia_digits is None else _TURNS
-    a, b, c = (number(float(angle), turns) for angle in np.degrees(angles_of(axes)))
+    c, b, a = (number(math.degrees(angle), turns) for angle in Pose.of(axes, np.zeros(3)).rpy)
     jx, jy, jz = (number(value, moment_digits(load)) for value in moments)
     centre = f"CM {{X {x},Y {y},Z {z},A {a},B {b},C {c}}}"
     return f"LOAD_DATA[1]={{M {number(load.mass)},{centre},J {{X {jx},Y {jy},Z {jz}}}}}"

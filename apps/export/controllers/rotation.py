@@ -1,22 +1,10 @@
-"""Principal axes, quaternions and angles as controllers write them."""
+"""Principal axes and quaternions as controllers write them."""
 
 from itertools import permutations, product
-from typing import NamedTuple
 
 import numpy as np
 
 from ....common.arrays import Array
-
-_LOCKED = 1e-9
-"""Cosine of the middle angle below which the outer two turn about one axis."""
-
-
-class Angles(NamedTuple):
-    """Rotation about z, then the new y, then the newest x [rad]: R = Rz(z) Ry(y) Rx(x)."""
-
-    z: float
-    y: float
-    x: float
 
 
 def principal_axes(inertia: Array) -> tuple[Array, Array]:
@@ -49,24 +37,3 @@ def quaternion(R: Array) -> Array:
     q = np.linalg.eigh(K)[1][:, -1]
     leading = q[0] if abs(q[0]) > 1e-12 else q[np.argmax(np.abs(q))]
     return np.asarray(q * np.sign(leading)) + 0.0
-
-
-def matrix(angles: Angles) -> Array:
-    """Rotation matrix Rz Ry Rx, 3 x 3."""
-    (cz, cy, cx), (sz, sy, sx) = np.cos(angles), np.sin(angles)
-    return np.array(
-        [
-            [cz * cy, cz * sy * sx - sz * cx, cz * sy * cx + sz * sx],
-            [sz * cy, sz * sy * sx + cz * cx, sz * sy * cx - cz * sx],
-            [-sy, cy * sx, cy * cx],
-        ]
-    )
-
-
-def angles_of(R: Array) -> Angles:
-    """Angles of a rotation matrix Rz Ry Rx; x is zero where z and x turn about one axis."""
-    cosine = float(np.hypot(R[0, 0], R[1, 0]))
-    y = float(np.arctan2(-R[2, 0], cosine))
-    if cosine < _LOCKED:
-        return Angles(float(np.arctan2(-R[0, 1], R[1, 1])), y, 0.0)
-    return Angles(float(np.arctan2(R[1, 0], R[0, 0])), y, float(np.arctan2(R[2, 1], R[2, 2])))

@@ -1,12 +1,10 @@
 """A designed motion for a controller: one file a format, each with a head that says what the motion is."""
 
-from .csv_samples import csv_text
 from .replays import Rates, controller_replays
 from .ros2 import check_joint_names, ros2_text
 from .urscript import CONTROLLER_RATE, check_urscript, urscript_text
-from .val3 import check_val3, val3_files
-from .val3_moves import val3_replay
-from .written import WrittenMotion, design_head
+from .val3 import check_val3, val3_files, val3_replay
+from .written import WrittenMotion, csv_text, design_head
 
 __all__ = [
     "CONTROLLER_RATE",

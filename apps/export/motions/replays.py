@@ -11,7 +11,7 @@ import numpy as np
 
 from ....trajectories import SampledTrajectory
 from ....trajectories.motions.family import Plan
-from .val3_moves import val3_replay
+from .val3 import val3_replay
 from .written import WrittenMotion
 
 _DENSER = "write more of them a second, or leave more room by --torque-margin"

@@ -1,5 +1,6 @@
-"""What every motion file starts from: the motion, its robot and the words at its head."""
+"""What every motion file starts from: the motion, its robot and the words at its head; and samples as CSV."""
 
+import io
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -117,3 +118,19 @@ def _numbers(values: Array) -> str:
 
 def _ascii(line: str) -> str:
     return line.replace("ä", "ae").encode("ascii", "replace").decode("ascii")
+
+
+def csv_text(written: WrittenMotion, rate: float) -> str:
+    """The file.
+
+    Args:
+        rate: samples per second [Hz].
+    """
+    motion, n = written.sampled(rate), written.robot.n
+    header = ["t", *(f"{kind}{j}" for kind in ("q", "qd", "qdd") for j in range(1, n + 1))]
+    text = io.StringIO()
+    text.writelines(f"# {line}\n" for line in written.head)
+    text.write("# Columns: t [s], positions [rad or m], speeds, accelerations.\n")
+    table = np.column_stack([motion.t, motion.q, motion.qd, motion.qdd])
+    np.savetxt(text, table, delimiter=",", header=",".join(header), comments="", fmt=f"%.{DIGITS}f")
+    return text.getvalue()

@@ -5,10 +5,10 @@ when it writes the model again; what a format has no place for is said. See ``FO
 """
 
 from . import mjcf, sdf, urdf, usd
-from .form import SimulatorFormat
+from .form import SimulatorFormat, stored_whole_robot
 from .into import Changed, into
 
 FORMATS: dict[str, SimulatorFormat] = {module.FORMAT.name: module.FORMAT for module in (mjcf, usd, urdf, sdf)}
 """Every format by its name on the command line."""
 
-__all__ = ["FORMATS", "Changed", "SimulatorFormat", "into"]
+__all__ = ["FORMATS", "Changed", "SimulatorFormat", "into", "stored_whole_robot"]

@@ -1,4 +1,4 @@
-"""What every format has: a head that says what the numbers mean, the marks of the numbers, and what is left out."""
+"""What formats of whole robots share: head, marks of numbers, what is left out, and where links stand."""
 
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping
@@ -6,10 +6,12 @@ from dataclasses import dataclass
 from xml.sax.saxutils import quoteattr
 
 from .... import __version__
-from ....common.errors import printable
-from ....estimation.possible.whole_robot import Labelled, LinkNumbers, WholeRobot
+from ....common.errors import InputError, printable
+from ....estimation.possible.whole_robot import Labelled, LinkNumbers, WholeRobot, whole_robot
+from ....model import Pose, Robot, base_parameters
+from ....model.frames import step
 from ...numbers import exact
-from .frames import gravity
+from ...results.stored import StoredRobot
 
 _UNITS = {"armature": "kg m^2 or kg", "damping": "N·m·s/rad or N·s/m", "friction": "N·m or N", "offset": "N·m or N"}
 _STANDARD_GRAVITY = [0.0, 0.0, -9.81]
@@ -70,8 +72,8 @@ class SimulatorFormat:
         if robot.spring is not None and ("spring" not in self.holds or robot.spring.table):
             law = "a table" if robot.spring.table else "the law of a spring between two pivots"
             yield f"No place for the spring on {whole.joint_names[robot.spring.joint - 1]} ({law}): add its torque."
-        if "gravity" not in self.holds and gravity(robot) != _STANDARD_GRAVITY:
-            yield f"No place for gravity: set it to {exact(gravity(robot))} m/s^2 in the base's frame."
+        if "gravity" not in self.holds and gravity_in_base(robot) != _STANDARD_GRAVITY:
+            yield f"No place for gravity: set it to {exact(gravity_in_base(robot))} m/s^2 in the base's frame."
         yield from self._lost_limits(whole)
 
     def _lost_drives(self, whole: WholeRobot) -> Iterator[str]:
@@ -147,14 +149,9 @@ def _rotors(whole: WholeRobot) -> Iterator[str]:
         yield f"Friction is left out, for nothing is known of it: {', '.join(without)}."
 
 
-def written(label: Labelled | None) -> float:
-    """A drive's number as it is written: never negative, zero where there is none."""
-    return max(label.value, 0.0) if label is not None else 0.0
-
-
 def drive_value(drive: Mapping[str, Labelled], quantity: str) -> float:
-    """``written`` for a drive's number by its word."""
-    return written(drive.get(quantity))
+    """A drive's number as it is written: never negative, zero where there is none."""
+    return max(drive[quantity].value, 0.0) if quantity in drive else 0.0
 
 
 def fields(label: Labelled) -> dict[str, str]:
@@ -199,3 +196,68 @@ def comment(lines: Iterable[str]) -> list[str]:
 def plain(text: str) -> str:
     """Text on one line that ends no comment."""
     return printable(" ".join(text.split())).replace("--", "- -").replace("--", "- -")
+
+
+def own_frame(robot: Robot, number: int) -> Pose:
+    """The link's frame in modified DH frame ``number``; the base's in frame 0."""
+    if number == 0:
+        return robot.base
+    return robot.links.poses[number - 1] if robot.links is not None else Pose()
+
+
+def in_parent(robot: Robot, j: int) -> Pose:
+    """Link j + 1 in the link before."""
+    return joint_in_parent(robot, j) @ own_frame(robot, j + 1)
+
+
+def joint_in_parent(robot: Robot, j: int) -> Pose:
+    """Modified DH frame j + 1, whose z is the joint's axis, in the link before."""
+    along_x, along_z = step(robot.joints[j], 0.0)
+    return own_frame(robot, j).inverse() @ along_x @ along_z
+
+
+def joint_direction(robot: Robot, j: int) -> list[float]:
+    """Direction of the joint's axis in link j + 1, which stands on it; shape (3,)."""
+    return [float(value) for value in own_frame(robot, j + 1).R[2]]
+
+
+def flange_pose(robot: Robot) -> Pose:
+    """The payload's frame in the last link."""
+    return own_frame(robot, robot.n).inverse() @ robot.flange
+
+
+def gravity_in_base(robot: Robot) -> list[float]:
+    """Acceleration of gravity in the base's frame [m/s^2], shape (3,)."""
+    return [float(value) + 0.0 for value in robot.base.R.T @ list(robot.gravity)]
+
+
+def flange_name(robot: Robot) -> str:
+    """Name of the flange's frame."""
+    return robot.links.tip if robot.links is not None else "flange"
+
+
+def stored_whole_robot(robot: Robot, stored: StoredRobot, path: str) -> WholeRobot:
+    """A robot with the parameters nearest to a prior, as ``dynident identify`` stored them.
+
+    Args:
+        stored: what was identified, of one recording or of several together.
+        path: of the file, for messages.
+
+    Raises:
+        InputError: if the file is another robot's, or holds no links nearest to a prior.
+    """
+    robot = stored.applied_to(robot)
+    base = base_parameters(robot)
+    nearest = stored.nearest_prior
+    if nearest is None:
+        raise InputError(
+            f"{path}: no links in it that can exist: run 'dynident identify --prior-mass KG' again (KG: the moving "
+            "links' mass, as far as it is known)"
+        )
+    if stored.estimate.names != base.columns or set(nearest.standard) != set(base.standard):
+        raise InputError(f"{path}: other parameters than this robot's: identify the robot again")
+    source = (
+        f"{len(base.columns)} base parameters identified ({path}), moved to those of a robot that can exist "
+        f"(chi2 rises by {nearest.chi2_rise:.3g})"
+    )
+    return whole_robot(robot, nearest.standard, source, base, stored.estimate, nearest.source)

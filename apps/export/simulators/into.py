@@ -1,39 +1,163 @@
 """Identified numbers in a user's own model, matched by names of joints and moved into its frames."""
 
 import math
+import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from io import StringIO
 from itertools import combinations
-from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
+from xml.etree import ElementTree
+from xml.etree.ElementTree import Element, SubElement
 
 import numpy as np
 
 from ....common.arrays import Array
 from ....common.errors import InputError
-from ....estimation.possible.whole_robot import Labelled, WholeRobot
-from ....model import InertialParameters
+from ....common.schema import read_text
+from ....estimation.possible.whole_robot import WholeRobot
+from ....model import InertialParameters, Pose
+from ....model.files.tree import read_urdf
 from ....model.frames import frames_at
 from . import mjcf, urdf
-from .form import attributes, comment, link_marks
-from .frames import own_frame
-from .placed import READERS, Extra, Placed
-from .xml_text import Element, XmlText
+from .form import comment, link_marks, own_frame
+
+
+class Placed(NamedTuple):
+    """A joint of a model at zero, in its world: a point on its axis, the axis, and the body that it moves."""
+
+    point: Array
+    axis: Array
+    body: str
+    pose: Pose
+
+
+Extra = dict[str, tuple[str, float]]
+"""Bodies fixed to others: to which, and their mass [kg]."""
+
+
+def _read_mjcf(path: str) -> tuple[dict[str, Placed], Extra]:
+    try:
+        import mujoco
+    except ImportError:
+        raise InputError("--into an MJCF file needs MuJoCo: pip install 'dynident[simulators]'") from None
+    try:
+        model: Any = mujoco.MjModel.from_xml_path(path)
+    except ValueError as error:
+        raise InputError(f"{path}: MuJoCo does not take it: {' '.join(str(error).split())}") from None
+    data = mujoco.MjData(model)
+    data.qpos[:] = 0.0
+    mujoco.mj_kinematics(model, data)
+    placed = {}
+    for k in range(model.njnt):
+        body = int(model.jnt_bodyid[k])
+        pose = Pose.of(data.xmat[body].reshape(3, 3), data.xpos[body])
+        placed[model.joint(k).name] = Placed(
+            data.xanchor[k].copy(), data.xaxis[k].copy(), model.body(body).name, pose
+        )
+    fixed = {
+        model.body(k).name: (model.body(int(model.body_weldid[k])).name, float(model.body_mass[k]))
+        for k in range(1, model.nbody)
+        if model.body_weldid[k] not in (0, k) and model.body_mass[k] > 0.0
+    }
+    return placed, fixed
+
+
+def _read_urdf(path: str) -> tuple[dict[str, Placed], Extra]:
+    tree = read_urdf(path)
+    children = {joint.child: joint for joint in tree.joints}
+
+    def pose(link: str) -> Pose:
+        joint = children.get(link)
+        return Pose() if joint is None else pose(joint.parent) @ joint.origin
+
+    placed, fixed = {}, {}
+    for joint in tree.joints:
+        there, body = pose(joint.child), tree.links[joint.child]
+        if joint.kind == "fixed":
+            fixed[joint.child] = (joint.parent, body.mass if body is not None else 0.0)
+            continue
+        axis = np.array(joint.axis) / np.linalg.norm(joint.axis)
+        placed[joint.name] = Placed(there.p, there.R @ axis, joint.child, there)
+    return placed, fixed
+
+
+def _elements(text: str) -> list[Element]:
+    """What a text holds, comments too."""
+    builder = ElementTree.TreeBuilder(insert_comments=True, insert_pis=True)
+    return list(ElementTree.XML(f"<all>{text}</all>", ElementTree.XMLParser(target=builder)))
+
+
+class UserXml:
+    """A user's XML of which some elements change: all else stays, comments too.
+
+    Attributes:
+        root: the outermost element.
+        above: the element that each stands in.
+    """
+
+    def __init__(self, path: str) -> None:
+        """Read a file.
+
+        Raises:
+            InputError: if it is no XML, or defines entities.
+        """
+        text = read_text(path)
+        if "<!DOCTYPE" in text or "<!ENTITY" in text:
+            raise InputError(f"{path}: <!DOCTYPE and <!ENTITY are not accepted in a model: remove them")
+        # What stands around the root is no part of the tree, nor are prefixes that no name has.
+        around = r"(?:\s|<\?(?:(?!\?>).)*\?>|<!--(?:(?!-->).)*-->)*"
+        before, after = re.match(around, text, re.DOTALL), re.search(around + r"\Z", text, re.DOTALL)
+        self._path, self._before, self._after = path, before[0] if before else "", after[0] if after else ""
+        try:
+            prefixes = dict(names for _, names in ElementTree.iterparse(StringIO(text), ["start-ns"]))
+            (self.root,) = _elements(text[len(self._before) : len(text) - len(self._after)])
+        except ElementTree.ParseError as error:
+            raise InputError(f"{path}: not valid XML: {error}") from None
+        self.above = {child: parent for parent in self.root.iter() for child in parent}
+        for prefix, space in prefixes.items():
+            if not any(
+                f"{{{space}}}" in f"{element.tag} {' '.join(element.attrib)}" for element in self.root.iter()
+            ):
+                self.root.set(f"xmlns:{prefix}", space)
+            elif not re.fullmatch(r"ns\d+", prefix):
+                ElementTree.register_namespace(prefix, space)
+
+    def named(self, tag: str, name: str) -> Element:
+        """The element of a tag and a name.
+
+        Raises:
+            InputError: if there is none.
+        """
+        for element in self.root.iter(tag):
+            if element.get("name") == name:
+                return element
+        raise InputError(
+            f"{self._path}: {tag} {name!r} does not stand in this file: give the file that it is included from"
+        )
+
+    def set_inertial(self, parent: Element, lines: list[str]) -> None:
+        """Put lines in the place of a link's inertial, or first into it."""
+        old = parent.find("inertial")
+        place, space = (0, parent.text) if old is None else (list(parent).index(old), old.tail)
+        if old is not None:
+            parent.remove(old)
+        for element in reversed(_elements("\n".join(lines))):
+            element.tail = space
+            parent.insert(place, element)
+
+    def text(self) -> str:
+        """The text with all changes."""
+        text = ElementTree.tostring(self.root, encoding="unicode")
+        # Elements without content end as MJCF and URDF have them; comments may hold anything.
+        text = re.sub(r"(<!--.*?-->)| />", lambda found: found[1] or "/>", text, flags=re.DOTALL)
+        return self._before + text + self._after
+
 
 FAR = 0.005
 """m: how far a joint's axis may lie beside the robot's own; descriptions round lengths to a millimetre."""
 TURNED = math.radians(0.5)
 """rad: by how much it may be turned."""
-
-
-class Part(NamedTuple):
-    """What a joint of the model and the body that it moves get."""
-
-    joint: str
-    link: str
-    body: InertialParameters
-    drive: dict[str, Labelled]
-    lines: list[str]
 
 
 @dataclass(frozen=True)
@@ -60,22 +184,39 @@ def into(kind: str, path: str, whole: WholeRobot, head: list[str]) -> Changed:
     Raises:
         InputError: if the file cannot be used, no joint matches, or its geometry is not the robot's.
     """
-    placed, extra = READERS[kind](path)
-    text = XmlText(Path(path).read_bytes(), path)
+    placed, extra = _read_mjcf(path) if kind == "mjcf" else _read_urdf(path)
+    text = UserXml(path)
+    if kind == "mjcf" and any(element.get("inertiafromgeom") == "true" for element in text.root.iter()):
+        raise InputError(f'{path}: inertiafromgeom="true" makes MuJoCo pass over inertials: set it to auto')
     names = _matching(whole, placed, path)
     moved = _bodies(whole, names, placed, path)
-    text.insert(text.root, comment(head))
+    for element in reversed(_elements("".join(comment(head)))):
+        element.tail = text.root.text
+        text.root.insert(0, element)
     coupled = whole.robot.coupling
     both = kind == "mjcf" and coupled is not None and {joint - 1 for joint in coupled.joints} <= names.keys()
     drives = whole.drives if both else whole.apart
     for j, name in names.items():
         lines = list(urdf.link_comment(link_marks(whole.links[j], drives[j]), ""))
-        _WRITERS[kind](text, Part(name, placed[name].body, moved[j], drives[j], lines), path)
+        joint = text.named("joint", name)
+        if kind == "urdf":
+            values, dynamics = urdf.drive_attributes(drives[j]), joint.find("dynamics")
+            if values and dynamics is None:
+                dynamics = SubElement(joint, "dynamics")
+            if dynamics is not None:
+                dynamics.attrib.update(values)
+            text.set_inertial(text.named("link", placed[name].body), [*lines, *urdf.inertial(moved[j])])
+            continue
+        joint.attrib.update(mjcf.drive_attributes(drives[j]))
+        if text.above[joint].tag != "body":
+            raise InputError(f"{path}: joint {name!r} stands in no body")
+        text.set_inertial(text.above[joint], [*lines, mjcf.inertial(moved[j])])
     if kind == "mjcf":
-        text.insert(text.root, _mjcf_beside(whole, names, both), last=True)
+        text.root.extend(_elements("\n".join(_mjcf_beside(whole, names, both)) + "\n"))
     notes = [*_unmatched(whole, names, placed, path)]
     for body, mass in _carried(extra, {placed[name].body for name in names.values()}):
-        _take_out(kind, text, body, path)
+        nothing = ['<inertial pos="0 0 0" mass="0" diaginertia="0 0 0"/>'] if kind == "mjcf" else []
+        text.set_inertial(text.named("body" if kind == "mjcf" else "link", body), nothing)
         notes.append(
             f"Taken out: the {mass:.4g} kg of {body}, for what is fixed to a link is part of its numbers; put them "
             "back if it was not there in the recording."
@@ -109,17 +250,6 @@ def _carried(extra: Extra, links: set[str]) -> Iterator[tuple[str, float]]:
             fixed = extra[fixed][0]
         if fixed in links and mass > 0.0:
             yield body, mass
-
-
-def _take_out(kind: str, text: XmlText, body: str, path: str) -> None:
-    """Leave a body without mass."""
-    element = _named(text, "body" if kind == "mjcf" else "link", body, path)
-    inertial = element.child("inertial")
-    if kind == "mjcf":
-        nothing = '<inertial pos="0 0 0" mass="0" diaginertia="0 0 0"/>'
-        _set_inertial(text, element, [nothing])
-    elif inertial is not None:
-        text.replace(inertial, "")
 
 
 def _left_out(whole: WholeRobot, names: Mapping[int, str]) -> Iterator[str]:
@@ -200,41 +330,3 @@ def _between(first: tuple[Array, Array], second: tuple[Array, Array]) -> Array:
     directions = np.column_stack([a, b])
     offset = q - p
     return np.asarray(offset - directions @ np.linalg.lstsq(directions, offset, rcond=1e-9)[0])
-
-
-def _named(text: XmlText, tag: str, name: str, path: str) -> Element:
-    for element in text.root.walk():
-        if element.tag == tag and element.attributes.get("name") == name:
-            return element
-    raise InputError(f"{path}: {tag} {name!r} does not stand in this file: give the file that it is included from")
-
-
-def _write_mjcf(text: XmlText, part: Part, path: str) -> None:
-    if any(element.attributes.get("inertiafromgeom") == "true" for element in text.root.walk()):
-        raise InputError(f'{path}: inertiafromgeom="true" makes MuJoCo pass over inertials: set it to auto')
-    joint = _named(text, "joint", part.joint, path)
-    text.set_attributes(joint, mjcf.drive_attributes(part.drive))
-    if joint.parent is None or joint.parent.tag != "body":
-        raise InputError(f"{path}: joint {part.joint!r} stands in no body")
-    _set_inertial(text, joint.parent, [*part.lines, mjcf.inertial(part.body)])
-
-
-def _write_urdf(text: XmlText, part: Part, path: str) -> None:
-    joint = _named(text, "joint", part.joint, path)
-    values, dynamics = urdf.drive_attributes(part.drive), joint.child("dynamics")
-    if dynamics is not None:
-        text.set_attributes(dynamics, values)
-    elif values:
-        text.insert(joint, [f"<dynamics {attributes(values)}/>"], last=True)
-    _set_inertial(text, _named(text, "link", part.link, path), [*part.lines, *urdf.inertial(part.body)])
-
-
-def _set_inertial(text: XmlText, parent: Element, lines: list[str]) -> None:
-    inertial = parent.child("inertial")
-    if inertial is None:
-        text.insert(parent, lines)
-    else:
-        text.replace(inertial, "\n".join(lines))
-
-
-_WRITERS = {"mjcf": _write_mjcf, "urdf": _write_urdf}

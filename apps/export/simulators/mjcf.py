@@ -17,8 +17,22 @@ from ....estimation.possible.whole_robot import Labelled, WholeRobot
 from ....model import InertialParameters, Joint, Pose
 from ...numbers import exact, six
 from ..controllers.rotation import quaternion
-from . import frames
-from .form import SimulatorFormat, attributes, comment, drive_value, fields, link_marks, mark_lines
+from .form import (
+    SimulatorFormat,
+    attributes,
+    comment,
+    drive_value,
+    fields,
+    flange_name,
+    flange_pose,
+    gravity_in_base,
+    in_parent,
+    joint_direction,
+    joint_in_parent,
+    link_marks,
+    mark_lines,
+    own_frame,
+)
 
 
 def _write(whole: WholeRobot, head: list[str]) -> str:
@@ -28,7 +42,7 @@ def _write(whole: WholeRobot, head: list[str]) -> str:
         *comment(head),
         f"<mujoco model={quoteattr(robot.name)}>",
         '  <compiler angle="radian" autolimits="true"/>',
-        f'  <option gravity="{exact(frames.gravity(robot))}"/>',
+        f'  <option gravity="{exact(gravity_in_base(robot))}"/>',
         *_custom(whole),
         "  <worldbody>",
         f"    <body name={quoteattr(whole.link_names[0])}>",
@@ -72,7 +86,7 @@ def _bodies(whole: WholeRobot) -> Iterator[str]:
         yield f"      {sites[0]}"
     for j, link in enumerate(whole.links):
         indent = "  " * (j + 3)
-        place = frames.in_parent(robot, j)
+        place = in_parent(robot, j)
         yield f"{indent}<body name={quoteattr(link.link)} {_pose(place)}>"
         yield f"{indent}  <!--"
         yield from (f"{indent}    {line}" for line in mark_lines(link_marks(link, whole.drives[j])))
@@ -81,8 +95,8 @@ def _bodies(whole: WholeRobot) -> Iterator[str]:
         yield f"{indent}  {_joint(whole, j)}"
         if j + 1 in sites:
             yield f"{indent}  {sites[j + 1]}"
-    flange = frames.flange_name(robot)
-    yield f"{'  ' * (n + 3)}<site name={quoteattr(flange)} {_pose(frames.flange(robot))}/>"
+    flange = flange_name(robot)
+    yield f"{'  ' * (n + 3)}<site name={quoteattr(flange)} {_pose(flange_pose(robot))}/>"
     yield from (f"{'  ' * (j + 3)}</body>" for j in reversed(range(n)))
 
 
@@ -103,7 +117,7 @@ def _joint(whole: WholeRobot, j: int) -> str:
     values = {
         "name": whole.joint_names[j],
         "type": "hinge" if joint.revolute else "slide",
-        "axis": exact(frames.axis(whole.robot, j)),
+        "axis": exact(joint_direction(whole.robot, j)),
     }
     if all(map(math.isfinite, joint.limits.position)):
         values["range"] = exact(joint.limits.position)
@@ -168,8 +182,8 @@ def spring_sites(whole: WholeRobot) -> dict[int, str]:
         return {}
     j = spring.joint - 1
     moving, fixed = spring_pivots(spring.arms, spring.zero)
-    on_link = frames.own_frame(robot, j + 1).inverse()
-    on_parent = frames.joint_in_parent(robot, j)
+    on_link = own_frame(robot, j + 1).inverse()
+    on_parent = joint_in_parent(robot, j)
     return {
         j: _site("spring_fixed", on_parent.R @ fixed + on_parent.p),
         j + 1: _site("spring_moving", on_link.R @ moving + on_link.p),

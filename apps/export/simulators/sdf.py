@@ -11,8 +11,16 @@ from xml.sax.saxutils import quoteattr
 from ....estimation.possible.whole_robot import Labelled, WholeRobot
 from ....model import InertialParameters
 from ...numbers import exact, inertia_entries
-from . import frames
-from .form import SimulatorFormat, comment, drive_value, link_marks
+from .form import (
+    SimulatorFormat,
+    comment,
+    drive_value,
+    flange_name,
+    flange_pose,
+    in_parent,
+    joint_direction,
+    link_marks,
+)
 from .urdf import DYNIDENT, drive_attributes, link_comment, mark_elements
 
 
@@ -27,7 +35,7 @@ def _write(whole: WholeRobot, head: list[str]) -> str:
         f'    <joint name="world-{names[0]}" type="fixed"><parent>world</parent><child>{names[0]}</child></joint>',
     ]
     for j, link in enumerate(whole.links):
-        place = frames.in_parent(robot, j)
+        place = in_parent(robot, j)
         lines += [
             f"    <link name={quoteattr(link.link)}>",
             f"      <pose relative_to={quoteattr(names[j])}>{exact(place.origin)} {exact(place.rpy)}</pose>",
@@ -35,8 +43,8 @@ def _write(whole: WholeRobot, head: list[str]) -> str:
             "    </link>",
             *_joint(whole, j),
         ]
-    place = frames.flange(robot)
-    flange = frames.flange_name(robot)
+    place = flange_pose(robot)
+    flange = flange_name(robot)
     if flange not in names:
         lines += [
             f"    <frame name={quoteattr(flange)} attached_to={quoteattr(names[-1])}>",
@@ -73,7 +81,7 @@ def _joint(whole: WholeRobot, j: int) -> Iterator[str]:
     yield f"      <child>{names[j + 1]}</child>"
     finite = {name: exact(end) for name, end in bounds.items() if math.isfinite(end)}
     yield "      <axis>"
-    yield f"        <xyz>{exact(frames.axis(whole.robot, j))}</xyz>"
+    yield f"        <xyz>{exact(joint_direction(whole.robot, j))}</xyz>"
     yield f"        <limit>{_elements(finite)}</limit>"
     yield f"        <dynamics>{_elements(drive_attributes(drive))}</dynamics>"
     yield "      </axis>"

@@ -11,8 +11,19 @@ from xml.sax.saxutils import quoteattr
 from ....estimation.possible.whole_robot import Labelled, WholeRobot
 from ....model import InertialParameters, Pose
 from ...numbers import exact, inertia_entries
-from . import frames
-from .form import SimulatorFormat, attributes, comment, drive_value, fields, link_marks, mark_lines
+from .form import (
+    SimulatorFormat,
+    attributes,
+    comment,
+    drive_value,
+    fields,
+    flange_name,
+    flange_pose,
+    in_parent,
+    joint_direction,
+    link_marks,
+    mark_lines,
+)
 
 _UNKNOWN = 1e6
 """URDF demands numbers for limits: this stands for none."""
@@ -32,9 +43,9 @@ def _write(whole: WholeRobot, head: list[str]) -> str:
         numbers = link_marks(link, whole.apart[j])
         lines += _link(names[j + 1], link.body, numbers)
         lines += _joint(whole, j)
-    flange = frames.flange_name(robot)
+    flange = flange_name(robot)
     if flange not in names:
-        lines += [f"  <link name={quoteattr(flange)}/>", *_fixed(names[-1], flange, frames.flange(robot))]
+        lines += [f"  <link name={quoteattr(flange)}/>", *_fixed(names[-1], flange, flange_pose(robot))]
     lines += [line for j in range(robot.n) for line in _transmission(whole, j)]
     return "\n".join([*lines, "</robot>"]) + "\n"
 
@@ -87,8 +98,8 @@ def _joint(whole: WholeRobot, j: int) -> Iterator[str]:
     speed, torque = (exact(min(value, _UNKNOWN)) for value in (limits.speed, limits.torque))
     faster = f' drake:acceleration="{exact(limits.acceleration)}"' if math.isfinite(limits.acceleration) else ""
     yield f'  <joint name={quoteattr(whole.joint_names[j])} type="{kind}">'
-    yield from _place(names[j], names[j + 1], frames.in_parent(whole.robot, j))
-    yield f'    <axis xyz="{exact(frames.axis(whole.robot, j))}"/>'
+    yield from _place(names[j], names[j + 1], in_parent(whole.robot, j))
+    yield f'    <axis xyz="{exact(joint_direction(whole.robot, j))}"/>'
     yield f'    <limit {ends}velocity="{speed}" effort="{torque}"{faster}/>'
     if dynamics := drive_attributes(whole.apart[j]):
         yield f"    <dynamics {attributes(dynamics)}/>"

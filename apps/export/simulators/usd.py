@@ -17,13 +17,24 @@ from ....estimation.possible.whole_robot import Labelled, WholeRobot
 from ....model import InertialParameters, Pose
 from ...numbers import exact
 from ..controllers.rotation import principal_axes, quaternion
-from . import frames
-from .form import SimulatorFormat, drive_value, fields, link_marks, plain
+from .form import (
+    SimulatorFormat,
+    drive_value,
+    fields,
+    flange_name,
+    flange_pose,
+    gravity_in_base,
+    in_parent,
+    joint_in_parent,
+    link_marks,
+    own_frame,
+    plain,
+)
 
 
 def _write(whole: WholeRobot, head: list[str]) -> str:
     root = _identifier(whole.robot.name)
-    g = frames.gravity(whole.robot)
+    g = gravity_in_base(whole.robot)
     size = math.hypot(*g)
     down = [value / size for value in g] if size else [0.0, 0.0, -1.0]
     lines = [
@@ -71,16 +82,14 @@ def _links(whole: WholeRobot) -> Iterator[str]:
     )
     pose = Pose()
     for j, (name, link) in enumerate(zip(names, whole.links, strict=True)):
-        pose = pose @ frames.in_parent(whole.robot, j)
+        pose = pose @ in_parent(whole.robot, j)
         yield f'def Xform "{_identifier(name)}" ('
         yield '    prepend apiSchemas = ["PhysicsRigidBodyAPI", "PhysicsMassAPI"]'
         yield from _indented(_custom_data(name, link_marks(link, {})))
         yield ")"
         yield "{"
         yield from _indented(_mass(link.body))
-        yield f"    double3 xformOp:translate = ({_list(pose.origin)})"
-        yield f"    quatd xformOp:orient = ({_list(quaternion(pose.R))})"
-        yield '    uniform token[] xformOpOrder = ["xformOp:translate", "xformOp:orient"]'
+        yield from _placed(pose)
         if j == whole.robot.n - 1:
             yield from _indented(_flange(whole))
         yield "}"
@@ -97,15 +106,20 @@ def _mass(body: InertialParameters) -> Iterator[str]:
 
 
 def _flange(whole: WholeRobot) -> Iterator[str]:
-    pose, name = frames.flange(whole.robot), frames.flange_name(whole.robot)
+    pose, name = flange_pose(whole.robot), flange_name(whole.robot)
     if name in whole.link_names:
         return
     yield f'def Xform "{_identifier(name)}"'
     yield "{"
+    yield from _placed(pose)
+    yield "}"
+
+
+def _placed(pose: Pose) -> Iterator[str]:
+    """Where a prim stands in the one above it."""
     yield f"    double3 xformOp:translate = ({_list(pose.origin)})"
     yield f"    quatd xformOp:orient = ({_list(quaternion(pose.R))})"
     yield '    uniform token[] xformOpOrder = ["xformOp:translate", "xformOp:orient"]'
-    yield "}"
 
 
 def _joints(whole: WholeRobot, root: str) -> Iterator[str]:
@@ -122,7 +136,7 @@ def _joint(whole: WholeRobot, j: int, root: str) -> Iterator[str]:
         ("Revolute", "angular", math.degrees(1.0)) if joint.revolute else ("Prismatic", "linear", 1.0)
     )
     parent, child = (f"{root}/{_identifier(link)}" for link in whole.link_names[j : j + 2])
-    here, there = frames.joint_in_parent(robot, j), frames.own_frame(robot, j + 1).inverse()
+    here, there = joint_in_parent(robot, j), own_frame(robot, j + 1).inverse()
     schemas = f'"PhysicsDriveAPI:{axis}", "PhysxJointAPI", "PhysxJointAxisAPI:{axis}"'
     yield f'def Physics{kind}Joint "{_identifier(name)}" ('
     yield f"    prepend apiSchemas = [{schemas}]"

@@ -12,8 +12,8 @@ from ....model.inertia import PayloadSpread, payload_spread
 from ....model.visibility import PayloadVisibility
 from ....trajectories import Design, DesignProblem, PayloadSet, Score
 from ....trajectories.design.floor import Floor
-from ....trajectories.design.score import holding_torques
 from ....trajectories.design.full_trajectory import Rung
+from ....trajectories.design.score import holding_torques
 from ...export.motions.written import assumed_line, rests_on
 from ..blocks import Banner, Block, Notes, Page, Pair, Screen, Section, Table, Text, columns, tables_of
 from ..documents.design import NearResult

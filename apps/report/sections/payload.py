@@ -203,7 +203,7 @@ def scale_notes(answer: PayloadAnswer) -> list[str]:
         for weighing in weighings
         if weighing is not None
     ]
-    return lines or ["Not weighed: --mass and --mass-sigma compare with a scale, and sharpen the centre of mass."]
+    return lines or ["Not weighed: --mass KG+-KG compares with a scale, and sharpens the centre of mass."]
 
 
 def _repeat_notes(answer: PayloadAnswer) -> list[str]:

@@ -8,7 +8,6 @@ import pytest
 from dynident.apps.commands.export import NAMES
 from dynident.apps.export.controllers import FORMATS, ControllerLoad
 from dynident.apps.export.controllers.load import HalfWidths
-from dynident.apps.export.controllers.rotation import angles_of, matrix
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError
 from dynident.model import InertialParameters
@@ -259,10 +258,3 @@ def test_hostile_names_stay_in_their_comment(name: str) -> None:
     assert text.isascii()
     assert "".join(text.split("\n")).isprintable()
     assert not any(line.startswith(("*/", " x")) for line in text.splitlines())
-
-
-@pytest.mark.parametrize("y", [-90.0, 90.0, 30.0])
-def test_angles_turn_back_into_the_rotation(y: float) -> None:
-    """Where z and x turn about one line, too."""
-    R = np.round(Rotation.from_euler("ZYX", [40.0, y, 25.0], degrees=True).as_matrix(), 12)
-    assert matrix(angles_of(R)) == pytest.approx(R, abs=1e-9)

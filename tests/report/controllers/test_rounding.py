@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 from dynident.apps.export.controllers import FORMATS
-from dynident.apps.export.controllers.payload_file import load_of_document
+from dynident.apps.export.controllers.load import load_of_document
 from dynident.apps.results import StoredPayload
 from dynident.common.schema import convert
 from dynident.model import InertialParameters

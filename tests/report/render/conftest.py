@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from dynident.apps.commands.demo.setup import PAYLOAD
+from dynident.apps.commands.demo import PAYLOAD
 from dynident.cli import main
 from dynident.model import Recording, load_robot
 from dynident.trajectories import RX90_NOISE, Simulator, random_via_points
@@ -125,5 +125,5 @@ def robot_report(shared: Shared, short_logs: Path, fixed_date: None) -> Made:
 def payload_command(folder: Path, report: Path, plots: Path) -> list[str]:
     files = ["--unloaded", str(folder / "bare0.csv"), "--loaded", str(folder / "loaded0.csv")]
     files += ["--validate", str(folder / "bare1.csv")]
-    weighed = ["--mass", "7.03", "--mass-sigma", "0.05"]
+    weighed = ["--mass", "7.03+-0.05"]
     return ["payload", "--robot", "rx90", *files, *weighed, "--report", str(report), "--plots", str(plots)]

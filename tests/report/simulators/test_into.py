@@ -85,7 +85,25 @@ def stripped(text: str) -> list[str]:
     text = re.sub(r"<!--.*?-->|<custom>.*?</custom>|<inertial>.*?</inertial>", "", text, flags=re.DOTALL)
     text = re.sub(r"<inertial [^>]*/>|<dynamics [^>]*/>", "", text)
     text = re.sub(r'\s(armature|damping|frictionloss)="[^"]*"', "", text)
+    text = re.sub(r"(<[^<>/]*)>\s*</\w+>", r"\1/>", text)  # an element without content is written either way
     return [" ".join(tag.split()) for tag in text.split(">")]
+
+
+def test_comments_and_namespaces_of_the_user_stay(own: Path, whole: WholeRobot) -> None:
+    """Before, in and after the outermost element; a commented element stays as it was written."""
+    text = own.read_text(encoding="utf-8").replace(
+        "<robot ", '<robot xmlns:xacro="http://x" xmlns:own="urn:own" ', 1
+    )
+    inner = '<!-- <link name="old" /> -->\n<own:thing own:key="a &lt; b"/>\n'
+    text = text.replace("</robot>", f"{inner}</robot>\n<!-- the end -->\n").replace(
+        "<robot ", "<!-- mine -->\n<robot ", 1
+    )
+    own.write_text(text, encoding="utf-8")
+    changed = into("urdf", str(own), whole, []).text
+    begin, end = text.index("<robot"), len("<!-- the end -->\n")
+    assert (changed[:begin], changed[-end:]) == (text[:begin], text[-end:])
+    assert inner in changed
+    assert 'xmlns:xacro="http://x"' in changed
 
 
 def test_what_does_not_match_is_listed_or_refused(own: Path, whole: WholeRobot, tmp_path: Path) -> None:

@@ -241,7 +241,7 @@ def test_without_the_extra_one_line_says_what_to_install(
     monkeypatch.setitem(sys.modules, "viser", None)
     with pytest.raises(InputError, match=r"pip install 'dynident\[view\]'"):
         html_of(view_of(load_robot("ur10e"), motion(load_robot("ur10e"), 2)))
-    for option in ("--show", f"--view={tmp_path / 'a.html'}"):
+    for option in ("--view=-", f"--view={tmp_path / 'a.html'}"):
         assert main(["robot", "show", "--robot", "ur10e", option]) == 2
         printed = capsys.readouterr()
         assert printed.out == ""

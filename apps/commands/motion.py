@@ -1,0 +1,250 @@
+"""What ``design``, ``near`` and ``score`` share: problem, search, files, and what is shown of a motion."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from ... import model, trajectories
+from ...common.arrays import Array
+from ...common.errors import InputError
+from ...common.files import write_text
+from .. import export, report
+from .options import GoalOptions, LimitOptions, Options, PageOptions, option
+from .progress import note, status
+from .values import names_list, positive_number
+
+FIGURE_RATE = 100.0
+"""Hz: samples of a motion in figures."""
+_RATE = 250.0  # Hz, of samples
+_REPLAY_RATE = 1000.0  # Hz: at which controllers' own curves are looked at, and at their turns
+_ZERO = 1e-9  # SI units: what standard parameters leave where they cancel
+
+
+class Request(NamedTuple):
+    """What was asked for.
+
+    Attributes:
+        problem: to be solved, or to judge a motion by.
+        reference: values of parameters that standard deviations are relative to.
+        labels: how to call a parameter ("ZZ1R"), by its name.
+    """
+
+    problem: trajectories.DesignProblem
+    reference: Mapping[str, float]
+    labels: Mapping[str, str]
+
+
+class Asked(NamedTuple):
+    """What is asked of the motion itself.
+
+    Attributes:
+        shape: of the motion; None where it is given.
+        length: how long it will take [s], where that is known.
+        longest: how long it may take [s].
+        start: where it begins [rad or m], shape (n,).
+    """
+
+    shape: trajectories.Shape | None = None
+    length: float | None = None
+    longest: float | None = None
+    start: Array | None = None
+
+
+def build_request(robot: model.Robot, motion: Asked, goal: GoalOptions, limits: LimitOptions) -> Request:
+    """Read all files and build the problem.
+
+    Raises:
+        InputError: for whatever does not fit; one line.
+    """
+    known = limits.known(robot)
+    robot, bounds = known.robot, limits.bounds(known.robot)
+    payload, margin = limits.payload(robot, bounds), limits.torque_margin
+    base, values, labels = model.base_parameters(robot), dict(known.values), dict[str, str]()
+    if goal.payload_only:  # relative to the heaviest payload's parameters; a set has none
+        values = payload.named(str(robot.n)) if isinstance(payload, model.InertialParameters) else {}
+    else:
+        labels = dict(zip(base.columns, base.names, strict=True))
+        if not values and all(name in robot.parameters for name in base.standard):
+            values = dict(zip(base.columns, base.value(robot.parameters).tolist(), strict=True))
+    reference = {name: value for name, value in values.items() if abs(value) > _ZERO}
+    loads = None
+    if np.isfinite(bounds.torque).any():
+        loads = known.loads(payload, margin) if known.values or payload or margin else None
+    elif payload is not None and not goal.payload_only:
+        raise InputError("--heaviest-payload counts in torque limits: give --torque-limits")
+    problem = trajectories.build_design(
+        robot,
+        motion.shape,
+        goal.goal(robot, bounds, reference, motion.length),
+        bounds=bounds,
+        loads=loads,
+        duration=motion.longest,
+        start=motion.start,
+        scene=limits.read_scene(),
+    )
+    return Request(problem, reference, labels)
+
+
+def best_motion(
+    problem: trajectories.DesignProblem,
+    seed: int,
+    starts: int | None,
+    words: Callable[[float | None], str] = lambda best: "",
+) -> trajectories.Design:
+    """The best motion that keeps every limit.
+
+    Args:
+        seed: of the random starts.
+        starts: number of random starts; None for the criterion's own.
+        words: what is said of the best criterion so far; None before there is one.
+
+    Raises:
+        InputError: if there is none; says which limit is missed and by how much.
+    """
+    with status("building") as progress:
+
+        def show(step: trajectories.Step) -> None:
+            progress(f"{step.text}, {step.evaluations} evaluations{words(step.best)}")
+
+        design = trajectories.solve_design(problem, seed=seed, starts=starts, progress=show)
+    if design.missed:
+        raise InputError(
+            f"the whole run, or its rehearsal, does not keep every limit ({design.missed[0]}): choose other poses, "
+            "or another --seed"
+        )
+    if not design.feasible:
+        stopped = "interrupted: " if design.interrupted else ""
+        missed = "; ".join(design.score.violations)
+        raise InputError(f"{stopped}no motion was found that keeps every limit, the nearest has: {missed}")
+    if design.interrupted:
+        note("interrupted: this is the best motion so far; it keeps every limit")
+    return design
+
+
+def floor_of(
+    problem: trajectories.DesignProblem, score: trajectories.Score, seed: int
+) -> trajectories.Floor | None:
+    """The floor under a motion's criterion; None if it was interrupted, which costs no motion."""
+    try:
+        with status("estimating the floor"):
+            return trajectories.floor_under(problem, score.value, seed=seed)
+    except KeyboardInterrupt:
+        note("interrupted: the floor is not known")
+        return None
+
+
+class Judged(NamedTuple):
+    """A motion with its score.
+
+    Attributes:
+        title: of the score's table.
+        design: the designed motion; None where one was only judged.
+        floor: under the criterion, if it was asked for and found.
+        replay: score of what a controller makes of the motion by its own profiles.
+        source: file of a motion that was only judged.
+    """
+
+    title: str
+    score: trajectories.Score
+    motion: model.Motion
+    design: trajectories.Design | None = None
+    floor: trajectories.Floor | None = None
+    replay: trajectories.Score | None = None
+    source: str | None = None
+
+
+def show(files: PageOptions, request: Request, judged: Judged, *parts: Options) -> None:
+    """Print the score, and write it in the forms asked for; ``parts``: options that name files."""
+    problem, reference, labels = request
+    title, score, motion, design, floor, replay, source = judged
+    screen = report.design_screen(problem, score, title, reference, labels, floor, replay, design is not None)
+    files.show(screen)
+    files.write_json(
+        lambda: report.documents.design_document(
+            problem, score, reference, design=design, floor=floor, evaluated=source, replay=replay
+        )
+    )
+    files.write_page(
+        lambda: report.design_page(
+            problem, score, motion, design, screen.blocks, reference, labels, files.provenance({}, *parts)
+        )
+    )
+
+
+@dataclass(frozen=True)
+class MotionFiles(PageOptions):
+    """Formats of the motion itself, beside the result."""
+
+    samples: str | None = option(writes="file", metavar="F.csv", help="samples of the motion: t, q, qd, qdd")
+    ros2: str | None = option(writes="file", metavar="F.yaml", help="JointTrajectory of ROS 2")
+    joint_names: tuple[str, ...] | None = option(
+        type=names_list, metavar="A,B,..", help="for --ros2 (default: joint_1, ..)"
+    )
+    urscript: str | None = option(writes="file", metavar="F", help="servoj program")
+    controller_rate: float | None = option(
+        type=positive_number, metavar="HZ", help="of --urscript: 500 (default) or 125"
+    )
+    sample_rate: float | None = option(
+        type=positive_number, metavar="HZ", help=f"of the samples in files (default: {_RATE:g})"
+    )
+
+    def check(self, robot: model.Robot, *more_sampled: str) -> None:
+        """Refuse options without effect, and what a format has no place for, before the search.
+
+        Args:
+            more_sampled: options of this command that ``--sample-rate`` is for too.
+        """
+        for name, needs in (
+            ("joint_names", ("ros2",)),
+            ("controller_rate", ("urscript",)),
+            ("sample_rate", ("samples", "ros2", *more_sampled)),
+        ):
+            if not any(self.has(need) for need in needs):
+                self.refuse(name, f"has no effect without {' or '.join(f'--{need}' for need in needs)}")
+        if self.ros2:
+            export.motions.check_joint_names(self.joint_names or (), robot.n)
+        if self.urscript:
+            export.motions.check_urscript(robot, self.servo_rate)
+
+    @property
+    def rate(self) -> float:
+        """Samples a second [Hz]."""
+        return self.sample_rate or _RATE
+
+    @property
+    def servo_rate(self) -> float:
+        """Cycles of a controller of Universal Robots a second [Hz]."""
+        return self.controller_rate or export.motions.CONTROLLER_RATE
+
+    def check_replays(
+        self, problem: trajectories.DesignProblem, written: export.motions.WrittenMotion, val3: bool = False
+    ) -> None:
+        """Refuse files whose controllers, by their own interpolation, break a limit or touch something.
+
+        Args:
+            problem: whose limits count, whole: what a design leaves free of the torques is for this.
+            written: the motion.
+            val3: whether VAL3's own moves count too.
+
+        Raises:
+            InputError: says which, and by how much.
+        """
+        rates = export.motions.Rates(self.rate if self.ros2 else None, self.servo_rate if self.urscript else None)
+        for replay in export.motions.controller_replays(written, rates, val3):
+            for limit in trajectories.missed_on_replay(problem, replay.plan, _REPLAY_RATE):
+                raise InputError(
+                    f"as {replay.words} the motion does not keep its limits ({limit}): {replay.advice}"
+                )
+
+    def write(self, written: export.motions.WrittenMotion) -> None:
+        """Write a motion with its head in the formats asked for."""
+        if self.samples:
+            write_text(self.samples, export.motions.csv_text(written, self.rate))
+        if self.ros2:
+            write_text(self.ros2, export.motions.ros2_text(written, self.rate, self.joint_names or ()))
+        if self.urscript:
+            write_text(self.urscript, export.motions.urscript_text(written, self.servo_rate))

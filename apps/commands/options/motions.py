@@ -1,0 +1,314 @@
+"""Options of what a motion is to teach, through which noise, and of what it keeps: limits, torques, obstacles."""
+
+from __future__ import annotations
+
+import argparse
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import ClassVar, NamedTuple
+
+import numpy as np
+
+from .... import model, trajectories
+from ....common.arrays import Array
+from ....common.errors import InputError
+from ... import results
+from ..progress import note
+from ..values import checked, names_list, number, numbers, positive_number, share
+from .reading import Options, each_joint, in_si, option
+
+RATE = 100.0
+"""Hz: independent samples where nothing else is said."""
+
+
+def _noise(text: str) -> tuple[float | tuple[float, ...] | None, float | None]:
+    """Sigma of torques, a share of the limits ("10%") or a number per joint, and independent samples a second."""
+    sigma, mark, rate = text.partition("@")
+    checked(text, bool(sigma or mark), text, "a noise such as 10%, 1,2,3,4,5,6 or 10%@50")
+    level = None if not sigma else share(sigma) if sigma.endswith("%") else numbers(sigma)
+    return level, positive_number(rate) if mark else None
+
+
+def _acceleration(text: str) -> float | tuple[float, ...]:
+    """Times the speed limit per second, "3x" (a float); or a number per joint (a tuple)."""
+    if not text.lower().endswith("x"):
+        return numbers(text)
+    try:
+        factor = number(text[:-1])
+    except argparse.ArgumentTypeError:
+        factor = -1.0
+    return checked(factor, 0.0 < factor < 1e6, text, "a factor such as 3x")
+
+
+def _torques(text: str) -> tuple[float, ...] | str:
+    """The word "none"; or a number per joint."""
+    return text if text == "none" else numbers(text)
+
+
+def region(text: str) -> tuple[tuple[float, ...], bool]:
+    """Radius or three half axes [m], and whether they are half edges of a box."""
+    half = numbers(text.removeprefix("box:"))
+    good = len(half) in (1, 3) and min(half) > 0.0
+    return checked(half, good, text, "R, A,B,C or box:A,B,C, each above 0 m"), text.startswith("box:")
+
+
+@dataclass(frozen=True)
+class NoiseOptions(Options):
+    """Torque noise per joint [N·m or N], or its share of the limits, and independent samples a second [Hz]."""
+
+    GROUP: ClassVar[str] = "noise"
+
+    torque_noise: tuple[float | tuple[float, ...] | None, float | None] | None = option(
+        type=_noise,
+        metavar="S|S1,S2,..[@HZ]",
+        help="sigma per joint [N·m or N], or 10%% of the limits; @HZ: independent samples a second (default: 100)",
+    )
+
+    @property
+    def level(self) -> float | tuple[float, ...] | None:
+        """Share of the limits, or standard deviations per joint."""
+        return self.torque_noise[0] if self.torque_noise else None
+
+    @property
+    def rate(self) -> float:
+        """Independent samples a second [Hz]."""
+        return (self.torque_noise[1] if self.torque_noise else None) or RATE
+
+    def sigma(self, bounds: trajectories.JointBounds) -> Array | None:
+        """Standard deviations per joint as asked for."""
+        noise, n = self.level, len(bounds.torque)
+        if isinstance(noise, float):
+            if not np.isfinite(bounds.torque).all():
+                raise InputError(
+                    "--torque-noise as a percentage needs a torque limit of every joint: --torque-limits"
+                )
+            return np.asarray(noise * bounds.torque)
+        return None if noise is None else np.array(noise * n if len(noise) == 1 else noise)
+
+
+@dataclass(frozen=True)
+class GoalOptions(NoiseOptions):
+    """Which parameters, by which criterion, beside what is known already."""
+
+    GROUP: ClassVar[str] = "what to learn"
+
+    criterion: trajectories.Kind = option(
+        choices=("d", "a", "cond", "cond-scaled"),
+        default="d",
+        help="d: information (default); a: relative sigma; cond: condition number; cond-scaled: columns scaled",
+    )
+    columns: tuple[str, ...] | None = option(
+        type=names_list,
+        metavar="NAME,..|payload",
+        help="parameters to be estimated (default: base), or the payload's ten, the robot being known",
+    )
+    parameters: tuple[str, ...] | None = option(
+        type=names_list, metavar="NAME,..", help="those that count, for d and a (default: all)"
+    )
+    data_from: tuple[str, ...] | None = option(
+        reads="earlier data",
+        action="append",
+        metavar="F",
+        help="what was learnt before: --npz of identify or payload, or --json of identify (d and a); repeatable",
+    )
+    data_length: float | None = option(type=positive_number, metavar="S", help="of the recording to come")
+
+    @property
+    def payload_only(self) -> bool:
+        """Whether the payload alone is asked for."""
+        return self.columns == ("payload",)
+
+    def goal(
+        self,
+        robot: model.Robot,
+        bounds: trajectories.JointBounds,
+        reference: Mapping[str, float],
+        motion_length: float | None,
+    ) -> trajectories.Goal:
+        """The goal.
+
+        Args:
+            reference: values that standard deviations are relative to.
+            motion_length: how long the motion will take [s], where it is known.
+
+        Raises:
+            InputError: for earlier recordings that do not fit, or without the length of the next one.
+        """
+        noise, earlier, length = self.sigma(bounds), None, self.data_length
+        if self.data_from:
+            length = length or motion_length
+            if length is None:
+                raise InputError("--data-from needs --data-length: how long will be recorded next?")
+            if noise is None:
+                noise = results.recorded_noise(self.data_from[0])
+        if noise is None:
+            note("no --torque-noise: 1 N·m (or N) in every joint is assumed")
+        if self.data_from:
+            earlier = self._earlier(robot, noise)
+        return trajectories.Goal(
+            self.criterion,
+            columns=None if self.payload_only else self.columns,
+            payload_only=self.payload_only,
+            interest=self.parameters,
+            reference=reference if self.criterion == "a" else None,
+            noise=noise,
+            rate=self.rate,
+            data_length=length,
+            earlier=earlier,
+        )
+
+    def _earlier(self, robot: model.Robot, noise: Array | None) -> trajectories.Earlier:
+        paths, weighted = self.data_from or (), self.criterion in ("d", "a")
+        if weighted and noise is None:
+            raise InputError(f"{paths[0]}: carries no weights: give --torque-noise")
+        parts = [results.read_information(path, noise if weighted else None) for path in paths]
+        if self.payload_only:
+            parts = [part.of_payload(model.regressors.payload_columns(robot)) for part in parts]
+        columns = parts[0].columns
+        for path, information in zip(paths, parts, strict=True):
+            if set(information.columns) != set(columns):
+                raise InputError(f"{path}: has other columns than {paths[0]}: give files of one model")
+        rows = [part.factor[:, [part.columns.index(name) for name in columns]] for part in parts]
+        return trajectories.Earlier(columns, np.vstack(rows))
+
+
+class Known(NamedTuple):
+    """What is known of a robot.
+
+    Attributes:
+        robot: with its parameters, or a stand-in's.
+        values: identified parameters by name; none of a stand-in.
+        covariance: of ``values`` in their order.
+    """
+
+    robot: model.Robot
+    values: Mapping[str, float]
+    covariance: Array | None
+
+    def loads(
+        self, payload: model.InertialParameters | trajectories.PayloadSet | None, margin: float | None
+    ) -> trajectories.Loads:
+        """Parameters that torque limits are computed from."""
+        return trajectories.Loads(self.values or self.robot.parameters, payload, self.covariance, margin or 0.0)
+
+
+@dataclass(frozen=True)
+class LimitOptions(Options):
+    """Limits of the joints, the robot's parameters for its torques, and the scene."""
+
+    GROUP: ClassVar[str] = "limits"
+    ABOUT: ClassVar[str] = "positions and speeds stand in the robot's file"
+
+    speed_override: float = option(type=number, default=1.0, metavar="SHARE", help="of the speed (default: 1)")
+    acceleration: float | tuple[float, ...] | None = option(
+        type=_acceleration,
+        metavar="A|A1,A2,..",
+        help="[deg/s² or m/s²], or 3x: three times the speed limit per second",
+    )
+    torque_limits: str | tuple[float, ...] | None = option(
+        type=_torques, metavar="T|T1,T2,..", help="[N·m or N], or none: not even those of the robot's file"
+    )
+    robot_parameters: str | None = option(
+        reads="robot's parameters", metavar="JSON", help="of identify: for torques and relative sigma"
+    )
+    heaviest_payload: str | None = option(
+        reads="heaviest payload",
+        metavar="KG[@X,Y,Z]|TOML",
+        help="torque limits hold without it and with it",
+    )
+    within: tuple[tuple[float, ...], bool] | None = option(
+        type=region,
+        metavar="R|A,B,C|box:A,B,C",
+        help="torque limits hold for every payload up to --heaviest-payload in a ball, ellipsoid or box there [m]",
+    )
+    torque_margin: float | None = option(
+        type=share, metavar="SHARE", help="of the torque limits that stays free, such as 10%%"
+    )
+    scene: str | None = option(
+        reads="scene", metavar="TOML", help="floor, walls, and bodies that keep clear of each other"
+    )
+
+    def known(self, robot: model.Robot) -> Known:
+        """What is known of the robot: ``--robot-parameters``, or a stand-in."""
+        if not self.robot_parameters:
+            return Known(model.stand_in.rehearsed(robot), {}, None)
+        robot = model.stand_in.with_assumed_limits(robot)
+        stored = results.read_stored_robot(self.robot_parameters)
+        values = dict(zip(stored.estimate.names, stored.estimate.values.tolist(), strict=True))
+        return Known(stored.applied_to(robot), values, np.asarray(stored.estimate.covariance))
+
+    def payload(
+        self, robot: model.Robot, bounds: trajectories.JointBounds
+    ) -> model.InertialParameters | trajectories.PayloadSet | None:
+        """The heaviest payload, or every payload within bounds, in the last link's frame.
+
+        Raises:
+            InputError: if options contradict each other, or torque limits are missing that a set needs.
+        """
+        if self.torque_margin is not None and not np.isfinite(bounds.torque).any():
+            raise InputError("--torque-margin has no effect without torque limits: give --torque-limits")
+        if self.heaviest_payload is None:
+            self.refuse("within", "needs --heaviest-payload KG[@X,Y,Z]: the largest mass there")
+            return None
+        missing = np.flatnonzero(~np.isfinite(bounds.torque)) + 1
+        if self.within is not None and len(missing):
+            joints = ", ".join(map(str, missing))
+            raise InputError(
+                f"--within needs a torque limit of every joint, {joints} without: give --torque-limits"
+            )
+        return payload_bounds(robot, self.heaviest_payload, self.within)
+
+    def bounds(self, robot: model.Robot) -> trajectories.JointBounds:
+        """Limits of the joints."""
+        acceleration: list[float] | None = None
+        if isinstance(self.acceleration, float):
+            acceleration = [self.acceleration * joint.limits.speed for joint in robot.joints]
+        elif self.acceleration is not None:
+            acceleration = in_si(each_joint(self.acceleration, robot, "--acceleration"), robot).tolist()
+        torque = (math.inf,) * robot.n if isinstance(self.torque_limits, str) else self.torque_limits
+        torque = torque and each_joint(torque, robot, "--torque-limits")
+        return trajectories.JointBounds.of(
+            robot, override=self.speed_override, acceleration=acceleration, torque=torque
+        )
+
+    def whole(self, problem: trajectories.DesignProblem) -> trajectories.DesignProblem:
+        """The problem with the whole of the torque limits, the share that a design leaves free included."""
+        return problem.with_torque_share(1.0 / (1.0 - (self.torque_margin or 0.0)))
+
+    def read_scene(self) -> trajectories.Scene | None:
+        """What the motion keeps clear of."""
+        return trajectories.read_scene(self.scene) if self.scene else None
+
+
+def payload_bounds(
+    robot: model.Robot, text: str, within: tuple[tuple[float, ...], bool] | None
+) -> model.InertialParameters | trajectories.PayloadSet:
+    """The payload of ``--heaviest-payload``, or with ``--within`` the set, in the last link's frame.
+
+    Raises:
+        InputError: for what is no payload, or a file with ``--within``.
+    """
+    flange = robot.flange
+    if Path(text).suffix.lower() == ".toml":
+        if within is not None:
+            raise InputError(f"--within bounds payloads that are not known, {text} is one: give KG[@X,Y,Z]")
+        return model.read_payload(text).moved(flange.R, flange.p)
+    mass, _, place = text.partition("@")
+    try:
+        kilograms = positive_number(mass)
+        centre = list(numbers(place, 3)) if place else [0.0, 0.0, 0.0]
+    except argparse.ArgumentTypeError:
+        raise InputError(f"--heaviest-payload {text!r}: give kg, kg@x,y,z (m), or a TOML file") from None
+    if within is not None:
+        half, box = within
+        return trajectories.PayloadSet.within(
+            kilograms, half if len(half) == 3 else half * 3, centre, box
+        ).seen_from(flange)
+    if not place:
+        note(
+            f"--heaviest-payload {text} is taken as a point at the origin of the payload's frame: give kg@x,y,z "
+            "or a TOML file to put it where it hangs, or --within for every payload about it"
+        )
+    return model.InertialParameters.from_com(kilograms, centre, np.zeros((3, 3))).moved(flange.R, flange.p)
