@@ -36,7 +36,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         print("dynident: interrupted", file=sys.stderr)
         return INTERRUPTED
     except Exception as fault:  # the one place that catches everything: a fault of ours is no answer
-        return int(_commands("faults").told(fault, words))
+        return int(_commands("progress").report_fault(fault, words))
 
 
 def _run(words: tuple[str, ...]) -> int:
@@ -111,11 +111,11 @@ class Parser(argparse.ArgumentParser):
             for part in required:
                 part.required = True
             if "config" in self.typed:
-                args = [*_commands("settings").settings_words(self, self.typed), *args]
+                args = [*_commands("options.reading").settings_words(self, self.typed), *args]
         self.typed = {}
         arguments, unknown = super().parse_known_args(args, namespace)
         if unknown:
-            self.error(_commands("settings").unknown_option(self, unknown[0]))
+            self.error(_commands("options.reading").unknown_option(self, unknown[0]))
         return arguments, unknown
 
     def _get_values(self, action: argparse.Action, words: Any) -> Any:
@@ -146,7 +146,7 @@ class _Version(argparse.Action):
     """Prints what a report of a fault should name."""
 
     def __call__(self, *_: object, **__: object) -> None:
-        print(*_commands("faults").versions_in_words(), sep="\n")
+        print(*_commands("progress").version_lines(), sep="\n")
         raise SystemExit(0)
 
 

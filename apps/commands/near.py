@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import argparse
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -40,12 +39,10 @@ class NearOptions(Options):
     GROUP = "motion"
 
     pose: tuple[float, ...] = option(
-        type=numbers,
-        required=True,
-        metavar="Q1,Q2,..",
-        help="where it stands [deg or m]; =-90,.. with minus",
+        type=numbers, required=True, metavar="Q1,Q2,..", help="where it stands [deg or m]; =-90,.. with minus"
     )
-    second_pose: str | None = option(
+    second_pose: tuple[float, ...] | str | None = option(
+        type=lambda text: text if text == "auto" else numbers(text),
         metavar="auto|Q1,Q2,..",
         help="do it again at another wrist pose, outside the range: one that helps, or this one",
     )
@@ -208,10 +205,7 @@ def run(
 
 
 def _shape(
-    options: NearOptions,
-    robot: model.Robot,
-    goal: trajectories.NearGoal,
-    bounds: trajectories.JointBounds,
+    options: NearOptions, robot: model.Robot, goal: trajectories.NearGoal, bounds: trajectories.JointBounds
 ) -> tuple[trajectories.NearShape, Array | None]:
     """What is asked of the motion, and a second pose that would help where none was asked for."""
     ranges = options.ranges(robot)
@@ -222,16 +216,13 @@ def _shape(
     if options.second_pose is None:
         visible = options.sigma is not None or shape.visibility(robot).mass_visible
         return shape, trajectories.second_pose(robot, shape, goal, bounds, options.seed) if visible else None
-    if options.second_pose == "auto":
+    if isinstance(options.second_pose, str):
         second = trajectories.second_pose(robot, shape, goal, bounds, options.seed)
         if second is None:
             note("no second pose would tell much more: there is one pose only")
             return shape, None
     else:
-        try:
-            second = in_si(numbers(options.second_pose), robot)
-        except argparse.ArgumentTypeError as error:
-            raise InputError(f"--second-pose: {error}; or write auto") from None
+        second = in_si(options.second_pose, robot)
     shape = replace(shape, poses=np.array([first, second]))
     shape.check(robot, bounds)
     return shape, None
@@ -260,11 +251,7 @@ def _noise(options: NoiseOptions, robot: model.Robot, bounds: trajectories.Joint
 
 
 def _torques(
-    known: Known,
-    bounds: trajectories.JointBounds,
-    limits: LimitOptions,
-    options: NearOptions,
-    payload: _Payload,
+    known: Known, bounds: trajectories.JointBounds, limits: LimitOptions, options: NearOptions, payload: _Payload
 ) -> tuple[trajectories.JointBounds, trajectories.Loads | None]:
     """Bounds that the motion keeps, and loads for torque limits; none where limits or parameters are unknown.
 

@@ -150,10 +150,7 @@ def _answer(
 
 
 def _page(
-    answer: estimation.PayloadAnswer,
-    document: results.StoredPayload,
-    provenance: report.Provenance,
-    recorded: int,
+    answer: estimation.PayloadAnswer, document: results.StoredPayload, provenance: report.Provenance, recorded: int
 ) -> report.Page:
     """The report; ``recorded``: how many recordings there are, of which not all are drawn."""
     others = recorded - len(answer.predictions)

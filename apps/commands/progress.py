@@ -1,10 +1,13 @@
-"""What is said on the error stream: notes, what is being done, and how much of it; names of files are text."""
+"""The error stream: notes, what is being done and how much of it, internal errors; names of files are text."""
 
 from __future__ import annotations
 
+import shlex
 import sys
+import tempfile
 import time
-from collections.abc import Callable, Iterator
+import traceback
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
 from typing import Literal
@@ -15,7 +18,13 @@ from rich.progress import BarColumn, SpinnerColumn, TaskProgressColumn, TextColu
 
 from ...common.errors import one_line
 from ...common.progress import Progress
+from ...common.versions import versions
+from . import INTERNAL_ERROR
 
+_SOLVERS = ("casadi", "clarabel", "cvxpy", "numpy", "scipy")
+"""Packages whose versions decide the numbers."""
+_TOLD = 200
+"""Letters of a fault that are shown; the file has all."""
 Manner = Literal["quiet", "plain", "verbose"]
 _manner: ContextVar[Manner] = ContextVar("manner", default="plain")
 
@@ -98,3 +107,24 @@ def _steps(label: str) -> Progress:
 
     tell(label)
     return tell
+
+
+def report_fault(fault: Exception, words: Sequence[str]) -> int:
+    """Say in a line that a command line met an internal error, with its details in a file; returns the status."""
+    details = [f"dynident {shlex.join(words)}", *version_lines(), "", *traceback.format_exception(fault)]
+    try:
+        with tempfile.NamedTemporaryFile(
+            "w", prefix="dynident-fault-", suffix=".txt", delete=False, encoding="utf-8", errors="replace"
+        ) as file:
+            file.write("\n".join(details))
+        where = f"with {file.name}"
+    except OSError as error:
+        where = f"(its details could not be written: {error.strerror})"
+    message = one_line(f"{type(fault).__name__}: {fault}")
+    print(f"dynident: internal error, please report {where}: {message[:_TOLD]}", file=sys.stderr)
+    return INTERNAL_ERROR
+
+
+def version_lines() -> list[str]:
+    """What a report of a fault should name."""
+    return [f"{name.lower()} {number}" for name, number in versions(_SOLVERS).items()]

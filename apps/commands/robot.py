@@ -169,9 +169,7 @@ class _Bodies(Options):
         help="the --json of 'dynident identify' (default: the parameters of the robot's own file)",
     )
     to: str = option(
-        required=True,
-        choices=NAMES,
-        help="mjcf (MuJoCo), usd (Isaac Sim), urdf, sdf (SDFormat: Gazebo, Drake)",
+        required=True, choices=NAMES, help="mjcf (MuJoCo), usd (Isaac Sim), urdf, sdf (SDFormat: Gazebo, Drake)"
     )
     out: str = option(writes="file", required=True, metavar="F", help="file to write")
     into: str | None = option(

@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from dynident.apps.commands import COMMANDS
-from dynident.apps.commands.settings import settings_text
+from dynident.apps.commands.options.reading import settings_text
 from dynident.cli import _parser, main
 from dynident.common.errors import InputError
 from dynident.model import load_robot

@@ -214,9 +214,7 @@ class LimitOptions(Options):
         reads="robot's parameters", metavar="JSON", help="of identify: for torques and relative sigma"
     )
     heaviest_payload: str | None = option(
-        reads="heaviest payload",
-        metavar="KG[@X,Y,Z]|TOML",
-        help="torque limits hold without it and with it",
+        reads="heaviest payload", metavar="KG[@X,Y,Z]|TOML", help="torque limits hold without it and with it"
     )
     within: tuple[tuple[float, ...], bool] | None = option(
         type=region,

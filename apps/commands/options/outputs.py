@@ -16,11 +16,9 @@ from ....common.versions import versions
 from ... import report
 from ... import view as views
 from ..progress import note, quiet, status
-from ..settings import is_settings_file, settings_text
-from .reading import Options, option
+from .reading import Options, is_settings_file, option, settings_text
 
 if TYPE_CHECKING:
-    from ....cli import Parser
     from ...report import Page, Provenance, Screen
     from ...view.moving import View
 
@@ -65,7 +63,7 @@ class PageOptions(ResultOptions):
     """The result as JSON, and as an HTML report with its figures.
 
     Attributes:
-        argv, parser: the command line, and what has read it.
+        argv, parser: the command line, and the ``cli.Parser`` that has read it.
         config: file of options that was read.
     """
 
@@ -75,12 +73,10 @@ class PageOptions(ResultOptions):
         help="write a report, one self-contained HTML file, and F.run.toml, which repeats the run by --config",
     )
     plots: str | None = option(
-        writes="folder",
-        metavar="DIR",
-        help="write its figures as PNG, SVG and PDF; made if missing",
+        writes="folder", metavar="DIR", help="write its figures as PNG, SVG and PDF; made if missing"
     )
     argv: tuple[str, ...] = ()
-    parser: Parser | None = None
+    parser: Any = None
     config: str | None = None
 
     @property

@@ -164,11 +164,7 @@ def _spring_tendon(whole: WholeRobot) -> Iterator[str]:
     spring = whole.robot.spring
     if spring is None or spring.table:
         return
-    values = {
-        "name": "spring",
-        "stiffness": exact(spring.stiffness),
-        "springlength": exact(spring.length),
-    }
+    values = {"name": "spring", "stiffness": exact(spring.stiffness), "springlength": exact(spring.length)}
     yield f"<spatial {attributes(values)}>"
     yield '  <site site="spring_fixed"/>'
     yield '  <site site="spring_moving"/>'
