@@ -21,7 +21,6 @@ from .design.score import Score as Score
 from .design.score import check_held as check_held
 from .design.score import score_motion as score_motion
 from .design.search import Design as Design
-from .design.search import Step as Step
 from .design.search import solve_design as solve_design
 from .motions.family import JointBounds as JointBounds
 from .motions.family import Plan as Plan

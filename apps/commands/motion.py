@@ -107,8 +107,8 @@ def best_motion(
     """
     with status("building") as progress:
 
-        def show(step: trajectories.Step) -> None:
-            progress(f"{step.text}, {step.evaluations} evaluations{words(step.best)}")
+        def show(text: str, best: float | None, evaluations: int) -> None:
+            progress(f"{text}, {evaluations} evaluations{words(best)}")
 
         design = trajectories.solve_design(problem, seed=seed, starts=starts, progress=show)
     if design.missed:

@@ -37,7 +37,6 @@ from dynident.trajectories import (
 )
 from dynident.trajectories.design.descent import Multipliers
 from dynident.trajectories.design.floor import floor_under
-from dynident.trajectories.design.search import Step
 from dynident.trajectories.motions.family import Samples
 from dynident.trajectories.simulation.simulator import parameter_vector
 
@@ -195,17 +194,17 @@ def test_limits_that_cannot_be_met_are_named() -> None:
 
 def test_interrupted_it_keeps_the_best_so_far() -> None:
     task = build_design(ROBOT, ViaPointShape(14), Goal("cond"))
-    steps: list[Step] = []
+    steps: list[float | None] = []
 
-    def stop(step: Step) -> None:
-        steps.append(step)
+    def stop(text: str, best: float | None, evaluations: int) -> None:
+        steps.append(best)
         if len(steps) == 3:
             raise KeyboardInterrupt
 
     design = solve_design(task, progress=stop)
     assert design.interrupted
     assert design.feasible
-    assert steps[-1].best == pytest.approx(design.score.value)
+    assert steps[-1] == pytest.approx(design.score.value)
     assert isinstance(design.plan, ViaPoints)
 
 

@@ -64,7 +64,7 @@ def test_starts_by_default(kind: Kind, starts: int) -> None:
     texts: list[str] = []
     goal = Goal(kind, columns=("FV1", "FS1"))
     design = solve_design(
-        build_design(ROBOT, FourierShape(2, 4.0), goal), progress=lambda step: texts.append(step.text)
+        build_design(ROBOT, FourierShape(2, 4.0), goal), progress=lambda text, best, evaluations: texts.append(text)
     )
     assert design.starts == starts
     improved = [text for text in texts if text.endswith("improved")]

@@ -61,7 +61,14 @@ class Criterion(NamedTuple):
         if self.kind == "cond":
             return schatten_condition(G, order)
         if self.kind == "cond-scaled":
-            return _scaled_condition(G, order)
+            scale = np.sqrt(np.diag(G))
+            if not (scale > 0.0).all():
+                return np.inf, np.zeros_like(G)
+            D = np.outer(scale, scale)
+            value, M = schatten_condition(G / D, order)
+            slope = M / D
+            slope[np.diag_indices_from(slope)] -= np.einsum("ij,ij->i", M, G / D) / np.diag(G)
+            return value, slope
         scale = np.sqrt(np.diag(G))
         if not ((scale > 0.0) & (scale < np.inf)).all():
             return np.inf, np.zeros_like(G)
@@ -71,29 +78,20 @@ class Criterion(NamedTuple):
             return np.inf, np.zeros_like(G)
         half = np.linalg.inv(factor) / scale
         inverse = half.T @ half
+        own = list(range(len(G)) if self.interest is None else self.interest)
         if self.kind == "a":
-            return self._trace(inverse)
+            reference, weight = np.ones(len(G)) if self.reference is None else self.reference, np.zeros(len(G))
+            weight[own] = 1.0 / (len(own) * reference[own] ** 2)
+            total = float(weight @ np.diag(inverse))
+            return 0.5 * float(np.log(total)), -(inverse * weight) @ inverse / (2.0 * total)
         if self.interest is None:
             log_det = 2.0 * float(np.log(np.diag(factor) * scale).sum())
             return -log_det / len(G), inverse / -len(G)
-        return self._determinant(inverse, list(self.interest))
-
-    @staticmethod
-    def _determinant(covariance: Array, own: list[int]) -> ValueSlope:
-        part = covariance[np.ix_(own, own)]
+        part = inverse[np.ix_(own, own)]
         scale = np.sqrt(np.diag(part))
         value = np.linalg.slogdet(part / np.outer(scale, scale))[1] + 2.0 * np.log(scale).sum()
-        M = -covariance[:, own] @ np.linalg.solve(part, covariance[own]) / len(own)
+        M = -inverse[:, own] @ np.linalg.solve(part, inverse[own]) / len(own)
         return float(value) / len(own), 0.5 * (M + M.T)
-
-    def _trace(self, covariance: Array) -> ValueSlope:
-        own = list(range(len(covariance))) if self.interest is None else list(self.interest)
-        reference = np.ones(len(covariance)) if self.reference is None else self.reference
-        weight = np.zeros(len(covariance))
-        weight[own] = 1.0 / (len(own) * reference[own] ** 2)
-        total = float(weight @ np.diag(covariance))
-        M = -(covariance * weight) @ covariance / (2.0 * total)
-        return 0.5 * float(np.log(total)), M
 
 
 def schatten_condition(G: Array, order: float) -> ValueSlope:
@@ -104,18 +102,6 @@ def schatten_condition(G: Array, order: float) -> ValueSlope:
     level = (np.log(up.sum()) + np.log(down.sum())) / (2.0 * order) + 0.5 * (log[-1] - log[0])
     slope = 0.5 * (up / up.sum() - down / down.sum()) * np.exp(-log)
     return float(level), (V * slope) @ V.T
-
-
-def _scaled_condition(G: Array, order: float) -> ValueSlope:
-    scale = np.sqrt(np.diag(G))
-    if not (scale > 0.0).all():
-        return np.inf, np.zeros_like(G)
-    D = np.outer(scale, scale)
-    S = G / D
-    value, M = schatten_condition(S, order)
-    slope = M / D
-    slope[np.diag_indices_from(slope)] -= np.einsum("ij,ij->i", M, S) / np.diag(G)
-    return value, slope
 
 
 def condition_numbers(W: Array) -> tuple[float, float]:

@@ -42,11 +42,11 @@ _LADDER_RATE = 250.0  # Hz: at which a run of the ladder is looked at, its turns
 
 
 class Kept(NamedTuple):
-    """A motion after its whole run was looked at.
+    """A motion after its full trajectory was looked at.
 
     Attributes:
         score: of it.
-        run: limits that the whole run misses, the worst first.
+        run: limits that the full trajectory misses, the worst first.
         rehearsal: those that its slow rehearsal misses, where there is one.
     """
 
@@ -93,7 +93,7 @@ def missed_on_replay(problem: DesignProblem, plan: Plan, rate: float) -> tuple[L
 
 
 def kept_throughout(problem: DesignProblem, x: Array, score: Score) -> Kept:
-    """The motion if its whole run keeps all limits, or one slower or smaller by what torques miss if that run does.
+    """The motion if it keeps all limits throughout, or one slower or smaller by what torques miss if that one does.
 
     Args:
         score: of the motion x; one that misses a limit on its own samples is left as it is.
@@ -110,7 +110,7 @@ def kept_throughout(problem: DesignProblem, x: Array, score: Score) -> Kept:
 
 
 def harder(problem: DesignProblem, outcome: Kept) -> DesignProblem | None:
-    """What to search for where a whole run misses torque limits; None where it misses what a search sees itself.
+    """The problem to go on with where a run misses torque limits; None where it misses what a search sees itself.
 
     What a run misses between samples is taken off the limits, and some more; a rehearsal's torques become limits
     of their own.
@@ -122,7 +122,7 @@ def harder(problem: DesignProblem, outcome: Kept) -> DesignProblem | None:
 
 
 def _looked_at(problem: DesignProblem, x: Array, score: Score) -> Kept:
-    """Limits that count in the whole run, and in its rehearsal where there is one."""
+    """A motion with what it misses throughout, and in its rehearsal where there is one."""
     if not score.feasible:
         return Kept(x, score)
     plan = problem.family.plan(x)
@@ -133,11 +133,11 @@ def _looked_at(problem: DesignProblem, x: Array, score: Score) -> Kept:
 
 def _by_torques(missed: tuple[LimitCheck, ...], most: float) -> bool:
     """Whether torque limits alone are missed, and by less than ``most`` of them."""
-    return all(check.name.startswith("torque") and check.relative < most for check in missed)
+    return all(limit.name.startswith("torque") and limit.relative < most for limit in missed)
 
 
 def _most(missed: tuple[LimitCheck, ...]) -> float:
-    return max((check.relative for check in missed), default=0.0)
+    return max((limit.relative for limit in missed), default=0.0)
 
 
 def _turns(robot: Robot, plan: Plan, t: Array) -> Array:

@@ -268,31 +268,22 @@ def second_pose(
             candidates.append(candidate)
 
     def least(poses: Sequence[Array], looks: int) -> float:
-        return _least_uncertainty(robot, replace(shape, poses=np.array(poses)), goal, bounds, seed, looks)
+        """Uncertainty of the mass in 10 g or of its centre in mm, after the best of a few random motions."""
+        own = replace(shape, poses=np.array(poses))
+        try:
+            family = own.family(robot, bounds)
+        except InputError:
+            return np.inf  # there is no time for them
+        draw, rate = np.random.default_rng(seed), min(_LOOKED / shape.duration, 2.0 * goal.rate)
+        plans = [family.plan(family.random(draw)) for _ in range(looks)]
+        spreads = [goal.predicted(robot, plan, shape.joints, rate) for plan in plans]
+        numbers = [[spread.mass / _SHARES["M"], *(spread.com / _SHARES["MX"])] for spread in spreads]
+        return min(max((x for x in each if np.isfinite(x)), default=np.inf) for each in numbers)
 
     glances = [least([pose, candidate], _GLANCES) for candidate in candidates]
     few = np.argsort(glances, kind="stable")[:_FEW]
     best, k = min(((least([pose, candidates[k]], _LOOKS), int(k)) for k in few), default=(np.inf, 0))
     return candidates[k] if best < _HELPS * least([pose], _LOOKS) else None
-
-
-def _least_uncertainty(
-    robot: Robot, shape: NearShape, goal: NearGoal, bounds: JointBounds, seed: int, looks: int
-) -> float:
-    """Uncertainty after the best of a few random motions; infinite if there is no time for them.
-
-    It is that of the mass in units of 10 g or of the centre of mass in mm, the larger of those that are finite.
-    """
-    try:
-        family = shape.family(robot, bounds)
-    except InputError:
-        return np.inf
-    draw = np.random.default_rng(seed)
-    plans = (family.plan(family.random(draw)) for _ in range(looks))
-    rate = min(_LOOKED / shape.duration, 2.0 * goal.rate)
-    spreads = [goal.predicted(robot, plan, shape.joints, rate) for plan in plans]
-    numbers = [[spread.mass / _SHARES["M"], *(spread.com / _SHARES["MX"])] for spread in spreads]
-    return min(max((x for x in own if np.isfinite(x)), default=np.inf) for own in numbers)
 
 
 def _payload_kernel(robot: Robot) -> RegressorKernel:

@@ -184,10 +184,10 @@ def _largest_in_ball(values: list[ca.SX], V: ca.SX, b: ca.SX) -> tuple[ca.SX, li
     """Largest value over the unit ball, and never less than it; and where it is taken."""
     eigenvalues = ca.vertcat(*values)
     beta = 0.5 * ca.mtimes(V.T, b)
-    top, ends = _most(values), eigenvalues + ca.fabs(beta)
-    size = _most(ca.vertsplit(ca.fabs(eigenvalues))) + ca.sum1(ca.fabs(beta))
+    top, ends = functools.reduce(ca.fmax, values), eigenvalues + ca.fabs(beta)
+    size = functools.reduce(ca.fmax, ca.vertsplit(ca.fabs(eigenvalues))) + ca.sum1(ca.fabs(beta))
     # No term of |s|^2 may exceed 1, so that mu is at least each lambda_i + |beta_i|.
-    mu = least = _most([top + _TINY * size + _LEAST, ca.SX(0.0), *ca.vertsplit(ends)])
+    mu = least = functools.reduce(ca.fmax, [top + _TINY * size + _LEAST, ca.SX(0.0), *ca.vertsplit(ends)])
     for _ in range(_NEWTON):
         inverse = 1.0 / (mu - eigenvalues)
         terms = (beta * inverse) ** 2
@@ -196,23 +196,19 @@ def _largest_in_ball(values: list[ca.SX], V: ca.SX, b: ca.SX) -> tuple[ca.SX, li
         mu = ca.fmax(mu + (ca.sqrt(square) - 1.0) * square / (bend + _LEAST), least)
     s = beta / (mu - eigenvalues)
     value = mu + ca.dot(beta, s)
-    place = _onto_sphere(ca.vertsplit(s), [eigenvalue >= top for eigenvalue in values], mu > 0.0)
-    return value, ca.vertsplit(ca.mtimes(V, ca.vertcat(*place)))
-
-
-def _onto_sphere(s: list[ca.SX], largest: list[ca.SX], outside: ca.SX) -> list[ca.SX]:
-    """Where the largest value is taken: on the sphere unless mu is 0.
-
-    In the hard case s is too short, and the direction of the largest eigenvalue makes up for what it lacks.
-    """
+    # It is taken on the sphere unless mu is 0. In the hard case s is too short, and the direction of the largest
+    # eigenvalue makes up for what it lacks.
+    outside, place = mu > 0.0, ca.vertsplit(s)
     free = outside
     for i in range(3):
-        at_largest = ca.logic_and(free, largest[i])
-        lacking = ca.sqrt(ca.fmax(1.0 - sum(s[j] ** 2 for j in range(3) if j != i), 0.0))
-        s = [*s[:i], ca.if_else(at_largest, ca.if_else(s[i] < 0.0, -lacking, lacking), s[i]), *s[i + 1 :]]
-        free = ca.logic_and(free, ca.logic_not(largest[i]))
-    length = ca.sqrt(sum(x * x for x in s))
-    return [ca.if_else(outside, x / (length + _LEAST), x) for x in s]
+        largest = values[i] >= top
+        lacking = ca.sqrt(ca.fmax(1.0 - sum(place[j] ** 2 for j in range(3) if j != i), 0.0))
+        filled = ca.if_else(place[i] < 0.0, -lacking, lacking)
+        place[i] = ca.if_else(ca.logic_and(free, largest), filled, place[i])
+        free = ca.logic_and(free, ca.logic_not(largest))
+    length = ca.sqrt(sum(x * x for x in place))
+    place = [ca.if_else(outside, x / (length + _LEAST), x) for x in place]
+    return value, ca.vertsplit(ca.mtimes(V, ca.vertcat(*place)))
 
 
 def _largest_in_cube(Q: ca.SX, b: ca.SX) -> tuple[ca.SX, list[ca.SX]]:
@@ -245,13 +241,6 @@ def _solution(A: ca.SX, y: list[ca.SX]) -> list[ca.SX]:
         ca.if_else(determinant == 0.0, 0.0, value / determinant)
         for value in ca.vertsplit(ca.mtimes(adjugate, ca.vertcat(*y)))
     ]
-
-
-def _most(values: list[ca.SX]) -> ca.SX:
-    largest = values[0]
-    for value in values[1:]:
-        largest = ca.fmax(largest, value)
-    return largest
 
 
 def payload_limit(

@@ -169,30 +169,24 @@ def _distances(robot: Robot, scene: Scene, q: ca.SX) -> dict[str, ca.SX]:
         R, p = frames[-1]
         rotation, origin = joint_transform(joint, q[j])
         frames.append((R @ rotation, p + R @ origin))
-    bodies = {body.name: (body, *_axis(body, frames)) for body in scene.bodies}
-    distances: dict[str, ca.SX] = {}
-    for body, *ends in bodies.values():
+    bodies, distances = {}, dict[str, ca.SX]()
+    for body in scene.bodies:
+        R, p = frames[body.link]
+        ends = (body.start, body.start if body.end is None else body.end)
+        first, second = (p + R @ ca.SX(list(end)) for end in ends)
+        bodies[body.name] = body, first, second
+    for body, *axis in bodies.values():
         for surface in scene.surfaces:
             if body.link > 0 and (body.name, surface.name) not in scene.may_touch:
-                for k, end in enumerate(ends[: 1 if body.sphere else 2]):
+                normal = np.array(surface.normal) / np.linalg.norm(surface.normal)
+                for k, end in enumerate(axis[: 1 if body.sphere else 2]):
                     label = body.name if body.sphere else f"{body.name}, {('start', 'end')[k]},"
-                    distances[f"{label} to {surface.name}"] = _height(end, surface) - body.radius
+                    height = ca.dot(ca.SX(normal.tolist()), end) - surface.offset
+                    distances[f"{label} to {surface.name}"] = height - body.radius
     for a, b in scene.pairs:
         apart = _segments_apart(bodies[a], bodies[b])
         distances[f"{a} to {b}"] = apart - bodies[a][0].radius - bodies[b][0].radius
     return distances
-
-
-def _axis(body: Capsule, frames: list[tuple[ca.SX, ca.SX]]) -> tuple[ca.SX, ca.SX]:
-    R, p = frames[body.link]
-    ends = (body.start, body.start if body.end is None else body.end)
-    first, second = (p + R @ ca.SX(list(end)) for end in ends)
-    return first, second
-
-
-def _height(point: ca.SX, surface: HalfSpace) -> ca.SX:
-    normal = np.array(surface.normal) / np.linalg.norm(surface.normal)
-    return ca.dot(ca.SX(normal.tolist()), point) - surface.offset
 
 
 def _segments_apart(first: tuple[Capsule, ca.SX, ca.SX], second: tuple[Capsule, ca.SX, ca.SX]) -> ca.SX:

@@ -54,10 +54,6 @@ class Score:
     problem: DesignProblem
     samples: Samples
 
-    def judged_by(self, problem: DesignProblem) -> "Score":
-        """The motion by other limits."""
-        return score_samples(problem, self.samples)
-
     @property
     def duration(self) -> float:
         """Duration of the motion [s]."""
@@ -65,8 +61,21 @@ class Score:
 
     @cached_property
     def learnt(self) -> Learnt:
-        """By the motion and the earlier recordings together; computed when first asked for."""
-        return _learnt(self.problem, self.problem.exact(self.samples))
+        """By the motion and the earlier recordings together; computed when first asked for.
+
+        Earlier recordings count where they are in the weights needed.
+        """
+        problem, with_earlier = self.problem, self.problem.criterion.weighted
+        state, duration = problem.exact(self.samples), problem.goal.data_length or self.duration
+        plain, weighted = (problem.row_weights(self.samples, noise, duration) for noise in (False, True))
+        conditions = condition_numbers(_rows(problem, state, plain, not with_earlier))
+        R = decomposed(np.asarray(np.linalg.qr(_rows(problem, state, weighted, with_earlier), mode="r")))
+        if R.rank < len(problem.names):
+            return Learnt(-np.inf, *conditions, dict.fromkeys(problem.names, np.inf))
+        covariance = np.asarray(R.covariance)
+        sigma = dict(zip(problem.names, np.sqrt(np.diag(covariance)).tolist(), strict=True))
+        log_det = 2.0 * float(np.log(R.singular).sum() + np.log(R.sizes).sum())
+        return Learnt(log_det, *conditions, sigma, covariance)
 
     @property
     def max_violation(self) -> float:
@@ -185,21 +194,6 @@ def exact_value(problem: DesignProblem, state: State) -> float:
     if kind in ("cond", "cond-scaled"):
         return float(np.log(condition_numbers(_rows(problem, state, weights, True))[kind == "cond-scaled"]))
     return problem.criterion(problem.information(state.entries, weights))[0]
-
-
-def _learnt(problem: DesignProblem, state: State) -> Learnt:
-    """Knowledge from the motion together with the earlier recordings where they are in the weights needed."""
-    with_earlier = problem.criterion.weighted
-    duration = problem.goal.data_length or float(state.samples.weight.sum())
-    plain, weighted = (problem.row_weights(state.samples, noise, duration) for noise in (False, True))
-    conditions = condition_numbers(_rows(problem, state, plain, not with_earlier))
-    R = decomposed(np.asarray(np.linalg.qr(_rows(problem, state, weighted, with_earlier), mode="r")))
-    if R.rank < len(problem.names):
-        return Learnt(-np.inf, *conditions, dict.fromkeys(problem.names, np.inf))
-    covariance = np.asarray(R.covariance)
-    sigma = np.sqrt(np.diag(covariance))
-    log_det = 2.0 * float(np.log(R.singular).sum() + np.log(R.sizes).sum())
-    return Learnt(log_det, *conditions, dict(zip(problem.names, sigma.tolist(), strict=True)), covariance)
 
 
 def _rows(problem: DesignProblem, state: State, weights: Array, earlier: bool) -> Array:

@@ -19,7 +19,7 @@ from .descent import FINE_WIDTH, WIDTH, Multipliers, Smooth, minimised
 from .full_trajectory import harder, kept_throughout
 from .limits import LimitCheck
 from .problem import DesignProblem
-from .score import TOLERANCE, Learnt, Score, score_of
+from .score import TOLERANCE, Learnt, Score, score_of, score_samples
 
 _MARGIN = 0.01  # of a limit, between samples; the settling adapts it
 _ASTRAY = 0.1  # in the limits' units: what violates more after the first look seldom comes back
@@ -32,18 +32,9 @@ _BEYOND = 0.2  # of a limit: what misses it by more is not mended by going slowe
 _EASES, _MORE = 14, 1.5  # each so many times as much as the last
 
 
-class Step(NamedTuple):
-    """Where the search is.
-
-    Attributes:
-        text: what was done.
-        best: criterion of the best motion so far that keeps all limits; None before there is one.
-        evaluations: of criterion and gradient.
-    """
-
-    text: str
-    best: float | None
-    evaluations: int
+Progress = Callable[[str, float | None, int], None]
+"""Called after each stage: what was done, the criterion of the best motion so far that keeps all limits (None
+before there is one), and evaluations of criterion and gradient."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -96,14 +87,14 @@ def solve_design(
     *,
     seed: int = 0,
     starts: int | None = None,
-    progress: Callable[[Step], None] = lambda step: None,
+    progress: Progress = lambda text, best, evaluations: None,
 ) -> Design:
     """Find the most informative motion.
 
     Several random starts are improved for a while, the best of them to the end; then the limits are checked on
-    a grid ten times finer, and drawn in where the motion oversteps them between samples. At last the whole run is
-    looked at, and the slow rehearsal where there is one: where they miss a torque limit, the motion is eased, or
-    the search goes on from it below that limit, with the rehearsal's torques as limits too.
+    a grid ten times finer, and drawn in where the motion oversteps them between samples. At last the full
+    trajectory is looked at, and the slow rehearsal where there is one: where they miss a torque limit, the motion
+    is eased, or the search goes on from it below that limit, with the rehearsal's torques as limits too.
     Ctrl-C ends the search with the best motion so far.
 
     Args:
@@ -117,30 +108,19 @@ def solve_design(
     """
     begun = time.process_time()
     starts = STARTS[problem.criterion.kind] if starts is None else starts
-    search = _searched(problem, seed, starts, progress)
+    search = _Search(problem, np.random.default_rng(seed), progress)
+    search.run(starts)
     outcome = kept_throughout(problem, *search.found)
     further = None if search.interrupted else harder(problem, outcome)
     if further is not None:
-        evaluations, search = search.evaluations, _searched(further, seed, 1, progress, search.found[0])
-        search.evaluations += evaluations
+        search = _Search(further, np.random.default_rng(seed), progress, search.found[0], search.evaluations)
+        search.run(1)
         x, score = search.found
-        outcome = kept_throughout(problem, x, score.judged_by(problem))
+        outcome = kept_throughout(problem, x, score_samples(problem, score.samples))
     plan, cpu = problem.family.plan(outcome.x), time.process_time() - begun
     return Design(
         problem, plan, outcome.score, seed, starts, search.evaluations, cpu, search.interrupted, outcome.missed
     )
-
-
-def _searched(
-    problem: DesignProblem, seed: int, starts: int, progress: Callable[[Step], None], begin: Array | None = None
-) -> "_Search":
-    """A search that has come to its end, or was interrupted."""
-    search = _Search(problem, np.random.default_rng(seed), progress, begin)
-    try:
-        search.run(starts)
-    except KeyboardInterrupt:
-        search.interrupted = True
-    return search
 
 
 class Effort(NamedTuple):
@@ -172,20 +152,11 @@ _FRESH = Effort(160, 150, 60, 4, 8, False)
 
 @dataclass
 class _Search:
-    """The best motion so far, and the way to better ones.
-
-    Attributes:
-        draw: random numbers of the starts.
-        progress: called after each stage.
-        begin: where another search ended; None for random starts.
-        evaluations: of criterion and gradient.
-        best: the motion and its score.
-        interrupted: whether it was stopped before its end.
-    """
+    """The best motion so far and its score, and the way to better ones; ``begin`` is where another search ended."""
 
     problem: DesignProblem
     draw: np.random.Generator
-    progress: Callable[[Step], None]
+    progress: Progress
     begin: Array | None = None
     evaluations: int = 0
     best: tuple[Array, Score] | None = None
@@ -195,7 +166,7 @@ class _Search:
     def found(self) -> tuple[Array, Score]:
         """The best motion and its score; a random start if the search was interrupted before its first look."""
         if self.best is None:
-            self.consider(self.random(), "random start")
+            self.consider(self._first(), "random start")
         assert self.best is not None
         return self.best
 
@@ -210,13 +181,18 @@ class _Search:
         return _FRESH
 
     def run(self, starts: int) -> None:
-        """Improve random starts for a while, the best of them to the end; then settle it within its limits.
+        """Improve random starts for a while, the best of them to the end, unless it is interrupted.
 
-        A search that goes on from another one's end has that start alone. One that does not come within its limits
-        draws its last motion back.
+        A search that goes on from another one's end has that start alone.
         """
-        course, effort = self._best_start(starts) if self.begin is None else self._begun(0), self.effort
-        order = ORDERS[self.problem.criterion.kind][-1]
+        try:
+            self._finish(self._best_start(starts) if self.begin is None else self._begun(1))
+        except KeyboardInterrupt:
+            self.interrupted = True
+
+    def _finish(self, course: "_Course") -> None:
+        """Refine a start, then settle it within its limits; where it does not come within them, draw it back."""
+        effort, order = self.effort, ORDERS[self.problem.criterion.kind][-1]
         last: float | None = None
 
         def gains(width: float, iterations: int, text: str) -> bool:
@@ -244,40 +220,51 @@ class _Search:
         All are improved for half of that, the best third of them for the other half.
         """
         orders, first = ORDERS[self.problem.criterion.kind][:2], self.effort.first
-        courses = [self._begun(k) for k in range(starts)]
+        courses = [self._begun(k + 1) for k in range(starts)]
         if len(orders) == 1 and starts == 1:
             self._improved(courses[0], *orders, WIDTH, first, "start 1 improved")
             return courses[0]
+
+        def promise(course: _Course) -> tuple[bool, float, int]:
+            """Starts near their limits come first, by their value; the first of equal ones."""
+            merit, _ = self.problem.evaluate(course.x, last, WIDTH, course.limits)
+            astray = course.limits.violation(self.problem.state(course.x, WIDTH)) > _ASTRAY
+            return astray, merit, course.number
+
+        last = ORDERS[self.problem.criterion.kind][-1]
         for of, order in ((1, orders[0]), (_OF, orders[-1])):
             courses = courses[: -(-len(courses) // of)]
             for course in courses:
                 self._improved(course, order, WIDTH, first // 2, f"start {course.number} improved")
-            courses.sort(key=self._promise)
+            courses.sort(key=promise)
         return courses[0]
 
-    def _begun(self, k: int) -> "_Course":
-        x = self._brought_in(self.random())
-        self.consider(x, f"start {k + 1}")
-        limits = Multipliers(self.problem.limits, self.problem.state(x, WIDTH), _STIFFNESS, _MARGIN)
-        return _Course(k + 1, x, limits)
-
-    def _promise(self, course: "_Course") -> tuple[bool, float, int]:
-        """Starts near their limits by their value; the first of equal ones."""
-        merit, _ = self.problem.evaluate(course.x, ORDERS[self.problem.criterion.kind][-1], WIDTH, course.limits)
-        astray = course.limits.violation(self.problem.state(course.x, WIDTH)) > _ASTRAY
-        return astray, merit, course.number
-
-    def random(self) -> Array:
-        """A motion to start from: where another search ended, or a random one."""
+    def _first(self) -> Array:
+        """Where another search ended, or a random motion."""
         return self.problem.family.random(self.draw, self.problem.clear) if self.begin is None else self.begin
+
+    def _begun(self, number: int) -> "_Course":
+        """A start brought within the limits at its samples, if a descent finds the way."""
+        problem, x = self.problem, self._first()
+        for _ in range(3):
+            limits = Multipliers(problem.limits, problem.state(x, WIDTH), 1.0, 2.0 * _MARGIN)
+            if limits.violation(problem.state(x, WIDTH)) <= 0.0:
+                break
+            x, _ = self._descended(partial(problem.trespass, width=WIDTH, limits=limits), x, _NEARER)
+        self.consider(x, f"start {number}")
+        return _Course(number, x, Multipliers(problem.limits, problem.state(x, WIDTH), _STIFFNESS, _MARGIN))
 
     def consider(self, x: Array, text: str) -> Score:
         """Judge a motion, made slower or smaller if that is enough to keep the limits; remember the best."""
+
+        def rank(score: Score) -> tuple[float, float]:
+            return (0.0 if score.feasible else score.max_violation), score.value
+
         x, score = eased_within(self.problem, x)
-        if self.best is None or _rank(score) < _rank(self.best[1]):
+        if self.best is None or rank(score) < rank(self.best[1]):
             self.best = (x, score)
         best = self.best[1]
-        self.progress(Step(text, best.value if best.feasible else None, self.evaluations))
+        self.progress(text, best.value if best.feasible else None, self.evaluations)
         return score
 
     def _improved(self, course: "_Course", order: float, width: float, iterations: int, text: str) -> Score:
@@ -286,17 +273,6 @@ class _Search:
         course.x, course.curvature = self._descended(function, course.x, iterations, course.curvature)
         course.limits.update(self.problem.state(course.x, width))
         return self.consider(course.x, text)
-
-    def _brought_in(self, x: Array) -> Array:
-        """A motion near x that keeps the limits at its samples, if there is one that a descent finds."""
-        problem = self.problem
-        for _ in range(3):
-            limits = Multipliers(problem.limits, problem.state(x, WIDTH), 1.0, 2.0 * _MARGIN)
-            if limits.violation(problem.state(x, WIDTH)) <= 0.0:
-                break
-            function = partial(problem.trespass, width=WIDTH, limits=limits)
-            x, _ = self._descended(function, x, _NEARER)
-        return x
 
     def _descended(
         self, function: Smooth, x: Array, iterations: int, curvature: Array | None = None
@@ -325,11 +301,6 @@ class _Course:
     x: Array
     limits: Multipliers
     curvature: Array | None = None
-
-
-def _rank(score: Score) -> tuple[float, float]:
-    """Feasible motions by their value, the others after them by what they miss."""
-    return (0.0, score.value) if score.feasible else (score.max_violation, score.value)
 
 
 def eased_within(problem: DesignProblem, x: Array) -> tuple[Array, Score]:

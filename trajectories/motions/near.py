@@ -107,10 +107,11 @@ class NearShape:
             raise InputError(f"a duration of {self.duration:g} s: give a positive one, at most {LONGEST:g} s")
         for pose in self.poses:
             if pose.shape != (robot.n,) or not ((pose > bounds.low) & (pose < bounds.high)).all():
-                raise InputError(
-                    f"the pose {_degrees(robot, pose)} must be {robot.n} positions within the limits of "
-                    f"{robot.name}"
-                )
+                shown = f"of {len(pose)} numbers"
+                if len(pose) == robot.n:
+                    scales = [180.0 / np.pi if joint.revolute else 1.0 for joint in robot.joints]
+                    shown = ", ".join(f"{scale * x:g}" for scale, x in zip(scales, pose, strict=True))
+                raise InputError(f"the pose {shown} must be {robot.n} positions within the limits of {robot.name}")
 
     def family(
         self, robot: Robot, bounds: JointBounds, duration: float | None = None, start: Array | None = None
@@ -204,10 +205,3 @@ class FreeNear(RestingSeries):
         """Samples of the moving joints, pose by pose: (poses, N), then (poses, N, moving) each."""
         weight, *states = (part.reshape(len(self._poses), -1, *part.shape[1:]) for part in samples)
         return Samples(weight, *(state[..., self._moving] for state in states))
-
-
-def _degrees(robot: Robot, pose: Array) -> str:
-    if len(pose) != robot.n:
-        return f"of {len(pose)} numbers"
-    shown = (np.degrees(x) if joint.revolute else x for x, joint in zip(pose, robot.joints, strict=True))
-    return ", ".join(f"{x:g}" for x in shown)

@@ -46,15 +46,10 @@ class PointToPoint(Plan):
         object.__setattr__(self, "ramps", frozen_array(self.ramps, (count - 1, 2) if own else (count,), "ramps"))
         if count < 2 or not (self.ramps > 0.0).all():
             raise ValueError("a motion needs two points and positive ramps")
-        if (self.durations < self._shortest * (1.0 - 1e-12)).any():
+        if (self.durations < 0.5 * sum(self._up_and_down) * (1.0 - 1e-12)).any():
             raise ValueError("a move is shorter than its ramps")
         if not 0.0 <= self.blend <= 1.0 or not 0.0 < self.smoothing <= 0.5:
             raise ValueError("blend must be in [0, 1], smoothing in (0, 0.5]")
-
-    @property
-    def _shortest(self) -> Array:
-        up, down = self._up_and_down
-        return np.asarray(0.5 * (up + down))
 
     @property
     def _up_and_down(self) -> tuple[Array, Array]:
@@ -86,7 +81,7 @@ class PointToPoint(Plan):
         lengths = np.concatenate([rising, falling])
         up, down = np.zeros(len(speed)), np.zeros(len(speed))
         start = 0.0
-        for k, (duration, shortest) in enumerate(zip(self.durations, self._shortest, strict=True)):
+        for k, (duration, shortest) in enumerate(zip(self.durations, 0.5 * (rising + falling), strict=True)):
             up[k], down[k] = start, start + duration - shortest + rising[k]
             start = down[k] + (1.0 - self.blend) * falling[k]
         starts = np.concatenate([up, down])

@@ -186,19 +186,22 @@ class ViaPoints(Plan):
         t = np.clip(t, 0.0, knots[-1])
         k = np.clip(np.searchsorted(knots, t, side="right") - 1, 0, len(self.durations) - 1)
         T = self.durations[k][:, None]
-        # The step alone enters the polynomials, so that a joint that stays put does so exactly.
-        start = self.points[k]
-        ends = np.stack([np.zeros_like(start), *self._inner(k, T), np.diff(self.points, axis=0)[k]])
-        s = np.clip((t - knots[k]) / T[:, 0], 0.0, 1.0)
-        q, qd, qdd = (np.einsum("Nk,kNn->Nn", b, ends) for b in self.segment.basis(s))
-        return start + q, qd / T, qdd / T**2 * moves
-
-    def _inner(self, k: NDArray[np.intp], T: Array) -> tuple[Array, Array, Array, Array]:
-        """T v0, T^2 a0, T^2 a1, T v1 of the segments ``k``."""
         still = np.zeros_like(self.points)
-        v = still if self.speeds is None else self.speeds
-        a = still if self.accelerations is None else self.accelerations
-        return T * v[k], T**2 * a[k], T**2 * a[k + 1], T * v[k + 1]
+        speeds = still if self.speeds is None else self.speeds
+        accelerations = still if self.accelerations is None else self.accelerations
+        ends = _ends(self.points, speeds, accelerations, self.durations)
+        # The step alone enters the polynomials, so that a joint that stays put does so exactly.
+        start = self.points[:-1]
+        ends[:, 0], ends[:, 5] = 0.0, ends[:, 5] - start
+        s = np.clip((t - knots[k]) / T[:, 0], 0.0, 1.0)
+        q, qd, qdd = (np.einsum("Nk,Nkn->Nn", b, ends[k]) for b in self.segment.basis(s))
+        return start[k] + q, qd / T, qdd / T**2 * moves
+
+
+def _ends(p: Array, v: Array, a: Array, T: Array) -> Array:
+    """p0, T v0, T^2 a0, T^2 a1, T v1, p1 of each segment, (count - 1, 6, n)."""
+    t = T[:, None]
+    return np.stack([p[:-1], t * v[:-1], t**2 * a[:-1], t**2 * a[1:], t * v[1:], p[1:]], axis=1)
 
 
 @dataclass(frozen=True)
@@ -313,7 +316,8 @@ class FreeViaPoints:
 
     def sample(self, x: Array, finer: int = 1) -> Samples:
         """States at times of each segment, its ends included: accelerations have corners there."""
-        ends, T = self._segments(x)
+        p, v, a, T = self._unpacked(x)
+        ends = _ends(p, v, a, T)
         share, (B, Bd, Bdd) = self._grid(finer)
         step = T[:, None, None]
         q, qd, qdd = B @ ends, (Bd @ ends) / step, (Bdd @ ends) / step**2
@@ -323,7 +327,8 @@ class FreeViaPoints:
 
     def pullback(self, x: Array, slope: Samples) -> Array:
         """The Jacobian transposed times the slopes."""
-        ends, T = self._segments(x)
+        p, v, a, T = self._unpacked(x)
+        ends = _ends(p, v, a, T)
         share, (B, Bd, Bdd) = self._grid(1)
         shape, step = (len(T), len(share), ends.shape[2]), T[:, None, None]
         q, qd, qdd = slope.q.reshape(shape), slope.qd.reshape(shape) / step, slope.qdd.reshape(shape) / step**2
@@ -381,13 +386,6 @@ class FreeViaPoints:
             v[1:-1] = bounds.speed * x[first:second].reshape(-1, n)
             a[1:-1] = bounds.acceleration * x[second:third].reshape(-1, n)
         return p, v, a, np.exp(x[third:]) if self._fixed is None else self._fixed
-
-    def _segments(self, x: Array) -> tuple[Array, Array]:
-        """p0, T v0, T^2 a0, T^2 a1, T v1, p1 of each segment (count - 1, 6, n), and T."""
-        p, v, a, T = self._unpacked(x)
-        t = T[:, None]
-        ends = np.stack([p[:-1], t * v[:-1], t**2 * a[:-1], t**2 * a[1:], t * v[1:], p[1:]], axis=1)
-        return ends, T
 
 
 def quickest(step: Array, speed: Array, acceleration: Array, segment: Segment = QUINTIC) -> Array:

@@ -35,17 +35,6 @@ class Simulator:
         self.robot = robot
         self._kernel = _torque_code(robot)
 
-    def parameters(
-        self, payload: InertialParameters | None = None, parameters: Mapping[str, float] | None = None
-    ) -> Array:
-        """Standard parameters in the order of ``standard_columns``, the payload added to the last link.
-
-        Args:
-            payload: given in the robot's payload frame.
-            parameters: of a twin of the robot; the robot's own by default.
-        """
-        return parameter_vector(self.robot, parameters or self.robot.parameters, payload)
-
     def measure(
         self,
         motion: Motion,
@@ -53,7 +42,7 @@ class Simulator:
         parameters: Mapping[str, float] | None = None,
     ) -> Measurement:
         """Exact joint torques [N·m or N] on a motion; ``parameters``: of a twin, the robot's own by default."""
-        chi = self.parameters(payload, parameters)
+        chi = parameter_vector(self.robot, parameters or self.robot.parameters, payload)
         torque = np.zeros(motion.q.shape)
         torque[:, self._kernel.rows] = self._kernel(motion.q, motion.qd, motion.qdd, chi).T
         return Measurement(motion, torque)
