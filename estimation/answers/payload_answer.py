@@ -27,7 +27,7 @@ from ..payload.short_motion import ShortMotion
 from ..payload.stand_in import StandIn
 from ..possible.constraints import KnownMass
 from ..possible.result import Weighing
-from .system import DRAWN, TorquePrediction, payload_prediction, robot_prediction, robot_values
+from .system import DRAWN, TorquePrediction, payload_prediction, robot_prediction
 
 
 class Quantity(NamedTuple):
@@ -321,15 +321,13 @@ class PayloadAnswer(Speaks):
         problem, source = self.problem, self.problem.source
         if problem.alone is None:
             return ()
-        settings, values = self.processing or problem.robot.processing, robot_values(problem)
+        settings, values = self.processing or problem.robot.processing, problem.alone.values
         bare = [
             robot_prediction(problem.robot, problem.base, values, recording, settings, True)
             for recording in self.held_out[:DRAWN]
         ]
-        return (
-            *bare,
-            *(self.prediction(recording, False) for recording in (source.loaded if source else ())[:DRAWN]),
-        )
+        loaded = source.loaded[:DRAWN] if source else ()
+        return (*bare, *(self.prediction(recording, False) for recording in loaded))
 
     def prediction(self, recording: Recording, held_out: bool) -> TorquePrediction:
         """A recording with payload and what the recommended payload predicts, beside the bare robot."""

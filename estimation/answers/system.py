@@ -108,7 +108,8 @@ def payload_prediction(
         body: the payload, in the payload's frame.
         recording: with payload.
     """
-    bare, flange = robot_values(problem), problem.robot.flange
+    assert problem.alone is not None
+    bare, flange = problem.alone.values, problem.robot.flange
     moved = body.moved(flange.R, flange.p).vector
     observer = loaded_observer(problem.robot, problem.base)
     pieces = observer.pieces(measurement(recording, processing), processing)
@@ -117,13 +118,6 @@ def payload_prediction(
         "predicted without payload": np.concatenate([bare, np.zeros(len(moved))]),
     }
     return _prediction(recording.source, pieces, curves, True, held_out)
-
-
-def robot_values(problem: PayloadProblem) -> Array:
-    """The robot's base parameters on which a payload's torques come on top."""
-    robot = problem.alone
-    assert robot is not None
-    return robot.values
 
 
 def _prediction(
@@ -223,25 +217,21 @@ def observed(observer: Observer, recordings: Sequence[Recording], processing: Pr
 def joined(
     observations: Sequence[Observation],
     recordings: Sequence[Recording],
-    loaded: Iterable[bool],
+    loaded: Sequence[bool],
     weights: Array,
     reduced: Equations,
 ) -> ObservationSystem:
     """The system of recordings one after the other; ``loaded``: whether each is with payload."""
-    parts = [
-        (observation.W[j], observation.Y[j], observation.t[j], j + 1, number, with_load)
-        for number, (observation, with_load) in enumerate(zip(observations, loaded, strict=True))
-        for j in range(len(observation.Y))
-    ]
-    counts = [len(part[1]) for part in parts]
+    counts = [[len(Y) for Y in observation.Y] for observation in observations]
+    totals = [sum(rows) for rows in counts]
     return ObservationSystem(
         columns=reduced.columns,
-        W=np.concatenate([part[0] for part in parts]),
-        Y=np.concatenate([part[1] for part in parts]),
-        joint=np.repeat(np.array([part[3] for part in parts]), counts),
-        recording=np.repeat(np.array([part[4] for part in parts]), counts),
-        t=np.concatenate([part[2] for part in parts]),
-        loaded=np.repeat(np.array([part[5] for part in parts]), counts),
+        W=np.concatenate([W for observation in observations for W in observation.W]),
+        Y=np.concatenate([Y for observation in observations for Y in observation.Y]),
+        joint=np.concatenate([np.repeat(np.arange(1, len(rows) + 1), rows) for rows in counts]),
+        recording=np.repeat(np.arange(len(totals)), totals),
+        t=np.concatenate([t for observation in observations for t in observation.t]),
+        loaded=np.repeat(np.array(loaded, dtype=bool), totals),
         sources=tuple(recording.source for recording in recordings),
         weights=weights,
         reduced=reduced,

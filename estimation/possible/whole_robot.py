@@ -293,9 +293,12 @@ class _Labels:
 
     def drives(self, rows: Sequence[dict[str, Slopes]]) -> list[dict[str, Labelled]]:
         """Labels of drives' numbers, those that stand at their bound marked."""
-        drives = [
-            dict(zip(row, self.of([*map(self._sum, row.values())], [*row.values()]), strict=True)) for row in rows
-        ]
+        drives = []
+        for row in rows:
+            terms = [[slope * self._values[name] for name, slope in slopes.items()] for slopes in row.values()]
+            # What is left of a difference may be rounding.
+            sums = [0.0 if abs(sum(own)) < _ROUNDING * max(map(abs, own)) else sum(own) for own in terms]
+            drives.append(dict(zip(row, self.of(sums, list(row.values())), strict=True)))
         if self._known is None:
             return drives
         largest = {
@@ -311,10 +314,6 @@ class _Labels:
             }
             for d in drives
         ]
-
-    def _sum(self, slopes: Slopes) -> float:
-        terms = [slope * self._values[name] for name, slope in slopes.items()]
-        return 0.0 if abs(sum(terms)) < _ROUNDING * max(map(abs, terms)) else sum(terms)
 
 
 def _drive_slopes(

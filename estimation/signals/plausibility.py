@@ -3,7 +3,6 @@
 from collections.abc import Iterator, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ...common.arrays import Array
 from ...common.errors import InputError
@@ -142,20 +141,14 @@ def _saturation(_: Robot, recording: Recording) -> Iterator[str]:
         for j, torque in enumerate(recording.torque.T):
             there = torque == extreme[j]
             share = float(np.mean(there))
-            if share < _PLATEAU_SHARE or _longest_run(there) < _PLATEAU:
-                continue
-            if share < _PLATEAU_EXCESS / len(np.unique(torque)):
+            edges = np.flatnonzero(np.diff(np.concatenate([[False], there, [False]]).astype(int)))
+            longest = (edges[1::2] - edges[::2]).max(initial=0)  # run of rows
+            if share < max(_PLATEAU_SHARE, _PLATEAU_EXCESS / len(np.unique(torque))) or longest < _PLATEAU:
                 continue
             yield (
                 f"the torque of joint {j + 1} stays at its extreme {extreme[j]:.4g} for "
                 f"{100 * share:.0f} % of the recording: it is saturated; record a gentler motion"
             )
-
-
-def _longest_run(mask: NDArray[np.bool_]) -> int:
-    """Most true values in a row."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], mask, [False]]).astype(int)))
-    return int((edges[1::2] - edges[::2]).max(initial=0))
 
 
 def _speeds(_: Robot, recording: Recording) -> Iterator[str]:
