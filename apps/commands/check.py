@@ -8,8 +8,7 @@ from typing import Any
 from ... import estimation, model
 from ...common.errors import InputError
 from .. import logs, report
-from ..logs.fits import robot_fits
-from ..logs.log_check import check_log
+from ..logs.log_check import check_log, robot_fits
 from . import ANSWERED, DO_NOT_USE
 from .options import PageOptions, ProcessingOptions, RobotOptions, Setup, add_command, option
 

@@ -5,8 +5,7 @@ from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
-from dynident.apps.logs.fits import RobotFit, RobotFits
-from dynident.apps.logs.log_check import Excited, JointFacts, TimeFacts
+from dynident.apps.logs.log_check import Excited, JointFacts, RobotFit, RobotFits, TimeFacts
 from dynident.apps.report import documents
 from dynident.estimation.diagnosis.finding import Finding
 from dynident.tests.report import made

@@ -8,9 +8,8 @@ from msgspec import UNSET, UnsetType, field, structs
 from ....common.schema import Document
 from ....estimation.diagnosis.kinematics import KinematicsCheck, PoseCheck
 from ....model import Pose, Robot
-from ...logs.fits import RobotFits
 from ...logs.following import FollowingChange
-from ...logs.log_check import Excited, JointFacts, LogCheck, TimeFacts
+from ...logs.log_check import Excited, JointFacts, LogCheck, RobotFits, TimeFacts
 from ...results.parts import Number
 
 

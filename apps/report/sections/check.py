@@ -7,9 +7,8 @@ import numpy as np
 
 from ....estimation.diagnosis.kinematics import KinematicsCheck
 from ....model import Pose, Robot
-from ...logs.fits import RobotFits
 from ...logs.following import FollowingChange
-from ...logs.log_check import LogCheck
+from ...logs.log_check import LogCheck, RobotFits
 from ..blocks import Banner, Block, Column, Notes, Page, Screen, Section, Table, columns
 from ..documents.check import Look, PoseLook
 from ..figures.signals import following_figure, signals_figure
