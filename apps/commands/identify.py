@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 from ... import estimation, model
 from ...common.errors import InputError
@@ -37,7 +38,7 @@ _CLOSE = (
 class _Identify(Options):
     """Recordings, and which robot that can exist is asked for beside the free estimate."""
 
-    ABOUT = "beside the free estimate"
+    ABOUT: ClassVar[Mapping[str, str]] = {_POSSIBLE: "beside the free estimate"}
 
     data: tuple[str, ...] = option(
         reads="without payload",

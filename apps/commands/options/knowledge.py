@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import ClassVar
 
@@ -28,7 +28,9 @@ class KnowledgeOptions(Options):
     """What is known of the payload; it enters the constrained estimate of every method."""
 
     GROUP: ClassVar[str] = "what is known beforehand"
-    ABOUT: ClassVar[str] = "lengths in m, in the frame of the answer; with = before a value that begins with minus"
+    ABOUT: ClassVar[Mapping[str, str]] = {
+        "what is known beforehand": "lengths in m, in the frame of the answer; = before a leading minus"
+    }
 
     mass: tuple[tuple[float, ...], float | None] | None = option(
         type=with_sigma, metavar="KG+-KG", help="the payload was weighed, with the scale's standard deviation"

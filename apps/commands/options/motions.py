@@ -199,7 +199,7 @@ class LimitOptions(Options):
     """Limits of the joints, the robot's parameters for its torques, and the scene."""
 
     GROUP: ClassVar[str] = "limits"
-    ABOUT: ClassVar[str] = "positions and speeds stand in the robot's file"
+    ABOUT: ClassVar[Mapping[str, str]] = {"limits": "positions and speeds stand in the robot's file"}
 
     speed_override: float = option(type=number, default=1.0, metavar="SHARE", help="of the speed (default: 1)")
     acceleration: float | tuple[float, ...] | None = option(

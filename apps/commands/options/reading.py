@@ -65,12 +65,12 @@ class Options:
     """Some options of a command; fields are called as the options are.
 
     Attributes:
-        GROUP, ABOUT: heading of the options in the help, and what is said below it.
+        GROUP, ABOUT: heading of the options in the help, and what is said below each heading.
         WITHOUT: options that a command leaves out; they read as None.
     """
 
     GROUP: ClassVar[str] = ""
-    ABOUT: ClassVar[str] = ""
+    ABOUT: ClassVar[Mapping[str, str]] = {}
     WITHOUT: ClassVar[frozenset[str]] = frozenset()
 
     @classmethod
@@ -84,7 +84,7 @@ class Options:
             about, how = entry.metadata["about"], entry.metadata["how"]
             heading, either = about["group"] or cls.GROUP, about["either"]
             if heading not in groups:
-                groups[heading] = parser.add_argument_group(heading, cls.ABOUT or None)
+                groups[heading] = parser.add_argument_group(heading, cls.ABOUT.get(heading))
             place = groups[heading]
             if either:
                 if either not in rivals:

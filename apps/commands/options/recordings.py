@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from typing import ClassVar, Literal
 
@@ -87,7 +87,10 @@ class LogOptions(Options):
     """How logs are read."""
 
     GROUP: ClassVar[str] = "logs"
-    ABOUT: ClassVar[str] = "CSV, TSV, NPZ, MAT, Parquet, ROS 2 bags; see docs/logs.md"
+    ABOUT: ClassVar[Mapping[str, str]] = {
+        "logs": "CSV, TSV, NPZ, MAT, Parquet, ROS 2 bags; see docs/logs.md",
+        _PROCESSING: "offsets and coulomb in a file of options (--config): see docs/logs.md",
+    }
 
     log_map: str | None = option(
         reads="log map", metavar="TOML", help="columns, units, side and signs of the logs, topic of a ROS 2 bag"
