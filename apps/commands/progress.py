@@ -12,10 +12,6 @@ from contextlib import contextmanager
 from contextvars import ContextVar
 from typing import Literal
 
-import rich.progress
-from rich.console import Console
-from rich.progress import BarColumn, SpinnerColumn, TaskProgressColumn, TextColumn, TimeRemainingColumn
-
 from ...common.errors import one_line
 from ...common.progress import Progress
 from ...common.versions import versions
@@ -66,11 +62,14 @@ def status(label: str) -> Iterator[Progress]:
         yield _steps(label)
         return
     # A line that goes when the work is done; where no share is known its bar only moves. Names hold brackets.
-    words = TextColumn("{task.description}", markup=False)
-    columns = (SpinnerColumn(), words, BarColumn(), TaskProgressColumn(), TimeRemainingColumn())
-    console = Console(stderr=True)
+    from rich import console as terminal
+    from rich import progress as rich
+
+    words = rich.TextColumn("{task.description}", markup=False)
+    columns = (rich.SpinnerColumn(), words, rich.BarColumn(), rich.TaskProgressColumn(), rich.TimeRemainingColumn())
+    console = terminal.Console(stderr=True)
     hidden = not console.is_terminal  # elsewhere it would leave an empty line
-    with rich.progress.Progress(*columns, console=console, transient=True, disable=hidden) as shown:
+    with rich.Progress(*columns, console=console, transient=True, disable=hidden) as shown:
         task = shown.add_task(label, total=None)
         last: float | None = None
 

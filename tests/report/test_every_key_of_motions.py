@@ -59,7 +59,7 @@ def test_design(plan: Any, motion: dict[str, Any]) -> None:
         robot=SimpleNamespace(**vars(made.ROBOT)), criterion=SimpleNamespace(kind="a"), goal=goal,
         noise=np.array([1.5, 2.5]),
         torque_limited=False, payloads=PayloadSet.within(3.5, (0.1, 0.2, 0.3), (0.4, 0.5, 0.6), box=True),
-        limits=(HELD,), at_rest=lambda poses: None,
+        limits=(HELD,), of_kind=lambda *kinds: (HELD,), at_rest=lambda poses: None,
     )  # fmt: skip
     design: Any = SimpleNamespace(plan=plan, **SEARCH) if plan is not None else None
     floor: Any = SimpleNamespace(value=0.04, gap=0.06, states=300)
