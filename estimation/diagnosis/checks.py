@@ -119,9 +119,11 @@ def friction(evidence: Evidence) -> Iterator[Finding]:
     Coulomb and viscous friction of a joint both over {DRIVEN_SIGMAS:g} sigma below zero: spoils all.
     """
     parameters, driven = evidence.parameters, list[str]()
-    for joint in range(1, evidence.robot.n + 1) if parameters is not None else ():
-        names = [name for name in (f"FS{joint}", f"FV{joint}") if parameters and name in parameters.names]
-        values, C = parameters.select(names) if parameters and names else (np.zeros(1), np.eye(1))
+    if parameters is None:
+        return
+    for joint in range(1, evidence.robot.n + 1):
+        names = [name for name in (f"FS{joint}", f"FV{joint}") if name in parameters.names]
+        values, C = parameters.select(names) if names else (np.zeros(1), np.eye(1))
         if (values < -DRIVEN_SIGMAS * np.sqrt(np.diag(C))).all():
             driven.append(str(joint))
     if driven:

@@ -309,9 +309,13 @@ def _rest(gram: Array, root: Array) -> Array:
     c = len(root)
     white, right = root.T @ gram[:c, :c] @ root, root.T @ gram[:c, c:]
     try:
-        np.linalg.cholesky(white - _REMAINS * np.eye(len(white)))
-        explained = solve_triangular(np.linalg.cholesky(white), right, lower=True)
-    except np.linalg.LinAlgError:  # the others do not determine some direction
+        L = np.linalg.cholesky(white)
+        clear = bool(np.diag(L).min(initial=1.0) ** 2 > _REMAINS)
+    except np.linalg.LinAlgError:
+        clear = False
+    if clear:
+        explained = solve_triangular(L, right, lower=True)
+    else:  # the others do not determine some direction
         eigenvalues, V = np.linalg.eigh(white)
         significant = eigenvalues > _REMAINS
         explained = (V[:, significant] / np.sqrt(eigenvalues[significant])).T @ right

@@ -348,7 +348,8 @@ def _ranked(
             for reading in _neighbours(robot, centre.reading, torques):
                 if reading not in tried:
                     tried[reading] = Ranked(reading, residual(reading))
-        limit, before, best = _limit(tried.values()), best, min(entry.residual for entry in tried.values())
+        limit, before = _limit(tried.values()), best
+        best = min(tried.values(), key=rank).residual
         if not best < (1.0 - _WORTH) * before:
             break
         front = sorted((entry for entry in tried.values() if entry.reading not in left), key=order)[:_FRONT]

@@ -52,7 +52,7 @@ def judge_mass(mass: float, spread: PayloadSpread, from_scale: bool) -> Judged:
     if relative <= MASS_SIGMA:
         return Judged("use")
     advice = "let joint 2 or 3 move, widen the range, record longer, or weigh the payload"
-    return _vague("", f"{_percent(relative)} of it", f"{100 * MASS_SIGMA:.0f} %", advice)
+    return _vague(f"is {_percent(relative)} of it", f"{100 * MASS_SIGMA:.0f} %", advice)
 
 
 def judge_com(ten: Array, spread: PayloadSpread) -> Judged:
@@ -70,10 +70,8 @@ def judge_com(ten: Array, spread: PayloadSpread) -> Judged:
     worst, allowed = int(np.argmax(spread.com)), max(COM_FLOOR, COM_SIGMA * size)
     if spread.com[worst] <= allowed:
         return Judged("use")
-    sigma = f"{1e3 * spread.com[worst]:.0f} mm"
-    return _vague(
-        f" along {'xyz'[worst]}", sigma, f"{1e3 * allowed:.0f} mm", "turn the wrist farther, or weigh the payload"
-    )
+    sigma = f"along {'xyz'[worst]} is {1e3 * spread.com[worst]:.0f} mm"
+    return _vague(sigma, f"{1e3 * allowed:.0f} mm", "turn the wrist farther, or weigh the payload")
 
 
 def judge_inertia(moments: Array, spread: PayloadSpread) -> Judged:
@@ -86,12 +84,11 @@ def judge_inertia(moments: Array, spread: PayloadSpread) -> Judged:
     if not vague:
         return Judged("use")
     advice = "move the wrist faster, or give its size by --inertia"
-    return _vague(" of", ", ".join(vague), f"{100 * INERTIA_SIGMA:.0f} %", advice)
+    return _vague(f"of {', '.join(vague)}", f"{100 * INERTIA_SIGMA:.0f} %", advice)
 
 
-def _vague(of: str, sigma: str, allowed: str, advice: str) -> Judged:
-    verb = "" if of == " of" else " is"
-    why = f"1 sigma (few blocks of time allowed for){of}{verb} {sigma}, {allowed} at most are allowed: {advice}"
+def _vague(sigma: str, allowed: str, advice: str) -> Judged:
+    why = f"1 sigma (few blocks of time allowed for) {sigma}, {allowed} at most are allowed: {advice}"
     return Judged("not measured well enough", why)
 
 
