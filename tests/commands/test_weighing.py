@@ -204,7 +204,7 @@ def test_without_an_assumption_a_point_mass_is_exported(
     ("more", "words"),
     [
         (["--inertia", "ball:3"], "box:60x60x350"),
-        (["--mass", "7"], "belong together"),
+        (["--mass", "7"], "give one mass and its standard deviation"),
         (["--moving", "1,2"], "does not move"),
     ],
 )
