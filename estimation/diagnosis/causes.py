@@ -47,8 +47,6 @@ SUSPICIOUS = 0.1
 _REPORTED = 3
 _ENOUGH = 1200  # states in which causes are searched
 _FAR = -0.5  # fall of chi2 by coarser states: such a reading is not compared closer
-_STEPS = 6  # of Gauss-Newton for gains
-_GAIN = 0.3  # longest step of a gain's reciprocal, and how near to 1 it is thought to be
 _LONGEST, _STEP = 0.5, 0.01  # s: delays that are tried
 _CLOCKS = 0.2, 0.05  # s: delays at the begin and end of recordings that are tried, and their step
 _LEAST = 0.02  # a factor beyond this, or beyond its inverse, is no unit but a channel without content
@@ -87,22 +85,8 @@ class Comparison:
         return self.fits[1][0]
 
     def _fitted(self, system: System, weights: Array) -> SystemFit:
-        """Fit, with gains of their own where they are free: Gauss-Newton from 1, the best of its steps."""
-        if not self.free_gains:
-            return system.fit(weights)
-        n = len(weights)
-        scales, best, least = np.ones(n), None, np.inf
-        for _ in range(_STEPS):
-            fit = replace(system, columns=system.columns * scales[:, None, None]).fit(weights)
-            errors = fit.errors()
-            if best is None or np.sum(errors**2) < least:
-                best, least = fit, float(np.sum(errors**2))
-            modelled = (system.torque - errors / weights[:, None]) / scales[:, None]
-            left = np.array([fit.errors(np.eye(n)[j][:, None] * modelled) for j in range(n)]).reshape(n, -1)
-            gram, right = left @ left.T + np.eye(n) / _GAIN**2, left @ errors.ravel() + (1.0 - scales) / _GAIN**2
-            scales = np.clip(scales + np.clip(np.linalg.solve(gram, right), -_GAIN, _GAIN), _GAIN, 1.0 / _GAIN)
-        assert best is not None
-        return best
+        """Fit, with gains of their own where they are free."""
+        return system.fit_with_scales(weights) if self.free_gains else system.fit(weights)
 
     def compared(
         self, kind: str, name: str, robot: Robot | None, states: States, worth: float = _FAR
@@ -122,11 +106,14 @@ class Comparison:
         self, kind: str, name: str, robot: Robot | None, states: States, fit: SystemFit, likelihood: Array
     ) -> Alternative:
         system = fit.system
-        same = robot is None and not self.free_gains and np.array_equal(states.q, system.states.q)
-        if same and np.array_equal(states.keep.T, system.keep):  # torques alone differ: the equations are there
-            other = fit.likelihood(states.torque.T + system.torque - system.states.torque.T)
+        torque = states.torque.T + system.torque - system.states.torque.T
+        same = robot is None and np.array_equal(states.q, system.states.q)
+        same = same and np.array_equal(states.keep.T, system.keep)  # torques alone differ: the columns are there
+        if same and not self.free_gains:
+            other = fit.likelihood(torque)
         else:
-            other = self._fitted(System.of(robot or self.robot, states), fit.weights).likelihood()
+            changed = replace(system, torque=torque) if same else System.of(robot or self.robot, states)
+            other = self._fitted(changed, fit.weights).likelihood()
         both = system.keep & states.keep.T
         rise = np.bincount(states.block, np.sum((other - likelihood) * both, axis=0), BLOCKS)
         error = float(np.std(rise, ddof=1)) / np.sqrt(len(rise))

@@ -26,6 +26,8 @@ from .states import BLOCKS, Index, States
 _RANK = 1e-10  # of the largest eigenvalue: squares of columns, scaled to norm 1
 _REMAINS = 1e-6  # fraction of a direction that the other blocks must determine
 _NOTHING = 1e-20  # of the largest column's square: rounding
+_STEPS = 6  # of Gauss-Newton for gains
+_GAIN = 0.3  # longest step of a gain's reciprocal, and how near to 1 it is thought to be
 _FLOOR = 1e-9  # of a joint's torque: data without noise still need finite weights
 
 
@@ -115,11 +117,42 @@ class System:
         values[: len(self.names)] += self.nominal
         return values
 
-    def fit(self, weights: Array) -> "SystemFit":
-        """Solve the equations, friction as it is without load."""
-        c = self.payload.stop
-        rows = (self.columns[:, :c] * (weights[:, None] * self.keep)[:, None]).transpose(1, 0, 2).reshape(c, -1)
-        return SystemFit(self, weights, _whitening(rows @ rows.T + self.prior[:c, :c]))
+    @cached_property
+    def joint_grams(self) -> Array:
+        """Gram matrices of each joint's rows: robot, payload, torque last; friction as without load."""
+        c, grams = self.payload.stop, []
+        for columns, torque, keep in zip(self.columns, self.torque, self.keep, strict=True):
+            rows = np.vstack([columns[:c], torque]) * keep
+            grams.append(rows @ rows.T)
+        return np.array(grams)
+
+    def fit(self, weights: Array, scales: Array | None = None) -> "SystemFit":
+        """Solve the equations, friction as it is without load, each joint's columns times its scale."""
+        scales, (G, right) = np.ones(self.robot.n) if scales is None else scales, self._normal
+        root = _whitening(np.einsum("j,jab->ab", (weights * scales) ** 2, G) + self.prior[: len(G[0]), : len(G[0])])
+        return SystemFit(self, weights, scales, root, root @ (root.T @ (weights**2 * scales @ right)))
+
+    def fit_with_scales(self, weights: Array) -> "SystemFit":
+        """Solve the equations and a scale of each joint's columns, by Gauss-Newton from 1; the best step."""
+        (G, right), square, torque = self._normal, weights**2, self.joint_grams[:, -1, -1]
+        scales, best, least = np.ones(len(weights)), self.fit(weights), np.inf
+        for _ in range(_STEPS):
+            fit = self.fit(weights, scales)
+            along = G @ fit.own
+            modelled, shown = along @ fit.own, right @ fit.own
+            error = float(square @ (torque - 2.0 * scales * shown + scales**2 * modelled))
+            if error < least:
+                best, least = fit, error
+            taken = (square * scales)[:, None] * (along @ fit.root)
+            gram = np.diag(square * modelled + 1.0 / _GAIN**2) - taken @ taken.T
+            step = np.linalg.solve(gram, square * (shown - scales * modelled) + (1.0 - scales) / _GAIN**2)
+            scales = np.clip(scales + np.clip(step, -_GAIN, _GAIN), _GAIN, 1.0 / _GAIN)
+        return best
+
+    @property
+    def _normal(self) -> tuple[Array, Array]:
+        """Normal equations of each joint: n x c x c, n x c."""
+        return self.joint_grams[:, :-1, :-1], self.joint_grams[:, :-1, -1]
 
     def grams(self, columns: Array, groups: Index, count: int) -> Array:
         """Gram matrices of all columns, more columns (n x m x N) and the torque, group by group; count x C x C."""
@@ -165,27 +198,31 @@ class System:
 
 
 class SystemFit(NamedTuple):
-    """Solution of a system for some weights of the joints; ``root``: root root' inverts the Gram matrix."""
+    """Solution of a system for some weights of the joints and scales of their columns.
+
+    ``root``: root root' inverts the Gram matrix; ``own``: parameters of robot and payload.
+    """
 
     system: System
     weights: Array
+    scales: Array
     root: Array
+    own: Array
 
     @property
     def values(self) -> Array:
         """Parameters, friction as it is without load, shape (c,)."""
-        values = self._values(self.system.torque)
-        return np.concatenate([values, np.zeros(len(self.system.prior) - len(values))])
-
-    def _values(self, torque: Array) -> Array:
-        c, weighted = len(self.root), torque * self.system.keep * self.weights[:, None] ** 2
-        return np.asarray(self.root @ (self.root.T @ np.einsum("jcn,jn->c", self.system.columns[:, :c], weighted)))
+        return np.concatenate([self.own, np.zeros(len(self.system.prior) - len(self.own))])
 
     def errors(self, torque: Array | None = None) -> Array:
         """Weighted errors that are left of the system's torque, or of another one, n x N."""
-        torque = self.system.torque if torque is None else torque
-        values = self._values(torque)
-        left = torque - np.einsum("jcn,c->jn", self.system.columns[:, : len(values)], values)
+        columns, values = self.system.columns[:, : len(self.own)], self.own
+        if torque is None:
+            torque = self.system.torque
+        else:
+            weighted = torque * self.system.keep * (self.scales * self.weights**2)[:, None]
+            values = self.root @ (self.root.T @ np.einsum("jcn,jn->c", columns, weighted))
+        left = torque - self.scales[:, None] * np.einsum("jcn,c->jn", columns, values)
         return np.asarray(left * self.system.keep * self.weights[:, None])
 
     def relative(self, torque: Array | None = None) -> Array:
