@@ -97,6 +97,8 @@ class Recording:
             for the same recording in any file; empty where it was not read from a log.
         gains: torque per current with which currents were read [N·m/A or N/A], shape (n,); empty for torques.
         origin: what a log's time held where ``t`` is 0 [s], such as seconds since 1970.
+        gain_sigma: standard deviation of the relative error of each joint's scale of torque, 0 where torques are
+            exact as simulated ones can be; None where nothing is said of it.
     """
 
     t: Array
@@ -108,9 +110,12 @@ class Recording:
     fingerprint: str = ""
     gains: tuple[float, ...] = ()
     origin: float = 0.0
+    gain_sigma: float | None = None
 
     def __post_init__(self) -> None:
         """Lock the arrays and check their shapes."""
+        if not 0.0 <= (self.gain_sigma or 0.0) < 1.0:
+            raise ValueError(f"gain_sigma is {self.gain_sigma}: give a fraction from 0 to below 1")
         size, n = len(self.t), np.shape(self.q)[-1]
         object.__setattr__(self, "t", frozen_array(self.t, (None,), "t"))
         for name in ("q", "torque") + (("qd",) if self.qd is not None else ()):

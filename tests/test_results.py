@@ -24,7 +24,14 @@ def logs(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
     for name, load in (("bare", None), ("loaded", PAYLOAD)):
         recording = simulator.record(motion, load, [0.3] * 6, 1 if load else 0)
         values = np.column_stack([recording.t, recording.q, recording.torque])
-        np.savetxt(folder / f"{name}.csv", values, delimiter=",", header=header, comments="", fmt="%.9g")
+        np.savetxt(
+            folder / f"{name}.csv",
+            values,
+            delimiter=",",
+            header="# gain_sigma = 0\n" + header,
+            comments="",
+            fmt="%.9g",
+        )
     return {name: str(folder / f"{name}.csv") for name in ("bare", "loaded")}
 
 

@@ -35,6 +35,7 @@ _NOT_TEXT = {
 _SPREADSHEETS = (".xlsx", ".xlsm", ".xls", ".ods", ".numbers")
 _CONTROL = re.compile(rb"[\x00-\x08\x0e-\x1f]")
 _MARK = ("#", "%")
+_GAIN_SIGMA = re.compile(r"[#%]\s*gain_sigma\s*=\s*(.*?)\s*")
 _SEPARATOR = re.compile(r'"?sep=(.)"?', re.IGNORECASE)
 _DECIMAL_COMMA = re.compile(r"[-+]?\d*,\d+(?:[eE][-+]?\d+)?")
 _NAMES = {"\t": "tabs", ";": "semicolons", ",": "commas", "|": "bars", None: "blanks"}
@@ -53,6 +54,7 @@ class Dialect:
         header: names of the columns as they stand there; empty where there is no such line.
         units: of the columns, as a row below the header gives them; empty without one.
         told: what differs from a plain file, in words.
+        gain_sigma: of a remark "# gain_sigma = 0.02": the torques' error of scale; None without one.
     """
 
     encoding: str = "utf-8"
@@ -62,6 +64,7 @@ class Dialect:
     header: tuple[str, ...] = ()
     units: tuple[str, ...] = ()
     told: tuple[str, ...] = ()
+    gain_sigma: float | None = None
 
     def cells(self, line: str) -> list[str]:
         """Cells of one line, without quotation marks; what a last delimiter ends is no further cell."""
@@ -112,7 +115,7 @@ def csv_log(path: Path, layout: Layout) -> RawLog:
     names = tuple(name for name, _ in named)
     units = dict(zip(names, dialect.units, strict=False)) | {name: unit for name, unit in named if unit}
     text = _Text(path, dialect, layout.per_row, names)
-    return RawLog(path, names, text.read, text.place, units=units, notes=text.notes)
+    return RawLog(path, names, text.read, text.place, units=units, notes=text.notes, gain_sigma=dialect.gain_sigma)
 
 
 class _Text:
@@ -225,7 +228,7 @@ def dialect_of(path: Path, layout: Layout) -> Dialect:
     """Find out how a file writes its table; what the layout says is taken as said.
 
     Raises:
-        InputError: if it is no text, or cannot be read.
+        InputError: if it is no text, cannot be read, or its remark on the torques' scale is no fraction.
     """
     encoding = _encoding(path)
     with opened_text(path, encoding) as text:
@@ -248,6 +251,15 @@ def dialect_of(path: Path, layout: Layout) -> Dialect:
             dialect = replace(dialect, decimal=",")
     if not layout.names:
         dialect = _with_header(dialect, header_line, remarks, below)
+    sigma = None
+    for remark in [line for line in remarks if _GAIN_SIGMA.fullmatch(line)]:
+        fraction = remark.partition("=")[2].strip()
+        sigma = float(fraction) if dialect.is_number(fraction) else -1.0
+        if not 0.0 <= sigma < 1.0:
+            raise InputError(
+                f"{path}: gain_sigma = {fraction}: must be a fraction from 0 to below 1, 0 for exact torques"
+            )
+        remarks.remove(remark)
     told = {
         f"cells separated by {_NAMES.get(delimiter, repr(delimiter))}": not layout.delimiter
         and (delimiter != usual or bool(stated)),
@@ -257,7 +269,7 @@ def dialect_of(path: Path, layout: Layout) -> Dialect:
         "a row of units": bool(dialect.units),
         "remarks": bool(remarks),
     }
-    return replace(dialect, told=tuple(words for words, is_so in told.items() if is_so))
+    return replace(dialect, told=tuple(words for words, is_so in told.items() if is_so), gain_sigma=sigma)
 
 
 def _encoding(path: Path) -> str:

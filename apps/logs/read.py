@@ -195,7 +195,7 @@ def read_beside(
             notes.append(f"speeds of joint {joints} are zero throughout: taken from positions")
     noted = tuple(f"{raw.path.name}: {note}" for note in notes)
     commanded = log_map.si(reference, others) if reference else q[:, :0]
-    return Recording(t, q, torque, qd, str(raw.path), noted, read, gains, origin), commanded
+    return Recording(t, q, torque, qd, str(raw.path), noted, read, gains, origin, raw.gain_sigma), commanded
 
 
 def _stated(raw: RawLog, columns: Columns, log_map: LogMap) -> tuple[LogMap, list[str]]:

@@ -27,6 +27,7 @@ class RawLog:
         joints: names of joints, where the format has them.
         units: of columns, where the file names them.
         notes: what a user should know about how it was read; after its rows were read, about these too.
+        gain_sigma: what the file says of the error of its torques' scale, relative; None where nothing.
     """
 
     path: Path
@@ -36,6 +37,7 @@ class RawLog:
     joints: tuple[str, ...] = ()
     units: Mapping[str, str] = field(default_factory=dict)
     notes: Callable[[], tuple[str, ...]] = tuple
+    gain_sigma: float | None = None
 
     def whole(self, columns: Sequence[str]) -> Array:
         """All rows of the columns, rows x ``len(columns)``.

@@ -19,10 +19,15 @@ SIMULATED = ("position", "speed", "acceleration", "torque", "parameters")
 
 
 def recording_text(recording: Recording) -> str:
-    """Time, positions and torques as CSV, in the columns that ``dynident payload`` and ``identify`` read."""
+    """Time, positions and torques as CSV, in the columns that ``dynident payload`` and ``identify`` read.
+
+    Where something is said of the torques' scale, a remark before the header says so.
+    """
     n = recording.q.shape[1]
     header = ["t", *(f"{kind}{j}" for kind in ("q", "tau") for j in range(1, n + 1))]
     text = io.StringIO()
+    if recording.gain_sigma is not None:
+        text.write(f"# gain_sigma = {recording.gain_sigma:g}\n")
     table = np.column_stack([recording.t, recording.q, recording.torque])
     np.savetxt(text, table, delimiter=",", header=",".join(header), comments="", fmt="%.12g")
     return text.getvalue()

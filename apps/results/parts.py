@@ -72,6 +72,7 @@ class GainErrorsDocument(Document, frozen=True):
     recordings: Fingerprints | UnsetType = UNSET
     mass: Number | UnsetType = UNSET
     notes: tuple[str, ...] | UnsetType = UNSET
+    assumed: bool | UnsetType = UNSET
 
 
 class ParameterDocument(Document, frozen=True):

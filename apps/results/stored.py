@@ -157,7 +157,8 @@ class StoredRobot(Document, frozen=True, kw_only=True, dict=True):
         if stored is None:
             return None
         recordings, identified = present(stored.recordings) or {}, present(stored.identified) or ()
-        return Gains(stored.per_joint, stored.common, identified, recordings, present(stored.mass))
+        known = recordings, present(stored.mass)
+        return Gains(stored.per_joint, stored.common, identified, *known, assumed=bool(present(stored.assumed)))
 
     @cached_property
     def estimate(self) -> Estimate:

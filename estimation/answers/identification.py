@@ -18,7 +18,7 @@ from ..diagnosis.finding import Verdict
 from ..diagnosis.verdict import robot_verdict
 from ..equations.equations import PAYLOAD, Equations
 from ..equations.observer import Observer
-from ..fit.drive_gains import Gains
+from ..fit.drive_gains import Gains, usual_gains
 from ..fit.essential import Elimination, StopRule, eliminate
 from ..fit.estimate import Estimate, Fit, error_model, fit
 from ..fit.least_squares import Excitation, excitation, weighted
@@ -214,7 +214,8 @@ def identify(
         robust: add standard deviations that hold for autocorrelated residuals, of all and of the essential
             parameters; where the recordings do not allow them, the result tells why.
         essential: when elimination ends; the paper's ratio of 1.02 by default.
-        gains: uncertainty of the drive gains, which no residual shows; taken as exact by default.
+        gains: uncertainty of the drive gains, which no residual shows; what the recordings say of it by default,
+            else the usual one.
 
     Raises:
         InputError: if the recordings cannot determine the parameters.
@@ -223,6 +224,7 @@ def identify(
     progress("base parameters")
     base = base_parameters(robot)
     problem = base_problem(robot, base, recordings, processing, progress=progress, blocks=robust)
+    gains = gains or usual_gains(robot, recordings)
     result = identified(robot, base, problem, essential, gains, robust, progress)
     unseen = None
     if validation:

@@ -13,7 +13,7 @@ from ..diagnosis.quantities import Agreement
 from ..diagnosis.verdict import allowing as allowing_for
 from ..diagnosis.verdict import best_of, diagnose, judge
 from ..equations.equations import PAYLOAD, merged
-from ..fit.drive_gains import Gains
+from ..fit.drive_gains import Gains, usual_gains
 from ..fit.essential import StopRule
 from ..fit.estimate import fit
 from ..fit.least_squares import weighted
@@ -52,7 +52,7 @@ def answer_payload(
         held_out: recordings without payload to validate the robot's parameters on.
         processing: settings for those; the robot's own by default.
         constraints: what is known of the payload, a weighed mass among it; that it can exist is always demanded.
-        gains: uncertainty of the drive gains; taken as exact by default.
+        gains: uncertainty of the drive gains; what the recordings say of it by default, else the usual one.
         essential: method 4: when elimination ends; the paper's ratio of 1.02 by default.
         stand_in: an inertia to assume where none was measured well enough.
         others: the same payload by a short motion reduced in another way, for comparison.
@@ -68,6 +68,8 @@ def answer_payload(
     repeats = repeats_of(problem, scale)
     if repeats is not None:  # the scatter of repeated recordings beyond their own
         free = [widened(estimate, repeats.excess) for estimate in free]
+    if gains is None and problem.source is not None:
+        gains = usual_gains(problem.robot, (*problem.source.unloaded, *problem.source.loaded))
     diagnosis = diagnose(problem, best_of(free), gains)
     free = [allowing_for(estimate, diagnosis) for estimate in free]
     validation = None

@@ -59,7 +59,7 @@ def write_csv(path: Path, recording: Recording, torque: str = "tau", q_scale: fl
     n = recording.q.shape[1]
     header = ["t"] + [f"{kind}{j}" for kind in ("q", torque) for j in range(1, n + 1)]
     values = np.column_stack([recording.t, q_scale * recording.q, recording.torque])
-    np.savetxt(path, values, delimiter=",", header=",".join(header), comments="", fmt="%.9g")
+    np.savetxt(path, values, delimiter=",", header="# gain_sigma = 0\n" + ",".join(header), comments="", fmt="%.9g")
     return path
 
 

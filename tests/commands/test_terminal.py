@@ -33,7 +33,9 @@ def log(tmp_path_factory: pytest.TempPathFactory) -> str:
     recording = Simulator(robot).record(random_via_points(robot, 6, seed=1).motion(100.0), None, [0.3] * 6, 0)
     header = ",".join(["t"] + [f"{kind}{j}" for kind in ("q", "tau") for j in range(1, 7)])
     values = np.column_stack([recording.t, recording.q, recording.torque])
-    np.savetxt(folder / "a.csv", values, delimiter=",", header=header, comments="", fmt="%.9g")
+    np.savetxt(
+        folder / "a.csv", values, delimiter=",", header="# gain_sigma = 0\n" + header, comments="", fmt="%.9g"
+    )
     return str(folder / "a.csv")
 
 

@@ -239,7 +239,7 @@ def written(path: Path, recording: Recording, t: Array) -> Path:
     n = recording.q.shape[1]
     header = ["t", *(f"q{j}" for j in range(1, n + 1)), *(f"tau{j}" for j in range(1, n + 1))]
     table = np.column_stack([t, recording.q, recording.torque])
-    np.savetxt(path, table, delimiter=",", header=",".join(header), comments="", fmt="%.9g")
+    np.savetxt(path, table, delimiter=",", header="# gain_sigma = 0\n" + ",".join(header), comments="", fmt="%.9g")
     return path
 
 

@@ -11,11 +11,12 @@ from dynident.apps.report.sections.robot import robot_table
 from dynident.apps.report.sections.verdict import gain_error_notes
 from dynident.apps.results.stored import read_stored_robot
 from dynident.common.schema import write_json
-from dynident.estimation import Estimate, Gains, identify, identify_payload, payload_problem
+from dynident.estimation import Estimate, Gains, answer_payload, identify, identify_payload, payload_problem
+from dynident.estimation.fit.drive_gains import usual_gains
 from dynident.estimation.fit.estimate import error_model
 from dynident.estimation.payload.constrained import constrain_payload
 from dynident.estimation.possible.robot import solve_constrained_base
-from dynident.model import InertialParameters, Motion, Processing, Recording, Robot, load_robot
+from dynident.model import InertialParameters, Motion, Processing, Recording, Robot, load_robot, robot_names
 from dynident.trajectories import Simulator
 from numpy.typing import NDArray
 
@@ -52,7 +53,7 @@ def recorders(
             noisy = exact + NOISE * np.random.default_rng([seed, run]).standard_normal(exact.shape)
             motors = (1.0 + errors) * (coupling.motor_torques(noisy) if coupling else noisy)
             torque = coupling.joint_torques(motors) if coupling else motors
-            return Recording(motion.t, motion.q, torque, motion.qd, f"motion {seed}")
+            return Recording(motion.t, motion.q, torque, motion.qd, f"motion {seed}", gain_sigma=0.0)
 
         return record
 
@@ -125,7 +126,7 @@ def test_parameters_say_what_they_owe_to_the_gains(robot: Robot, recorders: tupl
     assert "by gains" not in headings[0]
     assert "by gains" in headings[1]
     notes = [" ".join(gain_error_notes(robot, result.gains)) for result in (exact, identification)]
-    assert "Drive gains are taken as exact: --gain-sigma" in notes[0]
+    assert "Drive gains are taken as exact, as the recordings say" in notes[0]
     motor = "motor" if robot.coupling else "joint"
     assert f"include errors of the drive gains: 0 % per {motor} and 3 % common to all joints" in notes[1]
 
@@ -149,3 +150,36 @@ def test_stored_robot_keeps_the_gains_uncertainty(
     exact = replace(result.estimate, gain_covariance=None)
     rises = [solve_constrained_base(result.robot, result.base, e).chi2_rise for e in (stored.estimate, exact)]
     assert rises[0] <= rises[1]
+
+
+@pytest.mark.parametrize("name", robot_names())
+def test_gains_of_which_nothing_is_said_have_usual_errors(name: str) -> None:
+    """What recordings say comes first; the least sure of them counts."""
+    robot = load_robot(name)
+    silent = Recording(np.arange(3.0), np.zeros((3, robot.n)), np.zeros((3, robot.n)))
+    exact, stated = replace(silent, gain_sigma=0.0), replace(silent, gain_sigma=0.005)
+    usual = {"motor": 0.02, "link": 0.01}[robot.drives.side]
+    assert usual_gains(robot, [exact, exact]) is None
+    assert usual_gains(robot, [exact, stated]) == Gains((0.005,))
+    assert usual_gains(robot, [exact, silent]) == Gains((usual,), assumed=True)
+    assert usual_gains(robot, [replace(silent, gains=(1.0,) * robot.n)]) == Gains((0.02,), assumed=True)
+
+
+def test_an_answer_allows_for_gains_of_which_nothing_is_said(
+    robot: Robot, recorders: tuple[Record, Record]
+) -> None:
+    """Robot and payload carry the usual errors, as if they were given; a line says so."""
+    pair = [record(1, 0.0) for record in recorders]
+    silent = [replace(recording, gain_sigma=None) for recording in pair]
+    known, usual = (identify(robot, [bare], SETTINGS) for bare in (pair[0], silent[0]))
+    assert known.gains is None
+    assert usual.gains == Gains((0.02,), assumed=True)
+    given = identify(robot, [pair[0]], SETTINGS, gains=Gains((0.02,)))
+    assert np.array_equal(usual.estimate.total_sigma, given.estimate.total_sigma)
+    assert "2 % per motor" in gain_error_notes(robot, usual.gains)[0] or robot.coupling is None
+    assert "nothing is said of them" in gain_error_notes(robot, usual.gains)[0]
+    widths = []
+    for bare, heavy in (pair, silent):
+        problem = payload_problem(robot, [heavy], [bare], processing=SETTINGS)
+        widths.append(float(np.ptp(answer_payload(problem).recommended.intervals.parameters[9])))
+    assert widths[1] > widths[0]

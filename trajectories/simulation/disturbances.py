@@ -146,7 +146,7 @@ def record(
     noise += np.array(disturbances.slow) * slow
     step = disturbances.encoder
     q = step * np.round(motion.q / step) if step > 0.0 else motion.q
-    return Recording(motion.t, q, errors.gains * torque + noise, None, source)
+    return Recording(motion.t, q, errors.gains * torque + noise, None, source, gain_sigma=disturbances.gain_error)
 
 
 def _exponential(draw: np.random.Generator, shape: tuple[int, ...], memory: float) -> Array:

@@ -56,7 +56,7 @@ class Simulator:
         source: str = "simulated",
         parameters: Mapping[str, float] | None = None,
     ) -> Recording:
-        """Positions and torques on a motion, torques with white noise.
+        """Positions and torques on a motion, torques with white noise and to an exact scale.
 
         Args:
             motion: what the robot does, exactly.
@@ -70,7 +70,7 @@ class Simulator:
         if noise is not None:
             draw = np.random.default_rng(seed)
             torque += np.asarray(noise) * draw.standard_normal(torque.shape)
-        return Recording(motion.t, motion.q, torque, None, source)
+        return Recording(motion.t, motion.q, torque, None, source, gain_sigma=0.0)
 
 
 def check_parameters(robot: Robot) -> None:

@@ -54,6 +54,7 @@ def gain_errors_document(gains: Gains) -> GainErrorsDocument:
         recordings=gains.recordings if known else UNSET,
         mass=gains.mass if known else UNSET,
         notes=gains.notes or UNSET,
+        assumed=gains.assumed or UNSET,
     )
 
 

@@ -65,7 +65,9 @@ def gain_error_notes(robot: Robot, gains: Gains | None) -> list[str]:
     scales = "scales of the torque sensors" if robot.drives.side == "link" else "drive gains"
     each = "motor" if robot.coupling else "joint"
     if gains is None:
-        return [f"{scales.capitalize()} are taken as exact: --gain-sigma 2% adds what no residual shows."]
+        return [f"{scales.capitalize()} are taken as exact, as the recordings say."]
+    if not gains.identified and not any((*gains.per_joint, gains.common)):
+        return [f"{scales.capitalize()} are taken as exact: no residual shows their errors."]
     if gains.identified:
         sigmas = np.sqrt(np.diag(gains.covariance(len(gains.identified))))
         percents = ", ".join(f"{100.0 * sigma:.2g}" for sigma in sigmas)
@@ -73,5 +75,6 @@ def gain_error_notes(robot: Robot, gains: Gains | None) -> list[str]:
     else:
         percents = ", ".join(f"{100.0 * sigma:g}" for sigma in gains.per_joint)
         common = f" and {100.0 * gains.common:g} % common to all joints" if gains.common else ""
-        line = f"Intervals include errors of the {scales}: {percents} % per {each}{common}."
+        source = ", as is usual: nothing is said of them (--gain-sigma)" if gains.assumed else ""
+        line = f"Intervals include errors of the {scales}: {percents} % per {each}{common}{source}."
     return [line, *gains.notes]

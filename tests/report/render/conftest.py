@@ -92,7 +92,7 @@ def short_logs(shared: Shared) -> Path:
 def write_csv(path: Path, recording: Recording) -> None:
     header = ["t", *(f"{kind}{j}" for kind in ("q", "tau") for j in range(1, 7))]
     values = np.column_stack([recording.t, recording.q, recording.torque])
-    np.savetxt(path, values, delimiter=",", header=",".join(header), comments="", fmt="%.9g")
+    np.savetxt(path, values, delimiter=",", header="# gain_sigma = 0\n" + ",".join(header), comments="", fmt="%.9g")
 
 
 @pytest.fixture(scope="session")
