@@ -8,9 +8,9 @@ from .answers.system import ObservationSystem as ObservationSystem
 from .answers.system import payload_system as payload_system
 from .diagnosis.finding import Finding as Finding
 from .diagnosis.finding import Verdict as Verdict
+from .diagnosis.kinematics import ToolPoses as ToolPoses
 from .diagnosis.kinematics import check_pose as check_pose
 from .diagnosis.kinematics import rank_readings as rank_readings
-from .diagnosis.kinematics import rank_readings_by_pose as rank_readings_by_pose
 from .equations.equations import PAYLOAD as PAYLOAD
 from .fit.drive_gains import Gains as Gains
 from .fit.essential import SigmaBound as SigmaBound

@@ -78,7 +78,7 @@ def _looked(path: str, setup: Setup | None, processing: ProcessingOptions, files
     fits = None
     if setup is None:
         fits = robot_fits(path, processing.how())
-        files.show(report.fits_screen(path, fits))
+        files.show(report.fits_screen(fits))
         if fits.fault:
             return report.documents.Look(path, None, fits)
         setup = processing.setup(model.load_robot(fits.fitting[0].robot))
@@ -91,6 +91,6 @@ def _looked(path: str, setup: Setup | None, processing: ProcessingOptions, files
     check = check_log(robot, longest, setup.processing, currents)
     if len(pieces) > 1:
         text = f"Rows are missing: of {len(pieces)} pieces the longest is looked at; record without losing rows"
-        check = check.with_findings([estimation.Finding("note", "recording", text)])
+        check = check.with_findings(estimation.Finding("note", "recording", text))
     files.show(report.check_screen(check))
     return report.documents.Look(path, check, fits)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
@@ -12,7 +11,6 @@ import numpy as np
 from ... import estimation, model
 from ...common.errors import InputError, one_line
 from ...common.files import write_text
-from ...common.progress import Progress
 from ...common.schema import present
 from .. import export, logs, report, results
 from .. import view as views
@@ -23,7 +21,6 @@ from .options import (
     Options,
     PageOptions,
     RobotOptions,
-    Setup,
     ViewOptions,
     add_command,
     in_si,
@@ -44,8 +41,6 @@ torques or currents, recorded without payload, other orders, senses and zeros of
 robot's model leaves unexplained. The best one is suggested, never applied. Exit status 1 if the pose is not
 reproduced within 5 mm and 1 degree, or if another reading does clearly better.
 """
-_LEAST_MOVEMENT = 0.05
-"""m: a tool that moves by less proves nothing."""
 
 
 def add_parser(commands: Any) -> None:
@@ -110,51 +105,18 @@ def run_check(arm: RobotOptions, processing: FilterOptions, files: _Data) -> int
     setup = processing.setup(arm.load())
     robot = setup.robot
     with status("reading") as progress:
-        poses = _checked_poses(files.data, setup, progress)
-        recordings = setup.read(
-            [path for path in files.data if not poses or logs.holds_torques(path, robot, setup.log_map)]
-        )
-        check = None
-        if recordings:
-            check = estimation.rank_readings(robot, recordings, setup.processing, progress)
-    files.show(report.readings_screen(poses, check))
-    files.write_json(
-        lambda: report.documents.robot_check_document(
-            robot, [report.documents.pose_document(look) for look in poses], check
-        )
-    )
+        logged = [logs.read_tool_poses(path, robot, setup.log_map) for path in files.data]
+        poses = [estimation.check_pose(robot, log, progress) for log in logged if log]
+        with_torques = [path for path in files.data if not poses or logs.holds_torques(path, robot, setup.log_map)]
+        recordings = setup.read(with_torques)
+        readings = estimation.rank_readings(robot, recordings, setup.processing, progress) if recordings else None
+    files.show(report.readings_screen(poses, readings))
+    files.write_json(lambda: report.documents.robot_check_document(robot, poses, readings))
+    words = setup.in_words()
     files.write_page(
-        lambda: report.readings_page(
-            robot, poses, check, files.provenance(setup.in_words(), files, arm, processing)
-        )
+        lambda: report.readings_page(robot, poses, readings, files.provenance(words, files, arm, processing))
     )
-    return ANSWERED if report.readings_agree(poses, check) else DO_NOT_USE
-
-
-def _checked_poses(paths: Sequence[str], setup: Setup, progress: Progress) -> list[report.documents.PoseLook]:
-    """Check every log that carries tool poses.
-
-    Raises:
-        InputError: names the log that cannot be used.
-    """
-    checked, robot = [], setup.robot
-    for path in paths:
-        poses = logs.read_tool_poses(path, robot, setup.log_map)
-        if poses is None:
-            continue
-        progress(f"comparing tool poses of {poses.source}")
-        if max(np.ptp(poses.positions, axis=0)) < _LEAST_MOVEMENT:
-            raise InputError(
-                f"{poses.source}: the tool moves by less than {1e3 * _LEAST_MOVEMENT:g} mm: too little to check "
-                "the kinematics by; is the unit of its pose right?"
-            )
-        check = estimation.check_pose(robot, poses.q, poses.positions, poses.rotations)
-        look = report.documents.PoseLook(poses.source, check)
-        if not check.reproduced and not look.wrong_unit:
-            readings = estimation.rank_readings_by_pose(robot, poses.q, poses.positions, poses.rotations, progress)
-            look = look._replace(readings=readings)
-        checked.append(look)
-    return checked
+    return ANSWERED if report.readings_agree(poses, readings) else DO_NOT_USE
 
 
 @dataclass(frozen=True)

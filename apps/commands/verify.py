@@ -31,6 +31,6 @@ def run(arm: ArmOptions, pair: _Pair, logs: LogOptions, files: PageOptions) -> i
     before, after = (read_following(path, robot, gains, how) for path in (pair.before, pair.after))
     change = following_change(before, after, robot.processing.still_speed)
     files.show(report.following_screen(change))
-    files.write_json(lambda: report.documents.following_document(change))
+    files.write_json(lambda: change)
     files.write_page(lambda: report.following_page(change, robot, files.provenance({}, pair, arm, logs)))
     return DO_NOT_USE if change.tells and change.total.clear == "rose" else ANSWERED

@@ -7,13 +7,15 @@ following error falls. The torque itself does not tell: the same motion needs th
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Literal, NamedTuple
+from typing import Literal
 
 import numpy as np
+from msgspec import field
 from numpy.typing import NDArray
 
 from ...common.arrays import Array
 from ...common.errors import InputError
+from ...common.schema import Document
 from ...estimation.fit.robust import student95
 from ...estimation.signals.alignment import aligned
 from ...estimation.signals.rows import cut, moving_parts, pieces
@@ -47,42 +49,36 @@ class Following:
     recording: Recording
 
 
-class Change(NamedTuple):
-    """Root mean square of a joint, or of all, before and after, and by what share it fell, with 95 % interval."""
+class Change(Document, frozen=True):
+    """Root mean square of a joint, or of all, before and after, and by what share it fell, with 95 % interval.
+
+    ``clear`` tells on which side of zero the interval lies.
+    """
 
     name: str
     before: float
     after: float
     fall: float
     interval: tuple[float, float]
-
-    @property
-    def clear(self) -> Literal["fell", "rose", "no clear change"]:
-        """Tell on which side of zero the interval lies."""
-        low, high = self.interval
-        return "fell" if low > 0.0 else "rose" if high < 0.0 else "no clear change"
+    clear: Literal["fell", "rose", "no clear change"]
 
 
-@dataclass(frozen=True)
-class FollowingChange:
-    """Before and after a payload was entered in the controller.
+class FollowingChange(Document, frozen=True):
+    """What the controller missed before and after a payload was entered: the document of ``verify --json``.
 
     Attributes:
         kind: what is compared.
+        tells: whether that shows anything of the number entered.
+        lag: what the second recording's clock shows more [s].
         joints: each joint that moves.
         total: all of them.
-        lag: what the second recording's clock shows more [s].
     """
 
-    kind: Missed
+    kind: Missed = field(name="compared")
+    tells: bool
+    lag: float = field(name="lag_s")
     joints: tuple[Change, ...]
-    total: Change
-    lag: float
-
-    @property
-    def tells(self) -> bool:
-        """Tell whether what is compared shows anything of the number entered."""
-        return self.kind != "torque"
+    total: Change = field(name="all")
 
 
 def read_following(
@@ -152,7 +148,7 @@ def following_change(
     squares = [np.square(recording.torque[moving]) for recording in (pair.unloaded, pair.loaded)]
     each = [_change(f"joint {j + 1}", squares[0][:, [j]], squares[1][:, [j]], block) for j in joints]
     total = _change(_ALL, squares[0][:, joints], squares[1][:, joints], block)
-    return FollowingChange(after.kind, tuple(each), total, pair.lag)
+    return FollowingChange(after.kind, after.kind != "torque", pair.lag, tuple(each), total)
 
 
 def _change(name: str, before: Array, after: Array, block: NDArray[np.intp]) -> Change:
@@ -168,5 +164,7 @@ def _change(name: str, before: Array, after: Array, block: NDArray[np.intp]) -> 
     sigma = float(np.sqrt((count - 1.0) / count * np.sum((logs - logs.mean()) ** 2)))
     half = student95(count - 1) * sigma
     rms = [float(np.sqrt(x.mean())) for x in (before, after)]
-    ends = (1.0 - float(np.exp(value + half)), 1.0 - float(np.exp(value - half)))
-    return Change(name, rms[0], rms[1], 1.0 - float(np.exp(value)), ends)
+    low, high = 1.0 - float(np.exp(value + half)), 1.0 - float(np.exp(value - half))
+    clear: Literal["fell", "rose", "no clear change"]
+    clear = "fell" if low > 0.0 else "rose" if high < 0.0 else "no clear change"
+    return Change(name, rms[0], rms[1], 1.0 - float(np.exp(value)), (low, high), clear)

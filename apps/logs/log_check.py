@@ -2,14 +2,13 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from itertools import islice
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 
 from ...common.arrays import Array
 from ...common.errors import InputError
+from ...common.schema import Document
 from ...common.speech import Speaks
 from ...estimation.diagnosis.finding import Finding, error, note, warning
 from ...estimation.diagnosis.verdict import robot_verdict
@@ -25,20 +24,16 @@ from ...model import Processing, Recording, Robot, base_parameters, load_robot, 
 from .columns import Naming, choose
 from .map import LogMap
 from .read import open_log, read_recordings
-from .table import RawLog
 
 _JITTER = 0.02  # of the mean step
 _COARSE = 0.02  # torque step over the torque's range
 _UNSURE = 30.0  # percent: relative sigma of a parameter that is hardly seen
-_MOVES = 1e-3  # rad
-_UNEVEN = 0.05  # of the mean step: larger deviations are jitter
 _WHOLE = 0.05  # of a step: closer differences are whole multiples of it
 _MOST_LEVELS = 200_000  # distinct values that are sorted to find a step
 _GAIN = 10.0  # N·m/A: a usual gain makes a current a torque of about the right size
 
 
-@dataclass(frozen=True)
-class TimeFacts:
+class TimeFacts(Document, frozen=True):
     """Time of a recording.
 
     Attributes:
@@ -56,15 +51,8 @@ class TimeFacts:
     jitter: float
     moving: tuple[float, float] | None
 
-    @property
-    def even(self) -> bool:
-        """Whether the time steps are all alike."""
-        mean = 1.0 / self.rate
-        return max(self.steps[1] - mean, mean - self.steps[0]) < _UNEVEN * mean
 
-
-@dataclass(frozen=True)
-class JointFacts:
+class JointFacts(Document, frozen=True):
     """One joint's signals.
 
     Attributes:
@@ -84,27 +72,7 @@ class JointFacts:
     saturated: float
 
 
-def smallest_step(values: Array) -> float:
-    """Smallest difference of two different values: the quantum of coarse numbers; 0 for numbers without one.
-
-    Numbers count as quantised if all their differences are whole multiples of the smallest one.
-    """
-    levels = np.unique(values[:_MOST_LEVELS])
-    gaps = np.diff(levels)
-    gaps = gaps[gaps > 1e-9 * max(float(np.abs(levels).max()), 1e-300)]
-    if gaps.size < 2:
-        return 0.0
-    multiples = (levels - levels[0]) / gaps.min()
-    return float(gaps.min()) if np.abs(multiples - np.rint(multiples)).max() < _WHOLE else 0.0
-
-
-def share_at_extreme(values: Array) -> float:
-    """Share of the samples that stand at the largest or at the smallest value, whichever are more."""
-    return float(max((values == values.max()).mean(), (values == values.min()).mean()))
-
-
-@dataclass(frozen=True)
-class Excited:
+class Excited(Document, frozen=True):
     """How surely this log alone shows a base parameter: its estimate and relative standard deviation [%]."""
 
     name: str
@@ -120,9 +88,9 @@ class LogCheck(Speaks):
         robot: that it was looked at for.
         recording: the log as it was understood, SI units, joint side.
         currents: whether its torques are currents [A], of unknown gain.
+        findings: worst first.
         time: facts about time; None where it is too short to be filtered.
         joints: facts about each joint.
-        findings: worst first.
         excitation: per base parameter; empty where they cannot be estimated.
         relative_residual: of the robot's model on this log; None without it.
         condition_number_scaled: of the observation matrix, columns scaled to norm 1.
@@ -131,9 +99,9 @@ class LogCheck(Speaks):
     robot: Robot
     recording: Recording
     currents: bool
-    time: TimeFacts | None
-    joints: tuple[JointFacts, ...]
     findings: tuple[Finding, ...]
+    time: TimeFacts | None = None
+    joints: tuple[JointFacts, ...] = ()
     excitation: tuple[Excited, ...] = ()
     relative_residual: float | None = None
     condition_number_scaled: float | None = None
@@ -150,8 +118,8 @@ class LogCheck(Speaks):
         """Whether nothing speaks against using it as it is."""
         return not any(finding.severity == "error" for finding in self.findings)
 
-    def with_findings(self, findings: Sequence[Finding]) -> "LogCheck":
-        """More findings, the worst first."""
+    def with_findings(self, *findings: Finding) -> "LogCheck":
+        """Add findings, the worst first."""
         order = ("error", "warning", "note")
         ranked = sorted((*self.findings, *findings), key=lambda finding: order.index(finding.severity))
         return replace(self, findings=tuple(ranked))
@@ -169,11 +137,11 @@ def check_log(
         currents: whether its torques are currents [A] of unknown gain.
     """
     processing = processing or robot.processing
-    findings = _positions(robot, recording)
+    check = LogCheck(robot, recording, currents, tuple(_positions(robot, recording)))
     try:
         motion = measurement(recording, processing).motion
     except InputError as refusal:
-        return LogCheck(robot, recording, currents, None, (), (*findings, error(str(refusal), "recording")))
+        return check.with_findings(error(str(refusal), "recording"))
     steps, moving = np.diff(recording.t), motion.t[moving_parts(motion, processing.still_speed)]
     time = TimeFacts(
         samples=len(recording.t),
@@ -192,59 +160,33 @@ def check_log(
             torque=(float(torque.min()), float(torque.max())),
             position_step=smallest_step(q),
             torque_step=smallest_step(torque),
-            saturated=share_at_extreme(torque),
+            saturated=float(max((torque == torque.max()).mean(), (torque == torque.min()).mean())),
         )
         for j, (q, torque, speed) in enumerate(zip(recording.q.T, recording.torque.T, motion.qd.T, strict=True), 1)
     )
-    findings += _signals(time, joints, currents)
-    check = LogCheck(robot, recording, currents, time, joints, tuple(findings))
-    if check.usable:
-        check = check.with_findings([error(text, "recording") for text in mistakes(robot, recording, currents)])
-    return _modelled(check, processing) if check.usable else check
-
-
-def mistakes(robot: Robot, recording: Recording, currents: bool) -> list[str]:
-    """Say why the recording would be refused by any command; the size of a current says nothing."""
-    scaled = replace(recording, torque=_GAIN * recording.torque) if currents else recording
-    return list(islice(implausible(robot, scaled), 1))
-
-
-def reduced(
-    robot: Robot, recording: Recording, processing: Processing, currents: bool
-) -> tuple[Recording, Equations]:
-    """Equations of one recording in the base parameters; currents first become torques in one unknown unit.
-
-    Raises:
-        InputError: if the recording does not tell enough.
-    """
-    base = base_parameters(robot)
-    equations = base_problem(robot, base, [recording], processing, check=False, blocks=True)
-    if currents and robot.coupling is None and robot.spring is None:
-        recording = replace(recording, torque=recording.torque * relative_scales(equations).ratio)
-        equations = base_problem(robot, base, [recording], processing, check=False, blocks=True)
-    return recording, equations
-
-
-def _modelled(check: LogCheck, processing: Processing) -> LogCheck:
-    """Add what the robot's model says of the log: the verdict on it, and how surely parameters are seen."""
-    robot = replace(check.robot, mass=None) if check.currents else check.robot  # their size tells no weight
+    check = replace(check, time=time, joints=joints).with_findings(*_signals(time, joints, currents))
+    if check.usable and (mistake := _mistake(robot, recording, currents)):
+        check = check.with_findings(error(mistake, "recording"))
+    if not check.usable:
+        return check
+    # What the robot's model says of the log; the size of currents of unknown gain tells no weight.
+    robot = replace(robot, mass=None) if currents else robot
     try:
-        recording, equations = reduced(robot, check.recording, processing, check.currents)
+        recording, equations = _reduced(robot, recording, processing, currents)
         estimate = weighted(equations)
-        verdict = robot_verdict(robot, Source((), (recording,), processing), equations, estimate, check.currents)
+        verdict = robot_verdict(robot, Source((), (recording,), processing), equations, estimate, currents)
     except InputError as refusal:
-        return check.with_findings([warning(f"Not enough to identify the robot from: {refusal}", "recording")])
+        return check.with_findings(warning(f"Not enough to identify the robot from: {refusal}", "recording"))
     found = [finding._replace(text=f"{finding.text[:1].upper()}{finding.text[1:]}") for finding in verdict.findings]
     spread = estimate.relative_sigma_percent
-    unsure = int((~(spread < _UNSURE)).sum())
-    if unsure:
+    if unsure := int((~(spread < _UNSURE)).sum()):
         text = (
             f"{unsure} of {len(spread)} base parameters are uncertain by more than {_UNSURE:.0f} % from this log "
             "alone: small ones always are; for others move faster and over a wider range"
         )
         found.append(note(text, "excitation"))
     return replace(
-        check.with_findings(found),
+        check.with_findings(*found),
         excitation=tuple(map(Excited, base_parameters(robot).names, estimate.values.tolist(), spread.tolist())),
         relative_residual=estimate.fit.relative,
         condition_number_scaled=equations.condition_numbers()[1],
@@ -254,22 +196,21 @@ def _modelled(check: LogCheck, processing: Processing) -> LogCheck:
 def _positions(robot: Robot, recording: Recording) -> list[Finding]:
     """Say what leaves the range of the robot's joints: degrees, turns of a motor, or another zero."""
 
-    def outside(factor: float) -> list[int]:
-        ends = [(position_range(robot.joints[j]), factor * recording.q[:, j]) for j in revolute]
-        return [j for j, ((low, high), q) in zip(revolute, ends, strict=True) if q.min() < low or q.max() > high]
+    def outside(positions: Array) -> list[str]:
+        ranges = ((position_range(joint), q) for joint, q in zip(robot.joints, positions.T, strict=True))
+        wrong = (q.min() < low or q.max() > high for (low, high), q in ranges)
+        return [f"q{j}" for j, beyond in enumerate(wrong, 1) if beyond and robot.joints[j - 1].revolute]
 
-    revolute = [j for j, joint in enumerate(robot.joints) if joint.revolute]
-    wrong = outside(1.0)
-    if not wrong:
+    names, still = outside(recording.q), still_joints([recording])
+    if not names:
         return []
-    names = ", ".join(f"q{j + 1}" for j in wrong)
-    if 2 * len(wrong) < sum(np.ptp(recording.q[:, j]) > _MOVES for j in revolute):
+    if 2 * len(names) < sum(joint.revolute and j not in still for j, joint in enumerate(robot.joints, 1)):
         advice = "Another zero, sense or order of joints there: give zero_deg, sign or joints in a log map"
-    elif not outside(np.pi / 180.0):
+    elif not outside(np.radians(recording.q)):
         advice = "All positions fit it as degrees: --units q=deg; if they are a motor's, give [motor] gear_ratios"
     else:
         advice = "No joint turns so far: looks like the motor side; give [motor] gear_ratios and side in a log map"
-    return [error(f"{names} leave the range of {robot.name}'s joints. {advice}", "positions")]
+    return [error(f"{', '.join(names)} leave the range of {robot.name}'s joints. {advice}", "positions")]
 
 
 def _signals(time: TimeFacts, joints: Sequence[JointFacts], currents: bool) -> list[Finding]:
@@ -284,9 +225,9 @@ def _signals(time: TimeFacts, joints: Sequence[JointFacts], currents: bool) -> l
         )
         findings.append(note(text, "time"))
     still = [str(j) for j, joint in enumerate(joints, 1) if not joint.moves]
-    names = ", ".join(still)
     if 0 < len(still) < len(joints):
-        findings.append(warning(f"Joint {names} never moves: its parameters cannot be seen", f"joint {names}"))
+        names = f"joint {', '.join(still)}"
+        findings.append(warning(f"{names.capitalize()} never moves: its parameters cannot be seen", names))
     quantity, unit = ("current", "A") if currents else ("torque", "N·m")
     for j, joint in enumerate(joints, 1):
         span = joint.torque[1] - joint.torque[0]
@@ -299,24 +240,60 @@ def _signals(time: TimeFacts, joints: Sequence[JointFacts], currents: bool) -> l
     return findings
 
 
-class RobotFit(NamedTuple):
-    """A robot that a log can be of; ``residual``: what its model leaves of the torque, None if not known."""
+def smallest_step(values: Array) -> float:
+    """Find the smallest difference of two different values: the quantum of coarse numbers; 0 without one.
+
+    Numbers count as quantised if all their differences are whole multiples of the smallest one.
+    """
+    levels = np.unique(values[:_MOST_LEVELS])
+    gaps = np.diff(levels)
+    gaps = gaps[gaps > 1e-9 * max(float(np.abs(levels).max()), 1e-300)]
+    if gaps.size < 2:
+        return 0.0
+    multiples = (levels - levels[0]) / gaps.min()
+    return float(gaps.min()) if np.abs(multiples - np.rint(multiples)).max() < _WHOLE else 0.0
+
+
+def _mistake(robot: Robot, recording: Recording, currents: bool) -> str | None:
+    """Say why the recording would be refused by any command; the size of a current says nothing."""
+    scaled = replace(recording, torque=_GAIN * recording.torque) if currents else recording
+    return next(implausible(robot, scaled), None)
+
+
+def _reduced(
+    robot: Robot, recording: Recording, processing: Processing, currents: bool
+) -> tuple[Recording, Equations]:
+    """Reduce one recording to equations; currents first become torques in one unknown unit."""
+    base = base_parameters(robot)
+    equations = base_problem(robot, base, [recording], processing, check=False, blocks=True)
+    if currents and robot.coupling is None and robot.spring is None:
+        recording = replace(recording, torque=recording.torque * relative_scales(equations).ratio)
+        equations = base_problem(robot, base, [recording], processing, check=False, blocks=True)
+    return recording, equations
+
+
+class RobotFit(Document, frozen=True):
+    """A shipped robot that a log can be of; ``residual``: what its model leaves of the torque, if that is known."""
 
     robot: str
     residual: float | None
 
 
-class RobotFits(NamedTuple):
-    """The shipped robots beside one log.
+class RobotFits(Document, frozen=True):
+    """Shipped robots beside a log of which none was named.
 
-    ``fitting``: robots that it can be of, the likeliest first; ``others``: those with as many joints that do not
-    fit, and why; ``columns`` of the log; ``fault``: why it is no robot's, empty where some fit.
+    Attributes:
+        columns: of the log.
+        fitting: robots that it can be of, the likeliest first.
+        others: those with as many joints that do not fit.
+        fault: why it is no robot's; None where some fit.
     """
 
+    source: str
     columns: tuple[str, ...]
     fitting: tuple[RobotFit, ...]
-    others: tuple[tuple[str, str], ...]
-    fault: str
+    others: tuple[str, ...]
+    fault: str | None
 
 
 def robot_fits(path: str | Path, log_map: LogMap | None = None) -> RobotFits:
@@ -331,8 +308,10 @@ def robot_fits(path: str | Path, log_map: LogMap | None = None) -> RobotFits:
     """
     log_map = log_map or LogMap()
     raw = open_log(path, log_map)
-    taken: dict[object, Recording | str] = {}  # read once for all robots of the same columns
-    fitting, others, faults = list[RobotFit](), list[tuple[str, str]](), list[str]()
+    longest: dict[
+        object, Recording | InputError
+    ] = {}  # its longest piece, read once for robots of the same columns
+    fitting, others, faults = list[RobotFit](), dict[str, str](), list[str]()
     for robot in map(load_robot, robot_names()):
         try:
             log_map.check(robot.n)
@@ -340,38 +319,31 @@ def robot_fits(path: str | Path, log_map: LogMap | None = None) -> RobotFits:
             currents = naming.holds("current") and not naming.holds("torque")
             gains = [1.0] * robot.n if currents else None
             key = choose(raw, log_map, robot, gains), robot.coupling if currents else None
-            if key not in taken:
-                taken[key] = _longest(raw, robot, gains, log_map)
-            recording = taken[key]
-            if isinstance(recording, str):
-                raise InputError(recording)
+            if key not in longest:
+                try:
+                    pieces = read_recordings(raw.path, robot, gains, log_map)
+                    longest[key] = max(pieces, key=lambda piece: float(piece.t[-1] - piece.t[0]))
+                except InputError as refusal:
+                    longest[key] = refusal
+            recording = longest[key]
+            if isinstance(recording, InputError):
+                raise recording
         except InputError as refusal:
             faults.append(str(refusal))
             continue
-        wrong = mistakes(robot, recording, currents)
-        if wrong:
-            others.append((robot.name, wrong[0]))
+        if mistake := _mistake(robot, recording, currents):
+            others[robot.name] = mistake
             continue
         try:
-            left = weighted(reduced(robot, recording, robot.processing, currents)[1]).fit.relative
+            left = weighted(_reduced(robot, recording, robot.processing, currents)[1]).fit.relative
         except InputError:  # too little motion
             left = None
         fitting.append(RobotFit(robot.name, left))
     fitting.sort(key=lambda fit: (fit.residual is None, fit.residual or 0.0))
-    fault = ""
+    fault = None
     if not fitting and others:
-        fault = f"{path}: {others[0][1]}"
-    elif (
-        not fitting
-    ):  # what most robots' columns meet; faults of the file come before those of the number of joints
+        fault = f"{path}: {next(iter(others.values()))}"
+    elif not fitting:
+        # What most robots' columns meet; faults of the file come before those of the number of joints.
         fault = min(faults, key=lambda text: ("missing" in text or "joints" in text, -faults.count(text)))
-    return RobotFits(raw.names, tuple(fitting), tuple(others), fault)
-
-
-def _longest(raw: RawLog, robot: Robot, gains: list[float] | None, log_map: LogMap) -> Recording | str:
-    """The longest piece of the log by one robot's columns, or why it cannot be read so."""
-    try:
-        pieces = read_recordings(raw.path, robot, gains, log_map)
-    except InputError as refusal:
-        return str(refusal)
-    return max(pieces, key=lambda piece: float(piece.t[-1] - piece.t[0]))
+    return RobotFits(str(path), raw.names, tuple(fitting), tuple(others), fault)

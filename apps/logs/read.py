@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from ...common.arrays import Array
 from ...common.errors import InputError
+from ...estimation.diagnosis.kinematics import ToolPoses
 from ...estimation.signals.rows import cut, pieces, typical_step
 from ...model import Processing, Recording, Robot
 from .arrays_log import mat_log, npz_log, parquet_log
@@ -301,15 +302,6 @@ def holds_torques(path: str | Path, robot: Robot, log_map: LogMap | None = None)
     """
     naming = named(path, robot, log_map)
     return naming.holds("torque") or naming.holds("current")
-
-
-class ToolPoses(NamedTuple):
-    """Rows of a log: ``q`` N x n [rad or m], ``positions`` N x 3 [m], ``rotations`` N x 3 x 3 or None."""
-
-    source: str
-    q: Array
-    positions: Array
-    rotations: Array | None
 
 
 def read_tool_poses(path: str | Path, robot: Robot, log_map: LogMap | None = None) -> ToolPoses | None:

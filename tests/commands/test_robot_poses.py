@@ -11,7 +11,7 @@ from dynident.apps.logs import ToolColumns, read_tool_poses
 from dynident.apps.logs.map import LogMap, read_log_map
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError
-from dynident.estimation.diagnosis.kinematics import check_pose
+from dynident.estimation.diagnosis.kinematics import ToolPoses, check_pose
 from dynident.model import Pose, Recording, Robot, load_robot
 from dynident.model.frames import frames_at
 from dynident.tests.commands.runs import Run, runner
@@ -158,7 +158,7 @@ def test_base_and_tool_of_one_moving_joint_are_not_told() -> None:
     robot, q = load_robot("rx90"), np.zeros((50, 6))
     q[:, 1] = np.linspace(-1.0, 1.0, 50)
     positions, _ = poses(robot, q)
-    check = check_pose(robot, q, positions)
+    check = check_pose(robot, ToolPoses("log", q, positions))
     assert check.reproduced
     assert not check.determined
 

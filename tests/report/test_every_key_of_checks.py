@@ -1,15 +1,19 @@
 """Every key of the documents on checks of logs, rollouts and poses is the value that it comes from."""
 
-from dataclasses import asdict
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
+from dynident.apps.logs.following import Change, FollowingChange
 from dynident.apps.logs.log_check import Excited, JointFacts, RobotFit, RobotFits, TimeFacts
 from dynident.apps.report import documents
 from dynident.estimation.diagnosis.finding import Finding
+from dynident.estimation.diagnosis.kinematics import PoseCheck, Reading, Readings
+from dynident.model import Pose
 from dynident.tests.report import made
 from dynident.tests.report.every_key import same
+from msgspec.structs import asdict
 
 
 def test_check() -> None:
@@ -22,7 +26,7 @@ def test_check() -> None:
         excitation=(Excited("AR", 1.25, 3.5),), condition_number_scaled=12.5,
     )  # fmt: skip
     robot: Any = made.ROBOT
-    fits = RobotFits(("t", "q1"), (RobotFit("arm", 0.25),), (("other", "too fast"),), "")
+    fits = RobotFits("a.csv", ("t", "q1"), (RobotFit("arm", 0.25),), ("other",), None)
     expected = {
         "source": "a.csv", "columns": ["t", "q1"], "fitting": [{"robot": "arm", "residual": 0.25}],
         "others": ["other"], "fault": None,
@@ -62,41 +66,34 @@ def test_rollout() -> None:
 
 
 def test_verify() -> None:
-    joint = {"name": "joint 2", "before": 0.5, "after": 0.25, "fall": 0.51, "interval": [0.4, 0.6], "clear": "fell"}
-    total = {"name": "all", "before": 0.7, "after": 0.35, "fall": 0.52, "interval": [0.3, 0.7], "clear": "fell"}
-    following: Any = SimpleNamespace(
-        kind="following error", tells=True, lag=0.015, joints=(SimpleNamespace(**joint),),
-        total=SimpleNamespace(**total),
+    change = Change("joint 2", 0.5, 0.25, 0.51, (0.4, 0.6), "fell")
+    total = Change("all", 0.7, 0.35, 0.52, (0.3, 0.7), "fell")
+    same(
+        FollowingChange("following error", True, 0.015, (change,), total),
+        {
+            "compared": "following error", "tells": True, "lag_s": 0.015, "joints": [asdict(change)],
+            "all": asdict(total),
+        },
     )  # fmt: skip
-    expected = {"compared": "following error", "tells": True, "lag_s": 0.015, "joints": [joint], "all": total}
-    same(documents.following_document(following), expected)
 
 
 def test_robot_check() -> None:
-    reading = SimpleNamespace(
-        order=(1, 0), sign=(1, -1), quarters=(0, 3), torque=(-1, 1), described=lambda: "swap 1 and 2"
-    )
-    ranked = SimpleNamespace(reading=reading, residual=0.035)
-    check: Any = SimpleNamespace(
-        ranked=(ranked,), unit="share", as_recorded=SimpleNamespace(residual=0.45), suggested=ranked
-    )  # fmt: skip
+    reading = Reading((1, 0), (1, -1), (0, 3), (-1, 1))
+    readings = Readings("share", 0.45, {reading: 0.035}, reading, ())
     rows = {
-        "unit": "share", "as_recorded": 0.45, "suggested": "swap 1 and 2",
+        "unit": "share", "as_recorded": 0.45, "suggested": reading.described(),
         "ranked": [{"residual": 0.035, "order": [2, 1], "sign": [1, -1], "zero_deg": [0, 270],
                     "torque_sign": [-1, 1]}],
     }  # fmt: skip
-    pose: Any = SimpleNamespace(
-        reproduced=False, rms=0.006, errors=np.array([0.007, 0.008]), rms_angle=None, as_is=0.9, determined=True,
-        angles=None, base=SimpleNamespace(origin=(0.1, 0.2, 0.3), rpy=(0.4, 0.5, 0.6)),
-        tool=SimpleNamespace(origin=(0.7, 0.8, 0.9), rpy=(1.0, 1.1, 1.2)),
-    )  # fmt: skip
+    base, tool = Pose.from_rpy((0.1, 0.2, 0.3), (0.4, 0.5, 0.6)), Pose.from_rpy((0.7, 0.8, 0.9), (1.0, 1.1, 1.2))
+    pose = PoseCheck("a.csv", 2, 0.006, 0.008, None, 0.9, base, tool, True, 1.0, readings)
     robot: Any = made.ROBOT
     log = {
         "log": "a.csv", "reproduced": False, "rms_m": 0.006, "largest_m": 0.008, "rms_angle_rad": None,
-        "as_is_m": 0.9, "base": {"xyz_m": [0.1, 0.2, 0.3], "rpy_rad": [0.4, 0.5, 0.6]},
+        "as_is_m": 0.9, "base": {"xyz_m": [0.1, 0.2, 0.3], "rpy_rad": list(base.rpy)},
         "tool": {"xyz_m": [0.7, 0.8, 0.9], "rpy_rad": None}, "base_and_tool_determined": True,
     }  # fmt: skip
-    logs = [documents.pose_document(documents.PoseLook("a.csv", pose, readings)) for readings in (check, None)]
+    poses = [pose, replace(pose, readings=None)]
     expected = [log | {"readings": rows}, log | {"readings": None}]
-    same(documents.robot_check_document(robot, logs, check), {"robot": "arm", "poses": expected, **rows})
-    same(documents.robot_check_document(robot, logs[:1], None), {"robot": "arm", "poses": expected[:1]})
+    same(documents.robot_check_document(robot, poses, readings), {"robot": "arm", "poses": expected, **rows})
+    same(documents.robot_check_document(robot, poses[1:], None), {"robot": "arm", "poses": expected[1:]})

@@ -1,10 +1,7 @@
 from ....common.schema import json_text as json_text
 from ....common.schema import write_json as write_json
 from .check import Look as Look
-from .check import PoseLook as PoseLook
 from .check import check_document as check_document
-from .check import following_document as following_document
-from .check import pose_document as pose_document
 from .check import robot_check_document as robot_check_document
 from .design import design_document as design_document
 from .design import near_document as near_document

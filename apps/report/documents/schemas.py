@@ -7,8 +7,9 @@ import msgspec
 from ....common.files import write_bytes
 from ....common.schema import Document, json_schema
 from ...fleet.reduction import ReducedDocument
+from ...logs.following import FollowingChange
 from ...results import StoredGains, StoredPayload, StoredRobot
-from .check import CheckDocument, FollowingDocument, RobotCheckDocument
+from .check import CheckDocument, RobotCheckDocument
 from .design import DesignDocument, NearDocument
 from .fleet import ComparedDocument, FleetDocument
 from .robot import RolloutsDocument
@@ -25,7 +26,7 @@ DOCUMENTS: dict[str, type[Document]] = {
     "fleet_reduce": ReducedDocument,
     "compare": ComparedDocument,
     "check": CheckDocument,
-    "verify": FollowingDocument,
+    "verify": FollowingChange,
     "robot_check": RobotCheckDocument,
 }
 """Each command's document by the command's name."""

@@ -2,21 +2,23 @@
 
 import math
 from collections.abc import Sequence
+from itertools import islice
 
 import numpy as np
 
-from ....estimation.diagnosis.kinematics import KinematicsCheck
+from ....estimation.diagnosis.kinematics import PoseCheck, Readings
 from ....model import Pose, Robot
 from ...logs.following import FollowingChange
 from ...logs.log_check import LogCheck, RobotFits
 from ..blocks import Banner, Block, Column, Notes, Page, Screen, Section, Table, columns
-from ..documents.check import Look, PoseLook
+from ..documents.check import Look
 from ..figures.signals import following_figure, signals_figure
 from ..provenance import Provenance, report_page
 from .robot import robot_description
 
 _MARKS = {"error": "ERROR", "warning": "warning", "note": "note"}
 _A_ROW = 4  # parameters side by side
+_UNEVEN = 0.05  # of the mean time step: larger deviations are jitter
 _MOST = 12  # columns that are listed
 _SHOWN = 6
 """Readings that do as well which the screen names."""
@@ -43,17 +45,20 @@ def check_screen(check: LogCheck) -> Screen:
     return Screen([*first, Notes(lines, optional=True), Notes([mend])], details, more)
 
 
-def fits_screen(path: str, fits: RobotFits) -> Screen:
+def fits_screen(fits: RobotFits) -> Screen:
     """Name the shipped robots that a log can be of; without one, its columns and what to mend first."""
     if fits.fault:
         more = len(fits.columns) - _MOST
         shown = ", ".join(fits.columns[:_MOST]) + (f" and {more} more" if more > 0 else "")
-        return Screen([Notes([f"{path}: columns {shown}", f"Mend first: {fits.fault}"])])
-    fitting = [name if left is None else f"{name} ({100 * left:.3g} %)" for name, left in fits.fitting]
-    lines = [f"{path}: no --robot is given. It can be of {', '.join(fitting)}: in brackets what the model leaves"]
+        return Screen([Notes([f"{fits.source}: columns {shown}", f"Mend first: {fits.fault}"])])
+    fitting = [
+        fit.robot if fit.residual is None else f"{fit.robot} ({100 * fit.residual:.3g} %)" for fit in fits.fitting
+    ]
+    lines = [
+        f"{fits.source}: no --robot is given. It can be of {', '.join(fitting)}: in brackets what the model leaves"
+    ]
     if fits.others:
-        names = ", ".join(name for name, _ in fits.others)
-        lines.append(f"Not of {names}: positions, speeds or torques are beyond them")
+        lines.append(f"Not of {', '.join(fits.others)}: positions, speeds or torques are beyond them")
     return Screen([Notes([*lines, f"Looked at as {fits.fitting[0].robot}; name the right one by --robot:"])])
 
 
@@ -74,7 +79,7 @@ def check_page(looks: Sequence[Look], provenance: Provenance) -> Page:
 
 def _log_section(number: int, look: Look) -> Section:
     """All that the terminal shows of a log, and its signals."""
-    blocks = fits_screen(look.path, look.fits).blocks if look.fits else []
+    blocks = fits_screen(look.fits).blocks if look.fits else []
     stem = look.path.replace("\\", "/").rstrip("/").rsplit("/", 1)[-1].split(".")[0]
     if look.check:
         unit = "A" if look.check.currents else "N·m"
@@ -90,7 +95,8 @@ def _understood(check: LogCheck) -> list[str]:
     speeds = "with speeds" if recording.qd is not None else "without speeds (taken from positions)"
     lines = [f"{recording.source}: positions [rad or m], {kind}, {speeds}, joint side"]
     if time is not None:
-        steps = "even" if time.even else f"steps {1e3 * time.steps[0]:.3g} to {1e3 * time.steps[1]:.3g} ms"
+        even = max(time.steps[1] - 1.0 / time.rate, 1.0 / time.rate - time.steps[0]) < _UNEVEN / time.rate
+        steps = "even" if even else f"steps {1e3 * time.steps[0]:.3g} to {1e3 * time.steps[1]:.3g} ms"
         moving = f"moves from {time.moving[0]:.4g} to {time.moving[1]:.4g} s" if time.moving else "never moves"
         lines.append(
             f"{time.samples} samples, {time.duration:.4g} s at {time.rate:.5g} Hz ({steps}, jitter "
@@ -150,108 +156,93 @@ def _step(step: float) -> str:
     return f"{step:.2g}" if step > 0.0 else ""
 
 
-def readings_screen(poses: Sequence[PoseLook], check: KinematicsCheck | None) -> Screen:
+def readings_screen(poses: Sequence[PoseCheck], readings: Readings | None) -> Screen:
     """Compare the columns with forward kinematics and torques; then list every reading that was tried.
 
     Args:
         poses: each log with tool poses.
-        check: readings ranked by torques; None without torques.
+        readings: ranked by torques; None without torques.
     """
-    ranked = [_ranked(look.readings, look.source) for look in poses if look.readings]
-    if check:
-        ranked.append(_ranked(check, "torques"))
-    details: list[Block] = [*ranked]
-    return Screen(
-        [Notes(_kinematics_lines(poses, check), optional=True)],
-        details,
-        "the readings, best first" if details else "",
-    )
+    tables: list[Block] = []
+    for source, ranked in [*((check.source, check.readings) for check in poses), ("torques", readings)]:
+        if ranked:
+            rows = [(one.described(), f"{left:.4g}") for one, left in islice(ranked.residuals.items(), _RANKED)]
+            headings = (Column("reading", folds=True), Column(f"residual, {ranked.unit}", numeric=True))
+            title = f"By {source}: the best of {len(ranked.residuals)} readings"
+            tables.append(Table(title, headings, rows, style="tight"))
+    more = "the readings, best first" if tables else ""
+    return Screen([Notes(_kinematics_lines(poses, readings), optional=True)], tables, more)
 
 
 def readings_page(
-    robot: Robot, poses: Sequence[PoseLook], check: KinematicsCheck | None, provenance: Provenance
+    robot: Robot, poses: Sequence[PoseCheck], readings: Readings | None, provenance: Provenance
 ) -> Page:
-    """Say whether the description agrees with the recordings; then show the readings and the description.
-
-    Args:
-        poses: each log with tool poses.
-        check: readings ranked by torques; None without torques.
-    """
-    faithful = readings_agree(poses, check)
+    """Say whether the description agrees with the recordings; then show the readings and the description."""
+    faithful = readings_agree(poses, readings)
     words = "agrees with the recordings" if faithful else "does NOT agree with the recordings as they are read"
     lead: list[Block] = [
         Banner("use" if faithful else "do_not_use", f"The robot's description {words}."),
-        Notes([line.strip() for line in _kinematics_lines(poses, check)]),
+        Notes([line.strip() for line in _kinematics_lines(poses, readings)]),
     ]
+    tables = readings_screen(poses, readings).details
     sections = [
-        Section("readings", "Readings of the joint columns, best first", readings_screen(poses, check).details),
+        Section("readings", "Readings of the joint columns, best first", tables),
         Section("robot", "The robot as described", robot_description(robot)),
     ]
     title = f"Kinematics of the {robot.title or robot.name}"
     return report_page(title, provenance.day, lead, sections, (), provenance)
 
 
-def readings_agree(poses: Sequence[PoseLook], check: KinematicsCheck | None) -> bool:
+def readings_agree(poses: Sequence[PoseCheck], readings: Readings | None) -> bool:
     """Tell whether every tool pose is reproduced and no other reading of the columns does clearly better."""
-    return all(look.check.reproduced for look in poses) and not (check and check.suggested)
+    return all(check.reproduced for check in poses) and not (readings and readings.suggested)
 
 
-def _kinematics_lines(poses: Sequence[PoseLook], check: KinematicsCheck | None) -> list[str]:
+def _kinematics_lines(poses: Sequence[PoseCheck], readings: Readings | None) -> list[str]:
+    """Compare tool poses in words; name the best reading, which is never applied."""
+
+    def words(pose: Pose, axes: bool = True) -> str:
+        place = ", ".join(f"{value:.4f}" for value in pose.origin)
+        turn = ", ".join(f"{math.degrees(angle) + 0.0:.2f}" for angle in pose.rpy)
+        return f"({place}) m" + (f", rpy ({turn}) deg" if axes else ", axes not logged")
+
     lines = []
-    for look in poses:
-        lines += _pose_lines(look)
-        if look.readings:
-            lines += _reading_lines(look.readings)
-    return lines + (_reading_lines(check) if check else ["No torques or currents: the pose alone is compared."])
+    for check in poses:
+        axes = "" if check.rms_angle is None else f", axes {math.degrees(check.rms_angle):.3g} deg"
+        verb = "reproduces" if check.reproduced else "does NOT reproduce"
+        lines += [
+            f"{check.source}: forward kinematics {verb} the tool pose of {check.samples} samples: rms "
+            f"{1e3 * check.rms:.3g} mm, at most {1e3 * check.largest:.3g} mm{axes}",
+            f"  without any base and tool {1e3 * check.as_is:.4g} mm; with the ones that fit best:",
+            f"  base of the robot in the log's frame: {words(check.base)}",
+            f"  tool in the payload's frame: {words(check.tool, check.rms_angle is not None)}",
+        ]
+        if not check.determined:
+            lines.append("  The motion does not tell base and tool apart: they are one choice of many.")
+        if check.wrong_unit:
+            lines.append(
+                f"  The tool moves {check.scale:.3g} times as far as the flange: positions in {check.wrong_unit}?"
+            )
+        if check.readings:
+            lines += _reading_lines(check.readings)
+    return lines + (
+        _reading_lines(readings) if readings else ["No torques or currents: the pose alone is compared."]
+    )
 
 
-def _reading_lines(check: KinematicsCheck) -> list[str]:
-    """The best reading in words; it is never applied."""
-    lines = [f"As recorded: {check.as_recorded.residual:.4g} ({check.unit}); {len(check.ranked)} readings tried."]
-    best = check.suggested
+def _reading_lines(readings: Readings) -> list[str]:
+    residuals, best = readings.residuals, readings.suggested
+    lines = [f"As recorded: {readings.as_recorded:.4g} ({readings.unit}); {len(residuals)} readings tried."]
     if best is None:
         lines.append("No other reading of order, senses and zeros does clearly better.")
     else:
-        lines.append(f"Suggested, not applied: {best.reading.described()}: {best.residual:.4g}.")
+        lines.append(f"Suggested, not applied: {best.described()}: {residuals[best]:.4g}.")
         lines.append("Check it at the robot, then change the recording's columns or the robot's file.")
-    others = [ranked for ranked in check.alike if ranked.reading.changes][:_SHOWN]
+    others = [reading for reading in readings.alike if reading.changes][:_SHOWN]
     if others:
         lines.append("These do as well, so the recording cannot tell them apart:")
-        lines += [f"  {ranked.residual:.4g}  {ranked.reading.described()}" for ranked in others]
+        lines += [f"  {residuals[reading]:.4g}  {reading.described()}" for reading in others]
     return lines
-
-
-def _pose_lines(look: PoseLook) -> list[str]:
-    """The comparison of tool poses in words."""
-    check = look.check
-    axes = "" if check.rms_angle is None else f", axes {math.degrees(check.rms_angle):.3g} deg"
-    word = "reproduces" if check.reproduced else "does NOT reproduce"
-    lines = [
-        f"{look.source}: forward kinematics {word} the tool pose of {len(check.errors)} samples: rms "
-        f"{1e3 * check.rms:.3g} mm, at most {1e3 * check.errors.max():.3g} mm{axes}",
-        f"  without any base and tool {1e3 * check.as_is:.4g} mm; with the ones that fit best:",
-        f"  base of the robot in the log's frame: {_in_words(check.base)}",
-        f"  tool in the payload's frame: {_in_words(check.tool, check.angles is not None)}",
-    ]
-    if not check.determined:
-        lines.append("  The motion does not tell base and tool apart: they are one choice of many.")
-    if look.wrong_unit:
-        lines.append(
-            f"  The tool moves {check.scale:.3g} times as far as the flange: positions in {look.wrong_unit}?"
-        )
-    return lines
-
-
-def _ranked(check: KinematicsCheck, source: str) -> Table:
-    rows = [(ranked.reading.described(), f"{ranked.residual:.4g}") for ranked in check.ranked[:_RANKED]]
-    headings = (columns((), (), ("reading",))[0], *columns((), (f"residual, {check.unit}",)))
-    return Table(f"By {source}: the best of {len(check.ranked)} readings", headings, rows, style="tight")
-
-
-def _in_words(pose: Pose, axes: bool = True) -> str:
-    place = ", ".join(f"{value:.4f}" for value in pose.origin)
-    turn = ", ".join(f"{math.degrees(angle) + 0.0:.2f}" for angle in pose.rpy)
-    return f"({place}) m" + (f", rpy ({turn}) deg" if axes else ", axes not logged")
 
 
 def following_screen(change: FollowingChange) -> Screen:
