@@ -100,7 +100,7 @@ def link_places(robot: Robot, standard: Sequence[str]) -> list[list[int]]:
 
 _NEXT_TO_NOTHING = 1e-3
 """Smaller multipliers, as a fraction of the largest, belong to directions that the data do not see."""
-_WAYS = ((1e3, None), (1e3, 1e3), (1e2, 1e3), (10.0, 1e3))
+_WAYS = ((1e3, None), (1e3, 1e3), (1e2, 1e3), (10.0, 1e3), (10.0, None), (1.0, None))
 """R's largest entry, for the norm of exact data is zero, at the tip of its cone; the radius that z may not leave.
 
 No torque may show some direction, and no finite robot attain the least value: the program is closed then, at a

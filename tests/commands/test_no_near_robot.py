@@ -46,19 +46,7 @@ def test_without_a_bound_the_note_says_what_to_do(
 
 def test_a_bound_of_the_mass_leads_to_a_file(run: Run, gen3: tuple[str, ...], tmp_path: Path) -> None:
     stored, out = tmp_path / "robot.json", tmp_path / "arm.xml"
-    run(
-        "identify",
-        *gen3,
-        "--prior-mass",
-        "7",
-        "--total-mass",
-        "0",
-        f"{HIGH:g}",
-        "--gain-sigma",
-        "0",
-        "--json",
-        str(stored),
-    )
+    run("identify", *gen3, "--prior-mass", "7", "--total-mass", "0", f"{HIGH:g}", "--json", str(stored))
     values = {entry["name"]: entry["value"] for entry in document(stored)["constrained"]["parameters"]}
     assert sum(values[f"M{link}"] for link in range(1, 8)) <= HIGH * (1.0 + 1e-6)
     written = ("robot", "export", "--to", "mjcf", *gen3[:2], "--robot-parameters", str(stored), "--out", str(out))
