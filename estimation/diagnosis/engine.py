@@ -128,31 +128,25 @@ class System:
 
     def fit(self, weights: Array, scales: Array | None = None) -> "SystemFit":
         """Solve the equations, friction as it is without load, each joint's columns times its scale."""
-        scales, (G, right) = np.ones(self.robot.n) if scales is None else scales, self._normal
+        G, right = self.joint_grams[:, :-1, :-1], self.joint_grams[:, :-1, -1]
+        scales = np.ones(self.robot.n) if scales is None else scales
         root = _whitening(np.einsum("j,jab->ab", (weights * scales) ** 2, G) + self.prior[: len(G[0]), : len(G[0])])
         return SystemFit(self, weights, scales, root, root @ (root.T @ (weights**2 * scales @ right)))
 
     def fit_with_scales(self, weights: Array) -> "SystemFit":
         """Solve the equations and a scale of each joint's columns, by Gauss-Newton from 1; the best step."""
-        (G, right), square, torque = self._normal, weights**2, self.joint_grams[:, -1, -1]
-        scales, best, least = np.ones(len(weights)), self.fit(weights), np.inf
+        G, right, torque = self.joint_grams[:, :-1, :-1], self.joint_grams[:, :-1, -1], self.joint_grams[:, -1, -1]
+        square, scales, tried = weights**2, np.ones(len(weights)), list[tuple[float, SystemFit]]()
         for _ in range(_STEPS):
             fit = self.fit(weights, scales)
             along = G @ fit.own
             modelled, shown = along @ fit.own, right @ fit.own
-            error = float(square @ (torque - 2.0 * scales * shown + scales**2 * modelled))
-            if error < least:
-                best, least = fit, error
+            tried.append((float(square @ (torque - 2.0 * scales * shown + scales**2 * modelled)), fit))
             taken = (square * scales)[:, None] * (along @ fit.root)
             gram = np.diag(square * modelled + 1.0 / _GAIN**2) - taken @ taken.T
             step = np.linalg.solve(gram, square * (shown - scales * modelled) + (1.0 - scales) / _GAIN**2)
             scales = np.clip(scales + np.clip(step, -_GAIN, _GAIN), _GAIN, 1.0 / _GAIN)
-        return best
-
-    @property
-    def _normal(self) -> tuple[Array, Array]:
-        """Normal equations of each joint: n x c x c, n x c."""
-        return self.joint_grams[:, :-1, :-1], self.joint_grams[:, :-1, -1]
+        return min(tried, key=lambda entry: entry[0])[1]
 
     def grams(self, columns: Array, groups: Index, count: int) -> Array:
         """Gram matrices of all columns, more columns (n x m x N) and the torque, group by group; count x C x C."""
