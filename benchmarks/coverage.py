@@ -10,6 +10,7 @@ third as large (decimation leaves it nearly whole).
 
 import argparse
 from concurrent.futures import ProcessPoolExecutor
+from dataclasses import replace
 
 import numpy as np
 from dynident.apps.commands.demo import PAYLOAD
@@ -59,7 +60,7 @@ class Experiment:
         if not self.memory:
             return self.simulator.record(motion, load, RX90_NOISE, seed)
         exact = self.simulator.record(motion, load)
-        return Recording(exact.t, exact.q, exact.torque + remembering(exact.q.shape, self.memory, seed))
+        return replace(exact, torque=exact.torque + remembering(exact.q.shape, self.memory, seed))
 
     def results(self, seed: int) -> Array:
         """Formula: whether an interval holds the truth; robust: the same, and ratio of sigma; k x methods x 10."""

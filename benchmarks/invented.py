@@ -126,7 +126,7 @@ def recorded(
     exact = (arm or simulator(name)).record(moved, load)
     sigma = noise * np.sqrt(np.mean(exact.torque**2, axis=0))
     label = f"{'loaded' if load else 'unloaded'}.csv"
-    return Recording(moved.t, moved.q, exact.torque + sigma * _noise(moved.q.shape, memory, seed), None, label)
+    return replace(exact, torque=exact.torque + sigma * _noise(moved.q.shape, memory, seed), source=label)
 
 
 def _noise(shape: tuple[int, ...], memory: float, seed: int) -> Array:

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from dynident.apps.commands.demo import PAYLOAD
+from dynident.apps.report.recordings import write_recording
 from dynident.cli import main
 from dynident.model import load_robot
 from dynident.trajectories import Simulator, random_via_points
@@ -20,18 +21,9 @@ def logs(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
     folder = tmp_path_factory.mktemp("logs")
     simulator = Simulator(load_robot("rx90"))
     motion = random_via_points(load_robot("rx90"), 14, seed=0).motion(250.0)
-    header = ",".join(["t"] + [f"{kind}{j}" for kind in ("q", "tau") for j in range(1, 7)])
     for name, load in (("bare", None), ("loaded", PAYLOAD)):
         recording = simulator.record(motion, load, [0.3] * 6, 1 if load else 0)
-        values = np.column_stack([recording.t, recording.q, recording.torque])
-        np.savetxt(
-            folder / f"{name}.csv",
-            values,
-            delimiter=",",
-            header="# gain_sigma = 0\n" + header,
-            comments="",
-            fmt="%.9g",
-        )
+        write_recording(folder / f"{name}.csv", recording)
     return {name: str(folder / f"{name}.csv") for name in ("bare", "loaded")}
 
 

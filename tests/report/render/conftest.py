@@ -6,11 +6,11 @@ from dataclasses import dataclass, field
 from html.parser import HTMLParser
 from pathlib import Path
 
-import numpy as np
 import pytest
 from dynident.apps.commands.demo import PAYLOAD
+from dynident.apps.report.recordings import write_recording
 from dynident.cli import main
-from dynident.model import Recording, load_robot
+from dynident.model import load_robot
 from dynident.trajectories import RX90_NOISE, Simulator, random_via_points
 
 VOID = {"meta", "link", "br", "img", "hr", "input"}
@@ -84,15 +84,9 @@ def short_logs(shared: Shared) -> Path:
             motion = random_via_points(robot, 10, seed=k).motion(250.0)
             for name, body in (("bare", None), ("loaded", load)):
                 recording = simulator.record(motion, body, noise, [k, body is not None])
-                write_csv(folder / f"{name}{k}.csv", recording)
+                write_recording(folder / f"{name}{k}.csv", recording)
 
     return shared("short_logs", fill)
-
-
-def write_csv(path: Path, recording: Recording) -> None:
-    header = ["t", *(f"{kind}{j}" for kind in ("q", "tau") for j in range(1, 7))]
-    values = np.column_stack([recording.t, recording.q, recording.torque])
-    np.savetxt(path, values, delimiter=",", header="# gain_sigma = 0\n" + ",".join(header), comments="", fmt="%.9g")
 
 
 @pytest.fixture(scope="session")
