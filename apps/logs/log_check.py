@@ -308,9 +308,7 @@ def robot_fits(path: str | Path, log_map: LogMap | None = None) -> RobotFits:
     """
     log_map = log_map or LogMap()
     raw = open_log(path, log_map)
-    longest: dict[
-        object, Recording | InputError
-    ] = {}  # its longest piece, read once for robots of the same columns
+    longest = dict[object, Recording | InputError]()  # the longest piece, read once for robots of the same columns
     fitting, others, faults = list[RobotFit](), dict[str, str](), list[str]()
     for robot in map(load_robot, robot_names()):
         try:

@@ -224,7 +224,7 @@ def identify(
     progress("base parameters")
     base = base_parameters(robot)
     problem = base_problem(robot, base, recordings, processing, progress=progress, blocks=robust)
-    gains = gains or usual_gains(robot, recordings)
+    gains = usual_gains(robot, recordings) if gains is None else gains
     result = identified(robot, base, problem, essential, gains, robust, progress)
     unseen = None
     if validation:

@@ -19,7 +19,7 @@ from ..equations.equations import Equations
 
 USUAL: Mapping[str, float] = {"motor": 0.02, "link": 0.01}
 """Standard deviation of a relative error of gains of which nothing is said: of torques that motors tell, and of
-torque sensors behind the gear. Makers' gains of real arms were 0.3 to 4 % off."""
+torque sensors behind the gear."""
 Fingerprints = Mapping[Literal["unloaded", "loaded"], tuple[str, ...]]
 """Of the recordings that drive gains were identified from."""
 
@@ -122,10 +122,11 @@ def usual_gains(robot: Robot, recordings: Sequence[Recording]) -> Gains | None:
     None where all recordings say that their torques are exact.
     """
     usual = USUAL["motor" if any(recording.gains for recording in recordings) else robot.drives.side]
-    sigmas = [usual if r.gain_sigma is None else r.gain_sigma for r in recordings] or [usual]
-    if not max(sigmas):
-        return None
-    return Gains((max(sigmas),), assumed=any(recording.gain_sigma is None for recording in recordings))
+    stated = [recording.gain_sigma for recording in recordings]
+    known = max((sigma for sigma in stated if sigma is not None), default=0.0)
+    assumed = known < usual and (None in stated or not stated)
+    sigma = usual if assumed else known
+    return Gains((sigma,), assumed=assumed) if sigma else None
 
 
 def fingerprints(unloaded: Sequence[Recording], loaded: Sequence[Recording]) -> Fingerprints:

@@ -66,7 +66,7 @@ def test_uncertain_gains_of_a_stored_robot(run: Run, logs: dict[str, str], tmp_p
     identify = ("identify", "--robot", "rx90", "--data", logs["bare0"])
     status, out, _ = run(*identify, "--json", str(exact))
     assert status == 0
-    assert "Drive gains are taken as exact, as the recordings say" in " ".join(out.split())
+    assert "Drive gains are taken as exact: no residual shows their errors" in " ".join(out.split())
     assert "by gains" not in out
     status, out, _ = run(*identify, "--gain-sigma", "2%", "--json", str(stored))
     assert status == 0

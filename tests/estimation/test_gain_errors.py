@@ -126,7 +126,7 @@ def test_parameters_say_what_they_owe_to_the_gains(robot: Robot, recorders: tupl
     assert "by gains" not in headings[0]
     assert "by gains" in headings[1]
     notes = [" ".join(gain_error_notes(robot, result.gains)) for result in (exact, identification)]
-    assert "Drive gains are taken as exact, as the recordings say" in notes[0]
+    assert "Drive gains are taken as exact: no residual shows their errors" in notes[0]
     motor = "motor" if robot.coupling else "joint"
     assert f"include errors of the drive gains: 0 % per {motor} and 3 % common to all joints" in notes[1]
 
@@ -161,12 +161,13 @@ def test_gains_of_which_nothing_is_said_have_usual_errors(name: str) -> None:
     usual = {"motor": 0.02, "link": 0.01}[robot.drives.side]
     assert usual_gains(robot, [exact, exact]) is None
     assert usual_gains(robot, [exact, stated]) == Gains((0.005,))
-    assert usual_gains(robot, [exact, silent]) == Gains((usual,), assumed=True)
+    assert usual_gains(robot, [exact, silent]) == usual_gains(robot, []) == Gains((usual,), assumed=True)
+    assert usual_gains(robot, [replace(silent, gain_sigma=0.05), silent]) == Gains((0.05,))
     assert usual_gains(robot, [replace(silent, gains=(1.0,) * robot.n)]) == Gains((0.02,), assumed=True)
 
 
 def test_an_answer_allows_for_gains_of_which_nothing_is_said(
-    robot: Robot, recorders: tuple[Record, Record]
+    robot: Robot, recorders: tuple[Record, Record], tmp_path: Path
 ) -> None:
     """Robot and payload carry the usual errors, as if they were given; a line says so."""
     pair = [record(1, 0.0) for record in recorders]
@@ -176,8 +177,11 @@ def test_an_answer_allows_for_gains_of_which_nothing_is_said(
     assert usual.gains == Gains((0.02,), assumed=True)
     given = identify(robot, [pair[0]], SETTINGS, gains=Gains((0.02,)))
     assert np.array_equal(usual.estimate.total_sigma, given.estimate.total_sigma)
-    assert "2 % per motor" in gain_error_notes(robot, usual.gains)[0] or robot.coupling is None
-    assert "nothing is said of them" in gain_error_notes(robot, usual.gains)[0]
+    each = "motor" if robot.coupling else "joint"
+    (line,) = gain_error_notes(robot, usual.gains)
+    assert line.endswith(f": 2 % per {each}, as is usual: nothing is said of them (--gain-sigma).")
+    write_json(tmp_path / "robot.json", identification_document(usual, SETTINGS, None))
+    assert read_stored_robot(tmp_path / "robot.json").gains == usual.gains
     widths = []
     for bare, heavy in (pair, silent):
         problem = payload_problem(robot, [heavy], [bare], processing=SETTINGS)

@@ -64,9 +64,7 @@ def gain_error_notes(robot: Robot, gains: Gains | None) -> list[str]:
     # Torque sensors on the link side have scales, motors have gains.
     scales = "scales of the torque sensors" if robot.drives.side == "link" else "drive gains"
     each = "motor" if robot.coupling else "joint"
-    if gains is None:
-        return [f"{scales.capitalize()} are taken as exact, as the recordings say."]
-    if not gains.identified and not any((*gains.per_joint, gains.common)):
+    if gains is None or not (gains.identified or any((*gains.per_joint, gains.common))):
         return [f"{scales.capitalize()} are taken as exact: no residual shows their errors."]
     if gains.identified:
         sigmas = np.sqrt(np.diag(gains.covariance(len(gains.identified))))
