@@ -8,6 +8,7 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 from dynident.apps.report.figures.motion import outline
+from dynident.apps.report.recordings import write_recording
 from dynident.common.arrays import Array
 from dynident.model import (
     InertialParameters,
@@ -171,10 +172,7 @@ def test_what_cannot_be_used(
 
 
 def write_csv(path: Path, recording: Recording, sign: Array) -> Path:
-    n = recording.q.shape[1]
-    header = ["t"] + [f"{kind}{j}" for kind in ("q", "tau") for j in range(1, n + 1)]
-    values = np.column_stack([recording.t, recording.q * sign, recording.torque * sign])
-    np.savetxt(path, values, delimiter=",", header=",".join(header), comments="", fmt="%.9g")
+    write_recording(path, replace(recording, q=recording.q * sign, torque=recording.torque * sign))
     return path
 
 
