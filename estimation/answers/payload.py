@@ -70,7 +70,8 @@ def answer_payload(
         free = [widened(estimate, repeats.excess) for estimate in free]
     if gains is None and problem.source is not None:
         gains = usual_gains(problem.robot, (*problem.source.unloaded, *problem.source.loaded))
-    diagnosis = diagnose(problem, best_of(free), gains)
+    # Errors that are assumed, not known, excuse no joint that disagrees: they never shorten an interval.
+    diagnosis = diagnose(problem, best_of(free), None if gains is not None and gains.assumed else gains)
     free = [allowing_for(estimate, diagnosis) for estimate in free]
     validation = None
     if held_out and problem.alone is not None:
