@@ -7,9 +7,8 @@ import numpy as np
 
 from ...common.errors import InputError
 from ...model import Processing, Recording
-from ..diagnosis.evidence import Diagnosis, Evidence, Weighed
+from ..diagnosis.evidence import Agreement, Diagnosis, Evidence, Weighed
 from ..diagnosis.finding import Verdict
-from ..diagnosis.quantities import Agreement
 from ..diagnosis.verdict import allowing as allowing_for
 from ..diagnosis.verdict import best_of, diagnose, judge
 from ..equations.equations import PAYLOAD, merged

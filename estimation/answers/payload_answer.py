@@ -10,8 +10,9 @@ from ...common.arrays import Array
 from ...common.speech import Speaks
 from ...model import InertialParameters, Processing, Recording
 from ...model.inertia import PayloadSpread, payload_spread
+from ..diagnosis.checks import allowing, judge_com, judge_inertia, judge_mass
+from ..diagnosis.evidence import Agreement, Judged
 from ..diagnosis.finding import Verdict
-from ..diagnosis.quantities import Agreement, Judged, allowing, judge_com, judge_inertia, judge_mass
 from ..fit.drive_gains import Gains
 from ..fit.essential import Elimination
 from ..fit.estimate import Estimate, Fit, error_model

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 from ...common.arrays import Array
 from ...model import Robot
@@ -16,7 +16,28 @@ from ..payload.repeats import Repeats
 from ..payload.result import PayloadEstimate
 from ..signals.alignment import AlignedPair
 from .engine import Effect
-from .quantities import Agreement, Judged
+
+Use = Literal["use", "not measured well enough", "not visible", "weighed", "assumed"]
+"""``weighed``: not by torques, by a scale."""
+
+
+class Judged(NamedTuple):
+    """Use of one quantity, and why; empty where it may be used without more."""
+
+    use: Use
+    why: str = ""
+
+
+class Agreement(NamedTuple):
+    """Another way to the mass [kg] and the centre of mass [m], nan where it gives none.
+
+    ``counts``: whether a large difference speaks against the numbers.
+    """
+
+    name: str
+    mass: float
+    com: Array
+    counts: bool = True
 
 
 class Alternative(NamedTuple):

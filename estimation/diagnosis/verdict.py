@@ -19,7 +19,7 @@ from ..payload.by_joints import payload_by_joints
 from ..payload.problem import PayloadProblem, Source
 from ..payload.repeats import moved, reaching, widened
 from ..payload.result import PREFERRED, PayloadEstimate
-from . import checks, quantities
+from . import checks
 from .causes import SUSPICIOUS, alternatives, likely_causes, other_readings
 from .engine import System
 from .evidence import Diagnosis, Evidence
@@ -101,7 +101,7 @@ def table() -> list[tuple[str, str]]:
     )
     for check in chain[Callable[..., object]](*described):
         what, _, limits = str(check.__doc__).partition("\n\n")
-        constants = vars(quantities) | vars(sys.modules[check.__module__])
+        constants = vars(sys.modules[check.__module__])
         rows.append((what, " ".join(limits.split()).format(**constants)))
     return rows
 

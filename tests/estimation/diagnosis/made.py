@@ -5,8 +5,8 @@ from typing import Any
 
 import numpy as np
 from dynident.common.arrays import Array
-from dynident.estimation.diagnosis.evidence import Diagnosis, Evidence, Weighed
-from dynident.estimation.diagnosis.quantities import Judged, judge_com, judge_inertia, judge_mass
+from dynident.estimation.diagnosis.checks import judge_com, judge_inertia, judge_mass
+from dynident.estimation.diagnosis.evidence import Diagnosis, Evidence, Judged, Weighed
 from dynident.estimation.equations.equations import PAYLOAD
 from dynident.estimation.fit.estimate import Estimate, Fit
 from dynident.estimation.payload.by_joints import ByJoints, JointShare, JointsMass

@@ -8,10 +8,9 @@ import pytest
 from dynident.common.arrays import Array
 from dynident.estimation.diagnosis import verdict
 from dynident.estimation.diagnosis.engine import Effect
-from dynident.estimation.diagnosis.evidence import Alternative, Evidence, Gained, KnownWeight
+from dynident.estimation.diagnosis.evidence import Agreement, Alternative, Evidence, Gained, KnownWeight
 from dynident.estimation.diagnosis.finding import Finding
 from dynident.estimation.diagnosis.hypotheses import WITH_PAYLOAD
-from dynident.estimation.diagnosis.quantities import Agreement
 from dynident.estimation.fit.estimate import Estimate
 from dynident.estimation.gains.current_side import RelativeScales
 from dynident.estimation.signals.alignment import AlignedPair

@@ -2,9 +2,9 @@
 
 import numpy as np
 from dynident.estimation.diagnosis import causes, checks, hypotheses, joints, scales
+from dynident.estimation.diagnosis.checks import INERTIA_SIGMA
 from dynident.estimation.diagnosis.evidence import KNOWN_WELL, Evidence, Gained
 from dynident.estimation.diagnosis.hypotheses import WHERE
-from dynident.estimation.diagnosis.quantities import INERTIA_SIGMA
 from dynident.estimation.possible.result import CONFLICT
 from dynident.estimation.signals import alignment
 from dynident.tests.estimation.diagnosis.made import (

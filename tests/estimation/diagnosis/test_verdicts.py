@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from dynident.estimation.diagnosis import causes, checks, hypotheses, joints, scales
 from dynident.estimation.diagnosis import verdict as table
-from dynident.estimation.diagnosis.evidence import Alternative, Evidence
+from dynident.estimation.diagnosis.checks import COM_FLOOR, allowing, judge_com
+from dynident.estimation.diagnosis.evidence import Agreement, Alternative, Evidence, Judged
 from dynident.estimation.diagnosis.finding import Finding, error, verdict_of, warning
-from dynident.estimation.diagnosis.quantities import COM_FLOOR, Agreement, Judged, allowing, judge_com
 from dynident.estimation.diagnosis.verdict import judge
 from dynident.estimation.fit.estimate import Fit
 from dynident.estimation.payload.by_joints import ByJoints, JointShare, JointsMass
