@@ -4,6 +4,7 @@ The recursion of ``regressors`` with one number for each state: arrays end in th
 """
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -37,7 +38,7 @@ def regressor_at(robot: Robot, columns: Sequence[str], q: Array, qd: Array, qdd:
 
     Args:
         robot: the robot, n joints.
-        columns: standard parameters, the inertial ones link by link.
+        columns: standard parameters, the inertial ones link by link; offsets whether the robot has them or not.
         q: positions [rad or m], N x n.
         qd: speeds, N x n.
         qdd: accelerations, N x n.
@@ -53,7 +54,8 @@ def regressor_at(robot: Robot, columns: Sequence[str], q: Array, qd: Array, qdd:
     for start in range(0, len(q), _TOGETHER):
         part = slice(start, start + _TOGETHER)
         _rigid(robot, kinds, places, (q[part].T, qd[part].T, qdd[part].T), W[:, :, part])
-    for name, rows in drive_terms(robot.drives, qd.T, qdd.T, np.sign, np.ones(len(q))).items():
+    drives = replace(robot.drives, offsets=True)
+    for name, rows in drive_terms(drives, qd.T, qdd.T, np.sign, np.ones(len(q))).items():
         for row, values in rows.items() if name in columns else ():
             W[row, columns.index(name)] = values
     return W

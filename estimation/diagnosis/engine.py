@@ -74,7 +74,7 @@ class System:
         payload = payload_columns(robot) if states.loaded.any() else ()
         changes = dict(changes or {}) if payload else {}
         names = tuple(dict.fromkeys((*own, *payload, *changes)))
-        W = regressor_at(robot.with_offsets(True), names, states.q, states.qd, states.qdd)
+        W = regressor_at(robot, names, states.q, states.qd, states.qdd)
         load, friction = (W[:, [names.index(name) for name in some]] * states.loaded for some in (payload, changes))
         if payload:
             load = np.einsum("jcn,cd->jdn", load, frame_change(robot.flange))

@@ -177,11 +177,11 @@ def sensitive(evidence: Evidence) -> Iterator[Finding]:
     """Mass that an error of the loaded torques' scale, too small to be seen, takes out of its interval.
 
     An error of 1.96 sigma, {HIDDEN[0]:.0%} to {HIDDEN[1]:.0%}, moves it by over {SENSITIVE:.0%}: noted, unless
-    something pulls at the flange or the payload was weighed.
+    the scale is seen to be another one, something pulls at the flange, or the payload was weighed.
     """
     mass, whole = evidence.mass, next((scale for scale in evidence.diagnosis.scales if not scale.where), None)
     weighed = any(payload.weighings for payload in evidence.constrained) or pull_of(evidence) is not None
-    if whole is None or evidence.spread is None or weighed or not mass > 0.0:
+    if whole is None or evidence.spread is None or weighed or not mass > 0.0 or _beyond(whole, JOINT_SCALE_Z):
         return
     hidden = float(np.clip(NORMAL95 * whole.sigma, *HIDDEN))
     change = hidden * abs(mass - float(whole.effect[9, 0]))

@@ -1,11 +1,11 @@
 """What every payload method returns, and the frame in which it is given."""
 
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 
-from ...common.arrays import Array
+from ...common.arrays import Array, frozen_array
 from ...model import INERTIAL, InertialParameters, Pose, Robot
 from ...model.inertia import PayloadSpread, payload_spread
 from ..equations.equations import PAYLOAD, Equations
@@ -136,10 +136,12 @@ def in_payload_frame(robot: Robot, equations: Equations) -> Equations:
     return replace(equations, factors=tuple(factors), leave_one_out=parts)
 
 
+@lru_cache(maxsize=64)
 def frame_change(pose: Pose) -> Array:
     """How the ten parameters of a body change with its frame, 10 x 10.
 
     Args:
         pose: of the frame they are given in, in the frame they are wanted in.
     """
-    return np.column_stack([InertialParameters(unit).moved(pose.R, pose.p).vector for unit in np.eye(10)])
+    columns = [InertialParameters(unit).moved(pose.R, pose.p).vector for unit in np.eye(10)]
+    return frozen_array(np.column_stack(columns), (10, 10), "change of frame")

@@ -93,9 +93,12 @@ def test_a_rating_that_is_assumed_is_called_so() -> None:
     ]
 
 
-def test_a_mass_that_was_weighed_or_a_pull_leaves_nothing_to_say_of_scale() -> None:
+def test_a_mass_that_was_weighed_a_pull_or_a_scale_that_is_seen_leaves_nothing_to_say_of_scale() -> None:
     plain = leaning_on(0.2, 1e-3)
     assert list(scales.sensitive(plain))
+    (whole,) = plain.diagnosis.scales
+    seen = replace(plain, diagnosis=Diagnosis(scales=(whole._replace(size=-30.0 * whole.sigma),)))
+    assert bool(list(scales.scale(seen))) and not list(scales.sensitive(seen))
     hung = Diagnosis(scales=plain.diagnosis.scales, effects=(hose(1.0),))
     assert not list(scales.sensitive(replace(plain, diagnosis=hung)))
     assert not list(scales.sensitive(replace(plain, constrained=(weighed_as(0.0),))))
