@@ -94,10 +94,8 @@ def _noisy(robot: Robot, motion: Motion, load: InertialParameters | None, draw: 
 def weighed(piece: Piece, short: bool, gains: Gains | None) -> tuple[float, float, float]:
     """Mass and its interval over the true one, less 1; of ``weigh`` where ``short``."""
     robot, known, loaded, mass = piece
-    if short:
-        problem = known_robot_weighing(robot, [loaded], known)
-    else:
-        problem = payload_problem(robot, [loaded], known=known, robust=True)
+    make = known_robot_weighing if short else payload_problem
+    problem = make(robot, [loaded], known=known)
     estimate = identify_payload(problem, 1)
     covariance = gains.covariance(robot.n) if gains is not None else np.zeros((robot.n, robot.n))
     factor = disagreement(payload_by_joints(problem, estimate.estimate.weights), covariance, few=short)

@@ -70,9 +70,7 @@ def simulate_paper(
     return trajectories.run_experiment(robot, tasks, disturbances, seed, progress=progress)
 
 
-def reduced_experiment(
-    experiment: trajectories.Experiment, progress: Progress = silent
-) -> estimation.PayloadProblem:
+def reduced_experiment(experiment: trajectories.Experiment, progress: Progress = silent) -> estimation.LongMotion:
     """The equations of all runs but those of the held-out trajectory."""
     used = [run.recording for run in experiment.runs[:-2]]
     return estimation.payload_problem(

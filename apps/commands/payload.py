@@ -127,7 +127,7 @@ def run(
 
 
 def _answer(
-    problem: estimation.PayloadProblem,
+    problem: estimation.LongMotion,
     request: _Payload,
     setup: Setup,
     held_out: Sequence[model.Recording],
@@ -164,7 +164,7 @@ def _problem(
     unloaded: Sequence[model.Recording],
     stored: results.StoredRobot | None,
     progress: Progress,
-) -> estimation.PayloadProblem:
+) -> estimation.LongMotion:
     """Equations of the recordings, with the robot of an earlier run where one is given."""
     return estimation.payload_problem(
         setup.robot,

@@ -122,7 +122,7 @@ def _problems(
     unloaded: Sequence[model.Recording],
     stored: results.StoredRobot | None,
     progress: Progress,
-) -> tuple[estimation.PayloadProblem, list[estimation.PayloadProblem]]:
+) -> tuple[estimation.ShortMotion, list[estimation.ShortMotion]]:
     """What is answered, and what it is compared with: torque differences first, the robot's parameters beside."""
     robot, processing, problems = setup.robot, setup.processing, []
     if unloaded:

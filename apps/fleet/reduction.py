@@ -135,7 +135,7 @@ def reduce_log(plan: bytes, log: Log) -> _Done:
         if wrong := log.other_day(pieces[0].origin):
             return replace(log, wrong=wrong), b""
         result = identify(robot, pieces, recipe.processing, gains=recipe.gains)
-        return log, packed(Stored.of(log.file, robot, result.base, result.problem, log.about))
+        return log, packed(Stored(log.file, robot, result.base, result.problem, dict(log.about)))
     except (InputError, OSError) as error:
         return replace(log, wrong=" ".join(str(error).split())), b""
     except Exception as fault:  # one bad log stops nobody; it is named, and so is the fault

@@ -16,7 +16,7 @@ from ...estimation.equations.equations import Equations
 from ...estimation.fit.least_squares import weighted
 from ...estimation.fit.own_equations import base_problem
 from ...estimation.gains.current_side import relative_scales
-from ...estimation.payload.problem import Source
+from ...estimation.payload.long_motion import Source
 from ...estimation.signals.filtering import measurement
 from ...estimation.signals.plausibility import implausible, position_range, still_joints
 from ...estimation.signals.rows import moving_parts

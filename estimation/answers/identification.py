@@ -18,15 +18,16 @@ from ..diagnosis.finding import Verdict
 from ..diagnosis.verdict import robot_verdict
 from ..equations.equations import PAYLOAD, Equations
 from ..equations.observer import Observer
+from ..fit.covariance import jackknife, naming_blocks
 from ..fit.drive_gains import Gains, usual_gains
 from ..fit.essential import Elimination, StopRule, eliminate
 from ..fit.estimate import Estimate, Fit, error_model, fit
 from ..fit.least_squares import Excitation, excitation, weighted
 from ..fit.linear_problem import LinearProblem, gain_sensitivity
 from ..fit.own_equations import base_problem
-from ..fit.robust import jackknifed, naming_blocks
-from ..payload.methods import selected, with_robust
-from ..payload.problem import PayloadProblem, Source
+from ..payload.long_motion import LongMotion, Source, check_blocks
+from ..payload.methods import selected
+from ..payload.robust import with_robust
 from ..possible.cone import SolverError
 from ..possible.payload import solve_constrained
 from ..possible.result import rise_p_value
@@ -77,10 +78,10 @@ def impossible_payload(elimination: Elimination) -> tuple[str, ...]:
     return _too_far("payload", gone, result.chi2_rise, result.p_value)
 
 
-def elimination_warnings(problem: PayloadProblem, elimination: Elimination) -> tuple[str, ...]:
+def elimination_warnings(problem: LongMotion, elimination: Elimination) -> tuple[str, ...]:
     """What speaks against the essential parameters of robot and payload together, by method 4."""
-    full, _ = with_robust(problem, lambda part: selected(part, part.loaded.columns))
-    part, _ = with_robust(problem, lambda part: selected(part, elimination.essential), elimination.estimate)
+    full, _ = with_robust(problem, selected(problem, problem.loaded.columns))
+    part, _ = with_robust(problem, selected(problem, elimination.essential), elimination.estimate)
     elimination = replace(elimination, estimate=part)
     return impossible_payload(elimination) + impossible_robot(problem.robot, problem.base, full, elimination)
 
@@ -277,10 +278,11 @@ def _with_robust(problem: Equations, estimate: Estimate) -> Estimate:
         InputError: if the data without one block do not determine the parameters.
     """
     part = LinearProblem(problem.select(estimate.names), estimate.names)
-    pairs = [(b, -1) for b in range(len(problem.without_blocks()))]
-    with naming_blocks(problem.block_length):
+    check_blocks(len(problem.blocks))
+    pairs = [(b, -1) for b in range(len(problem.blocks))]
+    with naming_blocks(problem.blocks.length):
         values = part.without_blocks(estimate.weights, pairs)
-    return replace(estimate, robust=jackknifed([values], estimate.values, problem.block_length))
+    return replace(estimate, robust=jackknife([values], estimate.values, problem.blocks.length))
 
 
 def identification_system(

@@ -20,10 +20,11 @@ from ..fit.least_squares import weighted
 from ..fit.own_equations import base_problem
 from ..payload.by_joints import payload_over_time
 from ..payload.constrained import ConstrainedPayload, constrain_payload
-from ..payload.methods import METHODS, essential_combined, identify_payload, usable_methods
-from ..payload.problem import PayloadProblem
+from ..payload.long_motion import LongMotion
+from ..payload.methods import METHODS, PayloadProblem, essential_combined, identify_payload, usable_methods
 from ..payload.repeats import repeats_of, widened
 from ..payload.result import PayloadEstimate, in_payload_frame
+from ..payload.short_motion import ShortMotion
 from ..payload.stand_in import StandIn
 from ..possible.cone import SolverError
 from ..possible.constraints import Constraint, KnownMass
@@ -42,7 +43,7 @@ def answer_payload(
     gains: Gains | None = None,
     essential: StopRule | None = None,
     stand_in: StandIn | None = None,
-    others: Sequence[PayloadProblem] = (),
+    others: Sequence[ShortMotion] = (),
 ) -> PayloadAnswer:
     """Estimate by several methods and judge the result.
 
@@ -68,7 +69,7 @@ def answer_payload(
     repeats = repeats_of(problem, scale)
     if repeats is not None:  # the scatter of repeated recordings beyond their own
         free = [widened(estimate, repeats.excess) for estimate in free]
-    if gains is None and problem.source is not None:
+    if gains is None:
         gains = usual_gains(problem.robot, (*problem.source.unloaded, *problem.source.loaded))
     # Errors that are assumed, not known, excuse no joint that disagrees: they never shorten an interval.
     diagnosis = diagnose(problem, best_of(free), None if gains is not None and gains.assumed else gains)
@@ -89,9 +90,8 @@ def answer_payload(
             failures[estimate.method] = error
     agreement = _without_friction(problem)
     for other in others:
-        (method,) = usable_methods(other)
-        ten = identify_payload(other, method, scale=scale).ten
-        name = "robot's parameters (method 1)" if method == 1 else "torque difference (method 3)"
+        ten = identify_payload(other, other.method, scale=scale).ten
+        name = "robot's parameters (method 1)" if other.method == 1 else "torque difference (method 3)"
         agreement.append(Agreement(name, float(ten[9]), ten[6:9] / ten[9]))
     answer = PayloadAnswer(
         problem=problem,
@@ -114,7 +114,7 @@ def answer_payload(
         failure = next(failures[estimate.method] for estimate in free if estimate.method in failures)
         raise failure.naming(*failure.demands, *(verdict.reasons if verdict.level == "do_not_use" else ()))
     answer = replace(answer, verdict=verdict)
-    if any(payload.method == 4 for payload in constrained):
+    if isinstance(problem, LongMotion) and any(payload.method == 4 for payload in constrained):
         elimination = essential_combined(problem, essential)
         answer = replace(answer, elimination=elimination, warnings=elimination_warnings(problem, elimination))
     if stand_in is None or answer.judged["inertia"].use == "use":
@@ -136,8 +136,8 @@ def _identified(
     usable = usable_methods(problem)
     for method in methods or METHODS:
         if methods is None and method not in usable:
-            if method == 3:
-                left_out[method] = problem.without_difference
+            if method == 3 and isinstance(problem, LongMotion):
+                left_out[method] = problem.why_no_pair
             continue
         try:
             estimates.append(identify_payload(problem, method, free_friction, scale))
@@ -157,17 +157,17 @@ def _evidence(answer: PayloadAnswer, free: Sequence[PayloadEstimate], diagnosis:
         problem.robot,
         source=problem.source,
         diagnosis=diagnosis,
-        compared=problem.compared or problem.pairs,
+        compared=problem.source.compared,
         constrained=answer.constrained,
         spread=answer.reported_spread,
         judged=answer.measured,
     )
-    if problem.short is not None:
+    if isinstance(problem, ShortMotion):
         weighed = Weighed(
             mass=answer.model["M_L"],
             sigma=float(answer.model.sigma[answer.model.names.index("M_L")]),
             from_scale=answer.free.from_scale,
-            unexplained=answer.free.unexplained(problem.short.torque_rms),
+            unexplained=answer.free.unexplained(problem.torque_rms),
             repeats=answer.repeats,
             agreement=answer.agreement,
         )
@@ -187,15 +187,11 @@ def _evidence(answer: PayloadAnswer, free: Sequence[PayloadEstimate], diagnosis:
 
 def _without_friction(problem: PayloadProblem) -> list[Agreement]:
     """A short motion with friction as it was without payload; left out where that is not determined."""
-    short = problem.short
-    if (
-        short is None
-        or problem.difference is None
-        or not short.visibility.mass_visible
-        or short.visibility.rank < 10
-    ):
+    if not isinstance(problem, ShortMotion) or problem.method != 3:
         return []
-    frictional = merged(in_payload_frame(problem.robot, run.frictional) for run in short.runs).select(PAYLOAD)
+    if not problem.visibility.mass_visible or problem.visibility.rank < 10:
+        return []
+    frictional = merged(in_payload_frame(problem.robot, run.frictional) for run in problem.runs).select(PAYLOAD)
     try:
         values = weighted(frictional).values
     except InputError:

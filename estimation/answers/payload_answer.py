@@ -12,15 +12,15 @@ from ...model import InertialParameters, Processing, Recording
 from ...model.inertia import PayloadSpread, payload_spread
 from ..diagnosis.finding import Verdict
 from ..diagnosis.quantities import Agreement, Judged, allowing, judge_com, judge_inertia, judge_mass
+from ..fit.covariance import NORMAL95, student95
 from ..fit.drive_gains import Gains
 from ..fit.essential import Elimination
 from ..fit.estimate import Estimate, Fit, error_model
 from ..fit.least_squares import Excitation, excitation
-from ..fit.robust import NORMAL95, student95
 from ..payload.by_joints import ByJoints
 from ..payload.constrained import ConstrainedPayload
-from ..payload.methods import combined
-from ..payload.problem import PayloadProblem
+from ..payload.long_motion import LongMotion
+from ..payload.methods import PayloadProblem, combined
 from ..payload.repeats import Repeats
 from ..payload.result import PREFERRED, PayloadEstimate
 from ..payload.short_motion import ShortMotion
@@ -161,7 +161,7 @@ class PayloadAnswer(Speaks):
         """Whether each quantity may be used: by the verdict, of a short motion each by itself too."""
         level = self.verdict.level
         usable = level != "do_not_use"
-        if self.problem.short is None:
+        if isinstance(self.problem, LongMotion):
             return {"mass": usable, "centre of mass": usable, "inertia": level == "use"}
         return {name: usable and judged.use in ("use", "weighed") for name, judged in self.judged.items()}
 
@@ -198,8 +198,8 @@ class PayloadAnswer(Speaks):
     @property
     def short(self) -> ShortMotion:
         """The short motion, of a weighing."""
-        assert self.problem.short is not None
-        return self.problem.short
+        assert isinstance(self.problem, ShortMotion)
+        return self.problem
 
     @property
     def robot_fit(self) -> Fit | None:
@@ -310,7 +310,9 @@ class PayloadAnswer(Speaks):
     @cached_property
     def excitation(self) -> Excitation | None:
         """How well robot and payload are excited together (30); None without the robot's own equations."""
-        return excitation(self.problem.both, combined(self.problem)) if self.problem.unloaded is not None else None
+        if not isinstance(self.problem, LongMotion) or self.problem.unloaded is None:
+            return None
+        return excitation(self.problem.both, combined(self.problem))
 
     @cached_property
     def predictions(self) -> tuple[TorquePrediction, ...]:
@@ -318,7 +320,7 @@ class PayloadAnswer(Speaks):
 
         None where the robot's own parameters are not known.
         """
-        problem, source = self.problem, self.problem.source
+        problem = self.problem
         if problem.alone is None:
             return ()
         settings, values = self.processing or problem.robot.processing, problem.alone.values
@@ -326,8 +328,7 @@ class PayloadAnswer(Speaks):
             robot_prediction(problem.robot, problem.base, values, recording, settings, True)
             for recording in self.held_out[:DRAWN]
         ]
-        loaded = source.loaded[:DRAWN] if source else ()
-        return (*bare, *(self.prediction(recording, False) for recording in loaded))
+        return (*bare, *(self.prediction(recording, False) for recording in problem.source.loaded[:DRAWN]))
 
     def prediction(self, recording: Recording, held_out: bool) -> TorquePrediction:
         """A recording with payload and what the recommended payload predicts, beside the bare robot."""

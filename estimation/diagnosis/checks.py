@@ -10,8 +10,8 @@ from itertools import combinations
 import numpy as np
 
 from ...common.arrays import Array
+from ..fit.covariance import NORMAL95
 from ..fit.estimate import Fit
-from ..fit.robust import NORMAL95
 from ..possible.constraints import PossibleBody
 from .evidence import KNOWN_WELL, Evidence, KnownWeight, by
 from .finding import Finding, error, note, warning

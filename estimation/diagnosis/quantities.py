@@ -6,7 +6,7 @@ import numpy as np
 
 from ...common.arrays import Array
 from ...model.inertia import PayloadSpread
-from ..fit.robust import few_blocks
+from ..fit.covariance import few_blocks
 
 MASS_SIGMA = 0.05
 """Relative standard deviation of the mass above which nothing should be used."""

@@ -9,8 +9,7 @@ import numpy as np
 from ...common.arrays import Array
 from ...common.linear import least_squares
 from ..equations.correlation import autocorrelation_time, inflation
-from ..equations.equations import Equations, merged
-from ..equations.leave_one_out import WithoutEach
+from ..equations.equations import Blocks, Equations, merged
 from ..equations.observation import Observation
 from ..equations.reduction import Recorded, Residuals, reduced
 from .least_squares import joint_weights
@@ -114,11 +113,11 @@ def left_over(recordings: Sequence[Held], equations: Equations) -> list[Residual
 
 
 def in_blocks(equations: Equations, recordings: Sequence[Held], edges: Sequence[Array], length: float) -> Equations:
-    """Equations, and what is left of them without each block between their recordings' edges."""
+    """Equations with blocks of time between their recordings' edges."""
     blocks: list[Equations] = []
     for held, ends in zip(recordings, edges, strict=True):
         blocks += held.cut(ends) if isinstance(held, Recorded) else cut_pieces(held, ends)
-    return replace(equations, leave_one_out=WithoutEach(blocks), block_length=length)
+    return replace(equations, blocks=Blocks.of(blocks, length))
 
 
 def weighted_solution(equations: Equations) -> Array:

@@ -20,8 +20,8 @@ from scipy.linalg import solve_triangular
 
 from ...common.arrays import Array
 from ..equations.equations import Equations, triangular
-from ..equations.leave_one_out import WithoutEach
 from ..equations.shared_torque import compressed
+from .covariance import sandwich
 from .drive_gains import motor_torques
 from .estimate import Estimate, fit
 from .least_squares import checked, joint_weights, solve, solve_triangle
@@ -56,47 +56,52 @@ def left_out(
     weights: Array,
     known: Sequence[str] = (),
     near: Array | None = None,
+    parts: Sequence[Equations] = (),
 ) -> LeftOut:
     """Solve without each of the equations' blocks in turn.
 
     Args:
-        equations: with two blocks at least.
+        equations: in two blocks at least.
         columns: whose parameters are solved for.
         weights: of the joints, shape (n,).
         known: other columns, each a right-hand side of its own; the last one is Y.
         near: further equations that no block holds, weighted, m x (c + k + 1): in columns, known ones, and Y.
+        parts: the equations without each block, where they are not the sum of their blocks.
 
     Raises:
         InputError: if what is left does not determine the parameters.
     """
-    names, less = tuple(columns), equations.leave_one_out
+    names, blocks = tuple(columns), equations.blocks
     places = [*(equations.columns.index(name) for name in (*names, *known)), -1]
     near = np.zeros((0, len(places))) if near is None else near
-    count = _counts([equations]) + len(near)
-    root, whole = _solved(np.vstack([_weighted([equations], weights)[0][:, places], near]), names, count[0])
-    if isinstance(less, WithoutEach):
-        counts = count - _counts(less.blocks)
-        chunks = [
-            _downdated(root, whole, _weighted(less.blocks[k : k + _AT_ONCE], weights)[:, :, places])
-            for k in range(0, len(less), _AT_ONCE)
-        ]
-        little = np.concatenate([own for own, _ in chunks])
-        parts = [np.concatenate(arrays) for arrays in zip(*(own for _, own in chunks), strict=True)]
-        for b in np.flatnonzero(little | (counts[:, 0] < len(names)) | (counts[:, 1] <= len(names))):
-            others = _weighted([*less.blocks[:b], *less.blocks[b + 1 :]], weights)[:, :, places]
-            for array, value in zip(parts, _solved(np.vstack([*others, near]), names, counts[b])[1], strict=True):
-                array[b] = value
+
+    def weighted(part: Equations) -> Array:
+        factors = [w * factor[:, places] for w, factor in zip(weights, part.factors, strict=True)]
+        return np.vstack([*factors, near])
+
+    def counts_of(part: Equations) -> Array:
+        return np.array([part.equations, sum(part.effective_rows)]) + len(near)
+
+    count = counts_of(equations)
+    root, whole = _solved(weighted(equations), names, count)
+    if parts:
+        counts = np.array(list(map(counts_of, parts)))
+        each = [_solved(weighted(part), names, own)[1] for part, own in zip(parts, counts, strict=True)]
+        solutions = list(map(np.array, zip(*each, strict=True)))
     else:
-        counts, rows = _counts(less) + len(near), _weighted(less, weights)[:, :, places]
-        each = [_solved(np.vstack([part, near]), names, own)[1] for part, own in zip(rows, counts, strict=True)]
-        parts = list(map(np.array, zip(*each, strict=True)))
-    x, covariance, squares = (np.concatenate([a, b[None]]) for a, b in zip(parts, whole, strict=True))
+        counts = count - np.column_stack([blocks.rows.sum(axis=1), blocks.effective_rows.sum(axis=1)])
+        rows = blocks.weighted(weights)[:, :, places]
+        chunks = [_downdated(root, whole, rows[k : k + _AT_ONCE]) for k in range(0, len(rows), _AT_ONCE)]
+        little = np.concatenate([own for own, _ in chunks])
+        solutions = [np.concatenate(arrays) for arrays in zip(*(own for _, own in chunks), strict=True)]
+        for b in np.flatnonzero(little | (counts[:, 0] < len(names)) | (counts[:, 1] <= len(names))):
+            others = np.delete(rows, b, axis=0).reshape(-1, len(places))
+            for array, value in zip(
+                solutions, _solved(np.vstack([others, near]), names, counts[b])[1], strict=True
+            ):
+                array[b] = value
+    x, covariance, squares = (np.concatenate([a, b[None]]) for a, b in zip(solutions, whole, strict=True))
     return LeftOut(x, covariance, squares / (np.vstack([counts, count])[:, 1:] - len(names)))
-
-
-def _counts(parts: Sequence[Equations]) -> Array:
-    """Number of equations, and of those with independent noise, of each part."""
-    return np.array([(part.equations, sum(part.effective_rows)) for part in parts])
 
 
 def _solved(rows: Array, names: tuple[str, ...], counts: Array) -> tuple[Array, _Solution]:
@@ -129,15 +134,6 @@ def _downdated(root: Array, whole: _Solution, rows: Array) -> tuple[Array, _Solu
     return little, (whole[0] - root @ change, root @ inverse @ root.T, squares)
 
 
-def _weighted(blocks: Sequence[Equations], weights: Array) -> Array:
-    """Weighted rows of all joints, block by block, B x k x (c + 1), rows of zeros below the shorter ones."""
-    rows = [np.vstack([w * factor for w, factor in zip(weights, part.factors, strict=True)]) for part in blocks]
-    result = np.zeros((len(rows), max(map(len, rows)), rows[0].shape[1]))
-    for place, part in zip(result, rows, strict=True):
-        place[: len(part)] = part
-    return result
-
-
 class Known(NamedTuple):
     """Parameters whose torque is taken off, and how sure they are.
 
@@ -154,6 +150,27 @@ class Known(NamedTuple):
     degrees_of_freedom: float = float("inf")
     gain_sensitivity: Callable[[], Array | None] = lambda: None
     left_out: Callable[[], Array | None] = lambda: None
+
+    def part(self, names: Sequence[str]) -> "Known":
+        """Some of the parameters."""
+        own = [self.names.index(name) for name in names]
+
+        def derivatives() -> Array | None:
+            every = self.gain_sensitivity()
+            return every[own] if every is not None else None
+
+        def without_blocks() -> Array | None:
+            every = self.left_out()
+            return every[:, own] if every is not None else None
+
+        return self._replace(
+            names=tuple(names),
+            values=self.values[own],
+            covariance=self.covariance[own][:, own],
+            lasting=self.lasting[own][:, own],
+            gain_sensitivity=derivatives,
+            left_out=without_blocks,
+        )
 
 
 class Held(NamedTuple):
@@ -236,6 +253,7 @@ class LinearProblem:
         prior: parameters near values that are known: as many equations more.
         shown: equations in the same columns on whose torques the fit is judged; all by default.
         alone: judge the fit on the wanted parameters' own torque, that of all others taken off.
+        parts: the equations without each block of time, where they are not the sum of their blocks.
     """
 
     equations: Equations
@@ -245,12 +263,13 @@ class LinearProblem:
     prior: Prior | None = None
     shown: Equations | None = None
     alone: bool = False
+    parts: tuple[Equations, ...] = ()
     _triangles: dict[bytes, _Triangle] = field(default_factory=dict, init=False, repr=False)
 
     @cached_property
     def unknown(self) -> Equations:
         """The equations in the wanted and the free columns alone."""
-        equations = self.equations
+        equations = self.equations.whole
         for group in self.known:
             equations = equations.minus(group.names, group.values)
         return equations
@@ -281,13 +300,23 @@ class LinearProblem:
         names = tuple(chain.from_iterable(group.names for group in self.known))
         pulls = self._pulls
         near = np.column_stack([pulls.rows, np.zeros((len(pulls.rows), len(names))), pulls.levels])
-        values = left_out(self.equations, self.unknown.columns, weights, names, near).values[:, self._places]
+        left = left_out(self.equations, self.unknown.columns, weights, names, near, self.parts)
+        values = left.values[:, self._places]
         if not self.known:
             return np.asarray(values[: len(pairs), :, 0])
         # Without each of their own blocks, last of all the whole ones.
         every = ((group.left_out(), group.values[None]) for group in self.known)
         known = np.hstack([whole if parts is None else np.vstack([parts, whole]) for parts, whole in every])
         return np.array([values[a, :, -1] - values[a, :, :-1] @ known[min(b, len(known) - 1)] for a, b in pairs])
+
+    def without_each(self) -> "list[LinearProblem]":
+        """The problem without each of its equations' blocks, known parameters as they are.
+
+        Raises:
+            InputError: if there are fewer than two blocks.
+        """
+        parts = self.parts or self.equations.without_each()
+        return [replace(self, equations=part, parts=()) for part in parts]
 
     def estimate(self, weights: Array | None = None) -> Estimate:
         """All unknown parameters, with what is known to be part of their error.
@@ -306,7 +335,7 @@ class LinearProblem:
         for group, P in zip(self.known, triangle.influences, strict=True):
             covariance = covariance + P @ group.covariance @ P.T
             value |= zip(group.names, group.values.tolist(), strict=True)
-        shown = self.shown or self.equations
+        shown = (self.shown or self.equations).whole
         if self.alone:
             others = [name for name in shown.columns if name not in self.wanted]
             shown = shown.minus(others, np.array([value[name] for name in others]))
@@ -355,8 +384,7 @@ class LinearProblem:
         noise = triangular(
             np.vstack([size * factor[:, :-1] for size, factor in zip(sizes, unknown.factors, strict=True)])
         )
-        moved = inverse[self._places] @ (inverse.T @ noise.T)
-        total = moved @ moved.T + self.lasting(weights)
+        total = sandwich(inverse[self._places] @ inverse.T, noise) + self.lasting(weights)
         for group, influence in zip(self.known, triangle.influences, strict=True):
             if not group.lasting.any():  # of recordings that remember as well
                 P = influence[self._places]

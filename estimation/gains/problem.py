@@ -19,10 +19,8 @@ from ...model.base.rank import random_states
 from ...model.drives import SPRING, parameter_kind
 from ...model.kernel.kernel import Kernel
 from ..equations.equations import PAYLOAD, Equations, merged, triangular
-from ..equations.leave_one_out import each
 from ..fit.drive_gains import Fingerprints, fingerprints
-from ..payload.long_motion import payload_problem, with_friction
-from ..payload.problem import PayloadProblem, Source
+from ..payload.long_motion import LongMotion, Source, check_blocks, payload_problem
 from ..payload.result import in_payload_frame
 from ..possible.cone import ConeProgram, SolverError, solve_in_turn
 from ..possible.robot import POWERS, RobotRules, link_places, typical_length
@@ -67,15 +65,14 @@ class GainProblem:
     recordings: Fingerprints = field(default_factory=dict)
     mountings: Mountings = Mountings()
     source: Source | None = None
-    posed: tuple[PayloadProblem, ...] = ()
+    posed: tuple[LongMotion, ...] = ()
     posed_with: tuple[float, ...] = ()
 
-    def posed_by(self, K: Array) -> tuple[PayloadProblem, ...]:
+    def posed_by(self, K: Array) -> tuple[LongMotion, ...]:
         """Each mounting's payload problem with torques that gains K give."""
         ratio, posed = K / np.array(self.posed_with) if self.posed else K, []
         for problem in self.posed:
             source = problem.source
-            assert source is not None
             loaded, unloaded = (
                 tuple(_scaled(self.robot, group, ratio, joints=True)) for group in (source.loaded, source.unloaded)
             )
@@ -87,7 +84,7 @@ class GainProblem:
                 stretches=tuple(_times(stretch, ratio) for stretch in problem.stretches),
                 source=source._replace(loaded=loaded, unloaded=unloaded),
             )
-            posed.append(with_friction(rescaled))
+            posed.append(rescaled)
         return tuple(posed)
 
 
@@ -120,7 +117,7 @@ def gain_problem(
     mountings = Mountings.of(mounting, len(loaded), len(unloaded))
     usual = np.full(robot.n, _USUAL)
     first = _posed(robot, unloaded, loaded, mountings, usual, processing, progress)
-    both = _times(_together(first, mountings), 1.0 / usual)
+    both = _times(merged(_together(first, mountings)), 1.0 / usual)
     weights = current_weights(both)
     # How long residuals remember shows only once the joints' torques are to scale; all of them by one factor is
     # enough.
@@ -196,7 +193,7 @@ def _posed(
     processing: Processing | None,
     progress: Progress,
     robust: bool = False,
-) -> tuple[PayloadProblem, ...]:
+) -> tuple[LongMotion, ...]:
     """The payload problem of each mounting, with joint torques that gains K would give."""
     bare, heavy = (list(_scaled(robot, group, K)) for group in (unloaded, loaded))
     return tuple(
@@ -213,17 +210,17 @@ def _posed(
     )
 
 
-def _together(problems: Sequence[PayloadProblem], mountings: Mountings) -> Equations:
-    """The equations of all mountings, each with the payload's columns of its own; each recording once."""
+def _together(problems: Sequence[LongMotion], mountings: Mountings) -> list[Equations]:
+    """The equations of each mounting in the payload's columns of all; each recording once."""
     payloads = payload_columns(len(problems))
     columns = (*problems[0].base.columns, *(name for names in payloads for name in names))
     everything = []
     for k, (problem, names) in enumerate(zip(problems, payloads, strict=True)):
         part = problem.both if mountings.paired or k == 0 else problem.loaded
         part = in_payload_frame(problem.robot, part)
-        named = part.transformed((*problem.base.columns, *names), np.eye(len(part.columns)))
-        everything.append(named.among(columns))
-    return replace(merged(everything), leave_one_out=())
+        named = part.transformed(np.eye(len(part.columns)), (*problem.base.columns, *names))
+        everything.append(named.select(columns))
+    return everything
 
 
 def _scaled(
@@ -239,33 +236,32 @@ def _scaled(
 
 def _times(equations: Equations, ratio: Array) -> Equations:
     """Right-hand sides of joint j times ``ratio[j]``."""
-    factors = [
-        factor * np.append(np.ones(factor.shape[1] - 1), joint_ratio)
-        for factor, joint_ratio in zip(equations.factors, ratio, strict=True)
-    ]
-    cut = each(equations.leave_one_out, lambda part: _times(part, ratio))
-    return replace(equations, factors=tuple(factors), leave_one_out=cut)
+    changes = [np.append(np.ones(len(equations.columns)), joint_ratio) for joint_ratio in ratio]
+    factors, stacks = (
+        tuple(factor * change for factor, change in zip(own, changes, strict=False))
+        for own in (equations.factors, equations.blocks.factors)
+    )
+    return replace(equations, factors=factors, blocks=replace(equations.blocks, factors=stacks))
 
 
 def _without_blocks(
-    problems: Sequence[PayloadProblem], mountings: Mountings, K: Array
+    problems: Sequence[LongMotion], mountings: Mountings, K: Array
 ) -> tuple[tuple[tuple[Equations, ...], ...], float, str]:
     """The currents without each block, groups of them; the blocks' length; else why there are none."""
-    groups = []
+    groups, everything = [], _together(problems, mountings)
     try:
-        for k, problem in enumerate(problems):
-            # Recordings without payload that all mountings share are left out once.
-            own = problem.without_blocks if mountings.paired or k == 0 else problem.without_blocks[:1]
-            groups += [
-                tuple(
-                    _times(_together([*problems[:k], part, *problems[k + 1 :]], mountings), 1.0 / K)
-                    for part in group
-                )
-                for group in own
-            ]
+        for k, (problem, own) in enumerate(zip(problems, everything, strict=True)):
+            others = [part.whole for part in (*everything[:k], *everything[k + 1 :])]
+            left = [_times(merged([*others, part]), 1.0 / K) for part in own.without_each()]
+            # Blocks that share no motion are left out one recording at a time, those without payload first.
+            heavy = len(problem.loaded.blocks)
+            sizes = (heavy,) if len(left) == heavy else (len(left) - heavy, heavy)
+            check_blocks(*sizes)
+            groups += [tuple(left[:-heavy])] if len(sizes) > 1 else []
+            groups.append(tuple(left[-heavy:]))
     except InputError as error:
         return (), 0.0, str(error)
-    return tuple(groups), max(problem.loaded.block_length for problem in problems), ""
+    return tuple(groups), max(problem.loaded.blocks.length for problem in problems), ""
 
 
 def gravity_acts(robot: Robot) -> tuple[bool, ...]:

@@ -15,11 +15,11 @@ from ...common.arrays import Array
 from ...common.errors import InputError
 from ...common.linear import Decomposition, decomposed
 from ..equations.equations import PAYLOAD
+from ..fit.covariance import jackknife, student95
 from ..fit.estimate import Estimate
 from ..fit.linear_problem import LinearProblem
-from ..fit.robust import jackknife, student95
-from .methods import from_difference, from_robot
-from .problem import PayloadProblem
+from .methods import PayloadProblem, from_difference, from_robot
+from .short_motion import ShortMotion
 
 _BLURRED = 0.05
 """Share of noise in the torque that the other joints' payload predicts, above which a factor on it says nothing."""
@@ -51,7 +51,7 @@ class JointEquations(NamedTuple):
     def of(problem: LinearProblem, weights: Array) -> "JointEquations":
         """The payload's ten alone, for weights of the joints."""
         unknown = problem.unknown.select(PAYLOAD)
-        factors = problem.equations.select([name for group in problem.known for name in group.names]).factors
+        factors = problem.equations.whole.select([name for group in problem.known for name in group.names]).factors
         lasting = _together([group.lasting for group in problem.known])
         # What an earlier identification's jackknife says counts instead of its formula.
         covariance = _together(
@@ -219,23 +219,29 @@ def payload_by_joints(problem: PayloadProblem, weights: Array) -> ByJoints:
             formula's.
         weights: per joint, shape (n,); they matter within a group only.
     """
-    n, short = problem.robot.n, problem.short
-
-    def by_robot(part: PayloadProblem) -> LinearProblem:
-        """What one joint shows does not correct the robot: its parameters stay as they are."""
-        posed = from_robot(part, names=PAYLOAD)
-        return replace(posed, known=posed.given, prior=None)
-
-    paired = problem.difference is not None
-    whole = from_difference(problem, PAYLOAD) if paired else by_robot(problem)
+    if isinstance(problem, ShortMotion):
+        joints, groups, whole = problem.joints, moving_groups(problem.joints), problem.posed(PAYLOAD)
+    else:
+        joints, groups = tuple(range(1, problem.robot.n + 1)), joint_groups(problem.robot.n)
+        whole = from_difference(problem) if problem.difference is not None else from_robot(problem)
+    # What one joint shows does not correct the robot: its parameters stay as they are.
+    whole = replace(whole, known=whole.given, prior=None)
 
     def parts() -> list[list[LinearProblem]]:
-        if problem.paired:
-            return [[replace(whole, equations=part) for part in whole.equations.without_blocks()]]
-        return [[by_robot(part) for part in group] for group in problem.without_blocks]
+        """Without each block with payload; then without each of those that the robot's parameters come from."""
+        known = [group.left_out() for group in whole.known]
+        return [
+            whole.without_each(),
+            *(
+                [
+                    replace(whole, known=(*whole.known[:k], group._replace(values=x), *whole.known[k + 1 :]))
+                    for x in left
+                ]
+                for k, (group, left) in enumerate(zip(whole.known, known, strict=True))
+                if left is not None
+            ),
+        ]
 
-    joints = tuple(range(1, n + 1)) if short is None else short.joints
-    groups = joint_groups(n) if short is None else moving_groups(joints)
     return joints_view(whole, parts, weights, groups, joints)
 
 
@@ -244,7 +250,7 @@ def payload_over_time(problem: PayloadProblem, weights: Array) -> tuple[Estimate
 
     Stretches that leave parameters undetermined are left out; none without blocks of time.
     """
-    if problem.known is None and problem.unloaded is None:
+    if isinstance(problem, ShortMotion) or problem.alone is None:
         return ()
     robot = problem.robot_known
     exact = robot._replace(covariance=0.0 * robot.covariance, gain_sensitivity=lambda: None)
@@ -315,7 +321,7 @@ def _variances(
         return anew
 
     try:
-        robust = jackknife(again, parts(), values, 0.0)
+        robust = jackknife([map(again, group) for group in parts()], values, 0.0)
     except InputError:  # too few blocks
         return WITHOUT_BLOCKS**2 * variance, float("inf")
     lasting = np.array([number.lasting if number else np.nan for number in numbers])

@@ -63,19 +63,25 @@ class _Load:
         return in_blocks(self.equations, self.recordings, edges, length)
 
 
-class PayloadEquations(NamedTuple):
-    """``loaded``: [W W_L]; ``unloaded``: W; ``difference``: W_L, where there are pairs; ``stretches`` of loaded.
+class Memory(NamedTuple):
+    """How long the errors under load remember.
 
-    ``inflation``: of each joint's errors under load, by their memory; none where nothing was cut in blocks.
-    ``few``: whether blocks as long as that memory asks for would be too few, so that shorter ones were cut.
+    ``inflation``: by how much that raises the variances of each joint; none where nothing was cut in blocks.
+    ``few``: whether blocks as long as it asks for would be too few, so that shorter ones were cut.
     """
+
+    inflation: tuple[float, ...] = ()
+    few: bool = False
+
+
+class PayloadEquations(NamedTuple):
+    """``loaded``: [W W_L]; ``unloaded``: W; ``difference``: W_L, where there are pairs; ``stretches`` of loaded."""
 
     loaded: Equations
     unloaded: Equations | None
     difference: Equations | None
     stretches: tuple[Equations, ...] = ()
-    inflation: tuple[float, ...] = ()
-    few: bool = False
+    memory: Memory = Memory()
 
 
 def loaded_observer(robot: Robot, base: BaseParameters) -> Observer:
@@ -136,7 +142,7 @@ def payload_equations(
     difference = change.in_blocks(edges, length) if change is not None else None
     stretches = _cut(heavy.recordings, _long_edges(heavy.memory.spans))
     inflation = heavy.memory.inflation if known is None or unloaded else _inflation_beside(known, heavy)
-    return PayloadEquations(heavy.in_blocks(edges, length), without, difference, stretches, inflation, few)
+    return PayloadEquations(heavy.in_blocks(edges, length), without, difference, stretches, Memory(inflation, few))
 
 
 def _loads(

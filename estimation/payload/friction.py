@@ -58,4 +58,4 @@ def with_changes(equations: Equations, roles: Mapping[str, Held]) -> tuple[Equat
     names = [f"{name}{_CHANGE}" for name in roles]
     own, c = equations.columns, len(equations.columns)
     M = np.eye(c)[:, [*range(c), *map(own.index, roles)]]
-    return equations.transformed((*own, *names), M), dict(zip(names, roles.values(), strict=True))
+    return equations.transformed(M, (*own, *names)), dict(zip(names, roles.values(), strict=True))

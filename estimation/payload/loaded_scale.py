@@ -48,5 +48,5 @@ def with_scale(
         return loaded, dict(roles)
     c, values = len(loaded.columns), np.zeros((len(loaded.columns), 1))
     values[[loaded.columns.index(name) for name in scale.names], 0] = scale.values
-    wide = loaded.transformed((*loaded.columns, _SCALE), np.hstack([np.eye(c), values]))
+    wide = loaded.transformed(np.hstack([np.eye(c), values]), (*loaded.columns, _SCALE))
     return wide, {**roles, _SCALE: scale.held}

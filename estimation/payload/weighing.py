@@ -1,4 +1,4 @@
-"""The payload problem of a short motion near a pose, where not all ten are visible and friction is free."""
+"""Short motions near a pose, made of recordings: friction is free in them, and not all ten need be visible."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -12,8 +12,8 @@ from ...model import BaseParameters, Motion, Processing, Recording, Robot, base_
 from ...model.drives import parameter_kind
 from ...model.motion import Measurement
 from ...model.regressors import payload_columns
-from ...model.visibility import friction_columns, visibility_of
-from ..equations.equations import PAYLOAD, merged
+from ...model.visibility import friction_columns
+from ..equations.equations import PAYLOAD
 from ..equations.observation import Observation
 from ..equations.observer import PATH, Observer
 from ..equations.reduction import Residuals, reduced
@@ -26,7 +26,6 @@ from ..signals.plausibility import check_apart, check_recordings
 from ..signals.rows import Mask
 from .constant_torques import (
     FREE,
-    HeldFriction,
     bare_equations,
     coulomb_friction,
     held_friction,
@@ -36,9 +35,8 @@ from .constant_torques import (
 )
 from .equations import torque_change
 from .friction import FRICTION_CHANGE, friction_sigmas
+from .long_motion import Source
 from .path import robot_of
-from .problem import PayloadProblem, Source
-from .result import in_payload_frame
 from .ripple import Wave, ripple_of
 from .short_motion import Run, ShortMotion, at_rest, moving_joints, telling_rows
 
@@ -51,7 +49,7 @@ def known_robot_weighing(
     joints: Sequence[int] | None = None,
     progress: Progress = silent,
     friction_change: float = FRICTION_CHANGE,
-) -> PayloadProblem:
+) -> ShortMotion:
     """From torques less those of the robot itself, (22)-(23); other arguments as of ``difference_weighing``.
 
     Args:
@@ -82,47 +80,13 @@ def known_robot_weighing(
     own = {name: sigma for name, sigma in sigmas.items() if parameter_kind(name) in ("FS", "FV", "OFF")}
     friction = held_friction(alone, own)
     rms = rms_of_torque(still, masks)
-    source, rate = Source(tuple(loaded), (), processing), measured[0].motion.rate
-    return weighing_problem(robot, base, runs, moving, friction, rms, rate, known, source=source)
+    source = Source(tuple(loaded), (), processing, rate=measured[0].motion.rate)
+    return ShortMotion(robot, base, source, moving, tuple(runs), friction, rms, known)
 
 
-def weighing_problem(
-    robot: Robot,
-    base: BaseParameters,
-    runs: Sequence[Run],
-    moving: tuple[int, ...],
-    friction: HeldFriction,
-    torque_rms: Array,
-    rate: float | None,
-    known: Estimate | None = None,
-    pairs: tuple[AlignedPair, ...] = (),
-    source: Source | None = None,
-) -> PayloadProblem:
-    """The problem of some recordings of a short motion; ``known``: the robot, where no torque was subtracted."""
-    equations = merged(friction.friction_free(run.equations) for run in runs)
-    factors = in_payload_frame(robot, equations).select(PAYLOAD).factors
-    visibility = visibility_of(np.vstack(factors)[:, :-1], moving)
-    return PayloadProblem(
-        robot,
-        base,
-        loaded=equations,
-        known=known,
-        difference=equations if known is None else None,
-        pairs=pairs,
-        rate=rate,
-        source=source,
-        inflation=tuple(friction.memory.tolist()),
-        short=ShortMotion(moving, tuple(runs), friction, torque_rms, visibility),
-    )
-
-
-def each_alone(problem: PayloadProblem) -> list[PayloadProblem]:
-    """The problem of a short motion by each of its recordings."""
-    short = problem.short
-    if short is None:
-        return []
-    setting = short.joints, short.held, short.torque_rms, problem.rate, problem.known
-    return [weighing_problem(problem.robot, problem.base, [run], *setting) for run in short.runs]
+def each_alone(motion: ShortMotion) -> list[ShortMotion]:
+    """The motion by each of its recordings."""
+    return [replace(motion, runs=(run,)) for run in motion.runs]
 
 
 def observer_of(robot: Robot, base: BaseParameters | None, frees: bool = True) -> Observer:
@@ -198,7 +162,7 @@ def difference_weighing(
     processing: Processing | None = None,
     joints: Sequence[int] | None = None,
     progress: Progress = silent,
-) -> PayloadProblem:
+) -> ShortMotion:
     """From torque differences (29) on one and the same motion.
 
     Args:
@@ -224,12 +188,10 @@ def difference_weighing(
     without_payload = bare_equations(robot.with_offsets(True), [bare for bare, _ in still], masks, processing)
     observations, ripples = _changes(robot, robot_of(without_payload), still, masks, moving, processing)
     runs = runs_of([pair.loaded.source for pair in pairs], observations, ripples)
-    rate = measured[0][1].motion.rate
     friction = held_offsets(observations, coulomb_friction(without_payload))
-    source = Source(tuple(loaded), tuple(unloaded), processing)
-    return weighing_problem(
-        robot, base_parameters(robot), runs, moving, friction, rms, rate, pairs=tuple(pairs), source=source
-    )
+    rate = measured[0][1].motion.rate
+    source = Source(tuple(loaded), tuple(unloaded), processing, tuple(pairs), rate=rate)
+    return ShortMotion(robot, base_parameters(robot), source, moving, tuple(runs), friction, rms)
 
 
 def _common_rows(bare: Motion, heavy: Motion, moving: Sequence[int], processing: Processing) -> Mask:

@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError
-from dynident.estimation import PAYLOAD, Estimate, PayloadProblem, identify_payload, payload_problem
+from dynident.estimation import PAYLOAD, Estimate, LongMotion, identify_payload, payload_problem
 from dynident.estimation.fit.least_squares import weighted
 from dynident.estimation.payload.equations import PairedMeasurement, payload_equations
-from dynident.estimation.payload.from_change import payload_map
-from dynident.estimation.payload.methods import combined, usable_methods
+from dynident.estimation.payload.long_motion import Source
+from dynident.estimation.payload.methods import combined, payload_map, usable_methods
 from dynident.model import InertialParameters, Joint, Motion, Processing, Recording, Robot, Spring, base_parameters
 from dynident.model.motion import Measurement
 from dynident.trajectories import Simulator
@@ -28,7 +28,7 @@ def scale(payload: InertialParameters) -> Array:
     return np.array([m * LENGTH**2] * 6 + [m * LENGTH] * 3 + [m])
 
 
-def problem_of(robot: Robot, pairs: list[tuple[Measurement, ...]], noise: float = 0.0) -> PayloadProblem:
+def problem_of(robot: Robot, pairs: list[tuple[Measurement, ...]], noise: float = 0.0) -> LongMotion:
     """A payload problem without any processing; optional torque noise [N·m]."""
     draw = np.random.default_rng(1)
 
@@ -40,7 +40,7 @@ def problem_of(robot: Robot, pairs: list[tuple[Measurement, ...]], noise: float 
     bare, loaded = zip(*pairs, strict=True)
     together = [PairedMeasurement(a, b) for a, b in pairs]
     equations = payload_equations(robot, base, loaded, bare, together, EXACT, blocks=False)
-    return PayloadProblem(robot, base, **equations._asdict())
+    return LongMotion(robot, base, **equations._asdict(), source=Source((), (), EXACT))
 
 
 @pytest.mark.parametrize("method", METHODS)
@@ -193,7 +193,7 @@ def test_methods_that_lack_data_say_what_they_need(
     simulator = simulated("rx90")
     problem = replace(
         problem_of(simulator.robot, [exact_pair(simulator)]), unloaded=None, difference=None,
-        without_difference="only one recording",
+        source=Source((), (), EXACT, why_no_pair="only one recording"),
     )  # fmt: skip
     assert usable_methods(problem) == ()
     for method, words in (

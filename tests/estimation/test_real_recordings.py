@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from dynident.apps.logs.read import read_recording
-from dynident.estimation import Identification, PayloadProblem, identify, identify_payload, payload_problem
+from dynident.estimation import Identification, LongMotion, identify, identify_payload, payload_problem
 from dynident.model import Processing, Recording, load_robot
 
 MASS = 2.805  # kg, weighed
@@ -23,7 +23,7 @@ def ur10e_recording(folder: Path, name: str) -> Recording:
 ALL_ROWS = replace(load_robot("ur10e").processing, slow_speed=0.0)
 
 
-def ur10e_pair(folder: Path, processing: Processing) -> PayloadProblem:
+def ur10e_pair(folder: Path, processing: Processing) -> LongMotion:
     loaded, unloaded = (ur10e_recording(folder, name) for name in ("loaded_2.805kg", "unloaded"))
     return payload_problem(load_robot("ur10e"), [loaded], [unloaded], processing=processing, robust=False)
 
@@ -34,7 +34,7 @@ def ur10e_identified(folder: Path, processing: Processing) -> Identification:
 
 
 @pytest.fixture(scope="module")
-def ur10e(recordings: Path) -> PayloadProblem:
+def ur10e(recordings: Path) -> LongMotion:
     return ur10e_pair(recordings, ALL_ROWS)
 
 
@@ -83,7 +83,7 @@ def test_ur10e_stiction_shows_on_point_to_point_motion(recordings: Path, ur10e_r
     assert check.relative_per_joint[5] > 0.3
 
 
-def test_ur10e_payload_by_all_methods(ur10e: PayloadProblem) -> None:
+def test_ur10e_payload_by_all_methods(ur10e: LongMotion) -> None:
     payloads = [identify_payload(ur10e, method) for method in (1, 2, 3, 4)]
     masses = np.array([payload.mass for payload in payloads])
     assert np.abs(masses / MASS - 1.0).max() < 0.01
@@ -93,7 +93,7 @@ def test_ur10e_payload_by_all_methods(ur10e: PayloadProblem) -> None:
     assert not any(payload.body.physically_consistent for payload in payloads)
 
 
-def test_ur10e_pair_is_aligned(ur10e: PayloadProblem) -> None:
+def test_ur10e_pair_is_aligned(ur10e: LongMotion) -> None:
     (pair,) = ur10e.pairs
     assert pair.lag == pytest.approx(1.18, abs=0.002)
     assert pair.rms_mismatch < 2e-4

@@ -94,7 +94,7 @@ def test_essential_parameters_have_their_own(exact: list[Recording], results: li
     length = length_by_residuals([left_over(opened, equations)])
     blocks = in_blocks(
         equations, opened, [block_edges(recording, length) for recording in whole], length
-    ).without_blocks()
+    ).without_each()
     estimate = result.elimination.estimate
     assert len(estimate.names) < 54
     values = [weighted(part.select(estimate.names), estimate.weights).values for part in blocks]
@@ -142,7 +142,7 @@ def test_a_pause_between_two_pieces(exact: list[Recording], results: list[Identi
     (left,) = left_over(opened, equations)
     length = length_by_residuals([[left]])
     blocks = in_blocks(equations, opened, [block_edges(left, length)], length)
-    rows = [sum(part.rows) for part in blocks.without_blocks()]
+    rows = [sum(part.rows) for part in blocks.without_each()]
     everything = sum(len(t) for part in parts for t in part.t)
     assert rows.count(everything) >= 2
     assert sum(everything - count for count in rows) == everything

@@ -8,10 +8,10 @@ from dynident.estimation import PAYLOAD, Estimate, Gains, SigmaRatio, Verdict
 from dynident.estimation.diagnosis.evidence import Evidence
 from dynident.estimation.diagnosis.finding import note, warning
 from dynident.estimation.diagnosis.verdict import judge
+from dynident.estimation.fit.covariance import RobustCovariance
 from dynident.estimation.fit.drive_gains import Fingerprints
 from dynident.estimation.fit.essential import Elimination, EliminationPath
 from dynident.estimation.fit.estimate import Fit
-from dynident.estimation.fit.robust import RobustCovariance
 from dynident.estimation.gains.known_load import Mountings, known_mass
 from dynident.estimation.payload.result import PayloadEstimate
 from dynident.estimation.possible.prior import PriorRobot

@@ -26,7 +26,7 @@ from dynident.estimation.diagnosis.hypotheses import (
 )
 from dynident.estimation.diagnosis.states import states_of
 from dynident.estimation.diagnosis.verdict import system_of as system_on
-from dynident.estimation.payload.problem import PayloadProblem
+from dynident.estimation.payload.methods import PayloadProblem
 from dynident.estimation.payload.weighing import known_robot_weighing
 from dynident.model import InertialParameters, Recording, robot_names
 from dynident.tests.estimation.diagnosis.hung import ABOVE, BESIDE, NOTHING, first, pulled

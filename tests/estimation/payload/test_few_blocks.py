@@ -10,14 +10,14 @@ from dynident.benchmarks import invented
 from dynident.common.arrays import Array
 from dynident.estimation import (
     Estimate,
-    PayloadProblem,
+    LongMotion,
     answer_payload,
     identify,
     identify_payload,
     payload_problem,
 )
 from dynident.estimation.fit.blocks import FEWEST
-from dynident.estimation.fit.robust import student95
+from dynident.estimation.fit.covariance import student95
 from dynident.estimation.payload.friction import FRICTION_CHANGE
 from dynident.estimation.payload.methods import METHODS, from_robot
 from dynident.estimation.payload.weighing import known_robot_weighing
@@ -34,9 +34,14 @@ def begun(seed: int, change: float = 0.0) -> tuple[Recording, Recording]:
     return bare, cut(loaded, loaded.t[0] + 15.0, loaded.t[0] + 27.0)
 
 
-def problem_of(seed: int) -> PayloadProblem:
+def problem_of(seed: int) -> LongMotion:
     bare, loaded = begun(seed)
     return payload_problem(ROBOT, [loaded], [bare], robust=True)
+
+
+def few(problem: LongMotion) -> LongMotion:
+    """With blocks that are taken for too few."""
+    return replace(problem, memory=problem.memory._replace(few=True))
 
 
 def off(estimate: Estimate) -> tuple[float, float]:
@@ -49,9 +54,9 @@ def off(estimate: Estimate) -> tuple[float, float]:
 def test_blocks_that_are_too_few_are_cut_shorter_and_the_memory_counts() -> None:
     """On both sides: 12 s of the loaded recording, and all of it."""
     whole = payload_problem(ROBOT, recordings(0, 0.0)[1:], recordings(0, 0.0)[:1], robust=True)
-    assert not whole.few
-    assert len(whole.loaded.leave_one_out) >= FEWEST
-    short = replace(problem_of(0), few=True)
+    assert not whole.memory.few
+    assert len(whole.loaded.blocks) >= FEWEST
+    short = few(problem_of(0))
     for method in (1, 3, 4) if short.difference is not None else (1, 4):
         posed = METHODS[method](short)
         estimate = identify_payload(short, method).estimate
@@ -59,7 +64,7 @@ def test_blocks_that_are_too_few_are_cut_shorter_and_the_memory_counts() -> None
         assert estimate.robust.by_memory
         memory = posed.remembered(estimate.weights, short.inflation)
         assert (estimate.robust.sigma >= 0.999999 * np.sqrt(np.diag(memory))).all()
-        alone = identify_payload(replace(short, few=False), method).estimate.robust
+        alone = identify_payload(replace(short, memory=short.memory._replace(few=False)), method).estimate.robust
         assert alone is not None
         if not alone.by_memory:
             assert estimate.robust.sigma == pytest.approx(
@@ -70,7 +75,7 @@ def test_blocks_that_are_too_few_are_cut_shorter_and_the_memory_counts() -> None
 @pytest.mark.long
 def test_intervals_of_few_seconds_hold_and_say_so() -> None:
     for seed in range(3):
-        problem = replace(problem_of(seed), few=True)
+        problem = few(problem_of(seed))
         error, half = off(identify_payload(problem, 4).estimate)
         assert abs(error) < half < 0.15 * LOAD.mass
     answer = answer_payload(problem, (4,))
