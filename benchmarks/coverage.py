@@ -15,9 +15,9 @@ from dataclasses import replace
 import numpy as np
 from dynident.apps.commands.demo import PAYLOAD
 from dynident.common.arrays import Array
-from dynident.estimation import LongMotion, identify_payload
+from dynident.estimation import LongMotion, Settings, identify_payload
 from dynident.estimation.payload.equations import PairedMeasurement, payload_equations
-from dynident.estimation.payload.long_motion import Settings, Source
+from dynident.estimation.payload.long_motion import Source
 from dynident.estimation.signals.filtering import measurement
 from dynident.model import INERTIAL, InertialParameters, Motion, Recording, base_parameters, load_robot
 from dynident.trajectories import RX90_NOISE, Simulator, random_via_points
@@ -53,7 +53,7 @@ class Experiment:
         ]
         bares, loadeds = ([pair[side] for pair in measured] for side in (0, 1))
         pairs = [PairedMeasurement(bare, loaded) for bare, loaded in measured]
-        equations = payload_equations(robot, base, loadeds, bares, pairs, processing, self.robust)
+        equations = payload_equations(robot, loadeds, bares, pairs, Settings(processing, robust=self.robust))
         source, settings = Source((), (), processing), Settings(friction_change=0.0)
         return LongMotion(robot, base, **equations._asdict(), source=source, settings=settings)
 

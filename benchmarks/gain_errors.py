@@ -19,6 +19,7 @@ from dynident.estimation import (
     Gains,
     Identification,
     LongMotion,
+    Settings,
     identify,
     identify_payload,
     payload_problem,
@@ -103,13 +104,13 @@ def main() -> None:
     widths: dict[str, list[float]] = {}
     for run in range(runs):
         errors = 0.02 * np.random.default_rng([9, run]).standard_normal(6)
-        identification = identify(robot, [bare(run, errors)], SETTINGS, robust=True, gains=GAINS)
+        identification = identify(robot, [bare(run, errors)], Settings(SETTINGS), gains=GAINS)
         truth = identification.base.value(dict(source.robot.parameters))
         for name, hit in zip(
             ("robot, with gains", "robot, gains exact"), robot_hits(identification, truth), strict=True
         ):
             hits.setdefault(name, []).append(hit)
-        problem = payload_problem(robot, [loaded(run, errors)], [], identification.estimate, SETTINGS, robust=True)
+        problem = payload_problem(robot, [loaded(run, errors)], [], identification.estimate, Settings(SETTINGS))
         estimate = identify_payload(problem, 1).estimate
         for name, half in payload_half_widths(problem, estimate).items():
             hits.setdefault(f"payload, {name}", []).append(np.abs(estimate.values - BODY.vector) <= half)

@@ -54,7 +54,7 @@ def real(folder: Path) -> dict[str, list[Piece]]:
     pieces = {}
     for name in ("unloaded", "validation_unloaded"):
         bare = read_recording(folder / f"{name}.csv.gz", robot, GAINS)
-        known = identify(robot, [bare], robust=True).estimate
+        known = identify(robot, [bare]).estimate
         starts = np.arange(moving[0], moving[-1] - LENGTH, STEP)
         pieces[name] = [Piece(robot, known, cut(loaded, float(start)), MASS) for start in starts]
     return pieces
@@ -79,7 +79,7 @@ def simulated(runs: int) -> Iterator[Piece]:
             if name.startswith(("FS", "FV"))
         }
         heavy = replace(robot, parameters={**robot.parameters, **changed})
-        known = identify(robot, [_noisy(robot, first, None, draw)], robust=True).estimate
+        known = identify(robot, [_noisy(robot, first, None, draw)]).estimate
         yield Piece(robot, known, cut(_noisy(heavy, second, BODY, draw), 5.0), BODY.mass)
 
 

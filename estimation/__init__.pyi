@@ -18,11 +18,12 @@ from .fit.essential import SigmaRatio as SigmaRatio
 from .fit.essential import StopRule as StopRule
 from .fit.estimate import Estimate as Estimate
 from .fit.least_squares import weighted as weighted
+from .fit.settings import FRICTION_CHANGE as FRICTION_CHANGE
+from .fit.settings import Settings as Settings
 from .gains.known_load import KnownLoad as KnownLoad
 from .gains.known_load import known_mass as known_mass
 from .gains.known_load import read_known_load as read_known_load
 from .gains.problem import gain_problem as gain_problem
-from .payload.friction import FRICTION_CHANGE as FRICTION_CHANGE
 from .payload.long_motion import LongMotion as LongMotion
 from .payload.long_motion import payload_problem as payload_problem
 from .payload.methods import PayloadProblem as PayloadProblem
@@ -68,6 +69,7 @@ __all__ = [
     "PayloadAnswer",
     "PayloadProblem",
     "PossibleBody",
+    "Settings",
     "ShortMotion",
     "SigmaBound",
     "SigmaRatio",

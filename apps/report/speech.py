@@ -55,7 +55,7 @@ class _Shown(NamedTuple):
 
 
 def _payload_document(answer: PayloadAnswer) -> StoredPayload:
-    return payload_document(answer, answer.processing or answer.problem.robot.processing)
+    return payload_document(answer, answer.problem.source.processing)
 
 
 def _payload_page(answer: PayloadAnswer) -> Page:

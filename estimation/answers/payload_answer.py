@@ -7,8 +7,9 @@ from typing import NamedTuple
 import numpy as np
 
 from ...common.arrays import Array
+from ...common.errors import InputError
 from ...common.speech import Speaks
-from ...model import InertialParameters, Processing, Recording
+from ...model import InertialParameters, Recording
 from ...model.inertia import PayloadSpread, payload_spread
 from ..diagnosis.finding import Verdict
 from ..diagnosis.quantities import Agreement, Judged, allowing, judge_com, judge_inertia, judge_mass
@@ -110,7 +111,6 @@ class PayloadAnswer(Speaks):
         elimination: essential parameters of robot and payload together, where method 4 was used.
         warnings: what speaks against a robot or payload with the eliminated parameters zero.
         held_out: recordings without payload of ``validation``.
-        processing: settings of those; the robot's own by default.
         agreement: other ways to the numbers of a short motion.
         repeats: of several recordings of a short motion, each of them alone.
         stand_in: an assumed inertia, where it was asked for and none was measured well enough.
@@ -128,7 +128,6 @@ class PayloadAnswer(Speaks):
     elimination: Elimination | None = None
     warnings: tuple[str, ...] = ()
     held_out: tuple[Recording, ...] = ()
-    processing: Processing | None = None
     agreement: tuple[Agreement, ...] = ()
     repeats: Repeats | None = None
     stand_in: StandIn | None = None
@@ -296,6 +295,21 @@ class PayloadAnswer(Speaks):
         """The payload with the assumed inertia, where there is one."""
         return None if self.stand_in is None else self.stand_in.body(self.mass, self.com)
 
+    def assuming(self, stand_in: StandIn) -> "PayloadAnswer":
+        """The answer with an assumed inertia, unless one was measured well enough.
+
+        Raises:
+            InputError: if there is no place to put it.
+        """
+        if self.judged["inertia"].use == "use":
+            return self
+        if not np.isfinite(self.com).all():
+            raise InputError(
+                f"an inertia cannot be assumed about a centre of mass that is not known: "
+                f"{self.judged['centre of mass'].why}"
+            )
+        return replace(self, stand_in=stand_in)
+
     @property
     def weighing(self) -> Weighing | None:
         """The scale beside the identified mass; None where the scale gave the mass, or nothing was weighed."""
@@ -323,7 +337,7 @@ class PayloadAnswer(Speaks):
         problem = self.problem
         if problem.alone is None:
             return ()
-        settings, values = self.processing or problem.robot.processing, problem.alone.values
+        settings, values = problem.source.processing, problem.alone.values
         bare = [
             robot_prediction(problem.robot, problem.base, values, recording, settings, True)
             for recording in self.held_out[:DRAWN]
@@ -332,7 +346,7 @@ class PayloadAnswer(Speaks):
 
     def prediction(self, recording: Recording, held_out: bool) -> TorquePrediction:
         """A recording with payload and what the recommended payload predicts, beside the bare robot."""
-        settings = self.processing or self.problem.robot.processing
+        settings = self.problem.source.processing
         return payload_prediction(self.problem, self.recommended.body, recording, settings, held_out)
 
 

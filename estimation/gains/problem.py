@@ -13,13 +13,13 @@ import numpy as np
 from ...common.arrays import Array
 from ...common.errors import InputError
 from ...common.linear import least_squares
-from ...common.progress import Progress, silent
-from ...model import INERTIAL, BaseParameters, Processing, Recording, Robot, standard_columns, standard_regressor
+from ...model import INERTIAL, BaseParameters, Recording, Robot, standard_columns, standard_regressor
 from ...model.base.rank import random_states
 from ...model.drives import SPRING, parameter_kind
 from ...model.kernel.kernel import Kernel
 from ..equations.equations import PAYLOAD, Equations, merged, triangular
 from ..fit.drive_gains import Fingerprints, fingerprints
+from ..fit.settings import DEFAULTS, Settings
 from ..payload.long_motion import LongMotion, Source, check_blocks, payload_problem
 from ..payload.result import in_payload_frame
 from ..possible.cone import ConeProgram, SolverError, solve_in_turn
@@ -92,8 +92,7 @@ def gain_problem(
     robot: Robot,
     unloaded: Sequence[Recording],
     loaded: Sequence[Recording],
-    processing: Processing | None = None,
-    progress: Progress = silent,
+    settings: Settings = DEFAULTS,
     load: KnownLoad | Sequence[KnownLoad] | None = None,
     mounting: Sequence[int] = (),
 ) -> GainProblem:
@@ -102,7 +101,6 @@ def gain_problem(
     Args:
         unloaded: recordings without payload whose ``torque`` holds motor currents [A].
         loaded: the same with the known weight or weights.
-        processing: settings; the robot's own by default.
         load: the known payload, or that of each mounting; needed by arms with a spring alone, whose known torque
             has a scale as well.
         mounting: one number for each of ``loaded``; recordings with equal numbers share a centre of mass. All one
@@ -116,7 +114,8 @@ def gain_problem(
         raise InputError("drive gains need recordings without and with the payload: give both")
     mountings = Mountings.of(mounting, len(loaded), len(unloaded))
     usual = np.full(robot.n, _USUAL)
-    first = _posed(robot, unloaded, loaded, mountings, usual, processing, progress)
+    motors = Source(tuple(loaded), tuple(unloaded), settings.processing_of(robot))
+    first = _posed(robot, motors, mountings, usual, replace(settings, robust=False))
     both = _times(merged(_together(first, mountings)), 1.0 / usual)
     weights = current_weights(both)
     # How long residuals remember shows only once the joints' torques are to scale; all of them by one factor is
@@ -126,7 +125,7 @@ def gain_problem(
         K *= _USUAL / K.mean()
     except NoGainsError:  # told when the gains are asked for
         K = usual
-    posed = _posed(robot, unloaded, loaded, mountings, K, processing, progress, robust=True)
+    posed = _posed(robot, motors, mountings, K, settings)
     return GainProblem(
         robot,
         description,
@@ -136,7 +135,7 @@ def gain_problem(
         *_without_blocks(posed, mountings, K),
         fingerprints(unloaded, loaded),
         mountings,
-        Source(tuple(loaded), tuple(unloaded), processing or robot.processing),
+        motors,
         posed,
         tuple(K.tolist()),
     )
@@ -185,26 +184,16 @@ def free_gains(equations: Equations, weights: Array, loads: Sequence[KnownLoad])
 
 
 def _posed(
-    robot: Robot,
-    unloaded: Sequence[Recording],
-    loaded: Sequence[Recording],
-    mountings: Mountings,
-    K: Array,
-    processing: Processing | None,
-    progress: Progress,
-    robust: bool = False,
+    robot: Robot, motors: Source, mountings: Mountings, K: Array, settings: Settings
 ) -> tuple[LongMotion, ...]:
     """The payload problem of each mounting, with joint torques that gains K would give."""
-    bare, heavy = (list(_scaled(robot, group, K)) for group in (unloaded, loaded))
+    bare, heavy = (list(_scaled(robot, group, K)) for group in (motors.unloaded, motors.loaded))
     return tuple(
         payload_problem(
             robot,
             [heavy[k] for k in places],
             [bare[k] for k in (places if mountings.paired else range(len(bare)))],
-            None,
-            processing,
-            progress,
-            robust=robust,
+            settings=settings,
         )
         for places in mountings.places
     )

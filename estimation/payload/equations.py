@@ -3,13 +3,12 @@
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from itertools import chain
 from typing import NamedTuple
 
 import numpy as np
 
 from ...common.arrays import Array
-from ...model import BaseParameters, Processing, Robot
+from ...model import BaseParameters, Processing, Robot, base_parameters
 from ...model.drives import FRICTION, parameter_kind
 from ...model.motion import Measurement
 from ...model.regressors import payload_columns
@@ -29,6 +28,7 @@ from ..fit.blocks import (
     weighted_solution,
 )
 from ..fit.estimate import Estimate
+from ..fit.settings import Settings
 from .path import robot_of
 
 _STRETCHES = 4  # of all loaded recordings together
@@ -102,85 +102,58 @@ def torque_change(robot: Robot, unloaded: Measurement, loaded: Measurement) -> M
     return Measurement(loaded.motion, torque, spring.torque(unloaded.motion.q[:, spring.joint - 1]))
 
 
-def _long_edges(spans: Sequence[Array]) -> list[Array]:
-    """Ends of a few long stretches of the recordings with payload."""
-    stretches = max(1, _STRETCHES // len(spans))
-    return [block_edges(ends, float(np.ptp(ends)) / stretches) for ends in spans]
-
-
-def _partners_edges(edges: Sequence[Array], pairs: Sequence[PairedMeasurement]) -> list[Array]:
-    """Ends of the blocks on the clocks of the recordings without payload; empty without pairs."""
-    return [ends - pair.lag for ends, pair in zip(edges, pairs, strict=True)] if pairs else []
-
-
 def payload_equations(
     robot: Robot,
-    base: BaseParameters,
     loaded: Sequence[Measurement],
     unloaded: Sequence[Measurement],
     pairs: Sequence[PairedMeasurement],
-    processing: Processing,
-    blocks: bool = True,
+    settings: Settings,
     known: Estimate | None = None,
 ) -> PayloadEquations:
-    """Reduce measurements; of long ones the equations are never held whole.
+    """Reduce measurements, in blocks of time where robust; those of a pair at the same points of the motion.
 
     Args:
         loaded: with payload, each on its own time.
         unloaded: without; where there are pairs, the k-th is that of the k-th pair.
         pairs: for method 3; may be empty.
-        blocks: cut them in blocks of time as well, those of a pair at the same points of the motion.
         known: the robot's parameters; without unloaded measurements the errors are those that they leave.
     """
-    heavy, bare, change = _loads(robot, base, loaded, unloaded, pairs, processing)
-    if not blocks:
+    base, processing = base_parameters(robot), settings.processing_of(robot)
+    observer = Observer(robot, (*base.columns, *payload_columns(robot), PATH))
+    # Equations [W W_L] of (22); their memory is judged by what W alone leaves.
+    equations, recordings = recorded(
+        observer.only((*base.columns, *payload_columns(robot)), (*base.columns, *PAYLOAD)),
+        (used(data, processing) for data in loaded),
+    )
+    heavy, bare, change = _Load(equations, recordings, equations.select(base.columns)), None, None
+    if unloaded:
+        bare = _load(observer.only(base.columns), (used(data, processing) for data in unloaded))
+        change = _changes(observer, base, pairs, bare.equations, processing) if pairs else None
+    if not settings.robust:
         without, difference = (load.equations if load is not None else None for load in (bare, change))
         return PayloadEquations(heavy.equations, without, difference)
     length, few = _block_length([load.memory for load in (heavy, bare, change) if load is not None])
     edges = [block_edges(ends, length) for ends in heavy.memory.spans]
-    without = _in_partners_blocks(bare, _partners_edges(edges, pairs), length) if bare is not None else None
+    without = None
+    if bare is not None:
+        # Without partners by their own times, else where their partners are, on the clock without payload.
+        own = [ends - pair.lag for ends, pair in zip(edges, pairs, strict=True)] if pairs else []
+        without = bare.in_blocks(own or [block_edges(ends, length) for ends in bare.memory.spans], length)
     difference = change.in_blocks(edges, length) if change is not None else None
-    stretches = _cut(heavy.recordings, _long_edges(heavy.memory.spans))
+    longest = max(1, _STRETCHES // len(edges))
+    stretches = tuple(
+        stretch
+        for recording, ends in zip(recordings, heavy.memory.spans, strict=True)
+        for stretch in recording.cut(block_edges(ends, float(np.ptp(ends)) / longest))
+    )
     inflation = heavy.memory.inflation if known is None or unloaded else _inflation_beside(known, heavy)
     return PayloadEquations(heavy.in_blocks(edges, length), without, difference, stretches, Memory(inflation, few))
-
-
-def _loads(
-    robot: Robot,
-    base: BaseParameters,
-    loaded: Sequence[Measurement],
-    unloaded: Sequence[Measurement],
-    pairs: Sequence[PairedMeasurement],
-    processing: Processing,
-) -> tuple[_Load, _Load | None, _Load | None]:
-    """Equations with payload, without, and of the difference, by one generated code."""
-    observer = Observer(robot, (*base.columns, *payload_columns(robot), PATH))
-    heavy = _with_payload(observer, base, loaded, processing)
-    if not unloaded:
-        return heavy, None, None
-    bare = _load(observer.only(base.columns), (used(data, processing) for data in unloaded))
-    return heavy, bare, _changes(observer, base, pairs, bare.equations, processing) if pairs else None
-
-
-def _with_payload(
-    observer: Observer, base: BaseParameters, loaded: Sequence[Measurement], processing: Processing
-) -> _Load:
-    """Equations [W W_L] of (22); their memory is judged by what W alone leaves."""
-    columns = (*base.columns, *payload_columns(observer.robot))
-    heavy = (used(data, processing) for data in loaded)
-    equations, recordings = recorded(observer.only(columns, (*base.columns, *PAYLOAD)), heavy)
-    return _Load(equations, recordings, equations.select(base.columns))
 
 
 def _load(observer: Observer, loads: Iterable[Used]) -> _Load:
     """Equations whose memory is judged by what they leave themselves."""
     equations, recordings = recorded(observer, loads)
     return _Load(equations, recordings, equations)
-
-
-def _in_partners_blocks(bare: _Load, edges: Sequence[Array], length: float) -> Equations:
-    """Equations without payload, cut where their partners are; without partners by their own times."""
-    return bare.in_blocks(edges or [block_edges(ends, length) for ends in bare.memory.spans], length)
 
 
 def _inflation_beside(known: Estimate, heavy: _Load) -> tuple[float, ...]:
@@ -236,9 +209,3 @@ def _change(observer: Observer, chi: Array, pair: PairedMeasurement, processing:
     path = observer.torques(pair.loaded.motion, chi) - observer.torques(pair.unloaded.motion, chi)
     change = torque_change(observer.robot, pair.unloaded, pair.loaded)
     return loaded._replace(data=replace(change, path=path))
-
-
-def _cut(recordings: Sequence[Recorded], edges: Sequence[Array]) -> tuple[Equations, ...]:
-    return tuple(
-        chain.from_iterable(recording.cut(ends) for recording, ends in zip(recordings, edges, strict=True))
-    )

@@ -13,11 +13,6 @@ from ..equations.equations import Equations
 from ..fit.estimate import Estimate
 from ..fit.linear_problem import Held
 
-FRICTION_CHANGE = 0.10
-"""Standard deviation of Coulomb and viscous friction from one recording to another, as a share of it.
-
-From day to day a real UR10e's Coulomb friction differs by 1 to 9 %, its viscous friction by 2 to 12 %.
-"""
 _OFFSETS = 0.012
 """Standard deviation of a constant torque's change, as a share of the arm's largest Coulomb friction: 0.2 N·m on a
 UR10e."""

@@ -9,7 +9,6 @@ import numpy as np
 
 from ...common.errors import InputError
 from ...common.linear import decomposed
-from ...common.progress import Progress, silent
 from ...model import INERTIAL, BaseParameters, Processing, Recording, Robot, base_parameters
 from ...model.motion import Measurement
 from ...model.regressors import payload_columns
@@ -18,11 +17,12 @@ from ..fit.estimate import Estimate, error_model
 from ..fit.least_squares import weighted
 from ..fit.linear_problem import Held, Known, Prior, gain_sensitivity, left_out
 from ..fit.own_equations import check_lengths, check_moving, filtered
+from ..fit.settings import DEFAULTS, Settings
 from ..signals.alignment import AlignedPair, best_aligned, check_mismatch
 from ..signals.filtering import grid_rate, measurement
 from ..signals.plausibility import check_apart, check_recordings
 from .equations import Memory, PairedMeasurement, payload_equations
-from .friction import FRICTION_CHANGE, friction_changes, with_changes
+from .friction import friction_changes, with_changes
 from .loaded_scale import LoadedScale, loaded_scale, with_scale
 from .pairing import cut_alike
 from .result import in_payload_frame
@@ -52,24 +52,6 @@ class Source(NamedTuple):
     compared: tuple[AlignedPair, ...] = ()
     why_no_pair: str = ""
     rate: float | None = None
-
-
-@dataclass(frozen=True)
-class Settings:
-    """What is allowed for.
-
-    Attributes:
-        robust: keep the equations in blocks of time as well, so that estimates get robust standard deviations;
-            not with a known robot that has none itself.
-        friction_change: where memory is known, by which share the friction of the loaded recordings may differ from
-            the robot's own (1 sigma); 0 takes it as the same.
-        scale_sigma: by which share the scale of the loaded torques may differ from that without payload (1 sigma);
-            methods 1 and 4 alone know of it.
-    """
-
-    robust: bool = True
-    friction_change: float = FRICTION_CHANGE
-    scale_sigma: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -247,60 +229,39 @@ def payload_problem(
     loaded: Sequence[Recording],
     unloaded: Sequence[Recording] = (),
     known: Estimate | None = None,
-    processing: Processing | None = None,
-    progress: Progress = silent,
-    robust: bool = True,
-    friction_change: float = FRICTION_CHANGE,
-    scale_sigma: float = 0.0,
+    settings: Settings = DEFAULTS,
 ) -> LongMotion:
     """Process recordings with and without payload and reduce them.
 
     Args:
         unloaded: recordings without; for method 3 the k-th file is the same trajectory as the k-th of ``loaded``.
-        known: the robot's identified parameters, instead of or beside ``unloaded``.
-        processing: settings; the robot's own by default.
-        robust: keep the equations in blocks of time as well, so that estimates get robust standard deviations;
-            not with a ``known`` robot that has none itself.
-        friction_change: with ``robust``, by which share the friction of the loaded recordings may differ from the
-            robot's own (1 sigma); 0 takes it as the same.
-        scale_sigma: by which share the scale of the loaded torques may differ from that without payload (1 sigma);
-            methods 1 and 4 alone know of it.
+        known: the robot's identified parameters, instead of or beside ``unloaded``; without robust standard
+            deviations of its own there are none of the payload.
 
     Raises:
         InputError: if a recording cannot be used.
     """
-    processing = processing or robot.processing
+    processing, progress = settings.processing_of(robot), settings.progress
     progress("base parameters")
     base = base_parameters(robot)
-    _check(robot, base, loaded, unloaded, processing)
-    loaded, unloaded, lags = cut_alike(loaded, unloaded, processing)
-    alone = filtered(unloaded, processing, progress)
-    measured = filtered(loaded, processing, progress)
-    compared, together, reason = _together(loaded, unloaded, lags, measured, processing, progress)
-    settings = Settings(robust, friction_change, scale_sigma)
-    blocks = robust and not (known is not None and known.robust is None)
-    progress("cutting into blocks" if robust else "reducing")
-    equations = payload_equations(robot, base, measured, alone, together, processing, blocks, known)
-    if equations.unloaded and equations.unloaded.equations == 0:
-        raise InputError(f"{unloaded[0].source}: no joint moves: nothing can be compared")
-    source = Source(tuple(loaded), tuple(unloaded), processing, compared, reason, measured[0].motion.rate)
-    return LongMotion(robot, base, **equations._asdict(), source=source, known=known, settings=settings)
-
-
-def _check(
-    robot: Robot,
-    base: BaseParameters,
-    loaded: Sequence[Recording],
-    unloaded: Sequence[Recording],
-    processing: Processing,
-) -> None:
-    """Refuse recordings from which no payload can be identified."""
+    # An arm on which no motion shows all ten is refused first.
     check_visible(robot, base)
     for recordings in filter(None, (loaded, unloaded)):
         check_recordings(robot, recordings)
         check_lengths(recordings, processing)
         check_moving(robot, base, recordings)
     check_apart(loaded, unloaded)
+    loaded, unloaded, lags = cut_alike(loaded, unloaded, processing)
+    bare, heavy = filtered(unloaded, processing, progress), filtered(loaded, processing, progress)
+    progress("aligning recordings with and without payload")
+    compared, together, reason = _together(loaded, unloaded, lags, heavy, processing)
+    progress("cutting into blocks" if settings.robust else "reducing")
+    robust = settings.robust and not (known is not None and known.robust is None)
+    equations = payload_equations(robot, heavy, bare, together, replace(settings, robust=robust), known)
+    if equations.unloaded and equations.unloaded.equations == 0:
+        raise InputError(f"{unloaded[0].source}: no joint moves: nothing can be compared")
+    source = Source(tuple(loaded), tuple(unloaded), processing, compared, reason, heavy[0].motion.rate)
+    return LongMotion(robot, base, **equations._asdict(), source=source, known=known, settings=settings)
 
 
 def _together(
@@ -309,18 +270,29 @@ def _together(
     lags: Sequence[float | None],
     measured: Sequence[Measurement],
     processing: Processing,
-    progress: Progress,
 ) -> tuple[tuple[AlignedPair, ...], list[PairedMeasurement], str]:
     """Recordings side by side, and those of one trajectory filtered for method 3; none, and why not."""
+    pairs = tuple[AlignedPair, ...]()
     if not unloaded:
         return (), [], "no recordings without payload"
-    progress("aligning recordings with and without payload")
-    pairs: tuple[AlignedPair, ...] = ()
     try:
-        pairs = _paired(loaded, unloaded, lags, processing)
-        for pair in pairs:
+        if len(loaded) != len(unloaded):
+            raise InputError(
+                f"{len(unloaded)} recordings without and {len(loaded)} with payload do not form pairs: method 3 "
+                "needs each trajectory once without and once with it, in the same order"
+            )
+        pairs = tuple(
+            best_aligned(a, b, grid_rate(b, processing), lag)
+            for a, b, lag in zip(unloaded, loaded, lags, strict=True)
+        )
+        together = []
+        for pair, heavy in zip(pairs, measured, strict=True):
             check_mismatch(pair, processing.max_mismatch)
-        return pairs, [_measured(pair, data, processing) for pair, data in zip(pairs, measured, strict=True)], ""
+            # The loaded recording was filtered already, unless it was cut to what both have in common.
+            whole = len(pair.loaded.t) == len(heavy.motion.t)
+            heavy = heavy if whole else measurement(pair.loaded, processing)
+            together.append(PairedMeasurement(measurement(pair.unloaded, processing), heavy, pair.lag))
+        return pairs, together, ""
     except InputError as error:
         return pairs, [], str(error)
 
@@ -335,29 +307,6 @@ def check_visible(robot: Robot, base: BaseParameters) -> None:
             f"no motion of {robot.name} shows {hidden.shape[1]} of a payload's ten directions "
             f"({', '.join(named)}): its joints do not turn the payload in enough ways"
         )
-
-
-def _paired(
-    loaded: Sequence[Recording],
-    unloaded: Sequence[Recording],
-    lags: Sequence[float | None],
-    processing: Processing,
-) -> tuple[AlignedPair, ...]:
-    if len(loaded) != len(unloaded):
-        raise InputError(
-            f"{len(unloaded)} recordings without and {len(loaded)} with payload do not form pairs: method 3 "
-            "needs each trajectory once without and once with it, in the same order"
-        )
-    return tuple(
-        best_aligned(a, b, grid_rate(b, processing), lag) for a, b, lag in zip(unloaded, loaded, lags, strict=True)
-    )
-
-
-def _measured(pair: AlignedPair, loaded: Measurement, processing: Processing) -> PairedMeasurement:
-    """A pair filtered; the loaded recording was filtered already unless it was cut to what both have in common."""
-    whole = len(pair.loaded.t) == len(loaded.motion.t)
-    heavy = loaded if whole else measurement(pair.loaded, processing)
-    return PairedMeasurement(measurement(pair.unloaded, processing), heavy, pair.lag)
 
 
 def check_blocks(*counts: int) -> None:

@@ -34,16 +34,15 @@ PayloadProblem = LongMotion | ShortMotion
 _DRIVE = ("IA", *FRICTION)
 
 
-def from_robot(motion: LongMotion, free_friction: bool = False) -> LinearProblem:
+def from_robot(motion: LongMotion) -> LinearProblem:
     """Method 1, (22): Y_T = W chi + W_L chi_L, and (23): Y_T - W chi = W_L chi_L.
 
     Wanted: chi_L. Fixed: chi, by the recordings without payload or an earlier identification; its covariance
     counts, C_L = s^2 (W_L' W_L)^-1 + P C P' with P = W_L^+ W. Of a robot that was identified on another day chi is
-    a soft prior, and each friction may differ from it within limits.
-
-    Args:
-        free_friction: estimate friction anew from the loaded recordings, for friction that depends on load.
+    a soft prior, and each friction may differ from it within limits. Free, where asked for: friction, which may
+    depend on load.
     """
+    free_friction = motion.settings.free_friction
     if motion.corrected and not free_friction:
         loaded, changes = motion.under_load()
         return LinearProblem(loaded, PAYLOAD, held=changes, prior=motion.robot_prior)
@@ -195,13 +194,6 @@ METHODS: dict[int, Callable[[LongMotion], Posed]] = {
 """The paper's methods by number."""
 
 
-def posed(problem: PayloadProblem, method: int, free_friction: bool = False) -> Posed:
-    """Pose a problem by a method, of which a short motion has only one; the first may free friction under load."""
-    if isinstance(problem, ShortMotion):
-        return problem.posed()
-    return from_robot(problem, free_friction) if method == 1 else METHODS[method](problem)
-
-
 def usable_methods(problem: PayloadProblem) -> tuple[int, ...]:
     """Methods for which the problem holds what they need."""
     if isinstance(problem, ShortMotion):
@@ -220,7 +212,6 @@ def usable_methods(problem: PayloadProblem) -> tuple[int, ...]:
 def identify_payload(
     problem: PayloadProblem,
     method: int,
-    free_friction: bool = False,
     scale: KnownMass | None = None,
     covariance: Rule | None = None,
 ) -> PayloadEstimate:
@@ -231,7 +222,6 @@ def identify_payload(
     Args:
         method: 1 robot known (22)-(23), 2 change of the base parameters (24)-(28), 3 torque difference (29),
             4 robot and payload together (30).
-        free_friction: method 1 only: estimate friction anew under load.
         scale: the payload was weighed; it counts here only where a short motion does not show the mass.
         covariance: by which rule; by default the jackknife, with few blocks the sandwich.
 
@@ -240,11 +230,12 @@ def identify_payload(
         KeyError: for another method.
     """
     frame = problem.robot.payload_frame
-    by_scale = isinstance(problem, ShortMotion) and problem.needed(scale) is not None
-    estimate, reason = with_robust(problem, posed(problem, method, free_friction), rule=covariance)
-    if isinstance(problem, ShortMotion):
-        estimate = problem.resolved(estimate, scale)
-    return PayloadEstimate(method, estimate, frame, reason, by_scale)
+    if isinstance(problem, LongMotion):
+        estimate, reason = with_robust(problem, METHODS[method](problem), rule=covariance)
+        return PayloadEstimate(method, estimate, frame, reason)
+    by_scale = problem.needed(scale) is not None
+    estimate, reason = with_robust(problem, problem.posed(), rule=covariance)
+    return PayloadEstimate(method, problem.resolved(estimate, scale), frame, reason, by_scale)
 
 
 def selected(motion: LongMotion, names: Sequence[str]) -> LinearProblem:

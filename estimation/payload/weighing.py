@@ -7,7 +7,7 @@ import numpy as np
 
 from ...common.arrays import Array
 from ...common.errors import InputError
-from ...common.progress import Progress, each, silent
+from ...common.progress import Progress, each
 from ...model import BaseParameters, Motion, Processing, Recording, Robot, base_parameters
 from ...model.drives import parameter_kind
 from ...model.motion import Measurement
@@ -20,6 +20,7 @@ from ..equations.reduction import Residuals, reduced
 from ..fit.blocks import block_edges, in_blocks, left_over, length_by_residuals
 from ..fit.estimate import Estimate
 from ..fit.own_equations import check_lengths, filtered
+from ..fit.settings import DEFAULTS, Settings
 from ..signals.alignment import AlignedPair, aligned
 from ..signals.filtering import grid_rate, measurement
 from ..signals.plausibility import check_apart, check_recordings
@@ -34,7 +35,7 @@ from .constant_torques import (
     without_friction,
 )
 from .equations import torque_change
-from .friction import FRICTION_CHANGE, friction_sigmas
+from .friction import friction_sigmas
 from .long_motion import Source
 from .path import robot_of
 from .ripple import Wave, ripple_of
@@ -45,27 +46,24 @@ def known_robot_weighing(
     robot: Robot,
     loaded: Sequence[Recording],
     known: Estimate,
-    processing: Processing | None = None,
     joints: Sequence[int] | None = None,
-    progress: Progress = silent,
-    friction_change: float = FRICTION_CHANGE,
+    settings: Settings = DEFAULTS,
 ) -> ShortMotion:
     """From torques less those of the robot itself, (22)-(23); other arguments as of ``difference_weighing``.
 
     Args:
         known: the robot's parameters, identified earlier.
-        friction_change: by which share friction may differ from the robot's own (1 sigma); 0 for not at all.
 
     Raises:
         InputError: if recordings cannot be used, or the parameters are another model's.
     """
-    processing = processing or robot.processing
+    processing, progress = settings.processing_of(robot), settings.progress
     check_usable(robot, loaded, processing)
     progress("base parameters")
     base = base_parameters(robot)
     measured = filtered(loaded, processing, progress)
     moving = chosen_joints(measured, processing, joints, robot)
-    observer = observer_of(robot, base, friction_change > 0.0)
+    observer = observer_of(robot, base, settings.friction_change > 0.0)
     still = [at_rest(data, moving) for data in measured]
     masks = [telling_rows(data.motion, moving, processing) for data in still]
     check_rows([recording.source for recording in loaded], masks)
@@ -76,7 +74,7 @@ def known_robot_weighing(
     ]
     runs = runs_of([recording.source for recording in loaded], observations, [() for _ in loaded])
     alone = [less_robot(recording, known.values) for recording in observations]
-    sigmas = friction_sigmas(known, friction_change)
+    sigmas = friction_sigmas(known, settings.friction_change)
     own = {name: sigma for name, sigma in sigmas.items() if parameter_kind(name) in ("FS", "FV", "OFF")}
     friction = held_friction(alone, own)
     rms = rms_of_torque(still, masks)
@@ -159,22 +157,20 @@ def difference_weighing(
     robot: Robot,
     loaded: Sequence[Recording],
     unloaded: Sequence[Recording],
-    processing: Processing | None = None,
     joints: Sequence[int] | None = None,
-    progress: Progress = silent,
+    settings: Settings = DEFAULTS,
 ) -> ShortMotion:
     """From torque differences (29) on one and the same motion.
 
     Args:
         loaded: recordings of the motion with the payload.
         unloaded: without it; one for all, or one for each of ``loaded`` in the same order.
-        processing: settings; the robot's own by default.
         joints: numbers of the joints that move; seen in the recordings by default.
 
     Raises:
         InputError: if recordings cannot be used, or do not show the same motion.
     """
-    processing = processing or robot.processing
+    processing, progress = settings.processing_of(robot), settings.progress
     check_usable(robot, [*loaded, *unloaded], processing)
     check_apart(loaded, unloaded)
     pairs = _aligned_pairs(loaded, unloaded, processing, progress)

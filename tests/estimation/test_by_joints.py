@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from dynident.benchmarks import invented
 from dynident.common.errors import InputError
-from dynident.estimation import PAYLOAD, LongMotion, answer_payload, identify_payload, payload_problem
+from dynident.estimation import PAYLOAD, LongMotion, Settings, answer_payload, identify_payload, payload_problem
 from dynident.estimation.equations.equations import Equations
 from dynident.estimation.fit.least_squares import weighted
 from dynident.estimation.payload.by_joints import ByJoints, joint_groups, payload_by_joints, payload_over_time
@@ -18,7 +18,7 @@ def problem_of(name: str, factor: float = 1.0, joint: int = 1, blocks: bool = Tr
     """The gallery's good recordings, one joint's torque scaled."""
     _, bare, loaded, _ = mistakes.good(name)
     change = mistakes.scaled(joint, factor)
-    return payload_problem(invented.robot(name), [change(loaded)], [change(bare)], robust=blocks)
+    return payload_problem(invented.robot(name), [change(loaded)], [change(bare)], settings=Settings(robust=blocks))
 
 
 def seen(problem: LongMotion) -> ByJoints:

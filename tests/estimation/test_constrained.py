@@ -15,6 +15,7 @@ from dynident.estimation import (
     LongMotion,
     MassBounds,
     PossibleBody,
+    Settings,
     SolverError,
     identify_payload,
     payload_problem,
@@ -163,7 +164,7 @@ def noisy(simulated: Callable[[str], Simulator], exact_pair: Callable[..., tuple
         for data in exact_pair(simulator)
     )
     base = base_parameters(robot)
-    equations = payload_equations(robot, base, [loaded], [bare], [], EXACT, blocks=False)
+    equations = payload_equations(robot, [loaded], [bare], [], Settings(EXACT, robust=False))
     return LongMotion(robot, base, **equations._asdict(), source=Source((), (), EXACT))
 
 
@@ -202,7 +203,9 @@ def test_ur10e(recordings: Path) -> None:
         read_recording(folder / f"{name}.csv.gz", robot, gains) for name in ("loaded_2.805kg", "unloaded")
     )
     every_row = replace(robot.processing, slow_speed=0.0)
-    problem = payload_problem(robot, [loaded], [unloaded], processing=every_row, friction_change=0.0, robust=False)
+    problem = payload_problem(
+        robot, [loaded], [unloaded], settings=Settings(every_row, robust=False, friction_change=0.0)
+    )
     results = [solve_constrained(identify_payload(problem, method).estimate) for method in (1, 2, 3, 4)]
     assert [result.body.mass for result in results] == pytest.approx([2.793, 2.788, 2.791, 2.787], abs=4e-3)
     assert results[2].body.first_moments == pytest.approx([0.083, 0.476, 0.137], abs=1.5e-3)

@@ -16,6 +16,7 @@ from dynident.estimation import (
     LongMotion,
     MassBounds,
     PossibleBody,
+    Settings,
     SolverError,
     answer_payload,
     identify_payload,
@@ -39,7 +40,7 @@ def problem(
     motion = wander(6, 4, points=20)
     noise = [3.0] * 6
     bare, loaded = (simulator.record(motion, body, noise, [9, k]) for k, body in enumerate((None, payload)))
-    return payload_problem(simulator.robot, [loaded], [bare], robust=True)
+    return payload_problem(simulator.robot, [loaded], [bare])
 
 
 def test_every_method_has_one(problem: LongMotion, payload: InertialParameters) -> None:
@@ -159,7 +160,7 @@ def test_ur10e(recordings: Path) -> None:
         for name in ("loaded_2.805kg", "unloaded")
     )
     every_row = replace(robot.processing, slow_speed=0.0)
-    problem = payload_problem(robot, [loaded], [bare], None, every_row, robust=True, friction_change=0.0)
+    problem = payload_problem(robot, [loaded], [bare], settings=Settings(every_row, friction_change=0.0))
     plain = constrain_payload(identify_payload(problem, 3))  # without a tilt's share of the covariance
     assert plain.body.first_moments == pytest.approx([0.083, 0.476, 0.137], abs=0.001)
     answer = answer_payload(problem, gains=Gains((0.02,)))

@@ -12,6 +12,7 @@ from dynident.estimation import (
     Estimate,
     Gains,
     LongMotion,
+    Settings,
     ShortMotion,
     identify,
     identify_payload,
@@ -75,7 +76,7 @@ def arm(
 
 def problem_of(arm: tuple[Simulator, Recordings], factors: ArrayLike) -> LongMotion:
     bare, loaded = arm[1](factors)
-    return payload_problem(arm[0].robot, [loaded], [bare], robust=False)
+    return payload_problem(arm[0].robot, [loaded], [bare], settings=Settings(robust=False))
 
 
 def sensitivity(estimate: Estimate) -> Array:
@@ -134,7 +135,7 @@ def test_it_is_what_rescaled_recordings_give(
 def test_a_stored_robot_brings_its_own_errors(arm: tuple[Simulator, Recordings], problem: LongMotion) -> None:
     """Method 1 by stored parameters is as sensitive as by the recording they came from; without, it is refused."""
     bare, _ = arm[1](np.ones(6))
-    known = identify(arm[0].robot, [bare], robust=False).estimate
+    known = identify(arm[0].robot, [bare], Settings(robust=False)).estimate
     later = replace(problem, unloaded=None, difference=None, known=known)
     both = [sensitivity(identify_payload(p, 1).estimate) for p in (problem, later)]
     assert both[1] == pytest.approx(both[0], rel=1e-5, abs=1e-8)
@@ -169,7 +170,7 @@ def test_a_spring_on_a_coupled_joint(
 
     def reduced(factors: Array) -> Equations:
         scaled = replace(recording, torque=rescaled_torque(robot, recording.torque, factors))
-        return base_problem(robot, base, [scaled], processing)
+        return base_problem(robot, base, [scaled], Settings(processing, robust=False))
 
     weights = weighted(reduced(np.ones(6))).weights
     expected = brute(lambda factors: weighted(reduced(factors), weights).values)

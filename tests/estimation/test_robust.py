@@ -10,12 +10,12 @@ import pytest
 from dynident.apps.logs.read import read_recording
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError
-from dynident.estimation import LongMotion, identify, identify_payload, payload_problem
+from dynident.estimation import LongMotion, Settings, identify, identify_payload, payload_problem
 from dynident.estimation.equations.equations import Blocks
 from dynident.estimation.fit.covariance import RobustCovariance, jackknife
 from dynident.estimation.fit.least_squares import weighted
 from dynident.estimation.payload.equations import Memory, PairedMeasurement, payload_equations
-from dynident.estimation.payload.long_motion import Settings, Source
+from dynident.estimation.payload.long_motion import Source
 from dynident.estimation.payload.methods import METHODS, usable_methods
 from dynident.model import InertialParameters, base_parameters, load_robot
 from dynident.tests.estimation.wandering import SETTINGS, Wander, later, noisy, rows_out, same_equations
@@ -35,7 +35,7 @@ def problem_of(simulator: Simulator, pairs: list[PairedMeasurement], paired: boo
     robot = simulator.robot
     base = base_parameters(robot)
     loaded, bare = [pair.loaded for pair in pairs], [pair.unloaded for pair in pairs]
-    equations = payload_equations(robot, base, loaded, bare, pairs if paired else [], SETTINGS)
+    equations = payload_equations(robot, loaded, bare, pairs if paired else [], Settings(SETTINGS))
     settings = Settings(friction_change=0.0)
     return LongMotion(robot, base, **equations._asdict(), source=NO_SOURCE, settings=settings)
 
@@ -51,9 +51,9 @@ def weighing_robot(problem: LongMotion, weights: Array) -> LongMotion:
 def test_blocks_of_one_motion_are_cut_at_the_same_points(simulator: Simulator, pair: PairedMeasurement) -> None:
     """Whatever the unloaded recording's own clock shows."""
     robot, base = simulator.robot, base_parameters(simulator.robot)
-    plain = payload_equations(robot, base, [pair.loaded], [pair.unloaded], [pair], SETTINGS)
+    plain = payload_equations(robot, [pair.loaded], [pair.unloaded], [pair], Settings(SETTINGS))
     shifted = payload_equations(
-        robot, base, [pair.loaded], [later(pair.unloaded, -7.5)], [pair._replace(lag=7.5)], SETTINGS
+        robot, [pair.loaded], [later(pair.unloaded, -7.5)], [pair._replace(lag=7.5)], Settings(SETTINGS)
     )
     bare, moved = plain.unloaded, shifted.unloaded
     assert bare is not None
@@ -106,12 +106,12 @@ def test_robot_alone(simulator: Simulator, wander: Wander) -> None:
     """White noise: on average the formula's sigma for the robot's own parameters."""
     recordings = [simulator.record(wander(6, k, points=30), None, RX90_NOISE, k) for k in range(2)]
     settings = replace(SETTINGS, cutoff=20.0)
-    estimate = identify(simulator.robot, recordings, settings, robust=True).estimate
+    estimate = identify(simulator.robot, recordings, Settings(settings)).estimate
     assert estimate.robust is not None
     assert estimate.robust.covariance.shape == (54, 54)
     assert estimate.robust.blocks >= 40
     assert np.mean(estimate.robust.sigma / estimate.sigma) == pytest.approx(1.0, abs=0.15)
-    assert identify(simulator.robot, recordings, settings, robust=False).estimate.robust is None
+    assert identify(simulator.robot, recordings, Settings(settings, robust=False)).estimate.robust is None
 
 
 def test_what_an_estimate_tells(problem: LongMotion) -> None:
@@ -244,7 +244,7 @@ def test_ur10e_pair(recordings: Path) -> None:
         for name in ("loaded_2.805kg", "unloaded")
     )
     every_row = replace(robot.processing, slow_speed=0.0)
-    problem = payload_problem(robot, [loaded], [bare], None, every_row, robust=True, friction_change=0.0)
+    problem = payload_problem(robot, [loaded], [bare], settings=Settings(every_row, friction_change=0.0))
     assert len(problem.loaded.blocks) >= 10
     unrelated = replace(problem, difference=None)
     for method in METHODS:

@@ -52,7 +52,7 @@ def exact() -> list[Recording]:
 
 def identified(exact: list[Recording], seed: int) -> Identification:
     """By recordings with noise that remembers."""
-    return identify(load_robot("rx90"), noisy(exact, seed), robust=True)
+    return identify(load_robot("rx90"), noisy(exact, seed))
 
 
 def noisy(exact: list[Recording], seed: int) -> list[Recording]:
@@ -180,7 +180,7 @@ def test_too_short_says_so_and_still_answers(exact: list[Recording]) -> None:
     robot = load_robot("rx90")
     t, q, torque = (values[:2500] for values in (exact[0].t, exact[0].q, exact[0].torque))
     drift = 20.0 * np.sin(2.0 * np.pi * t / 15.0)
-    result = identify(robot, [Recording(t, q, torque + drift[:, None])], robust=True)
+    result = identify(robot, [Recording(t, q, torque + drift[:, None])])
     assert result.estimate.robust is None
     assert "two blocks" in result.without_robust
     assert any("two blocks" in line for line in robot_sigma_notes(result))
@@ -192,7 +192,7 @@ def test_too_short_says_so_and_still_answers(exact: list[Recording]) -> None:
 def test_what_tx40s_essential_parameters_contradict(recordings: Path) -> None:
     """By the formula no robot has these zeros; with errors that last, 7.5 s of recording do not say so."""
     robot = load_robot("tx40")
-    result = identify(robot, [read_recording(recordings / "tx40" / "tx40.csv.gz", robot)], robust=True)
+    result = identify(robot, [read_recording(recordings / "tx40" / "tx40.csv.gz", robot)])
     base, estimate, elimination = result.base, result.estimate, result.elimination
     assert estimate.robust is not None
     assert 1.6 < np.median(estimate.robust.sigma / estimate.sigma) < 2.6

@@ -9,7 +9,7 @@ import pytest
 from dynident.apps.logs.read import read_recording
 from dynident.benchmarks import invented
 from dynident.common.arrays import Array
-from dynident.estimation import PayloadAnswer, answer_payload, identify, identify_payload, payload_problem
+from dynident.estimation import PayloadAnswer, Settings, answer_payload, identify, identify_payload, payload_problem
 from dynident.estimation.diagnosis.causes import alternatives
 from dynident.estimation.diagnosis.engine import System
 from dynident.estimation.diagnosis.evidence import Alternative
@@ -49,7 +49,9 @@ def posed(pair: tuple[Recording, Recording]) -> Callable[..., LongMotion]:
 
     def problem(factor: float | Array = 1.0, scale_sigma: float = 0.0) -> LongMotion:
         loaded = replace(pair[1], torque=pair[1].torque * factor)
-        return payload_problem(invented.robot(NAME), [loaded], [pair[0]], robust=True, scale_sigma=scale_sigma)
+        return payload_problem(
+            invented.robot(NAME), [loaded], [pair[0]], settings=Settings(scale_sigma=scale_sigma)
+        )
 
     return problem
 
@@ -105,7 +107,7 @@ def test_a_scale_that_may_be_another_one_is_in_the_interval(posed: Callable[...,
 def test_contact_is_a_burst(pair: tuple[Recording, Recording]) -> None:
     """One second of contact: what is left out reaches into the standard deviation."""
     assert BURST > 1.0
-    problem = payload_problem(invented.robot(NAME), [struck(pair[1])], [pair[0]], robust=True)
+    problem = payload_problem(invented.robot(NAME), [struck(pair[1])], [pair[0]])
     free = identify_payload(problem, 4).estimate
     system = system_of(problem, states_of(problem.source)) if problem.source else None
     burst = bursts(system) if system else None
@@ -182,13 +184,13 @@ def test_too_little_motion_tells_nothing_of_the_robot(pair: tuple[Recording, Rec
 def test_currents_taken_for_torques_are_too_light(recordings: Path) -> None:
     robot = load_robot(NAME)
     log = read_recording(recordings / "ur10e" / "unloaded.csv.gz", robot, (1.0,) * 6)
-    verdict = identify(robot, [log], robust=False).verdict
+    verdict = identify(robot, [log], Settings(robust=False)).verdict
     assert verdict.level == "do_not_use"
     assert any("are the torques currents" in reason for reason in verdict.reasons)
 
 
 def beside(loaded: Recording, bare: Recording) -> System:
-    problem = payload_problem(invented.robot(NAME), [loaded], [bare], robust=True)
+    problem = payload_problem(invented.robot(NAME), [loaded], [bare])
     assert problem.source is not None
     system = system_of(problem, states_of(problem.source))
     assert system is not None

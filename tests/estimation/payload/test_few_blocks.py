@@ -9,8 +9,10 @@ from dynident.apps.report.sections.estimates import method_notes
 from dynident.benchmarks import invented
 from dynident.common.arrays import Array
 from dynident.estimation import (
+    FRICTION_CHANGE,
     Estimate,
     LongMotion,
+    Settings,
     answer_payload,
     identify,
     identify_payload,
@@ -18,7 +20,6 @@ from dynident.estimation import (
 )
 from dynident.estimation.fit.blocks import FEWEST
 from dynident.estimation.fit.covariance import student95
-from dynident.estimation.payload.friction import FRICTION_CHANGE
 from dynident.estimation.payload.methods import METHODS, from_robot
 from dynident.estimation.payload.weighing import known_robot_weighing
 from dynident.model import Recording
@@ -36,7 +37,7 @@ def begun(seed: int, change: float = 0.0) -> tuple[Recording, Recording]:
 
 def problem_of(seed: int) -> LongMotion:
     bare, loaded = begun(seed)
-    return payload_problem(ROBOT, [loaded], [bare], robust=True)
+    return payload_problem(ROBOT, [loaded], [bare])
 
 
 def few(problem: LongMotion) -> LongMotion:
@@ -53,7 +54,7 @@ def off(estimate: Estimate) -> tuple[float, float]:
 
 def test_blocks_that_are_too_few_are_cut_shorter_and_the_memory_counts() -> None:
     """On both sides: 12 s of the loaded recording, and all of it."""
-    whole = payload_problem(ROBOT, recordings(0, 0.0)[1:], recordings(0, 0.0)[:1], robust=True)
+    whole = payload_problem(ROBOT, recordings(0, 0.0)[1:], recordings(0, 0.0)[:1])
     assert not whole.memory.few
     assert len(whole.loaded.blocks) >= FEWEST
     short = few(problem_of(0))
@@ -85,7 +86,7 @@ def test_intervals_of_few_seconds_hold_and_say_so() -> None:
 
 @cache
 def stored(seed: int) -> Estimate:
-    return identify(ROBOT, recordings(seed, 0.0)[:1], robust=True).estimate
+    return identify(ROBOT, recordings(seed, 0.0)[:1]).estimate
 
 
 @pytest.mark.parametrize("short", [True, False])
@@ -95,9 +96,9 @@ def test_a_stored_robot_is_corrected_within_its_covariance_and_friction(short: b
         known, loaded, halves = stored(seed), begun(seed, 0.1)[1], []
         for share in (FRICTION_CHANGE, 0.9):
             problem = (
-                known_robot_weighing(ROBOT, [loaded], known, friction_change=share)
+                known_robot_weighing(ROBOT, [loaded], known, settings=Settings(friction_change=share))
                 if short
-                else payload_problem(ROBOT, [loaded], known=known, robust=True, friction_change=share)
+                else payload_problem(ROBOT, [loaded], known=known, settings=Settings(friction_change=share))
             )
             assert problem.corrected
             error, half = off(identify_payload(problem, 1).estimate)
@@ -116,7 +117,7 @@ def test_the_prior_of_a_stored_robot_has_full_rank() -> None:
     assert known.robust is not None
     assert np.linalg.matrix_rank(few) < len(known.names)
     loaded = begun(0)[1]
-    problem = payload_problem(ROBOT, [loaded], known=known, robust=True)
+    problem = payload_problem(ROBOT, [loaded], known=known)
     posed = from_robot(problem)
     assert posed.prior is not None
     assert np.sqrt(np.diag(posed.prior.covariance)) == pytest.approx(known.robust.sigma)
@@ -134,7 +135,7 @@ def test_a_stored_robot_does_not_take_up_slow_errors() -> None:
     inflations, anew = list[float](), list[float]()
     for seed in range(SEEDS):
         loaded = begun(seed)[1]
-        inflations += payload_problem(ROBOT, [loaded], known=stored(seed), robust=True).inflation
-        anew += payload_problem(ROBOT, [loaded], recordings(seed, 0.0)[:1], robust=True).inflation
+        inflations += payload_problem(ROBOT, [loaded], known=stored(seed)).inflation
+        anew += payload_problem(ROBOT, [loaded], recordings(seed, 0.0)[:1]).inflation
     assert np.median(inflations) == pytest.approx(expected, rel=0.3)
     assert np.median(anew) < 0.75 * expected

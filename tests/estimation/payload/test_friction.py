@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 from dynident.benchmarks import invented
 from dynident.common.arrays import Array
-from dynident.estimation import Estimate, LongMotion, identify_payload, payload_problem
+from dynident.estimation import FRICTION_CHANGE, Estimate, LongMotion, Settings, identify_payload, payload_problem
 from dynident.estimation.fit.covariance import student95
 from dynident.estimation.fit.linear_problem import Held
-from dynident.estimation.payload.friction import FRICTION_CHANGE, friction_changes
+from dynident.estimation.payload.friction import friction_changes
 from dynident.estimation.payload.methods import METHODS, combined, global_fit
 from dynident.model import InertialParameters, Recording
 from dynident.tests.estimation.diagnosis.made import fit_of
@@ -50,7 +50,7 @@ def recordings(seed: int, change: float) -> tuple[Recording, Recording]:
 
 def problem_of(seed: int, change: float, share: float) -> LongMotion:
     bare, loaded = recordings(seed, change)
-    return payload_problem(invented.robot(NAME), [loaded], [bare], robust=True, friction_change=share)
+    return payload_problem(invented.robot(NAME), [loaded], [bare], settings=Settings(friction_change=share))
 
 
 def weighed(change: float, share: float) -> tuple[Array, Array]:

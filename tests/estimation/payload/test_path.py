@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from dynident.benchmarks import invented
 from dynident.common.errors import InputError
-from dynident.estimation import identify_payload, payload_problem
+from dynident.estimation import Settings, identify_payload, payload_problem
 from dynident.estimation.equations.observer import PATH
 from dynident.estimation.payload.methods import from_difference
 from dynident.estimation.payload.weighing import difference_weighing
@@ -68,7 +68,7 @@ def test_what_a_sag_changes_is_taken_off_and_a_quarter_of_it_is_unsure(mrad: flo
 @pytest.mark.long
 def test_method_3_takes_it_off_as_well() -> None:
     bare, loaded = sagging(4.0, wide=True)
-    problem = payload_problem(ROBOT, [loaded], [bare], robust=False)
+    problem = payload_problem(ROBOT, [loaded], [bare], settings=Settings(robust=False))
     assert problem.difference is not None
     assert PATH in problem.difference.columns
     mass = identify_payload(problem, 3).mass
