@@ -14,7 +14,6 @@ from ..possible.result import rise_p_value
 from .methods import PayloadProblem, identify_payload
 from .result import PayloadEstimate
 from .short_motion import ShortMotion
-from .weighing import each_alone
 
 _DRIFTS = 0.05
 """Probability below which a trend is called a drift."""
@@ -86,10 +85,10 @@ def repeats_of(problem: PayloadProblem, scale: KnownMass | None) -> Repeats | No
     if not isinstance(problem, ShortMotion) or len(problem.runs) < 2 or not problem.visibility.mass_visible:
         return None
     masses, sigmas = [], []
-    for alone in each_alone(problem):
+    for run in problem.runs:
         mass, sigma = float("nan"), float("nan")
         try:
-            estimate = identify_payload(alone, alone.method, scale=scale)
+            estimate = identify_payload(replace(problem, runs=(run,)), problem.method, scale=scale)
         except InputError:
             pass  # one recording alone may not do
         else:

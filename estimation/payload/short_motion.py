@@ -223,21 +223,30 @@ class ShortMotion:
         return replace(payload, covariance=payload.covariance + shared, robust=robust)
 
 
-def moving_joints(motions: Sequence[Motion], still_speed: float) -> tuple[int, ...]:
-    """Numbers of the joints that move; a joint that only changes its pose between two motions is held.
+def moving_joints(
+    measured: Sequence[Measurement], processing: Processing, joints: Sequence[int] | None, robot: Robot
+) -> tuple[int, ...]:
+    """Numbers of the joints that move, or those asked for; one that changes its pose between two motions is held.
 
     Args:
-        motions: of one session.
-        still_speed: a joint below it stands still [rad/s or m/s].
+        measured: of one session.
+        joints: asked for; all that move by default.
 
     Raises:
-        InputError: if none moves.
+        InputError: if none moves, or one asked for does not.
     """
-    fast = np.vstack([np.abs(motion.qd[moving_parts(motion, still_speed)]) > SLOW for motion in motions])
-    joints = tuple(int(j) + 1 for j in np.flatnonzero(fast.mean(axis=0) > _SHARE)) if len(fast) else ()
-    if not joints:
+    motions = [data.motion for data in measured]
+    fast = np.vstack([np.abs(motion.qd[moving_parts(motion, processing.still_speed)]) > SLOW for motion in motions])
+    moving = tuple(int(j) + 1 for j in np.flatnonzero(fast.mean(axis=0) > _SHARE)) if len(fast) else ()
+    if not moving:
         raise InputError("no joint moves: record the short motion that 'dynident near' gives")
-    return joints
+    idle = sorted(set(joints or ()) - set(moving))
+    if idle:
+        raise InputError(
+            f"joint {', '.join(map(str, idle))} of {robot.name} does not move in the recordings, or hardly; joint "
+            f"{', '.join(map(str, moving))} does: correct --joints"
+        )
+    return moving if joints is None else tuple(sorted(joints))
 
 
 def at_rest(data: Measurement, moving: Sequence[int]) -> Measurement:
