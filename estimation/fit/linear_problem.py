@@ -134,7 +134,7 @@ def _downdated(root: Array, whole: _Solution, rows: Array) -> tuple[Array, _Solu
     return little, (whole[0] - root @ change, root @ inverse @ root.T, squares)
 
 
-class Known(NamedTuple):
+class Fixed(NamedTuple):
     """Parameters whose torque is taken off, and how sure they are.
 
     ``covariance``: part of the formula's, c x c; ``lasting``: what no block of time shows of it, zero where the
@@ -151,7 +151,7 @@ class Known(NamedTuple):
     gain_sensitivity: Callable[[], Array | None] = lambda: None
     left_out: Callable[[], Array | None] = lambda: None
 
-    def part(self, names: Sequence[str]) -> "Known":
+    def part(self, names: Sequence[str]) -> "Fixed":
         """Some of the parameters."""
         own = [self.names.index(name) for name in names]
 
@@ -173,7 +173,7 @@ class Known(NamedTuple):
         )
 
 
-class Held(NamedTuple):
+class SoftPrior(NamedTuple):
     """How a parameter is held near zero.
 
     ``sigma``: its standard deviation; ``inflation``: by how much the memory of the errors raises the variance that
@@ -192,7 +192,7 @@ class Held(NamedTuple):
 class Prior(NamedTuple):
     """Parameters known from elsewhere that the recordings correct, as far as their covariance leaves it to them.
 
-    ``covariance``: c x c, of full rank; ``inflation`` as of ``Held``; the rest as of ``Known``.
+    ``covariance``: c x c, of full rank; ``inflation`` as of ``SoftPrior``; the rest as of ``Fixed``.
     """
 
     names: tuple[str, ...]
@@ -203,9 +203,9 @@ class Prior(NamedTuple):
     gain_sensitivity: Callable[[], Array | None] = lambda: None
 
     @property
-    def known(self) -> Known:
+    def known(self) -> Fixed:
         """The parameters as they stand."""
-        return Known(*self[:3], self.covariance, self.degrees_of_freedom, self.gain_sensitivity)
+        return Fixed(*self[:3], self.covariance, self.degrees_of_freedom, self.gain_sensitivity)
 
     @property
     def root(self) -> Array:
@@ -248,8 +248,8 @@ class LinearProblem:
     Attributes:
         equations: in all the columns.
         wanted: the parameters that are asked for.
-        known: parameters known from elsewhere, group by group.
-        held: parameters that are near zero: one more equation for each.
+        fixed: parameters known from elsewhere, group by group.
+        soft: parameters that are near zero: one more equation for each.
         prior: parameters near values that are known: as many equations more.
         shown: equations in the same columns on whose torques the fit is judged; all by default.
         alone: judge the fit on the wanted parameters' own torque, that of all others taken off.
@@ -258,8 +258,8 @@ class LinearProblem:
 
     equations: Equations
     wanted: tuple[str, ...]
-    known: tuple[Known, ...] = ()
-    held: Mapping[str, Held] = field(default_factory=dict)
+    fixed: tuple[Fixed, ...] = ()
+    soft: Mapping[str, SoftPrior] = field(default_factory=dict)
     prior: Prior | None = None
     shown: Equations | None = None
     alone: bool = False
@@ -270,14 +270,14 @@ class LinearProblem:
     def unknown(self) -> Equations:
         """The equations in the wanted and the free columns alone."""
         equations = self.equations.whole
-        for group in self.known:
+        for group in self.fixed:
             equations = equations.minus(group.names, group.values)
         return equations
 
     def weights(self) -> Array:
         """Weights of the joints by their errors in the ordinary solution, (n,); a prior counts as it stands."""
         if self.prior is not None:
-            return replace(self, known=(*self.known, self.prior.known), prior=None).weights()
+            return replace(self, fixed=(*self.fixed, self.prior.known), prior=None).weights()
         pulls = np.column_stack([self._pulls.rows, self._pulls.levels])
         ordinary = solve(np.vstack([*self.unknown.factors, pulls]), self.unknown.columns, *self._rows)
         return joint_weights(self.unknown, ordinary.values)
@@ -297,15 +297,15 @@ class LinearProblem:
         Raises:
             InputError: if what is left does not determine the parameters.
         """
-        names = tuple(chain.from_iterable(group.names for group in self.known))
+        names = tuple(chain.from_iterable(group.names for group in self.fixed))
         pulls = self._pulls
         near = np.column_stack([pulls.rows, np.zeros((len(pulls.rows), len(names))), pulls.levels])
         left = left_out(self.equations, self.unknown.columns, weights, names, near, self.parts)
         values = left.values[:, self._places]
-        if not self.known:
+        if not self.fixed:
             return np.asarray(values[: len(pairs), :, 0])
         # Without each of their own blocks, last of all the whole ones.
-        every = ((group.left_out(), group.values[None]) for group in self.known)
+        every = ((group.left_out(), group.values[None]) for group in self.fixed)
         known = np.hstack([whole if parts is None else np.vstack([parts, whole]) for parts, whole in every])
         return np.array([values[a, :, -1] - values[a, :, :-1] @ known[min(b, len(known) - 1)] for a, b in pairs])
 
@@ -332,7 +332,7 @@ class LinearProblem:
         solution = solve_triangle(triangle.R, self._rows[1])
         covariance = solution.covariance
         value = dict(zip(self.unknown.columns, solution.values.tolist(), strict=True))
-        for group, P in zip(self.known, triangle.influences, strict=True):
+        for group, P in zip(self.fixed, triangle.influences, strict=True):
             covariance = covariance + P @ group.covariance @ P.T
             value |= zip(group.names, group.values.tolist(), strict=True)
         shown = (self.shown or self.equations).whole
@@ -358,7 +358,7 @@ class LinearProblem:
     def lasting(self, weights: Array) -> Array:
         """Covariance of the wanted parameters that no block of time shows: of known, held and prior parameters."""
         total, triangle = np.zeros((len(self.wanted), len(self.wanted))), self._triangle(weights)
-        for group, influence in zip(self.known, triangle.influences, strict=True):
+        for group, influence in zip(self.fixed, triangle.influences, strict=True):
             P = influence[self._places]
             total += P @ group.lasting @ P.T
         pulls = self._pulls
@@ -385,16 +385,16 @@ class LinearProblem:
             np.vstack([size * factor[:, :-1] for size, factor in zip(sizes, unknown.factors, strict=True)])
         )
         total = sandwich(inverse[self._places] @ inverse.T, noise) + self.lasting(weights)
-        for group, influence in zip(self.known, triangle.influences, strict=True):
+        for group, influence in zip(self.fixed, triangle.influences, strict=True):
             if not group.lasting.any():  # of recordings that remember as well
                 P = influence[self._places]
                 total += float(np.median(inflation)) * P @ group.covariance @ P.T
         return np.asarray(total)
 
     @property
-    def given(self) -> tuple[Known, ...]:
+    def given(self) -> tuple[Fixed, ...]:
         """All that is known from elsewhere with its values."""
-        return (*self.known, self.prior.known) if self.prior is not None else self.known
+        return (*self.fixed, self.prior.known) if self.prior is not None else self.fixed
 
     @property
     def _places(self) -> list[int]:
@@ -403,8 +403,8 @@ class LinearProblem:
     @cached_property
     def _pulls(self) -> _Pulls:
         columns, c = self.unknown.columns, len(self.unknown.columns)
-        rows = [role.weight * np.eye(1, c, columns.index(name)) for name, role in self.held.items()]
-        levels, inflation = np.zeros(len(rows)), [role.inflation for role in self.held.values()]
+        rows = [role.weight * np.eye(1, c, columns.index(name)) for name, role in self.soft.items()]
+        levels, inflation = np.zeros(len(rows)), [role.inflation for role in self.soft.values()]
         by_gains = [np.zeros((len(rows), len(self.equations.factors)))]
         if self.prior is not None:
             root, wide = self.prior.root, np.zeros((len(self.prior.names), c))
@@ -424,7 +424,7 @@ class LinearProblem:
         """
         if (key := weights.tobytes()) in self._triangles:
             return self._triangles[key]
-        groups, pulls, n = self.known, self._pulls, len(self.equations.factors)
+        groups, pulls, n = self.fixed, self._pulls, len(self.equations.factors)
         names = list(chain.from_iterable(group.names for group in groups))
         places = [self.equations.columns.index(name) for name in names]
         torques = map(np.column_stack, zip(*(motor_torques(self.equations, j) for j in range(n)), strict=True))
@@ -450,7 +450,7 @@ class LinearProblem:
     def gain_sensitivity(self, weights: Array) -> Array | None:
         """Derivatives of the solution by e_j, weights fixed, c x n; exact, it is linear in Y.
 
-        Without a known spring they add up to the solution: an error common to all joints scales it. Known
+        Without a known spring they add up to the solution: an error common to all joints scales it. Fixed
         parameters were identified with the same drives, so with the same errors; None where theirs are not known.
         """
         own = [group.gain_sensitivity() for group in self.given]

@@ -194,7 +194,7 @@ def _linearised(
     moving: Sequence[int],
     prior: bool,
 ) -> tuple[Array, Array]:
-    """Jacobian of the predicted currents by the free x and k, and the currents' errors, weighted; ``at``: k and x."""
+    """Jacobian of the predicted currents by the free x and k, and the currents' errors, weighted; at k and x."""
     (k, x), rows, errors = at, [], []
     for j, (factor, w) in enumerate(zip(factors, weights, strict=True)):
         torque = factor[:, :-1] @ x

@@ -51,11 +51,11 @@ class JointEquations(NamedTuple):
     def of(problem: LinearProblem, weights: Array) -> "JointEquations":
         """The payload's ten alone, for weights of the joints."""
         unknown = problem.unknown.select(PAYLOAD)
-        factors = problem.equations.whole.select([name for group in problem.known for name in group.names]).factors
-        lasting = _together([group.lasting for group in problem.known])
+        factors = problem.equations.whole.select([name for group in problem.fixed for name in group.names]).factors
+        lasting = _together([group.lasting for group in problem.fixed])
         # What an earlier identification's jackknife says counts instead of its formula.
         covariance = _together(
-            [group.lasting if group.lasting.any() else group.covariance for group in problem.known]
+            [group.lasting if group.lasting.any() else group.covariance for group in problem.fixed]
         )
         return JointEquations(
             tuple(w * factor for w, factor in zip(weights, unknown.factors, strict=True)),
@@ -225,19 +225,19 @@ def payload_by_joints(problem: PayloadProblem, weights: Array) -> ByJoints:
         joints, groups = tuple(range(1, problem.robot.n + 1)), joint_groups(problem.robot.n)
         whole = from_difference(problem) if problem.difference is not None else from_robot(problem)
     # What one joint shows does not correct the robot: its parameters stay as they are.
-    whole = replace(whole, known=whole.given, prior=None)
+    whole = replace(whole, fixed=whole.given, prior=None)
 
     def parts() -> list[list[LinearProblem]]:
         """Without each block with payload; then without each of those that the robot's parameters come from."""
-        known = [group.left_out() for group in whole.known]
+        known = [group.left_out() for group in whole.fixed]
         return [
             whole.without_each(),
             *(
                 [
-                    replace(whole, known=(*whole.known[:k], group._replace(values=x), *whole.known[k + 1 :]))
+                    replace(whole, fixed=(*whole.fixed[:k], group._replace(values=x), *whole.fixed[k + 1 :]))
                     for x in left
                 ]
-                for k, (group, left) in enumerate(zip(whole.known, known, strict=True))
+                for k, (group, left) in enumerate(zip(whole.fixed, known, strict=True))
                 if left is not None
             ),
         ]

@@ -15,7 +15,7 @@ from ...model.regressors import payload_columns
 from ..equations.equations import Equations, merged
 from ..fit.estimate import Estimate, error_model
 from ..fit.least_squares import weighted
-from ..fit.linear_problem import Held, Known, Prior, gain_sensitivity, left_out
+from ..fit.linear_problem import Fixed, Prior, SoftPrior, gain_sensitivity, left_out
 from ..fit.own_equations import check_lengths, check_moving, filtered
 from ..fit.settings import DEFAULTS, Settings
 from ..signals.alignment import AlignedPair, best_aligned, check_mismatch
@@ -120,7 +120,7 @@ class LongMotion:
         return self.bare or self.known
 
     @cached_property
-    def robot_known(self) -> Known:
+    def robot_known(self) -> Fixed:
         """The robot's parameters for method 1: from an earlier identification, else without payload."""
         if self.known is not None:
             return known_robot(self.known)
@@ -129,7 +129,7 @@ class LongMotion:
             raise InputError(
                 "method 1 needs the robot's parameters: give a recording without payload or --robot-parameters"
             )
-        return Known(
+        return Fixed(
             bare.names,
             bare.values,
             bare.covariance,
@@ -151,7 +151,7 @@ class LongMotion:
         return prior_of(self.known, self.inflation, self.loaded)
 
     @cached_property
-    def friction(self) -> Mapping[str, Held]:
+    def friction(self) -> Mapping[str, SoftPrior]:
         """Frictions of the robot that may be others under load, and how far."""
         try:
             robot = self.alone
@@ -166,10 +166,10 @@ class LongMotion:
         """Of the loaded torques, where it may be another one."""
         if not self.settings.scale_sigma > 0.0:
             return None
-        role = Held(self.settings.scale_sigma, max(self.inflation, default=1.0))
+        role = SoftPrior(self.settings.scale_sigma, max(self.inflation, default=1.0))
         return loaded_scale(self.loaded, self.robot_known, role)
 
-    def under_load(self, friction: bool = True) -> tuple[Equations, dict[str, Held]]:
+    def under_load(self, friction: bool = True) -> tuple[Equations, dict[str, SoftPrior]]:
         """[W W_L], the payload in its frame, and columns near zero for all that may be another one under load.
 
         Args:
@@ -315,10 +315,10 @@ def check_blocks(*counts: int) -> None:
         raise InputError("robust standard deviations need two blocks of time at least: record longer")
 
 
-def known_robot(robot: Estimate) -> Known:
+def known_robot(robot: Estimate) -> Fixed:
     """Parameters of an earlier identification; what their jackknife says of them no block of this time shows."""
     lasting = robot.robust.covariance if robot.robust is not None else robot.covariance
-    return Known(
+    return Fixed(
         robot.names,
         robot.values,
         robot.covariance,

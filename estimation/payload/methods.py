@@ -45,7 +45,7 @@ def from_robot(motion: LongMotion) -> LinearProblem:
     free_friction = motion.settings.free_friction
     if motion.corrected and not free_friction:
         loaded, changes = motion.under_load()
-        return LinearProblem(loaded, PAYLOAD, held=changes, prior=motion.robot_prior)
+        return LinearProblem(loaded, PAYLOAD, soft=changes, prior=motion.robot_prior)
     loaded, scale = motion.under_load(friction=False)
     robot = motion.robot_known
     rigid = [name for name in robot.names if parameter_kind(name) not in FRICTION]
@@ -182,7 +182,7 @@ def global_fit(motion: LongMotion) -> LinearProblem:
     where it is free, are more under load.
     """
     loaded, changes = motion.under_load()
-    return LinearProblem(motion.beside(loaded), PAYLOAD, held=changes, shown=loaded)
+    return LinearProblem(motion.beside(loaded), PAYLOAD, soft=changes, shown=loaded)
 
 
 METHODS: dict[int, Callable[[LongMotion], Posed]] = {

@@ -98,11 +98,11 @@ def runs_of(
 ) -> list[Run]:
     """Each recording's equations in blocks as long as the memory of all of them asks for, with its ripple."""
     without = map(without_friction, observations)
-    length = length_by_residuals([left_over([[recording]], reduced(recording)) for recording in without])
+    length = length_by_residuals([left_over([recording], reduced(recording)) for recording in without])
     runs = []
     for source, recording, waves in zip(sources, observations, ripples, strict=True):
         edges = block_edges(recording, length)
-        equations = in_blocks(reduced(recording), [[recording]], [edges], length)
+        equations = in_blocks(reduced(recording), [recording], [edges], length)
         runs.append(Run(source, equations, waves))
     return runs
 

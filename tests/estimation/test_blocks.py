@@ -10,7 +10,7 @@ from dynident.estimation.equations.equations import merged
 from dynident.estimation.equations.observation import Observation
 from dynident.estimation.equations.observer import Observer
 from dynident.estimation.equations.reduction import reduced
-from dynident.estimation.fit.blocks import block_edges, cut_pieces
+from dynident.estimation.fit.blocks import block_edges
 from dynident.estimation.fit.covariance import jackknife
 from dynident.estimation.fit.least_squares import weighted
 from dynident.estimation.payload.equations import PairedMeasurement
@@ -103,7 +103,7 @@ def test_leaving_a_block_out_is_reducing_without_it(observation: Observation) ->
 def test_few_equations_keep_all_they_say(observation: Observation) -> None:
     """Fewer rows than columns, some columns zero or dependent: nothing of W'W and W'Y is lost."""
     edges = block_edges(observation, 0.2)
-    blocks = cut_pieces([observation], edges)
+    blocks = cut(observation, edges).parts()
     assert min(min(block.rows) for block in blocks) < 10
     same_equations(merged(blocks), reduced(observation))
 

@@ -90,10 +90,9 @@ def test_essential_parameters_have_their_own(exact: list[Recording], results: li
     result = results[0]
     whole = observed(result, noisy(exact, 0))
     equations = merged(reduced(recording) for recording in whole)
-    opened = [[recording] for recording in whole]
-    length = length_by_residuals([left_over(opened, equations)])
+    length = length_by_residuals([left_over(whole, equations)])
     blocks = in_blocks(
-        equations, opened, [block_edges(recording, length) for recording in whole], length
+        equations, whole, [block_edges(recording, length) for recording in whole], length
     ).without_each()
     estimate = result.elimination.estimate
     assert len(estimate.names) < 54
@@ -138,7 +137,12 @@ def test_a_pause_between_two_pieces(exact: list[Recording], results: list[Identi
     """Blocks in it are empty, and leave nothing out."""
     (whole,) = observed(results[0], noisy(exact, 0)[:1])
     parts = [whole.between(-np.inf, 9.0), whole.between(14.0, np.inf)]
-    opened, equations = [parts], merged(map(reduced, parts))
+    W, Y, t = (
+        tuple(map(np.concatenate, zip(*arrays, strict=True)))
+        for arrays in zip(*((part.W, part.Y, part.t) for part in parts), strict=True)
+    )
+    joined = replace(whole, W=W, Y=Y, t=t)
+    opened, equations = [joined], merged(map(reduced, parts))
     (left,) = left_over(opened, equations)
     length = length_by_residuals([[left]])
     blocks = in_blocks(equations, opened, [block_edges(left, length)], length)

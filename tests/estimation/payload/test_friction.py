@@ -9,7 +9,7 @@ from dynident.benchmarks import invented
 from dynident.common.arrays import Array
 from dynident.estimation import FRICTION_CHANGE, Estimate, LongMotion, Settings, identify_payload, payload_problem
 from dynident.estimation.fit.covariance import student95
-from dynident.estimation.fit.linear_problem import Held
+from dynident.estimation.fit.linear_problem import SoftPrior
 from dynident.estimation.payload.friction import friction_changes
 from dynident.estimation.payload.methods import METHODS, combined, global_fit
 from dynident.model import InertialParameters, Recording
@@ -88,7 +88,7 @@ def test_without_a_change_it_is_the_papers_method() -> None:
     assert estimate["M_L"] == pytest.approx(combined(problem)["M_L"])
     # As narrow as can be told, the change is none.
     tight = global_fit(problem_of(0, 0.1, FRICTION_CHANGE))
-    tight = replace(tight, held=dict.fromkeys(tight.held, Held(1e-9)))
+    tight = replace(tight, soft=dict.fromkeys(tight.soft, SoftPrior(1e-9)))
     assert tight.solved(estimate.weights).values == pytest.approx(estimate.values, rel=1e-5)
 
 

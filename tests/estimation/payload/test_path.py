@@ -52,15 +52,15 @@ def test_what_a_sag_changes_is_taken_off_and_a_quarter_of_it_is_unsure(mrad: flo
     problem = difference_weighing(ROBOT, [loaded], [bare])
     estimate = identify_payload(problem, 3).estimate
     posed = problem.posed()
-    (levels, path) = posed.known
+    (levels, path) = posed.fixed
     assert path.names == (PATH,)
-    as_measured = replace(posed, known=(levels, path._replace(values=np.array([-1.0]))))
+    as_measured = replace(posed, fixed=(levels, path._replace(values=np.array([-1.0]))))
     plain = as_measured.values(estimate.weights)
     change = plain - estimate.values
     assert abs(estimate["M_L"] - LOAD.mass) < 0.6 * abs(plain[9] - LOAD.mass)
     assert abs(estimate["M_L"] - LOAD.mass) < 4e-4 * mrad * LOAD.mass
     lasting = posed.lasting(estimate.weights)
-    exact = replace(posed, known=(levels, path._replace(lasting=np.zeros((1, 1)))))
+    exact = replace(posed, fixed=(levels, path._replace(lasting=np.zeros((1, 1)))))
     quarter = lasting - exact.lasting(estimate.weights)
     assert quarter == pytest.approx(np.outer(change, change) / 16.0, rel=1e-6, abs=1e-12)
 
@@ -72,8 +72,8 @@ def test_method_3_takes_it_off_as_well() -> None:
     assert problem.difference is not None
     assert PATH in problem.difference.columns
     mass = identify_payload(problem, 3).mass
-    (path,) = from_difference(problem).known
-    as_measured = replace(from_difference(problem), known=(path._replace(values=np.array([-1.0])),))
+    (path,) = from_difference(problem).fixed
+    as_measured = replace(from_difference(problem), fixed=(path._replace(values=np.array([-1.0])),))
     plain = as_measured.solved().values[9]
     assert abs(mass - LOAD.mass) < max(abs(plain - LOAD.mass), 1e-3 * LOAD.mass)
 
