@@ -227,22 +227,22 @@ def payload_by_joints(problem: PayloadProblem, weights: Array) -> ByJoints:
     # What one joint shows does not correct the robot: its parameters stay as they are.
     whole = replace(whole, fixed=whole.given, prior=None)
 
-    def parts() -> list[list[LinearProblem]]:
-        """Without each block with payload; then without each of those that the robot's parameters come from."""
-        known = [group.left_out() for group in whole.fixed]
-        return [
-            whole.without_each(),
-            *(
-                [
-                    replace(whole, fixed=(*whole.fixed[:k], group._replace(values=x), *whole.fixed[k + 1 :]))
-                    for x in left
-                ]
-                for k, (group, left) in enumerate(zip(whole.fixed, known, strict=True))
-                if left is not None
-            ),
-        ]
-
-    return joints_view(whole, parts, weights, groups, joints)
+    without = [tuple(other for other in joints if other != joint) for joint in joints if len(joints) > 1]
+    sought: list[Callable[[JointEquations], Number | None]] = [mass_of(group) for group in (*groups, *without)]
+    sought += [share_of(joint) for joint in joints]
+    equations = JointEquations.of(whole, weights)
+    numbers = [number(equations) for number in sought]
+    variance, dof = _variances(sought, numbers, whole, weights)
+    pairs = [
+        (number.value if number else None, float(sigma))
+        for number, sigma in zip(numbers, np.sqrt(variance), strict=True)
+    ]
+    masses = [
+        JointsMass(group, mass, sigma, dof) if mass is not None else JointsMass(group, None)
+        for group, (mass, sigma) in zip((*groups, *without), pairs, strict=False)
+    ]
+    shares = [JointShare(joint, *pair) for joint, pair in zip(joints, pairs[len(masses) :], strict=True)]
+    return ByJoints(tuple(masses[: len(groups)]), tuple(shares), tuple(masses[len(groups) :]))
 
 
 def payload_over_time(problem: PayloadProblem, weights: Array) -> tuple[Estimate, ...]:
@@ -263,68 +263,41 @@ def payload_over_time(problem: PayloadProblem, weights: Array) -> tuple[Estimate
     return tuple(stretches)
 
 
-def joints_view(
-    whole: LinearProblem,
-    parts: Callable[[], Sequence[Sequence[LinearProblem]]],
-    weights: Array,
-    groups: Sequence[tuple[int, ...]],
-    joints: Sequence[int],
-) -> ByJoints:
-    """Masses by groups of joints, shares of single ones.
-
-    Args:
-        whole: the payload's equations.
-        parts: gives the same without each block of time, group by group of blocks that are left out together;
-            raises InputError where there are too few.
-        weights: of the joints.
-        groups: of joints, for the masses.
-        joints: for the shares, each against all others with equations.
-    """
-    without = [tuple(other for other in joints if other != joint) for joint in joints if len(joints) > 1]
-    sought: list[Callable[[JointEquations], Number | None]] = [mass_of(group) for group in (*groups, *without)]
-    sought += [share_of(joint) for joint in joints]
-    equations = JointEquations.of(whole, weights)
-    numbers = [number(equations) for number in sought]
-    variance, dof = _variances(sought, numbers, parts, weights)
-    pairs = [
-        (number.value if number else None, float(sigma))
-        for number, sigma in zip(numbers, np.sqrt(variance), strict=True)
-    ]
-    masses = [
-        JointsMass(group, mass, sigma, dof) if mass is not None else JointsMass(group, None)
-        for group, (mass, sigma) in zip((*groups, *without), pairs, strict=False)
-    ]
-    shares = [JointShare(joint, *pair) for joint, pair in zip(joints, pairs[len(masses) :], strict=True)]
-    return ByJoints(tuple(masses[: len(groups)]), tuple(shares), tuple(masses[len(groups) :]))
-
-
 def _variances(
-    sought: "Sequence[Callable[[JointEquations], Number | None]]",
-    numbers: "Sequence[Number | None]",
-    parts: Callable[[], Sequence[Sequence[LinearProblem]]],
+    sought: Sequence[Callable[[JointEquations], Number | None]],
+    numbers: Sequence[Number | None],
+    whole: LinearProblem,
     weights: Array,
 ) -> tuple[Array, float]:
     """Variances of the numbers, nan where there is none, and their degrees of freedom.
 
     The larger of the formula's and the jackknife's; without blocks the formula's, widened.
     """
-    there = [k for k, number in enumerate(numbers) if number is not None]
-    variance = np.array([number.variance if number else np.nan for number in numbers])
-    values = np.array([number.value if number else 0.0 for number in numbers])
+    table: Array = np.array(
+        [(number.variance, number.lasting, number.value) if number else (np.nan, np.nan, 0.0) for number in numbers]
+    )
+    variance, lasting, values = table[:, 0], table[:, 1], table[:, 2]
 
     def again(part: LinearProblem) -> Array:
         """The numbers by what is left; one that it leaves undetermined counts as unchanged."""
         left, anew = JointEquations.of(part, weights), values.copy()
-        for k in there:
+        for k in [k for k, number in enumerate(numbers) if number is not None]:
             number = sought[k](left)
             anew[k] = number.value if number else values[k]
         return anew
 
     try:
-        robust = jackknife([map(again, group) for group in parts()], values, 0.0)
+        # Without each block with payload; then without each of those that the robot's parameters come from.
+        groups = [whole.without_each()]
+        for k, group in enumerate(whole.fixed):
+            if (left := group.left_out()) is not None:
+                others = whole.fixed[:k], whole.fixed[k + 1 :]
+                groups.append(
+                    [replace(whole, fixed=(*others[0], group._replace(values=x), *others[1])) for x in left]
+                )
+        robust = jackknife([map(again, group) for group in groups], values, 0.0)
     except InputError:  # too few blocks
         return WITHOUT_BLOCKS**2 * variance, float("inf")
-    lasting = np.array([number.lasting if number else np.nan for number in numbers])
     return (
         np.maximum(variance, np.diag(robust.covariance) + lasting),
         max(float(robust.degrees_of_freedom), 1.0),
