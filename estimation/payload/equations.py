@@ -14,7 +14,7 @@ from ...model.motion import Measurement
 from ...model.regressors import payload_columns
 from ..equations.equations import PAYLOAD, Equations
 from ..equations.observer import PATH, Observer, Used, used
-from ..equations.reduction import Recorded, Residuals, recorded
+from ..equations.reduction import Recorded, recorded
 from ..equations.shared_torque import known_spring
 from ..fit.blocks import (
     FEWEST,
@@ -132,7 +132,10 @@ def payload_equations(
     if not settings.robust:
         without, difference = (load.equations if load is not None else None for load in (bare, change))
         return PayloadEquations(heavy.equations, without, difference)
-    length, few = _block_length([load.memory for load in (heavy, bare, change) if load is not None])
+    length = block_length([load.memory for load in (heavy, bare, change) if load is not None])
+    # Where blocks that are as long as memory asks for are too few under load, shorter ones are cut.
+    few = sum(len(block_edges(ends, length)) - 1 for ends in heavy.memory.spans) < FEWEST
+    length = SHORTEST if few else length
     edges = [block_edges(ends, length) for ends in heavy.memory.spans]
     without = None
     if bare is not None:
@@ -157,36 +160,22 @@ def _load(observer: Observer, loads: Iterable[Used]) -> _Load:
 
 
 def _inflation_beside(known: Estimate, heavy: _Load) -> tuple[float, ...]:
-    """By how much memory raises the variance of each joint's errors beside a robot that is known."""
-    own = memory_factors(_left_by(known, heavy.recordings, heavy.equations))
-    return tuple(max(factor, _memory_of(known)) for factor in own)
+    """By how much memory raises the variance of each joint's errors beside a robot that is known.
 
-
-def _memory_of(known: Estimate) -> float:
-    """By how much memory raised the variances of a robot's parameters; a few seconds of load show less of it."""
-    if known.robust is None:
-        return 1.0
-    return float(np.median((known.robust.sigma / np.maximum(known.sigma, 1e-300)) ** 2))
-
-
-def _left_by(known: Estimate, recordings: Sequence[Recorded], loaded: Equations) -> list[Residuals]:
-    """What a robot that is known leaves of the loaded recordings, payload and friction found beside it.
-
-    All of its parameters, found anew in a few seconds, would take up the slow errors for themselves.
+    By what it leaves of the loaded recordings, payload and friction found beside it: all of its parameters, found
+    anew in a few seconds, would take up the slow errors for themselves. A few seconds of load show less memory than
+    the robot's own recordings did.
     """
     rigid = [k for k, name in enumerate(known.names) if parameter_kind(name) not in FRICTION]
-    beside = loaded.minus([known.names[k] for k in rigid], known.values[rigid])
+    beside = heavy.equations.minus([known.names[k] for k in rigid], known.values[rigid])
     values = dict(zip(known.names, known.values, strict=True))
     values |= zip(beside.columns, weighted_solution(beside), strict=True)
-    chi = np.array([values[name] for name in loaded.columns])
-    return [recording.residuals(chi) for recording in recordings]
-
-
-def _block_length(loads: Sequence[Remembered]) -> tuple[float, bool]:
-    """Length of a block [s], and whether those that memory asks for were too few under load."""
-    length = block_length(loads)
-    few = sum(len(block_edges(ends, length)) - 1 for ends in loads[0].spans) < FEWEST
-    return (SHORTEST, True) if few else (length, False)
+    chi = np.array([values[name] for name in heavy.equations.columns])
+    own = memory_factors([recording.residuals(chi) for recording in heavy.recordings])
+    if known.robust is None:
+        return own
+    before = float(np.median((known.robust.sigma / np.maximum(known.sigma, 1e-300)) ** 2))
+    return tuple(max(factor, before) for factor in own)
 
 
 def _changes(
@@ -196,16 +185,12 @@ def _changes(
     unloaded: Equations,
     processing: Processing,
 ) -> _Load:
-    """Equations (29) of pairs, the torque of paths that differ taken off."""
+    """Equations (29) of pairs, Y_T - Y_wL, the torque that the robot needs more on the loaded path taken off."""
     chi, bare = robot_of(unloaded), observer.only(base.columns)
-    alone = observer.only((*payload_columns(observer.robot), PATH), (*PAYLOAD, PATH))
-    return _load(alone, (_change(bare, chi, pair, processing) for pair in pairs))
 
+    def change(pair: PairedMeasurement) -> Used:
+        loaded = used(pair.loaded, processing, pair.unloaded.motion)
+        path = bare.torques(pair.loaded.motion, chi) - bare.torques(pair.unloaded.motion, chi)
+        return loaded._replace(data=replace(torque_change(observer.robot, pair.unloaded, pair.loaded), path=path))
 
-def _change(observer: Observer, chi: Array, pair: PairedMeasurement, processing: Processing) -> Used:
-    """Y_T - Y_wL of a pair, with what the robot of these parameters needs more on the loaded path."""
-    loaded = used(pair.loaded, processing, pair.unloaded.motion)
-
-    path = observer.torques(pair.loaded.motion, chi) - observer.torques(pair.unloaded.motion, chi)
-    change = torque_change(observer.robot, pair.unloaded, pair.loaded)
-    return loaded._replace(data=replace(change, path=path))
+    return _load(observer.only((*payload_columns(observer.robot), PATH), (*PAYLOAD, PATH)), map(change, pairs))
