@@ -216,7 +216,7 @@ class Prior(NamedTuple):
         return np.asarray(np.sqrt(self.inflation) * inverse / scale)
 
 
-class _Pulls(NamedTuple):
+class _PriorRows(NamedTuple):
     """Equations beside the recordings: ``rows`` m x c in the unknown columns, ``levels`` and ``inflation`` (m,).
 
     ``by_gains``: derivatives of the levels by e_j, m x n; zeros where they are not known.
@@ -278,8 +278,8 @@ class LinearProblem:
         """Weights of the joints by their errors in the ordinary solution, (n,); a prior counts as it stands."""
         if self.prior is not None:
             return replace(self, fixed=(*self.fixed, self.prior.known), prior=None).weights()
-        pulls = np.column_stack([self._pulls.rows, self._pulls.levels])
-        ordinary = solve(np.vstack([*self.unknown.factors, pulls]), self.unknown.columns, *self._rows)
+        prior = np.column_stack([self._prior_rows.rows, self._prior_rows.levels])
+        ordinary = solve(np.vstack([*self.unknown.factors, prior]), self.unknown.columns, *self._rows)
         return joint_weights(self.unknown, ordinary.values)
 
     def values(self, weights: Array) -> Array:
@@ -298,8 +298,8 @@ class LinearProblem:
             InputError: if what is left does not determine the parameters.
         """
         names = tuple(chain.from_iterable(group.names for group in self.fixed))
-        pulls = self._pulls
-        near = np.column_stack([pulls.rows, np.zeros((len(pulls.rows), len(names))), pulls.levels])
+        prior = self._prior_rows
+        near = np.column_stack([prior.rows, np.zeros((len(prior.rows), len(names))), prior.levels])
         left = left_out(self.equations, self.unknown.columns, weights, names, near, self.parts)
         values = left.values[:, self._places]
         if not self.fixed:
@@ -361,14 +361,14 @@ class LinearProblem:
         for group, influence in zip(self.fixed, triangle.influences, strict=True):
             P = influence[self._places]
             total += P @ group.lasting @ P.T
-        pulls = self._pulls
-        if len(pulls.rows):
+        prior = self._prior_rows
+        if len(prior.rows):
             inverse = triangle.inverse
-            moved = (inverse[self._places] @ (inverse.T @ pulls.rows.T)) * np.sqrt(pulls.inflation)
+            moved = (inverse[self._places] @ (inverse.T @ prior.rows.T)) * np.sqrt(prior.inflation)
             total += moved @ moved.T
         return total
 
-    def remembered(self, weights: Array, inflation: Sequence[float]) -> Array:
+    def sandwich(self, weights: Array, inflation: Sequence[float]) -> Array:
         """Covariance of the wanted parameters where each joint's errors remember, ``lasting`` among it: a sandwich.
 
         Args:
@@ -378,7 +378,7 @@ class LinearProblem:
         unknown, c, triangle = self.unknown, len(self.unknown.columns), self._triangle(weights)
         inverse = triangle.inverse
         values = inverse @ triangle.R[:c, c]
-        share = max(1.0 - c / max(unknown.equations + len(self._pulls.rows), 1), 1e-3)
+        share = max(1.0 - c / max(unknown.equations + len(self._prior_rows.rows), 1), 1e-3)
         errors = unknown.error_norms(values) / np.sqrt(np.maximum(unknown.rows, 1) * share)
         sizes = weights**2 * errors * np.sqrt(np.asarray(inflation))
         noise = triangular(
@@ -401,7 +401,7 @@ class LinearProblem:
         return [self.unknown.columns.index(name) for name in self.wanted]
 
     @cached_property
-    def _pulls(self) -> _Pulls:
+    def _prior_rows(self) -> _PriorRows:
         columns, c = self.unknown.columns, len(self.unknown.columns)
         rows = [role.weight * np.eye(1, c, columns.index(name)) for name, role in self.soft.items()]
         levels, inflation = np.zeros(len(rows)), [role.inflation for role in self.soft.values()]
@@ -414,7 +414,7 @@ class LinearProblem:
             inflation += [self.prior.inflation] * len(root)
             own = self.prior.gain_sensitivity()
             by_gains.append(root @ own if own is not None else np.zeros((len(root), by_gains[0].shape[1])))
-        return _Pulls(np.vstack([np.zeros((0, c)), *rows]), levels, np.array(inflation), np.vstack(by_gains))
+        return _PriorRows(np.vstack([np.zeros((0, c)), *rows]), levels, np.array(inflation), np.vstack(by_gains))
 
     def _triangle(self, weights: Array) -> _Triangle:
         """The weighted equations of all joints, those of what is held below; decomposed once for given weights.
@@ -424,16 +424,14 @@ class LinearProblem:
         """
         if (key := weights.tobytes()) in self._triangles:
             return self._triangles[key]
-        groups, pulls, n = self.fixed, self._pulls, len(self.equations.factors)
+        groups, prior, n = self.fixed, self._prior_rows, len(self.equations.factors)
         names = list(chain.from_iterable(group.names for group in groups))
         places = [self.equations.columns.index(name) for name in names]
         torques = map(np.column_stack, zip(*(motor_torques(self.equations, j) for j in range(n)), strict=True))
         every = zip(weights, self.unknown.factors, self.equations.factors, torques, strict=True)
         rows = [w * np.column_stack([own, factor[:, places], torque]) for w, own, factor, torque in every]
-        pulled = np.column_stack(
-            [pulls.rows, pulls.levels, np.zeros((len(pulls.rows), len(names))), pulls.by_gains]
-        )
-        R, beside = compressed(np.vstack([*rows, pulled]), len(names) + n)
+        below = np.column_stack([prior.rows, prior.levels, np.zeros((len(prior.rows), len(names))), prior.by_gains])
+        R, beside = compressed(np.vstack([*rows, below]), len(names) + n)
         R, c = checked(R, self.unknown.columns, *self._rows), len(self.unknown.columns)
         solved = solve_triangular(R[:c, :c], np.column_stack([np.eye(c), beside[:c]]))
         ends = c + np.cumsum([0, *(len(group.names) for group in groups)])
@@ -444,7 +442,7 @@ class LinearProblem:
     @property
     def _rows(self) -> tuple[int, float]:
         """Number of equations, and of those with independent noise."""
-        count = len(self._pulls.rows)
+        count = len(self._prior_rows.rows)
         return self.unknown.equations + count, sum(self.unknown.effective_rows) + count
 
     def gain_sensitivity(self, weights: Array) -> Array | None:

@@ -110,7 +110,7 @@ class ChangeOfParameters:
         """Blocks of time hold all recordings that it uses."""
         return np.zeros((len(PAYLOAD), len(PAYLOAD)))
 
-    def remembered(self, weights: Array, inflation: Sequence[float]) -> Array:
+    def sandwich(self, weights: Array, inflation: Sequence[float]) -> Array:
         """Covariance where errors remember: the formula's, by the middle joint's memory."""
         covariance = self._step(weighted(self._loaded, weights)).covariance
         return np.asarray(float(np.median(inflation)) * covariance)

@@ -30,7 +30,7 @@ class Posed(Protocol):
     def lasting(self, weights: Array) -> Array:
         """Covariance that no block of time shows."""
 
-    def remembered(self, weights: Array, inflation: Sequence[float]) -> Array:
+    def sandwich(self, weights: Array, inflation: Sequence[float]) -> Array:
         """Covariance where each joint's errors remember."""
 
 
@@ -91,7 +91,7 @@ def _sandwich(
     """
     if not problem.inflation:
         raise InputError("a sandwich needs recordings in blocks of time: how long errors remember is not known")
-    covariance = posed.remembered(estimate.weights, problem.inflation)
+    covariance = posed.sandwich(estimate.weights, problem.inflation)
     if robust is not None and not problem.corrected:
         wider = np.maximum(robust.sigma / np.sqrt(np.diag(covariance)), 1.0)
         covariance = covariance * np.outer(wider, wider)

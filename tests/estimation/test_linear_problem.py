@@ -67,7 +67,7 @@ def test_errors_that_remember_by_hand() -> None:
         W, Y = rows(k)[:, :4], rows(k)[:, 4]
         size = float(np.sum((Y - W @ x) ** 2)) / (40 * (1.0 - 4 / 80))
         middle += memory[k] * weight**4 * size * W.T @ W
-    covariance = LinearProblem(EQUATIONS, NAMES).remembered(WEIGHTS, memory)
+    covariance = LinearProblem(EQUATIONS, NAMES).sandwich(WEIGHTS, memory)
     assert covariance == pytest.approx(inverse @ middle @ inverse, rel=1e-9)
 
 

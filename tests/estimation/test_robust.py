@@ -4,6 +4,7 @@ import importlib.util
 from dataclasses import replace
 from pathlib import Path
 from types import ModuleType
+from typing import get_args
 
 import numpy as np
 import pytest
@@ -12,7 +13,7 @@ from dynident.common.arrays import Array
 from dynident.common.errors import InputError
 from dynident.estimation import LongMotion, Settings, identify, identify_payload, payload_problem
 from dynident.estimation.equations.equations import Blocks
-from dynident.estimation.fit.covariance import RobustCovariance, jackknife
+from dynident.estimation.fit.covariance import RobustCovariance, Rule, jackknife
 from dynident.estimation.fit.least_squares import weighted
 from dynident.estimation.payload.equations import Memory, PairedMeasurement, payload_equations
 from dynident.estimation.payload.long_motion import Source
@@ -134,6 +135,23 @@ def test_what_an_estimate_tells(problem: LongMotion) -> None:
     assert (plain.sigma_com_robust, plain.sigma_inertia_com_robust, plain.without_robust) == (None, None, "")
     with pytest.raises(ValueError, match="10 x 10"):
         replace(estimate, robust=RobustCovariance(np.eye(3), 20, 19, 1.0))
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_rule_for_variances_is_asked_by_name(method: int, problem: LongMotion) -> None:
+    """The formula's alone, the jackknife's as by default, or the sandwich by how much the errors remember."""
+    usual = identify_payload(problem, method).estimate
+    plain, cut, by_memory = (identify_payload(problem, method, covariance=rule).estimate for rule in get_args(Rule))
+    assert plain.robust is None
+    assert usual.robust is not None
+    assert cut.robust is not None
+    assert np.array_equal(cut.robust.covariance, usual.robust.covariance)
+    assert by_memory.robust is not None
+    expected = METHODS[method](problem).sandwich(usual.weights, problem.inflation)
+    assert by_memory.robust.by_memory
+    assert by_memory.robust.covariance == pytest.approx(expected, rel=1e-9)
+    without = identify_payload(replace(problem, memory=Memory()), method, covariance="sandwich")
+    assert "how long errors remember is not known" in without.without_robust
 
 
 def test_recordings_that_are_no_pairs_are_left_out_one_at_a_time(

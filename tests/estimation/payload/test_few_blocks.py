@@ -63,7 +63,7 @@ def test_blocks_that_are_too_few_are_cut_shorter_and_the_memory_counts() -> None
         estimate = identify_payload(short, method).estimate
         assert estimate.robust is not None
         assert estimate.robust.by_memory
-        memory = posed.remembered(estimate.weights, short.inflation)
+        memory = posed.sandwich(estimate.weights, short.inflation)
         assert (estimate.robust.sigma >= 0.999999 * np.sqrt(np.diag(memory))).all()
         alone = identify_payload(replace(short, memory=short.memory._replace(few=False)), method).estimate.robust
         assert alone is not None
