@@ -67,7 +67,6 @@ __all__ = [
     "LongMotion",
     "MassBounds",
     "PayloadAnswer",
-    "PayloadProblem",
     "PossibleBody",
     "Settings",
     "ShortMotion",
