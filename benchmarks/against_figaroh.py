@@ -35,7 +35,7 @@ import numpy as np  # noqa: E402
 from dynident.apps.logs.read import read_recording  # noqa: E402
 from dynident.benchmarks.figaroh_tx40 import CUTOFF, DECIMATE, Answer, Bare, Tx40, by_class, by_functions, prepared  # noqa: E402
 from dynident.common.errors import InputError  # noqa: E402
-from dynident.estimation import identify  # noqa: E402
+from dynident.estimation import Settings, identify  # noqa: E402
 from dynident.model import Processing, Recording, Robot, load_robot  # noqa: E402
 from dynident.model.regressors import _terms as regressor_terms  # noqa: E402
 from rich.console import Console  # noqa: E402
@@ -95,7 +95,7 @@ def main() -> int:
 def ours(robot: Robot, recording: Recording, processing: Processing) -> Answer:
     """``identify``, as at the first call: the robot's symbolic terms are built anew."""
     regressor_terms.cache_clear()
-    result = identify(robot, [recording], processing, robust=False)
+    result = identify(robot, [recording], Settings(processing, robust=False))
     return Answer(len(result.estimate.sigma), result.problem.equations, result.estimate.fit.relative)
 
 

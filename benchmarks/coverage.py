@@ -15,8 +15,9 @@ from dataclasses import replace
 import numpy as np
 from dynident.apps.commands.demo import PAYLOAD
 from dynident.common.arrays import Array
-from dynident.estimation import PayloadProblem, identify_payload
+from dynident.estimation import LongMotion, Settings, identify_payload
 from dynident.estimation.payload.equations import PairedMeasurement, payload_equations
+from dynident.estimation.payload.long_motion import Source
 from dynident.estimation.signals.filtering import measurement
 from dynident.model import INERTIAL, InertialParameters, Motion, Recording, base_parameters, load_robot
 from dynident.trajectories import RX90_NOISE, Simulator, random_via_points
@@ -40,7 +41,7 @@ class Experiment:
         self.simulator = Simulator(self.robot)
         self.motions = [random_via_points(self.robot, 14, seed).motion(250.0) for seed in range(trajectories)]
 
-    def problem(self, seed: int) -> PayloadProblem:
+    def problem(self, seed: int) -> LongMotion:
         """One run: recordings with and without payload, processed and reduced."""
         robot, base, processing = self.robot, self.base, self.robot.processing
         measured = [
@@ -52,8 +53,9 @@ class Experiment:
         ]
         bares, loadeds = ([pair[side] for pair in measured] for side in (0, 1))
         pairs = [PairedMeasurement(bare, loaded) for bare, loaded in measured]
-        equations = payload_equations(robot, base, loadeds, bares, pairs, processing, self.robust)
-        return PayloadProblem(robot, base, **equations._asdict())
+        equations = payload_equations(robot, loadeds, bares, pairs, Settings(processing, robust=self.robust))
+        source, settings = Source((), (), processing), Settings(friction_change=0.0)
+        return LongMotion(robot, base, **equations._asdict(), source=source, settings=settings)
 
     def recording(self, motion: Motion, load: InertialParameters | None, seed: list[int]) -> Recording:
         """A recording with the noise that was asked for."""

@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 from dynident.apps.logs.read import read_recording
-from dynident.estimation import Identification, SigmaBound, SigmaRatio, identify
+from dynident.estimation import Identification, Settings, SigmaBound, SigmaRatio, identify
 from dynident.estimation.answers.identification import impossible_robot
 from dynident.estimation.fit.essential import eliminate
 from dynident.estimation.fit.least_squares import solve_triangle
@@ -81,13 +81,12 @@ def main() -> None:
     simulator = Simulator(robot)
     motions = [random_via_points(robot, 14, seed=k).motion(250.0) for k in range(18)]
     records = [simulator.record(m, None, RX90_NOISE, [0, k, 0], f"trajectory {k}") for k, m in enumerate(motions)]
-    report(console, identify(robot, records, robust=False), repeat)
+    report(console, identify(robot, records, Settings(robust=False)), repeat)
     folder = os.environ.get("DYNIDENT_DATA")
     if folder:
         tx40 = load_robot("tx40")
-        report(
-            console, identify(tx40, [read_recording(Path(folder) / "tx40/tx40.csv.gz", tx40)], robust=False), repeat
-        )
+        real = read_recording(Path(folder) / "tx40/tx40.csv.gz", tx40)
+        report(console, identify(tx40, [real], Settings(robust=False)), repeat)
 
 
 if __name__ == "__main__":

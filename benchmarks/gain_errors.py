@@ -18,12 +18,13 @@ from dynident.estimation import (
     Estimate,
     Gains,
     Identification,
-    PayloadProblem,
+    LongMotion,
+    Settings,
     identify,
     identify_payload,
     payload_problem,
 )
-from dynident.estimation.payload.methods import method_of
+from dynident.estimation.payload.methods import METHODS
 from dynident.model import InertialParameters, Motion, Processing, Recording, Robot, load_robot
 from dynident.trajectories import Simulator, ViaPoints
 from numpy.typing import NDArray
@@ -61,12 +62,12 @@ def recorder(source: Simulator, load: InertialParameters | None, seed: int) -> C
     return record
 
 
-def payload_half_widths(problem: PayloadProblem, estimate: Estimate) -> dict[str, Array]:
+def payload_half_widths(problem: LongMotion, estimate: Estimate) -> dict[str, Array]:
     """Half of each interval of the ten, by how the gains' errors are counted."""
     assert estimate.robust is not None
     assert problem.known is not None
     alone = replace(problem, known=replace(problem.known, gain_sensitivity=np.zeros((len(problem.known.names), 6))))
-    J, J_own = (method_of(1)(p).solved(estimate.weights).gain_sensitivity for p in (problem, alone))
+    J, J_own = (METHODS[1](p).solved(estimate.weights).gain_sensitivity for p in (problem, alone))
     assert J is not None
     assert J_own is not None
     C = GAINS.covariance(6)
@@ -103,13 +104,13 @@ def main() -> None:
     widths: dict[str, list[float]] = {}
     for run in range(runs):
         errors = 0.02 * np.random.default_rng([9, run]).standard_normal(6)
-        identification = identify(robot, [bare(run, errors)], SETTINGS, robust=True, gains=GAINS)
+        identification = identify(robot, [bare(run, errors)], Settings(SETTINGS), gains=GAINS)
         truth = identification.base.value(dict(source.robot.parameters))
         for name, hit in zip(
             ("robot, with gains", "robot, gains exact"), robot_hits(identification, truth), strict=True
         ):
             hits.setdefault(name, []).append(hit)
-        problem = payload_problem(robot, [loaded(run, errors)], [], identification.estimate, SETTINGS, robust=True)
+        problem = payload_problem(robot, [loaded(run, errors)], [], identification.estimate, Settings(SETTINGS))
         estimate = identify_payload(problem, 1).estimate
         for name, half in payload_half_widths(problem, estimate).items():
             hits.setdefault(f"payload, {name}", []).append(np.abs(estimate.values - BODY.vector) <= half)

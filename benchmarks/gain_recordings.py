@@ -12,7 +12,7 @@ from collections.abc import Callable
 
 import numpy as np
 from dynident.benchmarks.gain_coverage import BODY, NOISE, SETTINGS, TRUTH, simulator
-from dynident.estimation import Gains, answer_payload, identify, identify_gains, payload_problem
+from dynident.estimation import Gains, Settings, answer_payload, identify, identify_gains, payload_problem
 from dynident.estimation.gains.known_load import known_mass
 from dynident.estimation.gains.problem import gain_problem
 from dynident.model import InertialParameters, Recording, load_robot
@@ -47,7 +47,7 @@ def scaled(recording: Recording, K: Array) -> Recording:
 
 def payload_hits(bare: Recording, heavy: Recording, body: InertialParameters, gains: Gains) -> tuple[Array, float]:
     """Whether the recommended intervals hold first moments and mass, and the mass's width."""
-    problem = payload_problem(load_robot("ur10e"), [heavy], [bare], None, SETTINGS, robust=True)
+    problem = payload_problem(load_robot("ur10e"), [heavy], [bare], settings=Settings(SETTINGS))
     ends = answer_payload(problem, (4,), gains=gains).recommended.intervals.parameters[TEN]
     truth = body.vector[TEN]
     return np.asarray((ends[:, 0] <= truth) & (truth <= ends[:, 1]), dtype=float), float(ends[3, 1] - ends[3, 0])
@@ -65,7 +65,7 @@ def main() -> None:
     for run in range(runs):
         first, weight, fresh = (record(b, (run, k)) for k, b in enumerate((None, BODY, None)))
         second = record(OTHER, (run, 3))
-        drive_gains = identify_gains(gain_problem(robot, [first], [weight], SETTINGS), known_mass(6.0))
+        drive_gains = identify_gains(gain_problem(robot, [first], [weight], Settings(SETTINGS)), known_mass(6.0))
         gains = Gains(identified=drive_gains.larger_relative_covariance.tolist())
         for name, (bare, heavy, body) in {
             "recordings of its own": (fresh, second, OTHER),
@@ -77,7 +77,7 @@ def main() -> None:
             hits.setdefault(f"payload, {name}", []).append(inside)
             widths.setdefault(f"payload, {name}", []).append(width)
         for name, bare in (("a recording of its own", fresh), ("the gains' recording", first)):
-            estimate = identify(robot, [scaled(bare, drive_gains.values)], SETTINGS, robust=True, gains=gains)
+            estimate = identify(robot, [scaled(bare, drive_gains.values)], Settings(SETTINGS), gains=gains)
             ends, truth = (
                 estimate.estimate.interval95_with_gains,
                 estimate.base.value(dict(source.robot.parameters)),

@@ -13,11 +13,11 @@ from typing import NamedTuple
 import numpy as np
 from dynident.benchmarks import invented
 from dynident.common.arrays import Array
-from dynident.estimation import identify, payload_problem
+from dynident.estimation import Settings, identify, payload_problem
 from dynident.estimation.diagnosis.hypotheses import effects_of
 from dynident.estimation.diagnosis.states import states_of
 from dynident.estimation.diagnosis.verdict import system_of
-from dynident.estimation.payload.problem import PayloadProblem
+from dynident.estimation.payload.methods import PayloadProblem
 from dynident.estimation.payload.weighing import known_robot_weighing
 from dynident.model import InertialParameters, Recording, robot_names
 from dynident.tests.estimation.diagnosis.hung import ABOVE, BESIDE, first, pulled
@@ -66,7 +66,7 @@ def counted(name: str, memory: float) -> list[bool]:
     bare, heavy = (
         first(invented.recorded(name, motion, load, k, noise, memory)) for k, load in enumerate((None, body))
     )
-    known = identify(robot, [invented.recorded(name, earlier_motion, None, 2, noise, memory)], robust=True).estimate
+    known = identify(robot, [invented.recorded(name, earlier_motion, None, 2, noise, memory)]).estimate
 
     def problem(case: Case) -> PayloadProblem:
         def hung(recording: Recording, hangs: bool) -> Recording:
@@ -74,7 +74,8 @@ def counted(name: str, memory: float) -> list[bool]:
 
         if case.stored:
             return known_robot_weighing(robot, [first(hung(heavy, case.loaded), SHORT)], known)
-        return payload_problem(robot, [hung(heavy, case.loaded)], [hung(bare, case.bare)], robust=False)
+        loaded, unloaded = [hung(heavy, case.loaded)], [hung(bare, case.bare)]
+        return payload_problem(robot, loaded, unloaded, settings=Settings(robust=False))
 
     return [told(problem(case)) for case in CASES]
 

@@ -12,13 +12,14 @@ from typing import NamedTuple
 import numpy as np
 from dynident.apps.commands.demo import PAYLOAD as PAPER_PAYLOAD
 from dynident.common.arrays import Array
-from dynident.estimation import PAYLOAD, Estimate, PayloadProblem, identify_payload
+from dynident.estimation import PAYLOAD, Estimate, LongMotion, Settings, identify_payload
 from dynident.estimation.equations.correlation import autocorrelation_time
 from dynident.estimation.equations.observation import Observation
 from dynident.estimation.fit.blocks import block_edges, span
+from dynident.estimation.fit.covariance import RobustCovariance
 from dynident.estimation.fit.estimate import Fit
-from dynident.estimation.fit.robust import RobustCovariance
 from dynident.estimation.payload.equations import PairedMeasurement, loaded_observer, payload_equations
+from dynident.estimation.payload.long_motion import Source
 from dynident.estimation.signals.filtering import decimated, measurement
 from dynident.model import InertialParameters, Motion, base_parameters, load_robot
 from dynident.model.motion import Measurement
@@ -173,9 +174,9 @@ class Experiment:
         bares = [self.measured(motion, None, e) for motion, e in zip(self.motions, noise[0], strict=True)]
         loadeds = [self.measured(motion, BODIES[body], e) for motion, e in zip(self.motions, noise[1], strict=True)]
         pairs = [PairedMeasurement(*pair) for pair in zip(bares, loadeds, strict=True)]
-        problem = PayloadProblem(
-            robot, base, **payload_equations(robot, base, loadeds, bares, pairs, processing)._asdict()
-        )
+        equations = payload_equations(robot, loadeds, bares, pairs, Settings(processing))
+        source, settings = Source((), (), processing), Settings(friction_change=0.0)
+        problem = LongMotion(robot, base, **equations._asdict(), source=source, settings=settings)
         return {method: identify_payload(problem, method).estimate for method in (3, 4)}
 
 

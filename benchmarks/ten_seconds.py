@@ -54,7 +54,7 @@ def real(folder: Path) -> dict[str, list[Piece]]:
     pieces = {}
     for name in ("unloaded", "validation_unloaded"):
         bare = read_recording(folder / f"{name}.csv.gz", robot, GAINS)
-        known = identify(robot, [bare], robust=True).estimate
+        known = identify(robot, [bare]).estimate
         starts = np.arange(moving[0], moving[-1] - LENGTH, STEP)
         pieces[name] = [Piece(robot, known, cut(loaded, float(start)), MASS) for start in starts]
     return pieces
@@ -79,7 +79,7 @@ def simulated(runs: int) -> Iterator[Piece]:
             if name.startswith(("FS", "FV"))
         }
         heavy = replace(robot, parameters={**robot.parameters, **changed})
-        known = identify(robot, [_noisy(robot, first, None, draw)], robust=True).estimate
+        known = identify(robot, [_noisy(robot, first, None, draw)]).estimate
         yield Piece(robot, known, cut(_noisy(heavy, second, BODY, draw), 5.0), BODY.mass)
 
 
@@ -94,10 +94,8 @@ def _noisy(robot: Robot, motion: Motion, load: InertialParameters | None, draw: 
 def weighed(piece: Piece, short: bool, gains: Gains | None) -> tuple[float, float, float]:
     """Mass and its interval over the true one, less 1; of ``weigh`` where ``short``."""
     robot, known, loaded, mass = piece
-    if short:
-        problem = known_robot_weighing(robot, [loaded], known)
-    else:
-        problem = payload_problem(robot, [loaded], known=known, robust=True)
+    make = known_robot_weighing if short else payload_problem
+    problem = make(robot, [loaded], known=known)
     estimate = identify_payload(problem, 1)
     covariance = gains.covariance(robot.n) if gains is not None else np.zeros((robot.n, robot.n))
     factor = disagreement(payload_by_joints(problem, estimate.estimate.weights), covariance, few=short)

@@ -68,7 +68,7 @@ def run(seed: int) -> Run:
     unloaded = [invented.recorded(name, m, None, 2 * seed + k, noise, memory) for k, m in enumerate(bare)]
     loaded = [invented.recorded(name, m, body, 2 * seed + k + 10**6, noise, memory) for k, m in enumerate(moved)]
     try:
-        answer = answer_payload(payload_problem(invented.robot(name), loaded, unloaded, robust=True))
+        answer = answer_payload(payload_problem(invented.robot(name), loaded, unloaded))
     except (InputError, SolverError) as error:
         return Run(seed, name, kind, "error", "", np.nan, np.nan, str(error))
     estimate = answer.recommended.body

@@ -114,9 +114,11 @@ def run(seed: int, gain: float = 0.0, day: bool = False) -> Run:
     """Draw a set and answer it, with guards and without."""
     data = drawn(seed, gain, day)
     try:
-        problem = payload_problem(data.robot, data.loaded, data.unloaded, robust=True)
+        problem = payload_problem(data.robot, data.loaded, data.unloaded)
         answer = answer_payload(problem, (4,))
-        bare = constrain_payload(identify_payload(replace(problem, friction={}), 4))
+        bare = constrain_payload(
+            identify_payload(replace(problem, settings=replace(problem.settings, friction_change=0.0)), 4)
+        )
     except (InputError, SolverError) as error:
         return Run(data.name, str(error), *[np.nan] * 7)
     ten = _held(answer.recommended.intervals.parameters, data.body.vector)

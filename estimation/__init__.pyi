@@ -18,18 +18,21 @@ from .fit.essential import SigmaRatio as SigmaRatio
 from .fit.essential import StopRule as StopRule
 from .fit.estimate import Estimate as Estimate
 from .fit.least_squares import weighted as weighted
+from .fit.settings import FRICTION_CHANGE as FRICTION_CHANGE
+from .fit.settings import Settings as Settings
 from .gains.known_load import KnownLoad as KnownLoad
 from .gains.known_load import known_mass as known_mass
 from .gains.known_load import read_known_load as read_known_load
 from .gains.problem import gain_problem as gain_problem
-from .payload.friction import FRICTION_CHANGE as FRICTION_CHANGE
+from .payload.long_motion import LongMotion as LongMotion
 from .payload.long_motion import payload_problem as payload_problem
+from .payload.methods import PayloadProblem as PayloadProblem
 from .payload.methods import essential_combined as essential_combined
 from .payload.methods import identify_payload as identify_payload
 from .payload.methods import selected as selected
-from .payload.methods import with_robust as with_robust
-from .payload.problem import PayloadProblem as PayloadProblem
 from .payload.result import METHOD_NAMES as METHOD_NAMES
+from .payload.robust import with_robust as with_robust
+from .payload.short_motion import ShortMotion as ShortMotion
 from .payload.stand_in import StandIn as StandIn
 from .payload.weighing import difference_weighing as difference_weighing
 from .payload.weighing import known_robot_weighing as known_robot_weighing
@@ -61,10 +64,12 @@ __all__ = [
     "Identification",
     "InEllipsoid",
     "KnownMass",
+    "LongMotion",
     "MassBounds",
     "PayloadAnswer",
-    "PayloadProblem",
     "PossibleBody",
+    "Settings",
+    "ShortMotion",
     "SigmaBound",
     "SigmaRatio",
     "SolverError",

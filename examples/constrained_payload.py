@@ -11,7 +11,7 @@ motion = random_via_points(robot, count=14, seed=1).motion(rate=250.0)
 unloaded = [simulator.record(motion, None, RX90_NOISE, seed=[1, 0])]
 loaded = [simulator.record(motion, body, RX90_NOISE, seed=[1, 1])]
 
-problem = payload_problem(robot, loaded, unloaded, robust=True)
+problem = payload_problem(robot, loaded, unloaded)
 known = [KnownMass(7.02, 0.01), CentreOfMassInBox([-0.02, -0.02, 0.05], [0.02, 0.02, 0.25])]
 gains = Gains(per_joint=[0.01], common=0.005)
 

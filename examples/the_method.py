@@ -213,7 +213,7 @@ def equal(own: Array, theirs: Array, unit: Array | float = 1.0, tolerance: float
 
 def compare() -> None:
     """Assert that exact steps agree to 1e-9 and searched ones to a hundredth of a standard deviation."""
-    from dynident.estimation import identify_payload, payload_problem, weighted
+    from dynident.estimation import Settings, identify_payload, payload_problem, weighted
     from dynident.estimation.payload.constrained import constrain_payload
     from dynident.model import Processing, Recording, base_parameters, load_robot, regressor
 
@@ -224,7 +224,7 @@ def compare() -> None:
     assert equal(G, base_parameters(rx90).grouping)
     bare, heavy = (Recording(time, position, torques) for torques in (unloaded, loaded))
     settings = Processing(cutoff=20.0, decimate=FACTOR, still_speed=0.0)
-    problem = payload_problem(rx90, [heavy], [bare], processing=settings, robust=False)
+    problem = payload_problem(rx90, [heavy], [bare], settings=Settings(settings, robust=False))
     for A, R in zip(np.block([W, W_L, Y_T[:, :, None]]), problem.loaded.factors, strict=True):
         assert equal(A.T @ A, R.T @ R, np.sum(A**2))  # the package keeps R of [W W_L Y] of each joint alone
     assert problem.unloaded is not None

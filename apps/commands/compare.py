@@ -35,10 +35,10 @@ def run(arm: RobotOptions, request: _Logs, processing: ProcessingOptions, files:
     """Run it."""
     request.check()
     setup = processing.setup(arm.load())
-    results = []
+    results, settings = [], estimation.Settings(setup.processing)
     with bar("identifying") as progress:
         for k, path in enumerate(request.logs, 1):
-            result = estimation.identify(setup.robot, setup.read([path]), setup.processing, gains=setup.identified)
+            result = estimation.identify(setup.robot, setup.read([path]), settings, gains=setup.identified)
             results.append(result)
             progress(k / len(request.logs))
     compared = fleet.compared(request.logs, results)

@@ -70,13 +70,14 @@ def simulate_paper(
     return trajectories.run_experiment(robot, tasks, disturbances, seed, progress=progress)
 
 
-def reduced_experiment(
-    experiment: trajectories.Experiment, progress: Progress = silent
-) -> estimation.PayloadProblem:
+def reduced_experiment(experiment: trajectories.Experiment, progress: Progress = silent) -> estimation.LongMotion:
     """The equations of all runs but those of the held-out trajectory."""
     used = [run.recording for run in experiment.runs[:-2]]
     return estimation.payload_problem(
-        experiment.robot, used[1::2], used[::2], progress=progress, robust=True, friction_change=0.0
+        experiment.robot,
+        used[1::2],
+        used[::2],
+        settings=estimation.Settings(friction_change=0.0, progress=progress),
     )
 
 
@@ -136,7 +137,7 @@ def identified(
     problem = reduced_experiment(experiment, progress)
     *unloaded, last = (run.recording for run in experiment.runs[::2])
     progress("the robot alone")
-    robot = estimation.identify(experiment.robot, unloaded, validation=[last], progress=progress, robust=True)
+    robot = estimation.identify(experiment.robot, unloaded, estimation.Settings(progress=progress), [last])
     progress("the payload")
     return robot, estimation.answer_payload(problem, held_out=[last])
 

@@ -83,7 +83,9 @@ def run(arm: RobotOptions, known: _Known, processing: _Processing, files: PageOp
     amperes = replace(setup, robot=plain, gains=(1.0,) * robot.n)
     unloaded, loaded = amperes.read(known.unloaded), amperes.read(known.loaded)
     with status("reading") as progress:
-        problem = estimation.gain_problem(robot, unloaded, loaded, setup.processing, progress, load, known.mounting)
+        problem = estimation.gain_problem(
+            robot, unloaded, loaded, estimation.Settings(setup.processing, progress=progress), load, known.mounting
+        )
         progress("estimating")
         gains = estimation.identify_gains(problem, load)
     files.show(report.gains_screen(gains, files.document))

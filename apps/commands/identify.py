@@ -135,7 +135,11 @@ def run(
     rollouts: tuple[rollout.Rollout, ...] = ()
     with status("reading") as progress:
         result = estimation.identify(
-            setup.robot, recordings, setup.processing, held_out, progress, True, essential.essential, gains
+            setup.robot,
+            recordings,
+            estimation.Settings(setup.processing, essential=essential.essential, progress=progress),
+            held_out,
+            gains,
         )
         possible = request.possible(result)
         if request.rollout:

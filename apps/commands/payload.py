@@ -6,9 +6,8 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 
-from ... import estimation, model
+from ... import estimation
 from ...common.errors import InputError
-from ...common.progress import Progress
 from .. import report, results
 from .. import view as views
 from . import answered
@@ -112,9 +111,19 @@ def run(
     )
     gain_errors = drives.errors(setup, loaded, unloaded, stored)
     with status("reading") as progress:
-        problem = _problem(request, setup, loaded, unloaded, stored, progress)
+        settings = estimation.Settings(
+            setup.processing,
+            essential=essential.essential,
+            friction_change=request.change,
+            free_friction=request.free_friction,
+            scale_sigma=request.scale_sigma or 0.0,
+            progress=progress,
+        )
+        known = stored.estimate if stored else None
+        problem = estimation.payload_problem(setup.robot, loaded, unloaded, known, settings)
         progress("estimating")
-        answer = _answer(problem, request, setup, held_out, constraints, gain_errors, essential.essential)
+        with constraints_solved():
+            answer = estimation.answer_payload(problem, request.methods, held_out, constraints, gain_errors)
 
     def page(document: results.StoredPayload) -> report.Page:
         provenance = files.provenance(setup.in_words(), request, arm, processing)
@@ -126,57 +135,12 @@ def run(
     return answered(answer.verdict.level)
 
 
-def _answer(
-    problem: estimation.PayloadProblem,
-    request: _Payload,
-    setup: Setup,
-    held_out: Sequence[model.Recording],
-    constraints: Sequence[estimation.Constraint],
-    gains: estimation.Gains | None,
-    essential: estimation.StopRule | None,
-) -> estimation.PayloadAnswer:
-    """The payload by the methods asked for."""
-    with constraints_solved():
-        return estimation.answer_payload(
-            problem,
-            request.methods,
-            request.free_friction,
-            held_out,
-            setup.processing,
-            constraints=constraints,
-            gains=gains,
-            essential=essential,
-        )
-
-
 def _page(
     answer: estimation.PayloadAnswer, document: results.StoredPayload, provenance: report.Provenance, recorded: int
 ) -> report.Page:
     """The report; ``recorded``: how many recordings there are, of which not all are drawn."""
     others = recorded - len(answer.predictions)
     return report.payload_page(answer, document, provenance, answer.predictions, others)
-
-
-def _problem(
-    request: _Payload,
-    setup: Setup,
-    loaded: Sequence[model.Recording],
-    unloaded: Sequence[model.Recording],
-    stored: results.StoredRobot | None,
-    progress: Progress,
-) -> estimation.PayloadProblem:
-    """Equations of the recordings, with the robot of an earlier run where one is given."""
-    return estimation.payload_problem(
-        setup.robot,
-        loaded,
-        unloaded,
-        stored.estimate if stored else None,
-        setup.processing,
-        progress,
-        robust=True,
-        friction_change=request.change,
-        scale_sigma=request.scale_sigma or 0.0,
-    )
 
 
 def check_compared(unloaded: Sequence[str], robot_parameters: str | None) -> None:

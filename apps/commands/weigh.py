@@ -81,9 +81,9 @@ def run(
         problem, others = _problems(request, setup, loaded, unloaded, stored, progress)
         progress("estimating")
         with constraints_solved():
-            answer = estimation.answer_payload(
-                problem, constraints=constraints, gains=gains, stand_in=stand_in, others=others
-            )
+            answer = estimation.answer_payload(problem, constraints=constraints, gains=gains, others=others)
+        if stand_in is not None:
+            answer = answer.assuming(stand_in)
 
     def page(document: results.StoredPayload) -> report.Page:
         return _page(answer, document, files.provenance(setup.in_words(), request, arm, processing), files.plots)
@@ -122,17 +122,12 @@ def _problems(
     unloaded: Sequence[model.Recording],
     stored: results.StoredRobot | None,
     progress: Progress,
-) -> tuple[estimation.PayloadProblem, list[estimation.PayloadProblem]]:
+) -> tuple[estimation.ShortMotion, list[estimation.ShortMotion]]:
     """What is answered, and what it is compared with: torque differences first, the robot's parameters beside."""
-    robot, processing, problems = setup.robot, setup.processing, []
+    robot, problems = setup.robot, []
+    settings = estimation.Settings(setup.processing, friction_change=request.change, progress=progress)
     if unloaded:
-        problems.append(
-            estimation.difference_weighing(robot, loaded, unloaded, processing, request.moving, progress)
-        )
+        problems.append(estimation.difference_weighing(robot, loaded, unloaded, request.moving, settings))
     if stored is not None:
-        problems.append(
-            estimation.known_robot_weighing(
-                robot, loaded, stored.estimate, processing, request.moving, progress, request.change
-            )
-        )
+        problems.append(estimation.known_robot_weighing(robot, loaded, stored.estimate, request.moving, settings))
     return problems[0], problems[1:]

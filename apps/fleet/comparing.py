@@ -11,8 +11,8 @@ from ...common.arrays import Array
 from ...common.errors import InputError
 from ...common.schema import Document
 from ...estimation.answers.identification import Identification
+from ...estimation.fit.covariance import student95
 from ...estimation.fit.estimate import Estimate
-from ...estimation.fit.robust import student95
 
 TINY = np.finfo(float).tiny ** 0.25
 """No standard deviation of anything measured is smaller."""

@@ -8,7 +8,7 @@ nights before.
 
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -16,10 +16,10 @@ import numpy as np
 from ...common.arrays import Array
 from ...common.errors import InputError
 from ...estimation.equations.equations import PAYLOAD, Equations, merged
+from ...estimation.fit.covariance import jackknife
 from ...estimation.fit.estimate import Estimate
 from ...estimation.fit.least_squares import joint_weights, weighted
 from ...estimation.fit.linear_problem import LinearProblem
-from ...estimation.fit.robust import jackknifed
 from ...model.drives import FRICTION, parameter_kind
 from ...model.regressors import payload_columns
 from .comparing import TINY, Compared, excess, side_by_side, widened
@@ -160,7 +160,7 @@ def arm_of(recordings: Sequence[Stored]) -> Arm:
     told = tuple(float(recording.about.get("payload", "0")) for recording in ordered)
     usual = Counter(told).most_common(1)[0][0]
     same = [recording.equations for recording, mass in zip(ordered, told, strict=True) if mass == usual]
-    whole = weighted(merged(replace(equations, leave_one_out=()) for equations in same))
+    whole = weighted(merged(equations.whole for equations in same))
     nights = [_night(recording, whole, usual - mass) for recording, mass in zip(ordered, told, strict=True)]
     series = []
     for name in nights[0]:
@@ -187,7 +187,7 @@ def _night(recording: Stored, whole: Estimate, usual: float) -> dict[str, tuple[
     change = recording.base.effect_of(payload_columns(recording.robot))
     own = np.eye(len(names))
     columns = [*(names[k] for k in frictions), *PAYLOAD]
-    both = _measured(equations.transformed(columns, np.column_stack([own[:, frictions], change]), rest))
+    both = _measured(equations.transformed(np.column_stack([own[:, frictions], change]), columns, rest))
     mass, sigma = both["M_L"]
     numbers = {names[k]: both[names[k]] for k in frictions} | {MASS: (usual + mass, sigma)}
     if abs(mass) > _CLEARLY * sigma:  # what hangs there is no drive's scale
@@ -195,7 +195,7 @@ def _night(recording: Stored, whole: Estimate, usual: float) -> dict[str, tuple[
     for j in range(recording.robot.n):
         beside = [k for k in frictions if np.abs(equations.factors[j][:, k]).max(initial=0.0) > 0.0]
         M = np.column_stack([rest, own[:, beside]])
-        alone = equations.of_joint(j).transformed(["scale", *(names[k] for k in beside)], M, rest)
+        alone = equations.transformed(M, ["scale", *(names[k] for k in beside)], rest, [j])
         numbers[f"scale {j + 1}"] = _measured(alone)["scale"]
     return numbers
 
@@ -209,7 +209,7 @@ def _measured(equations: Equations) -> dict[str, tuple[float, float]]:
 
 def compared_by(equations: Equations) -> tuple[Estimate, Array]:
     """An estimate and its ``excess``; by the jackknife, where there are enough blocks of time."""
-    estimate, blocks, sigma = weighted(equations), len(equations.leave_one_out), None
+    estimate, blocks, sigma = weighted(equations), len(equations.blocks), None
     if blocks > 1:
         robust = weighted(equations, joint_weights(equations, estimate.values))
         try:
@@ -217,5 +217,5 @@ def compared_by(equations: Equations) -> tuple[Estimate, Array]:
             left = problem.without_blocks(robust.weights, [(b, -1) for b in range(blocks)])
         except InputError:
             return estimate, excess(estimate, None)
-        sigma = jackknifed([left], robust.values, equations.block_length).sigma
+        sigma = jackknife([left], robust.values, equations.blocks.length).sigma
     return estimate, excess(estimate, sigma)

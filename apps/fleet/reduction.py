@@ -14,6 +14,7 @@ from msgspec.structs import replace
 from ...common.errors import InputError
 from ...common.files import checksum
 from ...common.schema import Document
+from ...estimation import Settings
 from ...estimation.answers.identification import identify
 from ...model import Robot
 from ..logs.map import LogMap
@@ -134,8 +135,8 @@ def reduce_log(plan: bytes, log: Log) -> _Done:
         pieces = read_recordings(log.file, robot, recipe.drive_gains, log_map, recipe.processing)
         if wrong := log.other_day(pieces[0].origin):
             return replace(log, wrong=wrong), b""
-        result = identify(robot, pieces, recipe.processing, gains=recipe.gains)
-        return log, packed(Stored.of(log.file, robot, result.base, result.problem, log.about))
+        result = identify(robot, pieces, Settings(recipe.processing), gains=recipe.gains)
+        return log, packed(Stored(log.file, robot, result.base, result.problem, dict(log.about)))
     except (InputError, OSError) as error:
         return replace(log, wrong=" ".join(str(error).split())), b""
     except Exception as fault:  # one bad log stops nobody; it is named, and so is the fault

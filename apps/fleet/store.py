@@ -5,7 +5,7 @@ import json
 import re
 import zlib
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, TypeVar
@@ -17,7 +17,6 @@ from ...common.errors import InputError
 from ...common.files import made_folder, write_bytes
 from ...common.schema import Document, read_json, write_json
 from ...estimation.equations.equations import Equations
-from ...estimation.equations.leave_one_out import WithoutEach
 from ...estimation.fit.drive_gains import Gains
 from ...model import BaseParameters, Processing, Robot
 
@@ -182,30 +181,14 @@ class Stored:
     Attributes:
         name: of the log.
         about: what is known of it: the arm's own name, day, told payload.
-        whole: its equations in the robot's base parameters.
-        blocks: the same cut in time.
+        equations: in the robot's base parameters, in blocks of time.
     """
 
     name: str
     robot: Robot
     base: BaseParameters
-    whole: Equations
-    blocks: tuple[Equations, ...] = ()
+    equations: Equations
     about: Mapping[str, str] = field(default_factory=dict)
-
-    @staticmethod
-    def of(
-        name: str, robot: Robot, base: BaseParameters, equations: Equations, about: Mapping[str, str]
-    ) -> "Stored":
-        """Make a recording of its equations."""
-        parts = equations.leave_one_out
-        blocks = parts.blocks if isinstance(parts, WithoutEach) else ()
-        return Stored(name, robot, base, replace(equations, leave_one_out=()), blocks, dict(about))
-
-    @property
-    def equations(self) -> Equations:
-        """The equations, with those without each block of time."""
-        return replace(self.whole, leave_one_out=WithoutEach(self.blocks)) if self.blocks else self.whole
 
 
 def packed(value: Any) -> bytes:

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from ...common.arrays import Array
 from ...common.errors import InputError
 from ...common.schema import Document
-from ...estimation.fit.robust import student95
+from ...estimation.fit.covariance import student95
 from ...estimation.signals.alignment import aligned
 from ...estimation.signals.rows import cut, moving_parts, pieces
 from ...model import Motion, Recording, Robot

@@ -15,8 +15,9 @@ from ...estimation.diagnosis.verdict import robot_verdict
 from ...estimation.equations.equations import Equations
 from ...estimation.fit.least_squares import weighted
 from ...estimation.fit.own_equations import base_problem
+from ...estimation.fit.settings import Settings
 from ...estimation.gains.current_side import relative_scales
-from ...estimation.payload.problem import Source
+from ...estimation.payload.long_motion import Source
 from ...estimation.signals.filtering import measurement
 from ...estimation.signals.plausibility import implausible, position_range, still_joints
 from ...estimation.signals.rows import moving_parts
@@ -265,10 +266,10 @@ def _reduced(
 ) -> tuple[Recording, Equations]:
     """Reduce one recording to equations; currents first become torques in one unknown unit."""
     base = base_parameters(robot)
-    equations = base_problem(robot, base, [recording], processing, check=False, blocks=True)
+    equations = base_problem(robot, base, [recording], Settings(processing), check=False)
     if currents and robot.coupling is None and robot.spring is None:
         recording = replace(recording, torque=recording.torque * relative_scales(equations).ratio)
-        equations = base_problem(robot, base, [recording], processing, check=False, blocks=True)
+        equations = base_problem(robot, base, [recording], Settings(processing), check=False)
     return recording, equations
 
 

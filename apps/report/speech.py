@@ -12,7 +12,7 @@ from ...common.errors import InputError
 from ...common.files import checksum, write_text
 from ...common.schema import json_text
 from ...common.versions import versions
-from ...estimation import Identification, PayloadAnswer
+from ...estimation import Identification, LongMotion, PayloadAnswer
 from ...estimation.answers.gains import DriveGains
 from ...trajectories import Design
 from ..export.controllers import FORMATS, load_of_document
@@ -55,14 +55,14 @@ class _Shown(NamedTuple):
 
 
 def _payload_document(answer: PayloadAnswer) -> StoredPayload:
-    return payload_document(answer, answer.processing or answer.problem.robot.processing)
+    return payload_document(answer, answer.problem.source.processing)
 
 
 def _payload_page(answer: PayloadAnswer) -> Page:
     source = answer.problem.source
-    recordings = (*(source.unloaded if source else ()), *(source.loaded if source else ()), *answer.held_out)
-    predictions = answer.predictions if answer.problem.short is None else ()
-    others = (len(source.loaded) if source else 0) + len(answer.held_out) - len(predictions)
+    recordings = (*source.unloaded, *source.loaded, *answer.held_out)
+    predictions = answer.predictions if isinstance(answer.problem, LongMotion) else ()
+    others = len(source.loaded) + len(answer.held_out) - len(predictions)
     return payload_page(answer, _payload_document(answer), _provenance(recordings), predictions, max(others, 0))
 
 

@@ -13,9 +13,9 @@ from ...common.errors import InputError
 from ...common.linear import is_covariance
 from ...common.schema import Document, Matrix, Vector, WrongKeyError, at, naming, present, read_json
 from ...estimation.equations.equations import PAYLOAD, Equations, triangular
+from ...estimation.fit.covariance import RobustCovariance
 from ...estimation.fit.drive_gains import Fingerprints, Gains
 from ...estimation.fit.estimate import Estimate, Fit
-from ...estimation.fit.robust import RobustCovariance
 from ...model import Robot
 from .parts import (
     EliminationDocument,

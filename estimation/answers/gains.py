@@ -16,14 +16,14 @@ from ..diagnosis.finding import Verdict
 from ..diagnosis.states import states_of
 from ..diagnosis.verdict import diagnose, judge
 from ..equations.equations import PAYLOAD, Equations
+from ..fit.covariance import NORMAL95, RobustCovariance, jackknife
 from ..fit.drive_gains import Fingerprints
 from ..fit.estimate import Estimate, Fit
-from ..fit.robust import NORMAL95, RobustCovariance, jackknife
 from ..gains.known_load import KnownLoad, Mountings, known_values
 from ..gains.problem import GainProblem, free_gains, gravity_acts, possible_gains, rests_on
 from ..payload.by_joints import ByJoints, payload_over_time
+from ..payload.long_motion import LongMotion, Source
 from ..payload.methods import identify_payload
-from ..payload.problem import PayloadProblem, Source
 from ..payload.result import PayloadEstimate
 from .system import DRAWN, TorquePrediction, payload_prediction
 
@@ -63,7 +63,7 @@ class DriveGains(Speaks):
     mountings: Mountings = Mountings()
     disagreement: float = 1.0
     verdict: Verdict = Verdict("use")
-    posed: tuple[PayloadProblem, ...] = ()
+    posed: tuple[LongMotion, ...] = ()
     by_joints: tuple[ByJoints, ...] = ()
     source: Source | None = None
 
@@ -129,7 +129,6 @@ class DriveGains(Speaks):
         """Torques of a few recordings, current times gain, and what robot and weight predict: all were used."""
         predictions = []
         for problem, body in zip(self.posed, self.payloads[: len(self.posed)], strict=True):
-            assert problem.source is not None
             settings = problem.source.processing
             predictions += [
                 payload_prediction(problem, body, recording, settings, False)
@@ -176,7 +175,8 @@ def identify_gains(problem: GainProblem, load: KnownLoad | Sequence[KnownLoad]) 
             return -np.log(possible_gains(problem, part, loads, best, sharpest).k)
 
         try:
-            robust = jackknife(solve, problem.deletions, -np.log(best.k), problem.block_length)
+            groups = [map(solve, group) for group in problem.deletions]
+            robust = jackknife(groups, -np.log(best.k), problem.block_length)
         except InputError as error:
             reason = str(error)
     # The weight as the torques show it that the gains give; the gains' own errors are those of these recordings.
@@ -230,7 +230,6 @@ def _evidence(
         for name, load, free in zip(gains.mountings.names, gains.loads, identified, strict=True)
     )
     for k, (problem, free, diagnosis) in enumerate(zip(gains.posed, identified, diagnoses, strict=True)):
-        assert problem.source is not None
         yield Evidence(
             robot=gains.robot,
             source=problem.source,
@@ -239,6 +238,6 @@ def _evidence(
             estimates=(free,),
             stretches=payload_over_time(problem, free.estimate.weights),
             gained=Gained(gains.larger_relative_sigma, weights) if k == 0 else None,
-            compared=problem.compared,
+            compared=problem.source.compared,
             diagnosis=diagnosis if k == 0 else replace(diagnosis, alternatives=()),
         )

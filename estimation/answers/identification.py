@@ -11,22 +11,23 @@ from functools import cached_property
 import numpy as np
 
 from ...common.errors import InputError
-from ...common.progress import Progress, silent
 from ...common.speech import Speaks
 from ...model import BaseParameters, Processing, Recording, Robot, base_parameters
 from ..diagnosis.finding import Verdict
 from ..diagnosis.verdict import robot_verdict
 from ..equations.equations import PAYLOAD, Equations
 from ..equations.observer import Observer
+from ..fit.covariance import jackknife, naming_blocks
 from ..fit.drive_gains import Gains, usual_gains
-from ..fit.essential import Elimination, StopRule, eliminate
+from ..fit.essential import Elimination, eliminate
 from ..fit.estimate import Estimate, Fit, error_model, fit
 from ..fit.least_squares import Excitation, excitation, weighted
 from ..fit.linear_problem import LinearProblem, gain_sensitivity
 from ..fit.own_equations import base_problem
-from ..fit.robust import jackknifed, naming_blocks
-from ..payload.methods import selected, with_robust
-from ..payload.problem import PayloadProblem, Source
+from ..fit.settings import DEFAULTS, Settings
+from ..payload.long_motion import LongMotion, Source, check_blocks
+from ..payload.methods import selected
+from ..payload.robust import with_robust
 from ..possible.cone import SolverError
 from ..possible.payload import solve_constrained
 from ..possible.result import rise_p_value
@@ -77,10 +78,10 @@ def impossible_payload(elimination: Elimination) -> tuple[str, ...]:
     return _too_far("payload", gone, result.chi2_rise, result.p_value)
 
 
-def elimination_warnings(problem: PayloadProblem, elimination: Elimination) -> tuple[str, ...]:
+def elimination_warnings(problem: LongMotion, elimination: Elimination) -> tuple[str, ...]:
     """What speaks against the essential parameters of robot and payload together, by method 4."""
-    full, _ = with_robust(problem, lambda part: selected(part, part.loaded.columns))
-    part, _ = with_robust(problem, lambda part: selected(part, elimination.essential), elimination.estimate)
+    full, _ = with_robust(problem, selected(problem, problem.loaded.columns))
+    part, _ = with_robust(problem, selected(problem, elimination.essential), elimination.estimate)
     elimination = replace(elimination, estimate=part)
     return impossible_payload(elimination) + impossible_robot(problem.robot, problem.base, full, elimination)
 
@@ -198,43 +199,38 @@ class Identification(Speaks):
 def identify(
     robot: Robot,
     recordings: Sequence[Recording],
-    processing: Processing | None = None,
+    settings: Settings = DEFAULTS,
     validation: Sequence[Recording] = (),
-    progress: Progress = silent,
-    robust: bool = True,
-    essential: StopRule | None = None,
     gains: Gains | None = None,
 ) -> Identification:
     """Identify a robot's base parameters by weighted least squares.
 
+    Standard deviations that hold for autocorrelated residuals are added where asked for, of all and of the
+    essential parameters; where the recordings do not allow them, the result tells why.
+
     Args:
         recordings: without payload.
-        processing: settings; the robot's own by default.
         validation: recordings on which the result is tried.
-        robust: add standard deviations that hold for autocorrelated residuals, of all and of the essential
-            parameters; where the recordings do not allow them, the result tells why.
-        essential: when elimination ends; the paper's ratio of 1.02 by default.
         gains: uncertainty of the drive gains, which no residual shows; what the recordings say of it by default,
             else the usual one.
 
     Raises:
         InputError: if the recordings cannot determine the parameters.
     """
-    processing = processing or robot.processing
-    progress("base parameters")
+    settings.progress("base parameters")
     base = base_parameters(robot)
-    problem = base_problem(robot, base, recordings, processing, progress=progress, blocks=robust)
+    problem = base_problem(robot, base, recordings, settings)
     gains = usual_gains(robot, recordings) if gains is None else gains
-    result = identified(robot, base, problem, essential, gains, robust, progress)
+    result = identified(robot, base, problem, settings, gains)
     unseen = None
     if validation:
-        unseen = base_problem(robot, base, validation, processing, check=False, progress=progress)
+        unseen = base_problem(robot, base, validation, replace(settings, robust=False), check=False)
     return replace(
         result,
         validation=fit(unseen, result.estimate.values) if unseen is not None else None,
         recordings=tuple(recordings),
         held_out=tuple(validation),
-        processing=processing,
+        processing=settings.processing_of(robot),
         unseen=unseen,
     )
 
@@ -243,17 +239,15 @@ def identified(
     robot: Robot,
     base: BaseParameters,
     problem: Equations,
-    essential: StopRule | None = None,
+    settings: Settings = DEFAULTS,
     gains: Gains | None = None,
-    robust: bool = True,
-    progress: Progress = silent,
 ) -> Identification:
     """Identify from equations that are reduced already, in blocks of time where ``robust``; else as there."""
     estimate = _with_gains(problem, weighted(problem), gains)
-    elimination, reason = eliminate(problem, estimate, essential), ""
+    elimination, reason = eliminate(problem, estimate, settings.essential), ""
     part = _with_gains(problem.select(elimination.essential), elimination.estimate, gains)
-    if robust:
-        progress("leaving out blocks")
+    if settings.robust:
+        settings.progress("leaving out blocks")
         try:
             estimate, part = (_with_robust(problem, one) for one in (estimate, part))
         except InputError as error:
@@ -277,10 +271,11 @@ def _with_robust(problem: Equations, estimate: Estimate) -> Estimate:
         InputError: if the data without one block do not determine the parameters.
     """
     part = LinearProblem(problem.select(estimate.names), estimate.names)
-    pairs = [(b, -1) for b in range(len(problem.without_blocks()))]
-    with naming_blocks(problem.block_length):
+    check_blocks(len(problem.blocks))
+    pairs = [(b, -1) for b in range(len(problem.blocks))]
+    with naming_blocks(problem.blocks.length):
         values = part.without_blocks(estimate.weights, pairs)
-    return replace(estimate, robust=jackknifed([values], estimate.values, problem.block_length))
+    return replace(estimate, robust=jackknife([values], estimate.values, problem.blocks.length))
 
 
 def identification_system(

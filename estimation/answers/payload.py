@@ -3,27 +3,25 @@
 from collections.abc import Sequence
 from dataclasses import replace
 
-import numpy as np
-
 from ...common.errors import InputError
-from ...model import Processing, Recording
+from ...model import Recording
 from ..diagnosis.evidence import Agreement, Diagnosis, Evidence, Weighed
 from ..diagnosis.finding import Verdict
 from ..diagnosis.verdict import allowing as allowing_for
 from ..diagnosis.verdict import best_of, diagnose, judge
 from ..equations.equations import PAYLOAD, merged
 from ..fit.drive_gains import Gains, usual_gains
-from ..fit.essential import StopRule
 from ..fit.estimate import fit
 from ..fit.least_squares import weighted
 from ..fit.own_equations import base_problem
+from ..fit.settings import Settings
 from ..payload.by_joints import payload_over_time
 from ..payload.constrained import ConstrainedPayload, constrain_payload
-from ..payload.methods import METHODS, essential_combined, identify_payload, usable_methods
-from ..payload.problem import PayloadProblem
+from ..payload.long_motion import LongMotion
+from ..payload.methods import METHODS, PayloadProblem, essential_combined, identify_payload, usable_methods
 from ..payload.repeats import repeats_of, widened
 from ..payload.result import PayloadEstimate, in_payload_frame
-from ..payload.stand_in import StandIn
+from ..payload.short_motion import ShortMotion
 from ..possible.cone import SolverError
 from ..possible.constraints import Constraint, KnownMass
 from ..possible.payload import POSSIBLE
@@ -34,47 +32,39 @@ from .payload_answer import PayloadAnswer
 def answer_payload(
     problem: PayloadProblem,
     methods: Sequence[int] | None = None,
-    free_friction: bool = False,
     held_out: Sequence[Recording] = (),
-    processing: Processing | None = None,
     constraints: Sequence[Constraint] = POSSIBLE,
     gains: Gains | None = None,
-    essential: StopRule | None = None,
-    stand_in: StandIn | None = None,
-    others: Sequence[PayloadProblem] = (),
+    others: Sequence[ShortMotion] = (),
 ) -> PayloadAnswer:
     """Estimate by several methods and judge the result.
 
     Args:
         methods: which ones; None takes all that can be used and tells why the others cannot.
-        free_friction: method 1: estimate friction anew under load.
         held_out: recordings without payload to validate the robot's parameters on.
-        processing: settings for those; the robot's own by default.
         constraints: what is known of the payload, a weighed mass among it; that it can exist is always demanded.
         gains: uncertainty of the drive gains; what the recordings say of it by default, else the usual one.
-        essential: method 4: when elimination ends; the paper's ratio of 1.02 by default.
-        stand_in: an inertia to assume where none was measured well enough.
         others: the same payload by a short motion reduced in another way, for comparison.
 
     Raises:
         InputError: if a method that was asked for cannot be used, or none can; "mass not visible" where neither
-            torques nor a scale show the mass; if there is no place to put an assumed inertia.
+            torques nor a scale show the mass.
         SolverError: if by no method a payload was found that holds the constraints; what speaks against the
             recordings is named with it.
     """
     scale = next((known for known in constraints if isinstance(known, KnownMass)), None)
-    free, left_out = _identified(problem, methods, free_friction, scale)
+    free, left_out = _identified(problem, methods, scale)
     repeats = repeats_of(problem, scale)
     if repeats is not None:  # the scatter of repeated recordings beyond their own
         free = [widened(estimate, repeats.excess) for estimate in free]
-    if gains is None and problem.source is not None:
+    if gains is None:
         gains = usual_gains(problem.robot, (*problem.source.unloaded, *problem.source.loaded))
     # Errors that are assumed, not known, excuse no joint that disagrees: they never shorten an interval.
     diagnosis = diagnose(problem, best_of(free), None if gains is not None and gains.assumed else gains)
     free = [allowing_for(estimate, diagnosis) for estimate in free]
     validation = None
     if held_out and problem.alone is not None:
-        settings = processing or problem.robot.processing
+        settings = Settings(problem.source.processing, robust=False)
         unseen = base_problem(problem.robot, problem.base, held_out, settings, check=False)
         validation = fit(unseen, problem.alone.values)
     constrained: list[ConstrainedPayload] = []
@@ -88,9 +78,8 @@ def answer_payload(
             failures[estimate.method] = error
     agreement = _without_friction(problem)
     for other in others:
-        (method,) = usable_methods(other)
-        ten = identify_payload(other, method, scale=scale).ten
-        name = "robot's parameters (method 1)" if method == 1 else "torque difference (method 3)"
+        ten = identify_payload(other, other.method, scale=scale).ten
+        name = "robot's parameters (method 1)" if other.method == 1 else "torque difference (method 3)"
         agreement.append(Agreement(name, float(ten[9]), ten[6:9] / ten[9]))
     answer = PayloadAnswer(
         problem=problem,
@@ -104,7 +93,6 @@ def answer_payload(
         gains=gains,
         validation=validation,
         held_out=tuple(held_out),
-        processing=processing,
         agreement=tuple(agreement),
         repeats=repeats,
     )
@@ -113,21 +101,14 @@ def answer_payload(
         failure = next(failures[estimate.method] for estimate in free if estimate.method in failures)
         raise failure.naming(*failure.demands, *(verdict.reasons if verdict.level == "do_not_use" else ()))
     answer = replace(answer, verdict=verdict)
-    if any(payload.method == 4 for payload in constrained):
-        elimination = essential_combined(problem, essential)
+    if isinstance(problem, LongMotion) and any(payload.method == 4 for payload in constrained):
+        elimination = essential_combined(problem, problem.settings.essential)
         answer = replace(answer, elimination=elimination, warnings=elimination_warnings(problem, elimination))
-    if stand_in is None or answer.judged["inertia"].use == "use":
-        return answer
-    if not np.isfinite(answer.com).all():
-        raise InputError(
-            f"an inertia cannot be assumed about a centre of mass that is not known: "
-            f"{answer.judged['centre of mass'].why}"
-        )
-    return replace(answer, stand_in=stand_in)
+    return answer
 
 
 def _identified(
-    problem: PayloadProblem, methods: Sequence[int] | None, free_friction: bool, scale: KnownMass | None
+    problem: PayloadProblem, methods: Sequence[int] | None, scale: KnownMass | None
 ) -> tuple[list[PayloadEstimate], dict[int, str]]:
     """The methods' own estimates, and why there is none of a method."""
     estimates: list[PayloadEstimate] = []
@@ -135,11 +116,11 @@ def _identified(
     usable = usable_methods(problem)
     for method in methods or METHODS:
         if methods is None and method not in usable:
-            if method == 3:
-                left_out[method] = problem.without_difference
+            if method == 3 and isinstance(problem, LongMotion):
+                left_out[method] = problem.why_no_pair
             continue
         try:
-            estimates.append(identify_payload(problem, method, free_friction, scale))
+            estimates.append(identify_payload(problem, method, scale))
         except InputError as error:
             if methods is not None:
                 raise
@@ -156,17 +137,17 @@ def _evidence(answer: PayloadAnswer, free: Sequence[PayloadEstimate], diagnosis:
         problem.robot,
         source=problem.source,
         diagnosis=diagnosis,
-        compared=problem.compared or problem.pairs,
+        compared=problem.source.compared,
         constrained=answer.constrained,
         spread=answer.reported_spread,
         judged=answer.measured,
     )
-    if problem.short is not None:
+    if isinstance(problem, ShortMotion):
         weighed = Weighed(
             mass=answer.model["M_L"],
             sigma=float(answer.model.sigma[answer.model.names.index("M_L")]),
             from_scale=answer.free.from_scale,
-            unexplained=answer.free.unexplained(problem.short.torque_rms),
+            unexplained=answer.free.unexplained(problem.torque_rms),
             repeats=answer.repeats,
             agreement=answer.agreement,
         )
@@ -186,15 +167,11 @@ def _evidence(answer: PayloadAnswer, free: Sequence[PayloadEstimate], diagnosis:
 
 def _without_friction(problem: PayloadProblem) -> list[Agreement]:
     """A short motion with friction as it was without payload; left out where that is not determined."""
-    short = problem.short
-    if (
-        short is None
-        or problem.difference is None
-        or not short.visibility.mass_visible
-        or short.visibility.rank < 10
-    ):
+    if not isinstance(problem, ShortMotion) or problem.method != 3:
         return []
-    frictional = merged(in_payload_frame(problem.robot, run.frictional) for run in short.runs).select(PAYLOAD)
+    if not problem.visibility.mass_visible or problem.visibility.rank < 10:
+        return []
+    frictional = merged(in_payload_frame(problem.robot, run.frictional) for run in problem.runs).select(PAYLOAD)
     try:
         values = weighted(frictional).values
     except InputError:

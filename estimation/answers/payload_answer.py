@@ -7,21 +7,22 @@ from typing import NamedTuple
 import numpy as np
 
 from ...common.arrays import Array
+from ...common.errors import InputError
 from ...common.speech import Speaks
-from ...model import InertialParameters, Processing, Recording
+from ...model import InertialParameters, Recording
 from ...model.inertia import PayloadSpread, payload_spread
 from ..diagnosis.checks import allowing, judge_com, judge_inertia, judge_mass
 from ..diagnosis.evidence import Agreement, Judged
 from ..diagnosis.finding import Verdict
+from ..fit.covariance import NORMAL95, student95
 from ..fit.drive_gains import Gains
 from ..fit.essential import Elimination
 from ..fit.estimate import Estimate, Fit, error_model
 from ..fit.least_squares import Excitation, excitation
-from ..fit.robust import NORMAL95, student95
 from ..payload.by_joints import ByJoints
 from ..payload.constrained import ConstrainedPayload
-from ..payload.methods import combined
-from ..payload.problem import PayloadProblem
+from ..payload.long_motion import LongMotion
+from ..payload.methods import PayloadProblem, combined
 from ..payload.repeats import Repeats
 from ..payload.result import PREFERRED, PayloadEstimate
 from ..payload.short_motion import ShortMotion
@@ -111,7 +112,6 @@ class PayloadAnswer(Speaks):
         elimination: essential parameters of robot and payload together, where method 4 was used.
         warnings: what speaks against a robot or payload with the eliminated parameters zero.
         held_out: recordings without payload of ``validation``.
-        processing: settings of those; the robot's own by default.
         agreement: other ways to the numbers of a short motion.
         repeats: of several recordings of a short motion, each of them alone.
         stand_in: an assumed inertia, where it was asked for and none was measured well enough.
@@ -129,7 +129,6 @@ class PayloadAnswer(Speaks):
     elimination: Elimination | None = None
     warnings: tuple[str, ...] = ()
     held_out: tuple[Recording, ...] = ()
-    processing: Processing | None = None
     agreement: tuple[Agreement, ...] = ()
     repeats: Repeats | None = None
     stand_in: StandIn | None = None
@@ -162,7 +161,7 @@ class PayloadAnswer(Speaks):
         """Whether each quantity may be used: by the verdict, of a short motion each by itself too."""
         level = self.verdict.level
         usable = level != "do_not_use"
-        if self.problem.short is None:
+        if isinstance(self.problem, LongMotion):
             return {"mass": usable, "centre of mass": usable, "inertia": level == "use"}
         return {name: usable and judged.use in ("use", "weighed") for name, judged in self.judged.items()}
 
@@ -199,8 +198,8 @@ class PayloadAnswer(Speaks):
     @property
     def short(self) -> ShortMotion:
         """The short motion, of a weighing."""
-        assert self.problem.short is not None
-        return self.problem.short
+        assert isinstance(self.problem, ShortMotion)
+        return self.problem
 
     @property
     def robot_fit(self) -> Fit | None:
@@ -297,6 +296,21 @@ class PayloadAnswer(Speaks):
         """The payload with the assumed inertia, where there is one."""
         return None if self.stand_in is None else self.stand_in.body(self.mass, self.com)
 
+    def assuming(self, stand_in: StandIn) -> "PayloadAnswer":
+        """The answer with an assumed inertia, unless one was measured well enough.
+
+        Raises:
+            InputError: if there is no place to put it.
+        """
+        if self.judged["inertia"].use == "use":
+            return self
+        if not np.isfinite(self.com).all():
+            raise InputError(
+                f"an inertia cannot be assumed about a centre of mass that is not known: "
+                f"{self.judged['centre of mass'].why}"
+            )
+        return replace(self, stand_in=stand_in)
+
     @property
     def weighing(self) -> Weighing | None:
         """The scale beside the identified mass; None where the scale gave the mass, or nothing was weighed."""
@@ -311,7 +325,9 @@ class PayloadAnswer(Speaks):
     @cached_property
     def excitation(self) -> Excitation | None:
         """How well robot and payload are excited together (30); None without the robot's own equations."""
-        return excitation(self.problem.both, combined(self.problem)) if self.problem.unloaded is not None else None
+        if not isinstance(self.problem, LongMotion) or self.problem.unloaded is None:
+            return None
+        return excitation(self.problem.both, combined(self.problem))
 
     @cached_property
     def predictions(self) -> tuple[TorquePrediction, ...]:
@@ -319,20 +335,19 @@ class PayloadAnswer(Speaks):
 
         None where the robot's own parameters are not known.
         """
-        problem, source = self.problem, self.problem.source
+        problem = self.problem
         if problem.alone is None:
             return ()
-        settings, values = self.processing or problem.robot.processing, problem.alone.values
+        settings, values = problem.source.processing, problem.alone.values
         bare = [
             robot_prediction(problem.robot, problem.base, values, recording, settings, True)
             for recording in self.held_out[:DRAWN]
         ]
-        loaded = source.loaded[:DRAWN] if source else ()
-        return (*bare, *(self.prediction(recording, False) for recording in loaded))
+        return (*bare, *(self.prediction(recording, False) for recording in problem.source.loaded[:DRAWN]))
 
     def prediction(self, recording: Recording, held_out: bool) -> TorquePrediction:
         """A recording with payload and what the recommended payload predicts, beside the bare robot."""
-        settings = self.processing or self.problem.robot.processing
+        settings = self.problem.source.processing
         return payload_prediction(self.problem, self.recommended.body, recording, settings, held_out)
 
 

@@ -14,8 +14,8 @@ from ..equations.observation import Observation
 from ..equations.observer import Observer
 from ..fit.own_equations import filtered
 from ..payload.equations import loaded_observer
-from ..payload.methods import combined, from_robot
-from ..payload.problem import PayloadProblem
+from ..payload.long_motion import LongMotion
+from ..payload.methods import PayloadProblem, combined, from_robot
 from ..signals.filtering import measurement
 
 DRAWN = 3
@@ -181,7 +181,7 @@ class ObservationSystem:
 
 
 def payload_system(
-    problem: PayloadProblem, loaded: Sequence[Recording], unloaded: Sequence[Recording], processing: Processing
+    problem: LongMotion, loaded: Sequence[Recording], unloaded: Sequence[Recording], processing: Processing
 ) -> ObservationSystem:
     """The system of method 4, (30): base parameters, then the payload's ten in frame n (``robot.last_frame``).
 

@@ -11,8 +11,8 @@ import numpy as np
 
 from ...common.arrays import Array
 from ...model.inertia import PayloadSpread
+from ..fit.covariance import NORMAL95, few_blocks
 from ..fit.estimate import Fit
-from ..fit.robust import NORMAL95, few_blocks
 from ..possible.constraints import PossibleBody
 from .evidence import KNOWN_WELL, Evidence, Judged, KnownWeight, by
 from .finding import Finding, error, note, warning

@@ -11,7 +11,7 @@ from ..fit.estimate import Estimate, Fit
 from ..gains.current_side import RelativeScales
 from ..payload.by_joints import ByJoints
 from ..payload.constrained import ConstrainedPayload
-from ..payload.problem import Source
+from ..payload.long_motion import Source
 from ..payload.repeats import Repeats
 from ..payload.result import PayloadEstimate
 from ..signals.alignment import AlignedPair

@@ -8,7 +8,7 @@ import numpy as np
 from scipy.special import fdtrc
 
 from ...common.arrays import Array
-from ..fit.robust import NORMAL95, few_blocks
+from ..fit.covariance import NORMAL95, few_blocks
 from ..payload.by_joints import ByJoints
 from .evidence import Evidence
 from .finding import Finding, error, note, warning

@@ -5,7 +5,7 @@ and offsets of those rows free. All of it is in the joints' triangular factors, 
 a robot that is known, and in a short motion, subsampled states do.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -14,10 +14,9 @@ from ...common.arrays import Array
 from ...common.errors import InputError
 from ...model.drives import FRICTION, parameter_kind
 from ..equations.equations import PAYLOAD, Equations
-from ..equations.leave_one_out import WithoutEach
-from ..fit.robust import NORMAL95
+from ..fit.covariance import NORMAL95
 from ..gains.current_side import RelativeScales, relative_scales
-from ..payload.problem import PayloadProblem
+from ..payload.long_motion import LongMotion
 from .engine import Added, Effect, System
 from .evidence import Evidence
 from .finding import Finding, error, note, warning
@@ -41,7 +40,7 @@ LONG_ENOUGH = 10.0
 """s: errors of the model last about a second, so that shorter recordings do not tell how they scatter."""
 
 
-def scales(problem: PayloadProblem, weights: Array) -> tuple[Effect, ...]:
+def scales(problem: LongMotion, weights: Array) -> tuple[Effect, ...]:
     """Scales of the loaded torques by full factors: of all, and of each joint.
 
     Args:
@@ -49,7 +48,7 @@ def scales(problem: PayloadProblem, weights: Array) -> tuple[Effect, ...]:
         weights: of the joints.
     """
     bare, loaded = problem.unloaded, problem.loaded
-    if problem.scale is not None or problem.bare is None or bare is None or not loaded.leave_one_out:
+    if problem.scale is not None or problem.bare is None or bare is None or not loaded.blocks:
         return ()
     names, robot = bare.columns, problem.bare.values
     b, c, n = len(names), len(names) + len(PAYLOAD), problem.robot.n
@@ -72,18 +71,13 @@ def scales(problem: PayloadProblem, weights: Array) -> tuple[Effect, ...]:
                 total += rows.T @ rows
         return total
 
-    without, with_payload = _blocks(bare), _blocks(loaded)
+    without, with_payload = bare.parts(), loaded.parts()
     if without and len(without) == len(with_payload):  # blocks of one motion are left out together
         blocks = [gram(*parts) for parts in zip(without, with_payload, strict=True)]
     else:
         blocks = [gram(part, None) for part in without] + [gram(None, part) for part in with_payload]
     unknown = c + len(friction)
     return _scales(Added.of(np.array(blocks), np.zeros((unknown, unknown)), slice(b, c)), n)
-
-
-def _blocks(equations: Equations) -> Sequence[Equations]:
-    cut = equations.leave_one_out
-    return cut.blocks if isinstance(cut, WithoutEach) else ()
 
 
 def scales_of_states(system: System) -> tuple[Effect, ...]:
@@ -114,7 +108,7 @@ def signal_scales(equations: Equations) -> RelativeScales | None:
     Errors by blocks of time count besides the formula's: errors of the model last, and look certain to a formula.
     """
     try:
-        return relative_scales(equations, _blocks(equations))
+        return relative_scales(equations, equations.parts())
     except InputError:
         return None
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from ...common.arrays import Array
 from ...model import Processing, Recording
-from ..payload.problem import Source
+from ..payload.long_motion import Source
 from ..signals.filtering import lowpass, measurement
 from ..signals.rows import Mask, used_rows
 

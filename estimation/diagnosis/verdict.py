@@ -16,9 +16,11 @@ from ..equations.equations import Equations
 from ..fit.drive_gains import Gains
 from ..fit.estimate import Estimate
 from ..payload.by_joints import payload_by_joints
-from ..payload.problem import PayloadProblem, Source
+from ..payload.long_motion import LongMotion, Source
+from ..payload.methods import PayloadProblem
 from ..payload.repeats import moved, reaching, widened
 from ..payload.result import PREFERRED, PayloadEstimate
+from ..payload.short_motion import ShortMotion
 from . import checks
 from .causes import SUSPICIOUS, alternatives, likely_causes, other_readings
 from .engine import System
@@ -124,13 +126,15 @@ def diagnose(
     effects = effects_of(system) if system is not None else ()
     by_joints = payload_by_joints(problem, weights)
     sigma = float(best.estimate.sigma[best.places.index(9)]) if 9 in best.places else np.inf
-    if problem.unloaded is not None:
+    if isinstance(problem, LongMotion) and problem.unloaded is not None:
         found = scales(problem, weights)
     else:
         found = scales_of_states(system) if system is not None else ()
     return Diagnosis(
         by_joints,
-        disagreement(by_joints, gains.covariance(n) if gains else np.zeros((n, n)), problem.short is not None),
+        disagreement(
+            by_joints, gains.covariance(n) if gains else np.zeros((n, n)), isinstance(problem, ShortMotion)
+        ),
         tuple(effect for effect in effects if effect.name != "bursts" or matter(effect, best.ten[9], sigma)),
         alternatives(description or problem.robot, states, description is not None),
         found,
@@ -140,12 +144,13 @@ def diagnose(
 def system_of(problem: PayloadProblem, states: States | None) -> System | None:
     """Set up the problem on subsampled states; None without them, or where the robot is neither shown nor known."""
     source = problem.source
-    if states is None or source is None or (problem.known is not None and not problem.inflation):
+    if states is None or (problem.known is not None and not problem.inflation):
         return None
-    changes = {name: role.weight for name, role in problem.friction.items()}
-    if problem.short is not None:
+    if isinstance(problem, ShortMotion):
         names = friction_columns(problem.robot.with_offsets(True))
-        changes = dict.fromkeys(names, 0.0) | {name: role.weight for name, role in problem.short.held.held.items()}
+        changes = dict.fromkeys(names, 0.0) | {name: role.weight for name, role in problem.held.held.items()}
+    else:
+        changes = {name: role.weight for name, role in problem.friction.items()}
     try:
         return System.of(problem.robot, states, changes, None if source.unloaded else problem.robot_prior)
     except InputError:  # a joint leaves the table of its spring

@@ -1,7 +1,8 @@
 """Blocks of time that are long against the memory of the residuals."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -9,8 +10,7 @@ import numpy as np
 from ...common.arrays import Array
 from ...common.linear import least_squares
 from ..equations.correlation import autocorrelation_time, inflation
-from ..equations.equations import Equations, merged
-from ..equations.leave_one_out import WithoutEach
+from ..equations.equations import Blocks, Equations
 from ..equations.observation import Observation
 from ..equations.reduction import Recorded, Residuals, reduced
 from .least_squares import joint_weights
@@ -20,12 +20,7 @@ SHORTEST = 1.0
 """s: no block is shorter."""
 FEWEST = 6
 """Blocks as long as memory asks for: with fewer of a payload's recordings the jackknife alone is not trusted."""
-_MERGED = 8  # problems kept apart until they are merged
 _MOST = 100  # blocks: more hardly narrow an interval, but each costs a solution
-
-
-Held = Recorded | Sequence[Observation]
-"""The equations of one recording; those held whole in consecutive pieces of time."""
 
 
 class Remembered(NamedTuple):
@@ -40,7 +35,7 @@ class Remembered(NamedTuple):
     inflation: tuple[float, ...]
 
 
-def remembered(recordings: Sequence[Held], equations: Equations) -> Remembered:
+def remembered(recordings: Sequence[Recorded | Observation], equations: Equations) -> Remembered:
     """By what the weighted fit to all recordings of one load leaves; the first columns are the equations'."""
     group = left_over(recordings, equations)
     return Remembered(_memory(group), tuple(map(span, group)), memory_factors(group))
@@ -86,39 +81,26 @@ def block_edges(recording: Observation | Residuals | Array, length: float) -> Ar
     return edges
 
 
-def cut_pieces(pieces: Iterable[Observation], edges: Array) -> list[Equations]:
-    """The equations between neighbouring edges, reduced piece by piece: most blocks lie in one of them."""
-    parts: list[list[Equations]] = [[] for _ in edges[1:]]
-    nothing: list[Equations] = []  # of a block in which the robot pauses
-    for piece in pieces:
-        nothing = nothing or [reduced(piece.between(np.inf, np.inf))]
-        first, last = np.searchsorted(edges, span(piece), side="right") - 1
-        for k in range(int(first), int(last) + 1):
-            parts[k].append(reduced(piece.between(edges[k], edges[k + 1])))
-            if len(parts[k]) > _MERGED:
-                parts[k] = [merged(parts[k])]
-    return [merged(part or nothing) for part in parts]
-
-
-def left_over(recordings: Sequence[Held], equations: Equations) -> list[Residuals]:
+def left_over(recordings: Sequence[Recorded | Observation], equations: Equations) -> list[Residuals]:
     """What the weighted fit to all recordings of one load leaves of each; the first columns are the equations'."""
-    values, left = weighted_solution(equations), []
-    for recording in recordings:
-        if isinstance(recording, Recorded):
-            left.append(recording.residuals(values))
-            continue
-        parts = [(piece.t, piece.errors(values)) for piece in recording]
-        t, errors = (tuple(map(np.concatenate, zip(*arrays, strict=True))) for arrays in zip(*parts, strict=True))
-        left.append(Residuals(t, errors))
-    return left
+    values = weighted_solution(equations)
+    return [
+        held.residuals(values) if isinstance(held, Recorded) else Residuals(held.t, held.errors(values))
+        for held in recordings
+    ]
 
 
-def in_blocks(equations: Equations, recordings: Sequence[Held], edges: Sequence[Array], length: float) -> Equations:
-    """Equations, and what is left of them without each block between their recordings' edges."""
+def in_blocks(
+    equations: Equations, recordings: Sequence[Recorded | Observation], edges: Sequence[Array], length: float
+) -> Equations:
+    """Equations with blocks of time between their recordings' edges."""
     blocks: list[Equations] = []
     for held, ends in zip(recordings, edges, strict=True):
-        blocks += held.cut(ends) if isinstance(held, Recorded) else cut_pieces(held, ends)
-    return replace(equations, leave_one_out=WithoutEach(blocks), block_length=length)
+        if isinstance(held, Recorded):
+            blocks += held.cut(ends)
+        else:
+            blocks += [reduced(held.between(*between)) for between in pairwise(ends)]
+    return replace(equations, blocks=Blocks.of(blocks, length))
 
 
 def weighted_solution(equations: Equations) -> Array:

@@ -9,8 +9,8 @@ import numpy as np
 from ...common.arrays import Array, frozen_array
 from ...common.errors import InputError
 from ..equations.equations import Equations
+from .covariance import RobustCovariance, student95
 from .drive_gains import Gains
-from .robust import RobustCovariance, student95
 
 
 @dataclass(frozen=True)

@@ -10,6 +10,7 @@ from ...common.arrays import Array, frozen_array
 from ...common.errors import InputError
 from ..equations.conditioning import check_rank
 from ..equations.equations import Equations, triangular
+from .covariance import formula
 from .estimate import Estimate, fit
 
 
@@ -113,10 +114,8 @@ def checked(factor: Array, columns: tuple[str, ...], rows: int, effective_rows: 
 def solve_triangle(R: Array, effective_rows: float) -> Solution:
     """Least squares from a triangular factor that is known to determine every parameter."""
     c = R.shape[1] - 1
-    inverse = solve_triangular(R[:c, :c], np.eye(c))
-    dof = effective_rows - c
-    variance = float(np.sum(R[c:, c] ** 2)) / dof
-    return Solution(inverse @ R[:c, c], variance * inverse @ inverse.T, dof)
+    root, dof = solve_triangular(R[:c, :c], np.eye(c)), effective_rows - c
+    return Solution(root @ R[:c, c], formula(root, float(np.sum(R[c:, c] ** 2)), dof), dof)
 
 
 def joint_weights(problem: Equations, values: Array) -> Array:

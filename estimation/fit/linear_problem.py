@@ -20,8 +20,8 @@ from scipy.linalg import solve_triangular
 
 from ...common.arrays import Array
 from ..equations.equations import Equations, triangular
-from ..equations.leave_one_out import WithoutEach
 from ..equations.shared_torque import compressed
+from .covariance import sandwich
 from .drive_gains import motor_torques
 from .estimate import Estimate, fit
 from .least_squares import checked, joint_weights, solve, solve_triangle
@@ -56,47 +56,52 @@ def left_out(
     weights: Array,
     known: Sequence[str] = (),
     near: Array | None = None,
+    parts: Sequence[Equations] = (),
 ) -> LeftOut:
     """Solve without each of the equations' blocks in turn.
 
     Args:
-        equations: with two blocks at least.
+        equations: in two blocks at least.
         columns: whose parameters are solved for.
         weights: of the joints, shape (n,).
         known: other columns, each a right-hand side of its own; the last one is Y.
         near: further equations that no block holds, weighted, m x (c + k + 1): in columns, known ones, and Y.
+        parts: the equations without each block, where they are not the sum of their blocks.
 
     Raises:
         InputError: if what is left does not determine the parameters.
     """
-    names, less = tuple(columns), equations.leave_one_out
+    names, blocks = tuple(columns), equations.blocks
     places = [*(equations.columns.index(name) for name in (*names, *known)), -1]
     near = np.zeros((0, len(places))) if near is None else near
-    count = _counts([equations]) + len(near)
-    root, whole = _solved(np.vstack([_weighted([equations], weights)[0][:, places], near]), names, count[0])
-    if isinstance(less, WithoutEach):
-        counts = count - _counts(less.blocks)
-        chunks = [
-            _downdated(root, whole, _weighted(less.blocks[k : k + _AT_ONCE], weights)[:, :, places])
-            for k in range(0, len(less), _AT_ONCE)
-        ]
-        little = np.concatenate([own for own, _ in chunks])
-        parts = [np.concatenate(arrays) for arrays in zip(*(own for _, own in chunks), strict=True)]
-        for b in np.flatnonzero(little | (counts[:, 0] < len(names)) | (counts[:, 1] <= len(names))):
-            others = _weighted([*less.blocks[:b], *less.blocks[b + 1 :]], weights)[:, :, places]
-            for array, value in zip(parts, _solved(np.vstack([*others, near]), names, counts[b])[1], strict=True):
-                array[b] = value
+
+    def weighted(part: Equations) -> Array:
+        factors = [w * factor[:, places] for w, factor in zip(weights, part.factors, strict=True)]
+        return np.vstack([*factors, near])
+
+    def counts_of(part: Equations) -> Array:
+        return np.array([part.equations, sum(part.effective_rows)]) + len(near)
+
+    count = counts_of(equations)
+    root, whole = _solved(weighted(equations), names, count)
+    if parts:
+        counts = np.array(list(map(counts_of, parts)))
+        each = [_solved(weighted(part), names, own)[1] for part, own in zip(parts, counts, strict=True)]
+        solutions = list(map(np.array, zip(*each, strict=True)))
     else:
-        counts, rows = _counts(less) + len(near), _weighted(less, weights)[:, :, places]
-        each = [_solved(np.vstack([part, near]), names, own)[1] for part, own in zip(rows, counts, strict=True)]
-        parts = list(map(np.array, zip(*each, strict=True)))
-    x, covariance, squares = (np.concatenate([a, b[None]]) for a, b in zip(parts, whole, strict=True))
+        counts = count - np.column_stack([blocks.rows.sum(axis=1), blocks.effective_rows.sum(axis=1)])
+        rows = blocks.weighted(weights)[:, :, places]
+        chunks = [_downdated(root, whole, rows[k : k + _AT_ONCE]) for k in range(0, len(rows), _AT_ONCE)]
+        little = np.concatenate([own for own, _ in chunks])
+        solutions = [np.concatenate(arrays) for arrays in zip(*(own for _, own in chunks), strict=True)]
+        for b in np.flatnonzero(little | (counts[:, 0] < len(names)) | (counts[:, 1] <= len(names))):
+            others = np.delete(rows, b, axis=0).reshape(-1, len(places))
+            for array, value in zip(
+                solutions, _solved(np.vstack([others, near]), names, counts[b])[1], strict=True
+            ):
+                array[b] = value
+    x, covariance, squares = (np.concatenate([a, b[None]]) for a, b in zip(solutions, whole, strict=True))
     return LeftOut(x, covariance, squares / (np.vstack([counts, count])[:, 1:] - len(names)))
-
-
-def _counts(parts: Sequence[Equations]) -> Array:
-    """Number of equations, and of those with independent noise, of each part."""
-    return np.array([(part.equations, sum(part.effective_rows)) for part in parts])
 
 
 def _solved(rows: Array, names: tuple[str, ...], counts: Array) -> tuple[Array, _Solution]:
@@ -129,16 +134,7 @@ def _downdated(root: Array, whole: _Solution, rows: Array) -> tuple[Array, _Solu
     return little, (whole[0] - root @ change, root @ inverse @ root.T, squares)
 
 
-def _weighted(blocks: Sequence[Equations], weights: Array) -> Array:
-    """Weighted rows of all joints, block by block, B x k x (c + 1), rows of zeros below the shorter ones."""
-    rows = [np.vstack([w * factor for w, factor in zip(weights, part.factors, strict=True)]) for part in blocks]
-    result = np.zeros((len(rows), max(map(len, rows)), rows[0].shape[1]))
-    for place, part in zip(result, rows, strict=True):
-        place[: len(part)] = part
-    return result
-
-
-class Known(NamedTuple):
+class Fixed(NamedTuple):
     """Parameters whose torque is taken off, and how sure they are.
 
     ``covariance``: part of the formula's, c x c; ``lasting``: what no block of time shows of it, zero where the
@@ -155,8 +151,29 @@ class Known(NamedTuple):
     gain_sensitivity: Callable[[], Array | None] = lambda: None
     left_out: Callable[[], Array | None] = lambda: None
 
+    def part(self, names: Sequence[str]) -> "Fixed":
+        """Some of the parameters."""
+        own = [self.names.index(name) for name in names]
 
-class Held(NamedTuple):
+        def derivatives() -> Array | None:
+            every = self.gain_sensitivity()
+            return every[own] if every is not None else None
+
+        def without_blocks() -> Array | None:
+            every = self.left_out()
+            return every[:, own] if every is not None else None
+
+        return self._replace(
+            names=tuple(names),
+            values=self.values[own],
+            covariance=self.covariance[own][:, own],
+            lasting=self.lasting[own][:, own],
+            gain_sensitivity=derivatives,
+            left_out=without_blocks,
+        )
+
+
+class SoftPrior(NamedTuple):
     """How a parameter is held near zero.
 
     ``sigma``: its standard deviation; ``inflation``: by how much the memory of the errors raises the variance that
@@ -175,7 +192,7 @@ class Held(NamedTuple):
 class Prior(NamedTuple):
     """Parameters known from elsewhere that the recordings correct, as far as their covariance leaves it to them.
 
-    ``covariance``: c x c, of full rank; ``inflation`` as of ``Held``; the rest as of ``Known``.
+    ``covariance``: c x c, of full rank; ``inflation`` as of ``SoftPrior``; the rest as of ``Fixed``.
     """
 
     names: tuple[str, ...]
@@ -186,9 +203,9 @@ class Prior(NamedTuple):
     gain_sensitivity: Callable[[], Array | None] = lambda: None
 
     @property
-    def known(self) -> Known:
+    def known(self) -> Fixed:
         """The parameters as they stand."""
-        return Known(*self[:3], self.covariance, self.degrees_of_freedom, self.gain_sensitivity)
+        return Fixed(*self[:3], self.covariance, self.degrees_of_freedom, self.gain_sensitivity)
 
     @property
     def root(self) -> Array:
@@ -199,7 +216,7 @@ class Prior(NamedTuple):
         return np.asarray(np.sqrt(self.inflation) * inverse / scale)
 
 
-class _Pulls(NamedTuple):
+class _PriorRows(NamedTuple):
     """Equations beside the recordings: ``rows`` m x c in the unknown columns, ``levels`` and ``inflation`` (m,).
 
     ``by_gains``: derivatives of the levels by e_j, m x n; zeros where they are not known.
@@ -231,36 +248,38 @@ class LinearProblem:
     Attributes:
         equations: in all the columns.
         wanted: the parameters that are asked for.
-        known: parameters known from elsewhere, group by group.
-        held: parameters that are near zero: one more equation for each.
+        fixed: parameters known from elsewhere, group by group.
+        soft: parameters that are near zero: one more equation for each.
         prior: parameters near values that are known: as many equations more.
         shown: equations in the same columns on whose torques the fit is judged; all by default.
         alone: judge the fit on the wanted parameters' own torque, that of all others taken off.
+        parts: the equations without each block of time, where they are not the sum of their blocks.
     """
 
     equations: Equations
     wanted: tuple[str, ...]
-    known: tuple[Known, ...] = ()
-    held: Mapping[str, Held] = field(default_factory=dict)
+    fixed: tuple[Fixed, ...] = ()
+    soft: Mapping[str, SoftPrior] = field(default_factory=dict)
     prior: Prior | None = None
     shown: Equations | None = None
     alone: bool = False
+    parts: tuple[Equations, ...] = ()
     _triangles: dict[bytes, _Triangle] = field(default_factory=dict, init=False, repr=False)
 
     @cached_property
     def unknown(self) -> Equations:
         """The equations in the wanted and the free columns alone."""
-        equations = self.equations
-        for group in self.known:
+        equations = self.equations.whole
+        for group in self.fixed:
             equations = equations.minus(group.names, group.values)
         return equations
 
     def weights(self) -> Array:
         """Weights of the joints by their errors in the ordinary solution, (n,); a prior counts as it stands."""
         if self.prior is not None:
-            return replace(self, known=(*self.known, self.prior.known), prior=None).weights()
-        pulls = np.column_stack([self._pulls.rows, self._pulls.levels])
-        ordinary = solve(np.vstack([*self.unknown.factors, pulls]), self.unknown.columns, *self._rows)
+            return replace(self, fixed=(*self.fixed, self.prior.known), prior=None).weights()
+        prior = np.column_stack([self._prior_rows.rows, self._prior_rows.levels])
+        ordinary = solve(np.vstack([*self.unknown.factors, prior]), self.unknown.columns, *self._rows)
         return joint_weights(self.unknown, ordinary.values)
 
     def values(self, weights: Array) -> Array:
@@ -278,16 +297,26 @@ class LinearProblem:
         Raises:
             InputError: if what is left does not determine the parameters.
         """
-        names = tuple(chain.from_iterable(group.names for group in self.known))
-        pulls = self._pulls
-        near = np.column_stack([pulls.rows, np.zeros((len(pulls.rows), len(names))), pulls.levels])
-        values = left_out(self.equations, self.unknown.columns, weights, names, near).values[:, self._places]
-        if not self.known:
+        names = tuple(chain.from_iterable(group.names for group in self.fixed))
+        prior = self._prior_rows
+        near = np.column_stack([prior.rows, np.zeros((len(prior.rows), len(names))), prior.levels])
+        left = left_out(self.equations, self.unknown.columns, weights, names, near, self.parts)
+        values = left.values[:, self._places]
+        if not self.fixed:
             return np.asarray(values[: len(pairs), :, 0])
         # Without each of their own blocks, last of all the whole ones.
-        every = ((group.left_out(), group.values[None]) for group in self.known)
+        every = ((group.left_out(), group.values[None]) for group in self.fixed)
         known = np.hstack([whole if parts is None else np.vstack([parts, whole]) for parts, whole in every])
         return np.array([values[a, :, -1] - values[a, :, :-1] @ known[min(b, len(known) - 1)] for a, b in pairs])
+
+    def without_each(self) -> "list[LinearProblem]":
+        """The problem without each of its equations' blocks, known parameters as they are.
+
+        Raises:
+            InputError: if there are fewer than two blocks.
+        """
+        parts = self.parts or self.equations.without_each()
+        return [replace(self, equations=part, parts=()) for part in parts]
 
     def estimate(self, weights: Array | None = None) -> Estimate:
         """All unknown parameters, with what is known to be part of their error.
@@ -303,10 +332,10 @@ class LinearProblem:
         solution = solve_triangle(triangle.R, self._rows[1])
         covariance = solution.covariance
         value = dict(zip(self.unknown.columns, solution.values.tolist(), strict=True))
-        for group, P in zip(self.known, triangle.influences, strict=True):
+        for group, P in zip(self.fixed, triangle.influences, strict=True):
             covariance = covariance + P @ group.covariance @ P.T
             value |= zip(group.names, group.values.tolist(), strict=True)
-        shown = self.shown or self.equations
+        shown = (self.shown or self.equations).whole
         if self.alone:
             others = [name for name in shown.columns if name not in self.wanted]
             shown = shown.minus(others, np.array([value[name] for name in others]))
@@ -329,17 +358,17 @@ class LinearProblem:
     def lasting(self, weights: Array) -> Array:
         """Covariance of the wanted parameters that no block of time shows: of known, held and prior parameters."""
         total, triangle = np.zeros((len(self.wanted), len(self.wanted))), self._triangle(weights)
-        for group, influence in zip(self.known, triangle.influences, strict=True):
+        for group, influence in zip(self.fixed, triangle.influences, strict=True):
             P = influence[self._places]
             total += P @ group.lasting @ P.T
-        pulls = self._pulls
-        if len(pulls.rows):
+        prior = self._prior_rows
+        if len(prior.rows):
             inverse = triangle.inverse
-            moved = (inverse[self._places] @ (inverse.T @ pulls.rows.T)) * np.sqrt(pulls.inflation)
+            moved = (inverse[self._places] @ (inverse.T @ prior.rows.T)) * np.sqrt(prior.inflation)
             total += moved @ moved.T
         return total
 
-    def remembered(self, weights: Array, inflation: Sequence[float]) -> Array:
+    def sandwich(self, weights: Array, inflation: Sequence[float]) -> Array:
         """Covariance of the wanted parameters where each joint's errors remember, ``lasting`` among it: a sandwich.
 
         Args:
@@ -349,34 +378,33 @@ class LinearProblem:
         unknown, c, triangle = self.unknown, len(self.unknown.columns), self._triangle(weights)
         inverse = triangle.inverse
         values = inverse @ triangle.R[:c, c]
-        share = max(1.0 - c / max(unknown.equations + len(self._pulls.rows), 1), 1e-3)
+        share = max(1.0 - c / max(unknown.equations + len(self._prior_rows.rows), 1), 1e-3)
         errors = unknown.error_norms(values) / np.sqrt(np.maximum(unknown.rows, 1) * share)
         sizes = weights**2 * errors * np.sqrt(np.asarray(inflation))
         noise = triangular(
             np.vstack([size * factor[:, :-1] for size, factor in zip(sizes, unknown.factors, strict=True)])
         )
-        moved = inverse[self._places] @ (inverse.T @ noise.T)
-        total = moved @ moved.T + self.lasting(weights)
-        for group, influence in zip(self.known, triangle.influences, strict=True):
+        total = sandwich(inverse[self._places] @ inverse.T, noise) + self.lasting(weights)
+        for group, influence in zip(self.fixed, triangle.influences, strict=True):
             if not group.lasting.any():  # of recordings that remember as well
                 P = influence[self._places]
                 total += float(np.median(inflation)) * P @ group.covariance @ P.T
         return np.asarray(total)
 
     @property
-    def given(self) -> tuple[Known, ...]:
+    def given(self) -> tuple[Fixed, ...]:
         """All that is known from elsewhere with its values."""
-        return (*self.known, self.prior.known) if self.prior is not None else self.known
+        return (*self.fixed, self.prior.known) if self.prior is not None else self.fixed
 
     @property
     def _places(self) -> list[int]:
         return [self.unknown.columns.index(name) for name in self.wanted]
 
     @cached_property
-    def _pulls(self) -> _Pulls:
+    def _prior_rows(self) -> _PriorRows:
         columns, c = self.unknown.columns, len(self.unknown.columns)
-        rows = [role.weight * np.eye(1, c, columns.index(name)) for name, role in self.held.items()]
-        levels, inflation = np.zeros(len(rows)), [role.inflation for role in self.held.values()]
+        rows = [role.weight * np.eye(1, c, columns.index(name)) for name, role in self.soft.items()]
+        levels, inflation = np.zeros(len(rows)), [role.inflation for role in self.soft.values()]
         by_gains = [np.zeros((len(rows), len(self.equations.factors)))]
         if self.prior is not None:
             root, wide = self.prior.root, np.zeros((len(self.prior.names), c))
@@ -386,7 +414,7 @@ class LinearProblem:
             inflation += [self.prior.inflation] * len(root)
             own = self.prior.gain_sensitivity()
             by_gains.append(root @ own if own is not None else np.zeros((len(root), by_gains[0].shape[1])))
-        return _Pulls(np.vstack([np.zeros((0, c)), *rows]), levels, np.array(inflation), np.vstack(by_gains))
+        return _PriorRows(np.vstack([np.zeros((0, c)), *rows]), levels, np.array(inflation), np.vstack(by_gains))
 
     def _triangle(self, weights: Array) -> _Triangle:
         """The weighted equations of all joints, those of what is held below; decomposed once for given weights.
@@ -396,16 +424,14 @@ class LinearProblem:
         """
         if (key := weights.tobytes()) in self._triangles:
             return self._triangles[key]
-        groups, pulls, n = self.known, self._pulls, len(self.equations.factors)
+        groups, prior, n = self.fixed, self._prior_rows, len(self.equations.factors)
         names = list(chain.from_iterable(group.names for group in groups))
         places = [self.equations.columns.index(name) for name in names]
         torques = map(np.column_stack, zip(*(motor_torques(self.equations, j) for j in range(n)), strict=True))
         every = zip(weights, self.unknown.factors, self.equations.factors, torques, strict=True)
         rows = [w * np.column_stack([own, factor[:, places], torque]) for w, own, factor, torque in every]
-        pulled = np.column_stack(
-            [pulls.rows, pulls.levels, np.zeros((len(pulls.rows), len(names))), pulls.by_gains]
-        )
-        R, beside = compressed(np.vstack([*rows, pulled]), len(names) + n)
+        below = np.column_stack([prior.rows, prior.levels, np.zeros((len(prior.rows), len(names))), prior.by_gains])
+        R, beside = compressed(np.vstack([*rows, below]), len(names) + n)
         R, c = checked(R, self.unknown.columns, *self._rows), len(self.unknown.columns)
         solved = solve_triangular(R[:c, :c], np.column_stack([np.eye(c), beside[:c]]))
         ends = c + np.cumsum([0, *(len(group.names) for group in groups)])
@@ -416,13 +442,13 @@ class LinearProblem:
     @property
     def _rows(self) -> tuple[int, float]:
         """Number of equations, and of those with independent noise."""
-        count = len(self._pulls.rows)
+        count = len(self._prior_rows.rows)
         return self.unknown.equations + count, sum(self.unknown.effective_rows) + count
 
     def gain_sensitivity(self, weights: Array) -> Array | None:
         """Derivatives of the solution by e_j, weights fixed, c x n; exact, it is linear in Y.
 
-        Without a known spring they add up to the solution: an error common to all joints scales it. Known
+        Without a known spring they add up to the solution: an error common to all joints scales it. Fixed
         parameters were identified with the same drives, so with the same errors; None where theirs are not known.
         """
         own = [group.gain_sensitivity() for group in self.given]

@@ -16,36 +16,32 @@ from ..equations.reduction import recorded, reduced_measurement
 from ..signals.filtering import mean_rate, measurement
 from ..signals.plausibility import check_recordings, still_joints
 from .blocks import block_edges, block_length, in_blocks, remembered
+from .settings import Settings
 
 
 def base_problem(
-    robot: Robot,
-    base: BaseParameters,
-    recordings: Sequence[Recording],
-    processing: Processing,
-    check: bool = True,
-    progress: Progress = silent,
-    blocks: bool = False,
+    robot: Robot, base: BaseParameters, recordings: Sequence[Recording], settings: Settings, check: bool = True
 ) -> Equations:
-    """Process recordings and reduce them to equations in the base parameters.
+    """Process recordings and reduce them to equations in the base parameters, in blocks of time where robust.
 
     Args:
         recordings: recordings of one and the same load.
-        blocks: cut them in blocks of time as well, none across recordings.
+        check: refuse recordings in which some joint never moves.
     """
+    processing = settings.processing_of(robot)
     check_recordings(robot, recordings)
     if check:
         check_moving(robot, base, recordings)
     check_lengths(recordings, processing)
-    measured = filtered(recordings, processing, progress)
+    measured = filtered(recordings, processing, settings.progress)
     observer = Observer(robot, base.columns)
-    if not blocks:
-        equations = merged(reduced_measurement(observer, data, processing) for data in measured)
-    else:
+    if settings.robust:
         equations, opened = recorded(observer, (used(data, processing) for data in measured))
+    else:
+        equations = merged(reduced_measurement(observer, data, processing) for data in measured)
     if equations.equations == 0:
         raise InputError(f"{recordings[0].source}: no joint moves: nothing can be compared")
-    if not blocks:
+    if not settings.robust:
         return equations
     load = remembered(opened, equations)
     length = block_length([load])

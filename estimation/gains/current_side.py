@@ -99,7 +99,7 @@ def gauss_newton(
         scaled = [w * gain * factor for w, gain, factor in zip(weights, size, equations.factors, strict=True)]
         k, x = torque_side(scaled, free, known, None)
     for _ in range(_MOST):
-        J, error = _linearised(equations.factors, weights, k, x, free, moving, anchor is not None)
+        J, error = _linearised(equations.factors, weights, (k, x), free, moving, anchor is not None)
         parts = decomposed(J)
         if parts.null.size:  # the gains of the moving joints stand last
             missing = np.abs(parts.null[-len(moving) :]).max(axis=1)
@@ -119,7 +119,7 @@ def gauss_newton(
             "the drive gains do not settle: check units, signs and order of the currents, and that the arm touched "
             "nothing"
         )
-    J, error = _linearised(equations.factors, weights, k, x, free, moving, anchor is not None)
+    J, error = _linearised(equations.factors, weights, (k, x), free, moving, anchor is not None)
     dof = sum(equations.effective_rows) - J.shape[1]
     if dof <= 0.0:
         raise InputError(f"too few samples for {J.shape[1]} unknowns: record longer")
@@ -149,10 +149,10 @@ def relative_scales(problem: Equations, parts: Sequence[Equations] = ()) -> Rela
     if parts:
         # By what each part of time alone pulls ln K by, to first order.
         free, moving = range(c), [j for j in range(len(weights)) if j != anchor]
-        J, _ = _linearised(problem.factors, weights, fitted.k, fitted.x, free, moving, True)
+        J, _ = _linearised(problem.factors, weights, (fitted.k, fitted.x), free, moving, True)
         inverse, steps = decomposed(J).covariance[c:], []
         for part in parts:
-            rows, errors = _linearised(part.factors, weights, fitted.k, fitted.x, free, moving, False)
+            rows, errors = _linearised(part.factors, weights, (fitted.k, fitted.x), free, moving, False)
             steps.append(inverse @ (rows.T @ errors))
         scatter = np.sqrt(np.sum(np.square(steps), axis=0) * len(steps) / (len(steps) - 1))
         sigma[moving] = np.maximum(sigma[moving], scatter / fitted.k[moving])
@@ -189,14 +189,13 @@ def torque_side(
 def _linearised(
     factors: Sequence[Array],
     weights: Array,
-    k: Array,
-    x: Array,
+    at: tuple[Array, Array],
     free: Sequence[int],
     moving: Sequence[int],
     prior: bool,
 ) -> tuple[Array, Array]:
-    """Jacobian of the predicted currents by the free x and k, and the currents' errors, both weighted."""
-    rows, errors = [], []
+    """Jacobian of the predicted currents by the free x and k, and the currents' errors, weighted; at k and x."""
+    (k, x), rows, errors = at, [], []
     for j, (factor, w) in enumerate(zip(factors, weights, strict=True)):
         torque = factor[:, :-1] @ x
         own = np.zeros((len(factor), len(k)))

@@ -13,16 +13,14 @@ import numpy as np
 from ...common.arrays import Array
 from ...common.errors import InputError
 from ...common.linear import least_squares
-from ...common.progress import Progress, silent
-from ...model import INERTIAL, BaseParameters, Processing, Recording, Robot, standard_columns, standard_regressor
+from ...model import INERTIAL, BaseParameters, Recording, Robot, standard_columns, standard_regressor
 from ...model.base.rank import random_states
 from ...model.drives import SPRING, parameter_kind
 from ...model.kernel.kernel import Kernel
 from ..equations.equations import PAYLOAD, Equations, merged, triangular
-from ..equations.leave_one_out import each
 from ..fit.drive_gains import Fingerprints, fingerprints
-from ..payload.long_motion import payload_problem, with_friction
-from ..payload.problem import PayloadProblem, Source
+from ..fit.settings import DEFAULTS, Settings
+from ..payload.long_motion import LongMotion, Source, check_blocks, payload_problem
 from ..payload.result import in_payload_frame
 from ..possible.cone import ConeProgram, SolverError, solve_in_turn
 from ..possible.robot import POWERS, RobotRules, link_places, typical_length
@@ -67,15 +65,14 @@ class GainProblem:
     recordings: Fingerprints = field(default_factory=dict)
     mountings: Mountings = Mountings()
     source: Source | None = None
-    posed: tuple[PayloadProblem, ...] = ()
+    posed: tuple[LongMotion, ...] = ()
     posed_with: tuple[float, ...] = ()
 
-    def posed_by(self, K: Array) -> tuple[PayloadProblem, ...]:
+    def posed_by(self, K: Array) -> tuple[LongMotion, ...]:
         """Each mounting's payload problem with torques that gains K give."""
         ratio, posed = K / np.array(self.posed_with) if self.posed else K, []
         for problem in self.posed:
             source = problem.source
-            assert source is not None
             loaded, unloaded = (
                 tuple(_scaled(self.robot, group, ratio, joints=True)) for group in (source.loaded, source.unloaded)
             )
@@ -87,7 +84,7 @@ class GainProblem:
                 stretches=tuple(_times(stretch, ratio) for stretch in problem.stretches),
                 source=source._replace(loaded=loaded, unloaded=unloaded),
             )
-            posed.append(with_friction(rescaled))
+            posed.append(rescaled)
         return tuple(posed)
 
 
@@ -95,8 +92,7 @@ def gain_problem(
     robot: Robot,
     unloaded: Sequence[Recording],
     loaded: Sequence[Recording],
-    processing: Processing | None = None,
-    progress: Progress = silent,
+    settings: Settings = DEFAULTS,
     load: KnownLoad | Sequence[KnownLoad] | None = None,
     mounting: Sequence[int] = (),
 ) -> GainProblem:
@@ -105,7 +101,6 @@ def gain_problem(
     Args:
         unloaded: recordings without payload whose ``torque`` holds motor currents [A].
         loaded: the same with the known weight or weights.
-        processing: settings; the robot's own by default.
         load: the known payload, or that of each mounting; needed by arms with a spring alone, whose known torque
             has a scale as well.
         mounting: one number for each of ``loaded``; recordings with equal numbers share a centre of mass. All one
@@ -119,8 +114,9 @@ def gain_problem(
         raise InputError("drive gains need recordings without and with the payload: give both")
     mountings = Mountings.of(mounting, len(loaded), len(unloaded))
     usual = np.full(robot.n, _USUAL)
-    first = _posed(robot, unloaded, loaded, mountings, usual, processing, progress)
-    both = _times(_together(first, mountings), 1.0 / usual)
+    motors = Source(tuple(loaded), tuple(unloaded), settings.processing_of(robot))
+    first = _posed(robot, motors, mountings, usual, replace(settings, robust=False))
+    both = _times(merged(_together(first, mountings)), 1.0 / usual)
     weights = current_weights(both)
     # How long residuals remember shows only once the joints' torques are to scale; all of them by one factor is
     # enough.
@@ -129,7 +125,7 @@ def gain_problem(
         K *= _USUAL / K.mean()
     except NoGainsError:  # told when the gains are asked for
         K = usual
-    posed = _posed(robot, unloaded, loaded, mountings, K, processing, progress, robust=True)
+    posed = _posed(robot, motors, mountings, K, settings)
     return GainProblem(
         robot,
         description,
@@ -139,7 +135,7 @@ def gain_problem(
         *_without_blocks(posed, mountings, K),
         fingerprints(unloaded, loaded),
         mountings,
-        Source(tuple(loaded), tuple(unloaded), processing or robot.processing),
+        motors,
         posed,
         tuple(K.tolist()),
     )
@@ -188,42 +184,32 @@ def free_gains(equations: Equations, weights: Array, loads: Sequence[KnownLoad])
 
 
 def _posed(
-    robot: Robot,
-    unloaded: Sequence[Recording],
-    loaded: Sequence[Recording],
-    mountings: Mountings,
-    K: Array,
-    processing: Processing | None,
-    progress: Progress,
-    robust: bool = False,
-) -> tuple[PayloadProblem, ...]:
+    robot: Robot, motors: Source, mountings: Mountings, K: Array, settings: Settings
+) -> tuple[LongMotion, ...]:
     """The payload problem of each mounting, with joint torques that gains K would give."""
-    bare, heavy = (list(_scaled(robot, group, K)) for group in (unloaded, loaded))
+    bare, heavy = (list(_scaled(robot, group, K)) for group in (motors.unloaded, motors.loaded))
     return tuple(
         payload_problem(
             robot,
             [heavy[k] for k in places],
             [bare[k] for k in (places if mountings.paired else range(len(bare)))],
-            None,
-            processing,
-            progress,
-            robust=robust,
+            settings=settings,
         )
         for places in mountings.places
     )
 
 
-def _together(problems: Sequence[PayloadProblem], mountings: Mountings) -> Equations:
-    """The equations of all mountings, each with the payload's columns of its own; each recording once."""
+def _together(problems: Sequence[LongMotion], mountings: Mountings) -> list[Equations]:
+    """The equations of each mounting in the payload's columns of all; each recording once."""
     payloads = payload_columns(len(problems))
     columns = (*problems[0].base.columns, *(name for names in payloads for name in names))
     everything = []
     for k, (problem, names) in enumerate(zip(problems, payloads, strict=True)):
         part = problem.both if mountings.paired or k == 0 else problem.loaded
         part = in_payload_frame(problem.robot, part)
-        named = part.transformed((*problem.base.columns, *names), np.eye(len(part.columns)))
-        everything.append(named.among(columns))
-    return replace(merged(everything), leave_one_out=())
+        named = part.transformed(np.eye(len(part.columns)), (*problem.base.columns, *names))
+        everything.append(named.select(columns))
+    return everything
 
 
 def _scaled(
@@ -239,33 +225,32 @@ def _scaled(
 
 def _times(equations: Equations, ratio: Array) -> Equations:
     """Right-hand sides of joint j times ``ratio[j]``."""
-    factors = [
-        factor * np.append(np.ones(factor.shape[1] - 1), joint_ratio)
-        for factor, joint_ratio in zip(equations.factors, ratio, strict=True)
-    ]
-    cut = each(equations.leave_one_out, lambda part: _times(part, ratio))
-    return replace(equations, factors=tuple(factors), leave_one_out=cut)
+    changes = [np.append(np.ones(len(equations.columns)), joint_ratio) for joint_ratio in ratio]
+    factors, stacks = (
+        tuple(factor * change for factor, change in zip(own, changes, strict=False))
+        for own in (equations.factors, equations.blocks.factors)
+    )
+    return replace(equations, factors=factors, blocks=replace(equations.blocks, factors=stacks))
 
 
 def _without_blocks(
-    problems: Sequence[PayloadProblem], mountings: Mountings, K: Array
+    problems: Sequence[LongMotion], mountings: Mountings, K: Array
 ) -> tuple[tuple[tuple[Equations, ...], ...], float, str]:
     """The currents without each block, groups of them; the blocks' length; else why there are none."""
-    groups = []
+    groups, everything = [], _together(problems, mountings)
     try:
-        for k, problem in enumerate(problems):
-            # Recordings without payload that all mountings share are left out once.
-            own = problem.without_blocks if mountings.paired or k == 0 else problem.without_blocks[:1]
-            groups += [
-                tuple(
-                    _times(_together([*problems[:k], part, *problems[k + 1 :]], mountings), 1.0 / K)
-                    for part in group
-                )
-                for group in own
-            ]
+        for k, (problem, own) in enumerate(zip(problems, everything, strict=True)):
+            others = [part.whole for part in (*everything[:k], *everything[k + 1 :])]
+            left = [_times(merged([*others, part]), 1.0 / K) for part in own.without_each()]
+            # Blocks that share no motion are left out one recording at a time, those without payload first.
+            heavy = len(problem.loaded.blocks)
+            sizes = (heavy,) if len(left) == heavy else (len(left) - heavy, heavy)
+            check_blocks(*sizes)
+            groups += [tuple(left[:-heavy])] if len(sizes) > 1 else []
+            groups.append(tuple(left[-heavy:]))
     except InputError as error:
         return (), 0.0, str(error)
-    return tuple(groups), max(problem.loaded.block_length for problem in problems), ""
+    return tuple(groups), max(problem.loaded.blocks.length for problem in problems), ""
 
 
 def gravity_acts(robot: Robot) -> tuple[bool, ...]:

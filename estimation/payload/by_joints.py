@@ -15,11 +15,11 @@ from ...common.arrays import Array
 from ...common.errors import InputError
 from ...common.linear import Decomposition, decomposed
 from ..equations.equations import PAYLOAD
+from ..fit.covariance import jackknife, student95
 from ..fit.estimate import Estimate
 from ..fit.linear_problem import LinearProblem
-from ..fit.robust import jackknife, student95
-from .methods import from_difference, from_robot
-from .problem import PayloadProblem
+from .methods import PayloadProblem, from_difference, from_robot
+from .short_motion import ShortMotion
 
 _BLURRED = 0.05
 """Share of noise in the torque that the other joints' payload predicts, above which a factor on it says nothing."""
@@ -51,11 +51,11 @@ class JointEquations(NamedTuple):
     def of(problem: LinearProblem, weights: Array) -> "JointEquations":
         """The payload's ten alone, for weights of the joints."""
         unknown = problem.unknown.select(PAYLOAD)
-        factors = problem.equations.select([name for group in problem.known for name in group.names]).factors
-        lasting = _together([group.lasting for group in problem.known])
+        factors = problem.equations.whole.select([name for group in problem.fixed for name in group.names]).factors
+        lasting = _together([group.lasting for group in problem.fixed])
         # What an earlier identification's jackknife says counts instead of its formula.
         covariance = _together(
-            [group.lasting if group.lasting.any() else group.covariance for group in problem.known]
+            [group.lasting if group.lasting.any() else group.covariance for group in problem.fixed]
         )
         return JointEquations(
             tuple(w * factor for w, factor in zip(weights, unknown.factors, strict=True)),
@@ -219,67 +219,20 @@ def payload_by_joints(problem: PayloadProblem, weights: Array) -> ByJoints:
             formula's.
         weights: per joint, shape (n,); they matter within a group only.
     """
-    n, short = problem.robot.n, problem.short
+    if isinstance(problem, ShortMotion):
+        joints, groups, whole = problem.joints, moving_groups(problem.joints), problem.posed(PAYLOAD)
+    else:
+        joints, groups = tuple(range(1, problem.robot.n + 1)), joint_groups(problem.robot.n)
+        whole = from_difference(problem) if problem.difference is not None else from_robot(problem)
+    # What one joint shows does not correct the robot: its parameters stay as they are.
+    whole = replace(whole, fixed=whole.given, prior=None)
 
-    def by_robot(part: PayloadProblem) -> LinearProblem:
-        """What one joint shows does not correct the robot: its parameters stay as they are."""
-        posed = from_robot(part, names=PAYLOAD)
-        return replace(posed, known=posed.given, prior=None)
-
-    paired = problem.difference is not None
-    whole = from_difference(problem, PAYLOAD) if paired else by_robot(problem)
-
-    def parts() -> list[list[LinearProblem]]:
-        if problem.paired:
-            return [[replace(whole, equations=part) for part in whole.equations.without_blocks()]]
-        return [[by_robot(part) for part in group] for group in problem.without_blocks]
-
-    joints = tuple(range(1, n + 1)) if short is None else short.joints
-    groups = joint_groups(n) if short is None else moving_groups(joints)
-    return joints_view(whole, parts, weights, groups, joints)
-
-
-def payload_over_time(problem: PayloadProblem, weights: Array) -> tuple[Estimate, ...]:
-    """Method 1 on the stretches of the loaded recordings, in the order of time, the robot taken as exact.
-
-    Stretches that leave parameters undetermined are left out; none without blocks of time.
-    """
-    if problem.known is None and problem.unloaded is None:
-        return ()
-    robot = problem.robot_known
-    exact = robot._replace(covariance=0.0 * robot.covariance, gain_sensitivity=lambda: None)
-    stretches = []
-    for stretch in problem.stretches:
-        try:
-            stretches.append(LinearProblem(stretch, PAYLOAD, (exact,)).solved(weights))
-        except InputError:
-            continue
-    return tuple(stretches)
-
-
-def joints_view(
-    whole: LinearProblem,
-    parts: Callable[[], Sequence[Sequence[LinearProblem]]],
-    weights: Array,
-    groups: Sequence[tuple[int, ...]],
-    joints: Sequence[int],
-) -> ByJoints:
-    """Masses by groups of joints, shares of single ones.
-
-    Args:
-        whole: the payload's equations.
-        parts: gives the same without each block of time, group by group of blocks that are left out together;
-            raises InputError where there are too few.
-        weights: of the joints.
-        groups: of joints, for the masses.
-        joints: for the shares, each against all others with equations.
-    """
     without = [tuple(other for other in joints if other != joint) for joint in joints if len(joints) > 1]
     sought: list[Callable[[JointEquations], Number | None]] = [mass_of(group) for group in (*groups, *without)]
     sought += [share_of(joint) for joint in joints]
     equations = JointEquations.of(whole, weights)
     numbers = [number(equations) for number in sought]
-    variance, dof = _variances(sought, numbers, parts, weights)
+    variance, dof = _variances(sought, numbers, whole, weights)
     pairs = [
         (number.value if number else None, float(sigma))
         for number, sigma in zip(numbers, np.sqrt(variance), strict=True)
@@ -292,33 +245,59 @@ def joints_view(
     return ByJoints(tuple(masses[: len(groups)]), tuple(shares), tuple(masses[len(groups) :]))
 
 
+def payload_over_time(problem: PayloadProblem, weights: Array) -> tuple[Estimate, ...]:
+    """Method 1 on the stretches of the loaded recordings, in the order of time, the robot taken as exact.
+
+    Stretches that leave parameters undetermined are left out; none without blocks of time.
+    """
+    if isinstance(problem, ShortMotion) or problem.alone is None:
+        return ()
+    robot = problem.robot_known
+    exact = robot._replace(covariance=0.0 * robot.covariance, gain_sensitivity=lambda: None)
+    stretches = []
+    for stretch in problem.stretches:
+        try:
+            stretches.append(LinearProblem(stretch, PAYLOAD, (exact,)).solved(weights))
+        except InputError:
+            continue
+    return tuple(stretches)
+
+
 def _variances(
-    sought: "Sequence[Callable[[JointEquations], Number | None]]",
-    numbers: "Sequence[Number | None]",
-    parts: Callable[[], Sequence[Sequence[LinearProblem]]],
+    sought: Sequence[Callable[[JointEquations], Number | None]],
+    numbers: Sequence[Number | None],
+    whole: LinearProblem,
     weights: Array,
 ) -> tuple[Array, float]:
     """Variances of the numbers, nan where there is none, and their degrees of freedom.
 
     The larger of the formula's and the jackknife's; without blocks the formula's, widened.
     """
-    there = [k for k, number in enumerate(numbers) if number is not None]
-    variance = np.array([number.variance if number else np.nan for number in numbers])
-    values = np.array([number.value if number else 0.0 for number in numbers])
+    table: Array = np.array(
+        [(number.variance, number.lasting, number.value) if number else (np.nan, np.nan, 0.0) for number in numbers]
+    )
+    variance, lasting, values = table[:, 0], table[:, 1], table[:, 2]
 
     def again(part: LinearProblem) -> Array:
         """The numbers by what is left; one that it leaves undetermined counts as unchanged."""
         left, anew = JointEquations.of(part, weights), values.copy()
-        for k in there:
+        for k in [k for k, number in enumerate(numbers) if number is not None]:
             number = sought[k](left)
             anew[k] = number.value if number else values[k]
         return anew
 
     try:
-        robust = jackknife(again, parts(), values, 0.0)
+        # Without each block with payload; then without each of those that the robot's parameters come from.
+        groups = [whole.without_each()]
+        for k, group in enumerate(whole.fixed):
+            if (left := group.left_out()) is not None:
+                others = whole.fixed[:k], whole.fixed[k + 1 :]
+                groups.append(
+                    [replace(whole, fixed=(*others[0], group._replace(values=x), *others[1])) for x in left]
+                )
+        robust = jackknife([map(again, group) for group in groups], values, 0.0)
     except InputError:  # too few blocks
         return WITHOUT_BLOCKS**2 * variance, float("inf")
-    lasting = np.array([number.lasting if number else np.nan for number in numbers])
     return (
         np.maximum(variance, np.diag(robust.covariance) + lasting),
         max(float(robust.degrees_of_freedom), 1.0),

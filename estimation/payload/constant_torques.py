@@ -25,7 +25,7 @@ from ..equations.observation import Observation
 from ..equations.observer import Observer
 from ..equations.reduction import reduced
 from ..fit.least_squares import joint_weights
-from ..fit.linear_problem import Held, Known
+from ..fit.linear_problem import Fixed, SoftPrior
 from ..signals.rows import Mask
 
 FREE = "free "
@@ -60,7 +60,7 @@ class HeldFriction:
         memory: by how much the memory of each joint's errors raises variances, shape (n,).
     """
 
-    held: Mapping[str, Held]
+    held: Mapping[str, SoftPrior]
     noise: Array
     memory: Array
 
@@ -87,12 +87,12 @@ class HeldFriction:
         return tuple(anchors)
 
     @property
-    def known(self) -> Known:
+    def known(self) -> Fixed:
         """What they are held at: zero, as far as sigma says; alike in all recordings, to be safe."""
         k, n = len(self.held), len(self.noise)
         lasting = np.diag([role.sigma**2 for role in self.held.values()]) if k else np.zeros((0, 0))
         names = tuple(anchor.level for anchor in self.anchors)
-        return Known(names, np.zeros(k), np.zeros((k, k)), lasting, gain_sensitivity=lambda: np.zeros((k, n)))
+        return Fixed(names, np.zeros(k), np.zeros((k, k)), lasting, gain_sensitivity=lambda: np.zeros((k, n)))
 
     def friction_free(self, equations: Equations) -> Equations:
         """Equations of one recording less all that its constant torques, friction and ripple can explain."""
@@ -132,39 +132,30 @@ def held_offsets(observations: Sequence[Observation], coulomb: Array) -> HeldFri
     free = merged(plain).select(PAYLOAD)
     bound = merged(friction.friction_free(part) for part in factors).select(PAYLOAD)
     rise = _shortest(bound, weights)[1] - _shortest(free, weights)[1]
-    return free_friction(len(noise)) if _unlikely(rise, len(friction.joints)) else friction
+    held = len(friction.joints)
+    contradicted = held > 0 and chdtrc(held, max(rise, 0.0)) < _CONTRADICTED
+    return free_friction(len(noise)) if contradicted else friction
 
 
 def _errors(observations: Sequence[Observation], plain: Sequence[Equations]) -> tuple[Array, Array]:
     """Size [N·m or N] and inflation by memory of each joint's errors, less all that is free, shapes (n,).
 
-    The size is 0 where a joint has too few rows to tell it.
+    The size is 0 where a joint has too few rows, beyond the free columns that act on it, to tell it.
     """
     problem = merged(plain).select(PAYLOAD)
     weights = joint_weights(problem, _shortest(problem, np.ones(len(problem.rows)))[0])
     values, _ = _shortest(problem, weights)
-    noise = problem.error_norms(values) / np.sqrt(np.maximum(problem.rows, 1))
-    noise[np.sum([_rows_left(recording) for recording in observations], axis=0) < _FEWEST_LEFT] = 0.0
-    left = [_left(recording, values) for recording in observations]
-    series = [[(t, errors[j]) for t, errors in left] for j in range(len(noise))]
-    return noise, np.array([inflation([(t[j], errors) for t, errors in joint]) for j, joint in enumerate(series)])
-
-
-def _left(recording: Observation, values: Array) -> tuple[tuple[Array, ...], list[Array]]:
-    """Times of the rows, and what a payload of these values and all that is free leave of the torques, by joint."""
-    free = _free(recording.columns)
-    payload = [recording.columns.index(name) for name in PAYLOAD]
-    errors = [
-        without((Y - W[:, payload] @ values)[:, None], W[:, free])[:, 0] if len(Y) else Y
-        for W, Y in zip(recording.W, recording.Y, strict=True)
-    ]
-    return recording.t, errors
-
-
-def _rows_left(recording: Observation) -> list[int]:
-    """How many rows each joint has beyond the free columns that act on it."""
-    free = _free(recording.columns)
-    return [len(W) - int(np.any(W[:, free] != 0.0, axis=0).sum()) for W in recording.W]
+    noise, count = problem.error_norms(values) / np.sqrt(np.maximum(problem.rows, 1)), np.zeros(len(problem.rows))
+    series: list[list[tuple[Array, Array]]] = [[] for _ in count]
+    for recording in observations:
+        free, payload = _free(recording.columns), [recording.columns.index(name) for name in PAYLOAD]
+        for j, (W, Y) in enumerate(zip(recording.W, recording.Y, strict=True)):
+            # What a payload of these values and all that is free leave of the torques.
+            left = without((Y - W[:, payload] @ values)[:, None], W[:, free])[:, 0] if len(Y) else Y
+            series[j].append((recording.t[j], left))
+            count[j] += len(W) - int(np.any(W[:, free] != 0.0, axis=0).sum())
+    noise[count < _FEWEST_LEFT] = 0.0
+    return noise, np.array(list(map(inflation, series)))
 
 
 def _plain(factors: Equations) -> Equations:
@@ -180,7 +171,7 @@ def _free(columns: Sequence[str]) -> list[int]:
 
 def _held(sigmas: Mapping[str, float], noise: Array, memory: Array) -> HeldFriction:
     joints = {name: _joint(name) for name, sigma in sigmas.items() if sigma > 0.0}
-    roles = {name: Held(sigmas[name], float(memory[j])) for name, j in joints.items() if noise[j] > 0.0}
+    roles = {name: SoftPrior(sigmas[name], float(memory[j])) for name, j in joints.items() if noise[j] > 0.0}
     return HeldFriction(roles, noise, memory)
 
 
@@ -194,10 +185,6 @@ def less_robot(recording: Observation, robot: Array) -> Observation:
 def _joint(name: str) -> int:
     """Position of the joint, from 0, of "OFF2"."""
     return int(name.removeprefix(parameter_kind(name))) - 1
-
-
-def _unlikely(rise: float, joints: int) -> bool:
-    return joints > 0 and bool(chdtrc(joints, max(rise, 0.0)) < _CONTRADICTED)
 
 
 def _shortest(problem: Equations, weights: Array) -> tuple[Array, float]:
@@ -238,18 +225,14 @@ def coulomb_friction(problem: Equations) -> Array:
         problem: ``bare_equations``.
     """
     n = len(problem.rows)
-    values, hidden = _shown(problem, np.ones(n))
-    values, _ = _shown(problem, joint_weights(problem, values))
-    levels = np.zeros(n)
+    weights, levels = np.ones(n), np.zeros(n)
+    hidden = decomposed(problem.stacked(weights)[:, :-1]).hidden
+    for _ in range(2):
+        factor = problem.stacked(weights)
+        values = decomposed(factor[:, :-1]).solution(factor[:, -1])
+        weights = joint_weights(problem, values)
     for j in range(n):
         name = f"FS{j + 1}"
         if name in problem.columns and hidden[problem.columns.index(name)] < _HIDDEN:
             levels[j] = max(values[problem.columns.index(name)], 0.0)
     return levels
-
-
-def _shown(problem: Equations, weights: Array) -> tuple[Array, Array]:
-    """Shortest least-squares solution, and the share of each value in undetermined directions."""
-    factor = problem.stacked(weights)
-    parts = decomposed(factor[:, :-1])
-    return parts.solution(factor[:, -1]), parts.hidden

@@ -3,19 +3,18 @@
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from itertools import chain
 from typing import NamedTuple
 
 import numpy as np
 
 from ...common.arrays import Array
-from ...model import BaseParameters, Processing, Robot
+from ...model import BaseParameters, Processing, Robot, base_parameters
 from ...model.drives import FRICTION, parameter_kind
 from ...model.motion import Measurement
 from ...model.regressors import payload_columns
 from ..equations.equations import PAYLOAD, Equations
 from ..equations.observer import PATH, Observer, Used, used
-from ..equations.reduction import Recorded, Residuals, recorded
+from ..equations.reduction import Recorded, recorded
 from ..equations.shared_torque import known_spring
 from ..fit.blocks import (
     FEWEST,
@@ -29,6 +28,7 @@ from ..fit.blocks import (
     weighted_solution,
 )
 from ..fit.estimate import Estimate
+from ..fit.settings import Settings
 from .path import robot_of
 
 _STRETCHES = 4  # of all loaded recordings together
@@ -63,19 +63,25 @@ class _Load:
         return in_blocks(self.equations, self.recordings, edges, length)
 
 
-class PayloadEquations(NamedTuple):
-    """``loaded``: [W W_L]; ``unloaded``: W; ``difference``: W_L, where there are pairs; ``stretches`` of loaded.
+class Memory(NamedTuple):
+    """How long the errors under load remember.
 
-    ``inflation``: of each joint's errors under load, by their memory; none where nothing was cut in blocks.
-    ``few``: whether blocks as long as that memory asks for would be too few, so that shorter ones were cut.
+    ``inflation``: by how much that raises the variances of each joint; none where nothing was cut in blocks.
+    ``few``: whether blocks as long as it asks for would be too few, so that shorter ones were cut.
     """
+
+    inflation: tuple[float, ...] = ()
+    few: bool = False
+
+
+class PayloadEquations(NamedTuple):
+    """``loaded``: [W W_L]; ``unloaded``: W; ``difference``: W_L, where there are pairs; ``stretches`` of loaded."""
 
     loaded: Equations
     unloaded: Equations | None
     difference: Equations | None
     stretches: tuple[Equations, ...] = ()
-    inflation: tuple[float, ...] = ()
-    few: bool = False
+    memory: Memory = Memory()
 
 
 def loaded_observer(robot: Robot, base: BaseParameters) -> Observer:
@@ -96,74 +102,55 @@ def torque_change(robot: Robot, unloaded: Measurement, loaded: Measurement) -> M
     return Measurement(loaded.motion, torque, spring.torque(unloaded.motion.q[:, spring.joint - 1]))
 
 
-def _long_edges(spans: Sequence[Array]) -> list[Array]:
-    """Ends of a few long stretches of the recordings with payload."""
-    stretches = max(1, _STRETCHES // len(spans))
-    return [block_edges(ends, float(np.ptp(ends)) / stretches) for ends in spans]
-
-
-def _partners_edges(edges: Sequence[Array], pairs: Sequence[PairedMeasurement]) -> list[Array]:
-    """Ends of the blocks on the clocks of the recordings without payload; empty without pairs."""
-    return [ends - pair.lag for ends, pair in zip(edges, pairs, strict=True)] if pairs else []
-
-
 def payload_equations(
     robot: Robot,
-    base: BaseParameters,
     loaded: Sequence[Measurement],
     unloaded: Sequence[Measurement],
     pairs: Sequence[PairedMeasurement],
-    processing: Processing,
-    blocks: bool = True,
+    settings: Settings,
     known: Estimate | None = None,
 ) -> PayloadEquations:
-    """Reduce measurements; of long ones the equations are never held whole.
+    """Reduce measurements, in blocks of time where robust; those of a pair at the same points of the motion.
 
     Args:
         loaded: with payload, each on its own time.
         unloaded: without; where there are pairs, the k-th is that of the k-th pair.
         pairs: for method 3; may be empty.
-        blocks: cut them in blocks of time as well, those of a pair at the same points of the motion.
         known: the robot's parameters; without unloaded measurements the errors are those that they leave.
     """
-    heavy, bare, change = _loads(robot, base, loaded, unloaded, pairs, processing)
-    if not blocks:
+    base, processing = base_parameters(robot), settings.processing_of(robot)
+    observer = Observer(robot, (*base.columns, *payload_columns(robot), PATH))
+    # Equations [W W_L] of (22); their memory is judged by what W alone leaves.
+    equations, recordings = recorded(
+        observer.only((*base.columns, *payload_columns(robot)), (*base.columns, *PAYLOAD)),
+        (used(data, processing) for data in loaded),
+    )
+    heavy, bare, change = _Load(equations, recordings, equations.select(base.columns)), None, None
+    if unloaded:
+        bare = _load(observer.only(base.columns), (used(data, processing) for data in unloaded))
+        change = _changes(observer, base, pairs, bare.equations, processing) if pairs else None
+    if not settings.robust:
         without, difference = (load.equations if load is not None else None for load in (bare, change))
         return PayloadEquations(heavy.equations, without, difference)
-    length, few = _block_length([load.memory for load in (heavy, bare, change) if load is not None])
+    length = block_length([load.memory for load in (heavy, bare, change) if load is not None])
+    # Where blocks that are as long as memory asks for are too few under load, shorter ones are cut.
+    few = sum(len(block_edges(ends, length)) - 1 for ends in heavy.memory.spans) < FEWEST
+    length = SHORTEST if few else length
     edges = [block_edges(ends, length) for ends in heavy.memory.spans]
-    without = _in_partners_blocks(bare, _partners_edges(edges, pairs), length) if bare is not None else None
+    without = None
+    if bare is not None:
+        # Without partners by their own times, else where their partners are, on the clock without payload.
+        own = [ends - pair.lag for ends, pair in zip(edges, pairs, strict=True)] if pairs else []
+        without = bare.in_blocks(own or [block_edges(ends, length) for ends in bare.memory.spans], length)
     difference = change.in_blocks(edges, length) if change is not None else None
-    stretches = _cut(heavy.recordings, _long_edges(heavy.memory.spans))
+    longest = max(1, _STRETCHES // len(edges))
+    stretches = tuple(
+        stretch
+        for recording, ends in zip(recordings, heavy.memory.spans, strict=True)
+        for stretch in recording.cut(block_edges(ends, float(np.ptp(ends)) / longest))
+    )
     inflation = heavy.memory.inflation if known is None or unloaded else _inflation_beside(known, heavy)
-    return PayloadEquations(heavy.in_blocks(edges, length), without, difference, stretches, inflation, few)
-
-
-def _loads(
-    robot: Robot,
-    base: BaseParameters,
-    loaded: Sequence[Measurement],
-    unloaded: Sequence[Measurement],
-    pairs: Sequence[PairedMeasurement],
-    processing: Processing,
-) -> tuple[_Load, _Load | None, _Load | None]:
-    """Equations with payload, without, and of the difference, by one generated code."""
-    observer = Observer(robot, (*base.columns, *payload_columns(robot), PATH))
-    heavy = _with_payload(observer, base, loaded, processing)
-    if not unloaded:
-        return heavy, None, None
-    bare = _load(observer.only(base.columns), (used(data, processing) for data in unloaded))
-    return heavy, bare, _changes(observer, base, pairs, bare.equations, processing) if pairs else None
-
-
-def _with_payload(
-    observer: Observer, base: BaseParameters, loaded: Sequence[Measurement], processing: Processing
-) -> _Load:
-    """Equations [W W_L] of (22); their memory is judged by what W alone leaves."""
-    columns = (*base.columns, *payload_columns(observer.robot))
-    heavy = (used(data, processing) for data in loaded)
-    equations, recordings = recorded(observer.only(columns, (*base.columns, *PAYLOAD)), heavy)
-    return _Load(equations, recordings, equations.select(base.columns))
+    return PayloadEquations(heavy.in_blocks(edges, length), without, difference, stretches, Memory(inflation, few))
 
 
 def _load(observer: Observer, loads: Iterable[Used]) -> _Load:
@@ -172,42 +159,23 @@ def _load(observer: Observer, loads: Iterable[Used]) -> _Load:
     return _Load(equations, recordings, equations)
 
 
-def _in_partners_blocks(bare: _Load, edges: Sequence[Array], length: float) -> Equations:
-    """Equations without payload, cut where their partners are; without partners by their own times."""
-    return bare.in_blocks(edges or [block_edges(ends, length) for ends in bare.memory.spans], length)
-
-
 def _inflation_beside(known: Estimate, heavy: _Load) -> tuple[float, ...]:
-    """By how much memory raises the variance of each joint's errors beside a robot that is known."""
-    own = memory_factors(_left_by(known, heavy.recordings, heavy.equations))
-    return tuple(max(factor, _memory_of(known)) for factor in own)
+    """By how much memory raises the variance of each joint's errors beside a robot that is known.
 
-
-def _memory_of(known: Estimate) -> float:
-    """By how much memory raised the variances of a robot's parameters; a few seconds of load show less of it."""
-    if known.robust is None:
-        return 1.0
-    return float(np.median((known.robust.sigma / np.maximum(known.sigma, 1e-300)) ** 2))
-
-
-def _left_by(known: Estimate, recordings: Sequence[Recorded], loaded: Equations) -> list[Residuals]:
-    """What a robot that is known leaves of the loaded recordings, payload and friction found beside it.
-
-    All of its parameters, found anew in a few seconds, would take up the slow errors for themselves.
+    By what it leaves of the loaded recordings, payload and friction found beside it: all of its parameters, found
+    anew in a few seconds, would take up the slow errors for themselves. A few seconds of load show less memory than
+    the robot's own recordings did.
     """
     rigid = [k for k, name in enumerate(known.names) if parameter_kind(name) not in FRICTION]
-    beside = loaded.minus([known.names[k] for k in rigid], known.values[rigid])
+    beside = heavy.equations.minus([known.names[k] for k in rigid], known.values[rigid])
     values = dict(zip(known.names, known.values, strict=True))
     values |= zip(beside.columns, weighted_solution(beside), strict=True)
-    chi = np.array([values[name] for name in loaded.columns])
-    return [recording.residuals(chi) for recording in recordings]
-
-
-def _block_length(loads: Sequence[Remembered]) -> tuple[float, bool]:
-    """Length of a block [s], and whether those that memory asks for were too few under load."""
-    length = block_length(loads)
-    few = sum(len(block_edges(ends, length)) - 1 for ends in loads[0].spans) < FEWEST
-    return (SHORTEST, True) if few else (length, False)
+    chi = np.array([values[name] for name in heavy.equations.columns])
+    own = memory_factors([recording.residuals(chi) for recording in heavy.recordings])
+    if known.robust is None:
+        return own
+    before = float(np.median((known.robust.sigma / np.maximum(known.sigma, 1e-300)) ** 2))
+    return tuple(max(factor, before) for factor in own)
 
 
 def _changes(
@@ -217,22 +185,12 @@ def _changes(
     unloaded: Equations,
     processing: Processing,
 ) -> _Load:
-    """Equations (29) of pairs, the torque of paths that differ taken off."""
+    """Equations (29) of pairs, Y_T - Y_wL, the torque that the robot needs more on the loaded path taken off."""
     chi, bare = robot_of(unloaded), observer.only(base.columns)
-    alone = observer.only((*payload_columns(observer.robot), PATH), (*PAYLOAD, PATH))
-    return _load(alone, (_change(bare, chi, pair, processing) for pair in pairs))
 
+    def change(pair: PairedMeasurement) -> Used:
+        loaded = used(pair.loaded, processing, pair.unloaded.motion)
+        path = bare.torques(pair.loaded.motion, chi) - bare.torques(pair.unloaded.motion, chi)
+        return loaded._replace(data=replace(torque_change(observer.robot, pair.unloaded, pair.loaded), path=path))
 
-def _change(observer: Observer, chi: Array, pair: PairedMeasurement, processing: Processing) -> Used:
-    """Y_T - Y_wL of a pair, with what the robot of these parameters needs more on the loaded path."""
-    loaded = used(pair.loaded, processing, pair.unloaded.motion)
-
-    path = observer.torques(pair.loaded.motion, chi) - observer.torques(pair.unloaded.motion, chi)
-    change = torque_change(observer.robot, pair.unloaded, pair.loaded)
-    return loaded._replace(data=replace(change, path=path))
-
-
-def _cut(recordings: Sequence[Recorded], edges: Sequence[Array]) -> tuple[Equations, ...]:
-    return tuple(
-        chain.from_iterable(recording.cut(ends) for recording, ends in zip(recordings, edges, strict=True))
-    )
+    return _load(observer.only((*payload_columns(observer.robot), PATH), (*PAYLOAD, PATH)), map(change, pairs))

@@ -11,13 +11,8 @@ import numpy as np
 from ...model.drives import parameter_kind
 from ..equations.equations import Equations
 from ..fit.estimate import Estimate
-from ..fit.linear_problem import Held
+from ..fit.linear_problem import SoftPrior
 
-FRICTION_CHANGE = 0.10
-"""Standard deviation of Coulomb and viscous friction from one recording to another, as a share of it.
-
-From day to day a real UR10e's Coulomb friction differs by 1 to 9 %, its viscous friction by 2 to 12 %.
-"""
 _OFFSETS = 0.012
 """Standard deviation of a constant torque's change, as a share of the arm's largest Coulomb friction: 0.2 N·m on a
 UR10e."""
@@ -42,7 +37,7 @@ def friction_sigmas(robot: Estimate, share: float) -> dict[str, float]:
     return {name: sigma for name, sigma in sigmas.items() if sigma > _NONE * largest}
 
 
-def friction_changes(robot: Estimate, inflation: Sequence[float], share: float) -> dict[str, Held]:
+def friction_changes(robot: Estimate, inflation: Sequence[float], share: float) -> dict[str, SoftPrior]:
     """How frictions are held near the robot's own; arguments as of ``friction_sigmas``.
 
     Args:
@@ -50,12 +45,12 @@ def friction_changes(robot: Estimate, inflation: Sequence[float], share: float) 
     """
     sigmas = friction_sigmas(robot, share)
     joints = {name: int(name.removeprefix(parameter_kind(name))) - 1 for name in sigmas}
-    return {name: Held(sigma, inflation[joints[name]]) for name, sigma in sigmas.items()}
+    return {name: SoftPrior(sigma, inflation[joints[name]]) for name, sigma in sigmas.items()}
 
 
-def with_changes(equations: Equations, roles: Mapping[str, Held]) -> tuple[Equations, dict[str, Held]]:
+def with_changes(equations: Equations, roles: Mapping[str, SoftPrior]) -> tuple[Equations, dict[str, SoftPrior]]:
     """Equations under load with one more column for each friction that may change, and how these are held."""
     names = [f"{name}{_CHANGE}" for name in roles]
     own, c = equations.columns, len(equations.columns)
     M = np.eye(c)[:, [*range(c), *map(own.index, roles)]]
-    return equations.transformed((*own, *names), M), dict(zip(names, roles.values(), strict=True))
+    return equations.transformed(M, (*own, *names)), dict(zip(names, roles.values(), strict=True))

@@ -12,7 +12,7 @@ import numpy as np
 from ...common.arrays import Array
 from ...model.drives import FRICTION, parameter_kind
 from ..equations.equations import PAYLOAD, Equations
-from ..fit.linear_problem import Held, Known, LinearProblem
+from ..fit.linear_problem import Fixed, LinearProblem, SoftPrior
 
 _SCALE = "scale under load"
 
@@ -20,12 +20,12 @@ _SCALE = "scale under load"
 class LoadedScale(NamedTuple):
     """How the scale is held, and the torque it scales: parameters of robot and payload, without friction."""
 
-    held: Held
+    held: SoftPrior
     names: tuple[str, ...]
     values: Array
 
 
-def loaded_scale(loaded: Equations, robot: Known, role: Held) -> LoadedScale:
+def loaded_scale(loaded: Equations, robot: Fixed, role: SoftPrior) -> LoadedScale:
     """The scale of the loaded torques; the payload's own torque is scaled as well, so it is found first.
 
     Args:
@@ -41,12 +41,12 @@ def loaded_scale(loaded: Equations, robot: Known, role: Held) -> LoadedScale:
 
 
 def with_scale(
-    loaded: Equations, roles: Mapping[str, Held], scale: LoadedScale | None
-) -> tuple[Equations, dict[str, Held]]:
+    loaded: Equations, roles: Mapping[str, SoftPrior], scale: LoadedScale | None
+) -> tuple[Equations, dict[str, SoftPrior]]:
     """Equations with payload with one more column for the scale, and how their columns are held."""
     if scale is None:
         return loaded, dict(roles)
     c, values = len(loaded.columns), np.zeros((len(loaded.columns), 1))
     values[[loaded.columns.index(name) for name in scale.names], 0] = scale.values
-    wide = loaded.transformed((*loaded.columns, _SCALE), np.hstack([np.eye(c), values]))
+    wide = loaded.transformed(np.hstack([np.eye(c), values]), (*loaded.columns, _SCALE))
     return wide, {**roles, _SCALE: scale.held}

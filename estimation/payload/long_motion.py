@@ -1,27 +1,227 @@
-"""The payload problem of recordings in which every joint moves."""
+"""A payload moved by every joint: the equations that the four methods of section V take, and what they are of."""
 
-from collections.abc import Sequence
-from dataclasses import replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
 from ...common.errors import InputError
 from ...common.linear import decomposed
-from ...common.progress import Progress, silent
 from ...model import INERTIAL, BaseParameters, Processing, Recording, Robot, base_parameters
 from ...model.motion import Measurement
 from ...model.regressors import payload_columns
-from ..fit.estimate import Estimate
-from ..fit.linear_problem import Held
+from ..equations.equations import Equations, merged
+from ..fit.estimate import Estimate, error_model
+from ..fit.least_squares import weighted
+from ..fit.linear_problem import Fixed, Prior, SoftPrior, gain_sensitivity, left_out
 from ..fit.own_equations import check_lengths, check_moving, filtered
+from ..fit.settings import DEFAULTS, Settings
 from ..signals.alignment import AlignedPair, best_aligned, check_mismatch
 from ..signals.filtering import grid_rate, measurement
 from ..signals.plausibility import check_apart, check_recordings
-from .equations import PairedMeasurement, payload_equations
-from .friction import FRICTION_CHANGE, friction_changes
-from .loaded_scale import loaded_scale
+from .equations import Memory, PairedMeasurement, payload_equations
+from .friction import friction_changes, with_changes
+from .loaded_scale import LoadedScale, loaded_scale, with_scale
 from .pairing import cut_alike
-from .problem import FORMULA_ONLY, PayloadProblem, Source
+from .result import in_payload_frame
+
+FORMULA_ONLY = (
+    "the stored robot parameters have the formula's standard deviations only: identify the robot again, by a "
+    "longer recording"
+)
+
+FREE_SCALE = (
+    "the scale of the loaded torques is free (--scale-sigma), of which a difference of torques knows nothing"
+)
+
+
+class Source(NamedTuple):
+    """Recordings with and without payload, how they were processed, and both side by side.
+
+    Attributes:
+        compared: recordings of one trajectory, those that method 3 refuses among them.
+        why_no_pair: why method 3 cannot be used, if it cannot.
+        rate: at which the (first) loaded recording was processed [Hz].
+    """
+
+    loaded: tuple[Recording, ...]
+    unloaded: tuple[Recording, ...]
+    processing: Processing
+    compared: tuple[AlignedPair, ...] = ()
+    why_no_pair: str = ""
+    rate: float | None = None
+
+
+@dataclass(frozen=True)
+class LongMotion:
+    """Reduced equations of recordings in which every joint moves.
+
+    With blocks of time, those of a pair of recordings are the same stretches of one motion.
+
+    Attributes:
+        base: the robot's base parameters; their columns make up W.
+        loaded: equations [W W_L] of (22) with payload in frame n; columns base, then ``PAYLOAD``.
+        stretches: the loaded recordings once more, in a few long pieces.
+        source: the recordings themselves, in which the verdict looks for causes.
+        unloaded: equations W without payload, for methods 1, 2 and 4.
+        difference: equations W_L of (29) for method 3, if a pair on one trajectory is there.
+        known: the robot's parameters from an earlier identification, for method 1 without ``unloaded``.
+    """
+
+    robot: Robot
+    base: BaseParameters
+    loaded: Equations
+    stretches: tuple[Equations, ...]
+    memory: Memory
+    source: Source
+    unloaded: Equations | None = None
+    difference: Equations | None = None
+    known: Estimate | None = None
+    settings: Settings = Settings()
+
+    def __post_init__(self) -> None:
+        """Refuse another model's robot, and blocks of one motion that are not as many."""
+        if self.known is not None:
+            check_known(self.robot, self.base, self.known)
+        counts = {len(part.blocks) for part in (self.loaded, self.unloaded, self.difference) if part}
+        if self.paired and self.loaded.blocks and len(counts) > 1:
+            raise ValueError("paired blocks must be as many without and with payload")
+
+    @property
+    def paired(self) -> bool:
+        """Whether the blocks with and without payload are of one motion."""
+        return self.difference is not None and len(self.difference.blocks) > 0
+
+    @property
+    def inflation(self) -> tuple[float, ...]:
+        """By how much the memory of each joint's errors under load raises variances."""
+        return self.memory.inflation
+
+    @property
+    def pairs(self) -> tuple[AlignedPair, ...]:
+        """How the recordings of method 3 were aligned."""
+        return self.source.compared if self.difference is not None else ()
+
+    @property
+    def why_no_pair(self) -> str:
+        """Why method 3 cannot be used, if it cannot."""
+        return FREE_SCALE if self.settings.scale_sigma > 0.0 else self.source.why_no_pair
+
+    @cached_property
+    def bare(self) -> Estimate | None:
+        """The robot's own parameters by the recordings without payload."""
+        return None if self.unloaded is None else weighted(self.unloaded)
+
+    @property
+    def alone(self) -> Estimate | None:
+        """The robot's own parameters: those without payload, else those known from an earlier identification."""
+        return self.bare or self.known
+
+    @cached_property
+    def robot_known(self) -> Fixed:
+        """The robot's parameters for method 1: from an earlier identification, else without payload."""
+        if self.known is not None:
+            return known_robot(self.known)
+        bare, unloaded = self.bare, self.unloaded
+        if bare is None or unloaded is None:
+            raise InputError(
+                "method 1 needs the robot's parameters: give a recording without payload or --robot-parameters"
+            )
+        return Fixed(
+            bare.names,
+            bare.values,
+            bare.covariance,
+            0.0 * bare.covariance,  # blocks of time hold the recording they come from
+            bare.degrees_of_freedom,
+            lambda: gain_sensitivity(unloaded, bare.weights),
+            lambda: left_out(unloaded, bare.names, bare.weights).values[:-1, :, 0] if unloaded.blocks else None,
+        )
+
+    @property
+    def corrected(self) -> bool:
+        """Whether a robot known earlier is corrected by these recordings: its friction is of another day."""
+        return self.known is not None and bool(self.friction)
+
+    @property
+    def robot_prior(self) -> Prior:
+        """A robot known earlier, by the covariance that its errors really have."""
+        assert self.known is not None
+        return prior_of(self.known, self.inflation, self.loaded)
+
+    @cached_property
+    def friction(self) -> Mapping[str, SoftPrior]:
+        """Frictions of the robot that may be others under load, and how far."""
+        try:
+            robot = self.alone
+        except InputError:  # by method 3 it is not needed
+            robot = None
+        if robot is None or not self.inflation:
+            return {}
+        return friction_changes(robot, self.inflation, self.settings.friction_change)
+
+    @cached_property
+    def scale(self) -> LoadedScale | None:
+        """Of the loaded torques, where it may be another one."""
+        if not self.settings.scale_sigma > 0.0:
+            return None
+        role = SoftPrior(self.settings.scale_sigma, max(self.inflation, default=1.0))
+        return loaded_scale(self.loaded, self.robot_known, role)
+
+    def under_load(self, friction: bool = True) -> tuple[Equations, dict[str, SoftPrior]]:
+        """[W W_L], the payload in its frame, and columns near zero for all that may be another one under load.
+
+        Args:
+            friction: with the changes of friction; else of the scale alone.
+        """
+        scaled, near = with_scale(self.loaded, {}, self.scale)
+        loaded, changes = with_changes(in_payload_frame(self.robot, scaled), self.friction if friction else {})
+        return loaded, near | changes
+
+    @cached_property
+    def both(self) -> Equations:
+        """The equations of (30), robot and payload together, columns base, then ``PAYLOAD``."""
+        return self.beside(self.loaded)
+
+    def beside(self, loaded: Equations) -> Equations:
+        """Equations with payload together with those without, whose other columns are zero."""
+        if self.unloaded is None:
+            raise InputError("method 4 needs a recording without payload")
+        bare = self.unloaded.select(loaded.columns)
+        if not (self.paired and bare.blocks and loaded.blocks):
+            return merged([bare, loaded])
+        blocks = bare.blocks.joined(loaded.blocks, together=True)
+        return replace(merged([bare.whole, loaded.whole]), blocks=blocks)
+
+    @property
+    def left_out(self) -> tuple[tuple[tuple[int, int], ...], ...]:
+        """Blocks of time with payload, and without, that are left out in turn, -1 for none, group by group.
+
+        Blocks that share no motion are left out one recording at a time: two groups then.
+
+        Raises:
+            InputError: if there are fewer than two blocks.
+        """
+        loaded, bare = len(self.loaded.blocks), len(self.unloaded.blocks) if self.unloaded else 0
+        if not loaded:
+            raise InputError("robust standard deviations need recordings in blocks of time")
+        check_blocks(loaded, bare or loaded)
+        if self.paired:
+            return (tuple((b, b if bare else -1) for b in range(loaded)),)
+        groups = tuple((b, -1) for b in range(loaded)), tuple((-1, b) for b in range(bare))
+        return groups if bare else groups[:1]
+
+    @property
+    def block_length(self) -> float:
+        """Shortest length of a block [s], unless a whole recording is shorter."""
+        return self.loaded.blocks.length
+
+    @property
+    def no_blocks(self) -> str:
+        """Why there are no blocks of time although they were asked for."""
+        formula_only = self.settings.robust and self.known is not None and self.known.robust is None
+        return FORMULA_ONLY if formula_only else ""
 
 
 def payload_problem(
@@ -29,94 +229,39 @@ def payload_problem(
     loaded: Sequence[Recording],
     unloaded: Sequence[Recording] = (),
     known: Estimate | None = None,
-    processing: Processing | None = None,
-    progress: Progress = silent,
-    robust: bool = True,
-    friction_change: float = FRICTION_CHANGE,
-    scale_sigma: float = 0.0,
-) -> PayloadProblem:
+    settings: Settings = DEFAULTS,
+) -> LongMotion:
     """Process recordings with and without payload and reduce them.
 
     Args:
         unloaded: recordings without; for method 3 the k-th file is the same trajectory as the k-th of ``loaded``.
-        known: the robot's identified parameters, instead of or beside ``unloaded``.
-        processing: settings; the robot's own by default.
-        robust: keep the equations in blocks of time as well, so that estimates get robust standard deviations;
-            not with a ``known`` robot that has none itself.
-        friction_change: with ``robust``, by which share the friction of the loaded recordings may differ from the
-            robot's own (1 sigma); 0 takes it as the same.
-        scale_sigma: by which share the scale of the loaded torques may differ from that without payload (1 sigma);
-            methods 1 and 4 alone know of it.
+        known: the robot's identified parameters, instead of or beside ``unloaded``; without robust standard
+            deviations of its own there are none of the payload.
 
     Raises:
         InputError: if a recording cannot be used.
     """
-    processing = processing or robot.processing
+    processing, progress = settings.processing_of(robot), settings.progress
     progress("base parameters")
     base = base_parameters(robot)
-    _check(robot, base, loaded, unloaded, processing)
-    loaded, unloaded, lags = cut_alike(loaded, unloaded, processing)
-    alone = filtered(unloaded, processing, progress)
-    measured = filtered(loaded, processing, progress)
-    compared, together, reason = _together(loaded, unloaded, lags, measured, processing, progress)
-    formula_only = FORMULA_ONLY if robust and known and known.robust is None else ""
-    progress("cutting into blocks" if robust else "reducing")
-    blocks = robust and not formula_only
-    equations = payload_equations(robot, base, measured, alone, together, processing, blocks, known)
-    if equations.unloaded and equations.unloaded.equations == 0:
-        raise InputError(f"{unloaded[0].source}: no joint moves: nothing can be compared")
-    problem = PayloadProblem(
-        robot=robot,
-        base=base,
-        known=known,
-        pairs=compared if together else (),
-        without_difference=reason,
-        rate=measured[0].motion.rate,
-        no_blocks=formula_only,
-        source=Source(tuple(loaded), tuple(unloaded), processing),
-        compared=compared,
-        **equations._asdict(),
-    )
-    return _with_scale(with_friction(problem, friction_change), scale_sigma)
-
-
-def _check(
-    robot: Robot,
-    base: BaseParameters,
-    loaded: Sequence[Recording],
-    unloaded: Sequence[Recording],
-    processing: Processing,
-) -> None:
-    """Refuse recordings from which no payload can be identified."""
+    # An arm on which no motion shows all ten is refused first.
     check_visible(robot, base)
     for recordings in filter(None, (loaded, unloaded)):
         check_recordings(robot, recordings)
         check_lengths(recordings, processing)
         check_moving(robot, base, recordings)
     check_apart(loaded, unloaded)
-
-
-def with_friction(problem: PayloadProblem, share: float = FRICTION_CHANGE) -> PayloadProblem:
-    """With what friction may change by, where the robot's own is known."""
-    try:
-        robot = problem.alone
-    except InputError:  # by method 3 it is not needed
-        robot = None
-    if robot is None or not problem.inflation:
-        return problem
-    return replace(problem, friction=friction_changes(robot, problem.inflation, share))
-
-
-def _with_scale(problem: PayloadProblem, sigma: float) -> PayloadProblem:
-    """With a scale of the loaded torques that is sure to ``sigma``; none for 0."""
-    if not sigma > 0.0:
-        return problem
-    role = Held(sigma, max(problem.inflation, default=1.0))
-    reason = (
-        "the scale of the loaded torques is free (--scale-sigma), of which a difference of torques knows nothing"
-    )
-    scale = loaded_scale(problem.loaded, problem.robot_known, role)
-    return replace(problem, scale=scale, without_difference=reason)
+    loaded, unloaded, lags = cut_alike(loaded, unloaded, processing)
+    bare, heavy = filtered(unloaded, processing, progress), filtered(loaded, processing, progress)
+    progress("aligning recordings with and without payload")
+    compared, together, reason = _together(loaded, unloaded, lags, heavy, processing)
+    progress("cutting into blocks" if settings.robust else "reducing")
+    robust = settings.robust and not (known is not None and known.robust is None)
+    equations = payload_equations(robot, heavy, bare, together, replace(settings, robust=robust), known)
+    if equations.unloaded and equations.unloaded.equations == 0:
+        raise InputError(f"{unloaded[0].source}: no joint moves: nothing can be compared")
+    source = Source(tuple(loaded), tuple(unloaded), processing, compared, reason, heavy[0].motion.rate)
+    return LongMotion(robot, base, **equations._asdict(), source=source, known=known, settings=settings)
 
 
 def _together(
@@ -125,18 +270,29 @@ def _together(
     lags: Sequence[float | None],
     measured: Sequence[Measurement],
     processing: Processing,
-    progress: Progress,
 ) -> tuple[tuple[AlignedPair, ...], list[PairedMeasurement], str]:
     """Recordings side by side, and those of one trajectory filtered for method 3; none, and why not."""
+    pairs = tuple[AlignedPair, ...]()
     if not unloaded:
         return (), [], "no recordings without payload"
-    progress("aligning recordings with and without payload")
-    pairs: tuple[AlignedPair, ...] = ()
     try:
-        pairs = _paired(loaded, unloaded, lags, processing)
-        for pair in pairs:
+        if len(loaded) != len(unloaded):
+            raise InputError(
+                f"{len(unloaded)} recordings without and {len(loaded)} with payload do not form pairs: method 3 "
+                "needs each trajectory once without and once with it, in the same order"
+            )
+        pairs = tuple(
+            best_aligned(a, b, grid_rate(b, processing), lag)
+            for a, b, lag in zip(unloaded, loaded, lags, strict=True)
+        )
+        together = []
+        for pair, heavy in zip(pairs, measured, strict=True):
             check_mismatch(pair, processing.max_mismatch)
-        return pairs, [_measured(pair, data, processing) for pair, data in zip(pairs, measured, strict=True)], ""
+            # The loaded recording was filtered already, unless it was cut to what both have in common.
+            whole = len(pair.loaded.t) == len(heavy.motion.t)
+            heavy = heavy if whole else measurement(pair.loaded, processing)
+            together.append(PairedMeasurement(measurement(pair.unloaded, processing), heavy, pair.lag))
+        return pairs, together, ""
     except InputError as error:
         return pairs, [], str(error)
 
@@ -153,24 +309,51 @@ def check_visible(robot: Robot, base: BaseParameters) -> None:
         )
 
 
-def _paired(
-    loaded: Sequence[Recording],
-    unloaded: Sequence[Recording],
-    lags: Sequence[float | None],
-    processing: Processing,
-) -> tuple[AlignedPair, ...]:
-    if len(loaded) != len(unloaded):
-        raise InputError(
-            f"{len(unloaded)} recordings without and {len(loaded)} with payload do not form pairs: method 3 "
-            "needs each trajectory once without and once with it, in the same order"
-        )
-    return tuple(
-        best_aligned(a, b, grid_rate(b, processing), lag) for a, b, lag in zip(unloaded, loaded, lags, strict=True)
+def check_blocks(*counts: int) -> None:
+    """Refuse so few blocks of time that none can be left out."""
+    if min(counts) < 2:
+        raise InputError("robust standard deviations need two blocks of time at least: record longer")
+
+
+def known_robot(robot: Estimate) -> Fixed:
+    """Parameters of an earlier identification; what their jackknife says of them no block of this time shows."""
+    lasting = robot.robust.covariance if robot.robust is not None else robot.covariance
+    return Fixed(
+        robot.names,
+        robot.values,
+        robot.covariance,
+        lasting,
+        robot.degrees_of_freedom,
+        lambda: robot.gain_sensitivity,
     )
 
 
-def _measured(pair: AlignedPair, loaded: Measurement, processing: Processing) -> PairedMeasurement:
-    """A pair filtered; the loaded recording was filtered already unless it was cut to what both have in common."""
-    whole = len(pair.loaded.t) == len(loaded.motion.t)
-    heavy = loaded if whole else measurement(pair.loaded, processing)
-    return PairedMeasurement(measurement(pair.unloaded, processing), heavy, pair.lag)
+def prior_of(known: Estimate, inflation: tuple[float, ...], loaded: Equations) -> Prior:
+    """A robot known earlier, by the covariance that its errors really have.
+
+    The jackknife's has no more rank than blocks, and no inverse; its standard deviations scale the formula's.
+
+    Args:
+        inflation: by how much the memory of each joint's errors raises variances.
+        loaded: the equations beside which it stands.
+    """
+    factors = [factor for factor, rows in zip(inflation, loaded.rows, strict=True) if rows]
+    model = error_model(replace(known, gain_covariance=None))
+    return Prior(
+        known.names,
+        known.values,
+        model.covariance,
+        float(np.median(factors)),
+        model.degrees_of_freedom,
+        lambda: known.gain_sensitivity,
+    )
+
+
+def check_known(robot: Robot, base: BaseParameters, known: Estimate) -> None:
+    """Refuse a robot whose parameters are not those of this model."""
+    if known.names != base.columns:
+        missing = sorted(set(known.names) ^ set(base.columns)) or ["their order"]
+        raise InputError(
+            f"the stored robot parameters are of another model of {robot.name}: they differ in "
+            f"{', '.join(missing[:8])}: identify the robot again with the same options"
+        )

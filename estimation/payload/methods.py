@@ -1,135 +1,205 @@
-"""The paper's four methods by number: which equations each solves, and which of their columns it takes as known."""
+"""The paper's four methods: section V, (22) to (30), each with its equation, its columns and what is known of them.
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
-from functools import partial
-from itertools import chain
-from typing import Protocol
+chi are the robot's base parameters, W their columns; chi_L the payload's ten, W_L theirs. A column is wanted, free
+(estimated beside), fixed (known, with a covariance) or held near zero or near what is known (a soft prior).
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
 from ...common.arrays import Array
 from ...common.errors import InputError
+from ...common.linear import decomposed
 from ...model.drives import FRICTION, parameter_kind
+from ...model.regressors import payload_columns
 from ..equations.equations import PAYLOAD, Equations
+from ..fit.covariance import Rule
+from ..fit.drive_gains import motor_torques
 from ..fit.essential import Elimination, StopRule, eliminate
-from ..fit.estimate import Estimate
-from ..fit.linear_problem import Held, Known, LinearProblem
-from ..fit.robust import FEW, RobustCovariance, jackknifed, naming_blocks
+from ..fit.estimate import Estimate, fit
+from ..fit.least_squares import weighted
+from ..fit.linear_problem import LinearProblem, gain_sensitivity, left_out
 from ..possible.constraints import KnownMass
-from .friction import with_changes
-from .from_change import from_change
-from .loaded_scale import with_scale
+from .long_motion import LongMotion
 from .path import known_path
-from .problem import FORMULA_ONLY, PayloadProblem
-from .result import PayloadEstimate, in_payload_frame
+from .result import PayloadEstimate, frame_change, in_payload_frame
+from .robust import Posed, with_robust
+from .short_motion import ShortMotion
+
+PayloadProblem = LongMotion | ShortMotion
+_DRIVE = ("IA", *FRICTION)
 
 
-class Posed(Protocol):
-    """What a method makes of the recordings: a problem that is solved for given weights of the joints."""
+def from_robot(motion: LongMotion) -> LinearProblem:
+    """Method 1, (22): Y_T = W chi + W_L chi_L, and (23): Y_T - W chi = W_L chi_L.
+
+    Wanted: chi_L. Fixed: chi, by the recordings without payload or an earlier identification; its covariance
+    counts, C_L = s^2 (W_L' W_L)^-1 + P C P' with P = W_L^+ W. Of a robot that was identified on another day chi is
+    a soft prior, and each friction may differ from it within limits. Free, where asked for: friction, which may
+    depend on load.
+    """
+    free_friction = motion.settings.free_friction
+    if motion.corrected and not free_friction:
+        loaded, changes = motion.under_load()
+        return LinearProblem(loaded, PAYLOAD, soft=changes, prior=motion.robot_prior)
+    loaded, scale = motion.under_load(friction=False)
+    robot = motion.robot_known
+    rigid = [name for name in robot.names if parameter_kind(name) not in FRICTION]
+    return LinearProblem(loaded, PAYLOAD, (robot.part(rigid) if free_friction else robot,), scale)
+
+
+class _Step(NamedTuple):
+    """Generalised least squares of G x = change: ``x``, its ``covariance``, ``inverse``: x = inverse @ change."""
+
+    x: Array
+    covariance: Array
+    inverse: Array
+
+
+@dataclass(frozen=True, eq=False)
+class ChangeOfParameters:
+    """Method 2, (24): Y_a = W chi and Y_T = W chi_T, two identifications; (25)-(28): chi_T - chi = G_L chi_L.
+
+    Wanted: chi_L. G_L (N_b x 10) holds the last link's columns of the grouping matrix; on the RX90 its rows are
+    (25)-(28). Solved by least squares weighted by the covariance of chi_T - chi. Drive parameters take no part:
+    friction may change under load.
+    """
+
+    motion: LongMotion
+    before: Estimate
 
     def solved(self, weights: Array | None = None) -> Estimate:
-        """The parameters asked for; weights are estimated unless they are given."""
+        """The payload's ten parameters."""
+        after = weighted(self._loaded, weights)
+        step = self._step(after)
+        return Estimate(
+            names=PAYLOAD,
+            values=step.x,
+            covariance=step.covariance,
+            degrees_of_freedom=min(self.before.degrees_of_freedom, after.degrees_of_freedom),
+            fit=fit(
+                in_payload_frame(self.motion.robot, self.motion.loaded),
+                np.concatenate([self.before.values, step.x]),
+            ),
+            weights=after.weights,
+            gain_sensitivity=self._gain_sensitivity(after, step),
+        )
 
     def values(self, weights: Array) -> Array:
-        """Values of the parameters alone."""
+        """The ten for given weights of the loaded joints."""
+        return self._step(weighted(self._loaded, weights)).x
 
     def without_blocks(self, weights: Array, pairs: Sequence[tuple[int, int]]) -> Array:
-        """Values without blocks of time with and without payload, one row for each of ``left_out``."""
+        """The ten without a block of the loaded and one of the unloaded recordings, -1 for none."""
+        assert self.motion.unloaded is not None
+        columns = self.motion.base.columns
+        places = [columns.index(name) for name in self._inertial]
+        after = left_out(self._loaded, columns, weights)
+        before = left_out(self.motion.unloaded, columns, self.before.weights)
+        (chi_a, C_a), (chi_b, C_b) = (
+            (part.values[:, places, 0], part.variance[:, :, None] * part.covariance[:, places][:, :, places])
+            for part in (before, after)
+        )
+        return np.array([_generalised(self._map, chi_b[b] - chi_a[a], C_a[a] + C_b[b]).x for b, a in pairs])
 
     def lasting(self, weights: Array) -> Array:
-        """Covariance that no block of time shows."""
+        """Blocks of time hold all recordings that it uses."""
+        return np.zeros((len(PAYLOAD), len(PAYLOAD)))
 
-    def remembered(self, weights: Array, inflation: Sequence[float]) -> Array:
-        """Covariance where each joint's errors remember."""
+    def sandwich(self, weights: Array, inflation: Sequence[float]) -> Array:
+        """Covariance where errors remember: the formula's, by the middle joint's memory."""
+        covariance = self._step(weighted(self._loaded, weights)).covariance
+        return np.asarray(float(np.median(inflation)) * covariance)
+
+    @cached_property
+    def _loaded(self) -> Equations:
+        return self.motion.loaded.select(self.motion.base.columns)
+
+    @cached_property
+    def _inertial(self) -> tuple[str, ...]:
+        return tuple(name for name in self.motion.base.columns if parameter_kind(name) not in _DRIVE)
+
+    @cached_property
+    def _map(self) -> Array:
+        """G_L: how the inertial base parameters change with the payload's ten, in the payload's frame."""
+        columns, robot = self.motion.base.columns, self.motion.robot
+        change = payload_map(self.motion)[[columns.index(name) for name in self._inertial]]
+        return change if robot.flange.is_identity else change @ frame_change(robot.flange)
+
+    def _step(self, after: Estimate) -> _Step:
+        chi_a, C_a = self.before.select(self._inertial)
+        chi_b, C_b = after.select(self._inertial)
+        return _generalised(self._map, chi_b - chi_a, C_a + C_b)
+
+    def _gain_sensitivity(self, after: Estimate, step: _Step) -> Array:
+        """Derivatives of the ten by the motors' errors, joints' weights fixed.
+
+        Beside the parameters, the variances of both identifications change, and with them what each counts for:
+        with x = (G'C^-1G)^-1 G'C^-1 d, dx = inverse (dd - dC C^-1 (d - G x)).
+        """
+        assert self.motion.unloaded is not None
+        places = [self.motion.base.columns.index(name) for name in self._inertial]
+        chi_a, C_a = self.before.select(self._inertial)
+        chi_b, C_b = after.select(self._inertial)
+        rest = chi_b - chi_a - self._map @ step.x
+        change = np.zeros((len(rest), self.motion.robot.n))
+        pull = np.linalg.solve(C_a + C_b, rest)
+        for equations, estimate, C, sign in (
+            (self.motion.unloaded, self.before, C_a, -1.0),
+            (self._loaded, after, C_b, 1.0),
+        ):
+            change += sign * gain_sensitivity(equations, estimate.weights)[places]
+            change -= np.outer(C @ pull, _growth(equations, estimate))
+        return np.asarray(step.inverse @ change)
 
 
-Method = Callable[[PayloadProblem], Posed]
+def from_change(motion: LongMotion) -> ChangeOfParameters:
+    """Method 2, (24)-(28), where there are recordings without payload."""
+    if motion.bare is None:
+        raise InputError("method 2 needs a recording without payload")
+    return ChangeOfParameters(motion, motion.bare)
 
 
-def from_robot(
-    problem: PayloadProblem, free_friction: bool = False, names: Sequence[str] | None = None
-) -> LinearProblem:
-    """Method 1, (22) and (23): the loaded recording minus what the robot alone would need.
+def from_difference(motion: LongMotion) -> LinearProblem:
+    """Method 3, (29): Y_T - Y_wL = W_L chi_L, torques with and without payload on one trajectory.
 
-    The covariance accounts for that of the robot's parameters: C_L = s^2 (W_L' W_L)^-1 + P C P' with
-    P = W_L^+ W. Of a robot that was identified on another day, friction may differ within limits.
-
-    Args:
-        problem: with ``unloaded`` or ``known``.
-        free_friction: estimate friction anew from the loaded recording, for friction that depends on load.
-        names: of the payload's parameters; ``problem.chosen`` by default.
+    Wanted: chi_L. Fixed: what the robot's torque differs by because the two paths do, known but for a quarter.
     """
-    robot = problem.robot_known
-    if free_friction:
-        robot = _part(robot, [k for k, name in enumerate(robot.names) if parameter_kind(name) not in FRICTION])
-    scaled, near = with_scale(problem.loaded, {}, problem.scale)
-    if problem.known is None:
-        return _posed(problem, scaled, (robot,), names, near)
-    if free_friction or not problem.corrected:
-        return _posed(problem, scaled, (robot, *_levels(problem)), names, near)
-    loaded, roles = with_changes(scaled, problem.friction)
-    posed = _posed(problem, loaded, _levels(problem), names)
-    return replace(posed, held={**near, **roles}, prior=problem.robot_prior)
+    if motion.difference is None:
+        raise InputError(f"method 3 cannot be used: {motion.why_no_pair}")
+    difference = in_payload_frame(motion.robot, motion.difference)
+    return LinearProblem(difference, PAYLOAD, known_path(difference.columns, motion.robot.n))
 
 
-def from_difference(problem: PayloadProblem, names: Sequence[str] | None = None) -> LinearProblem:
-    """Method 3, (29): Y_T - Y_wL, the torques with and without payload on one trajectory.
+def global_fit(motion: LongMotion) -> LinearProblem:
+    """Method 4, (30): [Y_a; Y_T] = [W 0; W W_L] [chi; chi_L], all recordings at once.
 
-    Of a short motion the joints' constant torques are known to be near zero.
+    Wanted: chi_L. Free: chi, common to both. Soft priors, near zero: what friction, and the scale of the torques
+    where it is free, are more under load.
     """
-    if problem.difference is None:
-        raise InputError(f"method 3 cannot be used: {problem.without_difference}")
-    path = known_path(problem.difference.columns, problem.robot.n)
-    return _posed(problem, problem.difference, (*_levels(problem), *path), names)
+    loaded, changes = motion.under_load()
+    return LinearProblem(motion.beside(loaded), PAYLOAD, soft=changes, shown=loaded)
 
 
-def _levels(problem: PayloadProblem) -> tuple[Known, ...]:
-    """What friction is held at in a short motion."""
-    return (problem.short.held.known,) if problem.short is not None else ()
-
-
-def _posed(
-    problem: PayloadProblem,
-    equations: Equations,
-    known: tuple[Known, ...],
-    names: Sequence[str] | None,
-    roles: Mapping[str, Held] | None = None,
-) -> LinearProblem:
-    """Equations in the payload's frame, of its parameters ``names`` alone."""
-    payload_names = problem.chosen if names is None else tuple(names)
-    columns = [name for name in equations.columns if name in payload_names or name not in PAYLOAD]
-    # Beside the robot's torque the payload's own is what the joints of a short motion are compared by.
-    alone = problem.short is not None
-    posed = in_payload_frame(problem.robot, equations).select(columns)
-    return LinearProblem(posed, payload_names, known, roles or {}, alone=alone)
-
-
-def global_fit(problem: PayloadProblem, names: Sequence[str] = PAYLOAD) -> LinearProblem:
-    """Method 4, (30): all recordings at once; the robot's parameters are common to both, friction within limits."""
-    scaled, near = with_scale(problem.loaded, {}, problem.scale)
-    loaded, roles = with_changes(in_payload_frame(problem.robot, scaled), problem.friction)
-    return LinearProblem(problem.beside(loaded), tuple(names), held={**near, **roles}, shown=loaded)
-
-
-def selected(problem: PayloadProblem, names: Sequence[str]) -> LinearProblem:
-    """Method 4 with some parameters of robot and payload only, the others zero."""
-    return LinearProblem(problem.both.select(names), tuple(names))
-
-
-METHODS: dict[int, Method] = {1: from_robot, 2: from_change, 3: from_difference, 4: global_fit}
+METHODS: dict[int, Callable[[LongMotion], Posed]] = {
+    1: from_robot,
+    2: from_change,
+    3: from_difference,
+    4: global_fit,
+}
 """The paper's methods by number."""
-
-
-def method_of(number: int, free_friction: bool = False) -> Method:
-    """The method by its number; the first may estimate friction anew under load."""
-    return partial(from_robot, free_friction=free_friction) if number == 1 else METHODS[number]
 
 
 def usable_methods(problem: PayloadProblem) -> tuple[int, ...]:
     """Methods for which the problem holds what they need."""
+    if isinstance(problem, ShortMotion):
+        return (problem.method,)
     bare = problem.unloaded is not None
-    one_scale = problem.scale is None  # changes and differences know of no other
+    one_scale = not problem.settings.scale_sigma > 0.0  # changes and differences know of no other
     usable = {
         1: bare or problem.known is not None,
         2: bare and one_scale,
@@ -140,7 +210,10 @@ def usable_methods(problem: PayloadProblem) -> tuple[int, ...]:
 
 
 def identify_payload(
-    problem: PayloadProblem, method: int, free_friction: bool = False, scale: KnownMass | None = None
+    problem: PayloadProblem,
+    method: int,
+    scale: KnownMass | None = None,
+    covariance: Rule | None = None,
 ) -> PayloadEstimate:
     """Estimate the payload by one method; with robust standard deviations if the problem has blocks of time.
 
@@ -149,128 +222,63 @@ def identify_payload(
     Args:
         method: 1 robot known (22)-(23), 2 change of the base parameters (24)-(28), 3 torque difference (29),
             4 robot and payload together (30).
-        free_friction: method 1 only: estimate friction anew under load.
         scale: the payload was weighed; it counts here only where a short motion does not show the mass.
+        covariance: by which rule; by default the jackknife, with few blocks the sandwich.
 
     Raises:
         InputError: if the problem lacks what the method needs; "mass not visible" if nothing shows it.
         KeyError: for another method.
     """
-    short, frame = problem.short, problem.robot.payload_frame
-    by_scale = short is not None and short.needed(scale) is not None
-    estimate, reason = with_robust(problem, method_of(method, free_friction))
-    if short is not None:
-        estimate = short.resolved(estimate, scale)
-    return PayloadEstimate(method, estimate, frame, reason, by_scale)
+    frame = problem.robot.payload_frame
+    if isinstance(problem, LongMotion):
+        estimate, reason = with_robust(problem, METHODS[method](problem), rule=covariance)
+        return PayloadEstimate(method, estimate, frame, reason)
+    by_scale = problem.needed(scale) is not None
+    estimate, reason = with_robust(problem, problem.posed(), rule=covariance)
+    return PayloadEstimate(method, problem.resolved(estimate, scale), frame, reason, by_scale)
 
 
-def combined(problem: PayloadProblem) -> Estimate:
+def selected(motion: LongMotion, names: Sequence[str]) -> LinearProblem:
+    """Method 4 with some parameters of robot and payload only, the others zero."""
+    return LinearProblem(motion.both.select(names), tuple(names))
+
+
+def combined(motion: LongMotion) -> Estimate:
     """Robot and payload parameters of (30), columns base, then ``PAYLOAD``."""
-    return selected(problem, problem.loaded.columns).solved()
+    return selected(motion, motion.loaded.columns).solved()
 
 
-def essential_combined(problem: PayloadProblem, rule: StopRule | None = None) -> Elimination:
+def essential_combined(motion: LongMotion, rule: StopRule | None = None) -> Elimination:
     """Essential parameters of robot and payload (in frame n) together, as in Table 2."""
-    return eliminate(problem.both, combined(problem), rule)
+    return eliminate(motion.both, combined(motion), rule)
 
 
-def with_robust(problem: PayloadProblem, method: Method, estimate: Estimate | None = None) -> tuple[Estimate, str]:
-    """What a method gives, with its robust covariance; without, and why, where there is none.
-
-    Args:
-        estimate: its result, where it is there already; its weights are kept.
-    """
-    posed = method(problem)
-    estimate = posed.solved() if estimate is None else estimate
-    if not problem.loaded.leave_one_out:
-        return estimate, problem.no_blocks
-    try:
-        return replace(estimate, robust=_robust(problem, posed, estimate)), ""
-    except InputError as error:
-        return estimate, str(error)
+def payload_map(motion: LongMotion) -> Array:
+    """G_L: how the base parameters change with the payload's ten in frame n; N_b x 10."""
+    return motion.base.effect_of(payload_columns(motion.robot))
 
 
-def _robust(problem: PayloadProblem, posed: Posed, estimate: Estimate) -> RobustCovariance:
-    """By the delete-a-block jackknife, weights fixed at those of the result; with few blocks by memory."""
-    length = problem.loaded.block_length
-    try:
-        groups = problem.left_out
-        with naming_blocks(length):
-            values = posed.without_blocks(estimate.weights, list(chain.from_iterable(groups)))
-    except InputError:
-        if problem.short is not None or not problem.inflation:
-            raise
-        return by_memory(problem, posed, estimate, None)
-    ends = np.cumsum([len(group) for group in groups])[:-1]
-    robust = jackknifed(np.split(values, ends), estimate.values, length)
-    whole = _with_lasting(problem, posed, estimate, robust)
-    if problem.few or (problem.corrected and robust.degrees_of_freedom + 1 < FEW):
-        return by_memory(problem, posed, estimate, replace(whole, blocks=robust.blocks))
-    return whole
+def _growth(equations: Equations, estimate: Estimate) -> Array:
+    """Relative derivatives of the residual's variance by the motors' errors, shape (n,)."""
+    x = np.append(-estimate.values, 1.0)
+    errors = [w * factor @ x for w, factor in zip(estimate.weights, equations.factors, strict=True)]
+    size = max(sum(float(error @ error) for error in errors), np.finfo(float).tiny)
+    grown = [
+        sum(
+            float(error @ (w * torque))
+            for error, w, torque in zip(errors, estimate.weights, motor_torques(equations, j), strict=True)
+        )
+        for j in range(len(equations.factors))
+    ]
+    return 2.0 * np.array(grown) / size
 
 
-def _with_lasting(
-    problem: PayloadProblem, posed: Posed, estimate: Estimate, robust: RobustCovariance
-) -> RobustCovariance:
-    """The jackknife's, and what no block shows.
-
-    A robot that was identified earlier adds its own robust covariance, propagated: its blocks were left out one at
-    a time as well.
-    """
-    share = posed.lasting(estimate.weights)
-    if not share.any():
-        return robust  # the method does without anything known earlier
-    widened = replace(robust, covariance=robust.covariance + share)
-    own = problem.known.robust if problem.known is not None else None
-    if problem.known is not None and own is None and problem.short is None:
-        raise InputError(FORMULA_ONLY)
-    if own is None:
-        return widened
-    return RobustCovariance(
-        widened.covariance,
-        robust.blocks + own.blocks,
-        min(robust.degrees_of_freedom, own.degrees_of_freedom),
-        max(robust.block_length, own.block_length),
-    )
-
-
-def by_memory(
-    problem: PayloadProblem, posed: Posed, estimate: Estimate, robust: RobustCovariance | None = None
-) -> RobustCovariance:
-    """Robust covariance by how much each joint's errors remember; the jackknife counts where it is larger.
-
-    Of a robot that the recordings correct the jackknife is left out: a few seconds say next to nothing of it.
-
-    Args:
-        problem: with the inflation of each joint's errors.
-        posed: what the method makes of it.
-        robust: the jackknife's, of few blocks; None without.
-    """
-    covariance = posed.remembered(estimate.weights, problem.inflation)
-    if robust is not None and not problem.corrected:
-        wider = np.maximum(robust.sigma / np.sqrt(np.diag(covariance)), 1.0)
-        covariance = covariance * np.outer(wider, wider)
-    blocks, degrees = robust.blocks if robust is not None else 0, max(int(estimate.degrees_of_freedom), 1)
-    return RobustCovariance(covariance, blocks, degrees, problem.loaded.block_length, by_memory=True)
-
-
-def _part(known: Known, places: Sequence[int]) -> Known:
-    """Some of the parameters that are known."""
-    own = list(places)
-
-    def derivatives() -> Array | None:
-        every = known.gain_sensitivity()
-        return every[own] if every is not None else None
-
-    def without_blocks() -> Array | None:
-        every = known.left_out()
-        return every[:, own] if every is not None else None
-
-    return known._replace(
-        names=tuple(known.names[k] for k in places),
-        values=known.values[own],
-        covariance=known.covariance[own][:, own],
-        lasting=known.lasting[own][:, own],
-        gain_sensitivity=derivatives,
-        left_out=without_blocks,
-    )
+def _generalised(G: Array, change: Array, C: Array) -> _Step:
+    """Generalised least squares of G x = change with covariance C."""
+    scale = np.sqrt(np.diag(C))
+    L = np.linalg.cholesky(C / np.outer(scale, scale))
+    parts = decomposed(np.asarray(np.linalg.solve(L, G / scale[:, None])))
+    if parts.null.size:
+        raise InputError("the base parameters of this robot do not show all ten parameters of a payload")
+    inverse = np.linalg.solve(L.T, parts.inverse.T).T / scale
+    return _Step(parts.solution(np.asarray(np.linalg.solve(L, change / scale))), parts.covariance, inverse)

@@ -7,14 +7,13 @@ import numpy as np
 from ...common.arrays import Array
 from ...common.errors import InputError
 from ...common.linear import decomposed
+from ..fit.covariance import NORMAL95, birge, student95
 from ..fit.estimate import error_model
-from ..fit.robust import NORMAL95, student95
 from ..possible.constraints import KnownMass
 from ..possible.result import rise_p_value
-from .methods import identify_payload, usable_methods
-from .problem import PayloadProblem
+from .methods import PayloadProblem, identify_payload
 from .result import PayloadEstimate
-from .weighing import each_alone
+from .short_motion import ShortMotion
 
 _DRIFTS = 0.05
 """Probability below which a trend is called a drift."""
@@ -50,12 +49,7 @@ class Repeats:
     def excess(self) -> float:
         """By how much they scatter more than their own standard deviations say (Birge ratio), at least 1."""
         _, masses, sigmas = self.seen
-        if len(masses) < 2:
-            return 1.0
-        weights = 1.0 / sigmas**2
-        mean = float(weights @ masses / weights.sum())
-        chi2 = float(weights @ (masses - mean) ** 2)
-        return max(1.0, float(np.sqrt(chi2 / (len(masses) - 1))))
+        return birge(masses, sigmas)
 
     @property
     def drift(self) -> tuple[float, float] | None:
@@ -88,14 +82,13 @@ class Repeats:
 
 def repeats_of(problem: PayloadProblem, scale: KnownMass | None) -> Repeats | None:
     """Each recording of a short motion alone; None with one recording, or where the mass is the scale's anyway."""
-    short = problem.short
-    if short is None or len(short.runs) < 2 or not short.visibility.mass_visible:
+    if not isinstance(problem, ShortMotion) or len(problem.runs) < 2 or not problem.visibility.mass_visible:
         return None
-    (method,), masses, sigmas = usable_methods(problem), [], []
-    for alone in each_alone(problem):
+    masses, sigmas = [], []
+    for run in problem.runs:
         mass, sigma = float("nan"), float("nan")
         try:
-            estimate = identify_payload(alone, method, scale=scale)
+            estimate = identify_payload(replace(problem, runs=(run,)), problem.method, scale=scale)
         except InputError:
             pass  # one recording alone may not do
         else:
@@ -104,7 +97,7 @@ def repeats_of(problem: PayloadProblem, scale: KnownMass | None) -> Repeats | No
                 mass, sigma = model["M_L"], float(model.sigma[model.names.index("M_L")])
         masses.append(mass)
         sigmas.append(sigma)
-    return Repeats(tuple(run.source for run in short.runs), tuple(masses), tuple(sigmas))
+    return Repeats(tuple(run.source for run in problem.runs), tuple(masses), tuple(sigmas))
 
 
 def widened(estimate: PayloadEstimate, factor: float) -> PayloadEstimate:

@@ -1,6 +1,6 @@
 """What every payload method returns, and the frame in which it is given."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property, lru_cache
 
 import numpy as np
@@ -9,7 +9,6 @@ from ...common.arrays import Array, frozen_array
 from ...model import INERTIAL, InertialParameters, Pose, Robot
 from ...model.inertia import PayloadSpread, payload_spread
 from ..equations.equations import PAYLOAD, Equations
-from ..equations.leave_one_out import each
 from ..fit.estimate import Estimate
 
 METHOD_NAMES = {1: "known-robot", 2: "change", 3: "difference", 4: "global"}
@@ -127,13 +126,9 @@ def in_payload_frame(robot: Robot, equations: Equations) -> Equations:
     """
     if robot.flange.is_identity:
         return equations
-    places, change, factors = [equations.columns.index(name) for name in PAYLOAD], frame_change(robot.flange), []
-    for factor in equations.factors:
-        moved = np.array(factor)
-        moved[:, places] = factor[:, places] @ change
-        factors.append(moved)
-    parts = each(equations.leave_one_out, lambda part: in_payload_frame(robot, part))
-    return replace(equations, factors=tuple(factors), leave_one_out=parts)
+    places, M = [equations.columns.index(name) for name in PAYLOAD], np.eye(len(equations.columns))
+    M[np.ix_(places, places)] = frame_change(robot.flange)
+    return equations.transformed(M, equations.columns)
 
 
 @lru_cache(maxsize=64)

@@ -1,7 +1,4 @@
-"""What a short motion near a pose adds to a payload problem: joints at rest, free friction, parts of the ten.
-
-Which joints move, the motion with all others at rest, and the rows that tell something.
-"""
+"""A payload moved by some joints near a pose: friction is free in each recording, not all ten need be visible."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -11,14 +8,19 @@ import numpy as np
 
 from ...common.arrays import Array
 from ...common.errors import InputError
-from ...model import Motion, Processing
+from ...model import BaseParameters, Motion, Processing, Robot
 from ...model.motion import Measurement
-from ...model.visibility import PayloadVisibility
-from ..equations.equations import PAYLOAD, Equations
+from ...model.visibility import PayloadVisibility, visibility_of
+from ..equations.equations import PAYLOAD, Equations, merged
 from ..fit.estimate import Estimate
+from ..fit.linear_problem import Fixed, LinearProblem, Prior
 from ..possible.constraints import KnownMass
+from ..signals.alignment import AlignedPair
 from ..signals.rows import Mask, inner_samples, least_speed, moving_parts
 from .constant_torques import FREE, HeldFriction
+from .long_motion import Source, check_blocks, check_known, known_robot, prior_of
+from .path import known_path
+from .result import in_payload_frame
 from .ripple import Wave
 
 SLOW = 0.03
@@ -52,24 +54,140 @@ class Run:
 class ShortMotion:
     """Recordings of a short motion, friction free in each, and what they show of the ten.
 
+    Method 3, (29), where the torque without payload was subtracted; else method 1, (22) and (23), beside a robot
+    that was identified earlier.
+
     Attributes:
+        base: the robot's base parameters.
+        source: the recordings themselves.
         joints: numbers of the joints that move; the rows of the others are left out.
         runs: one a recording with payload.
         held: how constant torques and friction are held, the same in all recordings.
         torque_rms: root mean square of each joint's torque with payload in the rows used [N·m or N], shape (n,).
-        visibility: what the recordings together show of the payload.
+        known: the robot, where no torque was subtracted.
     """
 
+    robot: Robot
+    base: BaseParameters
+    source: Source
     joints: tuple[int, ...]
     runs: tuple[Run, ...]
     held: HeldFriction
     torque_rms: Array
-    visibility: PayloadVisibility
+    known: Estimate | None = None
+
+    def __post_init__(self) -> None:
+        """Refuse another model's robot."""
+        if self.known is not None:
+            check_known(self.robot, self.base, self.known)
+
+    @cached_property
+    def loaded(self) -> Equations:
+        """The equations less all that is free in each recording, its blocks of time among them."""
+        return merged(self.held.friction_free(run.equations) for run in self.runs)
+
+    @property
+    def method(self) -> int:
+        """Which of the paper's methods it is."""
+        return 1 if self.known is not None else 3
+
+    @property
+    def alone(self) -> Estimate | None:
+        """The robot's own parameters, where they are known."""
+        return self.known
+
+    @property
+    def pairs(self) -> tuple[AlignedPair, ...]:
+        """How recordings with and without payload were aligned."""
+        return self.source.compared
+
+    @property
+    def inflation(self) -> tuple[float, ...]:
+        """By how much the memory of each joint's errors under load raises variances."""
+        return tuple(self.held.memory.tolist())
+
+    @property
+    def corrected(self) -> bool:
+        """Whether a robot known earlier is corrected by these recordings: its friction is of another day."""
+        return self.known is not None and bool(self.held.held)
+
+    @property
+    def robot_prior(self) -> Prior:
+        """A robot known earlier, by the covariance that its errors really have."""
+        assert self.known is not None
+        return prior_of(self.known, self.inflation, self.loaded)
+
+    @cached_property
+    def visibility(self) -> PayloadVisibility:
+        """What the recordings together show of the payload."""
+        factors = in_payload_frame(self.robot, self.loaded).select(PAYLOAD).factors
+        return visibility_of(np.vstack(factors)[:, :-1], self.joints)
 
     @property
     def chosen(self) -> tuple[str, ...]:
         """Which of ``PAYLOAD`` stand for all that can be seen."""
         return tuple(PAYLOAD[k] for k in self.visibility.chosen)
+
+    def posed(self, wanted: Sequence[str] | None = None) -> LinearProblem:
+        """(29): Y_T - Y_wL = W_L chi_L, or (23): Y_T - W chi = W_L chi_L.
+
+        Wanted: what is visible of chi_L. Fixed: what friction is held at; for (29) the difference of the paths, for
+        (23) chi, whose errors weigh too much here for the formula's covariance. Soft prior: chi, where friction is
+        held.
+
+        Args:
+            wanted: of the ten; ``chosen`` by default.
+        """
+        wanted = self.chosen if wanted is None else tuple(wanted)
+
+        def shown(equations: Equations) -> Equations:
+            columns = [name for name in equations.columns if name in wanted or name not in PAYLOAD]
+            return in_payload_frame(self.robot, equations).select(columns)
+
+        equations = shown(self.loaded)
+        fixed: tuple[Fixed, ...] = (self.held.known,)
+        if self.known is None:
+            fixed = (*fixed, *known_path(equations.columns, self.robot.n))
+        elif not self.corrected:
+            robot = known_robot(self.known)
+            fixed = (robot._replace(covariance=robot.lasting), *fixed)
+        return LinearProblem(
+            equations,
+            wanted,
+            fixed,
+            prior=self.robot_prior if self.corrected else None,
+            # Beside the robot's torque the payload's own is what the joints of a short motion are compared by.
+            alone=True,
+            parts=tuple(map(shown, self.without_each)),
+        )
+
+    @cached_property
+    def without_each(self) -> tuple[Equations, ...]:
+        """``loaded`` without each block of time."""
+        runs, left = [self.held.friction_free(run.equations) for run in self.runs], list[Equations]()
+        for k, run in enumerate(self.runs):
+            others = [*runs[:k], *runs[k + 1 :]]
+            if len(run.equations.blocks) > 1:
+                parts = map(self.held.friction_free, run.equations.without_each())
+                left += [merged([*others, part]) for part in parts]
+            elif others:
+                left.append(merged(others))
+        return tuple(left)
+
+    @property
+    def left_out(self) -> tuple[tuple[tuple[int, int], ...], ...]:
+        """Blocks of time that are left out in turn, with none beside them, as one group.
+
+        Raises:
+            InputError: if there are fewer than two blocks.
+        """
+        check_blocks(len(self.without_each))
+        return (tuple((b, -1) for b in range(len(self.without_each))),)
+
+    @property
+    def block_length(self) -> float:
+        """Shortest length of a block [s], unless a whole recording is shorter."""
+        return max(run.equations.blocks.length for run in self.runs)
 
     def needed(self, scale: KnownMass | None) -> KnownMass | None:
         """The scale, where the torques do not show the mass; where they do it takes no part in the free estimate.
@@ -105,21 +223,30 @@ class ShortMotion:
         return replace(payload, covariance=payload.covariance + shared, robust=robust)
 
 
-def moving_joints(motions: Sequence[Motion], still_speed: float) -> tuple[int, ...]:
-    """Numbers of the joints that move; a joint that only changes its pose between two motions is held.
+def moving_joints(
+    measured: Sequence[Measurement], processing: Processing, joints: Sequence[int] | None, robot: Robot
+) -> tuple[int, ...]:
+    """Numbers of the joints that move, or those asked for; one that changes its pose between two motions is held.
 
     Args:
-        motions: of one session.
-        still_speed: a joint below it stands still [rad/s or m/s].
+        measured: of one session.
+        joints: asked for; all that move by default.
 
     Raises:
-        InputError: if none moves.
+        InputError: if none moves, or one asked for does not.
     """
-    fast = np.vstack([np.abs(motion.qd[moving_parts(motion, still_speed)]) > SLOW for motion in motions])
-    joints = tuple(int(j) + 1 for j in np.flatnonzero(fast.mean(axis=0) > _SHARE)) if len(fast) else ()
-    if not joints:
+    motions = [data.motion for data in measured]
+    fast = np.vstack([np.abs(motion.qd[moving_parts(motion, processing.still_speed)]) > SLOW for motion in motions])
+    moving = tuple(int(j) + 1 for j in np.flatnonzero(fast.mean(axis=0) > _SHARE)) if len(fast) else ()
+    if not moving:
         raise InputError("no joint moves: record the short motion that 'dynident near' gives")
-    return joints
+    idle = sorted(set(joints or ()) - set(moving))
+    if idle:
+        raise InputError(
+            f"joint {', '.join(map(str, idle))} of {robot.name} does not move in the recordings, or hardly; joint "
+            f"{', '.join(map(str, moving))} does: correct --joints"
+        )
+    return moving if joints is None else tuple(sorted(joints))
 
 
 def at_rest(data: Measurement, moving: Sequence[int]) -> Measurement:

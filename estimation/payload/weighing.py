@@ -1,4 +1,4 @@
-"""The payload problem of a short motion near a pose, where not all ten are visible and friction is free."""
+"""Short motions near a pose, made of recordings: friction is free in them, and not all ten need be visible."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -7,26 +7,26 @@ import numpy as np
 
 from ...common.arrays import Array
 from ...common.errors import InputError
-from ...common.progress import Progress, each, silent
+from ...common.progress import each
 from ...model import BaseParameters, Motion, Processing, Recording, Robot, base_parameters
 from ...model.drives import parameter_kind
 from ...model.motion import Measurement
 from ...model.regressors import payload_columns
-from ...model.visibility import friction_columns, visibility_of
-from ..equations.equations import PAYLOAD, merged
+from ...model.visibility import friction_columns
+from ..equations.equations import PAYLOAD
 from ..equations.observation import Observation
 from ..equations.observer import PATH, Observer
-from ..equations.reduction import Residuals, reduced
+from ..equations.reduction import reduced
 from ..fit.blocks import block_edges, in_blocks, left_over, length_by_residuals
 from ..fit.estimate import Estimate
 from ..fit.own_equations import check_lengths, filtered
-from ..signals.alignment import AlignedPair, aligned
+from ..fit.settings import DEFAULTS, Settings
+from ..signals.alignment import aligned
 from ..signals.filtering import grid_rate, measurement
 from ..signals.plausibility import check_apart, check_recordings
 from ..signals.rows import Mask
 from .constant_torques import (
     FREE,
-    HeldFriction,
     bare_equations,
     coulomb_friction,
     held_friction,
@@ -35,10 +35,9 @@ from .constant_torques import (
     without_friction,
 )
 from .equations import torque_change
-from .friction import FRICTION_CHANGE, friction_sigmas
+from .friction import friction_sigmas
+from .long_motion import Source
 from .path import robot_of
-from .problem import PayloadProblem, Source
-from .result import in_payload_frame
 from .ripple import Wave, ripple_of
 from .short_motion import Run, ShortMotion, at_rest, moving_joints, telling_rows
 
@@ -47,27 +46,25 @@ def known_robot_weighing(
     robot: Robot,
     loaded: Sequence[Recording],
     known: Estimate,
-    processing: Processing | None = None,
     joints: Sequence[int] | None = None,
-    progress: Progress = silent,
-    friction_change: float = FRICTION_CHANGE,
-) -> PayloadProblem:
+    settings: Settings = DEFAULTS,
+) -> ShortMotion:
     """From torques less those of the robot itself, (22)-(23); other arguments as of ``difference_weighing``.
 
     Args:
         known: the robot's parameters, identified earlier.
-        friction_change: by which share friction may differ from the robot's own (1 sigma); 0 for not at all.
 
     Raises:
         InputError: if recordings cannot be used, or the parameters are another model's.
     """
-    processing = processing or robot.processing
-    check_usable(robot, loaded, processing)
+    processing, progress = settings.processing_of(robot), settings.progress
+    check_recordings(robot, loaded)
+    check_lengths(loaded, processing)
     progress("base parameters")
     base = base_parameters(robot)
     measured = filtered(loaded, processing, progress)
-    moving = chosen_joints(measured, processing, joints, robot)
-    observer = observer_of(robot, base, friction_change > 0.0)
+    moving = moving_joints(measured, processing, joints, robot)
+    observer = observer_of(robot, base, settings.friction_change > 0.0)
     still = [at_rest(data, moving) for data in measured]
     masks = [telling_rows(data.motion, moving, processing) for data in still]
     check_rows([recording.source for recording in loaded], masks)
@@ -78,51 +75,12 @@ def known_robot_weighing(
     ]
     runs = runs_of([recording.source for recording in loaded], observations, [() for _ in loaded])
     alone = [less_robot(recording, known.values) for recording in observations]
-    sigmas = friction_sigmas(known, friction_change)
+    sigmas = friction_sigmas(known, settings.friction_change)
     own = {name: sigma for name, sigma in sigmas.items() if parameter_kind(name) in ("FS", "FV", "OFF")}
     friction = held_friction(alone, own)
     rms = rms_of_torque(still, masks)
-    source, rate = Source(tuple(loaded), (), processing), measured[0].motion.rate
-    return weighing_problem(robot, base, runs, moving, friction, rms, rate, known, source=source)
-
-
-def weighing_problem(
-    robot: Robot,
-    base: BaseParameters,
-    runs: Sequence[Run],
-    moving: tuple[int, ...],
-    friction: HeldFriction,
-    torque_rms: Array,
-    rate: float | None,
-    known: Estimate | None = None,
-    pairs: tuple[AlignedPair, ...] = (),
-    source: Source | None = None,
-) -> PayloadProblem:
-    """The problem of some recordings of a short motion; ``known``: the robot, where no torque was subtracted."""
-    equations = merged(friction.friction_free(run.equations) for run in runs)
-    factors = in_payload_frame(robot, equations).select(PAYLOAD).factors
-    visibility = visibility_of(np.vstack(factors)[:, :-1], moving)
-    return PayloadProblem(
-        robot,
-        base,
-        loaded=equations,
-        known=known,
-        difference=equations if known is None else None,
-        pairs=pairs,
-        rate=rate,
-        source=source,
-        inflation=tuple(friction.memory.tolist()),
-        short=ShortMotion(moving, tuple(runs), friction, torque_rms, visibility),
-    )
-
-
-def each_alone(problem: PayloadProblem) -> list[PayloadProblem]:
-    """The problem of a short motion by each of its recordings."""
-    short = problem.short
-    if short is None:
-        return []
-    setting = short.joints, short.held, short.torque_rms, problem.rate, problem.known
-    return [weighing_problem(problem.robot, problem.base, [run], *setting) for run in short.runs]
+    source = Source(tuple(loaded), (), processing, rate=measured[0].motion.rate)
+    return ShortMotion(robot, base, source, moving, tuple(runs), friction, rms, known)
 
 
 def observer_of(robot: Robot, base: BaseParameters | None, frees: bool = True) -> Observer:
@@ -139,18 +97,14 @@ def runs_of(
     sources: Sequence[str], observations: Sequence[Observation], ripples: Sequence[tuple[Wave, ...]]
 ) -> list[Run]:
     """Each recording's equations in blocks as long as the memory of all of them asks for, with its ripple."""
-    left = [_left(without_friction(recording)) for recording in observations]
-    length = length_by_residuals(left)
+    without = map(without_friction, observations)
+    length = length_by_residuals([left_over([recording], reduced(recording)) for recording in without])
     runs = []
     for source, recording, waves in zip(sources, observations, ripples, strict=True):
         edges = block_edges(recording, length)
-        equations = in_blocks(reduced(recording), [[recording]], [edges], length)
+        equations = in_blocks(reduced(recording), [recording], [edges], length)
         runs.append(Run(source, equations, waves))
     return runs
-
-
-def _left(recording: Observation) -> list[Residuals]:
-    return left_over([[recording]], reduced(recording))
 
 
 def check_rows(sources: Sequence[str], masks: Sequence[Mask]) -> None:
@@ -169,74 +123,57 @@ def rms_of_torque(measured: Sequence[Measurement], masks: Sequence[Mask]) -> Arr
     return np.asarray(np.sqrt(squares / np.maximum(rows, 1)))
 
 
-def chosen_joints(
-    measured: Sequence[Measurement], processing: Processing, joints: Sequence[int] | None, robot: Robot
-) -> tuple[int, ...]:
-    """The joints that move, or those asked for."""
-    moving = moving_joints([data.motion for data in measured], processing.still_speed)
-    if joints is None:
-        return moving
-    idle = sorted(set(joints) - set(moving))
-    if idle:
-        raise InputError(
-            f"joint {', '.join(map(str, idle))} of {robot.name} does not move in the recordings, or hardly; joint "
-            f"{', '.join(map(str, moving))} does: correct --joints"
-        )
-    return tuple(sorted(joints))
-
-
-def check_usable(robot: Robot, recordings: Sequence[Recording], processing: Processing) -> None:
-    """Refuse recordings that are implausible or too short to be filtered."""
-    check_recordings(robot, recordings)
-    check_lengths(recordings, processing)
-
-
 def difference_weighing(
     robot: Robot,
     loaded: Sequence[Recording],
     unloaded: Sequence[Recording],
-    processing: Processing | None = None,
     joints: Sequence[int] | None = None,
-    progress: Progress = silent,
-) -> PayloadProblem:
+    settings: Settings = DEFAULTS,
+) -> ShortMotion:
     """From torque differences (29) on one and the same motion.
 
     Args:
         loaded: recordings of the motion with the payload.
         unloaded: without it; one for all, or one for each of ``loaded`` in the same order.
-        processing: settings; the robot's own by default.
         joints: numbers of the joints that move; seen in the recordings by default.
 
     Raises:
         InputError: if recordings cannot be used, or do not show the same motion.
     """
-    processing = processing or robot.processing
-    check_usable(robot, [*loaded, *unloaded], processing)
+    processing, progress = settings.processing_of(robot), settings.progress
+    check_recordings(robot, [*loaded, *unloaded])
+    check_lengths([*loaded, *unloaded], processing)
     check_apart(loaded, unloaded)
-    pairs = _aligned_pairs(loaded, unloaded, processing, progress)
+    if len(unloaded) not in (1, len(loaded)):
+        raise InputError(
+            f"{len(unloaded)} recordings without and {len(loaded)} with payload: give one without for all, or one "
+            "for each in the same order"
+        )
+    partners = list(unloaded) * (len(loaded) if len(unloaded) == 1 else 1)
+    pairs = [
+        aligned(bare, recording, grid_rate(recording, processing), processing.max_mismatch)
+        for bare, recording in each(
+            list(zip(partners, loaded, strict=True)), lambda pair: f"aligning {pair[1].source}", progress
+        )
+    ]
     measured = [(measurement(p.unloaded, processing), measurement(p.loaded, processing)) for p in pairs]
-    moving = chosen_joints([heavy for _, heavy in measured], processing, joints, robot)
+    moving = moving_joints([heavy for _, heavy in measured], processing, joints, robot)
     still = [(at_rest(bare, moving), at_rest(heavy, moving)) for bare, heavy in measured]
-    masks = [_common_rows(bare.motion, heavy.motion, moving, processing) for bare, heavy in still]
+    # The filter's error at cut ends is alike in both, and a short motion needs its ends.
+    masks = [
+        np.logical_and(*(telling_rows(data.motion, moving, processing, ends=True) for data in pair))
+        for pair in still
+    ]
     check_rows([pair.loaded.source for pair in pairs], masks)
     rms = rms_of_torque([heavy for _, heavy in measured], masks)
     progress("the robot without payload")
     without_payload = bare_equations(robot.with_offsets(True), [bare for bare, _ in still], masks, processing)
     observations, ripples = _changes(robot, robot_of(without_payload), still, masks, moving, processing)
     runs = runs_of([pair.loaded.source for pair in pairs], observations, ripples)
-    rate = measured[0][1].motion.rate
     friction = held_offsets(observations, coulomb_friction(without_payload))
-    source = Source(tuple(loaded), tuple(unloaded), processing)
-    return weighing_problem(
-        robot, base_parameters(robot), runs, moving, friction, rms, rate, pairs=tuple(pairs), source=source
-    )
-
-
-def _common_rows(bare: Motion, heavy: Motion, moving: Sequence[int], processing: Processing) -> Mask:
-    """Rows to use of both recordings of a pair, N x n."""
-    # The filter's error at cut ends is alike in both, and a short motion needs its ends.
-    rows = (telling_rows(motion, moving, processing, ends=True) for motion in (bare, heavy))
-    return np.logical_and(*rows)
+    rate = measured[0][1].motion.rate
+    source = Source(tuple(loaded), tuple(unloaded), processing, tuple(pairs), rate=rate)
+    return ShortMotion(robot, base_parameters(robot), source, moving, tuple(runs), friction, rms)
 
 
 def _changes(
@@ -259,57 +196,20 @@ def _changes(
     whole, observer = Observer(free, base_parameters(free).columns), observer_of(robot, None)
     observations, ripples = [], []
     for (bare, heavy), keep in zip(pairs, masks, strict=True):
-        both = (_held_as(bare.motion, heavy.motion, moving), bare.motion)
-        on_loaded, on_unloaded = (whole.torques(motion, own_parameters) for motion in both)
-        change = replace(torque_change(robot, bare, heavy), path=on_loaded - on_unloaded)
-        equations, waves = _observed(observer, change, keep, processing.thinning(change.motion.rate))
-        observations.append(equations)
+        # No motion shows how torques change with a joint that is held, so that it stays where it was before.
+        q, held = np.array(heavy.motion.q), [j for j in range(robot.n) if j + 1 not in moving]
+        q[:, held] = bare.motion.q[:, held]
+        after = Motion(heavy.motion.t, q, heavy.motion.qd, heavy.motion.qdd)
+        path = whole.torques(after, own_parameters) - whole.torques(bare.motion, own_parameters)
+        change = replace(torque_change(robot, bare, heavy), path=path)
+        decimate = processing.thinning(change.motion.rate)
+        plain = observer.observe_rows(change, keep, decimate)
+        less_path = replace(plain, columns=plain.columns[:-1], W=tuple(own[:, :-1] for own in plain.W))
+        waves, columns = ripple_of(less_path, change, keep, decimate)
+        if waves:
+            names = tuple(f"{FREE}{k}" for k in range(columns[0].shape[1]))
+            W = tuple(np.column_stack([own, wide]) for own, wide in zip(plain.W, columns, strict=True))
+            plain = replace(plain, columns=(*plain.columns, *names), W=W)
+        observations.append(plain)
         ripples.append(waves)
     return observations, ripples
-
-
-def _held_as(before: Motion, after: Motion, moving: Sequence[int]) -> Motion:
-    """A motion with held joints where they were before.
-
-    No motion shows how the robot's torques change with a joint that is held; a guess would do more harm than good.
-    """
-    q = np.array(after.q)
-    at_rest_places = [j for j in range(after.n) if j + 1 not in moving]
-    q[:, at_rest_places] = before.q[:, at_rest_places]
-    return Motion(after.t, q, after.qd, after.qdd)
-
-
-def _aligned_pairs(
-    loaded: Sequence[Recording], unloaded: Sequence[Recording], processing: Processing, progress: Progress
-) -> list[AlignedPair]:
-    """Each recording with payload beside its partner without, in one time.
-
-    Raises:
-        InputError: if there is neither one partner for all nor one for each, or a pair is not one motion.
-    """
-    if len(unloaded) not in (1, len(loaded)):
-        raise InputError(
-            f"{len(unloaded)} recordings without and {len(loaded)} with payload: give one without for all, or one "
-            "for each in the same order"
-        )
-    partners = list(unloaded) * (len(loaded) if len(unloaded) == 1 else 1)
-    return [
-        aligned(bare, recording, grid_rate(recording, processing), processing.max_mismatch)
-        for bare, recording in each(
-            list(zip(partners, loaded, strict=True)), lambda pair: f"aligning {pair[1].source}", progress
-        )
-    ]
-
-
-def _observed(
-    observer: Observer, data: Measurement, keep: Mask, decimate: int
-) -> tuple[Observation, tuple[Wave, ...]]:
-    """The equations of one recording, ``PATH`` their last column, and the ripple that is free in them."""
-    plain = observer.observe_rows(data, keep, decimate)
-    less_path = replace(plain, columns=plain.columns[:-1], W=tuple(own[:, :-1] for own in plain.W))
-    waves, columns = ripple_of(less_path, data, keep, decimate)
-    if not waves:
-        return plain, ()
-    names = tuple(f"{FREE}{k}" for k in range(columns[0].shape[1]))
-    W = tuple(np.column_stack([own, wide]) for own, wide in zip(plain.W, columns, strict=True))
-    return replace(plain, columns=(*plain.columns, *names), W=W), waves

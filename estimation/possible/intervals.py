@@ -21,7 +21,7 @@ import numpy as np
 from ...common.arrays import Array
 from ...model.inertia import inertia_gradient
 from ..equations.equations import PAYLOAD
-from ..fit.robust import student95
+from ..fit.covariance import student95
 from .cone import TRIANGLE, Cone, SolverError, cone_solver
 from .payload import ScaledProblem
 from .result import Possible

@@ -8,23 +8,23 @@ ESSENTIAL_BOUND = 0.10
 """Largest relative standard deviation of an essential parameter: the paper says 5 to 10 %."""
 
 
-def robust_joint(problem: estimation.PayloadProblem) -> estimation.Estimate:
+def robust_joint(problem: estimation.LongMotion) -> estimation.Estimate:
     """Robot and payload by method 4, all base parameters."""
     every = problem.loaded.columns
-    return estimation.with_robust(problem, lambda part: estimation.selected(part, every))[0]
+    return estimation.with_robust(problem, estimation.selected(problem, every))[0]
 
 
-def essential_joint(problem: estimation.PayloadProblem) -> estimation.Estimate:
+def essential_joint(problem: estimation.LongMotion) -> estimation.Estimate:
     """Essential parameters of robot and payload, as in Table 2.
 
     By the bound on the relative standard deviations, the other of the paper's two rules: here the rule of 1.02
     also cancels moments of the payload that are known to 3 %, and others take their place.
     """
     names = estimation.essential_combined(problem, estimation.SigmaBound(ESSENTIAL_BOUND)).essential
-    return estimation.with_robust(problem, lambda part: estimation.selected(part, names))[0]
+    return estimation.with_robust(problem, estimation.selected(problem, names))[0]
 
 
-def true_values(experiment: trajectories.Experiment, problem: estimation.PayloadProblem) -> dict[str, float]:
+def true_values(experiment: trajectories.Experiment, problem: estimation.LongMotion) -> dict[str, float]:
     """Base parameters and payload of the simulated robot, by name."""
     friction = trajectories.mean_friction(experiment.runs[:-2])
     base = problem.base.value(dict(experiment.robot.parameters) | friction)

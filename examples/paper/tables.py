@@ -21,7 +21,7 @@ from dynident.apps.commands.values import positive, share, whole
 from dynident.apps.report import Cell, Notes, Spread, Table, columns, print_blocks, residual_text
 from dynident.common.progress import Progress
 from dynident.estimation import PAYLOAD as TEN
-from dynident.estimation import Estimate, Identification, PayloadAnswer, answer_payload, identify
+from dynident.estimation import Estimate, Identification, PayloadAnswer, Settings, answer_payload, identify
 from dynident.estimation.fit.estimate import Fit, fit
 from dynident.estimation.payload.equations import payload_equations
 from dynident.estimation.payload.result import PayloadEstimate
@@ -191,11 +191,11 @@ def compared(experiment: Experiment, progress: Progress) -> list[Table | Notes]:
     robot, paper, problem = experiment.robot, paper_tables(), reduced_experiment(experiment, progress)
     bare, loaded = (run.recording for run in experiment.runs[-2:])
     used = [run.recording for run in experiment.runs[:-2:2]]
-    alone = identify(robot, used, validation=[bare], progress=progress, robust=True)
+    alone = identify(robot, used, Settings(progress=progress), validation=[bare])
     answer = answer_payload(problem, held_out=[bare])
     joint, essential = robust_joint(problem), essential_joint(problem)
     measured = measurement(loaded, robot.processing)
-    rows = payload_equations(robot, problem.base, [measured], [], [], robot.processing, blocks=False).loaded
+    rows = payload_equations(robot, [measured], [], [], Settings(robot.processing, robust=False)).loaded
     return [
         *table1(answer, paper),
         table2(joint, essential, true_values(experiment, problem), paper),

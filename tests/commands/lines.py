@@ -74,7 +74,7 @@ def make_recordings(folder: Path) -> None:
             header=header, comments="", fmt="%.9g",
         )  # fmt: skip
     result = identify(robot, [read_recording(folder / "third.csv", robot)])
-    make_store(folder, fleet.Stored.of("third.csv", robot, result.base, result.problem, {}))
+    make_store(folder, fleet.Stored("third.csv", robot, result.base, result.problem, {}))
 
 
 def make_store(folder: Path, recording: fleet.Stored) -> None:

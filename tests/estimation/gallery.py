@@ -15,6 +15,7 @@ from dynident.estimation import (
     InEllipsoid,
     KnownMass,
     MassBounds,
+    Settings,
     SolverError,
     answer_payload,
     payload_problem,
@@ -72,8 +73,8 @@ class Ending:
 def ending(case: Wrong) -> Ending:
     """Run one case as the command does."""
     try:
-        problem = payload_problem(case.robot, case.loaded, case.unloaded, None, case.processing, robust=True)
-        answer = answer_payload(problem, processing=case.processing, **case.options)
+        problem = payload_problem(case.robot, case.loaded, case.unloaded, settings=Settings(case.processing))
+        answer = answer_payload(problem, **case.options)
     except (InputError, SolverError) as error:
         return Ending("error", str(error))
     return Ending(answer.verdict.level, " | ".join(answer.verdict.reasons), answer.recommended.mass)

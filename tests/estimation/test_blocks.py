@@ -10,9 +10,9 @@ from dynident.estimation.equations.equations import merged
 from dynident.estimation.equations.observation import Observation
 from dynident.estimation.equations.observer import Observer
 from dynident.estimation.equations.reduction import reduced
-from dynident.estimation.fit.blocks import block_edges, cut_pieces
+from dynident.estimation.fit.blocks import block_edges
+from dynident.estimation.fit.covariance import jackknife
 from dynident.estimation.fit.least_squares import weighted
-from dynident.estimation.fit.robust import jackknife
 from dynident.estimation.payload.equations import PairedMeasurement
 from dynident.model import base_parameters
 from dynident.tests.estimation.wandering import SETTINGS, block_length, cut, same_equations
@@ -91,7 +91,7 @@ def without(recording: Observation, start: float, stop: float) -> Observation:
 
 def test_leaving_a_block_out_is_reducing_without_it(observation: Observation) -> None:
     edges = block_edges(observation, 2.0)
-    parts = list(cut(observation, edges).without_blocks())
+    parts = list(cut(observation, edges).without_each())
     assert len(parts) == len(edges) - 1 >= 10
     for k, part in enumerate(parts):
         direct = reduced(without(observation, edges[k], edges[k + 1]))
@@ -103,7 +103,7 @@ def test_leaving_a_block_out_is_reducing_without_it(observation: Observation) ->
 def test_few_equations_keep_all_they_say(observation: Observation) -> None:
     """Fewer rows than columns, some columns zero or dependent: nothing of W'W and W'Y is lost."""
     edges = block_edges(observation, 0.2)
-    blocks = cut_pieces([observation], edges)
+    blocks = cut(observation, edges).parts()
     assert min(min(block.rows) for block in blocks) < 10
     same_equations(merged(blocks), reduced(observation))
 
@@ -116,11 +116,11 @@ def test_jackknife_of_a_mean_is_the_textbook_one() -> None:
     def mean(data: Array) -> Array:
         return np.asarray(data.mean(axis=0))
 
-    once = jackknife(mean, [parts], mean(draws), 1.0)
+    once = jackknife([map(mean, parts)], mean(draws), 1.0)
     assert np.allclose(once.covariance, np.cov(draws.T) / 12.0, rtol=1e-12, atol=1e-15)
     assert (once.blocks, once.degrees_of_freedom, once.warning) == (12, 11, "")
     assert once.quantile95 == pytest.approx(2.20099, abs=1e-5)
-    twice = jackknife(mean, [parts, parts[:9]], mean(draws), 1.0)
+    twice = jackknife([map(mean, parts), map(mean, parts[:9])], mean(draws), 1.0)
     assert (twice.blocks, twice.degrees_of_freedom) == (21, 8)
     changes = np.array([mean(part) for part in parts[:9]]) - mean(draws)
     assert np.allclose(twice.covariance, once.covariance + 8.0 / 9.0 * changes.T @ changes)

@@ -6,38 +6,37 @@ import numpy as np
 import pytest
 from dynident.benchmarks import invented
 from dynident.common.errors import InputError
-from dynident.estimation import PAYLOAD, PayloadProblem, answer_payload, identify_payload, payload_problem
+from dynident.estimation import PAYLOAD, LongMotion, Settings, answer_payload, identify_payload, payload_problem
 from dynident.estimation.equations.equations import Equations
 from dynident.estimation.fit.least_squares import weighted
 from dynident.estimation.payload.by_joints import ByJoints, joint_groups, payload_by_joints, payload_over_time
+from dynident.estimation.payload.equations import Memory
 from dynident.tests.estimation import mistakes
 
 
-def problem_of(name: str, factor: float = 1.0, joint: int = 1, blocks: bool = True) -> PayloadProblem:
+def problem_of(name: str, factor: float = 1.0, joint: int = 1, blocks: bool = True) -> LongMotion:
     """The gallery's good recordings, one joint's torque scaled."""
     _, bare, loaded, _ = mistakes.good(name)
     change = mistakes.scaled(joint, factor)
-    return payload_problem(invented.robot(name), [change(loaded)], [change(bare)], robust=blocks)
+    return payload_problem(invented.robot(name), [change(loaded)], [change(bare)], settings=Settings(robust=blocks))
 
 
-def seen(problem: PayloadProblem) -> ByJoints:
+def seen(problem: LongMotion) -> ByJoints:
     return payload_by_joints(problem, identify_payload(problem, 1).estimate.weights)
 
 
-def without_blocks(problem: PayloadProblem) -> PayloadProblem:
-    return replace(problem, loaded=replace(problem.loaded, leave_one_out=()), difference=None, stretches=())
+def without_blocks(problem: LongMotion) -> LongMotion:
+    return replace(problem, loaded=problem.loaded.whole, difference=None, stretches=())
 
 
 @pytest.fixture(scope="module")
-def problems() -> dict[str, PayloadProblem]:
+def problems() -> dict[str, LongMotion]:
     return {name: problem_of(name) for name in invented.NAMES}
 
 
 @pytest.mark.long
 @pytest.mark.parametrize("name", ["rx90", "tx40"])
-def test_the_joints_of_a_spherical_wrist_do_not_see_the_mass(
-    problems: dict[str, PayloadProblem], name: str
-) -> None:
+def test_the_joints_of_a_spherical_wrist_do_not_see_the_mass(problems: dict[str, LongMotion], name: str) -> None:
     """Rank 9 of 10 whatever the motion: no minimum-norm number with a small sigma."""
     masses = {group.joints: group for group in seen(problems[name]).masses}
     for joints in ((4,), (5,), (6,), (4, 5, 6)):
@@ -51,14 +50,14 @@ def test_the_joints_of_a_spherical_wrist_do_not_see_the_mass(
 
 
 @pytest.mark.long
-def test_on_the_ur10e_joints_1_to_4_see_the_mass(problems: dict[str, PayloadProblem]) -> None:
+def test_on_the_ur10e_joints_1_to_4_see_the_mass(problems: dict[str, LongMotion]) -> None:
     by_joints = seen(problems["ur10e"])
     assert [group.mass is not None for group in by_joints.masses] == [True] * 4 + [False] * 2 + [True] * 2
     truth = mistakes.good("ur10e")[3].mass
     assert all(abs(group.mass / truth - 1.0) < 0.05 for group in by_joints.masses if group.mass is not None)
 
 
-def test_a_group_sees_what_method_3_sees_in_its_rows(problems: dict[str, PayloadProblem]) -> None:
+def test_a_group_sees_what_method_3_sees_in_its_rows(problems: dict[str, LongMotion]) -> None:
     """A group's mass is that of method 3 with the other joints' weights at zero."""
     problem = problems["rx90"]
     assert problem.difference is not None
@@ -79,10 +78,10 @@ def test_a_wrong_gain_shows_as_that_joints_share(name: str, joint: int, factor: 
     assert all(entry.share is not None and entry.sigma > 0.0 for entry in shares.values())
 
 
-def test_a_known_robot_and_other_trajectories_give_the_same_masses(problems: dict[str, PayloadProblem]) -> None:
+def test_a_known_robot_and_other_trajectories_give_the_same_masses(problems: dict[str, LongMotion]) -> None:
     problem = problems["rx90"]
     assert problem.unloaded is not None
-    known = replace(without_blocks(problem), unloaded=None, known=weighted(problem.unloaded), friction={})
+    known = replace(without_blocks(problem), unloaded=None, known=weighted(problem.unloaded), memory=Memory())
     apart = without_blocks(problem)
     truth = mistakes.good("rx90")[3].mass
     for group, other_group in zip(seen(known).masses, seen(apart).masses, strict=True):
@@ -97,7 +96,7 @@ def test_groups_of_short_robots_are_single_joints() -> None:
     assert joint_groups(6)[-2:] == ((1, 2, 3), (4, 5, 6))
 
 
-def test_stretches_agree_where_nothing_changes(problems: dict[str, PayloadProblem]) -> None:
+def test_stretches_agree_where_nothing_changes(problems: dict[str, LongMotion]) -> None:
     problem = problems["rx90"]
     weights = identify_payload(problem, 1).estimate.weights
     stretches = payload_over_time(problem, weights)
@@ -118,7 +117,7 @@ def test_rows_that_hide_a_parameter_give_an_error_and_no_minimum_norm_answer() -
         rows = tuple(r if j in keep else 0 for j, r in enumerate(part.rows))
         return replace(part, factors=factors, rows=rows, effective_rows=tuple(map(float, rows)))
 
-    blind = replace(problem, loaded=wrist(problem.loaded), difference=wrist(problem.difference), source=None)
+    blind = replace(problem, loaded=wrist(problem.loaded), difference=wrist(problem.difference))
     with pytest.raises(InputError, match=r"undetermined, in .*M_L"):
         answer_payload(blind, (1,))
     with pytest.raises(InputError, match=r"undetermined, in .*M_L"):

@@ -8,7 +8,7 @@ from dynident.benchmarks import invented
 from dynident.estimation.diagnosis.causes import Comparison, likely_causes
 from dynident.estimation.diagnosis.engine import System
 from dynident.estimation.diagnosis.states import States, states_of
-from dynident.estimation.payload.problem import Source
+from dynident.estimation.payload.long_motion import Source
 from dynident.model import Spring
 from dynident.tests.estimation import mistakes
 from dynident.trajectories import Simulator

@@ -12,9 +12,10 @@ from dynident.common.errors import InputError
 from dynident.estimation import (
     PAYLOAD,
     KnownMass,
+    LongMotion,
     MassBounds,
-    PayloadProblem,
     PossibleBody,
+    Settings,
     SolverError,
     identify_payload,
     payload_problem,
@@ -22,6 +23,7 @@ from dynident.estimation import (
 )
 from dynident.estimation.equations.equations import merged
 from dynident.estimation.payload.equations import payload_equations
+from dynident.estimation.payload.long_motion import Source
 from dynident.estimation.payload.methods import combined
 from dynident.estimation.possible.cone import ConeProgram, solve_cone
 from dynident.model import InertialParameters, base_parameters, load_robot
@@ -152,9 +154,7 @@ def test_rank_and_finiteness_are_checked_first() -> None:
 
 
 @pytest.fixture(scope="module")
-def noisy(
-    simulated: Callable[[str], Simulator], exact_pair: Callable[..., tuple[Measurement, ...]]
-) -> PayloadProblem:
+def noisy(simulated: Callable[[str], Simulator], exact_pair: Callable[..., tuple[Measurement, ...]]) -> LongMotion:
     """An RX90 with so much noise that the free estimate is impossible."""
     simulator = simulated("rx90")
     robot = simulator.robot
@@ -164,19 +164,18 @@ def noisy(
         for data in exact_pair(simulator)
     )
     base = base_parameters(robot)
-    return PayloadProblem(
-        robot, base, **payload_equations(robot, base, [loaded], [bare], [], EXACT, blocks=False)._asdict()
-    )
+    equations = payload_equations(robot, [loaded], [bare], [], Settings(EXACT, robust=False))
+    return LongMotion(robot, base, **equations._asdict(), source=Source((), (), EXACT))
 
 
-def test_joint_problem_gives_the_same(noisy: PayloadProblem) -> None:
+def test_joint_problem_gives_the_same(noisy: LongMotion) -> None:
     """Method 4 on the reduced factor, robot and payload together, the payload's pseudo-inertia constrained."""
     free = identify_payload(noisy, 4).estimate
     result = solve_constrained(free)
     assert result.status == "Solved"
     assert noisy.unloaded is not None
     both, names = combined(noisy), noisy.loaded.columns
-    factor = merged([noisy.unloaded.among(names), noisy.loaded]).stacked(both.weights)
+    factor = merged([noisy.unloaded.select(names), noisy.loaded]).stacked(both.weights)
     c = len(names)
     R, scale = factor[:c, :c], np.linalg.norm(factor[:, :c], axis=0) ** -1
     bodies = np.zeros((1, 10, c))
@@ -191,7 +190,7 @@ def test_joint_problem_gives_the_same(noisy: PayloadProblem) -> None:
 
 
 @pytest.mark.parametrize("method", [1, 2, 4])
-def test_every_method_takes_constraints(noisy: PayloadProblem, method: int) -> None:
+def test_every_method_takes_constraints(noisy: LongMotion, method: int) -> None:
     result = solve_constrained(identify_payload(noisy, method).estimate)
     assert result.body.physically_consistent
 
@@ -204,7 +203,9 @@ def test_ur10e(recordings: Path) -> None:
         read_recording(folder / f"{name}.csv.gz", robot, gains) for name in ("loaded_2.805kg", "unloaded")
     )
     every_row = replace(robot.processing, slow_speed=0.0)
-    problem = payload_problem(robot, [loaded], [unloaded], processing=every_row, friction_change=0.0, robust=False)
+    problem = payload_problem(
+        robot, [loaded], [unloaded], settings=Settings(every_row, robust=False, friction_change=0.0)
+    )
     results = [solve_constrained(identify_payload(problem, method).estimate) for method in (1, 2, 3, 4)]
     assert [result.body.mass for result in results] == pytest.approx([2.793, 2.788, 2.791, 2.787], abs=4e-3)
     assert results[2].body.first_moments == pytest.approx([0.083, 0.476, 0.137], abs=1.5e-3)

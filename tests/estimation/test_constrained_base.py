@@ -10,7 +10,7 @@ import pytest
 from dynident.apps.logs.read import read_recording
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError
-from dynident.estimation import Estimate, PossibleBody, identify
+from dynident.estimation import Estimate, PossibleBody, Settings, identify
 from dynident.estimation.fit.estimate import Fit
 from dynident.estimation.possible.cone import ConeProgram, solve_cone
 from dynident.estimation.possible.constraints import PSEUDO_INERTIA
@@ -113,7 +113,9 @@ def test_real_robots(recordings: Path, name: str, file: str) -> None:
     """Links that can exist explain the recordings as well as those that cannot."""
     robot = load_robot(name)
     gains = (11.976, 11.976, 9.839, 10.763, 10.757, 10.680) if name == "ur10e" else None
-    identification = identify(robot, [read_recording(recordings / f"{file}.csv.gz", robot, gains)], robust=False)
+    identification = identify(
+        robot, [read_recording(recordings / f"{file}.csv.gz", robot, gains)], Settings(robust=False)
+    )
     result = solve_constrained_base(robot, identification.base, identification.estimate)
     assert result.min_pseudo_inertia_eigenvalue >= 0.0
     assert 0.1 < result.chi2_rise < 20.0

@@ -13,9 +13,10 @@ from dynident.estimation import (
     Gains,
     InEllipsoid,
     KnownMass,
+    LongMotion,
     MassBounds,
-    PayloadProblem,
     PossibleBody,
+    Settings,
     SolverError,
     answer_payload,
     identify_payload,
@@ -33,16 +34,16 @@ from dynident.trajectories import Simulator
 @pytest.fixture(scope="module")
 def problem(
     simulated: Callable[[str], Simulator], wander: Callable[..., Motion], payload: InertialParameters
-) -> PayloadProblem:
+) -> LongMotion:
     """An RX90 with 7.025 kg, in blocks of time."""
     simulator = simulated("rx90")
     motion = wander(6, 4, points=20)
     noise = [3.0] * 6
     bare, loaded = (simulator.record(motion, body, noise, [9, k]) for k, body in enumerate((None, payload)))
-    return payload_problem(simulator.robot, [loaded], [bare], robust=True)
+    return payload_problem(simulator.robot, [loaded], [bare])
 
 
-def test_every_method_has_one(problem: PayloadProblem, payload: InertialParameters) -> None:
+def test_every_method_has_one(problem: LongMotion, payload: InertialParameters) -> None:
     answer = answer_payload(problem)
     assert [estimate.method for estimate in answer.constrained] == [1, 2, 3, 4]
     assert answer.recommended.method == 4
@@ -65,7 +66,7 @@ def test_every_method_has_one(problem: PayloadProblem, payload: InertialParamete
     assert few.recommended.method == 3
 
 
-def test_the_error_model_keeps_the_correlations(problem: PayloadProblem) -> None:
+def test_the_error_model_keeps_the_correlations(problem: LongMotion) -> None:
     estimate = answer_payload(problem, methods=(4,)).estimates[0].estimate
     model = error_model(estimate)
     sigma = np.outer(estimate.sigma, estimate.sigma)
@@ -73,7 +74,7 @@ def test_the_error_model_keeps_the_correlations(problem: PayloadProblem) -> None
     assert (model.values == estimate.values).all()
 
 
-def test_a_weighed_mass_enters_every_method(problem: PayloadProblem) -> None:
+def test_a_weighed_mass_enters_every_method(problem: LongMotion) -> None:
     """Two measurements of one mass; their difference in standard deviations."""
     plain, weighed = answer_payload(problem), answer_payload(problem, constraints=[KnownMass(7.03, 0.005)])
     for before, after in zip(plain.constrained, weighed.constrained, strict=True):
@@ -94,7 +95,7 @@ WRONG: dict[str, Constraint] = {
 
 
 @pytest.mark.parametrize("wrong", WRONG.values(), ids=WRONG)
-def test_what_excludes_the_truth_is_named(problem: PayloadProblem, wrong: Constraint) -> None:
+def test_what_excludes_the_truth_is_named(problem: LongMotion, wrong: Constraint) -> None:
     """And a true constraint beside it is not blamed; no interval is told."""
     right = CentreOfMassInBox([-0.5] * 3, [0.5] * 3)
     answer = answer_payload(problem, constraints=[right, wrong])
@@ -110,7 +111,7 @@ def test_what_excludes_the_truth_is_named(problem: PayloadProblem, wrong: Constr
     assert notes[0].startswith("No intervals")
 
 
-def test_a_scale_that_errs_is_named(problem: PayloadProblem) -> None:
+def test_a_scale_that_errs_is_named(problem: LongMotion) -> None:
     answer = answer_payload(problem, constraints=[KnownMass(8.0, 0.02)])
     assert answer.verdict.level == "do_not_use"
     (reason,) = [reason for reason in answer.verdict.reasons if "the scale shows" in reason]
@@ -119,7 +120,7 @@ def test_a_scale_that_errs_is_named(problem: PayloadProblem) -> None:
     assert all(estimate.weighings[0].conflict for estimate in answer.constrained)
 
 
-def test_no_body_at_all_is_an_error_that_names_the_constraints(problem: PayloadProblem) -> None:
+def test_no_body_at_all_is_an_error_that_names_the_constraints(problem: LongMotion) -> None:
     apart = [
         InEllipsoid([0.0, 0.0, -0.5], [0.1] * 3),
         CentreOfMassInBox([0.0] * 3, [0.3] * 3),
@@ -133,9 +134,7 @@ def test_no_body_at_all_is_an_error_that_names_the_constraints(problem: PayloadP
 
 
 @pytest.mark.long
-def test_a_true_constraint_is_rarely_called_a_conflict(
-    problem: PayloadProblem, payload: InertialParameters
-) -> None:
+def test_a_true_constraint_is_rarely_called_a_conflict(problem: LongMotion, payload: InertialParameters) -> None:
     """A mass bound at the very truth contradicts 1 % of the data at most."""
     model = error_model(answer_payload(problem, methods=(4,)).estimates[0].estimate)
     draw = np.random.default_rng(0)
@@ -161,7 +160,7 @@ def test_ur10e(recordings: Path) -> None:
         for name in ("loaded_2.805kg", "unloaded")
     )
     every_row = replace(robot.processing, slow_speed=0.0)
-    problem = payload_problem(robot, [loaded], [bare], None, every_row, robust=True, friction_change=0.0)
+    problem = payload_problem(robot, [loaded], [bare], settings=Settings(every_row, friction_change=0.0))
     plain = constrain_payload(identify_payload(problem, 3))  # without a tilt's share of the covariance
     assert plain.body.first_moments == pytest.approx([0.083, 0.476, 0.137], abs=0.001)
     answer = answer_payload(problem, gains=Gains((0.02,)))

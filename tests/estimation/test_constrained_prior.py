@@ -11,7 +11,7 @@ import pytest
 from dynident.apps.logs.read import read_recording
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError
-from dynident.estimation import Estimate, MassBounds, PossibleBody, identify
+from dynident.estimation import Estimate, MassBounds, PossibleBody, Settings, identify
 from dynident.estimation.equations.observer import Observer
 from dynident.estimation.equations.reduction import reduced_measurement
 from dynident.estimation.fit.estimate import Fit
@@ -290,7 +290,9 @@ def test_every_kind_of_robot(robot: Robot, random_parameters: Parameters) -> Non
 def test_real_robots(recordings: Path, name: str, file: str, mass: float) -> None:
     robot = load_robot(name)
     gains = (11.976, 11.976, 9.839, 10.763, 10.757, 10.680) if name == "ur10e" else None
-    identification = identify(robot, [read_recording(recordings / f"{file}.csv.gz", robot, gains)], robust=False)
+    identification = identify(
+        robot, [read_recording(recordings / f"{file}.csv.gz", robot, gains)], Settings(robust=False)
+    )
     result: PriorRobot = solve_constrained_prior(
         robot, identification.base, identification.estimate, robot_prior(robot, mass)
     )

@@ -8,14 +8,23 @@ import numpy as np
 import pytest
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError
-from dynident.estimation import Estimate, Gains, PayloadProblem, identify, identify_payload, payload_problem
+from dynident.estimation import (
+    Estimate,
+    Gains,
+    LongMotion,
+    Settings,
+    ShortMotion,
+    identify,
+    identify_payload,
+    payload_problem,
+)
 from dynident.estimation.equations.equations import PAYLOAD, Equations, merged
 from dynident.estimation.fit.estimate import error_model
 from dynident.estimation.fit.least_squares import weighted
 from dynident.estimation.fit.linear_problem import gain_sensitivity
 from dynident.estimation.fit.own_equations import base_problem
 from dynident.estimation.payload.constrained import constrain_payload
-from dynident.estimation.payload.methods import method_of
+from dynident.estimation.payload.methods import METHODS as SOLVERS
 from dynident.estimation.payload.result import PayloadEstimate
 from dynident.estimation.payload.weighing import difference_weighing
 from dynident.model import InertialParameters, Motion, Processing, Recording, Robot, Spring, base_parameters
@@ -65,9 +74,9 @@ def arm(
     return simulator, recordings
 
 
-def problem_of(arm: tuple[Simulator, Recordings], factors: ArrayLike) -> PayloadProblem:
+def problem_of(arm: tuple[Simulator, Recordings], factors: ArrayLike) -> LongMotion:
     bare, loaded = arm[1](factors)
-    return payload_problem(arm[0].robot, [loaded], [bare], robust=False)
+    return payload_problem(arm[0].robot, [loaded], [bare], settings=Settings(robust=False))
 
 
 def sensitivity(estimate: Estimate) -> Array:
@@ -86,12 +95,12 @@ def brute(solve: Callable[[Array], Array], step: float = 1e-5) -> Array:
 
 
 @pytest.fixture(scope="module")
-def problem(arm: tuple[Simulator, Recordings]) -> PayloadProblem:
+def problem(arm: tuple[Simulator, Recordings]) -> LongMotion:
     return problem_of(arm, np.ones(6))
 
 
 @pytest.fixture(scope="module")
-def rescaled(arm: tuple[Simulator, Recordings]) -> dict[bytes, PayloadProblem]:
+def rescaled(arm: tuple[Simulator, Recordings]) -> dict[bytes, LongMotion]:
     """The problem for some motors' torque up and down."""
     factors = [changed(j, step) for j in MOTORS for step in (1e-5, -1e-5)]
     return {factor.tobytes(): problem_of(arm, factor) for factor in factors}
@@ -99,19 +108,21 @@ def rescaled(arm: tuple[Simulator, Recordings]) -> dict[bytes, PayloadProblem]:
 
 @pytest.mark.parametrize("method", METHODS)
 def test_it_is_what_rescaled_recordings_give(
-    problem: PayloadProblem, rescaled: dict[bytes, PayloadProblem], method: int
+    problem: LongMotion, rescaled: dict[bytes, LongMotion], method: int
 ) -> None:
     """To 1e-6 of each parameter's own size.
 
     They add up to the payload, which a common error scales, unless there is a spring.
     """
-    solver, estimate = method_of(method), identify_payload(problem, method).estimate
+    solver, estimate = SOLVERS[method], identify_payload(problem, method).estimate
     J = sensitivity(estimate)
     assert problem.unloaded is not None
-    robot_weights = tuple(weighted(problem.unloaded).weights)
+    robot_weights = weighted(problem.unloaded).weights
 
     def solved(factors: Array) -> Array:
-        variant = replace(rescaled[factors.tobytes()], robot_weights=robot_weights)
+        variant = replace(rescaled[factors.tobytes()])
+        assert variant.unloaded is not None
+        vars(variant)["bare"] = weighted(variant.unloaded, robot_weights)
         return solver(variant).values(estimate.weights)
 
     expected = brute(solved)
@@ -121,10 +132,10 @@ def test_it_is_what_rescaled_recordings_give(
         assert (np.abs(J.sum(axis=1) - estimate.values) < 1e-6 * size[:, 0]).all()
 
 
-def test_a_stored_robot_brings_its_own_errors(arm: tuple[Simulator, Recordings], problem: PayloadProblem) -> None:
+def test_a_stored_robot_brings_its_own_errors(arm: tuple[Simulator, Recordings], problem: LongMotion) -> None:
     """Method 1 by stored parameters is as sensitive as by the recording they came from; without, it is refused."""
     bare, _ = arm[1](np.ones(6))
-    known = identify(arm[0].robot, [bare], robust=False).estimate
+    known = identify(arm[0].robot, [bare], Settings(robust=False)).estimate
     later = replace(problem, unloaded=None, difference=None, known=known)
     both = [sensitivity(identify_payload(p, 1).estimate) for p in (problem, later)]
     assert both[1] == pytest.approx(both[0], rel=1e-5, abs=1e-8)
@@ -133,9 +144,7 @@ def test_a_stored_robot_brings_its_own_errors(arm: tuple[Simulator, Recordings],
         constrain_payload(identify_payload(old, 1), gains=Gains((0.02,)))
 
 
-def test_a_robots_parameters_by_rescaled_recordings(
-    problem: PayloadProblem, rescaled: dict[bytes, PayloadProblem]
-) -> None:
+def test_a_robots_parameters_by_rescaled_recordings(problem: LongMotion, rescaled: dict[bytes, LongMotion]) -> None:
     assert problem.unloaded is not None
     estimate = weighted(problem.unloaded)
     J = gain_sensitivity(problem.unloaded, estimate.weights)
@@ -161,7 +170,7 @@ def test_a_spring_on_a_coupled_joint(
 
     def reduced(factors: Array) -> Equations:
         scaled = replace(recording, torque=rescaled_torque(robot, recording.torque, factors))
-        return base_problem(robot, base, [scaled], processing)
+        return base_problem(robot, base, [scaled], Settings(processing, robust=False))
 
     weights = weighted(reduced(np.ones(6))).weights
     expected = brute(lambda factors: weighted(reduced(factors), weights).values)
@@ -169,7 +178,7 @@ def test_a_spring_on_a_coupled_joint(
     assert (np.abs(J - expected) < 1e-6 * np.linalg.norm(expected, axis=1)[:, None]).all()
 
 
-def test_saved_equations_keep_what_motors_share(problem: PayloadProblem, tmp_path: Path) -> None:
+def test_saved_equations_keep_what_motors_share(problem: LongMotion, tmp_path: Path) -> None:
     """Read back, and merged with themselves, they are as sensitive as before."""
     assert problem.unloaded is not None
     problem.unloaded.save(tmp_path / "p.npz")
@@ -189,7 +198,7 @@ def test_a_weighing_by_rescaled_recordings(arm: tuple[Simulator, Recordings]) ->
     """Each motor's error alone, offsets and weights held as they were."""
     simulator, recordings = arm
 
-    def weighing(factors: ArrayLike) -> PayloadProblem:
+    def weighing(factors: ArrayLike) -> ShortMotion:
         bare, loaded = recordings(factors)
         return difference_weighing(simulator.robot, [loaded], [bare])
 
@@ -209,7 +218,7 @@ def test_a_weighing_by_rescaled_recordings(arm: tuple[Simulator, Recordings]) ->
         assert pytest.approx(1e-4 * np.outer(column, column), rel=1e-4, abs=1e-6 * np.abs(C).max()) == C
 
 
-def test_common_and_own_errors(problem: PayloadProblem) -> None:
+def test_common_and_own_errors(problem: LongMotion) -> None:
     """A common error widens the mass by its share of it; one number stands for six; both add up."""
     free = identify_payload(problem, 4)
 

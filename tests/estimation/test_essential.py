@@ -13,6 +13,7 @@ from dynident.estimation import (
     Estimate,
     Identification,
     PayloadAnswer,
+    Settings,
     SigmaBound,
     SigmaRatio,
     answer_payload,
@@ -72,13 +73,13 @@ def simulated_rx90() -> Identification:
     simulator = Simulator(robot)
     motions = [random_via_points(robot, 14, seed=k).motion(250.0) for k in range(4)]
     records = [simulator.record(m, None, RX90_NOISE, [0, k, 0], f"{k}") for k, m in enumerate(motions)]
-    return identify(robot, records, robust=False)
+    return identify(robot, records, Settings(robust=False))
 
 
 @pytest.fixture(scope="module")
 def tx40(recordings: Path) -> Identification:
     robot = load_robot("tx40")
-    return identify(robot, [read_recording(recordings / "tx40" / "tx40.csv.gz", robot)], robust=False)
+    return identify(robot, [read_recording(recordings / "tx40" / "tx40.csv.gz", robot)], Settings(robust=False))
 
 
 def test_the_path_is_that_of_refits(simulated_rx90: Identification) -> None:
@@ -210,7 +211,9 @@ def both() -> PayloadAnswer:
         [simulator.record(m, load, RX90_NOISE, [0, k, j], f"{k}{j}") for k, m in enumerate(motions)]
         for j, load in enumerate((None, body))
     ]
-    return answer_payload(payload_problem(robot, runs[1], runs[0], robust=False), (4,), essential=SigmaBound(0.1))
+    return answer_payload(
+        payload_problem(robot, runs[1], runs[0], settings=Settings(robust=False, essential=SigmaBound(0.1))), (4,)
+    )
 
 
 @pytest.mark.long

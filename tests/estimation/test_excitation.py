@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from dynident.apps.commands.demo import PAYLOAD as PAPER_PAYLOAD
 from dynident.common.arrays import Array
-from dynident.estimation import PAYLOAD, answer_payload, payload_problem
+from dynident.estimation import PAYLOAD, Settings, answer_payload, payload_problem
 from dynident.estimation.equations.equations import Equations
 from dynident.estimation.equations.observer import Observer
 from dynident.estimation.fit.least_squares import excitation, weighted
@@ -49,11 +49,11 @@ def test_robot_and_payload_together() -> None:
     simulator, motion = Simulator(robot), random_via_points(robot, 8, seed=4).motion(100.0)
     bare = simulator.record(motion, None, RX90_NOISE, [4, 0])
     loaded = simulator.record(motion, PAPER_PAYLOAD, RX90_NOISE, [4, 1])
-    problem = payload_problem(robot, [loaded], [bare], robust=False)
+    problem = payload_problem(robot, [loaded], [bare], settings=Settings(robust=False))
     signals = answer_payload(problem, (4,)).excitation
     assert signals is not None
     assert signals.names == (*problem.base.columns, *PAYLOAD)
     assert signals.independent[-1] > 30.0, "the mass is well seen"
     assert problem.unloaded is not None
-    alone = payload_problem(robot, [loaded], known=weighted(problem.unloaded), robust=False)
+    alone = payload_problem(robot, [loaded], known=weighted(problem.unloaded), settings=Settings(robust=False))
     assert answer_payload(alone, (1,)).excitation is None

@@ -9,7 +9,7 @@ from dynident.apps.logs.following import Following, FollowingChange, following_c
 from dynident.apps.logs.map import LogMap, read_log_map
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError
-from dynident.estimation.fit.robust import student95
+from dynident.estimation.fit.covariance import student95
 from dynident.model import Recording, Robot
 
 RATE, SECONDS = 100.0, 12.0

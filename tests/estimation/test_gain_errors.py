@@ -11,7 +11,15 @@ from dynident.apps.report.sections.robot import robot_table
 from dynident.apps.report.sections.verdict import gain_error_notes
 from dynident.apps.results.stored import read_stored_robot
 from dynident.common.schema import write_json
-from dynident.estimation import Estimate, Gains, answer_payload, identify, identify_payload, payload_problem
+from dynident.estimation import (
+    Estimate,
+    Gains,
+    Settings,
+    answer_payload,
+    identify,
+    identify_payload,
+    payload_problem,
+)
 from dynident.estimation.fit.drive_gains import usual_gains
 from dynident.estimation.fit.estimate import error_model
 from dynident.estimation.payload.constrained import constrain_payload
@@ -67,12 +75,12 @@ def test_intervals_hold_what_wrong_gains_do(
     hits: dict[str, list[NDArray[np.bool_]]] = {"robot": [], "robot exact": [], "payload": [], "payload exact": []}
     for run in range(RUNS):
         bare, loaded = (record(run, 0.02) for record in recorders)
-        identification = identify(robot, [bare], SETTINGS, gains=GAINS, robust=False)
+        identification = identify(robot, [bare], Settings(SETTINGS, robust=False), gains=GAINS)
         estimate, truth = identification.estimate, identification.base.value(dict(source.robot.parameters))
         assert estimate.interval95_with_gains is not None
         for name, ends in (("robot", estimate.interval95_with_gains), ("robot exact", estimate.interval95)):
             hits[name].append((ends[:, 0] <= truth) & (truth <= ends[:, 1]))
-        problem = payload_problem(robot, [loaded], [], estimate, SETTINGS, robust=False)
+        problem = payload_problem(robot, [loaded], [], estimate, Settings(SETTINGS, robust=False))
         free = identify_payload(problem, 1)
         for name, gains in (("payload", GAINS), ("payload exact", None)):
             model = error_model(free.estimate, gains)
@@ -88,11 +96,11 @@ def test_intervals_hold_what_wrong_gains_do(
 def test_a_stored_robots_error_is_not_an_error_of_its_own(robot: Robot, recorders: tuple[Record, Record]) -> None:
     """Robot and payload apart would be several times less sure of the mass: 2 % of the robot's torques."""
     bare, loaded = (record(0, 0.0) for record in recorders)
-    known = identify(robot, [bare], SETTINGS, gains=GAINS, robust=False).estimate
+    known = identify(robot, [bare], Settings(SETTINGS, robust=False), gains=GAINS).estimate
     assert known.covariance_by_gains is not None
 
     def mass_sigma(known: Estimate, gains: Gains | None) -> float:
-        problem = payload_problem(robot, [loaded], [], known, SETTINGS, robust=False)
+        problem = payload_problem(robot, [loaded], [], known, Settings(SETTINGS, robust=False))
         return float(constrain_payload(identify_payload(problem, 1), gains=gains).sigma[9])
 
     once, plain = mass_sigma(known, GAINS), mass_sigma(known, None)
@@ -107,7 +115,7 @@ def test_a_stored_robots_error_is_not_an_error_of_its_own(robot: Robot, recorder
 def test_parameters_say_what_they_owe_to_the_gains(robot: Robot, recorders: tuple[Record, Record]) -> None:
     bare = recorders[0](1, 0.02)
     exact, identification = (
-        identify(robot, [bare], SETTINGS, robust=True, gains=g) for g in (None, Gains(common=0.03))
+        identify(robot, [bare], Settings(SETTINGS), gains=g) for g in (None, Gains(common=0.03))
     )
     estimate = identification.estimate
     assert estimate.sigma_by_gains == pytest.approx(0.03 * np.abs(estimate.values), rel=1e-6)
@@ -136,7 +144,7 @@ def test_stored_robot_keeps_the_gains_uncertainty(
 ) -> None:
     """Read back, the distance of the nearest robot that can exist is the same, gains included."""
     gains = Gains((0.02,), 0.01, (1e-4 * np.eye(6)).tolist())
-    result = identify(robot, [recorders[0](2, 0.02)], SETTINGS, gains=gains, robust=False)
+    result = identify(robot, [recorders[0](2, 0.02)], Settings(SETTINGS, robust=False), gains=gains)
     path = tmp_path / "robot.json"
     write_json(path, identification_document(result, SETTINGS, None))
     stored = read_stored_robot(path)
@@ -172,10 +180,10 @@ def test_an_answer_allows_for_gains_of_which_nothing_is_said(
     """Robot and payload carry the usual errors, as if they were given; a line says so."""
     pair = [record(1, 0.0) for record in recorders]
     silent = [replace(recording, gain_sigma=None) for recording in pair]
-    known, usual = (identify(robot, [bare], SETTINGS) for bare in (pair[0], silent[0]))
+    known, usual = (identify(robot, [bare], Settings(SETTINGS)) for bare in (pair[0], silent[0]))
     assert known.gains is None
     assert usual.gains == Gains((0.02,), assumed=True)
-    given = identify(robot, [pair[0]], SETTINGS, gains=Gains((0.02,)))
+    given = identify(robot, [pair[0]], Settings(SETTINGS), gains=Gains((0.02,)))
     assert np.array_equal(usual.estimate.total_sigma, given.estimate.total_sigma)
     each = "motor" if robot.coupling else "joint"
     (line,) = gain_error_notes(robot, usual.gains)
@@ -193,7 +201,7 @@ def test_what_is_assumed_of_gains_shortens_no_interval(
     silent = [replace(recording, gain_sigma=None) for recording in exact]
     each = []
     for bare, heavy in (exact, silent):
-        answer = answer_payload(payload_problem(robot, [heavy], [bare], processing=SETTINGS))
+        answer = answer_payload(payload_problem(robot, [heavy], [bare], settings=Settings(SETTINGS)))
         each.append({one.method: float(one.sigma[9]) for one in answer.constrained})
     assert each[0].keys() == each[1].keys()
     for method, sigma in each[0].items():

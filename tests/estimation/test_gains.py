@@ -12,7 +12,7 @@ from dynident.apps.report.documents import gains_document
 from dynident.apps.results import read_stored_gains
 from dynident.common.errors import InputError
 from dynident.common.schema import write_json
-from dynident.estimation import PAYLOAD, identify_gains
+from dynident.estimation import PAYLOAD, Settings, identify_gains
 from dynident.estimation.gains.known_load import KnownLoad, known_mass, read_known_load
 from dynident.estimation.gains.problem import GainProblem, free_gains, gain_problem, gravity_acts
 from dynident.model import InertialParameters, Motion, Processing, Recording, load_robot
@@ -38,7 +38,7 @@ def currents(simulated: Callable[[str], Simulator], wander: Callable[..., Motion
         draw = np.random.default_rng(seed)
         noisy = [i + scale * NOISE * draw.standard_normal(i.shape) for i in exact]
         pair = [Recording(motion.t, motion.q, i, motion.qd, f"log {k}") for k, i in enumerate(noisy)]
-        return gain_problem(load_robot("ur10e"), pair[:1], pair[1:], SETTINGS)
+        return gain_problem(load_robot("ur10e"), pair[:1], pair[1:], Settings(SETTINGS))
 
     return problem
 

@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 from dynident.apps.logs.read import read_recording
 from dynident.common.arrays import Array
-from dynident.estimation import Gains, PayloadProblem, identify_gains, identify_payload, payload_problem
+from dynident.estimation import Gains, LongMotion, Settings, identify_gains, identify_payload, payload_problem
 from dynident.estimation.fit.least_squares import weighted
 from dynident.estimation.gains.known_load import known_mass
 from dynident.estimation.gains.problem import gain_problem, gravity_acts, rests_on
 from dynident.estimation.payload.constrained import constrain_payload
-from dynident.estimation.payload.methods import method_of
+from dynident.estimation.payload.methods import METHODS
 from dynident.model import InertialParameters, Motion, Processing, Recording, Robot, Spring, load_robot
 from dynident.trajectories import Simulator
 
@@ -68,7 +68,7 @@ def test_truth_within_the_stated_sigma(currents: Currents, name: str, spring: st
     for seed in range(2):
         robot, (bare, loaded) = currents(name, spring, seed)
         load = known_mass(6.0)
-        problem = gain_problem(robot, [bare], [loaded], SETTINGS, load=load)
+        problem = gain_problem(robot, [bare], [loaded], Settings(SETTINGS), load=load)
         gains = identify_gains(replace(problem, deletions=() if seed else problem.deletions), load)
         assert gains.values == pytest.approx(TRUTH, rel=0.02)
         assert gains.relative_sigma.max() < 0.01
@@ -86,7 +86,7 @@ def test_a_coupling_that_is_not_told_spoils_the_gains(currents: Currents) -> Non
     """The test above could fail: with each current taken for its joint's own, motor 5 is off by many sigma."""
     robot, (bare, loaded) = currents("rx90", "none", 0)
     uncoupled = replace(robot, drives=replace(robot.drives, coupling=None))
-    problem = gain_problem(uncoupled, [bare], [loaded], SETTINGS)
+    problem = gain_problem(uncoupled, [bare], [loaded], Settings(SETTINGS))
     gains = identify_gains(replace(problem, deletions=()), known_mass(6.0))
     assert abs(np.log(gains.values / TRUTH) / gains.relative_sigma)[4] > 10.0
 
@@ -118,25 +118,27 @@ def test_currents_of_coupled_drives_make_joint_torques(tmp_path: Path) -> None:
 def test_how_sure_they_are_reaches_the_payload(currents: Currents) -> None:
     """Weighed with gains that were found: as the same currents read with each gain a little larger tell."""
     robot, (bare, loaded) = currents("rx90", "none", 0)
-    problem = gain_problem(robot, [bare], [loaded], SETTINGS)
+    problem = gain_problem(robot, [bare], [loaded], Settings(SETTINGS))
     gains = identify_gains(replace(problem, deletions=()), known_mass(6.0))
     later = currents("rx90", "none", 7)[1]
 
-    def weighing(K: Array) -> PayloadProblem:
+    def weighing(K: Array) -> LongMotion:
         assert robot.coupling is not None
         before, after = (
             replace(recording, torque=robot.coupling.joint_torques(recording.torque * K)) for recording in later
         )
-        return payload_problem(robot, [after], [before], None, SETTINGS, robust=False)
+        return payload_problem(robot, [after], [before], settings=Settings(SETTINGS, robust=False))
 
     at_once = weighing(gains.values)
     assert at_once.unloaded is not None
-    robots = tuple(weighted(at_once.unloaded).weights)
-    shifted = [replace(weighing(gains.values * (1.0 + 1e-5 * own)), robot_weights=robots) for own in np.eye(6)]
+    shifted = [weighing(gains.values * (1.0 + 1e-5 * own)) for own in np.eye(6)]
+    for moved_problem in shifted:
+        assert moved_problem.unloaded is not None
+        vars(moved_problem)["bare"] = weighted(moved_problem.unloaded, weighted(at_once.unloaded).weights)
     unsure = Gains(identified=gains.larger_relative_covariance.tolist())
     for method in (1, 2, 3, 4):
         free = identify_payload(at_once, method)
-        values = [method_of(method)(moved_problem).values(free.estimate.weights) for moved_problem in shifted]
+        values = [METHODS[method](moved_problem).values(free.estimate.weights) for moved_problem in shifted]
         J = (np.column_stack(values) - free.estimate.values[:, None]) / 1e-5
         with_gains, exact = (constrain_payload(free, gains=g) for g in (unsure, None))
         share = with_gains.result.free.covariance - exact.result.free.covariance

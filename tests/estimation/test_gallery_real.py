@@ -28,7 +28,7 @@ def pair(recordings: Path) -> Pair:
 
 
 def answered(bare: Recording, loaded: Recording, robot: str = "ur10e") -> PayloadAnswer:
-    return answer_payload(payload_problem(load_robot(robot), [loaded], [bare], robust=True))
+    return answer_payload(payload_problem(load_robot(robot), [loaded], [bare]))
 
 
 def told(bare: Recording, loaded: Recording) -> str:

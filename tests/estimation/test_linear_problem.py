@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from dynident.common.arrays import Array
 from dynident.estimation.equations.equations import Equations
-from dynident.estimation.fit.linear_problem import Held, Known, LinearProblem
+from dynident.estimation.fit.linear_problem import Fixed, LinearProblem, SoftPrior
 
 NAMES = ("A", "B", "C", "D")
 TRUTH = np.array([1.0, -2.0, 0.5, 3.0])
@@ -35,7 +35,7 @@ def test_a_column_held_tightly_is_zero_and_held_loosely_is_free() -> None:
         (1e7, by_hand(STACKED[:, :4], STACKED[:, 4])[:3]),
         (0.3, by_hand(np.vstack([STACKED[:, :4], [[0, 0, 0, 1 / 0.3]]]), np.append(STACKED[:, 4], 0.0))[:3]),
     ):
-        problem = LinearProblem(EQUATIONS, NAMES[:3], held={"D": Held(sigma)})
+        problem = LinearProblem(EQUATIONS, NAMES[:3], soft={"D": SoftPrior(sigma)})
         assert problem.values(WEIGHTS) == pytest.approx(expected, abs=1e-9)
         assert problem.solved(WEIGHTS).values == pytest.approx(expected, abs=1e-9)
 
@@ -43,7 +43,7 @@ def test_a_column_held_tightly_is_zero_and_held_loosely_is_free() -> None:
 def test_what_a_held_column_lasts_is_its_influence() -> None:
     """The values move by as much as the level they are held at; no block of time shows that level."""
     sigma = 0.3
-    problem = LinearProblem(EQUATIONS, NAMES[:3], held={"D": Held(sigma)})
+    problem = LinearProblem(EQUATIONS, NAMES[:3], soft={"D": SoftPrior(sigma)})
     A = np.vstack([STACKED[:, :4], [[0, 0, 0, 1 / sigma]]])
     moved = by_hand(A, np.append(0.0 * STACKED[:, 4], 1.0 / sigma))[:3]
     assert problem.lasting(WEIGHTS) == pytest.approx(sigma**2 * np.outer(moved, moved), rel=1e-9)
@@ -52,7 +52,7 @@ def test_what_a_held_column_lasts_is_its_influence() -> None:
 def test_a_held_column_counts_for_as_much_as_rows_that_remember_allow() -> None:
     """Data that are worth four times less leave the prior four times the weight; it errs no more than it did."""
     sigma, doubled = 0.3, np.vstack([STACKED[:, :4], [[0, 0, 0, 2.0 / 0.3]]])
-    problem = LinearProblem(EQUATIONS, NAMES[:3], held={"D": Held(sigma, 4.0)})
+    problem = LinearProblem(EQUATIONS, NAMES[:3], soft={"D": SoftPrior(sigma, 4.0)})
     assert problem.values(WEIGHTS) == pytest.approx(by_hand(doubled, np.append(STACKED[:, 4], 0.0))[:3], abs=1e-9)
     moved = by_hand(doubled, np.append(0.0 * STACKED[:, 4], 2.0 / sigma))[:3]
     assert problem.lasting(WEIGHTS) == pytest.approx(sigma**2 * np.outer(moved, moved), rel=1e-9)
@@ -67,14 +67,14 @@ def test_errors_that_remember_by_hand() -> None:
         W, Y = rows(k)[:, :4], rows(k)[:, 4]
         size = float(np.sum((Y - W @ x) ** 2)) / (40 * (1.0 - 4 / 80))
         middle += memory[k] * weight**4 * size * W.T @ W
-    covariance = LinearProblem(EQUATIONS, NAMES).remembered(WEIGHTS, memory)
+    covariance = LinearProblem(EQUATIONS, NAMES).sandwich(WEIGHTS, memory)
     assert covariance == pytest.approx(inverse @ middle @ inverse, rel=1e-9)
 
 
 def test_known_columns_bring_their_covariance_and_their_gains() -> None:
     C = np.diag([0.04, 0.09])
     own = np.array([[0.1, 0.2], [0.3, 0.4]])
-    known = Known(NAMES[2:], TRUTH[2:], C, 0.5 * C, gain_sensitivity=lambda: own)
+    known = Fixed(NAMES[2:], TRUTH[2:], C, 0.5 * C, gain_sensitivity=lambda: own)
     problem = LinearProblem(EQUATIONS, NAMES[:2], (known,))
     estimate = problem.estimate(WEIGHTS)
     left = STACKED[:, 4] - STACKED[:, 2:4] @ TRUTH[2:]

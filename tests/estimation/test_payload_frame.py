@@ -7,7 +7,15 @@ from math import radians
 import numpy as np
 import pytest
 from dynident.apps.report.sections.verdict import gain_error_notes
-from dynident.estimation import Gains, KnownMass, PayloadAnswer, PossibleBody, answer_payload, payload_problem
+from dynident.estimation import (
+    Gains,
+    KnownMass,
+    PayloadAnswer,
+    PossibleBody,
+    Settings,
+    answer_payload,
+    payload_problem,
+)
 from dynident.estimation.payload.result import frame_change
 from dynident.estimation.payload.weighing import difference_weighing
 from dynident.model import Drives, InertialParameters, Motion, Pose, Robot, mounted, standard_columns, with_tool
@@ -36,7 +44,7 @@ def test_answer_stands_in_the_tool_frame(
     simulator = simulator_of(robot)
     motion = wander(6, 4)
     bare, loaded = simulator.record(motion, None, [0.1] * 6, 1), simulator.record(motion, payload, [0.1] * 6, 2)
-    problem = payload_problem(simulator.robot, [loaded], [bare], robust=False)
+    problem = payload_problem(simulator.robot, [loaded], [bare], settings=Settings(robust=False))
     answer = answer_payload(problem)
     assert [estimate.method for estimate in answer.estimates] == [1, 2, 3, 4]
     for estimate in answer.estimates:
@@ -58,7 +66,8 @@ def test_friction_behind_link_side_sensors(
     simulator, motion = simulator_of(rubbing), wander(6, 4)
     bare, loaded = simulator.record(motion, None, [0.1] * 6, 1), simulator.record(motion, payload, [0.1] * 6, 2)
     first, second = (
-        answer_payload(payload_problem(robot, [loaded], [bare], robust=False)) for robot in (rubbing, plain)
+        answer_payload(payload_problem(robot, [loaded], [bare], settings=Settings(robust=False)))
+        for robot in (rubbing, plain)
     )
     assert first.robot_fit is not None
     assert second.robot_fit is not None
@@ -79,8 +88,7 @@ def test_robust_covariance_moves_along(
     bare, loaded = simulator.record(motion, None, [0.1] * 6, 1), simulator.record(motion, payload, [0.1] * 6, 2)
     robots = (simulator.robot, with_tool(simulator.robot, TOOL, "tool 1"))
     plain, tool = (
-        answer_payload(payload_problem(robot, [loaded], [bare], robust=True), (3,)).estimates[0].estimate
-        for robot in robots
+        answer_payload(payload_problem(robot, [loaded], [bare]), (3,)).estimates[0].estimate for robot in robots
     )
     T = frame_change(TOOL.inverse())
     assert plain.robust is not None
@@ -99,7 +107,7 @@ def test_moving_the_flange_moves_the_answer(
     motion = wander(6, 4)
     bare, loaded = simulator.record(motion, None, [0.1] * 6, 1), simulator.record(motion, payload, [0.1] * 6, 2)
     robots = simulator.robot, with_tool(simulator.robot, TOOL, "tool 1")
-    problems = [payload_problem(robot, [loaded], [bare], robust=True) for robot in robots]
+    problems = [payload_problem(robot, [loaded], [bare]) for robot in robots]
     same_but_for_the_frame(*(answer_payload(problem, (method,)) for problem in problems))
 
 
@@ -152,7 +160,9 @@ def test_gain_errors_move_along(rx90: Robot, payload: InertialParameters, wander
     bare, loaded = simulator.record(motion, None, [0.1] * 6, 1), simulator.record(motion, payload, [0.1] * 6, 2)
     gains = Gains((0.02,), 0.01)
     plain, tool = (
-        answer_payload(payload_problem(robot, [loaded], [bare], robust=False), (3,), gains=gains).recommended
+        answer_payload(
+            payload_problem(robot, [loaded], [bare], settings=Settings(robust=False)), (3,), gains=gains
+        ).recommended
         for robot in (simulator.robot, with_tool(simulator.robot, TOOL, "tool 1"))
     )
     T = frame_change(TOOL.inverse())

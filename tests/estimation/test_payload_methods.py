@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError
-from dynident.estimation import PAYLOAD, Estimate, PayloadProblem, identify_payload, payload_problem
+from dynident.estimation import PAYLOAD, Estimate, LongMotion, Settings, identify_payload, payload_problem
 from dynident.estimation.fit.least_squares import weighted
 from dynident.estimation.payload.equations import PairedMeasurement, payload_equations
-from dynident.estimation.payload.from_change import payload_map
-from dynident.estimation.payload.methods import combined, usable_methods
+from dynident.estimation.payload.long_motion import Source
+from dynident.estimation.payload.methods import combined, payload_map, usable_methods
 from dynident.model import InertialParameters, Joint, Motion, Processing, Recording, Robot, Spring, base_parameters
 from dynident.model.motion import Measurement
 from dynident.trajectories import Simulator
@@ -28,7 +28,7 @@ def scale(payload: InertialParameters) -> Array:
     return np.array([m * LENGTH**2] * 6 + [m * LENGTH] * 3 + [m])
 
 
-def problem_of(robot: Robot, pairs: list[tuple[Measurement, ...]], noise: float = 0.0) -> PayloadProblem:
+def problem_of(robot: Robot, pairs: list[tuple[Measurement, ...]], noise: float = 0.0) -> LongMotion:
     """A payload problem without any processing; optional torque noise [N·m]."""
     draw = np.random.default_rng(1)
 
@@ -39,8 +39,8 @@ def problem_of(robot: Robot, pairs: list[tuple[Measurement, ...]], noise: float 
     base = base_parameters(robot)
     bare, loaded = zip(*pairs, strict=True)
     together = [PairedMeasurement(a, b) for a, b in pairs]
-    equations = payload_equations(robot, base, loaded, bare, together, EXACT, blocks=False)
-    return PayloadProblem(robot, base, **equations._asdict())
+    equations = payload_equations(robot, loaded, bare, together, Settings(EXACT, robust=False))
+    return LongMotion(robot, base, **equations._asdict(), source=Source((), (), EXACT))
 
 
 @pytest.mark.parametrize("method", METHODS)
@@ -169,7 +169,10 @@ def test_friction_under_load_can_be_freed(
     under_load = Simulator(replace(simulator.robot, parameters=changed))
     motion = wander(6, 5)
     problem = problem_of(simulator.robot, [(simulator.measure(motion), under_load.measure(motion, payload))])
-    fixed, free = (identify_payload(problem, 1, free).estimate.values for free in (False, True))
+    fixed, free = (
+        identify_payload(replace(problem, settings=Settings(free_friction=free)), 1).estimate.values
+        for free in (False, True)
+    )
     assert (np.abs(free - payload.vector) < 1e-6 * scale(payload)).all()
     assert np.abs(fixed - payload.vector).max() > 1e-3
 
@@ -193,7 +196,7 @@ def test_methods_that_lack_data_say_what_they_need(
     simulator = simulated("rx90")
     problem = replace(
         problem_of(simulator.robot, [exact_pair(simulator)]), unloaded=None, difference=None,
-        without_difference="only one recording",
+        source=Source((), (), EXACT, why_no_pair="only one recording"),
     )  # fmt: skip
     assert usable_methods(problem) == ()
     for method, words in (
@@ -223,7 +226,7 @@ def test_different_trajectories_leave_method_3_out_and_say_why(
     processing = Processing(rate=100.0, decimate=2)
     bare: Recording = simulator.record(wander(6, 0))
     loaded = simulator.record(wander(6, 1), payload)
-    problem = payload_problem(rx90, [loaded], [bare], processing=processing, robust=False)
+    problem = payload_problem(rx90, [loaded], [bare], settings=Settings(processing, robust=False))
     assert usable_methods(problem) == (1, 2, 4)
     with pytest.raises(InputError, match="not the same trajectory"):
         identify_payload(problem, 3)
@@ -235,4 +238,4 @@ def test_an_arm_that_cannot_show_a_payload_says_so(wander: Callable[..., Motion]
     motion = wander(3, 0)
     recording = Recording(motion.t, motion.q, np.array(motion.q))
     with pytest.raises(InputError, match=r"no motion of planar shows \d of a payload's ten directions \(.*MZ"):
-        payload_problem(planar, [recording], [recording], robust=False)
+        payload_problem(planar, [recording], [recording], settings=Settings(robust=False))

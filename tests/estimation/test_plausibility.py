@@ -5,7 +5,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 from dynident.common.errors import InputError
-from dynident.estimation import identify
+from dynident.estimation import Settings, identify
 from dynident.estimation.fit.own_equations import hidden_by
 from dynident.estimation.signals.plausibility import check_apart, check_recordings, still_joints
 from dynident.model import Motion, Recording, Robot, base_parameters, load_robot
@@ -60,7 +60,7 @@ def test_a_joint_that_never_moves_is_named_with_its_parameters(rx90: Robot, wand
     assert still_joints([recording(motion)]) == (4,)
     assert still_joints([recording(motion), recording(wander(6, 1))]) == ()
     with pytest.raises(InputError) as caught:
-        identify(rx90, [Simulator(rx90).record(motion)], robust=False)
+        identify(rx90, [Simulator(rx90).record(motion)], Settings(robust=False))
     for word in ("joint 4 never moves", "FS4", "FV4", "IA4"):
         assert word in str(caught.value)
     assert "FS3" not in str(caught.value)

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from dynident.apps.commands.demo import PAYLOAD
-from dynident.estimation import answer_payload, identify, payload_problem
+from dynident.estimation import Settings, answer_payload, identify, payload_problem
 from dynident.estimation.answers.system import robot_prediction
 from dynident.estimation.equations.correlation import autocorrelation
 from dynident.estimation.fit.estimate import fit
@@ -25,14 +25,14 @@ def recorded(seed: int, loaded: int) -> Recording:
 def test_residuals_are_those_of_the_fit() -> None:
     """By W of the held-out recording, and by its triangular factor."""
     used, second = recorded(0, False), recorded(1, False)
-    result = identify(ROBOT, [used], validation=[second], robust=False)
+    result = identify(ROBOT, [used], Settings(robust=False), validation=[second])
     prediction = robot_prediction(ROBOT, result.base, result.estimate.values, second, ROBOT.processing, True)
     (same,) = result.predictions
     assert np.array_equal(same.measured[0], prediction.measured[0])
     assert same.held_out
     assert result.validation is not None
     assert np.allclose(prediction.relative_per_joint, result.validation.relative_per_joint, rtol=1e-6)
-    check = base_problem(ROBOT, result.base, [second], ROBOT.processing)
+    check = base_problem(ROBOT, result.base, [second], Settings(ROBOT.processing, robust=False))
     assert np.allclose(
         prediction.relative_per_joint, fit(check, result.estimate.values).relative_per_joint, rtol=1e-6
     )
@@ -43,7 +43,9 @@ def test_residuals_are_those_of_the_fit() -> None:
 
 def test_payload_explains_loaded_torques() -> None:
     bare, loaded, bare_again, fresh = (recorded(seed, load) for seed, load in ((0, 0), (0, 1), (1, 0), (1, 1)))
-    answer = answer_payload(payload_problem(ROBOT, [loaded], [bare], robust=False), held_out=[bare_again])
+    answer = answer_payload(
+        payload_problem(ROBOT, [loaded], [bare], settings=Settings(robust=False)), held_out=[bare_again]
+    )
     first, second = answer.predictions
     assert (first.held_out, first.loaded, second.held_out, second.loaded) == (True, False, False, True)
     held_out = answer.prediction(fresh, True)

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from dynident.apps.logs.read import read_recording
-from dynident.estimation import Identification, PayloadProblem, identify, identify_payload, payload_problem
+from dynident.estimation import Identification, LongMotion, Settings, identify, identify_payload, payload_problem
 from dynident.model import Processing, Recording, load_robot
 
 MASS = 2.805  # kg, weighed
@@ -23,18 +23,18 @@ def ur10e_recording(folder: Path, name: str) -> Recording:
 ALL_ROWS = replace(load_robot("ur10e").processing, slow_speed=0.0)
 
 
-def ur10e_pair(folder: Path, processing: Processing) -> PayloadProblem:
+def ur10e_pair(folder: Path, processing: Processing) -> LongMotion:
     loaded, unloaded = (ur10e_recording(folder, name) for name in ("loaded_2.805kg", "unloaded"))
-    return payload_problem(load_robot("ur10e"), [loaded], [unloaded], processing=processing, robust=False)
+    return payload_problem(load_robot("ur10e"), [loaded], [unloaded], settings=Settings(processing, robust=False))
 
 
 def ur10e_identified(folder: Path, processing: Processing) -> Identification:
     unloaded, validation = (ur10e_recording(folder, name) for name in ("unloaded", "validation_unloaded"))
-    return identify(load_robot("ur10e"), [unloaded], processing, validation=[validation], robust=False)
+    return identify(load_robot("ur10e"), [unloaded], Settings(processing, robust=False), validation=[validation])
 
 
 @pytest.fixture(scope="module")
-def ur10e(recordings: Path) -> PayloadProblem:
+def ur10e(recordings: Path) -> LongMotion:
     return ur10e_pair(recordings, ALL_ROWS)
 
 
@@ -78,12 +78,15 @@ def test_ur10e_stiction_shows_on_point_to_point_motion(recordings: Path, ur10e_r
 
     robot = load_robot("ur10e")
     recording = ur10e_recording(recordings, "validation_point_to_point")
-    check = fit(base_problem(robot, ur10e_robot.base, [recording], ALL_ROWS), ur10e_robot.estimate.values)
+    check = fit(
+        base_problem(robot, ur10e_robot.base, [recording], Settings(ALL_ROWS, robust=False)),
+        ur10e_robot.estimate.values,
+    )
     assert check.relative == pytest.approx(0.0428, abs=0.002)
     assert check.relative_per_joint[5] > 0.3
 
 
-def test_ur10e_payload_by_all_methods(ur10e: PayloadProblem) -> None:
+def test_ur10e_payload_by_all_methods(ur10e: LongMotion) -> None:
     payloads = [identify_payload(ur10e, method) for method in (1, 2, 3, 4)]
     masses = np.array([payload.mass for payload in payloads])
     assert np.abs(masses / MASS - 1.0).max() < 0.01
@@ -93,7 +96,7 @@ def test_ur10e_payload_by_all_methods(ur10e: PayloadProblem) -> None:
     assert not any(payload.body.physically_consistent for payload in payloads)
 
 
-def test_ur10e_pair_is_aligned(ur10e: PayloadProblem) -> None:
+def test_ur10e_pair_is_aligned(ur10e: LongMotion) -> None:
     (pair,) = ur10e.pairs
     assert pair.lag == pytest.approx(1.18, abs=0.002)
     assert pair.rms_mismatch < 2e-4
@@ -104,7 +107,9 @@ def test_ur10e_pair_is_aligned(ur10e: PayloadProblem) -> None:
 def tx40(recordings: Path) -> dict[str, Identification]:
     robot = load_robot("tx40")
     recording = read_recording(recordings / "tx40" / "tx40.csv.gz", robot)
-    return {form: identify(robot.with_coulomb(form), [recording], robust=False) for form in ("sum", "paper")}
+    return {
+        form: identify(robot.with_coulomb(form), [recording], Settings(robust=False)) for form in ("sum", "paper")
+    }
 
 
 def test_tx40_has_the_papers_structure(tx40: dict[str, Identification]) -> None:

@@ -4,15 +4,19 @@ import importlib.util
 from dataclasses import replace
 from pathlib import Path
 from types import ModuleType
+from typing import get_args
 
 import numpy as np
 import pytest
 from dynident.apps.logs.read import read_recording
+from dynident.common.arrays import Array
 from dynident.common.errors import InputError
-from dynident.estimation import PayloadProblem, identify, identify_payload, payload_problem
+from dynident.estimation import LongMotion, Settings, identify, identify_payload, payload_problem
+from dynident.estimation.equations.equations import Blocks
+from dynident.estimation.fit.covariance import RobustCovariance, Rule, jackknife
 from dynident.estimation.fit.least_squares import weighted
-from dynident.estimation.fit.robust import RobustCovariance, jackknife
-from dynident.estimation.payload.equations import PairedMeasurement, payload_equations
+from dynident.estimation.payload.equations import Memory, PairedMeasurement, payload_equations
+from dynident.estimation.payload.long_motion import Source
 from dynident.estimation.payload.methods import METHODS, usable_methods
 from dynident.model import InertialParameters, base_parameters, load_robot
 from dynident.tests.estimation.wandering import SETTINGS, Wander, later, noisy, rows_out, same_equations
@@ -20,65 +24,76 @@ from dynident.tests.estimation.wandering import pair as pair
 from dynident.tests.estimation.wandering import simulator as simulator
 from dynident.trajectories import RX90_NOISE, Simulator
 
+NO_SOURCE = Source((), (), SETTINGS)
+
 
 @pytest.fixture(scope="module")
-def problem(simulator: Simulator, pair: PairedMeasurement) -> PayloadProblem:
+def problem(simulator: Simulator, pair: PairedMeasurement) -> LongMotion:
     return problem_of(simulator, [pair])
 
 
-def problem_of(simulator: Simulator, pairs: list[PairedMeasurement], paired: bool = True) -> PayloadProblem:
+def problem_of(simulator: Simulator, pairs: list[PairedMeasurement], paired: bool = True) -> LongMotion:
     robot = simulator.robot
     base = base_parameters(robot)
     loaded, bare = [pair.loaded for pair in pairs], [pair.unloaded for pair in pairs]
-    equations = payload_equations(robot, base, loaded, bare, pairs if paired else [], SETTINGS)
-    return PayloadProblem(robot, base, **equations._asdict())
+    equations = payload_equations(robot, loaded, bare, pairs if paired else [], Settings(SETTINGS))
+    settings = Settings(friction_change=0.0)
+    return LongMotion(robot, base, **equations._asdict(), source=NO_SOURCE, settings=settings)
+
+
+def weighing_robot(problem: LongMotion, weights: Array) -> LongMotion:
+    """The problem with the joints' weights of the recordings without payload given."""
+    fixed = replace(problem)
+    assert fixed.unloaded is not None
+    vars(fixed)["bare"] = weighted(fixed.unloaded, weights)
+    return fixed
 
 
 def test_blocks_of_one_motion_are_cut_at_the_same_points(simulator: Simulator, pair: PairedMeasurement) -> None:
     """Whatever the unloaded recording's own clock shows."""
     robot, base = simulator.robot, base_parameters(simulator.robot)
-    plain = payload_equations(robot, base, [pair.loaded], [pair.unloaded], [pair], SETTINGS)
+    plain = payload_equations(robot, [pair.loaded], [pair.unloaded], [pair], Settings(SETTINGS))
     shifted = payload_equations(
-        robot, base, [pair.loaded], [later(pair.unloaded, -7.5)], [pair._replace(lag=7.5)], SETTINGS
+        robot, [pair.loaded], [later(pair.unloaded, -7.5)], [pair._replace(lag=7.5)], Settings(SETTINGS)
     )
     bare, moved = plain.unloaded, shifted.unloaded
     assert bare is not None
     assert moved is not None
     assert plain.difference is not None
-    assert len(plain.loaded.leave_one_out) == len(bare.leave_one_out) == len(plain.difference.leave_one_out) >= 20
-    for a, b, heavy in zip(bare.leave_one_out, moved.leave_one_out, plain.loaded.leave_one_out, strict=True):
+    assert len(plain.loaded.blocks) == len(bare.blocks) == len(plain.difference.blocks) >= 20
+    for a, b, heavy in zip(bare.without_each(), moved.without_each(), plain.loaded.without_each(), strict=True):
         same_equations(a, b)
         assert np.abs(rows_out(bare, a) - rows_out(plain.loaded, heavy)).max() <= 1
-    fewer = replace(bare, leave_one_out=bare.leave_one_out[1:])
+    fewer = replace(bare, blocks=Blocks.of(bare.parts()[1:]))
     with pytest.raises(ValueError, match="as many"):
-        PayloadProblem(robot, base, plain.loaded, fewer, difference=plain.difference)
+        LongMotion(robot, base, **plain._replace(unloaded=fewer)._asdict(), source=NO_SOURCE)
 
 
 @pytest.mark.parametrize("method", METHODS)
-def test_fixed_weights_repeat_the_result(method: int, problem: PayloadProblem) -> None:
+def test_fixed_weights_repeat_the_result(method: int, problem: LongMotion) -> None:
     assert problem.unloaded is not None
     estimate = METHODS[method](problem).solved()
-    fixed = METHODS[method](replace(problem, robot_weights=tuple(weighted(problem.unloaded).weights)))
+    fixed = METHODS[method](weighing_robot(problem, weighted(problem.unloaded).weights))
     assert np.allclose(fixed.values(estimate.weights), estimate.values, rtol=1e-12)
     weights = estimate.weights * np.array([1.0, 2.0, 3.0, 1.0, 2.0, 3.0])
     assert not np.allclose(fixed.values(weights), estimate.values, rtol=1e-6)
 
 
 @pytest.mark.parametrize("method", METHODS)
-def test_payload_without_a_block_by_hand(method: int, problem: PayloadProblem) -> None:
+def test_payload_without_a_block_by_hand(method: int, problem: LongMotion) -> None:
     """The covariance is that of solving again with one block's rows gone from all the equations."""
     assert problem.unloaded is not None
     assert problem.difference is not None
     estimate = identify_payload(problem, method).estimate
-    robot_weights = tuple(weighted(problem.unloaded).weights)
+    robot_weights = weighted(problem.unloaded).weights
     changes = []
-    count = len(problem.loaded.leave_one_out)
+    count = len(problem.loaded.blocks)
     for k in range(count):
         loaded, unloaded, difference = (
-            whole.leave_one_out[k] for whole in (problem.loaded, problem.unloaded, problem.difference)
+            whole.without_each()[k] for whole in (problem.loaded, problem.unloaded, problem.difference)
         )
-        part = replace(
-            problem, loaded=loaded, unloaded=unloaded, difference=difference, robot_weights=robot_weights
+        part = weighing_robot(
+            replace(problem, loaded=loaded, unloaded=unloaded, difference=difference), robot_weights
         )
         changes.append(METHODS[method](part).values(estimate.weights) - estimate.values)
     expected = (count - 1) / count * np.array(changes).T @ np.array(changes)
@@ -92,15 +107,15 @@ def test_robot_alone(simulator: Simulator, wander: Wander) -> None:
     """White noise: on average the formula's sigma for the robot's own parameters."""
     recordings = [simulator.record(wander(6, k, points=30), None, RX90_NOISE, k) for k in range(2)]
     settings = replace(SETTINGS, cutoff=20.0)
-    estimate = identify(simulator.robot, recordings, settings, robust=True).estimate
+    estimate = identify(simulator.robot, recordings, Settings(settings)).estimate
     assert estimate.robust is not None
     assert estimate.robust.covariance.shape == (54, 54)
     assert estimate.robust.blocks >= 40
     assert np.mean(estimate.robust.sigma / estimate.sigma) == pytest.approx(1.0, abs=0.15)
-    assert identify(simulator.robot, recordings, settings, robust=False).estimate.robust is None
+    assert identify(simulator.robot, recordings, Settings(settings, robust=False)).estimate.robust is None
 
 
-def test_what_an_estimate_tells(problem: PayloadProblem) -> None:
+def test_what_an_estimate_tells(problem: LongMotion) -> None:
     result = identify_payload(problem, 3)
     estimate, robust = result.estimate, result.estimate.robust
     assert robust is not None
@@ -115,11 +130,28 @@ def test_what_an_estimate_tells(problem: PayloadProblem) -> None:
     assert scaled.sigma_inertia_com_robust is not None
     assert np.allclose(scaled.sigma_com_robust, 2.0 * result.sigma_com)
     assert np.allclose(scaled.sigma_inertia_com_robust, 2.0 * result.sigma_inertia_com)
-    plain = identify_payload(replace(problem, loaded=replace(problem.loaded, leave_one_out=())), 3)
+    plain = identify_payload(replace(problem, loaded=problem.loaded.whole), 3)
     assert (plain.estimate.sigma_robust, plain.estimate.robust_interval95) == (None, None)
     assert (plain.sigma_com_robust, plain.sigma_inertia_com_robust, plain.without_robust) == (None, None, "")
     with pytest.raises(ValueError, match="10 x 10"):
         replace(estimate, robust=RobustCovariance(np.eye(3), 20, 19, 1.0))
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_rule_for_variances_is_asked_by_name(method: int, problem: LongMotion) -> None:
+    """The formula's alone, the jackknife's as by default, or the sandwich by how much the errors remember."""
+    usual = identify_payload(problem, method).estimate
+    plain, cut, by_memory = (identify_payload(problem, method, covariance=rule).estimate for rule in get_args(Rule))
+    assert plain.robust is None
+    assert usual.robust is not None
+    assert cut.robust is not None
+    assert np.array_equal(cut.robust.covariance, usual.robust.covariance)
+    assert by_memory.robust is not None
+    expected = METHODS[method](problem).sandwich(usual.weights, problem.inflation)
+    assert by_memory.robust.by_memory
+    assert by_memory.robust.covariance == pytest.approx(expected, rel=1e-9)
+    without = identify_payload(replace(problem, memory=Memory()), method, covariance="sandwich")
+    assert "how long errors remember is not known" in without.without_robust
 
 
 def test_recordings_that_are_no_pairs_are_left_out_one_at_a_time(
@@ -128,7 +160,7 @@ def test_recordings_that_are_no_pairs_are_left_out_one_at_a_time(
     bare = noisy(simulator.measure(wander(6, 5, points=20)), 2)
     problem = problem_of(simulator, [PairedMeasurement(bare, pair.loaded)], paired=False)
     assert problem.unloaded is not None
-    counts = len(problem.loaded.leave_one_out), len(problem.unloaded.leave_one_out)
+    counts = len(problem.loaded.blocks), len(problem.unloaded.blocks)
     assert counts[0] != counts[1]
     for method in usable_methods(problem):
         robust = identify_payload(problem, method).estimate.robust
@@ -144,10 +176,9 @@ def test_a_robot_known_before_adds_its_own_jackknife(
     at_once = problem_of(simulator, [PairedMeasurement(bare, pair.loaded)], paired=False)
     assert at_once.unloaded is not None
     alone = weighted(at_once.unloaded)
-    length = at_once.unloaded.block_length
+    length = at_once.unloaded.blocks.length
     robust = jackknife(
-        lambda part: weighted(part, alone.weights).values,
-        [list(at_once.unloaded.without_blocks())],
+        [[weighted(part, alone.weights).values for part in at_once.unloaded.without_each()]],
         alone.values,
         length,
     )
@@ -172,7 +203,7 @@ def test_too_short_for_blocks_says_so_and_still_answers(
     assert problem.unloaded is not None
     assert problem.difference is not None
     loaded, unloaded, difference = (
-        replace(whole, leave_one_out=(replace(whole, leave_one_out=()),))
+        replace(whole, blocks=Blocks.of([whole]))
         for whole in (problem.loaded, problem.unloaded, problem.difference)
     )
     single = replace(problem, loaded=loaded, unloaded=unloaded, difference=difference)
@@ -180,10 +211,10 @@ def test_too_short_for_blocks_says_so_and_still_answers(
     assert result.estimate.robust is not None
     assert result.estimate.robust.by_memory
     assert "blocks are too few for a jackknife" in result.estimate.robust.warning
-    assert "two blocks" in identify_payload(replace(single, inflation=()), 3).without_robust
+    assert "two blocks" in identify_payload(replace(single, memory=Memory()), 3).without_robust
     assert result.mass == pytest.approx(payload.mass, abs=0.5)
     with pytest.raises(InputError, match="two blocks"):
-        list(single.loaded.without_blocks())
+        single.loaded.without_each()
 
 
 @pytest.fixture(scope="module")
@@ -231,8 +262,8 @@ def test_ur10e_pair(recordings: Path) -> None:
         for name in ("loaded_2.805kg", "unloaded")
     )
     every_row = replace(robot.processing, slow_speed=0.0)
-    problem = payload_problem(robot, [loaded], [bare], None, every_row, robust=True, friction_change=0.0)
-    assert len(problem.loaded.leave_one_out) >= 10
+    problem = payload_problem(robot, [loaded], [bare], settings=Settings(every_row, friction_change=0.0))
+    assert len(problem.loaded.blocks) >= 10
     unrelated = replace(problem, difference=None)
     for method in METHODS:
         estimate = identify_payload(problem, method).estimate

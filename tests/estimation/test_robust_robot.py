@@ -52,7 +52,7 @@ def exact() -> list[Recording]:
 
 def identified(exact: list[Recording], seed: int) -> Identification:
     """By recordings with noise that remembers."""
-    return identify(load_robot("rx90"), noisy(exact, seed), robust=True)
+    return identify(load_robot("rx90"), noisy(exact, seed))
 
 
 def noisy(exact: list[Recording], seed: int) -> list[Recording]:
@@ -90,11 +90,10 @@ def test_essential_parameters_have_their_own(exact: list[Recording], results: li
     result = results[0]
     whole = observed(result, noisy(exact, 0))
     equations = merged(reduced(recording) for recording in whole)
-    opened = [[recording] for recording in whole]
-    length = length_by_residuals([left_over(opened, equations)])
+    length = length_by_residuals([left_over(whole, equations)])
     blocks = in_blocks(
-        equations, opened, [block_edges(recording, length) for recording in whole], length
-    ).without_blocks()
+        equations, whole, [block_edges(recording, length) for recording in whole], length
+    ).without_each()
     estimate = result.elimination.estimate
     assert len(estimate.names) < 54
     values = [weighted(part.select(estimate.names), estimate.weights).values for part in blocks]
@@ -138,11 +137,16 @@ def test_a_pause_between_two_pieces(exact: list[Recording], results: list[Identi
     """Blocks in it are empty, and leave nothing out."""
     (whole,) = observed(results[0], noisy(exact, 0)[:1])
     parts = [whole.between(-np.inf, 9.0), whole.between(14.0, np.inf)]
-    opened, equations = [parts], merged(map(reduced, parts))
+    W, Y, t = (
+        tuple(map(np.concatenate, zip(*arrays, strict=True)))
+        for arrays in zip(*((part.W, part.Y, part.t) for part in parts), strict=True)
+    )
+    joined = replace(whole, W=W, Y=Y, t=t)
+    opened, equations = [joined], merged(map(reduced, parts))
     (left,) = left_over(opened, equations)
     length = length_by_residuals([[left]])
     blocks = in_blocks(equations, opened, [block_edges(left, length)], length)
-    rows = [sum(part.rows) for part in blocks.without_blocks()]
+    rows = [sum(part.rows) for part in blocks.without_each()]
     everything = sum(len(t) for part in parts for t in part.t)
     assert rows.count(everything) >= 2
     assert sum(everything - count for count in rows) == everything
@@ -180,7 +184,7 @@ def test_too_short_says_so_and_still_answers(exact: list[Recording]) -> None:
     robot = load_robot("rx90")
     t, q, torque = (values[:2500] for values in (exact[0].t, exact[0].q, exact[0].torque))
     drift = 20.0 * np.sin(2.0 * np.pi * t / 15.0)
-    result = identify(robot, [Recording(t, q, torque + drift[:, None])], robust=True)
+    result = identify(robot, [Recording(t, q, torque + drift[:, None])])
     assert result.estimate.robust is None
     assert "two blocks" in result.without_robust
     assert any("two blocks" in line for line in robot_sigma_notes(result))
@@ -192,7 +196,7 @@ def test_too_short_says_so_and_still_answers(exact: list[Recording]) -> None:
 def test_what_tx40s_essential_parameters_contradict(recordings: Path) -> None:
     """By the formula no robot has these zeros; with errors that last, 7.5 s of recording do not say so."""
     robot = load_robot("tx40")
-    result = identify(robot, [read_recording(recordings / "tx40" / "tx40.csv.gz", robot)], robust=True)
+    result = identify(robot, [read_recording(recordings / "tx40" / "tx40.csv.gz", robot)])
     base, estimate, elimination = result.base, result.estimate, result.elimination
     assert estimate.robust is not None
     assert 1.6 < np.median(estimate.robust.sigma / estimate.sigma) < 2.6

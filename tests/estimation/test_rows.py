@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from dynident.estimation import identify
+from dynident.estimation import Settings, identify
 from dynident.estimation.signals.rows import inner_samples, used_rows
 from dynident.model import Motion, Processing, Recording, base_parameters
 from dynident.trajectories import Simulator
@@ -86,5 +86,5 @@ def test_a_log_cut_in_the_middle_of_the_motion(simulated: Callable[[str], Simula
     truth = base_parameters(robot).value(simulator.robot.parameters)
     settings = Processing(cutoff=8.0, decimate=4, slow_fraction=0.02)
     for recordings in ([whole], parts):
-        estimate = identify(robot, recordings, settings, robust=False).estimate
+        estimate = identify(robot, recordings, Settings(settings, robust=False)).estimate
         assert np.sqrt(np.mean(((estimate.values - truth) / estimate.sigma) ** 2)) < 1.6

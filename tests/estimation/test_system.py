@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from dynident.apps.report.recordings import write_npz
 from dynident.common.arrays import Array
-from dynident.estimation import identify, identify_payload, payload_problem
+from dynident.estimation import Settings, identify, identify_payload, payload_problem
 from dynident.estimation.answers.identification import identification_system
 from dynident.estimation.answers.system import payload_system
 from dynident.estimation.equations.equations import Equations
@@ -39,7 +39,7 @@ def solved(W: Array, Y: Array, row_weights: Array) -> Array:
 
 def test_identification(recordings: tuple[Recordings, Recordings]) -> None:
     bare, _ = recordings
-    result = identify(load_robot("rx90"), bare, SETTINGS, robust=False)
+    result = identify(load_robot("rx90"), bare, Settings(SETTINGS, robust=False))
     system = identification_system(result, bare, SETTINGS)
     assert system.columns == result.base.columns
     values = solved(system.W, system.Y, system.weights[system.joint - 1])
@@ -54,7 +54,7 @@ def test_identification(recordings: tuple[Recordings, Recordings]) -> None:
 
 def test_payload(recordings: tuple[Recordings, Recordings]) -> None:
     bare, loaded = recordings
-    problem = payload_problem(load_robot("rx90"), loaded, bare, processing=SETTINGS, robust=False)
+    problem = payload_problem(load_robot("rx90"), loaded, bare, settings=Settings(SETTINGS, robust=False))
     system = payload_system(problem, loaded, bare, SETTINGS)
     both = combined(problem)
     assert system.columns == both.names
@@ -69,8 +69,8 @@ def test_payload_with_a_stored_robot(recordings: tuple[Recordings, Recordings]) 
     """Without unloaded recordings: the robot's part moved to the left, the rest solved, is method 1."""
     bare, loaded = recordings
     robot = load_robot("rx90")
-    known = identify(robot, bare, SETTINGS, robust=False).estimate
-    problem = payload_problem(robot, loaded, known=known, processing=SETTINGS, robust=False)
+    known = identify(robot, bare, Settings(SETTINGS, robust=False)).estimate
+    problem = payload_problem(robot, loaded, known=known, settings=Settings(SETTINGS, robust=False))
     system = payload_system(problem, loaded, (), SETTINGS)
     assert system.known is not None
     assert system.loaded.all()
@@ -81,7 +81,7 @@ def test_payload_with_a_stored_robot(recordings: tuple[Recordings, Recordings]) 
 
 def test_npz(recordings: tuple[Recordings, Recordings], tmp_path_factory: pytest.TempPathFactory) -> None:
     bare, _ = recordings
-    result = identify(load_robot("rx90"), bare, SETTINGS, robust=False)
+    result = identify(load_robot("rx90"), bare, Settings(SETTINGS, robust=False))
     path = tmp_path_factory.mktemp("npz") / "system.out"
     write_npz(path, identification_system(result, bare, SETTINGS))
     assert [file.name for file in path.parent.iterdir()] == ["system.out"]
@@ -101,7 +101,9 @@ def test_npz(recordings: tuple[Recordings, Recordings], tmp_path_factory: pytest
 
 def test_a_system_with_missing_rows_is_refused(recordings: tuple[Recordings, Recordings]) -> None:
     bare, _ = recordings
-    system = identification_system(identify(load_robot("rx90"), bare, SETTINGS, robust=False), bare, SETTINGS)
+    system = identification_system(
+        identify(load_robot("rx90"), bare, Settings(SETTINGS, robust=False)), bare, SETTINGS
+    )
     with pytest.raises(ValueError, match="one entry for each row"):
         replace(system, joint=system.joint[1:])
     with pytest.raises(ValueError, match="rows and"):

@@ -58,10 +58,8 @@ def same_equations(first: Equations, second: Equations) -> None:
 
 def block_length(groups: list[list[Observation]]) -> float:
     """Block length [s] of recordings of one load each."""
-    return length_by_residuals(
-        [left_over([[part] for part in group], merged(map(reduced, group))) for group in groups]
-    )
+    return length_by_residuals([left_over(group, merged(map(reduced, group))) for group in groups])
 
 
 def cut(recording: Observation, edges: Array) -> Equations:
-    return in_blocks(reduced(recording), [[recording]], [edges], 1.0)
+    return in_blocks(reduced(recording), [recording], [edges], 1.0)

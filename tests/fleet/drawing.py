@@ -7,7 +7,7 @@ import numpy as np
 from dynident.apps.fleet.nights import compared_by
 from dynident.apps.fleet.store import Stored
 from dynident.common.arrays import Array
-from dynident.estimation.equations.equations import Equations, merged
+from dynident.estimation.equations.equations import Blocks, Equations, merged
 
 
 def noise_of(recording: Stored) -> Array:
@@ -39,9 +39,11 @@ def drawn(
         name: of the log that never was.
         about: its arm, day, temperature and told payload.
     """
-    blocks = tuple(_drawn_block(block, values, noise, draw) for block in recording.blocks or (recording.whole,))
-    whole = replace(merged(blocks), leave_one_out=(), block_length=recording.whole.block_length)
-    return replace(recording, name=name, whole=whole, blocks=blocks if recording.blocks else (), about=dict(about))
+    cut = recording.equations.blocks
+    parts = recording.equations.parts() if cut else [recording.equations.whole]
+    drawn_parts = [_drawn_block(part, values, noise, draw) for part in parts]
+    blocks = Blocks.of(drawn_parts, cut.length) if cut else cut
+    return replace(recording, name=name, equations=replace(merged(drawn_parts), blocks=blocks), about=dict(about))
 
 
 def _drawn_block(block: Equations, values: Array, noise: Array, draw: np.random.Generator) -> Equations:

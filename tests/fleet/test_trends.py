@@ -28,7 +28,7 @@ def recording(tmp_path_factory: pytest.TempPathFactory) -> Stored:
     unpack(place)
     robot = load_robot("rx90")
     result = identify(robot, [read_recording(place / "rx_arm_unloaded.csv", robot)])
-    return Stored.of("a.csv", robot, result.base, result.problem, {})
+    return Stored("a.csv", robot, result.base, result.problem, {})
 
 
 @pytest.fixture(scope="module")

@@ -2,16 +2,17 @@
 
 from types import SimpleNamespace
 from typing import Any
+from unittest.mock import NonCallableMock
 
 import numpy as np
-from dynident.estimation import PAYLOAD, Estimate, Gains, SigmaRatio, Verdict
+from dynident.estimation import PAYLOAD, Estimate, Gains, LongMotion, ShortMotion, SigmaRatio, Verdict
 from dynident.estimation.diagnosis.evidence import Evidence
 from dynident.estimation.diagnosis.finding import note, warning
 from dynident.estimation.diagnosis.verdict import judge
+from dynident.estimation.fit.covariance import RobustCovariance
 from dynident.estimation.fit.drive_gains import Fingerprints
 from dynident.estimation.fit.essential import Elimination, EliminationPath
 from dynident.estimation.fit.estimate import Fit
-from dynident.estimation.fit.robust import RobustCovariance
 from dynident.estimation.gains.known_load import Mountings, known_mass
 from dynident.estimation.payload.result import PayloadEstimate
 from dynident.estimation.possible.prior import PriorRobot
@@ -190,14 +191,14 @@ def pairs() -> tuple[Any, ...]:
 def payload() -> Any:
     """The answer of ``payload``."""
     free = free_payload()
-    problem = SimpleNamespace(
+    problem = NonCallableMock(
+        spec=LongMotion,
         robot=ROBOT,
         base=base(),
-        rate=99.5,
+        source=SimpleNamespace(rate=99.5),
         pairs=pairs(),
         unloaded=SimpleNamespace(equations=120, condition_numbers=lambda: (42.5, 4.5)),
         loaded=SimpleNamespace(equations=130),
-        short=None,
     )
     return SimpleNamespace(
         problem=problem, validation=CHECK, robot_fit=FIT, estimates=(free,), constrained=(possible_payload(free),),
@@ -214,17 +215,15 @@ def weighing(possible: bool) -> Any:
     payload = PayloadEstimate(1, determined, "flange: plain", "too short", not possible)
     visibility = SimpleNamespace(joints=(1, 2), rank=3, parameters={"M": "alone"}, combinations=("MZ + M",))
     wave = SimpleNamespace(joint=2, waves=36.0, amplitude=0.75)
-    short = SimpleNamespace(
-        joints=(1, 2), torque_rms=np.array([11.0, 12.0, 13.0]), visibility=visibility,
-        held=SimpleNamespace(joints=(0, 1), sigma=np.array([0.21, 0.22])),
-        runs=(SimpleNamespace(source="a.csv", ripple=(wave,)),),
-    )  # fmt: skip
-    problem = SimpleNamespace(
-        robot=ROBOT, pairs=pairs(), rate=98.5, unloaded=None,
+    problem = NonCallableMock(
+        spec=ShortMotion,
+        robot=ROBOT, pairs=pairs(), source=SimpleNamespace(rate=98.5),
         loaded=SimpleNamespace(
             equations=140, select=lambda names: SimpleNamespace(condition_numbers=lambda: (43.5, 4.75))
         ),
-        short=short,
+        joints=(1, 2), torque_rms=np.array([11.0, 12.0, 13.0]), visibility=visibility,
+        held=SimpleNamespace(joints=(0, 1), sigma=np.array([0.21, 0.22])),
+        runs=(SimpleNamespace(source="a.csv", ripple=(wave,)),),
     )  # fmt: skip
     best = possible_payload(free) if possible else None
     repeats = SimpleNamespace(
@@ -236,7 +235,7 @@ def weighing(possible: bool) -> Any:
     names = ("mass", "centre of mass", "inertia")
     judged = {name: SimpleNamespace(use=f"use {name}", why=f"why {name}") for name in names}
     return SimpleNamespace(
-        problem=problem, short=short, free=payload, estimates=(payload,), possible=best,
+        problem=problem, short=problem, free=payload, estimates=(payload,), possible=best,
         constrained=(best,) if possible else (), by_joints=by_joints(),
         repeats=repeats if possible else None, ten=ten, mass=3.05, mass_interval=(2.9, 3.2),
         com=numbers(3), com_interval=numbers(3, 2), judged=judged,

@@ -10,8 +10,8 @@ from dynident.apps.report.documents import free_estimate
 from dynident.apps.report.sections.estimates import free_cells, sigma_notes
 from dynident.common.schema import write_json
 from dynident.estimation import PAYLOAD, Estimate
+from dynident.estimation.fit.covariance import RobustCovariance
 from dynident.estimation.fit.estimate import Fit
-from dynident.estimation.fit.robust import RobustCovariance
 from dynident.estimation.payload.result import PayloadEstimate
 from dynident.tests.report.written import written
 

@@ -5,8 +5,8 @@ from collections.abc import Mapping, Sequence
 from msgspec import UNSET, UnsetType
 
 from ....estimation import Gains, SigmaRatio, Verdict
+from ....estimation.fit.covariance import RobustCovariance
 from ....estimation.fit.essential import Elimination
-from ....estimation.fit.robust import RobustCovariance
 from ....model import Processing, Robot
 from ...results.parts import (
     EliminationDocument,

@@ -7,12 +7,11 @@ import numpy as np
 from msgspec import UNSET
 
 from ....common.arrays import Array
-from ....estimation import PAYLOAD, PayloadAnswer, PayloadProblem
+from ....estimation import PAYLOAD, LongMotion, PayloadAnswer, PayloadProblem, ShortMotion
 from ....estimation.payload.by_joints import ByJoints, JointShare
 from ....estimation.payload.constrained import ConstrainedPayload
 from ....estimation.payload.result import PayloadEstimate
 from ....estimation.payload.ripple import RIPPLE_CHANCE
-from ....estimation.payload.short_motion import ShortMotion
 from ....model import INERTIAL, Processing
 from ...results import StoredPayload
 from ...results.parts import ActiveDocument, ResidualDocument
@@ -49,8 +48,8 @@ def payload_document(
     """Make the document of ``payload --json`` and ``weigh --json``."""
     problem, flange = answer.problem, answer.problem.robot.flange_pose
     more: dict[str, Any] = {}
-    if problem.short is not None:
-        more = _weighing(answer, problem.short)
+    if isinstance(problem, ShortMotion):
+        more = _weighing(answer, problem)
     else:
         # Of robot and payload together, as in Table 2, where method 4 was used.
         names = dict(zip(problem.base.columns, problem.base.names, strict=True))
@@ -101,9 +100,9 @@ def _weighing(answer: PayloadAnswer, short: ShortMotion) -> dict[str, Any]:
 def _residual(answer: PayloadAnswer) -> ResidualDocument:
     """Residual of the robot's own parameters; of a short motion, the payload's."""
     check, fit = answer.validation, answer.robot_fit
-    if answer.problem.short is not None:
+    if isinstance(answer.problem, ShortMotion):
         own = answer.free.estimate.fit
-        return ResidualDocument(own.relative, answer.free.unexplained(answer.short.torque_rms), None)
+        return ResidualDocument(own.relative, answer.free.unexplained(answer.problem.torque_rms), None)
     return ResidualDocument(
         fit.relative if fit else None,
         fit.relative_per_joint if fit else None,
@@ -113,14 +112,15 @@ def _residual(answer: PayloadAnswer) -> ResidualDocument:
 
 def _data(problem: PayloadProblem, processing: Processing) -> PayloadData:
     """The equations of the robot; of a short motion, of the payload."""
-    bare, short = problem.unloaded, problem.short is not None
+    short = isinstance(problem, ShortMotion)
+    bare = problem.unloaded if isinstance(problem, LongMotion) else None
     solved = problem.loaded.select(PAYLOAD) if short else bare
     raw, scaled = solved.condition_numbers() if solved else (None, None)
     pairs = problem.pairs
     return PayloadData(
         equations=bare.equations if bare else problem.loaded.equations,
         equations_loaded=UNSET if short else problem.loaded.equations,
-        rate=problem.rate,
+        rate=problem.source.rate,
         cutoff=processing.cutoff,
         lag_s=pairs[0].lag if pairs else None,
         lags_s=tuple(pair.lag for pair in pairs),

@@ -6,7 +6,7 @@ import numpy as np
 
 from ....common.arrays import Array
 from ....estimation import PayloadAnswer
-from ....estimation.fit.robust import NORMAL95
+from ....estimation.fit.covariance import NORMAL95
 from ....estimation.payload.by_joints import ByJoints, JointShare, JointsMass
 from ....estimation.payload.constrained import ConstrainedPayload
 from ....estimation.payload.repeats import Repeats

@@ -8,6 +8,7 @@ from ....common.arrays import Array
 from ....estimation import PAYLOAD, PayloadAnswer
 from ....estimation.payload.constant_torques import OFFSET_SHARE
 from ....estimation.payload.constrained import ConstrainedPayload
+from ....estimation.payload.long_motion import LongMotion
 from ....estimation.payload.result import PayloadEstimate
 from ....estimation.payload.ripple import RIPPLE_CHANCE
 from ....estimation.payload.short_motion import ShortMotion
@@ -55,7 +56,7 @@ def parameters_table(answer: PayloadAnswer) -> Table:
     others = [payload for payload in answer.constrained if payload is not answer.possible]
     numbers = [values, *bounds.T, *(_all_numbers(payload.body) for payload in others)]
     free = [free_cells(estimate) for estimate in answer.estimates]
-    with_gains, short = answer.model.sigma, answer.problem.short
+    with_gains, problem = answer.model.sigma, answer.problem
     rows: list[tuple[Cell, ...]] = []
     for k, (name, unit) in enumerate(_ROWS):
         digits = interval_digits(bounds[k, 1] - bounds[k, 0])
@@ -65,14 +66,14 @@ def parameters_table(answer: PayloadAnswer) -> Table:
         if answer.gains is not None:
             place = answer.free.places.index(k) if k in answer.free.places else None
             row.append("" if place is None else f"{with_gains[place]:.2g}")
-        if short is not None:
-            row.append(short.visibility.parameters.get(name, ""))
+        if isinstance(problem, ShortMotion):
+            row.append(problem.visibility.parameters.get(name, ""))
         rows.append(tuple(row))
     methods = [f"method {payload.method}" for payload in others]
     methods += [f"method {estimate.method} free" for estimate in answer.estimates]
     headings = [f"method {answer.free.method}", "95 %", "interval", *methods]
     headings += ["sigma with gains"] if answer.gains is not None else []
-    shown = (Column("by these joints"),) if short is not None else ()
+    shown = (Column("by these joints"),) if isinstance(problem, ShortMotion) else ()
     title = f"Every parameter in {answer.free.frame}"
     return Table(title, (*columns(("", "unit"), headings), *shown), rows, _ENDS)
 
@@ -213,7 +214,7 @@ def sigma_notes(estimates: Sequence[PayloadEstimate]) -> list[str]:
 def data_notes(answer: PayloadAnswer) -> list[str]:
     """Equations, condition numbers, residuals, friction and the alignment of recordings."""
     problem = answer.problem
-    lines = _long_notes(answer) if problem.short is None else _short_notes(answer, problem.short)
+    lines = _short_notes(answer, problem) if isinstance(problem, ShortMotion) else _long_notes(answer, problem)
     if not problem.pairs:
         return lines
     lags = sorted(round(pair.lag, 4) + 0.0 for pair in problem.pairs)
@@ -226,8 +227,8 @@ def data_notes(answer: PayloadAnswer) -> list[str]:
     return [*lines, aligned]
 
 
-def _long_notes(answer: PayloadAnswer) -> list[str]:
-    problem, lines = answer.problem, list[str]()
+def _long_notes(answer: PayloadAnswer, problem: LongMotion) -> list[str]:
+    lines = list[str]()
     if problem.unloaded is not None:
         raw, scaled = problem.unloaded.condition_numbers()
         lines.append(
@@ -247,12 +248,12 @@ def _long_notes(answer: PayloadAnswer) -> list[str]:
 
 
 def _short_notes(answer: PayloadAnswer, short: ShortMotion) -> list[str]:
-    problem, solved = answer.problem, answer.free
-    raw, scaled = problem.loaded.select(PAYLOAD).condition_numbers()
+    solved = answer.free
+    raw, scaled = short.loaded.select(PAYLOAD).condition_numbers()
     unexplained = solved.unexplained(short.torque_rms)
     joints = " ".join("-" if not np.isfinite(ratio) else f"{100 * ratio:.1f}" for ratio in unexplained)
     friction = "Friction is the robot's own."
-    if problem.known is None:
+    if short.known is None:
         friction = f"Coulomb friction is free in each recording; {_offsets(short)}"
     elif short.held.held:
         friction = (
@@ -260,7 +261,7 @@ def _short_notes(answer: PayloadAnswer, short: ShortMotion) -> list[str]:
             "within its covariance; the intervals allow for it."
         )
     return [
-        f"Joints {', '.join(map(str, short.joints))} move; {problem.loaded.equations} equations, condition "
+        f"Joints {', '.join(map(str, short.joints))} move; {short.loaded.equations} equations, condition "
         f"number {raw:.4g} (SI units, unweighted), {scaled:.3g} with columns scaled.",
         f"Not explained: {joints} % of the joints' torque, {100 * solved.estimate.fit.relative:.1f} % of the "
         "payload's own.",

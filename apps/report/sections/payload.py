@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ....common.arrays import Array
-from ....estimation import PayloadAnswer
+from ....estimation import LongMotion, PayloadAnswer
 from ....estimation.answers.system import TorquePrediction
 from ....estimation.diagnosis.joints import worst_joint
 from ....estimation.payload.result import METHOD_NAMES
@@ -95,7 +95,7 @@ def payload_page(
         extra: sections to stand behind the payload's.
         origin: what kind of data it is, below the title; recordings by default.
     """
-    robot, short, best = answer.problem.robot, answer.problem.short, answer.possible
+    robot, problem, best = answer.problem.robot, answer.problem, answer.possible
     title = robot.title or robot.name
     sections = [
         methods_section(answer),
@@ -107,7 +107,7 @@ def payload_page(
         words = "Each recording was weighed alone too: the scatter tells what no single one does."
         blocks: list[Block] = [Text(words), *([drawn] if drawn is not None else [])]
         sections.insert(0, Section("repeats", "From recording to recording", blocks))
-    if short is None:
+    if isinstance(problem, LongMotion):
         origin = origin or "Identified from recordings of joint positions and torques"
         labels = dict(zip(answer.problem.base.columns, answer.problem.base.names, strict=True))
         sections += [
@@ -116,8 +116,8 @@ def payload_page(
             essential_section(answer.elimination, answer.warnings, title, labels),
         ]
     else:
-        joints = ", ".join(map(str, short.joints))
-        origin = origin or f"Weighed by a motion of joint{'s' * (len(short.joints) > 1)} {joints}"
+        joints = ", ".join(map(str, problem.joints))
+        origin = origin or f"Weighed by a motion of joint{'s' * (len(problem.joints) > 1)} {joints}"
     why: list[Block] = [
         *reason_blocks(answer.verdict),
         *(Text(line, "note") for line in answer_notes(answer)),
@@ -164,7 +164,7 @@ def quantities_table(answer: PayloadAnswer, entries: int = 6) -> Table:
 
 def uses(answer: PayloadAnswer) -> tuple[str, str, str]:
     """Say what to do with mass, centre of mass, inertia: one by one after a short motion, else by the verdict."""
-    if answer.problem.short is None:
+    if isinstance(answer.problem, LongMotion):
         return VERDICTS[answer.verdict.level].each
     mass, com, inertia = (answer.judged[name].use for name in _QUANTITIES)
     return mass, com, inertia
@@ -257,7 +257,8 @@ def _numbers(values: Array, intervals: Array) -> str:
 def _improvements(answer: PayloadAnswer, predictions: Sequence[TorquePrediction]) -> list[Block]:
     """List what would improve the answer, beyond a scale and the gains, of which the notes tell."""
     lines, robust = list[str](), answer.free.estimate.robust
-    if answer.problem.short is None and not any(prediction.held_out for prediction in predictions):
+    held_out = any(prediction.held_out for prediction in predictions)
+    if isinstance(answer.problem, LongMotion) and not held_out:
         lines.append("Keep one recording without payload out of identification (--validate).")
     if answer.free.without_robust:
         lines.append(f"Record longer: intervals rest on white noise, because {answer.free.without_robust}.")

@@ -11,7 +11,7 @@ from dynident.estimation.equations.equations import PAYLOAD
 from dynident.estimation.fit.estimate import Estimate, Fit
 from dynident.estimation.payload.by_joints import ByJoints, JointShare, JointsMass
 from dynident.estimation.payload.constrained import ConstrainedPayload
-from dynident.estimation.payload.problem import Source
+from dynident.estimation.payload.long_motion import Source
 from dynident.estimation.payload.repeats import Repeats
 from dynident.estimation.payload.result import PayloadEstimate
 from dynident.estimation.possible.constraints import Constraint, MassBounds

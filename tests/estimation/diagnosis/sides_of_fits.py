@@ -4,7 +4,7 @@ import numpy as np
 from dynident.estimation.diagnosis import checks, joints
 from dynident.estimation.diagnosis.checks import COM_FLOOR, COM_SIGMA, INERTIA_SIGMA, MASS_SIGMA
 from dynident.estimation.diagnosis.evidence import Evidence
-from dynident.estimation.fit.robust import NORMAL95
+from dynident.estimation.fit.covariance import NORMAL95
 from dynident.tests.estimation.diagnosis.made import (
     MOMENTS,
     ROBOT,

@@ -9,7 +9,7 @@ import pytest
 from dynident.apps.logs.read import read_recording
 from dynident.benchmarks import invented
 from dynident.common.arrays import Array
-from dynident.estimation import PayloadAnswer, answer_payload, identify, identify_payload, payload_problem
+from dynident.estimation import PayloadAnswer, Settings, answer_payload, identify, identify_payload, payload_problem
 from dynident.estimation.diagnosis.causes import alternatives
 from dynident.estimation.diagnosis.engine import System
 from dynident.estimation.diagnosis.evidence import Alternative
@@ -26,7 +26,7 @@ from dynident.estimation.diagnosis.hypotheses import (
 from dynident.estimation.diagnosis.scales import scales
 from dynident.estimation.diagnosis.states import states_of
 from dynident.estimation.diagnosis.verdict import system_of
-from dynident.estimation.payload.problem import PayloadProblem, Source
+from dynident.estimation.payload.long_motion import LongMotion, Source
 from dynident.model import InertialParameters, Recording, load_robot
 from dynident.trajectories import Simulator, random_via_points
 
@@ -44,27 +44,29 @@ def pair() -> tuple[Recording, Recording]:
 
 
 @pytest.fixture(scope="module")
-def posed(pair: tuple[Recording, Recording]) -> Callable[..., PayloadProblem]:
+def posed(pair: tuple[Recording, Recording]) -> Callable[..., LongMotion]:
     """``posed(factor)``: the problem with the loaded torques times a factor, one for each joint."""
 
-    def problem(factor: float | Array = 1.0, scale_sigma: float = 0.0) -> PayloadProblem:
+    def problem(factor: float | Array = 1.0, scale_sigma: float = 0.0) -> LongMotion:
         loaded = replace(pair[1], torque=pair[1].torque * factor)
-        return payload_problem(invented.robot(NAME), [loaded], [pair[0]], robust=True, scale_sigma=scale_sigma)
+        return payload_problem(
+            invented.robot(NAME), [loaded], [pair[0]], settings=Settings(scale_sigma=scale_sigma)
+        )
 
     return problem
 
 
-def answered(problem: PayloadProblem) -> PayloadAnswer:
+def answered(problem: LongMotion) -> PayloadAnswer:
     return answer_payload(problem)
 
 
-def weights(problem: PayloadProblem) -> Array:
+def weights(problem: LongMotion) -> Array:
     assert problem.bare is not None
     return problem.bare.weights
 
 
 @pytest.mark.long
-def test_good_recordings_pass(posed: Callable[..., PayloadProblem]) -> None:
+def test_good_recordings_pass(posed: Callable[..., LongMotion]) -> None:
     answer = answered(posed())
     assert answer.verdict.level != "do_not_use"
     assert not any("scale" in text or "recording of robot" in text for text in answer.verdict.reasons)
@@ -73,7 +75,7 @@ def test_good_recordings_pass(posed: Callable[..., PayloadProblem]) -> None:
 
 @pytest.mark.long
 @pytest.mark.parametrize("factor", [0.95, 1.05])
-def test_a_recording_on_another_scale_is_named(posed: Callable[..., PayloadProblem], factor: float) -> None:
+def test_a_recording_on_another_scale_is_named(posed: Callable[..., LongMotion], factor: float) -> None:
     """With the mass that would be, which is nearer to the truth."""
     answer = answered(posed(factor))
     assert answer.verdict.level == "do_not_use"
@@ -84,7 +86,7 @@ def test_a_recording_on_another_scale_is_named(posed: Callable[..., PayloadProbl
     assert abs(mass - 5.0) < 0.5 * abs(answer.mass - 5.0)
 
 
-def test_the_joint_on_another_scale_stands_out(posed: Callable[..., PayloadProblem]) -> None:
+def test_the_joint_on_another_scale_stands_out(posed: Callable[..., LongMotion]) -> None:
     problem = posed(np.array([1.0, 1.0, 0.85, 1.0, 1.0, 1.0]))
     worst = max(scales(problem, weights(problem)), key=lambda scale: abs(scale.size) / scale.sigma)
     assert worst.where == "joint 3"
@@ -92,7 +94,7 @@ def test_the_joint_on_another_scale_stands_out(posed: Callable[..., PayloadProbl
 
 
 @pytest.mark.long
-def test_a_scale_that_may_be_another_one_is_in_the_interval(posed: Callable[..., PayloadProblem]) -> None:
+def test_a_scale_that_may_be_another_one_is_in_the_interval(posed: Callable[..., LongMotion]) -> None:
     plain, free = answered(posed(1.02)), answered(posed(1.02, scale_sigma=0.02))
     assert [estimate.method for estimate in free.estimates] == [1, 4]
     assert free.spread.mass > 1.5 * plain.spread.mass
@@ -105,7 +107,7 @@ def test_a_scale_that_may_be_another_one_is_in_the_interval(posed: Callable[...,
 def test_contact_is_a_burst(pair: tuple[Recording, Recording]) -> None:
     """One second of contact: what is left out reaches into the standard deviation."""
     assert BURST > 1.0
-    problem = payload_problem(invented.robot(NAME), [struck(pair[1])], [pair[0]], robust=True)
+    problem = payload_problem(invented.robot(NAME), [struck(pair[1])], [pair[0]])
     free = identify_payload(problem, 4).estimate
     system = system_of(problem, states_of(problem.source)) if problem.source else None
     burst = bursts(system) if system else None
@@ -182,13 +184,13 @@ def test_too_little_motion_tells_nothing_of_the_robot(pair: tuple[Recording, Rec
 def test_currents_taken_for_torques_are_too_light(recordings: Path) -> None:
     robot = load_robot(NAME)
     log = read_recording(recordings / "ur10e" / "unloaded.csv.gz", robot, (1.0,) * 6)
-    verdict = identify(robot, [log], robust=False).verdict
+    verdict = identify(robot, [log], Settings(robust=False)).verdict
     assert verdict.level == "do_not_use"
     assert any("are the torques currents" in reason for reason in verdict.reasons)
 
 
 def beside(loaded: Recording, bare: Recording) -> System:
-    problem = payload_problem(invented.robot(NAME), [loaded], [bare], robust=True)
+    problem = payload_problem(invented.robot(NAME), [loaded], [bare])
     assert problem.source is not None
     system = system_of(problem, states_of(problem.source))
     assert system is not None

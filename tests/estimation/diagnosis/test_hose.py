@@ -11,7 +11,7 @@ import pytest
 from dynident.apps.logs.log_check import check_log
 from dynident.benchmarks import invented
 from dynident.common.arrays import Array
-from dynident.estimation import answer_payload, identify, identify_payload, payload_problem
+from dynident.estimation import Settings, answer_payload, identify, identify_payload, payload_problem
 from dynident.estimation.diagnosis.engine import Effect, System
 from dynident.estimation.diagnosis.hypotheses import (
     ALONG_Z,
@@ -26,7 +26,7 @@ from dynident.estimation.diagnosis.hypotheses import (
 )
 from dynident.estimation.diagnosis.states import states_of
 from dynident.estimation.diagnosis.verdict import system_of as system_on
-from dynident.estimation.payload.problem import PayloadProblem
+from dynident.estimation.payload.methods import PayloadProblem
 from dynident.estimation.payload.weighing import known_robot_weighing
 from dynident.model import InertialParameters, Recording, robot_names
 from dynident.tests.estimation.diagnosis.hung import ABOVE, BESIDE, NOTHING, first, pulled
@@ -51,7 +51,7 @@ def test_a_constant_pull_upwards_is_a_lighter_payload(pair: tuple[Recording, Rec
     """By F/g, with no more residual than before: not knowable, as the page on verdicts says."""
     bare, heavy = pair
     free, hung = (
-        identify_payload(payload_problem(ROBOT, [loaded], [bare], robust=False), 1)
+        identify_payload(payload_problem(ROBOT, [loaded], [bare], settings=Settings(robust=False)), 1)
         for loaded in (heavy, pulled(heavy, 0.0, NOTHING, np.array([0.0, 0.0, 10.0])))
     )
     assert free.mass - hung.mass == pytest.approx(10.0 / G, rel=0.02)
@@ -68,7 +68,7 @@ def system_of(problem: PayloadProblem) -> System:
 
 def pull_of(loaded: Recording, bare: Recording, name: str = "ur10e") -> tuple[System, Effect]:
     """What pulls at the flange, where it explains most."""
-    system = system_of(payload_problem(invented.robot(name), [loaded], [bare], robust=False))
+    system = system_of(payload_problem(invented.robot(name), [loaded], [bare], settings=Settings(robust=False)))
     return system, max(pulls(system), key=lambda force: force.fall)
 
 
@@ -167,7 +167,7 @@ def test_a_spring_in_all_recordings_leaves_the_mass_of_one_motion(pair: tuple[Re
     """And is told; without payload alone it spoils the mass as much as with it."""
     bare, heavy = pair
     both, before = (
-        answer_payload(payload_problem(ROBOT, [loaded], [pulled(bare, 10.0, ABOVE)], robust=True))
+        answer_payload(payload_problem(ROBOT, [loaded], [pulled(bare, 10.0, ABOVE)]))
         for loaded in (pulled(heavy, 10.0, ABOVE), heavy)
     )
     assert both.verdict.level == "mass_and_com_only"
@@ -180,7 +180,7 @@ def test_a_spring_in_all_recordings_leaves_the_mass_of_one_motion(pair: tuple[Re
 def test_a_spring_at_the_robot_alone_is_told(pair: tuple[Recording, Recording]) -> None:
     """By ``identify`` and ``check``; the robot without it is told of nothing."""
     for recording, count in ((pulled(pair[0], 10.0, ABOVE), 1), (pair[0], 0)):
-        notes = identify(ROBOT, [recording], robust=False).verdict.notes
+        notes = identify(ROBOT, [recording], Settings(robust=False)).verdict.notes
         findings = [finding.text for finding in check_log(ROBOT, recording).findings]
         for texts in (notes, findings):
             assert sum("omething pulls at the flange" in text for text in texts) == count
@@ -191,7 +191,7 @@ def test_a_spring_at_the_robot_alone_is_told(pair: tuple[Recording, Recording]) 
 def test_a_spring_is_refused_as_what_it_is(pair: tuple[Recording, Recording], end: Array) -> None:
     """10 N/m, 2 to 23 N; without it this pair is good, see ``test_guards``. No base leans, no scale is another."""
     bare, heavy = pair
-    answer = answer_payload(payload_problem(ROBOT, [pulled(heavy, 10.0, end)], [bare], robust=True))
+    answer = answer_payload(payload_problem(ROBOT, [pulled(heavy, 10.0, end)], [bare]))
     assert answer.verdict.level == "do_not_use"
     assert "something pulls at the flange" in answer.verdict.reasons[0]
     texts = " ".join((*answer.verdict.reasons, *answer.verdict.notes))
@@ -201,7 +201,7 @@ def test_a_spring_is_refused_as_what_it_is(pair: tuple[Recording, Recording], en
 @pytest.mark.long
 def test_a_spring_is_seen_beside_a_stored_robot(pair: tuple[Recording, Recording]) -> None:
     bare, heavy = pair
-    known = identify(ROBOT, [bare], robust=True).estimate
+    known = identify(ROBOT, [bare]).estimate
     hung, free = (known_robot_weighing(ROBOT, [loaded], known) for loaded in (pulled(heavy, 10.0, ABOVE), heavy))
     verdict = answer_payload(hung).verdict
     assert verdict.level == "do_not_use"

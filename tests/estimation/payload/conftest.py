@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from dynident.common.arrays import Array
-from dynident.estimation import PayloadProblem
+from dynident.estimation import ShortMotion
 from dynident.estimation.payload.weighing import difference_weighing
 from dynident.model import InertialParameters, load_robot
 from dynident.tests.estimation.payload.recordings import LOAD, NOISE, Pair, Record, near
@@ -37,6 +37,6 @@ def record(simulator: Simulator) -> Record:
 
 
 @pytest.fixture(scope="session")
-def arm(record: Record, simulator: Simulator) -> PayloadProblem:
+def arm(record: Record, simulator: Simulator) -> ShortMotion:
     pair = record((2, 3, 5, 6))
     return difference_weighing(simulator.robot, [pair.loaded], [pair.bare])

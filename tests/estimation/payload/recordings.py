@@ -5,8 +5,7 @@ from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
-from dynident.estimation import PayloadAnswer, PayloadProblem, answer_payload
-from dynident.estimation.payload.short_motion import ShortMotion
+from dynident.estimation import LongMotion, PayloadAnswer, ShortMotion, StandIn, answer_payload
 from dynident.estimation.payload.weighing import difference_weighing
 from dynident.model import InertialParameters, Recording, Robot
 from dynident.trajectories import RX90_NOISE, NearMotion
@@ -36,14 +35,15 @@ class Pair(NamedTuple):
 Record = Callable[..., Pair]
 
 
-def weighed(robot: Robot, pair: Pair, **options: Any) -> PayloadAnswer:
-    return answer_payload(difference_weighing(robot, [pair.loaded], [pair.bare]), **options)
+def weighed(robot: Robot, pair: Pair, stand_in: StandIn | None = None, **options: Any) -> PayloadAnswer:
+    answer = answer_payload(difference_weighing(robot, [pair.loaded], [pair.bare]), **options)
+    return answer if stand_in is None else answer.assuming(stand_in)
 
 
-def short(problem: PayloadProblem) -> ShortMotion:
+def short(problem: LongMotion | ShortMotion) -> ShortMotion:
     """What a weighing's problem holds beside its equations."""
-    assert problem.short is not None
-    return problem.short
+    assert isinstance(problem, ShortMotion)
+    return problem
 
 
 def cut(recording: Recording, begin: float, end: float) -> Recording:

@@ -9,16 +9,17 @@ from dynident.apps.report.sections.estimates import method_notes
 from dynident.benchmarks import invented
 from dynident.common.arrays import Array
 from dynident.estimation import (
+    FRICTION_CHANGE,
     Estimate,
-    PayloadProblem,
+    LongMotion,
+    Settings,
     answer_payload,
     identify,
     identify_payload,
     payload_problem,
 )
 from dynident.estimation.fit.blocks import FEWEST
-from dynident.estimation.fit.robust import student95
-from dynident.estimation.payload.friction import FRICTION_CHANGE
+from dynident.estimation.fit.covariance import student95
 from dynident.estimation.payload.methods import METHODS, from_robot
 from dynident.estimation.payload.weighing import known_robot_weighing
 from dynident.model import Recording
@@ -34,9 +35,14 @@ def begun(seed: int, change: float = 0.0) -> tuple[Recording, Recording]:
     return bare, cut(loaded, loaded.t[0] + 15.0, loaded.t[0] + 27.0)
 
 
-def problem_of(seed: int) -> PayloadProblem:
+def problem_of(seed: int) -> LongMotion:
     bare, loaded = begun(seed)
-    return payload_problem(ROBOT, [loaded], [bare], robust=True)
+    return payload_problem(ROBOT, [loaded], [bare])
+
+
+def few(problem: LongMotion) -> LongMotion:
+    """With blocks that are taken for too few."""
+    return replace(problem, memory=problem.memory._replace(few=True))
 
 
 def off(estimate: Estimate) -> tuple[float, float]:
@@ -48,18 +54,18 @@ def off(estimate: Estimate) -> tuple[float, float]:
 
 def test_blocks_that_are_too_few_are_cut_shorter_and_the_memory_counts() -> None:
     """On both sides: 12 s of the loaded recording, and all of it."""
-    whole = payload_problem(ROBOT, recordings(0, 0.0)[1:], recordings(0, 0.0)[:1], robust=True)
-    assert not whole.few
-    assert len(whole.loaded.leave_one_out) >= FEWEST
-    short = replace(problem_of(0), few=True)
+    whole = payload_problem(ROBOT, recordings(0, 0.0)[1:], recordings(0, 0.0)[:1])
+    assert not whole.memory.few
+    assert len(whole.loaded.blocks) >= FEWEST
+    short = few(problem_of(0))
     for method in (1, 3, 4) if short.difference is not None else (1, 4):
         posed = METHODS[method](short)
         estimate = identify_payload(short, method).estimate
         assert estimate.robust is not None
         assert estimate.robust.by_memory
-        memory = posed.remembered(estimate.weights, short.inflation)
+        memory = posed.sandwich(estimate.weights, short.inflation)
         assert (estimate.robust.sigma >= 0.999999 * np.sqrt(np.diag(memory))).all()
-        alone = identify_payload(replace(short, few=False), method).estimate.robust
+        alone = identify_payload(replace(short, memory=short.memory._replace(few=False)), method).estimate.robust
         assert alone is not None
         if not alone.by_memory:
             assert estimate.robust.sigma == pytest.approx(
@@ -70,7 +76,7 @@ def test_blocks_that_are_too_few_are_cut_shorter_and_the_memory_counts() -> None
 @pytest.mark.long
 def test_intervals_of_few_seconds_hold_and_say_so() -> None:
     for seed in range(3):
-        problem = replace(problem_of(seed), few=True)
+        problem = few(problem_of(seed))
         error, half = off(identify_payload(problem, 4).estimate)
         assert abs(error) < half < 0.15 * LOAD.mass
     answer = answer_payload(problem, (4,))
@@ -80,7 +86,7 @@ def test_intervals_of_few_seconds_hold_and_say_so() -> None:
 
 @cache
 def stored(seed: int) -> Estimate:
-    return identify(ROBOT, recordings(seed, 0.0)[:1], robust=True).estimate
+    return identify(ROBOT, recordings(seed, 0.0)[:1]).estimate
 
 
 @pytest.mark.parametrize("short", [True, False])
@@ -90,9 +96,9 @@ def test_a_stored_robot_is_corrected_within_its_covariance_and_friction(short: b
         known, loaded, halves = stored(seed), begun(seed, 0.1)[1], []
         for share in (FRICTION_CHANGE, 0.9):
             problem = (
-                known_robot_weighing(ROBOT, [loaded], known, friction_change=share)
+                known_robot_weighing(ROBOT, [loaded], known, settings=Settings(friction_change=share))
                 if short
-                else payload_problem(ROBOT, [loaded], known=known, robust=True, friction_change=share)
+                else payload_problem(ROBOT, [loaded], known=known, settings=Settings(friction_change=share))
             )
             assert problem.corrected
             error, half = off(identify_payload(problem, 1).estimate)
@@ -111,7 +117,7 @@ def test_the_prior_of_a_stored_robot_has_full_rank() -> None:
     assert known.robust is not None
     assert np.linalg.matrix_rank(few) < len(known.names)
     loaded = begun(0)[1]
-    problem = payload_problem(ROBOT, [loaded], known=known, robust=True)
+    problem = payload_problem(ROBOT, [loaded], known=known)
     posed = from_robot(problem)
     assert posed.prior is not None
     assert np.sqrt(np.diag(posed.prior.covariance)) == pytest.approx(known.robust.sigma)
@@ -129,7 +135,7 @@ def test_a_stored_robot_does_not_take_up_slow_errors() -> None:
     inflations, anew = list[float](), list[float]()
     for seed in range(SEEDS):
         loaded = begun(seed)[1]
-        inflations += payload_problem(ROBOT, [loaded], known=stored(seed), robust=True).inflation
-        anew += payload_problem(ROBOT, [loaded], recordings(seed, 0.0)[:1], robust=True).inflation
+        inflations += payload_problem(ROBOT, [loaded], known=stored(seed)).inflation
+        anew += payload_problem(ROBOT, [loaded], recordings(seed, 0.0)[:1]).inflation
     assert np.median(inflations) == pytest.approx(expected, rel=0.3)
     assert np.median(anew) < 0.75 * expected

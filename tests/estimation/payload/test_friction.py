@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 from dynident.benchmarks import invented
 from dynident.common.arrays import Array
-from dynident.estimation import Estimate, PayloadProblem, identify_payload, payload_problem
-from dynident.estimation.fit.linear_problem import Held
-from dynident.estimation.fit.robust import student95
-from dynident.estimation.payload.friction import FRICTION_CHANGE, friction_changes
+from dynident.estimation import FRICTION_CHANGE, Estimate, LongMotion, Settings, identify_payload, payload_problem
+from dynident.estimation.fit.covariance import student95
+from dynident.estimation.fit.linear_problem import SoftPrior
+from dynident.estimation.payload.friction import friction_changes
 from dynident.estimation.payload.methods import METHODS, combined, global_fit
 from dynident.model import InertialParameters, Recording
 from dynident.tests.estimation.diagnosis.made import fit_of
@@ -48,9 +48,9 @@ def recordings(seed: int, change: float) -> tuple[Recording, Recording]:
     return pair[0], pair[1]
 
 
-def problem_of(seed: int, change: float, share: float) -> PayloadProblem:
+def problem_of(seed: int, change: float, share: float) -> LongMotion:
     bare, loaded = recordings(seed, change)
-    return payload_problem(invented.robot(NAME), [loaded], [bare], robust=True, friction_change=share)
+    return payload_problem(invented.robot(NAME), [loaded], [bare], settings=Settings(friction_change=share))
 
 
 def weighed(change: float, share: float) -> tuple[Array, Array]:
@@ -87,8 +87,9 @@ def test_without_a_change_it_is_the_papers_method() -> None:
     estimate = METHODS[4](problem).solved()
     assert estimate["M_L"] == pytest.approx(combined(problem)["M_L"])
     # As narrow as can be told, the change is none.
-    tight = replace(problem, friction={name: Held(1e-9) for name in ("FS2", "FV2")})
-    assert global_fit(tight).solved().values == pytest.approx(estimate.values, rel=1e-6)
+    tight = global_fit(problem_of(0, 0.1, FRICTION_CHANGE))
+    tight = replace(tight, soft=dict.fromkeys(tight.soft, SoftPrior(1e-9)))
+    assert tight.solved(estimate.weights).values == pytest.approx(estimate.values, rel=1e-5)
 
 
 def test_how_far_each_friction_may_change() -> None:

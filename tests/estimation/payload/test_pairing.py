@@ -3,7 +3,7 @@
 from collections.abc import Callable
 
 import pytest
-from dynident.estimation import payload_problem
+from dynident.estimation import Settings, payload_problem
 from dynident.estimation.payload.methods import identify_payload
 from dynident.estimation.payload.pairing import cut_alike
 from dynident.estimation.signals.rows import cut, pieces
@@ -50,7 +50,7 @@ def test_method_3_compares_what_both_have(
 ) -> None:
     bare, heavy = without_rows(pair[0], *bare_gaps), without_rows(pair[1], *heavy_gaps)
     assert len(bare) != len(heavy)
-    problem = payload_problem(rx90, heavy, bare, processing=SETTINGS, robust=False)
+    problem = payload_problem(rx90, heavy, bare, settings=Settings(SETTINGS, robust=False))
     assert len(problem.pairs) == count
     assert [each.lag for each in problem.pairs] == pytest.approx([LATER] * count, abs=2e-3)
     assert problem.source is not None

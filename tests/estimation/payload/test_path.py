@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from dynident.benchmarks import invented
 from dynident.common.errors import InputError
-from dynident.estimation import identify_payload, payload_problem
+from dynident.estimation import Settings, identify_payload, payload_problem
 from dynident.estimation.equations.observer import PATH
 from dynident.estimation.payload.methods import from_difference
 from dynident.estimation.payload.weighing import difference_weighing
@@ -51,16 +51,16 @@ def test_what_a_sag_changes_is_taken_off_and_a_quarter_of_it_is_unsure(mrad: flo
     bare, loaded = sagging(mrad)
     problem = difference_weighing(ROBOT, [loaded], [bare])
     estimate = identify_payload(problem, 3).estimate
-    assert problem.difference is not None
-    (levels, path) = from_difference(problem).known
+    posed = problem.posed()
+    (levels, path) = posed.fixed
     assert path.names == (PATH,)
-    as_measured = replace(from_difference(problem), known=(levels, path._replace(values=np.array([-1.0]))))
+    as_measured = replace(posed, fixed=(levels, path._replace(values=np.array([-1.0]))))
     plain = as_measured.values(estimate.weights)
     change = plain - estimate.values
     assert abs(estimate["M_L"] - LOAD.mass) < 0.6 * abs(plain[9] - LOAD.mass)
     assert abs(estimate["M_L"] - LOAD.mass) < 4e-4 * mrad * LOAD.mass
-    lasting = from_difference(problem).lasting(estimate.weights)
-    exact = replace(from_difference(problem), known=(levels, path._replace(lasting=np.zeros((1, 1)))))
+    lasting = posed.lasting(estimate.weights)
+    exact = replace(posed, fixed=(levels, path._replace(lasting=np.zeros((1, 1)))))
     quarter = lasting - exact.lasting(estimate.weights)
     assert quarter == pytest.approx(np.outer(change, change) / 16.0, rel=1e-6, abs=1e-12)
 
@@ -68,12 +68,12 @@ def test_what_a_sag_changes_is_taken_off_and_a_quarter_of_it_is_unsure(mrad: flo
 @pytest.mark.long
 def test_method_3_takes_it_off_as_well() -> None:
     bare, loaded = sagging(4.0, wide=True)
-    problem = payload_problem(ROBOT, [loaded], [bare], robust=False)
+    problem = payload_problem(ROBOT, [loaded], [bare], settings=Settings(robust=False))
     assert problem.difference is not None
     assert PATH in problem.difference.columns
     mass = identify_payload(problem, 3).mass
-    (path,) = from_difference(problem).known
-    as_measured = replace(from_difference(problem), known=(path._replace(values=np.array([-1.0])),))
+    (path,) = from_difference(problem).fixed
+    as_measured = replace(from_difference(problem), fixed=(path._replace(values=np.array([-1.0])),))
     plain = as_measured.solved().values[9]
     assert abs(mass - LOAD.mass) < max(abs(plain - LOAD.mass), 1e-3 * LOAD.mass)
 
@@ -82,10 +82,9 @@ def test_method_3_takes_it_off_as_well() -> None:
 def test_one_and_the_same_path_leaves_nothing_to_take_off() -> None:
     bare, _ = sagging(2.0)
     problem = difference_weighing(ROBOT, [replace(bare, torque=1.1 * bare.torque, source="loaded")], [bare])
-    assert problem.difference is not None
-    place = problem.difference.columns.index(PATH)
-    largest = max(float(np.abs(factor[:, place]).max(initial=0.0)) for factor in problem.difference.factors)
-    assert largest < 1e-3 * problem.difference.torque_norms.max()
+    place = problem.loaded.columns.index(PATH)
+    largest = max(float(np.abs(factor[:, place]).max(initial=0.0)) for factor in problem.loaded.factors)
+    assert largest < 1e-3 * problem.loaded.torque_norms.max()
 
 
 def test_a_pair_is_refused_by_the_rms_of_the_joint_that_differs_most() -> None:

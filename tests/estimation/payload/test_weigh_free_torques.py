@@ -4,9 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from dynident.estimation import PayloadProblem, identify_payload
+from dynident.estimation import ShortMotion, identify_payload
 from dynident.estimation.payload.constant_torques import OFFSET_SHARE, free_friction
-from dynident.estimation.payload.weighing import difference_weighing, weighing_problem
+from dynident.estimation.payload.weighing import difference_weighing
 from dynident.tests.estimation.payload.recordings import LOAD, Pair, Record, short, weighed
 from dynident.trajectories import Simulator
 
@@ -28,7 +28,7 @@ def test_a_constant_torque_and_coulomb_friction_that_changed_do_not_matter(
 
 
 def test_a_constant_torque_within_the_allowance_is_in_the_interval(
-    record: Record, simulator: Simulator, arm: PayloadProblem
+    record: Record, simulator: Simulator, arm: ShortMotion
 ) -> None:
     """What the allowance adds is what the mass changes by when constant torques differ by as much."""
     motion, payload = short(arm), identify_payload(arm, 3)
@@ -41,8 +41,7 @@ def test_a_constant_torque_within_the_allowance_is_in_the_interval(
         moved_pair = difference_weighing(simulator.robot, [replace(pair.loaded, torque=torque)], [pair.bare])
         moved_payload = identify_payload(moved_pair, 3)
         moved += (moved_payload.ten - payload.ten) ** 2
-    setting = motion.joints, free_friction(6), motion.torque_rms, arm.rate
-    free = weighing_problem(arm.robot, arm.base, motion.runs, *setting)
+    free = replace(motion, held=free_friction(6))
     assert identify_payload(free, 3).ten == pytest.approx(payload.ten, abs=5.0 * np.max(payload.estimate.sigma))
     assert payload.estimate.robust is not None
     assert moved[9] > 0.0

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from dynident.common.errors import InputError
-from dynident.estimation import Gains, PayloadProblem, identify_payload
+from dynident.estimation import Gains, ShortMotion, identify_payload
 from dynident.estimation.fit.estimate import error_model
 from dynident.model import InertialParameters
 from dynident.tests.estimation.payload.recordings import LOAD, Pair, Record, cut, weighed
@@ -55,7 +55,7 @@ def test_coverage_of_the_mass(record: Record, simulator: Simulator) -> None:
     assert (places >= 16).all()
 
 
-def test_gain_errors_widen(record: Record, simulator: Simulator, arm: PayloadProblem) -> None:
+def test_gain_errors_widen(record: Record, simulator: Simulator, arm: ShortMotion) -> None:
     estimate = identify_payload(arm, 3).estimate
     plain, unsure = error_model(estimate), error_model(estimate, Gains((0.0,), 0.02))
     wider = unsure.sigma[9] ** 2 - plain.sigma[9] ** 2

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from dynident.common.errors import InputError
-from dynident.estimation import Gains, answer_payload, identify, identify_payload
+from dynident.estimation import Gains, Settings, answer_payload, identify, identify_payload
 from dynident.estimation.payload.weighing import difference_weighing, known_robot_weighing
 from dynident.tests.estimation.payload.recordings import LOAD, NOISE, Record
 from dynident.trajectories import Simulator, random_via_points
@@ -45,7 +45,7 @@ def test_a_drift_is_told_and_widens(record: Record, simulator: Simulator) -> Non
 def test_robot_parameters_instead_of_a_recording(record: Record, simulator: Simulator) -> None:
     robot = simulator.robot
     motion = random_via_points(robot, 14, 1).motion(250.0)
-    known = identify(robot, [simulator.record(motion, None, NOISE, 1)], robust=False).estimate
+    known = identify(robot, [simulator.record(motion, None, NOISE, 1)], Settings(robust=False)).estimate
     pair = record((2, 3, 5, 6))
     problem = known_robot_weighing(robot, [pair.loaded], known)
     answer = answer_payload(

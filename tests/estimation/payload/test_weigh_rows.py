@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from dynident.common.errors import InputError
-from dynident.estimation import PayloadProblem, identify_payload
+from dynident.estimation import ShortMotion, identify_payload
 from dynident.estimation.payload.short_motion import telling_rows
 from dynident.estimation.payload.weighing import difference_weighing
 from dynident.estimation.signals.filtering import measurement
@@ -11,7 +11,7 @@ from dynident.tests.estimation.payload.recordings import LOAD, Record, cut, shor
 from dynident.trajectories import Simulator
 
 
-def test_held_joints_are_dropped(arm: PayloadProblem) -> None:
+def test_held_joints_are_dropped(arm: ShortMotion) -> None:
     assert short(arm).joints == (2, 3, 5, 6)
     assert [rows > 0 for rows in arm.loaded.rows] == [False, True, True, False, True, True]
 

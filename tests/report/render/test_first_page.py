@@ -15,7 +15,7 @@ from dynident.apps.report.documents import payload_document
 from dynident.apps.report.html import blocks_html, page_html
 from dynident.apps.report.sections.controller import controller_blocks
 from dynident.apps.results import StoredPayload
-from dynident.estimation import PayloadAnswer, Verdict, answer_payload, payload_problem
+from dynident.estimation import PayloadAnswer, Settings, Verdict, answer_payload, payload_problem
 from dynident.estimation.diagnosis.finding import Finding
 from dynident.model import load_robot
 from msgspec import UNSET, structs
@@ -29,7 +29,7 @@ PROVENANCE = Provenance("dynident payload", datetime(2001, 9, 9, tzinfo=UTC))
 def answer(short_logs: Path) -> PayloadAnswer:
     robot = load_robot("rx90")
     loaded, bare = (read_recording(short_logs / f"{name}0.csv", robot) for name in ("loaded", "bare"))
-    return answer_payload(payload_problem(robot, [loaded], [bare], robust=False))
+    return answer_payload(payload_problem(robot, [loaded], [bare], settings=Settings(robust=False)))
 
 
 @pytest.fixture(scope="module")

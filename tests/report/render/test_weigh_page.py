@@ -38,7 +38,8 @@ def recordings(robot: Robot, joints: Sequence[int], count: int = 1) -> list[Reco
 def answered(joints: Sequence[int], count: int = 1, stand_in: StandIn | None = None) -> PayloadAnswer:
     robot = load_robot("rx90")
     bare, *loaded = recordings(robot, joints, count)
-    return answer_payload(difference_weighing(robot, loaded, [bare]), constraints=SCALE, stand_in=stand_in)
+    answer = answer_payload(difference_weighing(robot, loaded, [bare]), constraints=SCALE)
+    return answer if stand_in is None else answer.assuming(stand_in)
 
 
 def page_of(answer: PayloadAnswer) -> Page:

@@ -1,10 +1,15 @@
-"""Standard deviations that hold for autocorrelated residuals: the delete-a-block jackknife."""
+"""Rules for variances, by name: what is known of the errors decides which of them holds.
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+``formula``: (17)-(19), for white errors. ``jackknife``: whatever their memory, if shorter than a block of time, of
+which each is left out in turn. ``sandwich``: by how much each joint's errors remember, for too few blocks.
+``birge`` comes on top, where results scatter by more than their own standard deviations say.
+"""
+
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TypeVar
+from typing import Literal
 
 import numpy as np
 from scipy.special import stdtrit
@@ -12,7 +17,7 @@ from scipy.special import stdtrit
 from ...common.arrays import Array, frozen_array
 from ...common.errors import InputError
 
-T = TypeVar("T")
+Rule = Literal["formula", "jackknife", "sandwich"]
 FEW = 10
 """Blocks; below them the intervals are wide and uncertain themselves."""
 
@@ -40,7 +45,7 @@ class RobustCovariance:
         blocks: number of blocks that were left out in turn.
         degrees_of_freedom: of Student's t for intervals.
         block_length: shortest length of a block [s], unless a whole recording is shorter.
-        by_memory: whether it goes by the memory of each joint's errors, blocks being too few for a jackknife.
+        by_memory: whether it is the sandwich, blocks being too few for a jackknife.
     """
 
     covariance: Array
@@ -79,39 +84,58 @@ class RobustCovariance:
         )
 
 
-def jackknife(
-    solve: Callable[[T], Array], groups: Sequence[Iterable[T]], values: Array, block_length: float
-) -> RobustCovariance:
-    """Covariance by solving again without each block, C = (B - 1)/B sum (x_-b - x)(x_-b - x)'.
+def formula(root: Array, squares: float, degrees_of_freedom: float) -> Array:
+    """C = s^2 (W'W)^-1 of (17)-(19), s^2 the squares of the weighted errors over their degrees of freedom.
+
+    Args:
+        root: R^-1 of the weighted equations, c x c.
+        squares: sum of the weighted errors' squares.
+        degrees_of_freedom: equations with independent noise minus parameters.
+    """
+    return np.asarray(squares / degrees_of_freedom * root @ root.T)
+
+
+def jackknife(groups: Sequence[Iterable[Array]], values: Array, block_length: float) -> RobustCovariance:
+    """C = (B - 1)/B sum (x_-b - x)(x_-b - x)', by solving again without each block b.
 
     Independent groups of blocks (recordings without and with payload that have no motion in common) add up; the
     degrees of freedom are then those of the smaller group, which is on the safe side (Welch).
 
     Args:
-        solve: from a problem to the parameters, the weights fixed at those of ``values``.
-        groups: the problems without block 1, 2, ... B of each group.
+        groups: solutions without block 1, 2, ... B of each group, weights fixed at those of ``values``.
         values: the parameters x by all data, shape (c,).
         block_length: shortest length of a block [s].
 
     Raises:
-        InputError: if a problem without one block cannot be solved.
+        InputError: if a solution that is made on demand cannot be.
     """
-
-    def solved(part: T) -> Array:
-        with naming_blocks(block_length):
-            return solve(part)
-
-    return jackknifed([np.array([solved(part) for part in group]) for group in groups], values, block_length)
-
-
-def jackknifed(groups: Sequence[Array], values: Array, block_length: float) -> RobustCovariance:
-    """Jackknife from the solutions without block 1, 2, ... B of each group, B x c."""
-    covariance = np.zeros((len(values), len(values)))
+    covariance, counts = np.zeros((len(values), len(values))), []
     for group in groups:
-        changes = group - values
+        with naming_blocks(block_length):
+            changes = np.array(list(group)) - values
         covariance += (1.0 - 1.0 / len(changes)) * changes.T @ changes
-    counts = list(map(len, groups))
+        counts.append(len(changes))
     return RobustCovariance(covariance, sum(counts), min(counts) - 1, block_length)
+
+
+def sandwich(inverse: Array, scores: Array) -> Array:
+    """(W'W)^-1 S'S (W'W)^-1: each row of the equations by its own error, in units of all.
+
+    Args:
+        inverse: rows of (W'W)^-1, weighted, k x c.
+        scores: S, weighted rows of W times the size of their weighted errors, m x c.
+    """
+    moved = inverse @ scores.T
+    return np.asarray(moved @ moved.T)
+
+
+def birge(values: Array, sigmas: Array) -> float:
+    """Birge ratio: by how much values of one quantity scatter more than their sigmas say, at least 1."""
+    if len(values) < 2:
+        return 1.0
+    weights = 1.0 / sigmas**2
+    mean = float(weights @ values / weights.sum())
+    return max(1.0, float(np.sqrt(weights @ (values - mean) ** 2 / (len(values) - 1))))
 
 
 @contextmanager

@@ -1,0 +1,45 @@
+"""Settings of an estimation: how recordings are processed, and what is allowed for."""
+
+from dataclasses import dataclass
+
+from ...common.progress import Progress, silent
+from ...model import Processing, Robot
+from .essential import StopRule
+
+FRICTION_CHANGE = 0.10
+"""Standard deviation of Coulomb and viscous friction from one recording to another, as a share of it.
+
+From day to day a real UR10e's Coulomb friction differs by 1 to 9 %, its viscous friction by 2 to 12 %.
+"""
+
+
+@dataclass(frozen=True)
+class Settings:
+    """How recordings are processed, and what is allowed for.
+
+    Attributes:
+        processing: filters and rates; the robot's own by default.
+        robust: keep equations in blocks of time as well, so that estimates get robust standard deviations.
+        essential: when elimination of parameters ends; by the paper's ratio of 1.02 by default.
+        friction_change: with ``robust``, by which share the friction of loaded recordings may differ from the
+            robot's own (1 sigma); 0 takes it as the same.
+        free_friction: method 1: estimate friction anew under load.
+        scale_sigma: by which share the scale of the loaded torques may differ from that without payload (1 sigma);
+            methods 1 and 4 alone know of it.
+        progress: is told what is worked on.
+    """
+
+    processing: Processing | None = None
+    robust: bool = True
+    essential: StopRule | None = None
+    friction_change: float = FRICTION_CHANGE
+    free_friction: bool = False
+    scale_sigma: float = 0.0
+    progress: Progress = silent
+
+    def processing_of(self, robot: Robot) -> Processing:
+        """The processing asked for, else the robot's own."""
+        return self.processing or robot.processing
+
+
+DEFAULTS = Settings()

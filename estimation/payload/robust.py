@@ -1,0 +1,124 @@
+"""Robust covariance of a method's estimate: the jackknife, or with few blocks of time the sandwich."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from itertools import chain
+from typing import Protocol
+
+import numpy as np
+
+from ...common.arrays import Array
+from ...common.errors import InputError
+from ..fit.covariance import FEW, RobustCovariance, Rule, jackknife, naming_blocks
+from ..fit.estimate import Estimate
+from .long_motion import FORMULA_ONLY, LongMotion
+from .short_motion import ShortMotion
+
+
+class Posed(Protocol):
+    """A problem of the payload that is solved for given weights of the joints."""
+
+    def solved(self, weights: Array | None = None) -> Estimate:
+        """The parameters asked for; weights are estimated unless they are given."""
+
+    def values(self, weights: Array) -> Array:
+        """Values of the parameters alone."""
+
+    def without_blocks(self, weights: Array, pairs: Sequence[tuple[int, int]]) -> Array:
+        """Values without blocks of time with and without payload, one row for each of ``left_out``."""
+
+    def lasting(self, weights: Array) -> Array:
+        """Covariance that no block of time shows."""
+
+    def sandwich(self, weights: Array, inflation: Sequence[float]) -> Array:
+        """Covariance where each joint's errors remember."""
+
+
+def with_robust(
+    problem: LongMotion | ShortMotion, posed: Posed, estimate: Estimate | None = None, rule: Rule | None = None
+) -> tuple[Estimate, str]:
+    """The estimate of a posed problem with its robust covariance; without, and why, where there is none.
+
+    Args:
+        estimate: its result, where it is there already; its weights are kept.
+        rule: for the covariance; by default the jackknife where there are blocks enough, else the sandwich.
+    """
+    estimate = posed.solved() if estimate is None else estimate
+    if rule == "formula":
+        return estimate, ""
+    if isinstance(problem, LongMotion) and not problem.loaded.blocks:
+        return estimate, problem.no_blocks
+    try:
+        return replace(estimate, robust=_robust(problem, posed, estimate, rule)), ""
+    except InputError as error:
+        return estimate, str(error)
+
+
+def _robust(
+    problem: LongMotion | ShortMotion, posed: Posed, estimate: Estimate, rule: Rule | None
+) -> RobustCovariance:
+    """By the rule asked for, weights fixed at those of the result."""
+    length = problem.block_length
+    if rule == "sandwich":
+        return _sandwich(problem, posed, estimate)
+    try:
+        groups = problem.left_out
+        with naming_blocks(length):
+            values = posed.without_blocks(estimate.weights, list(chain.from_iterable(groups)))
+    except InputError:
+        if rule == "jackknife" or isinstance(problem, ShortMotion) or not problem.inflation:
+            raise
+        return _sandwich(problem, posed, estimate)
+    ends = np.cumsum([len(group) for group in groups])[:-1]
+    own = jackknife(np.split(values, ends), estimate.values, length)
+    whole = _with_lasting(problem, posed, estimate, own)
+    few = isinstance(problem, LongMotion) and problem.memory.few
+    few = few or (problem.corrected and own.degrees_of_freedom + 1 < FEW)
+    if rule == "jackknife" or not few:
+        return whole
+    return _sandwich(problem, posed, estimate, replace(whole, blocks=own.blocks))
+
+
+def _sandwich(
+    problem: LongMotion | ShortMotion, posed: Posed, estimate: Estimate, robust: RobustCovariance | None = None
+) -> RobustCovariance:
+    """By how much each joint's errors remember; the jackknife's standard deviations count where they are larger.
+
+    Of a robot that the recordings correct the jackknife is left out: a few seconds say next to nothing of it.
+
+    Args:
+        robust: the jackknife's, of few blocks; None without.
+    """
+    if not problem.inflation:
+        raise InputError("a sandwich needs recordings in blocks of time: how long errors remember is not known")
+    covariance = posed.sandwich(estimate.weights, problem.inflation)
+    if robust is not None and not problem.corrected:
+        wider = np.maximum(robust.sigma / np.sqrt(np.diag(covariance)), 1.0)
+        covariance = covariance * np.outer(wider, wider)
+    blocks, degrees = robust.blocks if robust is not None else 0, max(int(estimate.degrees_of_freedom), 1)
+    return RobustCovariance(covariance, blocks, degrees, problem.block_length, by_memory=True)
+
+
+def _with_lasting(
+    problem: LongMotion | ShortMotion, posed: Posed, estimate: Estimate, robust: RobustCovariance
+) -> RobustCovariance:
+    """The jackknife's, and what no block shows.
+
+    A robot that was identified earlier adds its own robust covariance, propagated: its blocks were left out one at
+    a time as well.
+    """
+    share = posed.lasting(estimate.weights)
+    if not share.any():
+        return robust  # the method does without anything known earlier
+    widened = replace(robust, covariance=robust.covariance + share)
+    own = problem.known.robust if problem.known is not None else None
+    if problem.known is not None and own is None and isinstance(problem, LongMotion):
+        raise InputError(FORMULA_ONLY)
+    if own is None:
+        return widened
+    return RobustCovariance(
+        widened.covariance,
+        robust.blocks + own.blocks,
+        min(robust.degrees_of_freedom, own.degrees_of_freedom),
+        max(robust.block_length, own.block_length),
+    )
