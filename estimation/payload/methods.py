@@ -233,6 +233,8 @@ def identify_payload(
     if isinstance(problem, LongMotion):
         estimate, reason = with_robust(problem, METHODS[method](problem), rule=covariance)
         return PayloadEstimate(method, estimate, frame, reason)
+    if method != problem.method:
+        raise InputError(f"method {method} cannot be used: this short motion is one for method {problem.method}")
     by_scale = problem.needed(scale) is not None
     estimate, reason = with_robust(problem, problem.posed(), rule=covariance)
     return PayloadEstimate(method, problem.resolved(estimate, scale), frame, reason, by_scale)

@@ -73,3 +73,8 @@ def test_few_blocks_count(record: Record, simulator: Simulator, seed: int) -> No
     assert answer.spread.mass < 0.05 * answer.mass
     assert answer.judged["mass"].use == "not measured well enough"
     assert answer.verdict.level == "do_not_use"
+
+
+def test_a_short_motion_is_one_for_one_method(arm: ShortMotion) -> None:
+    with pytest.raises(InputError, match="method 1 cannot be used: this short motion is one for method 3"):
+        identify_payload(arm, 1)
