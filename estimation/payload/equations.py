@@ -217,10 +217,12 @@ def _changes(
     unloaded: Equations,
     processing: Processing,
 ) -> _Load:
-    """Equations (29) of pairs, the torque of paths that differ taken off."""
+    """Equations (29) of pairs, the torque of paths that differ taken off; friction beside the payload's columns."""
     chi, bare = robot_of(unloaded), observer.only(base.columns)
-    alone = observer.only((*payload_columns(observer.robot), PATH), (*PAYLOAD, PATH))
-    return _load(alone, (_change(bare, chi, pair, processing) for pair in pairs))
+    friction = [name for name in base.columns if parameter_kind(name) in FRICTION]
+    alone = observer.only((*payload_columns(observer.robot), PATH, *friction), (*PAYLOAD, PATH, *friction))
+    equations, recordings = recorded(alone, (_change(bare, chi, pair, processing) for pair in pairs))
+    return _Load(equations, recordings, equations.select((*PAYLOAD, PATH)))
 
 
 def _change(observer: Observer, chi: Array, pair: PairedMeasurement, processing: Processing) -> Used:

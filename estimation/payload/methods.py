@@ -12,6 +12,7 @@ from ...common.arrays import Array
 from ...common.errors import InputError
 from ...model.drives import FRICTION, parameter_kind
 from ..equations.equations import PAYLOAD, Equations
+from ..equations.observer import PATH
 from ..fit.essential import Elimination, StopRule, eliminate
 from ..fit.estimate import Estimate
 from ..fit.linear_problem import Held, Known, LinearProblem
@@ -76,12 +77,16 @@ def from_robot(
 def from_difference(problem: PayloadProblem, names: Sequence[str] | None = None) -> LinearProblem:
     """Method 3, (29): Y_T - Y_wL, the torques with and without payload on one trajectory.
 
-    Of a short motion the joints' constant torques are known to be near zero.
+    Friction under load may differ from the robot's own within limits; of a short motion the joints' constant torques
+    are known to be near zero.
     """
     if problem.difference is None:
         raise InputError(f"method 3 cannot be used: {problem.without_difference}")
-    path = known_path(problem.difference.columns, problem.robot.n)
-    return _posed(problem, problem.difference, (*_levels(problem), *path), names)
+    equations, path = problem.difference, known_path(problem.difference.columns, problem.robot.n)
+    if problem.short is None:
+        there = (*PAYLOAD, PATH, *problem.friction)
+        equations = equations.select([name for name in equations.columns if name in there])
+    return _posed(problem, equations, (*_levels(problem), *path), names, problem.friction)
 
 
 def _levels(problem: PayloadProblem) -> tuple[Known, ...]:

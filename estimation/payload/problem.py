@@ -44,7 +44,8 @@ class PayloadProblem:
             torque without payload was subtracted those of ``difference``.
         unloaded: equations W without payload, for methods 1, 2 and 4.
         known: the robot's parameters from an earlier identification, for method 1 without ``unloaded``.
-        difference: equations W_L of (29) for method 3, if a pair on one trajectory is there.
+        difference: equations W_L of (29) for method 3, if a pair on one trajectory is there; columns ``PAYLOAD``,
+            then friction's.
         pairs: how the recordings of method 3 were aligned.
         without_difference: why method 3 cannot be used, if it cannot.
         rate: at which the (first) loaded recording was processed [Hz].
