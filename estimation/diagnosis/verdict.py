@@ -18,7 +18,7 @@ from ..fit.estimate import Estimate
 from ..payload.by_joints import payload_by_joints
 from ..payload.problem import PayloadProblem, Source
 from ..payload.repeats import moved, reaching, widened
-from ..payload.result import PREFERRED, PayloadEstimate
+from ..payload.result import PayloadEstimate
 from . import checks, quantities
 from .causes import SUSPICIOUS, alternatives, likely_causes, other_readings
 from .engine import System
@@ -163,8 +163,8 @@ def allowing(estimate: PayloadEstimate, diagnosis: Diagnosis) -> PayloadEstimate
 
 
 def best_of(estimates: Sequence[PayloadEstimate]) -> PayloadEstimate:
-    """Pick the estimate by the preferred method."""
-    return min(estimates, key=lambda estimate: PREFERRED.index(estimate.method))
+    """Pick the estimate whose weights are those of all recordings, not of differences; method 2 has no own ones."""
+    return min(estimates, key=lambda estimate: (4, 3, 1, 2).index(estimate.method))
 
 
 def robot_verdict(
