@@ -185,7 +185,7 @@ class PayloadAnswer(Speaks):
 
     @property
     def recommended(self) -> ConstrainedPayload:
-        """The one to use: of method 3 where a pair ran one path, else of method 4, 1, 2, whichever is there first."""
+        """The one to use: of method 3 where a pair ran one path, else of the first of 4, 1, 2 that is there."""
         return next(payload for payload in self.constrained if payload.method == self.recommendation.method)
 
     @property

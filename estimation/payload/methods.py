@@ -77,8 +77,8 @@ def from_robot(
 def from_difference(problem: PayloadProblem, names: Sequence[str] | None = None) -> LinearProblem:
     """Method 3, (29): Y_T - Y_wL, the torques with and without payload on one trajectory.
 
-    Friction under load may differ from the robot's own within limits; of a short motion the joints' constant torques
-    are known to be near zero.
+    Friction under load may differ from the robot's own within limits; of a short motion the joints' constant
+    torques are known to be near zero.
     """
     if problem.difference is None:
         raise InputError(f"method 3 cannot be used: {problem.without_difference}")

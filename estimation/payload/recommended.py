@@ -1,8 +1,8 @@
 """Which method's payload to use: the one with the least expected error, that of the robot's model included.
 
 On one path method 3 cancels what the robot's model lacks, and weighs the joints by what is left then; methods 1, 2
-and 4 carry it. Where the paths differ, what the robot itself needs more on one of them is taken off by method 3 with
-an error that method 4, which uses every equation, does not have.
+and 4 carry it. Where the paths differ, method 3 takes off what the robot itself needs more on one of them, with an
+error that method 4, which uses every equation, does not have.
 """
 
 from collections.abc import Iterable
@@ -36,7 +36,9 @@ def recommended_method(problem: PayloadProblem, methods: Iterable[int]) -> Recom
         there.remove(3)
     method, reason = there[0], ""
     if len(there) > 1 and method == 3:
-        reason = f"one path without and with payload ({1e3 * apart:.2g} mrad apart), so what the model lacks cancels"
+        reason = (
+            f"one path without and with payload ({1e3 * apart:.2g} mrad apart), so what the model lacks cancels"
+        )
     elif len(there) > 1 and method == 4 and apart > ONE_PATH:
         reason = "no path was run without and with payload alike, so all equations count at once"
     return Recommendation(method, reason)

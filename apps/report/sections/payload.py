@@ -171,7 +171,7 @@ def uses(answer: PayloadAnswer) -> tuple[str, str, str]:
 
 
 def answer_notes(answer: PayloadAnswer) -> list[str]:
-    """Why this method, an assumed inertia, the scale, other ways to the mass, repeats, the worst joint, errors of the gains."""
+    """Reason for the method, an assumed inertia, scale, other ways to the mass, repeats, worst joint, gains."""
     worst, (method, why) = worst_joint(answer.by_joints, answer.mass), answer.recommendation
     return [
         *([f"Method {method}: {why}."] if why else []),
