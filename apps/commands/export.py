@@ -35,7 +35,7 @@ class _Export(Options):
     method: int | None = option(
         type=int,
         choices=(1, 2, 3, 4),
-        help="whose estimate (default: the recommended, else 4, 3, 1, 2); the constrained one where it is there",
+        help="whose estimate (default: the recommended, else 3, 4, 1, 2); the constrained one where it is there",
     )
     flange_frame: tuple[float, ...] | None = option(
         type=number,

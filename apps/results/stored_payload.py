@@ -114,10 +114,11 @@ class JointsMassDocument(Document, frozen=True):
 
 
 class Recommended(Document, frozen=True):
-    """The estimate to use."""
+    """The estimate to use, and why that method's where there are others."""
 
     method: int
     estimator: Literal["wls", "constrained"] | UnsetType = UNSET
+    reason: str = ""
 
 
 class Assumed(Document, frozen=True):

@@ -152,7 +152,6 @@ def _evidence(answer: PayloadAnswer, free: Sequence[PayloadEstimate], diagnosis:
             agreement=answer.agreement,
         )
         return replace(evidence, parameters=problem.known, weighed=weighed)
-    weights = (answer.possible.free if answer.possible else free[-1]).estimate.weights
     return replace(
         evidence,
         pairs=problem.pairs,
@@ -161,7 +160,7 @@ def _evidence(answer: PayloadAnswer, free: Sequence[PayloadEstimate], diagnosis:
         validation=answer.validation,
         estimates=tuple(free),
         recommended=answer.possible,
-        stretches=payload_over_time(problem, weights),
+        stretches=payload_over_time(problem, best_of(free).estimate.weights),
     )
 
 

@@ -23,8 +23,9 @@ from ..payload.by_joints import ByJoints
 from ..payload.constrained import ConstrainedPayload
 from ..payload.long_motion import LongMotion
 from ..payload.methods import PayloadProblem, combined
+from ..payload.recommended import Recommendation, recommended_method
 from ..payload.repeats import Repeats
-from ..payload.result import PREFERRED, PayloadEstimate
+from ..payload.result import PayloadEstimate
 from ..payload.short_motion import ShortMotion
 from ..payload.stand_in import StandIn
 from ..possible.constraints import KnownMass
@@ -178,12 +179,14 @@ class PayloadAnswer(Speaks):
         return str(Speaks.shown_by().export(self, to, despite_verdict))
 
     @property
-    def recommended(self) -> ConstrainedPayload:
-        """The one to use: of method 4, which uses every equation, else of method 3, 1, 2, whichever is there first.
+    def recommendation(self) -> Recommendation:
+        """Which method to use, of those that found a payload that can exist, and why."""
+        return recommended_method(self.problem, [payload.method for payload in self.constrained or self.estimates])
 
-        The order is fixed: to choose the shortest interval would choose too short ones.
-        """
-        return min(self.constrained, key=lambda payload: PREFERRED.index(payload.method))
+    @property
+    def recommended(self) -> ConstrainedPayload:
+        """The one to use: of method 3 where a pair ran one path, else of the first of 4, 1, 2 that is there."""
+        return next(payload for payload in self.constrained if payload.method == self.recommendation.method)
 
     @property
     def possible(self) -> ConstrainedPayload | None:
@@ -193,7 +196,7 @@ class PayloadAnswer(Speaks):
     @property
     def free(self) -> PayloadEstimate:
         """The free estimate of the method to use."""
-        return self.recommended.free if self.constrained else self.estimates[0]
+        return next(estimate for estimate in self.estimates if estimate.method == self.recommendation.method)
 
     @property
     def short(self) -> ShortMotion:

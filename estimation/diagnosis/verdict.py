@@ -19,7 +19,7 @@ from ..payload.by_joints import payload_by_joints
 from ..payload.long_motion import LongMotion, Source
 from ..payload.methods import PayloadProblem
 from ..payload.repeats import moved, reaching, widened
-from ..payload.result import PREFERRED, PayloadEstimate
+from ..payload.result import PayloadEstimate
 from ..payload.short_motion import ShortMotion
 from . import checks
 from .causes import SUSPICIOUS, alternatives, likely_causes, other_readings
@@ -168,8 +168,8 @@ def allowing(estimate: PayloadEstimate, diagnosis: Diagnosis) -> PayloadEstimate
 
 
 def best_of(estimates: Sequence[PayloadEstimate]) -> PayloadEstimate:
-    """Pick the estimate by the preferred method."""
-    return min(estimates, key=lambda estimate: PREFERRED.index(estimate.method))
+    """Pick the estimate whose weights are those of all recordings, not of differences; method 2 has no own ones."""
+    return min(estimates, key=lambda estimate: (4, 3, 1, 2).index(estimate.method))
 
 
 def robot_verdict(

@@ -185,12 +185,18 @@ def _changes(
     unloaded: Equations,
     processing: Processing,
 ) -> _Load:
-    """Equations (29) of pairs, Y_T - Y_wL, the torque that the robot needs more on the loaded path taken off."""
+    """Equations (29) of pairs, Y_T - Y_wL, the torque that the robot needs more on the loaded path taken off.
+
+    Friction's columns, of the loaded path, stand behind the payload's; memory is judged by what is left without.
+    """
     chi, bare = robot_of(unloaded), observer.only(base.columns)
+    friction = [name for name in base.columns if parameter_kind(name) in FRICTION]
 
     def change(pair: PairedMeasurement) -> Used:
         loaded = used(pair.loaded, processing, pair.unloaded.motion)
         path = bare.torques(pair.loaded.motion, chi) - bare.torques(pair.unloaded.motion, chi)
         return loaded._replace(data=replace(torque_change(observer.robot, pair.unloaded, pair.loaded), path=path))
 
-    return _load(observer.only((*payload_columns(observer.robot), PATH), (*PAYLOAD, PATH)), map(change, pairs))
+    columns = (*payload_columns(observer.robot), PATH, *friction)
+    equations, recordings = recorded(observer.only(columns, (*PAYLOAD, PATH, *friction)), map(change, pairs))
+    return _Load(equations, recordings, equations.select((*PAYLOAD, PATH)))

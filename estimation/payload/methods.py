@@ -17,6 +17,7 @@ from ...common.linear import decomposed
 from ...model.drives import FRICTION, parameter_kind
 from ...model.regressors import payload_columns
 from ..equations.equations import PAYLOAD, Equations
+from ..equations.observer import PATH
 from ..fit.covariance import Rule
 from ..fit.drive_gains import motor_torques
 from ..fit.essential import Elimination, StopRule, eliminate
@@ -168,11 +169,14 @@ def from_difference(motion: LongMotion) -> LinearProblem:
     """Method 3, (29): Y_T - Y_wL = W_L chi_L, torques with and without payload on one trajectory.
 
     Wanted: chi_L. Fixed: what the robot's torque differs by because the two paths do, known but for a quarter.
+    Soft priors, near zero: what friction is more under load.
     """
     if motion.difference is None:
         raise InputError(f"method 3 cannot be used: {motion.why_no_pair}")
-    difference = in_payload_frame(motion.robot, motion.difference)
-    return LinearProblem(difference, PAYLOAD, known_path(difference.columns, motion.robot.n))
+    there = [name for name in motion.difference.columns if name in (*PAYLOAD, PATH, *motion.friction)]
+    difference = in_payload_frame(motion.robot, motion.difference.select(there))
+    path = known_path(difference.columns, motion.robot.n)
+    return LinearProblem(difference, PAYLOAD, path, soft=motion.friction)
 
 
 def global_fit(motion: LongMotion) -> LinearProblem:

@@ -13,8 +13,6 @@ from ..fit.estimate import Estimate
 
 METHOD_NAMES = {1: "known-robot", 2: "change", 3: "difference", 4: "global"}
 """The paper's methods, by number, in a word."""
-PREFERRED = (4, 3, 1, 2)
-"""Which method counts where none is named: 4 uses every recording, 2 is the least accurate."""
 
 
 @dataclass(frozen=True)

@@ -46,8 +46,8 @@ def problem(
 def test_every_method_has_one(problem: LongMotion, payload: InertialParameters) -> None:
     answer = answer_payload(problem)
     assert [estimate.method for estimate in answer.constrained] == [1, 2, 3, 4]
-    assert answer.recommended.method == 4
-    assert answer.recommended.free is answer.estimates[3]
+    assert answer.recommended.method == 3
+    assert answer.recommended.free is answer.estimates[2]
     for estimate in answer.constrained:
         robust = estimate.free.estimate.robust
         assert robust is not None

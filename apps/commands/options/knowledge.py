@@ -80,8 +80,8 @@ class FrictionOptions(Options):
     friction_change: float | None = option(
         type=share,
         metavar="SHARE",
-        help="method 4 and --robot-parameters: by how much friction under load may differ from the robot's own, "
-        "1 sigma, 0 for not at all (default: 10%%)",
+        help="methods 3, 4 and --robot-parameters: by how much friction under load may differ from the robot's "
+        "own, 1 sigma, 0 for not at all (default: 10%%)",
     )
 
     @property

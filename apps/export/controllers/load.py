@@ -12,7 +12,7 @@ import numpy as np
 from ....common.arrays import Array
 from ....common.errors import InputError
 from ....common.schema import present
-from ....estimation.payload.result import PREFERRED
+from ....estimation.payload.recommended import PREFERRED
 from ....model import INERTIAL, InertialParameters, Pose
 from ....model.inertia import ten_parameters
 from ...numbers import interval_digits

@@ -67,7 +67,9 @@ def payload_document(
         relative_residual=_residual(answer),
         data=_data(problem, processing),
         estimates=_estimates(answer),
-        recommended=Recommended(answer.free.method, "constrained" if answer.constrained else "wls"),
+        recommended=Recommended(
+            answer.free.method, "constrained" if answer.constrained else "wls", answer.recommendation.reason
+        ),
         mass_by_joints=mass_by_joints(answer.by_joints),
         verdict=verdict_document(answer.verdict),
         **more,

@@ -239,9 +239,9 @@ def _long_notes(answer: PayloadAnswer, problem: LongMotion) -> list[str]:
         lines.append(f"Relative residual of the robot's model: {residual_text(answer.robot_fit)}")
     if answer.validation is not None:
         lines.append(f"The same on the validation recording: {residual_text(answer.validation)}")
-    if problem.friction and any(estimate.method == 4 for estimate in answer.estimates):
+    if problem.friction and any(estimate.method in (3, 4) for estimate in answer.estimates):
         lines.append(
-            "Method 4: friction under load may differ from the robot's own (--friction-change), which the "
+            "Methods 3, 4: friction under load may differ from the robot's own (--friction-change), which the "
             "intervals allow for."
         )
     return lines

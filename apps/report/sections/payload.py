@@ -171,9 +171,10 @@ def uses(answer: PayloadAnswer) -> tuple[str, str, str]:
 
 
 def answer_notes(answer: PayloadAnswer) -> list[str]:
-    """An assumed inertia, the scale, other ways to the mass, repeats, the worst joint, errors of the gains."""
-    worst = worst_joint(answer.by_joints, answer.mass)
+    """Reason for the method, an assumed inertia, scale, other ways to the mass, repeats, worst joint, gains."""
+    worst, (method, why) = worst_joint(answer.by_joints, answer.mass), answer.recommendation
     return [
+        *([f"Method {method}: {why}."] if why else []),
         *([f"Inertia ASSUMED, not measured: {answer.stand_in.description}."] if answer.stand_in else []),
         *verdict_notes(answer.verdict),
         *scale_notes(answer),
