@@ -1,13 +1,20 @@
-"""Parsers of option values: each refuses what no arm has, and says what would do."""
+"""Types of option values: how a word is written, and the one reading of it, which refuses what no arm has."""
 
 from __future__ import annotations
 
-import argparse
 import math
-from typing import TypeVar
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple, TypeVar
+
+from cyclopts import Parameter
 
 from ... import estimation, model
-from ...common.errors import InputError
+
+if TYPE_CHECKING:
+    from ...estimation import StopRule
+    from ...model import Pose
+else:  # --help names options without importing what they become
+    StopRule = Pose = object
 
 _LEAST, _MOST = 1e-12, 1e9
 """Size of a number that is not 0: no length, time, mass or torque of an arm lies outside, and no sum of squares
@@ -17,10 +24,26 @@ _COUNTS = 1_000_000
 _Value = TypeVar("_Value")
 
 
+class Reads(NamedTuple):
+    """Marks an option that names a file to read.
+
+    Attributes:
+        role: what the file is for.
+    """
+
+    role: str
+
+
+class Writes(NamedTuple):
+    """Marks an option that names what is written: a file, a folder, or a file or "-" for standard output."""
+
+    kind: Literal["file", "folder", "stream"]
+
+
 def checked(value: _Value, good: bool, text: str, words: str) -> _Value:
     """The value of a text, refused unless it is good; ``words``: what the text should be."""
     if not good:
-        raise argparse.ArgumentTypeError(f"{text!r} is not {words}")
+        raise ValueError(f"{text!r} is not {words}")
     return value
 
 
@@ -47,7 +70,7 @@ def number(text: str) -> float:
     try:
         value = float(text)
     except ValueError:
-        raise argparse.ArgumentTypeError(f"{text!r} is not a number") from None
+        raise ValueError(f"{text!r} is not a number") from None
     size = f"a number of any use here: give 0, or one from {_LEAST:g} to {_MOST:g} in size"
     return checked(value, value == 0.0 or _LEAST <= abs(value) <= _MOST, text, size)
 
@@ -62,7 +85,7 @@ def share(text: str) -> float:
     """A share from 0 to below 1: 2% or 0.02."""
     try:
         value = number(text.removesuffix("%")) / (100.0 if text.endswith("%") else 1.0)
-    except argparse.ArgumentTypeError:
+    except ValueError:
         value = math.nan
     return checked(value, 0.0 <= value < 1.0, text, "a share: write 2% or 0.02")
 
@@ -72,8 +95,8 @@ def numbers(text: str, count: int | None = None) -> tuple[float, ...]:
     words = f"{count or 'a list of'} finite numbers with commas"
     try:
         values = tuple(number(part) for part in text.split(","))
-    except argparse.ArgumentTypeError as error:
-        raise argparse.ArgumentTypeError(f"{text!r} is not {words}: {error}") from None
+    except ValueError as error:
+        raise ValueError(f"{text!r} is not {words}: {error}") from None
     return checked(values, len(values) == (count or len(values)), text, words)
 
 
@@ -133,13 +156,6 @@ def joint_list(text: str) -> tuple[int, ...]:
     return checked(joints, good, text, "a list of different joint numbers such as 2,3,5,6")
 
 
-def seconds_list(text: str) -> tuple[float, ...]:
-    """Different times above 0 separated by commas [s]."""
-    times = numbers(text)
-    good = min(times) > 0.0 and len(set(times)) == len(times)
-    return checked(times, good, text, "a list of different times in seconds such as 0.1,0.5,1")
-
-
 def gains_or_file(text: str) -> tuple[float, ...] | str:
     """Numbers separated by commas, or the path of a JSON file."""
     return text if text.lower().endswith(".json") else numbers(text)
@@ -160,12 +176,9 @@ def gain_errors(text: str) -> tuple[tuple[float, ...], float]:
     return tuple(map(share, own)) or (0.0,), share(common[0]) if common else 0.0
 
 
-def stop_rule(text: str) -> estimation.StopRule:
+def stop_rule(text: str) -> StopRule:
     """When elimination ends: growth of the error's standard deviation, 1.02, or largest relative sigma, 10%."""
-    try:
-        return estimation.SigmaBound(share(text)) if text.endswith("%") else estimation.SigmaRatio(number(text))
-    except InputError as error:
-        raise argparse.ArgumentTypeError(str(error)) from None
+    return estimation.SigmaBound(share(text)) if text.endswith("%") else estimation.SigmaRatio(number(text))
 
 
 def method(text: str) -> str:
@@ -181,9 +194,9 @@ def mount(text: str) -> tuple[str, tuple[float, float, float]]:
         return "gravity", three(text.removeprefix("gravity="))
     try:
         roll, pitch, yaw = model.frames.MOUNTS[text] if text in model.frames.MOUNTS else three(text)
-    except argparse.ArgumentTypeError as error:
+    except ValueError as error:
         known = ", ".join(model.frames.MOUNTS)
-        raise argparse.ArgumentTypeError(f"{error}: give {known}, roll,pitch,yaw or gravity=X,Y,Z") from None
+        raise ValueError(f"{error}: give {known}, roll,pitch,yaw or gravity=X,Y,Z") from None
     return "angles", (math.radians(roll), math.radians(pitch), math.radians(yaw))
 
 
@@ -194,7 +207,49 @@ def chain(text: str) -> tuple[str | None, str | None]:
     return base or None, tip or None
 
 
-def tool_frame(text: str) -> model.Pose:
+def frame(text: str) -> Pose:
     """A frame by three lengths in m and three angles in degrees."""
     values = six(text)
     return model.Pose.from_rpy(values[:3], [math.radians(angle) for angle in values[3:]])
+
+
+def word(read: Callable[[str], Any], metavar: str) -> Parameter:
+    """A value that is read from one word, which may begin with a minus; a list in a file is joined by commas."""
+    return Parameter(
+        converter=lambda _, tokens: read(",".join(token.value for token in tokens)),
+        n_tokens=1,
+        metavar=metavar,
+        accepts_keys=False,
+        allow_leading_hyphen=True,
+    )
+
+
+Hertz = Annotated[float, word(number, "HZ")]
+Kilograms = Annotated[float, word(positive_number, "KG")]
+Seconds = Annotated[float, word(positive_number, "S")]
+Share = Annotated[float, word(share, "SHARE")]
+Count = Annotated[int, word(positive, "N")]
+Seed = Annotated[int, word(whole, "N")]
+Port = Annotated[int, word(port_number, "N")]
+Positions = Annotated[tuple[float, ...], word(numbers, "Q1,Q2,..")]
+"""In degrees of turning joints, metres of sliding ones."""
+Joints = Annotated[tuple[int, ...], word(joint_list, "J1,J2,..")]
+Names = Annotated[tuple[str, ...], word(names_list, "A,B,..")]
+Weighed = Annotated[tuple[tuple[float, ...], float | None], word(with_sigma, "KG+-KG")]
+Bounds = Annotated[tuple[float | None, float | None], word(bounds, "LEAST,MOST")]
+Frame = Annotated[Pose, word(frame, "X,Y,Z,R,P,Y")]
+Essential = Annotated[StopRule, word(stop_rule, "RATIO|PERCENT")]
+
+LOG = Parameter(metavar="LOG")
+DataFile = Annotated[str, Reads("without payload"), LOG]
+LoadedFile = Annotated[str, Reads("with payload"), LOG]
+HeldOutFile = Annotated[str, Reads("held out"), LOG]
+RobotFile = Annotated[str, Reads("robot"), Parameter(metavar="NAME|FILE")]
+RobotParametersFile = Annotated[str, Reads("robot's parameters"), Parameter(metavar="JSON")]
+LogMapFile = Annotated[str, Reads("log map"), Parameter(metavar="TOML")]
+PayloadFile = Annotated[str, Reads("payload"), Parameter(metavar="TOML")]
+PayloadResultFile = Annotated[str, Reads("payload"), Parameter(metavar="PAYLOAD.json")]
+NewFile = Annotated[str, Writes("file"), Parameter(metavar="F")]
+NewFolder = Annotated[str, Writes("folder"), Parameter(metavar="DIR")]
+NewPage = Annotated[str, Writes("file"), Parameter(metavar="F.html")]
+Stream = Annotated[str, Writes("stream"), Parameter(metavar="F")]
