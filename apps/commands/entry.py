@@ -12,10 +12,11 @@ from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass
 from difflib import get_close_matches
+from itertools import chain
 from pathlib import Path
 from typing import Annotated, Any, TypeVar, dataclass_transform, get_args, get_type_hints
 
-from cyclopts import App, CoercionError, CycloptsError, Group, MissingArgumentError, Parameter
+from cyclopts import UNSET, App, CoercionError, CycloptsError, Group, MissingArgumentError, Parameter
 from cyclopts import ArgumentCollection as Arguments
 from cyclopts.config import Dict
 from cyclopts.exceptions import UnknownCommandError
@@ -110,7 +111,7 @@ class Call:
     def named(self, kind: type[Reads] | type[Writes]) -> Iterator[tuple[str, str, str]]:
         """Paths that options name: the option, what it names (its role, or "file" or "folder"), and the path."""
         for argument in self.arguments:
-            for mark in _marks(argument.field_info.annotation):
+            for mark in marks(argument.field_info.annotation):
                 if isinstance(mark, kind):
                     for token in argument.tokens:
                         yield argument.name, mark[0], token.value
@@ -135,7 +136,9 @@ class Call:
 
         table: dict[str, Any] = {"command": self.command}
         for argument in self.arguments:
-            values = [token.value or True for token in argument.tokens]
+            values = [
+                token.value if token.implicit_value is UNSET else token.implicit_value for token in argument.tokens
+            ]
             if values and argument.name != "--config":
                 table[argument.name.lstrip("-")] = values[0] if len(values) == 1 else values
         return f"{_HEAD}{self.command} --config THIS_FILE\n{toml_text(table)}"
@@ -226,7 +229,7 @@ def check_paths(call: Call) -> None:
     read = ((place_of(path), name) for name, _, path in call.named(Reads) if path)
     owners = {place: name for place, name in read if place.exists()}
     folders: dict[Path, str] = {}
-    for name, kind, path in (*call.named(Writes), *_beside_report(call)):
+    for name, kind, path in chain(call.named(Writes), _beside_report(call)):
         if (kind, path) == ("stream", "-"):
             continue
         place, is_folder = place_of(path), kind == "folder"
@@ -252,6 +255,13 @@ def about(*options: str) -> Iterator[None]:
         raise InputError(str(error) if named else f"{', '.join(options)}: {error}") from None
 
 
+def marks(hint: Any) -> Iterator[Any]:
+    """What is said of a type and its parts beside the types themselves."""
+    yield from getattr(hint, "__metadata__", ())
+    for part in get_args(hint):
+        yield from marks(part)
+
+
 class _Help(DefaultFormatter):
     """The help, whose texts stand in several lines of the source."""
 
@@ -271,13 +281,6 @@ def _whole(part: inspect.Parameter) -> inspect.Parameter:
         return part.replace(default=part.annotation()) if part.kind is part.KEYWORD_ONLY else part
     except TypeError:  # some are required
         return part
-
-
-def _marks(hint: Any) -> Iterator[Any]:
-    """What is said of a type and its parts beside the types themselves."""
-    yield from getattr(hint, "__metadata__", ())
-    for part in get_args(hint):
-        yield from _marks(part)
 
 
 def _read_settings(call: Call, path: str) -> None:

@@ -156,6 +156,11 @@ def joint_list(text: str) -> tuple[int, ...]:
     return checked(joints, good, text, "a list of different joint numbers such as 2,3,5,6")
 
 
+def path_or_dash(text: str) -> str:
+    """A path, or "-" for standard output."""
+    return checked(text, not text.startswith("--"), text, "a path, or - for standard output")
+
+
 def gains_or_file(text: str) -> tuple[float, ...] | str:
     """Numbers separated by commas, or the path of a JSON file."""
     return text if text.lower().endswith(".json") else numbers(text)
@@ -252,4 +257,4 @@ PayloadResultFile = Annotated[str, Reads("payload"), Parameter(metavar="PAYLOAD.
 NewFile = Annotated[str, Writes("file"), Parameter(metavar="F")]
 NewFolder = Annotated[str, Writes("folder"), Parameter(metavar="DIR")]
 NewPage = Annotated[str, Writes("file"), Parameter(metavar="F.html")]
-Stream = Annotated[str, Writes("stream"), Parameter(metavar="F")]
+Stream = Annotated[str, Writes("stream"), word(path_or_dash, "F")]
