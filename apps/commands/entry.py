@@ -1,8 +1,4 @@
-"""The commands as one application: options are frozen values that cyclopts flattens into the commands' own.
-
-In a file (``--config``) a key is an option's name without its dashes. What the command line says of an option takes
-the place of what the file says. Paths count from the working folder.
-"""
+"""The commands as one application: options are frozen values that cyclopts flattens into the commands' own."""
 
 from __future__ import annotations
 
@@ -12,13 +8,13 @@ from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass
 from difflib import get_close_matches
+from importlib import import_module
 from itertools import chain
 from pathlib import Path
 from typing import Annotated, Any, TypeVar, dataclass_transform, get_args, get_type_hints
 
-from cyclopts import UNSET, App, CoercionError, CycloptsError, Group, MissingArgumentError, Parameter
+from cyclopts import App, CoercionError, CycloptsError, Group, MissingArgumentError, Parameter
 from cyclopts import ArgumentCollection as Arguments
-from cyclopts.config import Dict
 from cyclopts.exceptions import UnknownCommandError
 from cyclopts.help import DefaultFormatter
 
@@ -48,7 +44,6 @@ RARE = Parameter(show=False)
 """A setting for files of options (``--config``); the help of a command leaves it out."""
 
 _Kind = TypeVar("_Kind")
-_HEAD = "# Options of a run, repeated by: dynident "
 _NEEDED = {
     False: "not a file in a folder that exists: make the folder, or give another path",
     True: "is not a folder, nor can one be made there: give another path",
@@ -130,19 +125,6 @@ class Call:
         own = any(place_of(config) == place_of(path) for config in self.given("--config"))
         return None if own or is_device(Path(page)) else path
 
-    def settings_text(self) -> str:
-        """A file for ``--config`` that repeats it."""
-        from ...common.schema import toml_text  # --help does without
-
-        table: dict[str, Any] = {"command": self.command}
-        for argument in self.arguments:
-            values = [
-                token.value if token.implicit_value is UNSET else token.implicit_value for token in argument.tokens
-            ]
-            if values and argument.name != "--config":
-                table[argument.name.lstrip("-")] = values[0] if len(values) == 1 else values
-        return f"{_HEAD}{self.command} --config THIS_FILE\n{toml_text(table)}"
-
 
 CALL: ContextVar[Call] = ContextVar("call")
 """The command line that runs."""
@@ -180,7 +162,7 @@ def application(calls: list[Call], words: Sequence[str]) -> App:
     def read(_: App, names: tuple[str, ...], arguments: Arguments) -> None:
         calls.append(Call(tuple(words), " ".join(names), arguments))
         for path in calls[-1].given("--config"):
-            _read_settings(calls[-1], path)
+            settings().read_settings(calls[-1], path)
 
     app = App(
         name="dynident",
@@ -189,7 +171,7 @@ def application(calls: list[Call], words: Sequence[str]) -> App:
         help_format="plaintext",
         help_formatter=_Help(),
         version_format="plaintext",
-        default_parameter=Parameter(negative=(), show_default=False),
+        default_parameter=Parameter(negative=(), show_default=False, allow_repeating=True),
         group_parameters=Group("options", sort_key=-1),
         group_arguments=Group("arguments", sort_key=-2),
         config=read,
@@ -241,6 +223,11 @@ def check_paths(call: Call) -> None:
         (folders if is_folder else owners)[place] = name
 
 
+def settings() -> Any:
+    """The module of files of options, which ``--help`` does without."""
+    return import_module(".settings", __package__)
+
+
 @contextmanager
 def about(*options: str) -> Iterator[None]:
     """Say of whatever is wrong within which options it is about.
@@ -267,11 +254,10 @@ class _Help(DefaultFormatter):
 
     def __call__(self, console: Any, options: Any, panel: Any) -> None:
         """Print one group of options."""
-        from rich.text import Text
-
         for entry in panel.entries:
-            if isinstance(told := getattr(entry.description, "primary_renderable", None), Text):
-                entry.description.primary_renderable = Text(" ".join(told.plain.split()))
+            told: Any = getattr(entry.description, "primary_renderable", None)
+            if hasattr(told, "plain"):
+                entry.description.primary_renderable = type(told)(" ".join(told.plain.split()))
         super().__call__(console, options, panel)
 
 
@@ -281,25 +267,6 @@ def _whole(part: inspect.Parameter) -> inspect.Parameter:
         return part.replace(default=part.annotation()) if part.kind is part.KEYWORD_ONLY else part
     except TypeError:  # some are required
         return part
-
-
-def _read_settings(call: Call, path: str) -> None:
-    """Add what the ``--config`` file says of options that are not typed.
-
-    Raises:
-        InputError: if the file cannot be read, or is another command's.
-    """
-    from ...common.schema import TOML_BYTES, read_text, toml_data  # --help does without
-
-    table = toml_data(read_text(path, TOML_BYTES), f"--config {path}")
-    meant = table.pop("command", call.command)
-    if meant != call.command:
-        raise InputError(
-            f"--config {path}: is for 'dynident {meant}', not for 'dynident {call.command}': "
-            f"give a file of {call.command!r}, or call {meant!r}"
-        )
-    table.pop("config", None)
-    Dict(table, source=path, use_commands_as_keys=False)(App(), (), call.arguments)
 
 
 def _text(error: CycloptsError) -> str:
@@ -327,21 +294,12 @@ def _beside_report(call: Call) -> Iterator[tuple[str, str, str]]:
     for page in call.given("--report"):
         if (path := call.settings_file(page)) is None:
             continue
-        if path.exists() and not _is_settings_file(path):
+        if path.exists() and not settings().is_settings_file(path):
             raise InputError(
                 f"--report {page!r}: {path} beside it would be overwritten, which holds no options of a "
                 "run: move it, or give the report another name"
             )
         yield "--report's options", "file", str(path)
-
-
-def _is_settings_file(path: Path) -> bool:
-    """Whether a file was written by a run, as ``settings_text`` gives it."""
-    try:
-        with path.open(encoding="utf-8", errors="replace") as file:
-            return file.readline().startswith(_HEAD)
-    except OSError:
-        return False
 
 
 def _may_be_file(place: Path) -> bool:

@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple, TypeVar
 
-from cyclopts import Parameter
+from cyclopts import Parameter, Token
 
 from ... import estimation, model
 
 if TYPE_CHECKING:
     from ...estimation import StopRule
     from ...model import Pose
-else:  # --help names options without importing what they become
-    StopRule = Pose = object
+
+    Truth = bool
+else:  # --help names options without importing what they become; a truth is a word, not a flag
+    StopRule = Pose = Truth = object
 
 _LEAST, _MOST = 1e-12, 1e9
 """Size of a number that is not 0: no length, time, mass or torque of an arm lies outside, and no sum of squares
@@ -45,6 +47,11 @@ def checked(value: _Value, good: bool, text: str, words: str) -> _Value:
     if not good:
         raise ValueError(f"{text!r} is not {words}")
     return value
+
+
+def truth(text: str) -> bool:
+    """true or false."""
+    return checked(text.lower() == "true", text.lower() in ("true", "false"), text, "true or false")
 
 
 def whole(text: str) -> int:
@@ -220,8 +227,13 @@ def frame(text: str) -> Pose:
 
 def word(read: Callable[[str], Any], metavar: str) -> Parameter:
     """A value that is read from one word, which may begin with a minus; a list in a file is joined by commas."""
+
+    def converted(_: object, tokens: Sequence[Token]) -> Any:
+        typed = tokens[-1].source == "cli"
+        return read(tokens[-1].value if typed else ",".join(token.value for token in tokens))
+
     return Parameter(
-        converter=lambda _, tokens: read(",".join(token.value for token in tokens)),
+        converter=converted,
         n_tokens=1,
         metavar=metavar,
         accepts_keys=False,

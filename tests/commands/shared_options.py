@@ -17,7 +17,7 @@ PROCESSING = {
     "--rate": "--rate 90",
     "--cutoff": "--cutoff 4",
     "--equation-rate": "--equation-rate 15",
-    "--offsets": "--offsets=false | --offsets",
+    "--offsets": "--offsets false | --offsets true",
     "--coulomb": "--coulomb paper",
 }
 FILTER = {option: entry for option, entry in PROCESSING.items() if option != "--equation-rate"}

@@ -15,6 +15,7 @@ import pytest
 from cyclopts import CycloptsError
 from dynident.apps.commands import COMMANDS
 from dynident.apps.commands.entry import application
+from dynident.apps.commands.settings import settings_text
 from dynident.cli import main
 from dynident.common.errors import InputError
 from dynident.model import load_robot
@@ -125,7 +126,8 @@ def test_a_file_of_options_stands_for_a_command_line(tmp_path: Path) -> None:
             "a.csv",
             "--loaded",
             'b "c".csv',
-            "--offsets=false",
+            "--offsets",
+            "false",
             "--signs",
             "-1,1",
         ],
@@ -136,7 +138,7 @@ def test_a_file_of_options_stands_for_a_command_line(tmp_path: Path) -> None:
 )
 def test_the_file_of_a_run_repeats_it(words: list[str], tmp_path: Path) -> None:
     typed, call = parsed(words)
-    text, command = call.settings_text(), words[: 2 if words[0] == "robot" else 1]
+    text, command = settings_text(call), words[: 2 if words[0] == "robot" else 1]
     assert tomllib.loads(text)["command"] == " ".join(command)
     (tmp_path / "run.toml").write_text(text, encoding="utf-8")
     read, _ = parsed([*command, "--config", str(tmp_path / "run.toml")])

@@ -15,7 +15,7 @@ from ....common.files import checksum, write_text
 from ....common.versions import versions
 from ... import report
 from ... import view as views
-from ..entry import CALL, FILES, VIEW, Options, options
+from ..entry import CALL, FILES, VIEW, Options, options, settings
 from ..progress import note, quiet, status
 from ..values import NewFile, NewFolder, NewPage, Reads, Stream
 
@@ -74,7 +74,7 @@ class PageOptions(ResultOptions):
         if self.report:
             report.write_report(self.report, content)
             if (path := CALL.get().settings_file(self.report)) is not None:
-                write_text(path, CALL.get().settings_text())
+                write_text(path, settings().settings_text(CALL.get()))
         if self.plots:
             report.write_plots(self.plots, content)
 

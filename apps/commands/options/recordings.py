@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, fields, replace
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import Annotated, Literal
 
 from cyclopts import Parameter
 
@@ -14,10 +14,7 @@ from ....common.progress import each
 from ... import logs, results
 from ..entry import LOGS, PROCESSING, RARE, Options, about, options
 from ..progress import note, status
-from ..values import Hertz, LogMapFile, Reads, gains_or_file, number, numbers, texts, word
-
-if TYPE_CHECKING:
-    from ...logs.map import LogMap
+from ..values import Hertz, LogMapFile, Reads, Truth, gains_or_file, number, numbers, texts, truth, word
 
 _PROCESSING = Parameter(group=PROCESSING)
 _RARE = Parameter(group=PROCESSING, show=False)
@@ -42,7 +39,7 @@ class Setup:
     processing: model.Processing
     gains: tuple[float, ...] | None
     identified: estimation.Gains | None
-    log_map: LogMap
+    log_map: logs.LogMap
     told: set[str] = field(default_factory=set)
 
     def read(self, paths: Sequence[str]) -> list[model.Recording]:
@@ -108,11 +105,9 @@ class LogOptions(Options):
     drive_gains: _Gains | None = None
     """Torque per current [N·m/A], or the --json of 'dynident gains'."""
 
-    def how(self) -> LogMap:
+    def how(self) -> logs.LogMap:
         """The map of ``--log-map`` with what the other options change."""
-        from ...logs.map import LogMap, read_log_map  # --help does without
-
-        log_map = read_log_map(self.log_map) if self.log_map else LogMap(source="command line")
+        log_map = logs.read_log_map(self.log_map) if self.log_map else logs.LogMap(source="command line")
         return logs.with_flags(log_map, self.joints, self.units, self.signs, self.topic)
 
     def gains(self, robot: model.Robot) -> tuple[tuple[float, ...] | None, estimation.Gains | None]:
@@ -133,7 +128,7 @@ class FilterOptions(LogOptions):
     """Resample to this even rate."""
     cutoff: Annotated[Hertz | None, _PROCESSING] = None
     """Low-pass on positions and speeds."""
-    offsets: Annotated[bool | None, _RARE] = None
+    offsets: Annotated[Truth | None, word(truth, "true|false"), _RARE] = None
     """Whether each joint has an offset."""
     coulomb: Annotated[Literal["sum", "paper"] | None, _RARE] = None
     """Coulomb friction of coupled drives."""
