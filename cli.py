@@ -51,8 +51,7 @@ def _run(words: tuple[str, ...]) -> int:
             stream.reconfigure(errors="replace")  # a terminal without Greek letters
     with warnings.catch_warnings():
         warnings.showwarning = _note
-        status = int(_commands("entry").run(words or ("--help",)))
-    return status if words else BAD_INPUT
+        return int(_commands("entry").run(words))
 
 
 def _commands(name: str) -> Any:

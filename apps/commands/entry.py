@@ -6,7 +6,7 @@ import inspect
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
-from dataclasses import dataclass
+from dataclasses import MISSING, dataclass, fields, is_dataclass
 from difflib import get_close_matches
 from importlib import import_module
 from itertools import chain
@@ -15,12 +15,12 @@ from typing import Annotated, Any, TypeVar, dataclass_transform, get_args, get_t
 
 from cyclopts import App, CoercionError, CycloptsError, Group, MissingArgumentError, Parameter
 from cyclopts import ArgumentCollection as Arguments
-from cyclopts.exceptions import UnknownCommandError
+from cyclopts.exceptions import UnknownCommandError, UnusedCliTokensError
 from cyclopts.help import DefaultFormatter
 
 from ...common.errors import InputError
 from ...common.files import is_device, keeping, place_of
-from . import COMMANDS
+from . import ANSWERED, BAD_INPUT, COMMANDS
 from .progress import Manner, finished, speaking, version_lines
 from .values import Reads, Writes
 
@@ -44,6 +44,7 @@ RARE = Parameter(show=False)
 """A setting for files of options (``--config``); the help of a command leaves it out."""
 
 _Kind = TypeVar("_Kind")
+_ASKING = {"--help", "-h", "--version"}
 _NEEDED = {
     False: "not a file in a folder that exists: make the folder, or give another path",
     True: "is not a folder, nor can one be made there: give another path",
@@ -202,7 +203,9 @@ def run(words: Sequence[str]) -> int:
     bound.apply_defaults()
     if calls:
         CALL.set(calls[-1])
-    return called(*bound.args, **bound.kwargs) or 0
+    status = called(*bound.args, **bound.kwargs)
+    asked = calls or not _ASKING.isdisjoint(words)  # else the help is shown for want of a command
+    return int(status or ANSWERED) if asked else BAD_INPUT
 
 
 def check_paths(call: Call) -> None:
@@ -263,10 +266,9 @@ class _Help(DefaultFormatter):
 
 def _whole(part: inspect.Parameter) -> inspect.Parameter:
     """Options that need nothing are made where nothing is said of them."""
-    try:
-        return part.replace(default=part.annotation()) if part.kind is part.KEYWORD_ONLY else part
-    except TypeError:  # some are required
-        return part
+    kind: Any = part.annotation
+    whole = is_dataclass(kind) and all(entry.default is not MISSING for entry in fields(kind))
+    return part.replace(default=kind()) if whole else part
 
 
 def _text(error: CycloptsError) -> str:
@@ -282,6 +284,8 @@ def _text(error: CycloptsError) -> str:
         return f"{'' if source == 'cli' else f'{source}: '}{error.argument.name}: {error.msg}"
     if isinstance(error, MissingArgumentError) and error.argument is not None:
         return f"give {error.argument.name}" if error.keyword is None else f"{error.keyword} needs a value"
+    if isinstance(error, UnusedCliTokensError) and error.unused_tokens:
+        return f"{error.unused_tokens[0]!r} is one word too many"
     return str(error)
 
 

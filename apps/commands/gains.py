@@ -14,10 +14,16 @@ from . import answered
 from .entry import LOGS, command, options
 from .options import Options, PageOptions, ProcessingOptions, RobotOptions
 from .progress import status
-from .values import DataFile, LoadedFile, PayloadFile, whole_list, with_sigma, word
+from .values import DataFile, LoadedFile, PayloadFile, checked, texts, with_sigma, word
 
 _Masses = Annotated[tuple[tuple[float, ...], float | None], word(with_sigma, "KG[,KG..][+-KG]")]
-_Numbers = Annotated[tuple[int, ...], word(whole_list, "N1,N2,..")]
+
+
+def _whole_list(text: str) -> tuple[int, ...]:
+    """Whole numbers separated by commas."""
+    parts = texts(text)
+    good = all(part.isdecimal() and len(part) < 9 for part in parts)
+    return tuple(map(int, checked(parts, good, text, "a list of whole numbers such as 1,2,2")))
 
 
 @options()
@@ -32,7 +38,7 @@ class _Known(Options):
     """The payload's mass; of several weights one for each --loaded; +- their sigma (default: 0)."""
     payload: PayloadFile | None = None
     """Mass, com, inertia_com as far as they are known, instead of --mass."""
-    mounting: _Numbers = ()
+    mounting: Annotated[tuple[int, ...], word(_whole_list, "N1,N2,..")] = ()
     """One number for each --loaded: equal ones share a centre of mass (default: all one)."""
 
     def load(self) -> estimation.KnownLoad | list[estimation.KnownLoad]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Annotated
 
@@ -28,17 +28,35 @@ from .values import DataFile, Essential, HeldOutFile, LoadedFile, RobotParameter
 
 
 @options()
-class _Payload(FrictionOptions):
-    """Recordings, and by which methods they are answered."""
+class ComparedOptions(FrictionOptions):
+    """Recordings with a payload, and what they are compared with."""
 
     unloaded: tuple[DataFile, ...] = ()
     """Recording without payload; repeatable: several are recordings of one robot."""
     loaded: tuple[LoadedFile, ...]
-    """Recording with payload; repeatable: several are of one payload; method 3 pairs them in order."""
+    """Recording with payload; repeatable, in the order they were made: several are of one payload, paired with
+    those without it in this order (weigh, method 3)."""
+    robot_parameters: RobotParametersFile | None = None
+    """The --json of 'dynident identify' (method 1; weigh: instead of --unloaded)."""
+
+    def check(self) -> None:
+        """Refuse recordings with a payload that nothing stands beside."""
+        if not self.unloaded and not self.robot_parameters:
+            raise InputError(
+                "give --unloaded recordings or --robot-parameters: without either nothing can be compared"
+            )
+
+    def stored(self) -> results.StoredRobot | None:
+        """The robot's parameters from a file."""
+        return results.read_stored_robot(self.robot_parameters) if self.robot_parameters else None
+
+
+@options()
+class _Payload(ComparedOptions):
+    """Recordings, and by which methods they are answered."""
+
     validate: tuple[HeldOutFile, ...] = ()
     """Another one without payload, held out; repeatable."""
-    robot_parameters: RobotParametersFile | None = None
-    """The --json of 'dynident identify' (method 1)."""
     method: Annotated[str, word(method, "NAME")] = "all"
     """known-robot (1), change (2), difference (3), global (4) or all (default); see docs/theory.md."""
     free_friction: Annotated[bool, RARE] = False
@@ -52,7 +70,7 @@ class _Payload(FrictionOptions):
 
     def check(self) -> None:
         """Refuse options that the methods asked for cannot use."""
-        check_compared(self.unloaded, self.robot_parameters)
+        super().check()
         if self.method not in ("1", "all"):
             self.refuse("free_friction", "belongs to method 1, which is not among the methods asked for")
         if self.method not in ("4", "all"):
@@ -80,7 +98,7 @@ def run(
     view.check_view()
     request.check()
     constraints = knowledge.constraints()
-    stored = results.read_stored_robot(request.robot_parameters) if request.robot_parameters else None
+    stored = request.stored()
     setup = processing.setup(arm.load(), stored)
     unloaded, loaded, held_out = (
         setup.read(paths) for paths in (request.unloaded, request.loaded, request.validate)
@@ -118,12 +136,6 @@ def run(
     files.write_equations(lambda: estimation.payload_system(problem, loaded, unloaded, setup.processing))
     view.write_view(lambda: views.view_of_answer(setup.robot, loaded[0], answer))
     return answered(answer.verdict.level)
-
-
-def check_compared(unloaded: Sequence[str], robot_parameters: str | None) -> None:
-    """Refuse recordings with a payload that nothing stands beside."""
-    if not unloaded and not robot_parameters:
-        raise InputError("give --unloaded recordings or --robot-parameters: without either nothing can be compared")
 
 
 @contextmanager

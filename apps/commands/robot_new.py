@@ -18,7 +18,7 @@ from . import ANSWERED
 from .entry import command, options
 from .options import Options, print_lines
 from .progress import note
-from .values import NewFile, Positions, checked, number, positive_number, texts, three, word
+from .values import NewFile, Positions, checked, number, numbers, positive_number, texts, word
 
 if TYPE_CHECKING:
     from ...model import JointAxis, Pose
@@ -106,7 +106,8 @@ def _direction(text: str) -> tuple[float, float, float]:
         x, y, z = (sign * component + 0.0 for component in _AXES[plain])
         return x, y, z
     checked(text, text.count(":") == 2, text, "a direction: x, -y, .. or a:b:c")
-    return three(text.replace(":", ","))
+    x, y, z = numbers(text.replace(":", ","), 3)
+    return x, y, z
 
 
 def joint_axis(text: str) -> model.JointAxis:
@@ -115,7 +116,8 @@ def joint_axis(text: str) -> model.JointAxis:
         parts = list(texts(text))
         slides = parts[-1] == "slide"
         direction, *point = parts[:-1] if slides else parts
-        return model.JointAxis("prismatic" if slides else "revolute", _direction(direction), three(",".join(point)))
+        x, y, z = numbers(",".join(point), 3)
+        return model.JointAxis("prismatic" if slides else "revolute", _direction(direction), (x, y, z))
     except ValueError as error:
         raise ValueError(f"{text!r} is not AXIS,X,Y,Z[,slide]: {error}") from None
 
@@ -128,7 +130,7 @@ def flange(text: str) -> model.Pose:
         along, across = (np.array(_direction(part)) for part in parts[3:])
         along, across = along / np.linalg.norm(along), across / np.linalg.norm(across)
         turned = np.column_stack([across, np.cross(along, across), along])
-        return model.Pose.of(turned, np.array(three(",".join(parts[:3]))))
+        return model.Pose.of(turned, np.array(numbers(",".join(parts[:3]), 3)))
     except ValueError as error:
         raise ValueError(
             f"{text!r}: X,Y,Z,ZAXIS,XAXIS with two directions at right angles is needed ({error})"

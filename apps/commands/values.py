@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from functools import partial
 from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple, TypeVar
 
 from cyclopts import Parameter, Token
@@ -22,7 +23,7 @@ _LEAST, _MOST = 1e-12, 1e9
 """Size of a number that is not 0: no length, time, mass or torque of an arm lies outside, and no sum of squares
 overflows within."""
 _COUNTS = 1_000_000
-"""Points, arms, days or processes at most: more fill the memory before anything is told."""
+"""Points, processes or random starts at most: more fill the memory before anything is told."""
 _Value = TypeVar("_Value")
 
 
@@ -54,22 +55,10 @@ def truth(text: str) -> bool:
     return checked(text.lower() == "true", text.lower() in ("true", "false"), text, "true or false")
 
 
-def whole(text: str) -> int:
-    """A whole number of at least 0."""
-    good = text.isdecimal() and len(text) < 10
-    return checked(int(text) if good else 0, good, text, "a whole number of at least 0")
-
-
-def positive(text: str) -> int:
-    """A whole number of at least 1, such as a count."""
-    count = whole(text)
-    return checked(count, 1 <= count <= _COUNTS, text, f"a whole number from 1 to {_COUNTS}")
-
-
-def port_number(text: str) -> int:
-    """A port of TCP."""
-    port = whole(text)
-    return checked(port, 0 < port < 65536, text, "a port from 1 to 65535")
+def whole(text: str, least: int = 0, most: int = 999_999_999) -> int:
+    """A whole number; cyclopts rounds 1.5 where it reads one."""
+    good = text.isdecimal() and len(text) < 10 and least <= int(text) <= most
+    return checked(int(text) if good else 0, good, text, f"a whole number from {least} to {most}")
 
 
 def number(text: str) -> float:
@@ -107,17 +96,6 @@ def numbers(text: str, count: int | None = None) -> tuple[float, ...]:
     return checked(values, len(values) == (count or len(values)), text, words)
 
 
-def three(text: str) -> tuple[float, float, float]:
-    """Three numbers separated by commas."""
-    x, y, z = numbers(text, 3)
-    return x, y, z
-
-
-def six(text: str) -> tuple[float, ...]:
-    """Six numbers separated by commas."""
-    return numbers(text, 6)
-
-
 def with_sigma(text: str) -> tuple[tuple[float, ...], float | None]:
     """Masses [kg] and their standard deviation where it is told: 2.5+-0.01."""
     values, mark, sigma = text.replace("±", "+-").partition("+-")
@@ -146,13 +124,6 @@ def names_list(text: str) -> tuple[str, ...]:
     names = texts(text)
     good = all(names) and len(set(names)) == len(names)
     return checked(names, good, text, "a list of different names separated by commas")
-
-
-def whole_list(text: str) -> tuple[int, ...]:
-    """Whole numbers separated by commas."""
-    parts = texts(text)
-    good = all(part.isdecimal() and len(part) < 9 for part in parts)
-    return tuple(map(int, checked(parts, good, text, "a list of whole numbers such as 1,2,2")))
 
 
 def joint_list(text: str) -> tuple[int, ...]:
@@ -203,9 +174,10 @@ def method(text: str) -> str:
 def mount(text: str) -> tuple[str, tuple[float, float, float]]:
     """How the base stands: roll, pitch, yaw [rad] from a word or degrees; or gravity in its frame [m/s²]."""
     if text.startswith("gravity="):
-        return "gravity", three(text.removeprefix("gravity="))
+        x, y, z = numbers(text.removeprefix("gravity="), 3)
+        return "gravity", (x, y, z)
     try:
-        roll, pitch, yaw = model.frames.MOUNTS[text] if text in model.frames.MOUNTS else three(text)
+        roll, pitch, yaw = model.frames.MOUNTS[text] if text in model.frames.MOUNTS else numbers(text, 3)
     except ValueError as error:
         known = ", ".join(model.frames.MOUNTS)
         raise ValueError(f"{error}: give {known}, roll,pitch,yaw or gravity=X,Y,Z") from None
@@ -221,7 +193,7 @@ def chain(text: str) -> tuple[str | None, str | None]:
 
 def frame(text: str) -> Pose:
     """A frame by three lengths in m and three angles in degrees."""
-    values = six(text)
+    values = numbers(text, 6)
     return model.Pose.from_rpy(values[:3], [math.radians(angle) for angle in values[3:]])
 
 
@@ -245,9 +217,9 @@ Hertz = Annotated[float, word(number, "HZ")]
 Kilograms = Annotated[float, word(positive_number, "KG")]
 Seconds = Annotated[float, word(positive_number, "S")]
 Share = Annotated[float, word(share, "SHARE")]
-Count = Annotated[int, word(positive, "N")]
+Count = Annotated[int, word(partial(whole, least=1, most=_COUNTS), "N")]
 Seed = Annotated[int, word(whole, "N")]
-Port = Annotated[int, word(port_number, "N")]
+Port = Annotated[int, word(partial(whole, least=1, most=65535), "N")]
 Positions = Annotated[tuple[float, ...], word(numbers, "Q1,Q2,..")]
 """In degrees of turning joints, metres of sliding ones."""
 Joints = Annotated[tuple[int, ...], word(joint_list, "J1,J2,..")]

@@ -13,7 +13,6 @@ from .. import view as views
 from . import answered
 from .entry import command, options
 from .options import (
-    FrictionOptions,
     GainOptions,
     KnowledgeOptions,
     PageOptions,
@@ -21,21 +20,15 @@ from .options import (
     RobotOptions,
     ViewOptions,
 )
-from .payload import check_compared, constraints_solved, show_payload
+from .payload import ComparedOptions, constraints_solved, show_payload
 from .progress import status
-from .values import DataFile, Joints, LoadedFile, RobotParametersFile
+from .values import Joints
 
 
 @options()
-class _Weigh(FrictionOptions):
+class _Weigh(ComparedOptions):
     """Recordings of the short motion, and what it is compared with."""
 
-    unloaded: tuple[DataFile, ...] = ()
-    """The same motion without the payload: one for all of --loaded, or one for each."""
-    loaded: tuple[LoadedFile, ...]
-    """The motion with the payload; give it again for repeated recordings, in the order they were made."""
-    robot_parameters: RobotParametersFile | None = None
-    """The --json of 'dynident identify', instead."""
     moving: Joints | None = None
     """Joints that move; seen by default."""
     inertia: Annotated[str | None, Parameter(metavar="box:AxBxC|cylinder:DxL")] = None
@@ -54,13 +47,13 @@ def run(
     view: ViewOptions,
 ) -> int:
     """Run it."""
-    check_compared(request.unloaded, request.robot_parameters)
+    request.check()
     if not request.robot_parameters:
         request.refuse("friction_change", "belongs to --robot-parameters: a difference of torques frees friction")
     view.check_view()
     constraints = knowledge.constraints()
     stand_in = estimation.StandIn.parse(request.inertia) if request.inertia is not None else None
-    stored = results.read_stored_robot(request.robot_parameters) if request.robot_parameters else None
+    stored = request.stored()
     setup = processing.setup(arm.load(), stored)
     robot, settings = setup.robot, setup.processing
     loaded, unloaded = setup.read(request.loaded), setup.read(request.unloaded)

@@ -5,13 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 from typing import Annotated
 
 from .... import estimation, model
 from ....common.errors import InputError
 from ... import results
 from ..entry import DRIVES, KNOWN, RARE, Options, about, options
-from ..values import Bounds, Share, Weighed, gain_errors, six, word
+from ..values import Bounds, Share, Weighed, gain_errors, numbers, word
 from .recordings import Setup
 
 _FROM_ROBOT = (
@@ -21,8 +22,8 @@ _INSTEAD = (
     "The robot's parameters were identified with another uncertainty of the gains; what is told now goes for both: "
     "the same drives, the same errors."
 )
-_Box = Annotated[tuple[float, ...], word(six, "X0,X1,Y0,Y1,Z0,Z1")]
-_Ellipsoid = Annotated[tuple[float, ...], word(six, "X,Y,Z,A,B,C")]
+_Box = Annotated[tuple[float, ...], word(partial(numbers, count=6), "X0,X1,Y0,Y1,Z0,Z1")]
+_Ellipsoid = Annotated[tuple[float, ...], word(partial(numbers, count=6), "X,Y,Z,A,B,C")]
 _Errors = Annotated[tuple[tuple[float, ...], float], word(gain_errors, "2%|S1,S2,..%|common=1%")]
 
 
