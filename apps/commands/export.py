@@ -23,9 +23,8 @@ Name = Literal["abb", "kuka", "ur", "ros2", "franka", "fanuc", "yaskawa", "staub
 """The formats, told again here so that ``--help`` need not load them."""
 NAMES = get_args(Name)
 _FARTHEST = 100.0  # m
-_N = Annotated[float, word(number, "N")]
 _AS_POSE = Parameter(metavar="X Y Z RX RY RZ", allow_leading_hyphen=True)
-_Pose = tuple[_N, _N, _N, _N, _N, _N]
+_Pose = tuple[float, float, float, float, float, float]
 
 
 @options()
@@ -108,7 +107,7 @@ def _seen_from(
     """The load in a frame that stands at a pose, in metres and degrees, in the present one."""
     place, turn = (", ".join(f"{value:g}" for value in part) for part in (pose[:3], pose[3:]))
     told = f"({place}) m, ({turn}) deg"
-    if max(map(abs, pose[:3])) > _FARTHEST:
-        raise InputError(f"{option} {told}: metres up to {_FARTHEST:g} and degrees are needed")
+    if not all(map(math.isfinite, pose)) or max(map(abs, pose[:3])) > _FARTHEST:
+        raise InputError(f"{option} {told}: six finite numbers are needed, metres up to {_FARTHEST:g} and degrees")
     frame = model.Pose.from_rpy(pose[:3], [math.radians(angle) for angle in pose[3:]])
     return load.seen_from(frame.R, frame.p, f"{name}, at {told} in {of}")

@@ -25,7 +25,6 @@ _CLOSE = (
     "whole arm's mass) bounds them; a longer recording that moves every joint is better"
 )
 """What to do where no finite robot is nearest."""
-_Number = Annotated[float, word(number, "N")]
 _POSSIBLE = Parameter(group=Group("a robot that can exist", "Beside the free estimate."))
 
 
@@ -49,7 +48,7 @@ class _Identify(Options):
     """Of the moving links; prior: cylinders of this mass instead of the robot's file."""
     prior_budget: Annotated[float | None, word(number, "CHI2"), _POSSIBLE] = None
     """What the prior may cost in chi2 (default: 1)."""
-    total_mass: Annotated[tuple[_Number, _Number] | None, _POSSIBLE, Parameter(metavar="LOW HIGH")] = None
+    total_mass: Annotated[tuple[float, float] | None, _POSSIBLE, Parameter(metavar="LOW HIGH")] = None
     """Of all links [kg]."""
 
     def check(self) -> None:
