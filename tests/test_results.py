@@ -60,9 +60,7 @@ def test_a_target_that_cannot_be_written_costs_no_work(
 
 
 def test_version_names_the_solvers(capsys: pytest.CaptureFixture[str]) -> None:
-    with pytest.raises(SystemExit) as stop:
-        main(["--version"])
-    assert stop.value.code == 0
+    assert main(["--version"]) == 0
     versions = dict(line.split(maxsplit=1) for line in capsys.readouterr().out.splitlines())
     assert next(iter(versions)) == "dynident"
     for package in ("casadi", "clarabel", "numpy", "scipy"):
@@ -77,4 +75,4 @@ def test_version_and_help_load_nothing_heavy() -> None:
     )
     for option in ("--version", "--help"):
         answer = subprocess.run([sys.executable, "-c", code, option], capture_output=True, text=True, check=True)
-        assert not set(answer.stderr.split()) & {"numpy", "casadi", "scipy", "matplotlib", "rich"}
+        assert not set(answer.stderr.split()) & {"numpy", "casadi", "scipy", "matplotlib", "msgspec"}

@@ -6,27 +6,54 @@ Only the file of the command that is called is imported, so that ``dynident --he
 ANSWERED, DO_NOT_USE, BAD_INPUT, INTERNAL_ERROR, INTERRUPTED, BROKEN_PIPE = 0, 1, 2, 3, 130, 141
 """Exit statuses of every command."""
 COMMANDS = {
-    "weigh": "what hangs on the flange, from a short motion near a pose",
-    "verify": "how much the following error fell after a payload was entered",
-    "payload": "identify a payload from recordings with and without it",
-    "identify": "identify the robot's own parameters, without payload",
-    "rollout": "how far the identified robot's motion strays from a recording's",
-    "gains": "identify drive gains from currents and a payload of known mass",
-    "record": "record from the robot itself, over the network",
-    "apply": "write an identified payload into the controller, over the network",
-    "compare": "recordings of one robot side by side: which is the odd one, and in what",
-    "fleet": "many recordings of many robots: reduced in parallel, and what changed",
-    "check": "look at logs: what was understood, what looks wrong",
-    "export": "write an identified payload for a controller or a simulator",
-    "robot": "show a robot, make a new one, check its kinematics by a recording",
-    "codegen": "write a function of the robot as self-contained C",
-    "design": "the most informative motion within the robot's limits",
-    "near": "a short motion about a pose, for weigh: what it will show, and the motion",
-    "score": "what a motion teaches, and whether it keeps the limits",
-    "simulate": "recordings of a robot with known parameters under its controller",
-    "demo": "the paper's experiment on a simulated RX90",
+    "weigh": ("weigh:run", "What hangs on the flange, from a short motion near a pose."),
+    "verify": ("verify:run", "How much the following error fell after a payload was entered."),
+    "payload": ("payload:run", "Identify a payload from recordings with and without it."),
+    "identify": ("identify:run", "Identify the robot's own parameters, without payload."),
+    "rollout": ("rollout:run", "How far the identified robot's motion strays from a recording's."),
+    "gains": ("gains:run", "Identify drive gains from currents and a payload of known mass."),
+    "record": ("record:run", "Record from the robot itself, over the network."),
+    "apply": ("apply:run", "Write an identified payload into the controller, over the network."),
+    "compare": ("compare:run", "Recordings of one robot side by side: which is the odd one, and in what."),
+    "fleet": ("", "Many recordings of many robots: reduced in parallel, and what changed."),
+    "fleet reduce": ("fleet:run_reduce", "Each recording to its equations in a store."),
+    "fleet report": ("fleet:run_report", "Friction, payload, scales: what changed."),
+    "check": (
+        "check:run",
+        "Look at logs: what was understood, what looks wrong.\n\nAnd how surely they show each base parameter. "
+        "Whether order, senses and zeros of the joints are the robot's, and whether forward kinematics "
+        "reproduces a logged tool pose, is for 'dynident robot check'.",
+    ),
+    "export": ("export:run", "Write an identified payload for a controller or a simulator."),
+    "robot": ("", "Show a robot, make a new one, check its kinematics by a recording."),
+    "robot list": ("robot:run_list", "The shipped robots."),
+    "robot show": ("robot:run_show", "Table, limits and frames of a robot, and a drawing."),
+    "robot new": (
+        "robot_new:run",
+        "Make a robot's file from a data sheet.\n\nTake any pose in which the data sheet draws the arm. x, y, z "
+        "are those of the base: z up along the mounting, x to the front. For every joint, base to tip, give the "
+        "direction of its axis (by the right-hand rule: thumb along it, the fingers turn the way the sheet "
+        "counts positive) and any point on the axis; then the flange. Where the modified DH table is known, "
+        "--template gives its file to fill in; it shows every key that a robot's file may have.",
+    ),
+    "robot check": (
+        "robot:run_check",
+        "Check order, senses and zeros of the joints by tool poses or torques.\n\nWhere a log carries the pose "
+        "of the tool (columns x, y, z and qx, qy, qz, qw, or [pose] of the log map), forward kinematics must "
+        "reproduce it: the residual is told with the constant base and tool that fit best. Where it carries "
+        "torques or currents, recorded without payload, other orders, senses and zeros of the joints are ranked "
+        "by what the robot's model leaves unexplained. The best one is suggested, never applied. Exit status 1 "
+        "if the pose is not reproduced within 5 mm and 1 degree, or if another reading does clearly better.",
+    ),
+    "robot export": ("robot:run_export", "Write the whole robot as MJCF, USD, URDF or SDFormat."),
+    "codegen": ("codegen:run", "Write a function of the robot as self-contained C."),
+    "design": ("design:run", "The most informative motion within the robot's limits."),
+    "near": ("near:run", "A short motion about a pose, for weigh: what it will show, and the motion."),
+    "score": ("score:run", "What a motion teaches, and whether it keeps the limits."),
+    "simulate": ("simulate:run", "Recordings of a robot with known parameters under its controller."),
+    "demo": ("demo:run", "The paper's experiment on a simulated RX90."),
 }
-"""Each command and what it does, in the order of ``dynident --help``."""
+"""Each command, where it is, and what it does, in the order of ``dynident --help``."""
 
 
 def answered(level: str) -> int:

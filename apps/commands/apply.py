@@ -5,15 +5,17 @@ from __future__ import annotations
 import math
 import sys
 import time
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated, Literal
+
+from cyclopts import Parameter
 
 from ...common.errors import InputError, one_line, printable
 from .. import export, live
 from . import ANSWERED, DO_NOT_USE
-from .options import HostOptions, Options, option
+from .entry import CONTROLLER, command
+from .options import HostOptions
 from .progress import note, quiet
-from .values import port_number
+from .values import PayloadResultFile, Port
 
 if TYPE_CHECKING:
     from ..export.controllers import ControllerLoad
@@ -25,25 +27,27 @@ _CLOSE = 2e-6
 _FIELDS = (live.TIME, live.MASS, live.CENTRE, live.INERTIA)
 
 
-@dataclass(frozen=True)
-class _Apply(Options):
-    """The payload, and where it goes."""
+@command
+def run(
+    payload: PayloadResultFile,
+    *,
+    to: Literal["ur"],
+    yes: bool = False,
+    despite_verdict: bool = False,
+    controller: HostOptions,
+    script_port: Annotated[Port | None, Parameter(group=CONTROLLER)] = None,
+) -> int:
+    """Run it: nothing is sent before the word is given.
 
-    payload: str = option(
-        "payload", reads="payload", metavar="PAYLOAD.json", help="the --json of 'dynident payload' or 'weigh'"
-    )
-    to: str = option(required=True, choices=("ur",), help="whose controller: ur, a Universal Robots one")
-    yes: bool = option(action="store_true", help="send it without asking")
-    despite_verdict: bool = option(action="store_true", help="send it, inertia and all, whatever the verdict")
-    script_port: int | None = option(
-        group="controller", type=port_number, metavar="N", help="its port of scripts (default: 30002)"
-    )
-
-
-def run(request: _Apply, controller: HostOptions) -> int:
-    """Run it: nothing is sent before the word is given."""
-    load = export.controllers.read_load(request.payload, None, request.despite_verdict)
-    if not request.despite_verdict and load.verdict == "do_not_use":
+    Args:
+        payload: The --json of 'dynident payload' or 'weigh'.
+        to: Whose controller: ur, a Universal Robots one.
+        yes: Send it without asking.
+        despite_verdict: Send it, inertia and all, whatever the verdict.
+        script_port: Its port of scripts (default: 30002).
+    """
+    load = export.controllers.read_load(payload, None, despite_verdict)
+    if not despite_verdict and load.verdict == "do_not_use":
         print(
             one_line(
                 f"dynident: not sent: the verdict on {load.source} is 'do not use': {'; '.join(load.reasons)}"
@@ -55,9 +59,7 @@ def run(request: _Apply, controller: HostOptions) -> int:
         raise InputError(f"{load.source}: {load.beyond_rating}: not sent")
     at_flange = load.in_flange()
     if at_flange is None:
-        raise InputError(
-            f"{request.payload}: the payload's frame is {load.frame!r}, not the flange: nothing was sent"
-        )
+        raise InputError(f"{payload}: the payload's frame is {load.frame!r}, not the flange: nothing was sent")
     load = at_flange.rounded()
     command = command_of(load)
     if not controller.host:
@@ -65,10 +67,10 @@ def run(request: _Apply, controller: HostOptions) -> int:
     text = live.program(command)
     if not quiet():
         print(f"To {controller.host}, beside the program that runs there:\n\n{printable(text)}")
-    if not request.yes and not _agreed():
+    if not yes and not _agreed():
         note("nothing was sent: answer yes, or give --yes")
         return ANSWERED
-    _apply(request, controller, load, text)
+    _apply(controller, script_port or live.SCRIPT_PORT, load, text)
     if not quiet():
         print("The controller shows this payload now.")
     return ANSWERED
@@ -88,7 +90,7 @@ def _agreed() -> bool:
     return sys.stdin.readline().strip() in ("yes", "y")
 
 
-def _apply(request: _Apply, controller: HostOptions, load: ControllerLoad, text: str) -> None:
+def _apply(controller: HostOptions, port: int, load: ControllerLoad, text: str) -> None:
     """Send the program and see that the controller holds what was sent.
 
     Raises:
@@ -98,7 +100,7 @@ def _apply(request: _Apply, controller: HostOptions, load: ControllerLoad, text:
         client.start(_FIELDS, 25.0)
         if live.MASS not in (client.layout.names or ()):
             raise InputError(f"{client.host}: the controller does not tell its payload: nothing was sent")
-        with live.send_program(text, controller.host or "", request.script_port or live.SCRIPT_PORT):
+        with live.send_program(text, controller.host or "", port):
             wrong, begin = "nothing", time.monotonic()
             while time.monotonic() - begin < _PATIENCE:
                 if len(shown := client.take()) and not (wrong := _differing(shown, load)):

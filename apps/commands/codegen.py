@@ -2,26 +2,28 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import Annotated
+
+from cyclopts import Parameter
 
 from ... import model
 from ...common.errors import printable
 from . import ANSWERED
-from .options import Options, RobotOptions, option
+from .entry import command
+from .options import RobotOptions
 from .progress import quiet
+from .values import NewFolder
 
 
-@dataclass(frozen=True)
-class _Code(Options):
-    """Which function, and where its files go."""
+@command
+def run(*, robot: RobotOptions, function: Annotated[str, Parameter(metavar="NAME")], out: NewFolder) -> int:
+    """Run it.
 
-    function: str = option(required=True, metavar="NAME", help="such as base_regressor")
-    out: str = option(writes="folder", required=True, metavar="DIR", help="folder of the files, made if missing")
-
-
-def run(robot: RobotOptions, code: _Code) -> int:
-    """Run it."""
-    for path in model.generate_code(robot.load(), code.function, code.out):
+    Args:
+        function: Such as base_regressor.
+        out: Folder of the files, made if missing.
+    """
+    for path in model.generate_code(robot.load(), function, out):
         if not quiet():
             print(printable(str(path)))
     return ANSWERED

@@ -2,46 +2,40 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 from ... import estimation
 from ...common.errors import InputError
 from ...common.files import checksum
 from .. import fleet, report
 from . import ANSWERED
-from .options import Options, ProcessingOptions, ResultOptions, RobotOptions, option
+from .entry import command
+from .options import ProcessingOptions, ResultOptions, RobotOptions
 from .progress import bar
+from .values import DataFile
 
 
-@dataclass(frozen=True)
-class _Logs(Options):
-    """Recordings of one robot."""
+@command
+def run(
+    data: tuple[DataFile, ...], *, arm: RobotOptions, processing: ProcessingOptions, files: ResultOptions
+) -> int:
+    """Run it.
 
-    logs: tuple[str, ...] = option(
-        "logs", reads="without payload", nargs="+", metavar="LOG", help="recordings of one robot without payload"
-    )
-
-    def check(self) -> None:
-        """Refuse a single recording, and one that is given twice."""
-        if len(self.logs) < 2:
-            raise InputError("one recording: give two or more to compare")
-        first = dict[str, str]()
-        for path in self.logs:
-            if first.setdefault(checksum(path), path) != path or self.logs.count(path) > 1:
-                raise InputError(f"{path} is given twice: a recording counts once")
-
-
-def run(arm: RobotOptions, request: _Logs, processing: ProcessingOptions, files: ResultOptions) -> int:
-    """Run it."""
-    request.check()
+    Args:
+        data: Recordings of one robot without payload.
+    """
+    if len(data) < 2:
+        raise InputError("one recording: give two or more to compare")
+    first = dict[str, str]()
+    for path in data:
+        if first.setdefault(checksum(path), path) != path or data.count(path) > 1:
+            raise InputError(f"{path} is given twice: a recording counts once")
     setup = processing.setup(arm.load())
     results, settings = [], estimation.Settings(setup.processing)
     with bar("identifying") as progress:
-        for k, path in enumerate(request.logs, 1):
+        for k, path in enumerate(data, 1):
             result = estimation.identify(setup.robot, setup.read([path]), settings, gains=setup.identified)
             results.append(result)
-            progress(k / len(request.logs))
-    compared = fleet.compared(request.logs, results)
+            progress(k / len(data))
+    compared = fleet.compared(data, results)
     files.show(report.compared_screen(compared))
     files.write_json(lambda: report.documents.ComparedDocument.of(compared))
     return ANSWERED

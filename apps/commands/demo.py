@@ -6,10 +6,11 @@ The paper is silent about the arm's spring, the motion between points and the no
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
-from typing import ClassVar
+from dataclasses import replace
+from typing import Annotated, Literal
 
 import numpy as np
+from cyclopts import Parameter
 
 from ... import estimation, model, trajectories
 from ...common.files import made_folder
@@ -17,9 +18,10 @@ from ...common.progress import Progress, silent
 from .. import report, results
 from ..logs.map import LogMap
 from . import ANSWERED
-from .options import Options, PageOptions, Setup, option
+from .entry import command, options
+from .options import Options, PageOptions, Setup
 from .progress import bar, status
-from .values import positive, share, whole
+from .values import Count, NewFolder, Seed, Share
 
 TRAJECTORIES = 18
 """For identification, as in the paper; one more is held out."""
@@ -81,30 +83,31 @@ def reduced_experiment(experiment: trajectories.Experiment, progress: Progress =
     )
 
 
-@dataclass(frozen=True)
+@options()
 class _Demo(Options):
     """The experiment, and where its results go."""
 
-    out: str = option(writes="folder", default="demo", metavar="DIR", help="folder of the results (default: demo)")
-    seed: int = option(type=whole, default=0, help="of the trajectories and the noise (default: 0)")
-    trajectories: int = option(type=positive, default=18, metavar="N", help="default: 18, as in the paper")
-    noise: str = option(
-        choices=("paper", "slow", "none"),
-        default="paper",
-        help="as the paper's robot (default), with a memory of 0.8 s, or none",
-    )
-    gain_error: float = option(
-        type=share, default=0.0, metavar="SHARE", help="of the drive gains, such as 0.02 (default: 0)"
-    )
+    out: NewFolder = "demo"
+    """Folder of the results (default: demo)."""
+    seed: Seed = 0
+    """Of the trajectories and the noise (default: 0)."""
+    trajectories: Count = TRAJECTORIES
+    """Default: 18, as in the paper."""
+    noise: Literal["paper", "slow", "none"] = "paper"
+    """As the paper's robot (default), with a memory of 0.8 s, or none."""
+    gain_error: Share = 0.0
+    """Of the drive gains, such as 0.02 (default: 0)."""
 
 
+@options()
 class _Pages(PageOptions):
     """The report and its figures; JSON stands in the folder of the results."""
 
-    WITHOUT: ClassVar[frozenset[str]] = frozenset({"json"})
+    json: Annotated[None, Parameter(parse=False)] = None
 
 
-def run(demo: _Demo, pages: _Pages) -> int:
+@command
+def run(*, demo: _Demo, pages: _Pages) -> int:
     """Simulate, identify by all four methods, and print the payload beside the truth.
 
     The report goes into the folder of the results unless another place is named.

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from pathlib import Path
-from typing import ClassVar
+from typing import Annotated, Literal
+
+from cyclopts import Parameter
 
 from ... import model, trajectories
 from ...common.arrays import Array
@@ -14,43 +15,39 @@ from ...common.files import made_folder, write_text
 from .. import export, report
 from .. import view as views
 from . import ANSWERED
+from .entry import FILES, MOTION, SEARCH, command, options
 from .motion import FIGURE_RATE, Asked, Judged, MotionFiles, best_motion, build_request, floor_of, show
-from .options import GoalOptions, LimitOptions, Options, RehearsedRobotOptions, ViewOptions, in_si, option
-from .values import number, numbers, positive, positive_number, whole
+from .options import Options, RehearsedRobotOptions, ViewOptions
+from .options.motions import GoalOptions, LimitOptions, in_si
+from .values import Count, NewFolder, Positions, Seconds, Seed, number, numbers, word
 
 _FEWEST = 3
 _OF_VIA_POINTS = ("rest", "max_duration", "segments", "ramp", "segment_durations")
 _REPLAY_RATE = 500.0  # Hz
 
 
-@dataclass(frozen=True)
+@options(MOTION)
 class _Shape(Options):
     """Via points or a Fourier series, how it goes between points, times, and where it starts."""
 
-    GROUP: ClassVar[str] = "motion"
-
-    via_points: int | None = option(
-        either="kind", type=positive, metavar="N", help="number of points (default: 14)"
-    )
-    fourier: int | None = option(
-        either="kind", type=positive, metavar="H", help="a Fourier series of H harmonics instead"
-    )
-    segments: str | None = option(
-        choices=("quintic", "trapezoid"),
-        help="default: quintic; trapezoid: as movej runs it, at rest in each point",
-    )
-    ramp: float | None = option(
-        type=number, metavar="SHARE", help="of each move's time, in either ramp of a trapezoid (0.25)"
-    )
-    segment_durations: tuple[float, ...] | None = option(
-        type=numbers,
-        metavar="S|S1,S2,..",
-        help="fixed times from point to point, one for all or one each (default: free)",
-    )
-    rest: bool = option(action="store_true", help="rest in each via point instead of passing it")
-    duration: float | None = option(type=positive_number, metavar="S", help="period of --fourier (default: 10)")
-    max_duration: float | None = option(type=positive_number, metavar="S", help="longest time through via points")
-    start: tuple[float, ...] | None = option(type=numbers, metavar="Q1,Q2,..", help="where it starts [deg or m]")
+    via_points: Count | None = None
+    """Number of points (default: 14)."""
+    fourier: Annotated[Count | None, Parameter(metavar="H")] = None
+    """A Fourier series of H harmonics instead."""
+    segments: Annotated[Literal["quintic", "trapezoid"] | None, Parameter(show_choices=False)] = None
+    """quintic (default), or trapezoid: as movej runs it, at rest in each point."""
+    ramp: Annotated[float | None, word(number, "SHARE")] = None
+    """Of each move's time, in either ramp of a trapezoid (0.25)."""
+    segment_durations: Annotated[tuple[float, ...] | None, word(numbers, "S|S1,S2,..")] = None
+    """Fixed times from point to point, one for all or one each (default: free)."""
+    rest: bool = False
+    """Rest in each via point instead of passing it."""
+    duration: Seconds | None = None
+    """Period of --fourier (default: 10)."""
+    max_duration: Seconds | None = None
+    """Longest time through via points."""
+    start: Positions | None = None
+    """Where it starts [deg or m]."""
 
     def shape(self) -> trajectories.Shape:
         """The shape of the motion.
@@ -61,6 +58,7 @@ class _Shape(Options):
         if self.fourier is None:
             self.refuse("duration", "is the period of --fourier: via points take --max-duration")
             return self._through_points()
+        self.refuse("via_points", "and --fourier: give one of them")
         for name in _OF_VIA_POINTS:
             self.refuse(name, "belongs to --via-points: --fourier takes --duration")
         return trajectories.FourierShape(self.fourier, self._period)
@@ -113,26 +111,24 @@ class _Shape(Options):
         return trajectories.ViaPointShape(self._count, passing=passing, fixed=fixed, segment=segment)
 
 
-@dataclass(frozen=True)
+@options(SEARCH)
 class _Search(Options):
     """How a motion is searched for."""
 
-    GROUP = "search"
+    seed: Seed = 0
+    """Of the random starts (default: 0)."""
+    starts: Annotated[Count | None, Parameter(metavar="K")] = None
+    """Random starts (default: 6 by d and a, else 3)."""
+    bound: bool = False
+    """Estimate the floor over all motions, and the gap."""
 
-    seed: int = option(type=whole, default=0, help="of the random starts (default: 0)")
-    starts: int | None = option(type=positive, metavar="K", help="random starts (default: 6 by d and a, else 3)")
-    bound: bool = option(action="store_true", help="estimate the floor over all motions, and the gap")
 
-
-@dataclass(frozen=True)
+@options(FILES)
 class _DesignFiles(MotionFiles):
     """Formats of the motion, and the folder of a VAL3 application."""
 
-    val3: str | None = option(
-        writes="folder",
-        metavar="DIR",
-        help="VAL3 application of via points, best with --segments trapezoid; made if missing",
-    )
+    val3: NewFolder | None = None
+    """VAL3 application of via points, best with --segments trapezoid; made if missing."""
 
     def write(self, written: export.motions.WrittenMotion) -> None:
         """Write a motion with its head in the formats asked for."""
@@ -143,7 +139,9 @@ class _DesignFiles(MotionFiles):
                 write_text(folder / name, text)
 
 
+@command
 def run(
+    *,
     arm: RehearsedRobotOptions,
     shape: _Shape,
     goal: GoalOptions,
@@ -179,7 +177,7 @@ def run(
     judged = Judged(title, design.score, samples, design, floor, replay)
     bounded = request.problem.payloads is not None
     files.check_replays(limits.whole(request.problem), written, val3=files.has("val3") and bounded)
-    show(files, request, judged, limits, goal, arm)
+    show(files, request, judged)
     files.write(written)
     view.write_view(lambda: views.view_of(robot, samples, problem=request.problem))
     return ANSWERED

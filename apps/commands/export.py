@@ -2,58 +2,50 @@
 
 from __future__ import annotations
 
+import math
 import sys
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from typing import Annotated, Literal, get_args
 
-import numpy as np
+from cyclopts import Parameter
 
 from ... import model
 from ...common.errors import InputError, one_line
 from ...common.files import write_text
 from .. import export
 from . import ANSWERED, DO_NOT_USE
-from .options import Options, option
-from .values import number
+from .entry import command, options
+from .options import Options
+from .values import NewFile, PayloadResultFile, number, word
 
-NAMES = ("abb", "kuka", "ur", "ros2", "franka", "fanuc", "yaskawa", "staubli", "urdf", "sdf", "mjcf", "usd")
+Name = Literal["abb", "kuka", "ur", "ros2", "franka", "fanuc", "yaskawa", "staubli", "urdf", "sdf", "mjcf", "usd"]
 """The formats, told again here so that ``--help`` need not load them."""
-_POSE = ("X", "Y", "Z", "RX", "RY", "RZ")
+NAMES = get_args(Name)
 _FARTHEST = 100.0  # m
-_HOW = "metres and degrees, R = Rz Ry Rx"
+_AS_POSE = Parameter(metavar="X Y Z RX RY RZ", allow_leading_hyphen=True)
+_Pose = tuple[float, float, float, float, float, float]
 
 
-@dataclass(frozen=True)
+@options()
 class _Export(Options):
-    """The payload, the format, and the frames and units that are asked for."""
+    """The format, and the frames and units that are asked for."""
 
-    payload: str = option(
-        "payload", reads="payload", metavar="PAYLOAD.json", help="the --json of 'dynident payload'"
-    )
-    to: str = option(required=True, choices=NAMES, metavar="NAME", help=", ".join(NAMES))
-    out: str | None = option(writes="file", metavar="F", help="file to write; the terminal by default")
-    method: int | None = option(
-        type=int,
-        choices=(1, 2, 3, 4),
-        help="whose estimate (default: the recommended, else 3, 4, 1, 2); the constrained one where it is there",
-    )
-    flange_frame: tuple[float, ...] | None = option(
-        type=number,
-        nargs=6,
-        metavar=_POSE,
-        help=f"the controller's flange in the payload's frame ({_HOW}); needed unless that frame is the flange, or "
-        "the robot's file tells where it is",
-    )
-    tool_frame: tuple[float, ...] | None = option(
-        type=number,
-        nargs=6,
-        metavar=_POSE,
-        help=f"abb: the tool in the flange frame ({_HOW}): writes a grip load in the tool frame, not a tool load",
-    )
-    meters_per_unit: float | None = option(
-        type=number, metavar="M", help="usd: unit of length of the stage (default: 1)"
-    )
-    despite_verdict: bool = option(action="store_true", help="write it, inertia and all, whatever the verdict")
+    to: Annotated[Name, Parameter(metavar="NAME")]
+    """The format."""
+    out: NewFile | None = None
+    """File to write; the terminal by default."""
+    method: Annotated[Literal[1, 2, 3, 4] | None, Parameter(show_choices=False)] = None
+    """1 to 4: whose estimate (default: the recommended, else 3, 4, 1, 2); the constrained one where it is there."""
+    flange_frame: Annotated[_Pose | None, _AS_POSE] = None
+    """The controller's flange in the payload's frame: metres and degrees, R = Rz Ry Rx; needed unless that frame is
+    the flange, or the robot's file tells where it is."""
+    tool_frame: Annotated[_Pose | None, _AS_POSE] = None
+    """abb: the tool in the flange frame, likewise: writes a grip load in the tool frame, not a tool load."""
+    meters_per_unit: Annotated[float | None, word(number, "M")] = None
+    """usd: unit of length of the stage (default: 1)."""
+    despite_verdict: bool = False
+    """Write it, inertia and all, whatever the verdict."""
 
     def check(self, form: export.controllers.ControllerFormat) -> None:
         """Refuse an option that the format does not know: it would be ignored."""
@@ -73,7 +65,7 @@ class _Export(Options):
             load = at_flange
         else:
             raise InputError(
-                f"{self.payload}: the payload's frame is {load.frame!r}, not the flange: give --flange-frame, the "
+                f"{load.source}: the payload's frame is {load.frame!r}, not the flange: give --flange-frame, the "
                 "flange's pose in it (0 0 0 0 0 0 if it is the same)"
             )
         if self.tool_frame is not None:
@@ -84,11 +76,16 @@ class _Export(Options):
         return load
 
 
-def run(request: _Export) -> int:
-    """Run it."""
+@command
+def run(payload: PayloadResultFile, *, request: _Export) -> int:
+    """Run it.
+
+    Args:
+        payload: The --json of 'dynident payload'.
+    """
     form = export.controllers.FORMATS[request.to]
     request.check(form)
-    load = export.controllers.read_load(request.payload, request.method, request.despite_verdict)
+    load = export.controllers.read_load(payload, request.method, request.despite_verdict)
     if not request.despite_verdict and (load.verdict == "do_not_use" or load.beyond_rating):
         why = f"the verdict on {load.source} is 'do not use': {'; '.join(load.reasons)}"
         if load.verdict != "do_not_use":
@@ -110,7 +107,7 @@ def _seen_from(
     """The load in a frame that stands at a pose, in metres and degrees, in the present one."""
     place, turn = (", ".join(f"{value:g}" for value in part) for part in (pose[:3], pose[3:]))
     told = f"({place}) m, ({turn}) deg"
-    if not np.isfinite(pose).all() or np.abs(pose[:3]).max() > _FARTHEST:
+    if not all(map(math.isfinite, pose)) or max(map(abs, pose[:3])) > _FARTHEST:
         raise InputError(f"{option} {told}: six finite numbers are needed, metres up to {_FARTHEST:g} and degrees")
-    frame = model.Pose.from_rpy(pose[:3], np.radians(pose[3:]).tolist())
+    frame = model.Pose.from_rpy(pose[:3], [math.radians(angle) for angle in pose[3:]])
     return load.seen_from(frame.R, frame.p, f"{name}, at {told} in {of}")

@@ -3,61 +3,53 @@
 from __future__ import annotations
 
 from contextlib import nullcontext
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import groupby
-from typing import Any
+from typing import Annotated
+
+from cyclopts import Parameter
 
 from ...common.errors import InputError
 from ...common.schema import given, json_text
 from .. import fleet, report
-from . import ANSWERED, COMMANDS, DO_NOT_USE
-from .options import (
-    GainOptions,
-    Options,
-    PageOptions,
-    ProcessingOptions,
-    ResultOptions,
-    RobotOptions,
-    add_command,
-    option,
-)
+from . import ANSWERED, DO_NOT_USE
+from .entry import command, options
+from .options import GainOptions, Options, PageOptions, ProcessingOptions, ResultOptions, RobotOptions
 from .progress import bar, note
-from .values import positive
+from .values import LOG, Count, NewFolder
 
 
-def add_parser(commands: Any) -> None:
-    """Arguments of the commands below it."""
-    parser = commands.add_parser("fleet", help=COMMANDS["fleet"])
-    below = parser.add_subparsers(required=True, metavar="what")
-    add_command(below, "reduce", run_reduce, help="each recording to its equations in a store")
-    add_command(below, "report", run_report, help="friction, payload, scales: what changed")
-
-
-@dataclass(frozen=True)
+@options()
 class _Reduce(Options):
-    """Logs, what is known of them, and who reduces them."""
+    """What is known of the logs, and who reduces them."""
 
-    logs: tuple[str, ...] = option(
-        "logs", nargs="+", metavar="LOG", help="logs without payload: files, folders, globs"
-    )
-    store: str = option(writes="folder", required=True, metavar="DIR", help="folder of the reduced recordings")
-    pattern: str = option(
-        default="",
-        metavar="PATH",
-        help="how paths end, such as '{arm}/{day}.csv', or with {payload} (told, kg); * stands for anything else",
-    )
-    workers: int = option(type=positive, default=1, metavar="N", help="processes (default: 1, this one)")
-    scheduler: str | None = option(
-        metavar="ADDRESS", help="a Dask scheduler, tcp://host:8786, or 'local' for one of --workers processes"
-    )
+    store: NewFolder
+    """Folder of the reduced recordings."""
+    pattern: Annotated[str, Parameter(metavar="PATH")] = ""
+    """How paths end, such as '{arm}/{day}.csv', or with {payload} (told, kg); * stands for anything else."""
+    workers: Count = 1
+    """Processes (default: 1, this one)."""
+    scheduler: Annotated[str | None, Parameter(metavar="ADDRESS")] = None
+    """A Dask scheduler, tcp://host:8786, or 'local' for one of --workers processes."""
 
 
+@command
 def run_reduce(
-    arm: RobotOptions, request: _Reduce, drives: GainOptions, processing: ProcessingOptions, files: ResultOptions
+    data: Annotated[tuple[str, ...], LOG],
+    *,
+    arm: RobotOptions,
+    request: _Reduce,
+    drives: GainOptions,
+    processing: ProcessingOptions,
+    files: ResultOptions,
 ) -> int:
-    """Run ``fleet reduce``."""
+    """Run ``fleet reduce``.
+
+    Args:
+        data: Logs without payload: files, folders, globs.
+    """
     setup = processing.setup(arm.load())
-    entries = fleet.store.catalog(fleet.store.found_logs(request.logs), request.pattern)
+    entries = fleet.store.catalog(fleet.store.found_logs(data), request.pattern)
     gains = drives.errors(setup, [], [])
     gains = replace(gains, notes=()) if gains is not None else None  # notes speak of single recordings
     how = {key: entry for key, entry in given(setup.log_map).items() if key != "title"}
@@ -79,29 +71,31 @@ def run_reduce(
     return ANSWERED if reduced.new or reduced.known else DO_NOT_USE
 
 
-@dataclass(frozen=True)
-class _Store(Options):
-    """A store."""
+@command
+def run_report(
+    store: Annotated[str, Parameter(metavar="STORE")],
+    *,
+    files: PageOptions,
+) -> int:
+    """Run ``fleet report``.
 
-    store: str = option("store", metavar="STORE", help="the --store of 'dynident fleet reduce'")
-
-
-def run_report(request: _Store, files: PageOptions) -> int:
-    """Run ``fleet report``."""
-    store = fleet.Store.opened(request.store)
-    index = store.index()
+    Args:
+        store: The --store of 'dynident fleet reduce'.
+    """
+    opened = fleet.Store.opened(store)
+    index = opened.index()
     logs = sorted(index.logs, key=lambda log: log.about.get("arm", ""))
     if not logs:
-        raise InputError(f"{store.root}: no recording in it")
+        raise InputError(f"{opened.root}: no recording in it")
     arms, done = [], 0
     with bar("reading nights") as progress:
         for _, own in groupby(logs, key=lambda log: log.about.get("arm", "")):  # one arm in memory at a time
-            arms.append(fleet.nights.arm_of([store.read(log.key) for log in own]))
+            arms.append(fleet.nights.arm_of([opened.read(log.key) for log in own]))
             done += len(arms[-1].days)
             progress(done / len(logs))
     history, refused = fleet.fleet_of(arms), {bad.file: bad.reason for bad in index.refused}
     files.show(report.fleet_screen(history, refused))
     files.write_json(lambda: report.documents.fleet_document(history, refused))
     words = {"robot": history.arms[0].name}
-    files.write_page(lambda: report.fleet_page(history, refused, files.provenance(words, request)))
+    files.write_page(lambda: report.fleet_page(history, refused, files.provenance(words)))
     return ANSWERED

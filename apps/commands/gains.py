@@ -2,51 +2,50 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-from typing import ClassVar
+from dataclasses import replace
+from typing import Annotated
+
+from cyclopts import Parameter
 
 from ... import estimation
 from ...common.errors import InputError
 from .. import report
 from . import answered
-from .options import Options, PageOptions, ProcessingOptions, RobotOptions, option
+from .entry import LOGS, command, options
+from .options import Options, PageOptions, ProcessingOptions, RobotOptions
 from .progress import status
-from .values import whole_list, with_sigma
+from .values import DataFile, LoadedFile, PayloadFile, checked, texts, with_sigma, word
+
+_Masses = Annotated[tuple[tuple[float, ...], float | None], word(with_sigma, "KG[,KG..][+-KG]")]
 
 
-@dataclass(frozen=True)
+def _whole_list(text: str) -> tuple[int, ...]:
+    """Whole numbers separated by commas."""
+    parts = texts(text)
+    good = all(part.isdecimal() and len(part) < 9 for part in parts)
+    return tuple(map(int, checked(parts, good, text, "a list of whole numbers such as 1,2,2")))
+
+
+@options()
 class _Known(Options):
     """Recordings, and the payload that is known."""
 
-    unloaded: tuple[str, ...] = option(
-        reads="without payload",
-        action="append",
-        required=True,
-        metavar="LOG",
-        help="currents without payload; repeatable",
-    )
-    loaded: tuple[str, ...] = option(
-        reads="with payload", action="append", required=True, metavar="LOG", help="currents with it; repeatable"
-    )
-    mass: tuple[tuple[float, ...], float | None] | None = option(
-        either="load!",
-        type=with_sigma,
-        metavar="KG[,KG..][+-KG]",
-        help="the payload's mass; of several weights one for each --loaded; +- their sigma (default: 0)",
-    )
-    payload: str | None = option(
-        either="load!", reads="payload", metavar="TOML", help="mass, com, inertia_com as far as they are known"
-    )
-    mounting: tuple[int, ...] = option(
-        type=whole_list,
-        default=(),
-        metavar="N1,N2,..",
-        help="one number for each --loaded: equal ones share a centre of mass (default: all one)",
-    )
+    unloaded: tuple[DataFile, ...]
+    """Currents without payload; repeatable."""
+    loaded: tuple[LoadedFile, ...]
+    """Currents with it; repeatable."""
+    mass: _Masses | None = None
+    """The payload's mass; of several weights one for each --loaded; +- their sigma (default: 0)."""
+    payload: PayloadFile | None = None
+    """Mass, com, inertia_com as far as they are known, instead of --mass."""
+    mounting: Annotated[tuple[int, ...], word(_whole_list, "N1,N2,..")] = ()
+    """One number for each --loaded: equal ones share a centre of mass (default: all one)."""
 
     def load(self) -> estimation.KnownLoad | list[estimation.KnownLoad]:
         """What is known of the payload, the same in all mountings or one for each."""
-        if self.payload:
+        if (self.payload is None) == (self.mass is None):
+            raise InputError("give either --mass or --payload: which load is known")
+        if self.payload is not None:
             return estimation.read_known_load(self.payload)
         assert self.mass is not None
         weights, sigma = self.mass[0], self.mass[1] or 0.0
@@ -68,13 +67,15 @@ class _Known(Options):
         return [estimation.known_mass(mass, sigma) for mass in masses.values()]
 
 
+@options(LOGS)
 class _Processing(ProcessingOptions):
     """Processing without the gains that are asked for."""
 
-    WITHOUT: ClassVar[frozenset[str]] = frozenset({"drive_gains"})
+    drive_gains: Annotated[None, Parameter(parse=False)] = None
 
 
-def run(arm: RobotOptions, known: _Known, processing: _Processing, files: PageOptions) -> int:
+@command
+def run(*, arm: RobotOptions, known: _Known, processing: _Processing, files: PageOptions) -> int:
     """Run it."""
     load = known.load()
     setup = processing.setup(arm.load())
@@ -90,5 +91,5 @@ def run(arm: RobotOptions, known: _Known, processing: _Processing, files: PageOp
         gains = estimation.identify_gains(problem, load)
     files.show(report.gains_screen(gains, files.document))
     files.write_json(lambda: report.documents.gains_document(gains, setup.processing))
-    files.write_page(lambda: report.gains_page(gains, files.provenance(setup.in_words(), known, arm, processing)))
+    files.write_page(lambda: report.gains_page(gains, files.provenance(setup.in_words())))
     return answered(gains.verdict.level)

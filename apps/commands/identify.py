@@ -2,29 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, Annotated, Literal
+
+from cyclopts import Group, Parameter
 
 from ... import estimation, model
 from ...common.errors import InputError
 from .. import report, rollout
 from . import answered
-from .options import (
-    EquationOptions,
-    EssentialOptions,
-    GainOptions,
-    Options,
-    ProcessingOptions,
-    RobotOptions,
-    option,
-)
+from .entry import command, options
+from .options import EquationOptions, GainOptions, Options, ProcessingOptions, RobotOptions
 from .progress import note, status
-from .values import number
+from .values import DataFile, Essential, HeldOutFile, number, word
 
 if TYPE_CHECKING:
     from ...estimation.possible.prior import RobotPrior
-_POSSIBLE = "a robot that can exist"
+
 _GAUGES = {"prior_mass": ("prior",), "prior_budget": ("prior",), "total_mass": ("base", "prior")}
 """Options, and with which choices of ``--constrained`` they count."""
 _CLOSE = (
@@ -32,46 +25,31 @@ _CLOSE = (
     "whole arm's mass) bounds them; a longer recording that moves every joint is better"
 )
 """What to do where no finite robot is nearest."""
+_POSSIBLE = Parameter(group=Group("a robot that can exist", "Beside the free estimate."))
 
 
-@dataclass(frozen=True)
+@options()
 class _Identify(Options):
     """Recordings, and which robot that can exist is asked for beside the free estimate."""
 
-    ABOUT: ClassVar[Mapping[str, str]] = {_POSSIBLE: "beside the free estimate"}
-
-    data: tuple[str, ...] = option(
-        reads="without payload",
-        action="append",
-        required=True,
-        metavar="LOG",
-        help="recording without payload; repeatable: several are recordings of one identification",
-    )
-    validate: tuple[str, ...] = option(
-        reads="held out", action="append", default=[], metavar="LOG", help="another one, held out; repeatable"
-    )
-    constrained: str | None = option(
-        group=_POSSIBLE,
-        choices=("none", "base", "prior"),
-        help="base parameters of the nearest robot that can exist, or all standard parameters, those that no data "
-        "show by a prior (default: prior where the robot's file or --prior-mass gives a mass, else base)",
-    )
-    prior_mass: float | None = option(
-        group=_POSSIBLE,
-        type=number,
-        metavar="KG",
-        help="of the moving links; prior: cylinders of this mass instead of the robot's file",
-    )
-    prior_budget: float | None = option(
-        group=_POSSIBLE, type=number, metavar="CHI2", help="what the prior may cost in chi2 (default: 1)"
-    )
-    total_mass: tuple[float, float] | None = option(
-        group=_POSSIBLE, nargs=2, type=number, metavar=("LOW", "HIGH"), help="of all links [kg]"
-    )
-
-    rollout: bool = option(
-        action="store_true", help="also predict the motion of the recordings held out, as 'dynident rollout' does"
-    )
+    data: tuple[DataFile, ...]
+    """Recording without payload; repeatable: several are recordings of one identification."""
+    validate: tuple[HeldOutFile, ...] = ()
+    """Another one, held out; repeatable."""
+    essential: Essential | None = None
+    """Eliminate parameters until the error's standard deviation has grown by this ratio (default: 1.02), or until
+    all relative standard deviations are within a percentage such as 10%."""
+    rollout: bool = False
+    """Also predict the motion of the recordings held out, as 'dynident rollout' does."""
+    constrained: Annotated[Literal["none", "base", "prior"] | None, _POSSIBLE] = None
+    """Base parameters of the nearest robot that can exist, or all standard parameters, those that no data show by a
+    prior (default: prior where the robot's file or --prior-mass gives a mass, else base)."""
+    prior_mass: Annotated[float | None, word(number, "KG"), _POSSIBLE] = None
+    """Of the moving links; prior: cylinders of this mass instead of the robot's file."""
+    prior_budget: Annotated[float | None, word(number, "CHI2"), _POSSIBLE] = None
+    """What the prior may cost in chi2 (default: 1)."""
+    total_mass: Annotated[tuple[float, float] | None, _POSSIBLE, Parameter(metavar="LOW HIGH")] = None
+    """Of all links [kg]."""
 
     def check(self) -> None:
         """Refuse options that would have no effect."""
@@ -86,7 +64,8 @@ class _Identify(Options):
         if self.constrained == "none":
             return None
         robot, base, estimate = result.robot, result.base, result.estimate
-        mass, prior = estimation.MassBounds(*self.total_mass) if self.total_mass else None, self._prior(robot)
+        prior = self._prior(robot)
+        mass = estimation.MassBounds(*self.total_mass) if self.total_mass else None
         budget = estimation.BUDGET if self.prior_budget is None else self.prior_budget
         try:
             if prior is None:
@@ -119,10 +98,11 @@ class _Identify(Options):
             return None
 
 
+@command
 def run(
+    *,
     arm: RobotOptions,
     request: _Identify,
-    essential: EssentialOptions,
     drives: GainOptions,
     processing: ProcessingOptions,
     files: EquationOptions,
@@ -137,7 +117,7 @@ def run(
         result = estimation.identify(
             setup.robot,
             recordings,
-            estimation.Settings(setup.processing, essential=essential.essential, progress=progress),
+            estimation.Settings(setup.processing, essential=request.essential, progress=progress),
             held_out,
             gains,
         )
@@ -151,7 +131,7 @@ def run(
     )
 
     def page() -> report.Page:
-        provenance = files.provenance(setup.in_words(), request, arm, processing)
+        provenance = files.provenance(setup.in_words())
         others = len(held_out or recordings) - len(result.predictions)
         return report.robot_page(result, possible, provenance, others, rollouts)
 

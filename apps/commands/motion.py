@@ -3,23 +3,26 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
+from cyclopts import Parameter
 
 from ... import model, trajectories
 from ...common.arrays import Array
 from ...common.errors import InputError
 from ...common.files import write_text
 from .. import export, report
-from .options import GoalOptions, LimitOptions, Options, PageOptions, option
+from .entry import FILES, options
+from .options import PageOptions
+from .options.motions import GoalOptions, LimitOptions
 from .progress import note, status
-from .values import names_list, positive_number
+from .values import Names, NewFile, positive_number, word
 
 FIGURE_RATE = 100.0
 """Hz: samples of a motion in figures."""
 _RATE = 250.0  # Hz, of samples
+_Rate = Annotated[float, word(positive_number, "HZ")]
 _REPLAY_RATE = 1000.0  # Hz: at which controllers' own curves are looked at, and at their turns
 _ZERO = 1e-9  # SI units: what standard parameters leave where they cancel
 
@@ -157,8 +160,8 @@ class Judged(NamedTuple):
     source: str | None = None
 
 
-def show(files: PageOptions, request: Request, judged: Judged, *parts: Options) -> None:
-    """Print the score, and write it in the forms asked for; ``parts``: options that name files."""
+def show(files: PageOptions, request: Request, judged: Judged) -> None:
+    """Print the score, and write it in the forms asked for."""
     problem, reference, labels = request
     title, score, motion, design, floor, replay, source = judged
     screen = report.design_screen(problem, score, title, reference, labels, floor, replay, design is not None)
@@ -170,27 +173,27 @@ def show(files: PageOptions, request: Request, judged: Judged, *parts: Options) 
     )
     files.write_page(
         lambda: report.design_page(
-            problem, score, motion, design, screen.blocks, reference, labels, files.provenance({}, *parts)
+            problem, score, motion, design, screen.blocks, reference, labels, files.provenance({})
         )
     )
 
 
-@dataclass(frozen=True)
+@options(FILES)
 class MotionFiles(PageOptions):
     """Formats of the motion itself, beside the result."""
 
-    samples: str | None = option(writes="file", metavar="F.csv", help="samples of the motion: t, q, qd, qdd")
-    ros2: str | None = option(writes="file", metavar="F.yaml", help="JointTrajectory of ROS 2")
-    joint_names: tuple[str, ...] | None = option(
-        type=names_list, metavar="A,B,..", help="for --ros2 (default: joint_1, ..)"
-    )
-    urscript: str | None = option(writes="file", metavar="F", help="servoj program")
-    controller_rate: float | None = option(
-        type=positive_number, metavar="HZ", help="of --urscript: 500 (default) or 125"
-    )
-    sample_rate: float | None = option(
-        type=positive_number, metavar="HZ", help=f"of the samples in files (default: {_RATE:g})"
-    )
+    samples: Annotated[NewFile | None, Parameter(metavar="F.csv")] = None
+    """Samples of the motion: t, q, qd, qdd."""
+    ros2: Annotated[NewFile | None, Parameter(metavar="F.yaml")] = None
+    """JointTrajectory of ROS 2."""
+    joint_names: Names | None = None
+    """For --ros2 (default: joint_1, ..)."""
+    urscript: NewFile | None = None
+    """servoj program."""
+    controller_rate: _Rate | None = None
+    """Of --urscript: 500 (default) or 125."""
+    sample_rate: _Rate | None = None
+    """Of the samples in files (default: 250)."""
 
     def check(self, robot: model.Robot, *more_sampled: str) -> None:
         """Refuse options without effect, and what a format has no place for, before the search.

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
+from cyclopts import Group, Parameter
 
 from ... import model, trajectories
 from ...common.arrays import Array
@@ -15,16 +16,17 @@ from ...common.files import write_text
 from .. import export, report
 from .. import view as views
 from . import ANSWERED
+from .entry import FILES, MOTION, SEARCH, about, command, options
 from .motion import FIGURE_RATE, MotionFiles, best_motion
-from .options import LimitOptions, NoiseOptions, Options, RehearsedRobotOptions, ViewOptions, in_si, option
-from .options.motions import Known
-from .options.reading import about
+from .options import Options, RehearsedRobotOptions, ViewOptions
+from .options.motions import Known, LimitOptions, NoiseOptions, in_si
 from .progress import note, status
-from .values import joint_list, numbers, positive, positive_number, whole, with_sigma
+from .values import Count, Joints, NewFile, Positions, Seconds, Seed, Weighed, numbers, word
 
 if TYPE_CHECKING:
-    _Payload = model.InertialParameters | trajectories.PayloadSet | None
-_DURATION, _RANGE, _MASS = 30.0, 30.0, 3.0  # s, deg, kg
+    from .options.motions import PayloadBounds
+
+_RANGE, _MASS = 30.0, 3.0  # deg, kg
 
 _NOISE = 0.007
 """Of the torque limit: standard deviation of a torque sample where none is given; real arms have 0.5 to 0.9 %."""
@@ -32,40 +34,36 @@ _NOISE_RATE, _PAPER_RATE = 10.0, 250.0  # Hz
 _LEFT = 1.25  # of the mass expected: what runs of the ladder leave possible, and the motion bears at full speed
 
 
-@dataclass(frozen=True)
+_ON_PAYLOAD, _ON_SEARCH = Parameter(group=Group("payload")), Parameter(group=SEARCH)
+
+
+def _second_pose(text: str) -> tuple[float, ...] | str:
+    """The word "auto"; or a number per joint."""
+    return text if text == "auto" else numbers(text)
+
+
+@options(MOTION)
 class NearOptions(Options):
     """Where the robot stands, which joints move how far and how long, and what is known of the payload."""
 
-    GROUP = "motion"
-
-    pose: tuple[float, ...] = option(
-        type=numbers, required=True, metavar="Q1,Q2,..", help="where it stands [deg or m]; =-90,.. with minus"
-    )
-    second_pose: tuple[float, ...] | str | None = option(
-        type=lambda text: text if text == "auto" else numbers(text),
-        metavar="auto|Q1,Q2,..",
-        help="do it again at another wrist pose, outside the range: one that helps, or this one",
-    )
-    joints: tuple[int, ...] = option(
-        type=joint_list, required=True, metavar="J1,J2,..", help="joints that move, such as 2,3,5,6"
-    )
-    range: tuple[float, ...] | None = option(
-        type=numbers, metavar="R|R1,R2,..", help=f"to either side [deg or m] (default: {_RANGE:g})"
-    )
-    duration: float = option(type=positive_number, default=_DURATION, metavar="S", help=f"default: {_DURATION:g}")
-    mass: tuple[tuple[float, ...], float | None] | None = option(
-        group="payload",
-        type=with_sigma,
-        metavar="KG[+-KG]",
-        help=f"about its mass (default: {_MASS:g}); weighed, with the scale's standard deviation: 2.5+-0.01",
-    )
-    ladder: bool = option(
-        group="payload",
-        action="store_true",
-        help="a motion for 1.25 times the mass expected, and slower runs before it that bound the payload",
-    )
-    seed: int = option(group="search", type=whole, default=0, help="of the random starts (default: 0)")
-    starts: int = option(group="search", type=positive, default=1, metavar="K", help="random starts (default: 1)")
+    pose: Positions
+    """Where it stands [deg or m]."""
+    second_pose: Annotated[tuple[float, ...] | str | None, word(_second_pose, "auto|Q1,Q2,..")] = None
+    """Do it again at another wrist pose, outside the range: one that helps, or this one."""
+    joints: Joints
+    """Joints that move, such as 2,3,5,6."""
+    range: Annotated[tuple[float, ...] | None, word(numbers, "R|R1,R2,..")] = None
+    """To either side [deg or m] (default: 30)."""
+    duration: Seconds = 30.0
+    """How long it takes (default: 30)."""
+    mass: Annotated[Weighed | None, _ON_PAYLOAD] = None
+    """About its mass (default: 3); weighed, with the scale's standard deviation: 2.5+-0.01."""
+    ladder: Annotated[bool, _ON_PAYLOAD] = False
+    """A motion for 1.25 times the mass expected, and slower runs before it that bound the payload."""
+    seed: Annotated[Seed, _ON_SEARCH] = 0
+    """Of the random starts (default: 0)."""
+    starts: Annotated[Count, _ON_SEARCH, Parameter(metavar="K")] = 1
+    """Random starts (default: 1)."""
 
     def check(self, robot: model.Robot) -> None:
         """Refuse what does not go together."""
@@ -77,7 +75,7 @@ class NearOptions(Options):
                 f"from 1, at the base, to {robot.n}"
             )
 
-    def bounded_by(self, payload: _Payload) -> NearOptions:
+    def bounded_by(self, payload: PayloadBounds | None) -> NearOptions:
         """What is expected, no heavier than every payload within bounds.
 
         Raises:
@@ -119,15 +117,12 @@ class NearOptions(Options):
         return model.InertialParameters.from_com(mass, [0.0, 0.0, 0.1], 0.003 * mass * np.eye(3))
 
 
-@dataclass(frozen=True)
+@options(FILES)
 class NearFiles(MotionFiles):
     """Formats of the motion, and the file of its rehearsal."""
 
-    rehearsal: str | None = option(
-        writes="file",
-        metavar="F.csv",
-        help="the same way once at a tenth of the speed; F_1.csv, .. with --ladder (default: beside --samples)",
-    )
+    rehearsal: Annotated[NewFile | None, Parameter(metavar="F.csv")] = None
+    """The same way once at a tenth of the speed; F_1.csv, .. with --ladder (default: beside --samples)."""
 
     def write_all(self, result: report.NearResult, written: export.motions.WrittenMotion) -> None:
         """Write the motion, its rehearsal and the JSON."""
@@ -144,7 +139,9 @@ class NearFiles(MotionFiles):
         self.write_json(lambda: report.documents.near_document(result))
 
 
+@command
 def run(
+    *,
     arm: RehearsedRobotOptions,
     options: NearOptions,
     noise: NoiseOptions,
@@ -199,7 +196,7 @@ def run(
     files.show(screen)
     files.write_all(result, written)
     samples = design.motion(FIGURE_RATE)
-    files.write_page(lambda: report.near_page(result, samples, screen, files.provenance({}, limits, arm)))
+    files.write_page(lambda: report.near_page(result, samples, screen, files.provenance({})))
     view.write_view(lambda: views.view_of(robot, samples, problem=design.problem))
     return ANSWERED
 
@@ -251,7 +248,11 @@ def _noise(options: NoiseOptions, robot: model.Robot, bounds: trajectories.Joint
 
 
 def _torques(
-    known: Known, bounds: trajectories.JointBounds, limits: LimitOptions, options: NearOptions, payload: _Payload
+    known: Known,
+    bounds: trajectories.JointBounds,
+    limits: LimitOptions,
+    options: NearOptions,
+    payload: PayloadBounds | None,
 ) -> tuple[trajectories.JointBounds, trajectories.Loads | None]:
     """Bounds that the motion keeps, and loads for torque limits; none where limits or parameters are unknown.
 

@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from typing import Annotated
 
 from ... import estimation
 from ...common.errors import InputError
 from .. import report, results
 from .. import view as views
 from . import answered
+from .entry import RARE, command, options
 from .options import (
     EquationOptions,
-    EssentialOptions,
     FramedRobotOptions,
     FrictionOptions,
     GainOptions,
@@ -22,98 +22,92 @@ from .options import (
     PairOptions,
     Setup,
     ViewOptions,
-    option,
 )
 from .progress import status
-from .values import method, share
+from .values import DataFile, Essential, HeldOutFile, LoadedFile, RobotParametersFile, Share, method, word
 
 
-@dataclass(frozen=True)
-class _Payload(FrictionOptions):
+@options()
+class ComparedOptions(FrictionOptions):
+    """Recordings with a payload, and what they are compared with."""
+
+    unloaded: tuple[DataFile, ...] = ()
+    """Recording without payload; repeatable: several are recordings of one robot."""
+    loaded: tuple[LoadedFile, ...]
+    """Recording with payload; repeatable, in the order they were made: several are of one payload, paired with
+    those without it in this order (weigh, method 3)."""
+    robot_parameters: RobotParametersFile | None = None
+    """The --json of 'dynident identify' (method 1; weigh: instead of --unloaded)."""
+
+    def check(self) -> None:
+        """Refuse recordings with a payload that nothing stands beside."""
+        if not self.unloaded and not self.robot_parameters:
+            raise InputError(
+                "give --unloaded recordings or --robot-parameters: without either nothing can be compared"
+            )
+
+    def stored(self) -> results.StoredRobot | None:
+        """The robot's parameters from a file."""
+        return results.read_stored_robot(self.robot_parameters) if self.robot_parameters else None
+
+
+@options()
+class _Payload(ComparedOptions):
     """Recordings, and by which methods they are answered."""
 
-    unloaded: tuple[str, ...] = option(
-        reads="without payload",
-        action="append",
-        default=[],
-        metavar="LOG",
-        help="recording without payload; repeatable: several are recordings of one robot",
-    )
-    loaded: tuple[str, ...] = option(
-        reads="with payload",
-        action="append",
-        required=True,
-        metavar="LOG",
-        help="recording with payload; repeatable: several are of one payload; method 3 pairs them in order",
-    )
-    validate: tuple[str, ...] = option(
-        reads="held out",
-        action="append",
-        default=[],
-        metavar="LOG",
-        help="another one without payload, held out; repeatable",
-    )
-    robot_parameters: str | None = option(
-        reads="robot's parameters", metavar="JSON", help="the --json of 'dynident identify' (method 1)"
-    )
-    method: str = option(
-        type=method,
-        choices=("all", "1", "2", "3", "4"),
-        default="all",
-        metavar="NAME",
-        help="known-robot (1), change (2), difference (3), global (4) or all (default); see docs/theory.md",
-    )
-    free_friction: bool = option(action="store_true", help="method 1: estimate friction anew under load")
+    validate: tuple[HeldOutFile, ...] = ()
+    """Another one without payload, held out; repeatable."""
+    method: Annotated[str, word(method, "NAME")] = "all"
+    """known-robot (1), change (2), difference (3), global (4) or all (default); see docs/theory.md."""
+    free_friction: Annotated[bool, RARE] = False
+    """Method 1: estimate friction anew under load."""
+    scale_sigma: Annotated[Share | None, RARE] = None
+    """Methods 1 and 4: by how much the scale of the loaded torques may differ from that without payload, 1 sigma
+    (default: not at all)."""
+    essential: Annotated[Essential | None, RARE] = None
+    """Method 4: eliminate parameters until the error's standard deviation has grown by this ratio (default: 1.02),
+    or until all relative standard deviations are within a percentage such as 10%."""
 
-    scale_sigma: float | None = option(
-        type=share,
-        metavar="SHARE",
-        help="methods 1 and 4: by how much the scale of the loaded torques may differ from that without payload, "
-        "1 sigma (default: not at all)",
-    )
-
-    @property
-    def methods(self) -> tuple[int, ...] | None:
-        """Numbers of the methods asked for, or None for all."""
-        return None if self.method == "all" else (int(self.method),)
-
-    def check(self, essential: bool) -> None:
+    def check(self) -> None:
         """Refuse options that the methods asked for cannot use."""
-        check_compared(self.unloaded, self.robot_parameters)
-        if self.free_friction and self.method not in ("1", "all"):
-            raise InputError("--free-friction belongs to method 1, which is not among the methods asked for")
-        if not self.robot_parameters and self.method not in ("4", "all"):
-            self.refuse("friction_change", "belongs to method 4 and to --robot-parameters: neither is asked for")
+        super().check()
+        if self.method not in ("1", "all"):
+            self.refuse("free_friction", "belongs to method 1, which is not among the methods asked for")
+        if self.method not in ("4", "all"):
+            self.refuse("essential", "belongs to method 4, which is not asked for")
+        if self.method in ("1", "2") and not self.robot_parameters:
+            self.refuse(
+                "friction_change", "belongs to methods 3 and 4 and to --robot-parameters: none is asked for"
+            )
         if self.method in ("2", "3"):
             self.refuse("scale_sigma", "belongs to methods 1 and 4: neither is asked for")
-        if essential and self.method not in ("4", "all"):
-            raise InputError("--essential belongs to method 4, which is not asked for")
 
 
+@command
 def run(
+    *,
     arm: FramedRobotOptions,
     request: _Payload,
     knowledge: KnowledgeOptions,
     drives: GainOptions,
-    essential: EssentialOptions,
     processing: PairOptions,
     files: EquationOptions,
     view: ViewOptions,
 ) -> int:
     """Run it."""
     view.check_view()
-    request.check(essential.essential is not None)
+    request.check()
     constraints = knowledge.constraints()
-    stored = results.read_stored_robot(request.robot_parameters) if request.robot_parameters else None
+    stored = request.stored()
     setup = processing.setup(arm.load(), stored)
     unloaded, loaded, held_out = (
         setup.read(paths) for paths in (request.unloaded, request.loaded, request.validate)
     )
-    gain_errors = drives.errors(setup, loaded, unloaded, stored)
-    with status("reading") as progress:
+    gains = drives.errors(setup, loaded, unloaded, stored)
+    with status("reading") as progress, constraints_solved():
         settings = estimation.Settings(
             setup.processing,
-            essential=essential.essential,
+            essential=request.essential,
             friction_change=request.change,
             free_friction=request.free_friction,
             scale_sigma=request.scale_sigma or 0.0,
@@ -122,31 +116,17 @@ def run(
         known = stored.estimate if stored else None
         problem = estimation.payload_problem(setup.robot, loaded, unloaded, known, settings)
         progress("estimating")
-        with constraints_solved():
-            answer = estimation.answer_payload(problem, request.methods, held_out, constraints, gain_errors)
+        methods = None if request.method == "all" else (int(request.method),)
+        answer = estimation.answer_payload(problem, methods, held_out, constraints, gains)
 
     def page(document: results.StoredPayload) -> report.Page:
-        provenance = files.provenance(setup.in_words(), request, arm, processing)
-        return _page(answer, document, provenance, len(loaded) + len(held_out))
+        others = len(loaded) + len(held_out) - len(answer.predictions)
+        return report.payload_page(answer, document, files.provenance(setup.in_words()), answer.predictions, others)
 
     show_payload(answer, setup, files, page)
     files.write_equations(lambda: estimation.payload_system(problem, loaded, unloaded, setup.processing))
     view.write_view(lambda: views.view_of_answer(setup.robot, loaded[0], answer))
     return answered(answer.verdict.level)
-
-
-def _page(
-    answer: estimation.PayloadAnswer, document: results.StoredPayload, provenance: report.Provenance, recorded: int
-) -> report.Page:
-    """The report; ``recorded``: how many recordings there are, of which not all are drawn."""
-    others = recorded - len(answer.predictions)
-    return report.payload_page(answer, document, provenance, answer.predictions, others)
-
-
-def check_compared(unloaded: Sequence[str], robot_parameters: str | None) -> None:
-    """Refuse recordings with a payload that nothing stands beside."""
-    if not unloaded and not robot_parameters:
-        raise InputError("give --unloaded recordings or --robot-parameters: without either nothing can be compared")
 
 
 @contextmanager

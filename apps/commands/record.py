@@ -5,52 +5,54 @@ from __future__ import annotations
 import signal
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from typing import Annotated, Literal
 
 from ...common.errors import InputError
 from .. import live
 from . import ANSWERED
-from .options import HostOptions, Options, option
+from .entry import command
+from .options import HostOptions
 from .progress import note, status
-from .values import positive_number
+from .values import NewFile, Seconds, positive_number, word
 
 _SECONDS = 30.0
 _MOVING = 0.03
 """rad/s: a joint that is faster moves."""
 
 
-@dataclass(frozen=True)
-class _Record(Options):
-    """From whom, for how long, and where to."""
+@command
+def run(
+    maker: Literal["ur"],
+    *,
+    seconds: Seconds | None = None,
+    rate: Annotated[float | None, word(positive_number, "HZ")] = None,
+    out: NewFile,
+    controller: HostOptions,
+) -> int:
+    """Run it: whatever ends the recording, the file holds what was there.
 
-    maker: str = option("maker", choices=("ur",), help="whose controller: ur, a Universal Robots one")
-    seconds: float | None = option(
-        type=positive_number, metavar="S", help="how long, in the controller's time [s] (default: 30)"
-    )
-    rate: float | None = option(
-        type=positive_number, metavar="HZ", help="samples a second (default: as fast as the controller can)"
-    )
-    out: str = option(writes="file", required=True, metavar="F", help="file to write: .csv, .csv.gz, .parquet")
-
-
-def run(request: _Record, controller: HostOptions) -> int:
-    """Run it: whatever ends the recording, the file holds what was there."""
+    Args:
+        maker: Whose controller: ur, a Universal Robots one.
+        seconds: How long, in the controller's time [s] (default: 30).
+        rate: Samples a second (default: as fast as the controller can).
+        out: File to write: .csv, .csv.gz, .parquet.
+    """
     if not controller.host:
         raise InputError("give --host, the controller's name or address")
-    live.check_name(request.out)
+    live.check_name(out)
     with controller.client() as client:
-        client.start(live.FIELDS, request.rate)
+        client.start(live.FIELDS, rate)
         absent = [field for field in live.FIELDS if field not in (client.layout.names or ())]
         if absent:
             note(f"{client.host}: the controller has no {', '.join(absent)}")
-        recorder = live.Recorder(client.rate, request.seconds or _SECONDS)
+        recorder = live.Recorder(client.rate, seconds or _SECONDS)
         fault = _recorded(client, recorder)
     if fault and not recorder.count:
         raise InputError(f"{fault}: nothing was recorded")
-    recorder.write(request.out)
-    _tell(recorder, request.out)
+    recorder.write(out)
+    _tell(recorder, out)
     if fault:
-        raise InputError(f"{fault}; {request.out} holds the {recorder.seconds:.1f} s before")
+        raise InputError(f"{fault}; {out} holds the {recorder.seconds:.1f} s before")
     return ANSWERED
 
 

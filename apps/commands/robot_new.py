@@ -2,31 +2,31 @@
 
 from __future__ import annotations
 
-import argparse
 import math
-from dataclasses import dataclass, fields, replace
+from dataclasses import fields, replace
 from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
+from cyclopts import Parameter
 
 from ... import model
 from ...common.errors import InputError
 from ...common.files import write_text
 from .. import report
 from . import ANSWERED
-from .options import Options, option, print_lines
+from .entry import command, options
+from .options import Options, print_lines
 from .progress import note
-from .values import checked, number, numbers, positive_number, texts, three
+from .values import NewFile, Positions, checked, number, numbers, positive_number, texts, word
+
+if TYPE_CHECKING:
+    from ...model import JointAxis, Pose
+else:  # --help names options without importing what they become
+    JointAxis = Pose = object
 
 _AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 _FORMATS = (".png", ".svg", ".pdf")
-DESCRIPTION = """
-Take any pose in which the data sheet draws the arm. x, y, z are those of the base: z up along the mounting, x to
-the front. For every joint, base to tip, give the direction of its axis (by the right-hand rule: thumb along it, the
-fingers turn the way the sheet counts positive) and any point on the axis; then the flange. Where the modified DH
-table is known, --template gives its file to fill in; it shows every key that a robot's file may have.
-"""
-"""What its help says."""
 TEMPLATE = """\
 # A robot: replace the example's values; what is not known may be left out. Lengths in m, angles in degrees.
 name = "my_arm"
@@ -106,7 +106,8 @@ def _direction(text: str) -> tuple[float, float, float]:
         x, y, z = (sign * component + 0.0 for component in _AXES[plain])
         return x, y, z
     checked(text, text.count(":") == 2, text, "a direction: x, -y, .. or a:b:c")
-    return three(text.replace(":", ","))
+    x, y, z = numbers(text.replace(":", ","), 3)
+    return x, y, z
 
 
 def joint_axis(text: str) -> model.JointAxis:
@@ -115,9 +116,10 @@ def joint_axis(text: str) -> model.JointAxis:
         parts = list(texts(text))
         slides = parts[-1] == "slide"
         direction, *point = parts[:-1] if slides else parts
-        return model.JointAxis("prismatic" if slides else "revolute", _direction(direction), three(",".join(point)))
-    except (argparse.ArgumentTypeError, ValueError) as error:
-        raise argparse.ArgumentTypeError(f"{text!r} is not AXIS,X,Y,Z[,slide]: {error}") from None
+        x, y, z = numbers(",".join(point), 3)
+        return model.JointAxis("prismatic" if slides else "revolute", _direction(direction), (x, y, z))
+    except ValueError as error:
+        raise ValueError(f"{text!r} is not AXIS,X,Y,Z[,slide]: {error}") from None
 
 
 def flange(text: str) -> model.Pose:
@@ -128,9 +130,9 @@ def flange(text: str) -> model.Pose:
         along, across = (np.array(_direction(part)) for part in parts[3:])
         along, across = along / np.linalg.norm(along), across / np.linalg.norm(across)
         turned = np.column_stack([across, np.cross(along, across), along])
-        return model.Pose.of(turned, np.array(three(",".join(parts[:3]))))
-    except (argparse.ArgumentTypeError, ValueError) as error:
-        raise argparse.ArgumentTypeError(
+        return model.Pose.of(turned, np.array(numbers(",".join(parts[:3]), 3)))
+    except ValueError as error:
+        raise ValueError(
             f"{text!r}: X,Y,Z,ZAXIS,XAXIS with two directions at right angles is needed ({error})"
         ) from None
 
@@ -148,38 +150,45 @@ def joint_limits(text: str) -> tuple[tuple[float, ...], ...]:
     return tuple(joints)
 
 
-@dataclass(frozen=True)
+_LIMITS = "LOW:HIGH[:SPEED[:ACCELERATION[:TORQUE]]],.."
+_Joints = Annotated[
+    tuple[JointAxis, ...],
+    Parameter(
+        converter=lambda _, tokens: tuple(joint_axis(token.value) for token in tokens),
+        n_tokens=1,
+        metavar="AXIS,X,Y,Z[,slide]",
+        accepts_keys=False,
+        allow_leading_hyphen=True,
+    ),
+]
+
+
+@options()
 class _Sheet(Options):
     """What a data sheet says."""
 
-    template: bool = option(
-        action="store_true", help="a file to fill in: every key with an example (default: to standard output)"
-    )
-    name: str | None = option(help="short name")
-    joint: tuple[model.JointAxis, ...] | None = option(
-        action="append",
-        type=joint_axis,
-        metavar="AXIS,X,Y,Z[,slide]",
-        help="x, -y, .. or a:b:c, and a point [m]; one option per joint, --joint=-y,.. for a leading minus",
-    )
-    flange: model.Pose | None = option(
-        type=flange, metavar="X,Y,Z,ZAXIS,XAXIS", help="origin [m], direction out of it, its x axis"
-    )
-    drawn_at: tuple[float, ...] | None = option(
-        type=numbers, metavar="Q1,..", help="joint positions of that pose [deg or m]"
-    )
-    limits: tuple[tuple[float, ...], ...] | None = option(
-        type=joint_limits,
-        metavar="LOW:HIGH[:SPEED[:ACCELERATION[:TORQUE]]],..",
-        help="one part a joint, as far as they are known [deg or m, per s, N·m or N]: -170:170:220::300",
-    )
-    rated_payload: float | None = option(type=number, metavar="KG", help="by the data sheet")
-    mass: float | None = option(type=number, metavar="KG", help="of the whole arm, its base with it, if known")
-    out: str | None = option(writes="file", metavar="F.toml", help="file to write (default: NAME.toml)")
-    drawing: str | None = option(
-        writes="file", metavar="F", help=".svg, .png or .pdf (default: beside the file, .svg)"
-    )
-    overwrite: bool = option(action="store_true", help="replace the file if it is there")
+    template: bool = False
+    """A file to fill in: every key with an example (default: to standard output)."""
+    name: str | None = None
+    """Short name."""
+    joint: _Joints = ()
+    """x, -y, .. or a:b:c, and a point [m]; one option per joint."""
+    flange: Annotated[Pose | None, word(flange, "X,Y,Z,ZAXIS,XAXIS")] = None
+    """Origin [m], direction out of it, its x axis."""
+    drawn_at: Positions | None = None
+    """Joint positions of that pose [deg or m]."""
+    limits: Annotated[tuple[tuple[float, ...], ...] | None, word(joint_limits, _LIMITS)] = None
+    """One part a joint, as far as they are known [deg or m, per s, N·m or N]: -170:170:220::300."""
+    rated_payload: Annotated[float | None, word(number, "KG")] = None
+    """By the data sheet."""
+    mass: Annotated[float | None, word(number, "KG")] = None
+    """Of the whole arm, its base with it, if known."""
+    out: Annotated[NewFile | None, Parameter(metavar="F.toml")] = None
+    """File to write (default: NAME.toml)."""
+    drawing: NewFile | None = None
+    """.svg, .png or .pdf (default: beside the file, .svg)."""
+    overwrite: bool = False
+    """Replace the file if it is there."""
 
     def write(self, out: Path, text: str) -> None:
         """Write the file, over another one only where that is wanted."""
@@ -188,7 +197,8 @@ class _Sheet(Options):
         write_text(out, text)
 
 
-def run(request: _Sheet) -> int:
+@command
+def run(*, request: _Sheet) -> int:
     """Run it."""
     if request.template:
         return _write_template(request)

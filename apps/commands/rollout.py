@@ -2,41 +2,41 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import Annotated
+
+from cyclopts import Parameter
 
 from ... import model
 from ...common.errors import InputError
 from .. import report, results, rollout
 from . import ANSWERED
-from .options import FilterOptions, Options, PageOptions, RobotOptions, option
+from .entry import command, options
+from .options import FilterOptions, Options, PageOptions, RobotOptions
 from .progress import status
-from .values import seconds_list
+from .values import HeldOutFile, Reads, RobotParametersFile, checked, numbers, word
+
+_Model = Annotated[str, Reads("other model"), Parameter(metavar="F.xml")]
 
 
-@dataclass(frozen=True)
+def _seconds(text: str) -> tuple[float, ...]:
+    """Different times above 0 separated by commas [s]."""
+    times = numbers(text)
+    good = min(times) > 0.0 and len(set(times)) == len(times)
+    return checked(times, good, text, "a list of different times in seconds such as 0.1,0.5,1")
+
+
+@options()
 class _Rollout(Options):
     """The identified robot, recordings that it was not fitted to, and what is asked of them."""
 
-    robot_parameters: str = option(
-        reads="robot's parameters", required=True, metavar="JSON", help="the --json of 'dynident identify'"
-    )
-    data: tuple[str, ...] = option(
-        reads="held out",
-        action="append",
-        required=True,
-        metavar="LOG",
-        help="recording without payload that was not fitted; repeatable",
-    )
-    against: tuple[str, ...] = option(
-        reads="other model",
-        action="append",
-        default=[],
-        metavar="F.xml",
-        help="another model of the arm, MJCF or URDF, moved by MuJoCo; repeatable",
-    )
-    horizons: tuple[float, ...] | None = option(
-        type=seconds_list, metavar="S1,S2,..", help="times after the start [s] (default: 0.1,0.5,1,2)"
-    )
+    robot_parameters: RobotParametersFile
+    """The --json of 'dynident identify'."""
+    data: tuple[HeldOutFile, ...]
+    """Recording without payload that was not fitted; repeatable."""
+    against: tuple[_Model, ...] = ()
+    """Another model of the arm, MJCF or URDF, moved by MuJoCo; repeatable."""
+    horizons: Annotated[tuple[float, ...] | None, word(_seconds, "S1,S2,..")] = None
+    """Times after the start [s] (default: 0.1,0.5,1,2)."""
 
     def models(self, robot: model.Robot) -> dict[str, rollout.Arm]:
         """The other models by the names of their files."""
@@ -49,7 +49,8 @@ class _Rollout(Options):
         return models
 
 
-def run(arm: RobotOptions, request: _Rollout, processing: FilterOptions, files: PageOptions) -> int:
+@command
+def run(*, arm: RobotOptions, request: _Rollout, processing: FilterOptions, files: PageOptions) -> int:
     """Run it."""
     stored = results.read_stored_robot(request.robot_parameters)
     setup = processing.setup(arm.load(), stored)
@@ -67,7 +68,5 @@ def run(arm: RobotOptions, request: _Rollout, processing: FilterOptions, files: 
     files.show(report.rollout_screen(rollouts))
     files.write_json(lambda: report.documents.rollouts_document(setup.robot.name, rollouts))
     title = setup.robot.title or setup.robot.name
-    files.write_page(
-        lambda: report.rollout_page(rollouts, title, files.provenance(setup.in_words(), request, arm, processing))
-    )
+    files.write_page(lambda: report.rollout_page(rollouts, title, files.provenance(setup.in_words())))
     return ANSWERED

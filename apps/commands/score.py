@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from typing import Annotated
 
-import numpy as np
+from cyclopts import Parameter
 
 from ... import estimation, model, trajectories
 from ...common.errors import InputError
@@ -13,32 +14,35 @@ from .. import view as views
 from ..logs.map import read_log_map
 from ..logs.read import read_recording
 from . import ANSWERED
+from .entry import FLOOR, MOTION, command, options
 from .motion import Asked, Judged, build_request, floor_of, show
-from .options import GoalOptions, LimitOptions, Options, PageOptions, RehearsedRobotOptions, ViewOptions, option
-from .values import positive_number, whole
+from .options import Options, PageOptions, RehearsedRobotOptions, ViewOptions
+from .options.motions import GoalOptions, LimitOptions
+from .values import LOG, LogMapFile, Reads, Seconds, Seed, positive_number, word
 
 _PLANNED_RATE = 250.0  # Hz: at which a planned motion is looked at, at least
 
 
-@dataclass(frozen=True)
+@options(MOTION)
 class _Scored(Options):
     """The motion, and the floor it is compared with."""
 
-    GROUP = "motion"
-
-    log: str = option("log", reads="motion", metavar="LOG", help="a log, or a CSV of t, q and perhaps qd, qdd")
-    log_map: str | None = option(reads="log map", metavar="TOML", help="columns, units and signs of the log")
-    cutoff: float | None = option(type=positive_number, metavar="HZ", help="low-pass on positions")
-    max_duration: float | None = option(type=positive_number, metavar="S", help="how long it may take")
-    bound: bool = option(
-        group="floor", action="store_true", help="estimate the floor over all motions, and the gap"
-    )
-    seed: int | None = option(
-        group="floor", type=whole, metavar="SEED", help="of the random states of --bound (default: 0)"
-    )
+    log_map: LogMapFile | None = None
+    """Columns, units and signs of the log."""
+    cutoff: Annotated[float | None, word(positive_number, "HZ")] = None
+    """Low-pass on positions."""
+    max_duration: Seconds | None = None
+    """How long it may take."""
+    bound: Annotated[bool, Parameter(group=FLOOR)] = False
+    """Estimate the floor over all motions, and the gap."""
+    seed: Annotated[Seed | None, Parameter(group=FLOOR)] = None
+    """Of the random states of --bound (default: 0)."""
 
 
+@command
 def run(
+    data: Annotated[str, Reads("motion"), LOG],
+    *,
     arm: RehearsedRobotOptions,
     scored: _Scored,
     goal: GoalOptions,
@@ -46,17 +50,21 @@ def run(
     files: PageOptions,
     view: ViewOptions,
 ) -> int:
-    """Run it."""
+    """Run it.
+
+    Args:
+        data: A log, or a CSV of t, q and perhaps qd, qdd.
+    """
     view.check_view()
     if not scored.bound:
         scored.refuse("seed", "has no effect without --bound: nothing is designed")
     lengths = Asked(length=scored.max_duration, longest=scored.max_duration)
     request = build_request(arm.load(), lengths, goal, limits)
-    motion = _logged_motion(scored.log, request.problem.robot, scored.log_map, scored.cutoff)
+    motion = _logged_motion(data, request.problem.robot, scored.log_map, scored.cutoff)
     score = trajectories.score_motion(request.problem, motion)
     floor = floor_of(request.problem, score, scored.seed or 0) if scored.bound else None
-    judged = Judged(f"Motion of {scored.log}", score, motion, floor=floor, source=scored.log)
-    show(files, request, judged, scored, limits, goal, arm)
+    judged = Judged(f"Motion of {data}", score, motion, floor=floor, source=data)
+    show(files, request, judged)
     problem = request.problem
     view.write_view(lambda: views.view_of(problem.robot, motion, problem=problem))
     return ANSWERED
@@ -78,6 +86,6 @@ def _logged_motion(path: str, robot: model.Robot, log_map: str | None, cutoff: f
                 raise InputError(f"{path}: has accelerations and is not filtered: leave --cutoff out")
             planned = model.Motion(table.t, table.q, table.qd, table.qdd)
             return trajectories.joined(planned, _PLANNED_RATE)
-        recording = model.Recording(table.t, table.q, np.zeros_like(table.q), table.qd, path)
+        recording = model.Recording(table.t, table.q, 0.0 * table.q, table.qd, path)
     processing = robot.processing if cutoff is None else replace(robot.processing, cutoff=cutoff)
     return estimation.measurement(recording, processing).motion

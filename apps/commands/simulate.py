@@ -7,13 +7,14 @@ tanh(qd / 0.01 rad/s).
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from importlib.metadata import version
 from pathlib import Path
+from typing import Annotated, Literal
 
 import numpy as np
+from cyclopts import Parameter
 
 from ... import __version__, model, trajectories
 from ...common.arrays import Array
@@ -22,66 +23,56 @@ from ...common.files import made_folder
 from .. import logs, report
 from .. import view as views
 from . import ANSWERED
-from .options import Options, RehearsedRobotOptions, ViewOptions, option, print_lines
+from .entry import command, options
+from .options import Options, RehearsedRobotOptions, ViewOptions, print_lines
 from .progress import bar
-from .values import checked, number, share, whole
+from .values import NewFolder, PayloadFile, Reads, Seed, Share, checked, number, share, word
+
+_Trajectory = Annotated[str, Reads("trajectories"), Parameter(metavar="CSV")]
 
 _SHARE = 0.08
 _POINTS = 16
 
 
-def rate(text: str) -> float:
+def _rate(text: str) -> float:
     """A rate that a controller may have [Hz]."""
     value = number(text)
     return checked(value, 20.0 <= value <= 1e4, text, "a rate from 20 to 10000 Hz")
 
 
-def sag(text: str) -> float:
+def _sag(text: str) -> float:
     """A position error in mrad."""
     value = number(text)
     return checked(value, 0.0 < value <= 100.0, text, "above 0 and at most 100 mrad")
 
 
-@dataclass(frozen=True)
+@options()
 class _Simulate(Options):
     """Motions, what disturbs them, and where the recordings go."""
 
-    trajectory: tuple[str, ...] = option(
-        reads="trajectories",
-        action="append",
-        default=[],
-        metavar="CSV",
-        help="motion to run (t,q1..[,qd1..[,qdd1..]]); repeatable; by default one of 16 random points",
-    )
-    payload: str | None = option(reads="payload", metavar="TOML", help="run each trajectory with this payload too")
-    noise: str = option(
-        default="",
-        metavar="LEVEL",
-        help="none, a share of each joint's torque, or paper or slow (rx90); default: paper for rx90, else 0.08",
-    )
-    gain_error: float = option(
-        type=share, default=0.0, metavar="SHARE", help="of the drive gains, such as 0.02 (default: 0)"
-    )
-    controller: str = option(
-        choices=("integral", "proportional", "gravity"),
-        default="integral",
-        help="its loops: with integral action, without it, or without it and with gravity compensation only "
-        "(default: integral)",
-    )
-    sag: float | None = option(
-        type=sag,
-        metavar="MRAD",
-        help="loops without integral action so soft that the payload pulls the worst joint off its path by this "
-        "(root mean square; default: stiff ones)",
-    )
-    rate: float = option(type=rate, default=250.0, metavar="HZ", help="of the recordings (default: 250)")
-    seed: int = option(type=whole, default=0, help="of all that is drawn (default: 0)")
-    out: str = option(
-        writes="folder", required=True, metavar="DIR", help="folder of the recordings and of truth.toml"
-    )
+    trajectory: tuple[_Trajectory, ...] = ()
+    """Motion to run (t,q1..[,qd1..[,qdd1..]]); repeatable; by default one of 16 random points."""
+    payload: PayloadFile | None = None
+    """Run each trajectory with this payload too."""
+    noise: Annotated[str, Parameter(metavar="LEVEL")] = ""
+    """none, a share of each joint's torque, or paper or slow (rx90); default: paper for rx90, else 0.08."""
+    gain_error: Share = 0.0
+    """Of the drive gains, such as 0.02 (default: 0)."""
+    controller: Literal["integral", "proportional", "gravity"] = "integral"
+    """Its loops: with integral action (default), without it, or without it and with gravity compensation only."""
+    sag: Annotated[float | None, word(_sag, "MRAD")] = None
+    """Loops without integral action so soft that the payload pulls the worst joint off its path by this (root mean
+    square; default: stiff ones)."""
+    rate: Annotated[float, word(_rate, "HZ")] = 250.0
+    """Of the recordings (default: 250)."""
+    seed: Seed = 0
+    """Of all that is drawn (default: 0)."""
+    out: NewFolder
+    """Folder of the recordings and of truth.toml."""
 
 
-def run(arm: RehearsedRobotOptions, request: _Simulate, view: ViewOptions) -> int:
+@command
+def run(*, arm: RehearsedRobotOptions, request: _Simulate, view: ViewOptions) -> int:
     """Run it."""
     view.check_view()
     described = arm.load()
@@ -144,7 +135,7 @@ def _disturbances(
         return trajectories.RX90_DISTURBANCES if noise == "paper" else trajectories.RX90_SLOW_NOISE
     try:
         level = share(noise)
-    except argparse.ArgumentTypeError:
+    except ValueError:
         raise InputError(
             f"--noise {noise!r}: give none, paper, slow or a share of the torque such as 0.08"
         ) from None

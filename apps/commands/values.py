@@ -1,45 +1,64 @@
-"""Parsers of option values: each refuses what no arm has, and says what would do."""
+"""Types of option values: how a word is written, and the one reading of it, which refuses what no arm has."""
 
 from __future__ import annotations
 
-import argparse
 import math
-from typing import TypeVar
+from collections.abc import Callable, Sequence
+from functools import partial
+from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple, TypeVar
+
+from cyclopts import Parameter, Token
 
 from ... import estimation, model
-from ...common.errors import InputError
+
+if TYPE_CHECKING:
+    from ...estimation import StopRule
+    from ...model import Pose
+
+    Truth = bool
+else:  # --help names options without importing what they become; a truth is a word, not a flag
+    StopRule = Pose = Truth = object
 
 _LEAST, _MOST = 1e-12, 1e9
 """Size of a number that is not 0: no length, time, mass or torque of an arm lies outside, and no sum of squares
 overflows within."""
 _COUNTS = 1_000_000
-"""Points, arms, days or processes at most: more fill the memory before anything is told."""
+"""Points, processes or random starts at most: more fill the memory before anything is told."""
 _Value = TypeVar("_Value")
+
+
+class Reads(NamedTuple):
+    """Marks an option that names a file to read.
+
+    Attributes:
+        role: what the file is for.
+    """
+
+    role: str
+
+
+class Writes(NamedTuple):
+    """Marks an option that names what is written: a file, a folder, or a file or "-" for standard output."""
+
+    kind: Literal["file", "folder", "stream"]
 
 
 def checked(value: _Value, good: bool, text: str, words: str) -> _Value:
     """The value of a text, refused unless it is good; ``words``: what the text should be."""
     if not good:
-        raise argparse.ArgumentTypeError(f"{text!r} is not {words}")
+        raise ValueError(f"{text!r} is not {words}")
     return value
 
 
-def whole(text: str) -> int:
-    """A whole number of at least 0."""
-    good = text.isdecimal() and len(text) < 10
-    return checked(int(text) if good else 0, good, text, "a whole number of at least 0")
+def truth(text: str) -> bool:
+    """true or false."""
+    return checked(text.lower() == "true", text.lower() in ("true", "false"), text, "true or false")
 
 
-def positive(text: str) -> int:
-    """A whole number of at least 1, such as a count."""
-    count = whole(text)
-    return checked(count, 1 <= count <= _COUNTS, text, f"a whole number from 1 to {_COUNTS}")
-
-
-def port_number(text: str) -> int:
-    """A port of TCP."""
-    port = whole(text)
-    return checked(port, 0 < port < 65536, text, "a port from 1 to 65535")
+def whole(text: str, least: int = 0, most: int = 999_999_999) -> int:
+    """A whole number; cyclopts rounds 1.5 where it reads one."""
+    good = text.isdecimal() and len(text) < 10 and least <= int(text) <= most
+    return checked(int(text) if good else 0, good, text, f"a whole number from {least} to {most}")
 
 
 def number(text: str) -> float:
@@ -47,7 +66,7 @@ def number(text: str) -> float:
     try:
         value = float(text)
     except ValueError:
-        raise argparse.ArgumentTypeError(f"{text!r} is not a number") from None
+        raise ValueError(f"{text!r} is not a number") from None
     size = f"a number of any use here: give 0, or one from {_LEAST:g} to {_MOST:g} in size"
     return checked(value, value == 0.0 or _LEAST <= abs(value) <= _MOST, text, size)
 
@@ -62,7 +81,7 @@ def share(text: str) -> float:
     """A share from 0 to below 1: 2% or 0.02."""
     try:
         value = number(text.removesuffix("%")) / (100.0 if text.endswith("%") else 1.0)
-    except argparse.ArgumentTypeError:
+    except ValueError:
         value = math.nan
     return checked(value, 0.0 <= value < 1.0, text, "a share: write 2% or 0.02")
 
@@ -72,20 +91,9 @@ def numbers(text: str, count: int | None = None) -> tuple[float, ...]:
     words = f"{count or 'a list of'} finite numbers with commas"
     try:
         values = tuple(number(part) for part in text.split(","))
-    except argparse.ArgumentTypeError as error:
-        raise argparse.ArgumentTypeError(f"{text!r} is not {words}: {error}") from None
+    except ValueError as error:
+        raise ValueError(f"{text!r} is not {words}: {error}") from None
     return checked(values, len(values) == (count or len(values)), text, words)
-
-
-def three(text: str) -> tuple[float, float, float]:
-    """Three numbers separated by commas."""
-    x, y, z = numbers(text, 3)
-    return x, y, z
-
-
-def six(text: str) -> tuple[float, ...]:
-    """Six numbers separated by commas."""
-    return numbers(text, 6)
 
 
 def with_sigma(text: str) -> tuple[tuple[float, ...], float | None]:
@@ -118,13 +126,6 @@ def names_list(text: str) -> tuple[str, ...]:
     return checked(names, good, text, "a list of different names separated by commas")
 
 
-def whole_list(text: str) -> tuple[int, ...]:
-    """Whole numbers separated by commas."""
-    parts = texts(text)
-    good = all(part.isdecimal() and len(part) < 9 for part in parts)
-    return tuple(map(int, checked(parts, good, text, "a list of whole numbers such as 1,2,2")))
-
-
 def joint_list(text: str) -> tuple[int, ...]:
     """Numbers of joints separated by commas."""
     parts = texts(text)
@@ -133,11 +134,9 @@ def joint_list(text: str) -> tuple[int, ...]:
     return checked(joints, good, text, "a list of different joint numbers such as 2,3,5,6")
 
 
-def seconds_list(text: str) -> tuple[float, ...]:
-    """Different times above 0 separated by commas [s]."""
-    times = numbers(text)
-    good = min(times) > 0.0 and len(set(times)) == len(times)
-    return checked(times, good, text, "a list of different times in seconds such as 0.1,0.5,1")
+def path_or_dash(text: str) -> str:
+    """A path, or "-" for standard output."""
+    return checked(text, not text.startswith("--"), text, "a path, or - for standard output")
 
 
 def gains_or_file(text: str) -> tuple[float, ...] | str:
@@ -160,12 +159,9 @@ def gain_errors(text: str) -> tuple[tuple[float, ...], float]:
     return tuple(map(share, own)) or (0.0,), share(common[0]) if common else 0.0
 
 
-def stop_rule(text: str) -> estimation.StopRule:
+def stop_rule(text: str) -> StopRule:
     """When elimination ends: growth of the error's standard deviation, 1.02, or largest relative sigma, 10%."""
-    try:
-        return estimation.SigmaBound(share(text)) if text.endswith("%") else estimation.SigmaRatio(number(text))
-    except InputError as error:
-        raise argparse.ArgumentTypeError(str(error)) from None
+    return estimation.SigmaBound(share(text)) if text.endswith("%") else estimation.SigmaRatio(number(text))
 
 
 def method(text: str) -> str:
@@ -178,12 +174,13 @@ def method(text: str) -> str:
 def mount(text: str) -> tuple[str, tuple[float, float, float]]:
     """How the base stands: roll, pitch, yaw [rad] from a word or degrees; or gravity in its frame [m/s²]."""
     if text.startswith("gravity="):
-        return "gravity", three(text.removeprefix("gravity="))
+        x, y, z = numbers(text.removeprefix("gravity="), 3)
+        return "gravity", (x, y, z)
     try:
-        roll, pitch, yaw = model.frames.MOUNTS[text] if text in model.frames.MOUNTS else three(text)
-    except argparse.ArgumentTypeError as error:
+        roll, pitch, yaw = model.frames.MOUNTS[text] if text in model.frames.MOUNTS else numbers(text, 3)
+    except ValueError as error:
         known = ", ".join(model.frames.MOUNTS)
-        raise argparse.ArgumentTypeError(f"{error}: give {known}, roll,pitch,yaw or gravity=X,Y,Z") from None
+        raise ValueError(f"{error}: give {known}, roll,pitch,yaw or gravity=X,Y,Z") from None
     return "angles", (math.radians(roll), math.radians(pitch), math.radians(yaw))
 
 
@@ -194,7 +191,54 @@ def chain(text: str) -> tuple[str | None, str | None]:
     return base or None, tip or None
 
 
-def tool_frame(text: str) -> model.Pose:
+def frame(text: str) -> Pose:
     """A frame by three lengths in m and three angles in degrees."""
-    values = six(text)
+    values = numbers(text, 6)
     return model.Pose.from_rpy(values[:3], [math.radians(angle) for angle in values[3:]])
+
+
+def word(read: Callable[[str], Any], metavar: str) -> Parameter:
+    """A value that is read from one word, which may begin with a minus; a list in a file is joined by commas."""
+
+    def converted(_: object, tokens: Sequence[Token]) -> Any:
+        typed = tokens[-1].source == "cli"
+        return read(tokens[-1].value if typed else ",".join(token.value for token in tokens))
+
+    return Parameter(
+        converter=converted,
+        n_tokens=1,
+        metavar=metavar,
+        accepts_keys=False,
+        allow_leading_hyphen=True,
+    )
+
+
+Hertz = Annotated[float, word(number, "HZ")]
+Kilograms = Annotated[float, word(positive_number, "KG")]
+Seconds = Annotated[float, word(positive_number, "S")]
+Share = Annotated[float, word(share, "SHARE")]
+Count = Annotated[int, word(partial(whole, least=1, most=_COUNTS), "N")]
+Seed = Annotated[int, word(whole, "N")]
+Port = Annotated[int, word(partial(whole, least=1, most=65535), "N")]
+Positions = Annotated[tuple[float, ...], word(numbers, "Q1,Q2,..")]
+"""In degrees of turning joints, metres of sliding ones."""
+Joints = Annotated[tuple[int, ...], word(joint_list, "J1,J2,..")]
+Names = Annotated[tuple[str, ...], word(names_list, "A,B,..")]
+Weighed = Annotated[tuple[tuple[float, ...], float | None], word(with_sigma, "KG+-KG")]
+Bounds = Annotated[tuple[float | None, float | None], word(bounds, "LEAST,MOST")]
+Frame = Annotated[Pose, word(frame, "X,Y,Z,R,P,Y")]
+Essential = Annotated[StopRule, word(stop_rule, "RATIO|PERCENT")]
+
+LOG = Parameter(metavar="LOG")
+DataFile = Annotated[str, Reads("without payload"), LOG]
+LoadedFile = Annotated[str, Reads("with payload"), LOG]
+HeldOutFile = Annotated[str, Reads("held out"), LOG]
+RobotFile = Annotated[str, Reads("robot"), Parameter(metavar="NAME|FILE")]
+RobotParametersFile = Annotated[str, Reads("robot's parameters"), Parameter(metavar="JSON")]
+LogMapFile = Annotated[str, Reads("log map"), Parameter(metavar="TOML")]
+PayloadFile = Annotated[str, Reads("payload"), Parameter(metavar="TOML")]
+PayloadResultFile = Annotated[str, Reads("payload"), Parameter(metavar="PAYLOAD.json")]
+NewFile = Annotated[str, Writes("file"), Parameter(metavar="F")]
+NewFolder = Annotated[str, Writes("folder"), Parameter(metavar="DIR")]
+NewPage = Annotated[str, Writes("file"), Parameter(metavar="F.html")]
+Stream = Annotated[str, Writes("stream"), word(path_or_dash, "F")]

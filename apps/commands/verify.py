@@ -2,29 +2,29 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import Annotated
 
 from .. import report
 from ..logs.following import following_change, read_following
 from . import ANSWERED, DO_NOT_USE
-from .options import ArmOptions, LogOptions, Options, PageOptions, option
+from .entry import command, options
+from .options import ArmOptions, LogOptions, Options, PageOptions
+from .values import LOG, Reads
 
 
-@dataclass(frozen=True)
+@options()
 class _Pair(Options):
     """One motion before and after the payload was entered."""
 
-    before: str = option(
-        reads="before",
-        required=True,
-        metavar="LOG",
-        help="the same motion, with columns qref1.. (commanded positions) or tauref1.. (torque predicted, N·m), or "
-        "what --log-map names; old number in the controller",
-    )
-    after: str = option(reads="after", required=True, metavar="LOG", help="the same with the new number")
+    before: Annotated[str, Reads("before"), LOG]
+    """The same motion, with columns qref1.. (commanded positions) or tauref1.. (torque predicted, N·m), or what
+    --log-map names; old number in the controller."""
+    after: Annotated[str, Reads("after"), LOG]
+    """The same with the new number."""
 
 
-def run(arm: ArmOptions, pair: _Pair, logs: LogOptions, files: PageOptions) -> int:
+@command
+def run(*, arm: ArmOptions, pair: _Pair, logs: LogOptions, files: PageOptions) -> int:
     """Run it."""
     robot, how = arm.load(), logs.how()
     gains, _ = logs.gains(robot)
@@ -32,5 +32,5 @@ def run(arm: ArmOptions, pair: _Pair, logs: LogOptions, files: PageOptions) -> i
     change = following_change(before, after, robot.processing.still_speed)
     files.show(report.following_screen(change))
     files.write_json(lambda: change)
-    files.write_page(lambda: report.following_page(change, robot, files.provenance({}, pair, arm, logs)))
+    files.write_page(lambda: report.following_page(change, robot, files.provenance({})))
     return DO_NOT_USE if change.tells and change.total.clear == "rose" else ANSWERED

@@ -2,64 +2,42 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import ClassVar
+from typing import Annotated
 
-from ... import estimation, model
+from cyclopts import Parameter
+
+from ... import estimation
 from ...common.errors import InputError
-from ...common.progress import Progress
 from .. import report, results
 from .. import view as views
 from . import answered
+from .entry import command, options
 from .options import (
-    FrictionOptions,
     GainOptions,
     KnowledgeOptions,
     PageOptions,
     PairOptions,
     RobotOptions,
-    Setup,
     ViewOptions,
-    option,
 )
-from .payload import check_compared, constraints_solved, show_payload
+from .payload import ComparedOptions, constraints_solved, show_payload
 from .progress import status
-from .values import joint_list
+from .values import Joints
 
 
-@dataclass(frozen=True)
-class _Weigh(FrictionOptions):
+@options()
+class _Weigh(ComparedOptions):
     """Recordings of the short motion, and what it is compared with."""
 
-    WITHOUT: ClassVar[frozenset[str]] = frozenset({"scale_sigma"})
-
-    unloaded: tuple[str, ...] = option(
-        reads="without payload",
-        action="append",
-        default=[],
-        metavar="LOG",
-        help="the same motion without the payload: one for all of --loaded, or one for each",
-    )
-    loaded: tuple[str, ...] = option(
-        reads="with payload",
-        action="append",
-        default=[],
-        metavar="LOG",
-        help="the motion with the payload; give it again for repeated recordings, in the order they were made",
-    )
-    robot_parameters: str | None = option(
-        reads="robot's parameters", metavar="JSON", help="the --json of 'dynident identify', instead"
-    )
-    moving: tuple[int, ...] | None = option(
-        type=joint_list, metavar="J1,J2,..", help="joints that move; seen by default"
-    )
-    inertia: str | None = option(
-        metavar="box:AxBxC|cylinder:DxL", help="assume this body's inertia if none is measured [mm]"
-    )
+    moving: Joints | None = None
+    """Joints that move; seen by default."""
+    inertia: Annotated[str | None, Parameter(metavar="box:AxBxC|cylinder:DxL")] = None
+    """Assume this body's inertia if none is measured [mm]."""
 
 
+@command
 def run(
+    *,
     arm: RobotOptions,
     request: _Weigh,
     knowledge: KnowledgeOptions,
@@ -69,65 +47,37 @@ def run(
     view: ViewOptions,
 ) -> int:
     """Run it."""
-    _check_request(request)
+    request.check()
+    if not request.robot_parameters:
+        request.refuse("friction_change", "belongs to --robot-parameters: a difference of torques frees friction")
     view.check_view()
     constraints = knowledge.constraints()
     stand_in = estimation.StandIn.parse(request.inertia) if request.inertia is not None else None
-    stored = results.read_stored_robot(request.robot_parameters) if request.robot_parameters else None
+    stored = request.stored()
     setup = processing.setup(arm.load(), stored)
+    robot = setup.robot
     loaded, unloaded = setup.read(request.loaded), setup.read(request.unloaded)
     gains = drives.errors(setup, loaded, unloaded, stored)
-    with status("reading") as progress:
-        problem, others = _problems(request, setup, loaded, unloaded, stored, progress)
+    # Torque differences answer where there are any; the robot's parameters are compared with them.
+    problems = []
+    with status("reading") as progress, constraints_solved():
+        settings = estimation.Settings(setup.processing, friction_change=request.change, progress=progress)
+        if unloaded:
+            problems.append(estimation.difference_weighing(robot, loaded, unloaded, request.moving, settings))
+        if stored is not None:
+            known = stored.estimate
+            problems.append(estimation.known_robot_weighing(robot, loaded, known, request.moving, settings))
         progress("estimating")
-        with constraints_solved():
-            answer = estimation.answer_payload(problem, constraints=constraints, gains=gains, others=others)
+        answer = estimation.answer_payload(problems[0], constraints=constraints, gains=gains, others=problems[1:])
         if stand_in is not None:
             answer = answer.assuming(stand_in)
 
     def page(document: results.StoredPayload) -> report.Page:
-        return _page(answer, document, files.provenance(setup.in_words(), request, arm, processing), files.plots)
+        shown = report.payload_page(answer, document, files.provenance(setup.in_words()))
+        if files.plots and not shown.drawings():
+            raise InputError("--plots: no joints see the mass, there is nothing to draw")
+        return shown
 
     show_payload(answer, setup, files, page, measured=stand_in is not None and answer.stand_in is None)
-    view.write_view(lambda: views.view_of_answer(setup.robot, loaded[0], answer))
+    view.write_view(lambda: views.view_of_answer(robot, loaded[0], answer))
     return answered(answer.verdict.level)
-
-
-def _page(
-    answer: estimation.PayloadAnswer,
-    document: results.StoredPayload,
-    provenance: report.Provenance,
-    plots: str | None,
-) -> report.Page:
-    """The report, or the line that says why there are no figures."""
-    page = report.payload_page(answer, document, provenance)
-    if plots and not page.drawings():
-        raise InputError("--plots: no joints see the mass, there is nothing to draw")
-    return page
-
-
-def _check_request(request: _Weigh) -> None:
-    """Refuse a line without recordings, or with options that belong together and are not."""
-    if not request.loaded:
-        raise InputError("give --loaded recordings")
-    check_compared(request.unloaded, request.robot_parameters)
-    if not request.robot_parameters:
-        request.refuse("friction_change", "belongs to --robot-parameters: a difference of torques frees friction")
-
-
-def _problems(
-    request: _Weigh,
-    setup: Setup,
-    loaded: Sequence[model.Recording],
-    unloaded: Sequence[model.Recording],
-    stored: results.StoredRobot | None,
-    progress: Progress,
-) -> tuple[estimation.ShortMotion, list[estimation.ShortMotion]]:
-    """What is answered, and what it is compared with: torque differences first, the robot's parameters beside."""
-    robot, problems = setup.robot, []
-    settings = estimation.Settings(setup.processing, friction_change=request.change, progress=progress)
-    if unloaded:
-        problems.append(estimation.difference_weighing(robot, loaded, unloaded, request.moving, settings))
-    if stored is not None:
-        problems.append(estimation.known_robot_weighing(robot, loaded, stored.estimate, request.moving, settings))
-    return problems[0], problems[1:]

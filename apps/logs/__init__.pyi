@@ -2,9 +2,11 @@ from .log_check import check_log as check_log
 from .map import FilePart as FilePart
 from .map import Gears as Gears
 from .map import Layout as Layout
+from .map import LogMap as LogMap
 from .map import Quantity as Quantity
 from .map import Time as Time
 from .map import ToolColumns as ToolColumns
+from .map import read_log_map as read_log_map
 from .map import with_flags as with_flags
 from .read import holds_currents_only as holds_currents_only
 from .read import holds_torques as holds_torques

@@ -14,7 +14,7 @@ from pathlib import Path
 from dynident.apps import report
 from dynident.apps.commands.demo import TRAJECTORIES
 from dynident.apps.commands.progress import bar
-from dynident.apps.commands.values import positive, share, whole
+from dynident.apps.commands.values import share, whole
 from dynident.common.files import write_text
 from dynident.examples.paper.printed import paper_tables
 
@@ -28,10 +28,10 @@ WORKERS = 2
 def main() -> None:
     """Read the command line and run."""
     parser = argparse.ArgumentParser(prog="python -m dynident.examples.paper", description=__doc__)
-    parser.add_argument("count", type=positive, metavar="N", help="number of experiments")
+    parser.add_argument("count", type=whole, metavar="N", help="number of experiments")
     parser.add_argument("--out", type=Path, default=Path("demo"), metavar="DIR", help="folder (default: demo)")
     parser.add_argument("--seed", type=whole, default=0, help="of the first one (default: 0)")
-    parser.add_argument("--trajectories", type=positive, default=TRAJECTORIES, metavar="N", help="default: 18")
+    parser.add_argument("--trajectories", type=whole, default=TRAJECTORIES, metavar="N", help="default: 18")
     parser.add_argument("--gain-error", type=share, default=0.02, metavar="SHARE", help="default: 0.02")
     arguments = parser.parse_args()
     run_repeated(arguments.out, arguments.seed, arguments.trajectories, arguments.count, arguments.gain_error)

@@ -17,7 +17,7 @@ from dynident.apps.commands.demo import (
     simulate_paper,
 )
 from dynident.apps.commands.progress import bar, status
-from dynident.apps.commands.values import positive, share, whole
+from dynident.apps.commands.values import share, whole
 from dynident.apps.report import Cell, Notes, Spread, Table, columns, print_blocks, residual_text
 from dynident.common.progress import Progress
 from dynident.estimation import PAYLOAD as TEN
@@ -174,7 +174,7 @@ def main() -> None:
     """Simulate the experiment, identify robot and payload as the paper does, and print the tables."""
     parser = argparse.ArgumentParser(prog="python -m dynident.examples.paper.tables", description=__doc__)
     parser.add_argument("--seed", type=whole, default=0, help="of the trajectories and the noise (default: 0)")
-    parser.add_argument("--trajectories", type=positive, default=TRAJECTORIES, metavar="N", help="default: 18")
+    parser.add_argument("--trajectories", type=whole, default=TRAJECTORIES, metavar="N", help="default: 18")
     parser.add_argument("--noise", choices=("paper", "slow", "none"), default="paper")
     parser.add_argument("--gain-error", type=share, default=0.0, metavar="SHARE", help="default: 0")
     arguments = parser.parse_args()

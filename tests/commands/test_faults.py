@@ -3,7 +3,6 @@
 Each law goes over every command and every option that names a file or a folder.
 """
 
-import argparse
 import contextlib
 import io
 import re
@@ -15,11 +14,11 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from dynident.apps.commands import BROKEN_PIPE, COMMANDS
-from dynident.apps.commands.options import reading
+from dynident.apps.commands import BROKEN_PIPE, entry
 from dynident.apps.report.terminal import COLUMNS
 from dynident.apps.report.terminal import LINES as LINES_OF_SCREEN
-from dynident.cli import _parser, main
+from dynident.cli import main
+from dynident.tests.commands.declared import NAMES, written
 from dynident.tests.commands.lines import LINES, PORTS, make_recordings, put_payloads
 from dynident.tests.commands.runs import unread
 from dynident.tests.frozen.freeze import settings
@@ -32,19 +31,7 @@ ODD = Path("odd[") / "bold][red]"
 """A folder whose name looks like markup, with an end that has no beginning: "odd[/bold][red]"."""
 
 
-def written(parser: argparse.ArgumentParser, name: tuple[str, ...] = ()) -> Iterator[tuple[str, str, str]]:
-    """Each option of a command that names a file or a folder to write: command, option, and which."""
-    for action in parser._actions:
-        if isinstance(action, argparse._SubParsersAction):
-            for word, below in action.choices.items():
-                yield from written(below, (*name, word))
-        elif kind := getattr(action, "writes", ""):
-            yield " ".join(name), action.option_strings[0], kind
-
-
-OUTPUTS = [
-    output for command in COMMANDS for output in written(_parser([command])) if output[0].split()[0] == command
-]
+OUTPUTS = [(name, option, kind) for name in NAMES for option, kind in written(name)]
 FILES = [(name, option) for name, option, kind in OUTPUTS if kind == "file"]
 
 
@@ -106,7 +93,7 @@ def test_a_fault_of_ours_is_one_line_and_a_file_of_details(
             raise fault
 
         with monkeypatch.context() as patch:
-            patch.setattr(reading, "check_targets", fail)
+            patch.setattr(entry, "check_paths", fail)
             status, out, err = run(words(name))
         assert (status, out) == (3, "")
         assert len(err.splitlines()) == 1
@@ -150,7 +137,7 @@ def test_a_fault_on_a_full_disk_is_one_line_all_the_same(monkeypatch: pytest.Mon
     def full(*_: Any, **__: Any) -> None:
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(reading, "check_targets", fail)
+    monkeypatch.setattr(entry, "check_paths", fail)
     monkeypatch.setattr(tempfile, "NamedTemporaryFile", full)
     status, _, err = run(["robot", "list"])
     assert status == 3
@@ -162,7 +149,7 @@ def test_interruption_is_no_fault(monkeypatch: pytest.MonkeyPatch) -> None:
     def interrupt(*_: Any) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(reading, "check_targets", interrupt)
+    monkeypatch.setattr(entry, "check_paths", interrupt)
     assert run(["robot", "list"])[0] == 130
 
 

@@ -3,7 +3,6 @@
 Each law goes over every option of every command.
 """
 
-import argparse
 import contextlib
 import io
 import os
@@ -14,10 +13,10 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from dynident.apps.commands import COMMANDS
-from dynident.apps.commands.options.outputs import PageOptions
+from cyclopts import Token
 from dynident.apps.report import Notes, print_blocks
-from dynident.cli import _parser, main
+from dynident.cli import main
+from dynident.tests.commands.declared import NAMES, arguments, parsed
 from dynident.tests.commands.test_faults import FILES as OUTPUT_FILES
 from dynident.tests.commands.test_faults import OUTPUTS, without, words
 from dynident.tests.common.test_hostile_files import FILES
@@ -26,30 +25,6 @@ ODD_NUMBERS = ("nan", "inf", "-inf", "1e308", "-1e308", "1e300", "5e-324", "1e-3
 SPEAKS_TO_TERMINALS = "\x1b[31m\x9b2J\u202e\udcff"
 """Colours, clears the screen, turns the direction of writing, and a byte that is no letter."""
 LONGEST = 1200
-
-
-def actions(parser: argparse.ArgumentParser, name: tuple[str, ...] = ()) -> Iterator[tuple[str, argparse.Action]]:
-    """Each argument of each command."""
-    for action in parser._actions:
-        if isinstance(action, argparse._SubParsersAction):
-            for word, below in action.choices.items():
-                yield from actions(below, (*name, word))
-        elif name:
-            yield " ".join(name), action
-
-
-ACTIONS = [
-    (command, action)
-    for called in COMMANDS
-    for command, action in actions(_parser([called]))
-    if command.split()[0] == called
-]
-LINES = list(dict.fromkeys(command for command, _ in ACTIONS))
-
-
-def options(command: str) -> Iterator[argparse.Action]:
-    """What a command's line may hold."""
-    return (action for name, action in ACTIONS if name == command)
 
 
 def numbers(value: Any) -> Iterator[float]:
@@ -61,16 +36,16 @@ def numbers(value: Any) -> Iterator[float]:
         yield value
 
 
-@pytest.mark.parametrize("command", LINES)
+@pytest.mark.parametrize("command", NAMES)
 def test_no_option_takes_a_number_that_no_arm_has(command: str) -> None:
     """Refused, or read as a text; squares of what is taken are finite, and not lost beside others."""
     texts = [text for odd in ODD_NUMBERS for text in (odd, f"{odd}%", f"1,{odd}", ",".join(6 * [odd]))]
-    for action in options(command):
-        read: Any = action.type
-        for text in texts if callable(read) else ():
-            with contextlib.suppress(argparse.ArgumentTypeError, ValueError):
-                values = list(numbers(read(text)))
-                assert all(x == 0.0 or 1e-14 <= abs(x) <= 1e9 for x in values), (action.option_strings, text)
+    for argument in arguments(command):
+        read: Any = argument.parameter.converter
+        for text in texts if read else ():
+            with contextlib.suppress(ValueError):
+                values = list(numbers(read(None, (Token(value=text),))))
+                assert all(x == 0.0 or 1e-14 <= abs(x) <= 1e9 for x in values), (argument.name, text)
 
 
 def one_line(words: list[str]) -> str:
@@ -88,19 +63,11 @@ def one_line(words: list[str]) -> str:
     return line
 
 
-@pytest.mark.parametrize("command", LINES)
+@pytest.mark.parametrize("command", NAMES)
 def test_a_wrong_word_is_shown_in_one_line(command: str) -> None:
     for odd in (SPEAKS_TO_TERMINALS, "x\ny", "9" * 5000):
         assert one_line([*command.split(), f"--config={odd}"])
         assert one_line([*command.split(), f"--quiet={odd}"])
-
-
-@pytest.mark.parametrize("command", LINES)
-def test_two_dashes_are_no_value(command: str) -> None:
-    for action in options(command):
-        if action.option_strings and action.nargs is None and action.dest != "config":  # which is read before
-            name = action.option_strings[0]
-            assert f"argument {name}: '--' is no value" in one_line([*command.split(), f"{name}=--"])
 
 
 def test_what_is_printed_moves_no_terminal(capsys: pytest.CaptureFixture[str]) -> None:
@@ -164,9 +131,9 @@ def test_a_file_and_a_folder_to_write_are_two(name: str, tmp_path: Path) -> None
 def test_beside_a_device_no_options_are_written(tmp_path: Path) -> None:
     pipe = tmp_path / "pipe"
     os.mkfifo(pipe)
-    parser = _parser(["check"])
-    assert PageOptions(report=str(tmp_path / "a.html"), parser=parser).settings_file == tmp_path / "a.run.toml"
-    assert PageOptions(report=str(pipe), parser=parser).settings_file is None
+    _, call = parsed(["check", "a.csv"])
+    assert call.settings_file(str(tmp_path / "a.html")) == tmp_path / "a.run.toml"
+    assert call.settings_file(str(pipe)) is None
 
 
 @pytest.mark.parametrize(

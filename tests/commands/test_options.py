@@ -1,6 +1,5 @@
 """Every option of every command changes something or is refused, and none can be forgotten here."""
 
-import argparse
 import contextlib
 import io
 import re
@@ -12,13 +11,14 @@ from typing import Any
 
 import numpy as np
 import pytest
-from dynident.apps.commands import COMMANDS, demo
+from dynident.apps.commands import demo
 from dynident.apps.commands.demo import identified, simulate_paper
 from dynident.apps.report.blocks import Drawing
 from dynident.apps.report.figures.canvas import new_figure
-from dynident.cli import _parser, main
+from dynident.cli import main
 from dynident.common.progress import silent
 from dynident.model import INERTIAL
+from dynident.tests.commands.declared import NAMES, arguments, options
 from dynident.tests.commands.lines import LINES, PORTS, make_recordings, put_payloads
 from dynident.tests.commands.options import OPTIONS
 from dynident.tests.frozen.freeze import settings
@@ -43,25 +43,6 @@ TEXTS_ASKED_FOR = ("export", "robot list", "robot show")
 """Commands whose printed text is the answer itself, which ``--quiet`` leaves as it is."""
 VARYING = re.compile(rb'"cpu_s": [0-9.e-]+')
 """What differs from one run to the next."""
-
-
-def declared(parser: argparse.ArgumentParser, name: tuple[str, ...] = ()) -> Iterator[tuple[str, list[str]]]:
-    """Each command with the options that its parser knows."""
-    deeper = [action for action in parser._actions if isinstance(action, argparse._SubParsersAction)]
-    for action in deeper:
-        for word, below in action.choices.items():
-            yield from declared(below, (*name, word))
-    if not deeper:
-        actions = [action for action in parser._actions if not isinstance(action, argparse._HelpAction)]
-        yield " ".join(name), [word for action in actions for word in action.option_strings or [action.dest]]
-
-
-DECLARED = {
-    name: options
-    for command in COMMANDS
-    for name, options in declared(_parser([command]))
-    if name.split()[0] == command
-}
 
 
 @pytest.fixture(autouse=True)
@@ -131,9 +112,14 @@ def run(inputs: Path, line: str) -> dict[str, bytes]:
 
 
 def test_no_option_is_without_an_entry() -> None:
-    assert {name: sorted(options) for name, options in DECLARED.items()} == {
-        name: sorted(options) for name, options in OPTIONS.items()
+    assert {name: sorted(options(name)) for name in NAMES} == {
+        name: sorted(entries) for name, entries in OPTIONS.items()
     }
+
+
+def test_payload_shows_no_more_than_thirty() -> None:
+    shown = [argument.name for argument in arguments("payload") if argument.show]
+    assert len(shown) <= 30, shown
 
 
 def differing(folder: Path, name: str, entry: str, bases: dict[str, dict[str, bytes]]) -> bool:

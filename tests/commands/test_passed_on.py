@@ -1,18 +1,17 @@
 """Numbers of options arrive where they decide: in goals and loads of motions."""
 
-import argparse
 from pathlib import Path
 
 import numpy as np
 import pytest
 from dynident import model
 from dynident.apps.commands import near
-from dynident.apps.commands.near import NearOptions
-from dynident.apps.commands.options import GoalOptions, LimitOptions, Setup
+from dynident.apps.commands.options import Setup
 from dynident.apps.logs.map import LogMap
 from dynident.apps.report.sections.motion import ladder_tables
-from dynident.cli import _parser, main
+from dynident.cli import main
 from dynident.common.errors import InputError
+from dynident.tests.commands.declared import parsed
 from dynident.trajectories import NearMotion, PayloadSet
 from dynident.trajectories.design.full_trajectory import Rung
 
@@ -22,25 +21,21 @@ PAYLOAD = "payload --robot rx90 --unloaded u.csv --loaded l.csv"
 NEAR = "near --robot rx90 --pose 0,-90,90,0,0,0 --joints 2,3,5,6 --torque-limits 300"
 
 
-def parsed(line: str) -> argparse.Namespace:
-    return _parser(line.split()).parse_args(line.split())
-
-
 @pytest.mark.parametrize(("option", "rate"), [("", 100.0), ("@40", 40.0)])
 def test_samples_a_second_of_a_goal(option: str, rate: float) -> None:
-    arguments = parsed(f"design --robot rx90 --torque-noise 1,2,3,4,5,6{option}")
-    goal = GoalOptions.of(arguments).goal(ROBOT, LimitOptions.of(arguments).bounds(ROBOT), {}, None)
+    parts, _ = parsed(f"design --robot rx90 --torque-noise 1,2,3,4,5,6{option}".split())
+    goal = parts["goal"].goal(ROBOT, parts["limits"].bounds(ROBOT), {}, None)
     assert goal.rate == rate
     assert goal.noise == pytest.approx([1.0, 2.0, 3.0, 4.0, 5.0, 6.0])
 
 
 def test_full_speed_of_a_ladder_bears_a_quarter_more_than_expected() -> None:
-    arguments = parsed(f"{NEAR} --ladder --mass 4 --heaviest-payload 9@0,0,0.1 --within 0.1")
-    limits = LimitOptions.of(arguments)
+    parts, _ = parsed(f"{NEAR} --ladder --mass 4 --heaviest-payload 9@0,0,0.1 --within 0.1".split())
+    limits = parts["limits"]
     known = limits.known(ROBOT)
     bounds = limits.bounds(known.robot)
     payloads = limits.payload(known.robot, bounds)
-    _, loads = near._torques(known, bounds, limits, NearOptions.of(arguments), payloads)
+    _, loads = near._torques(known, bounds, limits, parts["options"], payloads)
     assert loads is not None
     assert isinstance(loads.heaviest, PayloadSet)
     assert loads.heaviest.mass == pytest.approx(1.25 * 4.0)

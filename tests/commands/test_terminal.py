@@ -1,6 +1,5 @@
 """What every command has: quiet and verbose, a file of options, lists that begin with a minus, no traceback."""
 
-import argparse
 import json
 import os
 import signal
@@ -9,14 +8,18 @@ import sys
 import time
 import tomllib
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 import pytest
+from cyclopts import CycloptsError
 from dynident.apps.commands import COMMANDS
-from dynident.apps.commands.options.reading import settings_text
-from dynident.cli import _parser, main
+from dynident.apps.commands.entry import application
+from dynident.apps.commands.settings import settings_text
+from dynident.cli import main
 from dynident.common.errors import InputError
 from dynident.model import load_robot
+from dynident.tests.commands.declared import NAMES, options, parsed
 from dynident.trajectories import Simulator, random_via_points
 
 PROGRAM = [sys.executable, "-m", "dynident"]
@@ -42,7 +45,7 @@ def log(tmp_path_factory: pytest.TempPathFactory) -> str:
 def test_no_command_prints_the_help(capsys: pytest.CaptureFixture[str]) -> None:
     assert main([]) == 2
     printed = capsys.readouterr().out
-    assert all(command in printed for command in COMMANDS)
+    assert all(name in printed for name in COMMANDS if " " not in name)
 
 
 def test_json_on_standard_output_stands_alone(log: str, capsys: pytest.CaptureFixture[str]) -> None:
@@ -71,18 +74,20 @@ def test_lists_may_begin_with_a_minus(log: str, capsys: pytest.CaptureFixture[st
     assert json.loads(capsys.readouterr().out) == turned
 
 
-def leaves(parser: argparse.ArgumentParser, name: tuple[str, ...]) -> list[tuple[tuple[str, ...], set[str]]]:
-    deeper = [action for action in parser._actions if isinstance(action, argparse._SubParsersAction)]
-    if not deeper:
-        return [(name, {option for action in parser._actions for option in action.option_strings})]
-    return [leaf for word, below in deeper[0].choices.items() for leaf in leaves(below, (*name, word))]
+@pytest.mark.parametrize("name", NAMES)
+def test_every_command_has_them(name: str) -> None:
+    assert {"--quiet", "--verbose", "--config"} <= set(options(name))
 
 
-@pytest.mark.parametrize("command", COMMANDS)
-def test_every_command_has_them(command: str) -> None:
-    for name, options in leaves(_parser([command]), ()):
-        if name[0] == command:
-            assert {"--quiet", "--verbose", "--config"} <= options, name
+@pytest.mark.parametrize("name", COMMANDS)
+def test_every_help_is_eighty_columns_wide(
+    name: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("COLUMNS", "80")
+    assert main([*name.split(), "--help"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[0].startswith(f"Usage: dynident {name}")
+    assert max(map(len, lines)) <= 80
 
 
 CONFIG = {
@@ -101,13 +106,13 @@ def written(path: Path, table: dict[str, object]) -> str:
 
 def test_a_file_of_options_stands_for_a_command_line(tmp_path: Path) -> None:
     path = written(tmp_path / "run.toml", CONFIG)
-    parser = _parser(["payload"])
-    read = parser.parse_args(["payload", "--config", path])
-    assert (read.robot, read.signs, read.loaded) == ("rx90", (-1, 1, 1, 1, 1, 1), ["a.csv", "b.csv"])
-    assert read.offsets == "false"
-    assert read.details
-    typed = parser.parse_args(["payload", "--config", path, "--robot", "tx40", "--loaded", "c.csv"])
-    assert (typed.robot, typed.loaded) == ("tx40", ["c.csv"]), "what is typed goes first"
+    read, _ = parsed(["payload", "--config", path])
+    assert (read["arm"].robot, read["request"].loaded) == ("rx90", ("a.csv", "b.csv"))
+    assert read["processing"].signs == (-1, 1, 1, 1, 1, 1)
+    assert read["processing"].offsets is False
+    assert read["files"].details
+    read, _ = parsed(["payload", "--config", path, "--robot", "tx40", "--loaded", "c.csv"])
+    assert (read["arm"].robot, read["request"].loaded) == ("tx40", ("c.csv",)), "what is typed goes first"
 
 
 @pytest.mark.parametrize(
@@ -128,29 +133,27 @@ def test_a_file_of_options_stands_for_a_command_line(tmp_path: Path) -> None:
         ],
         ["check", "--robot", "rx90", "a.csv", "b.csv", "--cutoff", "5"],
         ["identify", "--data=a.csv", "--robot=rx90", "--total-mass", "20", "60", "--details"],
-        ["robot", "show", "--rob", "ur10e", "--at", "-10,20,30,40,50,60"],
+        ["robot", "show", "--robot", "ur10e", "--at", "-10,20,30,40,50,60"],
     ],
 )
 def test_the_file_of_a_run_repeats_it(words: list[str], tmp_path: Path) -> None:
-    parser = _parser(words)
-    typed = vars(parser.parse_args(words))
-    text = settings_text(typed["parser"], typed["parser"].typed)
-    assert tomllib.loads(text)["command"] == " ".join(words[:2] if words[0] == "robot" else words[:1])
+    typed, call = parsed(words)
+    text, command = settings_text(call), words[: 2 if words[0] == "robot" else 1]
+    assert tomllib.loads(text)["command"] == " ".join(command)
     (tmp_path / "run.toml").write_text(text, encoding="utf-8")
-    depth = 2 if words[0] == "robot" else 1
-    read = vars(parser.parse_args([*words[:depth], "--config", str(tmp_path / "run.toml")]))
-    assert {key: value for key, value in read.items() if key != "config"} == {
-        key: value for key, value in typed.items() if key != "config"
-    }
+    read, _ = parsed([*command, "--config", str(tmp_path / "run.toml")])
+    assert read.pop("terminal").config
+    typed.pop("terminal")
+    assert repr(read) == repr(typed)  # some values are arrays
 
 
 @pytest.mark.parametrize(
     ("table", "message"),
     [
-        ({"robott": "rx90"}, "did you mean robot?"),
+        ({"robott": "rx90"}, "Did you mean --robot?"),
         ({"command": "weigh"}, "is for 'dynident weigh'"),
-        ({"details": 3}, "give true or false"),
-        ({"robot": {"a": 1}}, "give a text"),
+        ({"robot": "rx90", "loaded": ["a"], "details": 3}, 'unable to convert "3" into bool'),
+        ({"robot": {"a": 1}}, 'Unknown option: "[robot][a]"'),
     ],
 )
 def test_a_wrong_file_of_options_is_one_line(table: dict[str, object], message: str, tmp_path: Path) -> None:
@@ -158,8 +161,8 @@ def test_a_wrong_file_of_options_is_one_line(table: dict[str, object], message: 
     path.write_text(
         "\n".join(f"{k} = {'{a = 1}' if isinstance(v, dict) else json.dumps(v)}" for k, v in table.items())
     )
-    with pytest.raises(InputError, match=r"run\.toml") as error:
-        _parser(["payload"]).parse_args(["payload", "--config", str(path)])
+    with pytest.raises((InputError, CycloptsError), match=r"run\.toml") as error:
+        parsed(["payload", "--config", str(path)])
     assert message in str(error.value)
 
 
@@ -168,9 +171,7 @@ def test_a_wrong_file_of_options_is_one_line(table: dict[str, object], message: 
 )
 def test_methods_have_names(name: str, number: str) -> None:
     line = ["payload", "--robot", "rx90", "--loaded", "a.csv", "--method"]
-    assert (
-        _parser(line).parse_args([*line, name]).method == _parser(line).parse_args([*line, number]).method == number
-    )
+    assert [parsed([*line, word])[0]["request"].method for word in (name, number)] == [number, number]
 
 
 def test_a_full_disk_is_one_line(log: str, capsys: pytest.CaptureFixture[str]) -> None:
@@ -208,7 +209,7 @@ class Interrupting(MetaPathFinder):
     left = None
 
     def find_spec(self, name, path, target=None):
-        if name == "dynident.apps.commands.robot":  # the first module of a command
+        if name == "dynident.apps.commands.entry":  # the first module of a command
             self.left = int(place)
         if self.left is not None:
             self.left -= 1
@@ -231,11 +232,8 @@ def test_an_interruption_at_an_import_is_one_line(place: int) -> None:
     assert ended.stderr == "dynident: interrupted\n"
 
 
-def test_a_shell_can_complete(tmp_path: Path) -> None:
-    pytest.importorskip("argcomplete")
-    line = "dynident payload --robot-par"
-    variables = {"_ARGCOMPLETE": "1", "COMP_LINE": line, "COMP_POINT": str(len(line))}
-    answer = {"_ARGCOMPLETE_STDOUT_FILENAME": str(tmp_path / "fits"), "_ARGCOMPLETE_SUPPRESS_SPACE": "1"}
-    environment = {**os.environ, **variables, **answer}
-    subprocess.run(PROGRAM, env=environment, check=False, capture_output=True)
-    assert "--robot-parameters" in (tmp_path / "fits").read_text()
+@pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
+def test_a_shell_can_complete(shell: Literal["bash", "zsh", "fish"]) -> None:
+    script = application([], ()).generate_completion(shell=shell)
+    assert "robot-parameters" in script
+    assert "mjcf" in script, "the choices of an option of a command below another one"

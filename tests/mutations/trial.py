@@ -16,9 +16,9 @@ from types import FrameType
 from typing import NamedTuple
 
 import numpy as np
-from dynident.cli import _parser, main
+from dynident.cli import main
 from dynident.model import load_robot
-from dynident.tests.commands.test_options import declared
+from dynident.tests.commands.declared import options
 from dynident.tests.frozen.inputs import folder_of_inputs
 from dynident.tests.mutations.mutants import MASSES, Mutant, mutant
 from dynident.trajectories import plan_point_to_point
@@ -28,8 +28,8 @@ LONGEST = 30.0
 """s of the processor: a command on a recording of 5 s that has not answered then hangs."""
 _SLEEPS = 10.0
 """So many times as long by the clock: it waits for something."""
-SLOW = {"--bound", "--help", "-h", "--report", "--plots"}
-"""Options that start a search, print the help, or draw figures."""
+SLOW = {"--bound", "--report", "--plots"}
+"""Options that start a search or draw figures."""
 
 
 class Trial(NamedTuple):
@@ -65,10 +65,7 @@ def trials(count: int, seed: int) -> Iterator[Trial]:
 
 
 def _options(command: str) -> list[str]:
-    for name, options in declared(_parser(command.split())):
-        if name == command:
-            return [option for option in options if option.startswith("-") and option not in SLOW]
-    raise KeyError(command)
+    return [option for option in options(command) if option not in SLOW]
 
 
 def tried(mistake: Mutant, inputs: Path) -> Trial:

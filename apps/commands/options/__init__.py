@@ -1,21 +1,14 @@
 """Options that several commands share: declared once, read once, handed on as frozen values."""
 
+from ..entry import Options as Options
 from .knowledge import FrictionOptions as FrictionOptions
 from .knowledge import GainOptions as GainOptions
 from .knowledge import KnowledgeOptions as KnowledgeOptions
-from .motions import GoalOptions as GoalOptions
-from .motions import LimitOptions as LimitOptions
-from .motions import NoiseOptions as NoiseOptions
 from .outputs import EquationOptions as EquationOptions
 from .outputs import PageOptions as PageOptions
 from .outputs import ResultOptions as ResultOptions
 from .outputs import ViewOptions as ViewOptions
 from .outputs import print_lines as print_lines
-from .reading import Options as Options
-from .reading import add_command as add_command
-from .reading import in_si as in_si
-from .reading import option as option
-from .recordings import EssentialOptions as EssentialOptions
 from .recordings import FilterOptions as FilterOptions
 from .recordings import LogOptions as LogOptions
 from .recordings import PairOptions as PairOptions

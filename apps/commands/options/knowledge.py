@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
-from typing import ClassVar
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import partial
+from typing import Annotated
 
 from .... import estimation, model
 from ....common.errors import InputError
 from ... import results
-from ..values import bounds, gain_errors, share, six, with_sigma
-from .reading import Options, about, option
+from ..entry import DRIVES, KNOWN, RARE, Options, about, options
+from ..values import Bounds, Share, Weighed, gain_errors, numbers, word
 from .recordings import Setup
 
 _FROM_ROBOT = (
@@ -21,29 +22,23 @@ _INSTEAD = (
     "The robot's parameters were identified with another uncertainty of the gains; what is told now goes for both: "
     "the same drives, the same errors."
 )
+_Box = Annotated[tuple[float, ...], word(partial(numbers, count=6), "X0,X1,Y0,Y1,Z0,Z1")]
+_Ellipsoid = Annotated[tuple[float, ...], word(partial(numbers, count=6), "X,Y,Z,A,B,C")]
+_Errors = Annotated[tuple[tuple[float, ...], float], word(gain_errors, "2%|S1,S2,..%|common=1%")]
 
 
-@dataclass(frozen=True)
+@options(KNOWN)
 class KnowledgeOptions(Options):
     """What is known of the payload; it enters the constrained estimate of every method."""
 
-    GROUP: ClassVar[str] = "what is known beforehand"
-    ABOUT: ClassVar[Mapping[str, str]] = {
-        "what is known beforehand": "lengths in m, in the frame of the answer; = before a leading minus"
-    }
-
-    mass: tuple[tuple[float, ...], float | None] | None = option(
-        type=with_sigma, metavar="KG+-KG", help="the payload was weighed, with the scale's standard deviation"
-    )
-    mass_bounds: tuple[float | None, float | None] | None = option(
-        type=bounds, metavar="LEAST,MOST", help="the payload's mass lies between; either may be left out: ,3"
-    )
-    com_within: tuple[float, ...] | None = option(
-        type=six, metavar="X0,X1,Y0,Y1,Z0,Z1", help="box that holds the centre of mass"
-    )
-    ellipsoid: tuple[float, ...] | None = option(
-        type=six, metavar="X,Y,Z,A,B,C", help="centre and semi-axes of one that holds all of it"
-    )
+    mass: Weighed | None = None
+    """The payload was weighed, with the scale's standard deviation."""
+    mass_bounds: Bounds | None = None
+    """The payload's mass lies between; either may be left out: ,3."""
+    com_within: _Box | None = None
+    """Box that holds the centre of mass."""
+    ellipsoid: _Ellipsoid | None = None
+    """Centre and semi-axes of one that holds all of it."""
 
     def constraints(self) -> list[estimation.Constraint]:
         """The constraints that are named.
@@ -73,35 +68,27 @@ class KnowledgeOptions(Options):
         return constraints
 
 
-@dataclass(frozen=True)
+@options()
 class FrictionOptions(Options):
     """How far friction under load may differ from the robot's own."""
 
-    friction_change: float | None = option(
-        type=share,
-        metavar="SHARE",
-        help="methods 3, 4 and --robot-parameters: by how much friction under load may differ from the robot's "
-        "own, 1 sigma, 0 for not at all (default: 10%%)",
-    )
+    friction_change: Annotated[Share | None, RARE] = None
+    """Methods 3, 4 and --robot-parameters: by how much friction under load may differ from the robot's own, 1
+    sigma, 0 for not at all (default: 10%)."""
 
     @property
     def change(self) -> float:
-        """What was said of it, or the default."""
+        """The change that was given, or the default."""
         return estimation.FRICTION_CHANGE if self.friction_change is None else self.friction_change
 
 
-@dataclass(frozen=True)
+@options(DRIVES)
 class GainOptions(Options):
     """How sure the drive gains are."""
 
-    GROUP: ClassVar[str] = "drive gains"
-
-    gain_sigma: tuple[tuple[float, ...], float] | None = option(
-        type=gain_errors,
-        metavar="2%|S1,S2,..%|common=1%",
-        help="each joint's error of torque or drive gain, and one that all share: 2%%,common=1%% (default: what "
-        "the recordings say, else 2%%, 1%% for torque sensors behind the gears; 0: exact)",
-    )
+    gain_sigma: _Errors | None = None
+    """Each joint's error of torque or drive gain, and one that all share: 2%,common=1% (default: what the
+    recordings say, else 2%, 1% for torque sensors behind the gears; 0: exact)."""
 
     def errors(
         self,

@@ -2,22 +2,34 @@
 
 from __future__ import annotations
 
-import argparse
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
 from pathlib import Path
-from typing import ClassVar, NamedTuple
+from typing import TYPE_CHECKING, Annotated, Literal, NamedTuple
 
 import numpy as np
+from cyclopts import Parameter
 
 from .... import model, trajectories
 from ....common.arrays import Array
 from ....common.errors import InputError
 from ... import results
+from ..entry import GOAL, LIMITS, NOISE, Options, options
 from ..progress import note
-from ..values import checked, names_list, number, numbers, positive_number, share
-from .reading import Options, each_joint, in_si, option
+from ..values import (
+    Names,
+    Reads,
+    RobotParametersFile,
+    Seconds,
+    Share,
+    checked,
+    names_list,
+    number,
+    numbers,
+    positive_number,
+    share,
+    word,
+)
 
 RATE = 100.0
 """Hz: independent samples where nothing else is said."""
@@ -37,7 +49,7 @@ def _acceleration(text: str) -> float | tuple[float, ...]:
         return numbers(text)
     try:
         factor = number(text[:-1])
-    except argparse.ArgumentTypeError:
+    except ValueError:
         factor = -1.0
     return checked(factor, 0.0 < factor < 1e6, text, "a factor such as 3x")
 
@@ -54,17 +66,24 @@ def region(text: str) -> tuple[tuple[float, ...], bool]:
     return checked(half, good, text, "R, A,B,C or box:A,B,C, each above 0 m"), text.startswith("box:")
 
 
-@dataclass(frozen=True)
+if TYPE_CHECKING:
+    PayloadBounds = model.InertialParameters | trajectories.PayloadSet
+
+_Level = float | tuple[float, ...]
+_Noise = Annotated[tuple[_Level | None, float | None], word(_noise, "S|S1,S2,..[@HZ]")]
+_Columns = Annotated[tuple[str, ...], word(names_list, "NAME,..|payload")]
+_Acceleration = Annotated[_Level, word(_acceleration, "A|A1,A2,..")]
+_Torques = Annotated[str | tuple[float, ...], word(_torques, "T|T1,T2,..")]
+_Heaviest = Annotated[str, Reads("heaviest payload"), Parameter(metavar="KG[@X,Y,Z]|TOML")]
+_Region = Annotated[tuple[tuple[float, ...], bool], word(region, "R|A,B,C|box:A,B,C")]
+
+
+@options(NOISE)
 class NoiseOptions(Options):
     """Torque noise per joint [N·m or N], or its share of the limits, and independent samples a second [Hz]."""
 
-    GROUP: ClassVar[str] = "noise"
-
-    torque_noise: tuple[float | tuple[float, ...] | None, float | None] | None = option(
-        type=_noise,
-        metavar="S|S1,S2,..[@HZ]",
-        help="sigma per joint [N·m or N], or 10%% of the limits; @HZ: independent samples a second (default: 100)",
-    )
+    torque_noise: Annotated[_Noise | None, Parameter(group=NOISE)] = None
+    """Sigma per joint [N·m or N], or 10% of the limits; @HZ: independent samples a second (default: 100)."""
 
     @property
     def level(self) -> float | tuple[float, ...] | None:
@@ -88,32 +107,20 @@ class NoiseOptions(Options):
         return None if noise is None else np.array(noise * n if len(noise) == 1 else noise)
 
 
-@dataclass(frozen=True)
+@options(GOAL)
 class GoalOptions(NoiseOptions):
     """Which parameters, by which criterion, beside what is known already."""
 
-    GROUP: ClassVar[str] = "what to learn"
-
-    criterion: trajectories.Kind = option(
-        choices=("d", "a", "cond", "cond-scaled"),
-        default="d",
-        help="d: information (default); a: relative sigma; cond: condition number; cond-scaled: columns scaled",
-    )
-    columns: tuple[str, ...] | None = option(
-        type=names_list,
-        metavar="NAME,..|payload",
-        help="parameters to be estimated (default: base), or the payload's ten, the robot being known",
-    )
-    parameters: tuple[str, ...] | None = option(
-        type=names_list, metavar="NAME,..", help="those that count, for d and a (default: all)"
-    )
-    data_from: tuple[str, ...] | None = option(
-        reads="earlier data",
-        action="append",
-        metavar="F",
-        help="what was learnt before: --npz of identify or payload, or --json of identify (d and a); repeatable",
-    )
-    data_length: float | None = option(type=positive_number, metavar="S", help="of the recording to come")
+    criterion: Annotated[Literal["d", "a", "cond", "cond-scaled"], Parameter(show_choices=False)] = "d"
+    """d: information (default); a: relative sigma; cond: condition number; cond-scaled: columns scaled."""
+    columns: _Columns | None = None
+    """Parameters to be estimated (default: base), or the payload's ten, the robot being known."""
+    parameters: Names | None = None
+    """Those that count, for d and a (default: all)."""
+    data_from: tuple[Annotated[str, Reads("earlier data"), Parameter(metavar="F")], ...] = ()
+    """What was learnt before: --npz of identify or payload, or --json of identify (d and a); repeatable."""
+    data_length: Seconds | None = None
+    """Of the recording to come."""
 
     @property
     def payload_only(self) -> bool:
@@ -160,7 +167,7 @@ class GoalOptions(NoiseOptions):
         )
 
     def _earlier(self, robot: model.Robot, noise: Array | None) -> trajectories.Earlier:
-        paths, weighted = self.data_from or (), self.criterion in ("d", "a")
+        paths, weighted = self.data_from, self.criterion in ("d", "a")
         if weighted and noise is None:
             raise InputError(f"{paths[0]}: carries no weights: give --torque-noise")
         parts = [results.read_information(path, noise if weighted else None) for path in paths]
@@ -187,46 +194,31 @@ class Known(NamedTuple):
     values: Mapping[str, float]
     covariance: Array | None
 
-    def loads(
-        self, payload: model.InertialParameters | trajectories.PayloadSet | None, margin: float | None
-    ) -> trajectories.Loads:
+    def loads(self, payload: PayloadBounds | None, margin: float | None) -> trajectories.Loads:
         """Parameters that torque limits are computed from."""
         return trajectories.Loads(self.values or self.robot.parameters, payload, self.covariance, margin or 0.0)
 
 
-@dataclass(frozen=True)
+@options(LIMITS)
 class LimitOptions(Options):
     """Limits of the joints, the robot's parameters for its torques, and the scene."""
 
-    GROUP: ClassVar[str] = "limits"
-    ABOUT: ClassVar[Mapping[str, str]] = {"limits": "positions and speeds stand in the robot's file"}
-
-    speed_override: float = option(type=number, default=1.0, metavar="SHARE", help="of the speed (default: 1)")
-    acceleration: float | tuple[float, ...] | None = option(
-        type=_acceleration,
-        metavar="A|A1,A2,..",
-        help="[deg/s² or m/s²], or 3x: three times the speed limit per second",
-    )
-    torque_limits: str | tuple[float, ...] | None = option(
-        type=_torques, metavar="T|T1,T2,..", help="[N·m or N], or none: not even those of the robot's file"
-    )
-    robot_parameters: str | None = option(
-        reads="robot's parameters", metavar="JSON", help="of identify: for torques and relative sigma"
-    )
-    heaviest_payload: str | None = option(
-        reads="heaviest payload", metavar="KG[@X,Y,Z]|TOML", help="torque limits hold without it and with it"
-    )
-    within: tuple[tuple[float, ...], bool] | None = option(
-        type=region,
-        metavar="R|A,B,C|box:A,B,C",
-        help="torque limits hold for every payload up to --heaviest-payload in a ball, ellipsoid or box there [m]",
-    )
-    torque_margin: float | None = option(
-        type=share, metavar="SHARE", help="of the torque limits that stays free, such as 10%%"
-    )
-    scene: str | None = option(
-        reads="scene", metavar="TOML", help="floor, walls, and bodies that keep clear of each other"
-    )
+    speed_override: Annotated[float, word(number, "SHARE")] = 1.0
+    """Of the speed (default: 1)."""
+    acceleration: _Acceleration | None = None
+    """[deg/s² or m/s²], or 3x: three times the speed limit per second."""
+    torque_limits: _Torques | None = None
+    """[N·m or N], or none: not even those of the robot's file."""
+    robot_parameters: RobotParametersFile | None = None
+    """The --json of 'dynident identify': for torques and relative sigma."""
+    heaviest_payload: _Heaviest | None = None
+    """Torque limits hold without it and with it."""
+    within: _Region | None = None
+    """Torque limits hold for every payload up to --heaviest-payload in a ball, ellipsoid or box there [m]."""
+    torque_margin: Share | None = None
+    """Of the torque limits that stays free, such as 10%."""
+    scene: Annotated[str | None, Reads("scene"), Parameter(metavar="TOML")] = None
+    """Floor, walls, and bodies that keep clear of each other."""
 
     def known(self, robot: model.Robot) -> Known:
         """What is known of the robot: ``--robot-parameters``, or a stand-in."""
@@ -235,11 +227,9 @@ class LimitOptions(Options):
         robot = model.stand_in.with_assumed_limits(robot)
         stored = results.read_stored_robot(self.robot_parameters)
         values = dict(zip(stored.estimate.names, stored.estimate.values.tolist(), strict=True))
-        return Known(stored.applied_to(robot), values, np.asarray(stored.estimate.covariance))
+        return Known(stored.applied_to(robot), values, stored.estimate.covariance)
 
-    def payload(
-        self, robot: model.Robot, bounds: trajectories.JointBounds
-    ) -> model.InertialParameters | trajectories.PayloadSet | None:
+    def payload(self, robot: model.Robot, bounds: trajectories.JointBounds) -> PayloadBounds | None:
         """The heaviest payload, or every payload within bounds, in the last link's frame.
 
         Raises:
@@ -280,9 +270,7 @@ class LimitOptions(Options):
         return trajectories.read_scene(self.scene) if self.scene else None
 
 
-def payload_bounds(
-    robot: model.Robot, text: str, within: tuple[tuple[float, ...], bool] | None
-) -> model.InertialParameters | trajectories.PayloadSet:
+def payload_bounds(robot: model.Robot, text: str, within: tuple[tuple[float, ...], bool] | None) -> PayloadBounds:
     """The payload of ``--heaviest-payload``, or with ``--within`` the set, in the last link's frame.
 
     Raises:
@@ -297,7 +285,7 @@ def payload_bounds(
     try:
         kilograms = positive_number(mass)
         centre = list(numbers(place, 3)) if place else [0.0, 0.0, 0.0]
-    except argparse.ArgumentTypeError:
+    except ValueError:
         raise InputError(f"--heaviest-payload {text!r}: give kg, kg@x,y,z (m), or a TOML file") from None
     if within is not None:
         half, box = within
@@ -309,4 +297,23 @@ def payload_bounds(
             f"--heaviest-payload {text} is taken as a point at the origin of the payload's frame: give kg@x,y,z "
             "or a TOML file to put it where it hangs, or --within for every payload about it"
         )
-    return model.InertialParameters.from_com(kilograms, centre, np.zeros((3, 3))).moved(flange.R, flange.p)
+    return model.InertialParameters.from_com(kilograms, centre, [[0.0] * 3] * 3).moved(flange.R, flange.p)
+
+
+def each_joint(values: tuple[float, ...], robot: model.Robot, option: str) -> tuple[float, ...]:
+    """A number for each joint, where one may stand for all.
+
+    Raises:
+        InputError: for any other count; names the option.
+    """
+    if len(values) not in (1, robot.n):
+        count = f"{len(values)} numbers for the {robot.n} joints of robot {robot.name!r}"
+        raise InputError(f"{option}: {count}: give one for all, or one each")
+    return values * robot.n if len(values) == 1 else values
+
+
+def in_si(values: tuple[float, ...], robot: model.Robot) -> Array:
+    """Degrees of turning joints in radians; metres of sliding ones as they are."""
+    if len(values) != robot.n:
+        raise InputError(f"{len(values)} numbers for the {robot.n} joints of robot {robot.name!r}: give one each")
+    return np.array([np.radians(x) if joint.revolute else x for x, joint in zip(values, robot.joints, strict=True)])

@@ -4,19 +4,20 @@ from __future__ import annotations
 
 import shlex
 import sys
-from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar, Literal
+from typing import TYPE_CHECKING, Annotated, Any
+
+from cyclopts import Parameter
 
 from .... import estimation
-from ....common.errors import InputError
-from ....common.files import checksum, is_device, place_of, write_text
+from ....common.files import checksum, write_text
 from ....common.versions import versions
 from ... import report
 from ... import view as views
+from ..entry import CALL, FILES, VIEW, Options, options, settings
 from ..progress import note, quiet, status
-from .reading import Options, is_settings_file, option, settings_text
+from ..values import NewFile, NewFolder, NewPage, Reads, Stream
 
 if TYPE_CHECKING:
     from ...report import Page, Provenance, Screen
@@ -29,16 +30,14 @@ def print_lines(*lines: str) -> None:
         report.print_blocks([report.Notes(lines)])
 
 
-@dataclass(frozen=True)
+@options(FILES)
 class ResultOptions(Options):
     """The result as JSON."""
 
-    GROUP: ClassVar[str] = "files"
-
-    json: str | None = option(
-        writes="stream", metavar="F", help="write the result as JSON; - for standard output, the screen goes aside"
-    )
-    details: bool = option(action="store_true", help="print what the answer rests on, too")
+    json: Stream | None = None
+    """Write the result as JSON; - for standard output, the screen goes aside."""
+    details: bool = False
+    """Print what the answer rests on, too."""
 
     @property
     def document(self) -> str | None:
@@ -58,52 +57,14 @@ class ResultOptions(Options):
             report.documents.write_json(self.json, document())
 
 
-@dataclass(frozen=True)
+@options(FILES)
 class PageOptions(ResultOptions):
-    """The result as JSON, and as an HTML report with its figures.
+    """The result as JSON, and as an HTML report with its figures."""
 
-    Attributes:
-        argv, parser: the command line, and the ``cli.Parser`` that has read it.
-        config: file of options that was read.
-    """
-
-    report: str | None = option(
-        writes="file",
-        metavar="F.html",
-        help="write a report, one self-contained HTML file, and F.run.toml, which repeats the run by --config",
-    )
-    plots: str | None = option(
-        writes="folder", metavar="DIR", help="write its figures as PNG, SVG and PDF; made if missing"
-    )
-    argv: tuple[str, ...] = ()
-    parser: Any = None
-    config: str | None = None
-
-    @property
-    def settings_file(self) -> Path | None:
-        """The file beside the report that repeats the run by ``--config``; none if it was made from that file.
-
-        None beside what is no file, such as a pipe.
-        """
-        if not self.report or self.parser is None or is_device(Path(self.report)):
-            return None
-        path = Path(self.report).with_suffix(".run.toml")
-        return None if self.config and place_of(self.config) == place_of(path) else path
-
-    def named(self, kind: Literal["reads", "writes"]) -> Iterator[tuple[str, str, str]]:
-        """Paths that options name, and the file beside the report.
-
-        Raises:
-            InputError: if a file stands there that no run has written.
-        """
-        yield from super().named(kind)
-        if kind == "writes" and (path := self.settings_file) is not None:
-            if path.exists() and not is_settings_file(path):
-                raise InputError(
-                    f"--report {self.report!r}: {path} beside it would be overwritten, which holds no options of a "
-                    "run: move it, or give the report another name"
-                )
-            yield "--report's options", "file", str(path)
+    report: NewPage | None = None
+    """Write a report, one self-contained HTML file, and F.run.toml, which repeats the run by --config."""
+    plots: NewFolder | None = None
+    """Write its figures as PNG, SVG and PDF; made if missing."""
 
     def write_page(self, page: Callable[[], Page]) -> None:
         """Write report and figures; the page is made only if one of them was asked for."""
@@ -112,36 +73,29 @@ class PageOptions(ResultOptions):
         content = page()
         if self.report:
             report.write_report(self.report, content)
-            if self.parser is not None and (path := self.settings_file) is not None:
-                write_text(path, settings_text(self.parser, self.parser.typed))
+            if (path := CALL.get().settings_file(self.report)) is not None:
+                write_text(path, settings().settings_text(CALL.get()))
         if self.plots:
             report.write_plots(self.plots, content)
 
-    def provenance(self, settings: Mapping[str, str], *parts: Options) -> Provenance:
+    def provenance(self, settings: Mapping[str, str]) -> Provenance:
         """What the report was made from.
 
         Args:
             settings: in words.
-            parts: options that name files.
         """
-        files = tuple(
-            report.SourceFile(role, path, checksum(path))
-            for part in parts
-            for _, role, path in part.named("reads")
-            if Path(path).is_file()
-        )
-        command = shlex.join(["dynident", *self.argv])
-        date, used = report.provenance.now(), versions()
-        return report.Provenance(command, date, files, used, settings)
+        named = ((role, path) for _, role, path in CALL.get().named(Reads) if role != "options")
+        files = tuple(report.SourceFile(role, path, checksum(path)) for role, path in named if Path(path).is_file())
+        command = shlex.join(["dynident", *CALL.get().words])
+        return report.Provenance(command, report.provenance.now(), files, versions(), settings)
 
 
-@dataclass(frozen=True)
+@options(FILES)
 class EquationOptions(PageOptions):
     """The equations beside the report."""
 
-    npz: str | None = option(
-        writes="file", metavar="F", help="write W, Y, weights and reduced factors for your own solver"
-    )
+    npz: NewFile | None = None
+    """Write W, Y, weights and reduced factors for your own solver."""
 
     def write_equations(self, system: Callable[[], estimation.ObservationSystem]) -> None:
         """Write them, held whole; they are made only if they were asked for."""
@@ -149,17 +103,12 @@ class EquationOptions(PageOptions):
             report.recordings.write_npz(self.npz, system())
 
 
-@dataclass(frozen=True)
+@options(VIEW)
 class ViewOptions(Options):
     """The arm in three dimensions."""
 
-    GROUP: ClassVar[str] = "view"
-
-    view: str | None = option(
-        writes="stream",
-        metavar="F.html",
-        help="the arm in three dimensions, one file that plays without a server; - opens it in the browser",
-    )
+    view: Annotated[Stream | None, Parameter(metavar="F.html")] = None
+    """The arm in three dimensions, one file that plays without a server; - opens it in the browser."""
 
     def check_view(self) -> None:
         """Refuse a view that could not be made, before any work is done."""

@@ -2,20 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, fields, replace
-from typing import ClassVar, Literal
+from typing import Annotated, Literal
+
+from cyclopts import Parameter
 
 from .... import estimation, model
 from ....common.errors import InputError
 from ....common.progress import each
 from ... import logs, results
-from ...logs.map import LogMap, read_log_map
+from ..entry import LOGS, PROCESSING, RARE, Options, about, options
 from ..progress import note, status
-from ..values import gains_or_file, number, numbers, stop_rule, texts
-from .reading import Options, about, option
+from ..values import Hertz, LogMapFile, Reads, Truth, gains_or_file, number, numbers, texts, truth, word
 
-_PROCESSING = "processing"
+_PROCESSING = Parameter(group=PROCESSING)
+_RARE = Parameter(group=PROCESSING, show=False)
+_Texts = Annotated[tuple[str, ...], word(texts, "A,B,..")]
+_Units = Annotated[tuple[str, ...], word(texts, "q=deg,..")]
+_Signs = Annotated[tuple[float, ...], word(numbers, "1,-1,..")]
+_Gains = Annotated[tuple[float, ...] | str, Reads("drive gains"), word(gains_or_file, "K|K1,K2,..|JSON")]
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,7 +39,7 @@ class Setup:
     processing: model.Processing
     gains: tuple[float, ...] | None
     identified: estimation.Gains | None
-    log_map: LogMap
+    log_map: logs.LogMap
     told: set[str] = field(default_factory=set)
 
     def read(self, paths: Sequence[str]) -> list[model.Recording]:
@@ -82,33 +88,26 @@ class Setup:
         return words
 
 
-@dataclass(frozen=True)
+@options(LOGS)
 class LogOptions(Options):
     """How logs are read."""
 
-    GROUP: ClassVar[str] = "logs"
-    ABOUT: ClassVar[Mapping[str, str]] = {
-        "logs": "CSV, TSV, NPZ, MAT, Parquet, ROS 2 bags; see docs/logs.md",
-        _PROCESSING: "offsets and coulomb in a file of options (--config): see docs/logs.md",
-    }
+    log_map: LogMapFile | None = None
+    """Columns, units, side and signs of the logs, topic of a ROS 2 bag."""
+    joints: _Texts = ()
+    """Joints by name, base to tip."""
+    units: _Units = ()
+    """Units of q, qd, tau, i, t."""
+    signs: Annotated[_Signs, RARE] = ()
+    """Turn the sense of joints."""
+    topic: Annotated[str, RARE] = ""
+    """Topic of a ROS 2 bag."""
+    drive_gains: _Gains | None = None
+    """Torque per current [N·m/A], or the --json of 'dynident gains'."""
 
-    log_map: str | None = option(
-        reads="log map", metavar="TOML", help="columns, units, side and signs of the logs, topic of a ROS 2 bag"
-    )
-    joints: tuple[str, ...] = option(type=texts, default=(), metavar="A,B,..", help="joints by name, base to tip")
-    units: tuple[str, ...] = option(type=texts, default=(), metavar="q=deg,..", help="units of q, qd, tau, i, t")
-    signs: tuple[float, ...] = option(type=numbers, default=(), metavar="1,-1,..", help="turn the sense of joints")
-    topic: str = option(rare=True, default="", metavar="NAME")
-    drive_gains: tuple[float, ...] | str | None = option(
-        reads="drive gains",
-        type=gains_or_file,
-        metavar="K|K1,K2,..|JSON",
-        help="torque per current [N·m/A], or the --json of 'dynident gains'",
-    )
-
-    def how(self) -> LogMap:
+    def how(self) -> logs.LogMap:
         """The map of ``--log-map`` with what the other options change."""
-        log_map = read_log_map(self.log_map) if self.log_map else LogMap(source="command line")
+        log_map = logs.read_log_map(self.log_map) if self.log_map else logs.LogMap(source="command line")
         return logs.with_flags(log_map, self.joints, self.units, self.signs, self.topic)
 
     def gains(self, robot: model.Robot) -> tuple[tuple[float, ...] | None, estimation.Gains | None]:
@@ -121,19 +120,18 @@ class LogOptions(Options):
         return stored.values, stored
 
 
-@dataclass(frozen=True)
-class ProcessingOptions(LogOptions):
+@options(LOGS)
+class FilterOptions(LogOptions):
     """How logs are read, settings of filtering and of the model's structure."""
 
-    rate: float | None = option(group=_PROCESSING, type=number, metavar="HZ", help="resample to this even rate")
-    cutoff: float | None = option(
-        group=_PROCESSING, type=number, metavar="HZ", help="low-pass on positions and speeds"
-    )
-    equation_rate: float | None = option(
-        group=_PROCESSING, type=number, metavar="HZ", help="decimate Y and W alike, to about this rate"
-    )
-    offsets: Literal["true", "false"] | None = option(rare=True, group=_PROCESSING, choices=("true", "false"))
-    coulomb: Literal["sum", "paper"] | None = option(rare=True, group=_PROCESSING, choices=("sum", "paper"))
+    rate: Annotated[Hertz | None, _PROCESSING] = None
+    """Resample to this even rate."""
+    cutoff: Annotated[Hertz | None, _PROCESSING] = None
+    """Low-pass on positions and speeds."""
+    offsets: Annotated[Truth | None, word(truth, "true|false"), _RARE] = None
+    """Whether each joint has an offset."""
+    coulomb: Annotated[Literal["sum", "paper"] | None, _RARE] = None
+    """Coulomb friction of coupled drives."""
 
     def setup(self, robot: model.Robot, stored: results.StoredRobot | None = None) -> Setup:
         """The robot with the model structure and processing that the command line asks for.
@@ -147,45 +145,30 @@ class ProcessingOptions(LogOptions):
             stored.check_gains(gains)
         with about("--coulomb"):
             robot = robot if self.coulomb is None else robot.with_coulomb(self.coulomb)
-        robot = robot if self.offsets is None else robot.with_offsets(self.offsets == "true")
+        robot = robot if self.offsets is None else robot.with_offsets(self.offsets)
         if stored and robot.fingerprint != stored.fingerprint:
             raise InputError("--offsets and --coulomb must be those the stored parameters were identified with")
         names = {entry.name for entry in fields(model.Processing)} & {entry.name for entry in fields(self)}
-        settings = {name: getattr(self, name) for name in names if self.has(name)}
+        settings = {name: getattr(self, name) for name in names if getattr(self, name) is not None}
         if "equation_rate" in settings:  # takes the place of either in the robot's file
             settings["decimate"] = 1
-        with about(*(f"--{name.replace('_', '-')}" for name in sorted(names) if self.has(name))):
+        with about(*(f"--{name.replace('_', '-')}" for name in sorted(settings))):
             processing = replace(robot.processing, **settings)
         return Setup(robot, processing, gains, identified, self.how())
 
 
-@dataclass(frozen=True)
-class FilterOptions(ProcessingOptions):
-    """Settings of filtering without that of decimation, for commands that build no equations of fewer rows."""
+@options(LOGS)
+class ProcessingOptions(FilterOptions):
+    """Settings of filtering and of decimation, for commands that build equations of fewer rows."""
 
-    WITHOUT: ClassVar[frozenset[str]] = frozenset({"equation_rate"})
+    equation_rate: Annotated[Hertz | None, _PROCESSING] = None
+    """Decimate Y and W alike, to about this rate."""
 
 
-@dataclass(frozen=True)
+@options(LOGS)
 class PairOptions(ProcessingOptions):
     """Settings for recordings with and without payload."""
 
-    max_mismatch: float | None = option(
-        group=_PROCESSING,
-        type=number,
-        metavar="RAD",
-        help="largest difference of position with and without payload after alignment, rms of the worst joint "
-        "(payload: method 3; default: 0.01)",
-    )
-
-
-@dataclass(frozen=True)
-class EssentialOptions(Options):
-    """When the elimination of parameters ends."""
-
-    essential: estimation.StopRule | None = option(
-        type=stop_rule,
-        metavar="RATIO|PERCENT",
-        help="eliminate parameters until the error's standard deviation has grown by this ratio (default: 1.02), "
-        "or until all relative standard deviations are within a percentage such as 10%%",
-    )
+    max_mismatch: Annotated[float | None, word(number, "RAD"), _RARE] = None
+    """Largest difference of position with and without payload after alignment, rms of the worst joint (payload:
+    method 3; default: 0.01)."""

@@ -3,35 +3,31 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
-from typing import ClassVar
+from dataclasses import replace
+from typing import Annotated
+
+from cyclopts import Parameter
 
 from .... import model
 from ....common.errors import InputError
 from ... import live
+from ..entry import CONTROLLER, INSTALLATION, Options, options
 from ..progress import note
-from ..values import chain, mount, port_number, positive_number, tool_frame
-from .reading import Options, option
+from ..values import Frame, Kilograms, Port, RobotFile, chain, mount, word
 
-_INSTALLED = "installation"
+_INSTALLED = Parameter(group=INSTALLATION)
+_Chain = Annotated[tuple[str | None, str | None], word(chain, "BASE:TIP")]
+_Mount = Annotated[tuple[str, tuple[float, float, float]], word(mount, "HOW")]
 
 
-@dataclass(frozen=True)
+@options()
 class ArmOptions(Options):
     """A robot by its name or file, for commands in which gravity does not count."""
 
-    robot: str = option(
-        reads="robot",
-        required=True,
-        metavar="NAME|FILE",
-        help="a shipped robot ('dynident robot list'), TOML or URDF",
-    )
-    chain: tuple[str | None, str | None] | None = option(
-        group=_INSTALLED,
-        type=chain,
-        metavar="BASE:TIP",
-        help="URDF: first link and flange of the arm, either may be left out (default: the root, the only end)",
-    )
+    robot: RobotFile
+    """A shipped robot ('dynident robot list'), TOML or URDF."""
+    chain: Annotated[_Chain | None, _INSTALLED] = None
+    """URDF: first link and flange of the arm, either may be left out (default: the root, the only end)."""
 
     def load(self) -> model.Robot:
         """The robot, with a note for each angle that was taken as a right one."""
@@ -41,17 +37,13 @@ class ArmOptions(Options):
         return robot
 
 
-@dataclass(frozen=True)
+@options()
 class RobotOptions(ArmOptions):
     """A robot and how it is mounted."""
 
-    mount: tuple[str, tuple[float, float, float]] | None = option(
-        group=_INSTALLED,
-        type=mount,
-        metavar="HOW",
-        help="floor, wall (x of the base points down), ceiling, roll,pitch,yaw of the base in degrees, or "
-        "gravity=X,Y,Z in its frame [m/s^2]",
-    )
+    mount: Annotated[_Mount | None, _INSTALLED] = None
+    """Floor, wall (x of the base points down), ceiling, roll,pitch,yaw of the base in degrees, or gravity=X,Y,Z in
+    its frame [m/s^2]."""
 
     def load(self) -> model.Robot:
         """The robot as it is mounted."""
@@ -62,16 +54,12 @@ class RobotOptions(ArmOptions):
         return model.with_gravity(robot, values) if kind == "gravity" else model.mounted(robot, values)
 
 
-@dataclass(frozen=True)
+@options()
 class RehearsedRobotOptions(RobotOptions):
     """A robot to plan or simulate with, which may need a stand-in."""
 
-    arm_mass: float | None = option(
-        group=_INSTALLED,
-        type=positive_number,
-        metavar="KG",
-        help="of the whole arm, for a stand-in where its file tells neither mass nor bodies of links",
-    )
+    arm_mass: Annotated[Kilograms | None, _INSTALLED] = None
+    """Of the whole arm, for a stand-in where its file tells neither mass nor bodies of links."""
 
     def load(self) -> model.Robot:
         """The robot with the mass that was given."""
@@ -83,15 +71,12 @@ class RehearsedRobotOptions(RobotOptions):
         return replace(robot, mass=self.arm_mass, sources={**robot.sources, "mass": "given with --arm-mass"})
 
 
-@dataclass(frozen=True)
+@options()
 class FramedRobotOptions(RobotOptions):
     """A robot, and the frame in which a payload is taken or given."""
 
-    tool_frame: model.Pose | None = option(
-        type=tool_frame,
-        metavar="X,Y,Z,R,P,Y",
-        help="frame of the payload in the flange: metres, then roll, pitch, yaw in degrees (default: the flange)",
-    )
+    tool_frame: Frame | None = None
+    """Frame of the payload in the flange: metres, then roll, pitch, yaw in degrees (default: the flange)."""
 
     def load(self) -> model.Robot:
         """The robot as it is mounted, with the payload's frame that is asked for."""
@@ -103,14 +88,14 @@ class FramedRobotOptions(RobotOptions):
         return model.with_tool(robot, tool, f"tool frame ({lengths} m; rpy {angles} deg) in: {robot.payload_frame}")
 
 
-@dataclass(frozen=True)
+@options(CONTROLLER)
 class HostOptions(Options):
     """The controller that is listened to."""
 
-    GROUP: ClassVar[str] = "controller"
-
-    host: str | None = option(metavar="H", help="name or address of the controller")
-    port: int | None = option(type=port_number, metavar="N", help="its port of RTDE (default: 30004)")
+    host: Annotated[str | None, Parameter(metavar="H")] = None
+    """Name or address of the controller."""
+    port: Port | None = None
+    """Its port of RTDE (default: 30004)."""
 
     def client(self) -> live.Client:
         """A connection to it."""

@@ -1,0 +1,314 @@
+"""The commands as one application: options are frozen values that cyclopts flattens into the commands' own."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from contextvars import ContextVar
+from dataclasses import MISSING, dataclass, fields, is_dataclass
+from difflib import get_close_matches
+from importlib import import_module
+from itertools import chain
+from pathlib import Path
+from typing import Annotated, Any, TypeVar, dataclass_transform, get_args, get_type_hints
+
+from cyclopts import App, CoercionError, CycloptsError, Group, MissingArgumentError, Parameter
+from cyclopts import ArgumentCollection as Arguments
+from cyclopts.exceptions import UnknownCommandError, UnusedCliTokensError
+from cyclopts.help import DefaultFormatter
+
+from ...common.errors import InputError
+from ...common.files import is_device, keeping, place_of
+from . import ANSWERED, BAD_INPUT, COMMANDS
+from .progress import Manner, finished, speaking, version_lines
+from .values import Reads, Writes
+
+INSTALLATION = Group.create_ordered("installation")
+MOTION = Group.create_ordered("motion")
+NOISE = Group.create_ordered("noise")
+GOAL = Group.create_ordered("what to learn")
+KNOWN = Group.create_ordered("what is known beforehand", "Lengths in m, in the frame of the answer.")
+LIMITS = Group.create_ordered("limits", "Positions and speeds stand in the robot's file.")
+SEARCH = Group.create_ordered("search")
+FLOOR = Group.create_ordered("floor")
+DRIVES = Group.create_ordered("drive gains")
+LOGS = Group.create_ordered("logs", "CSV, TSV, NPZ, MAT, Parquet, ROS 2 bags; see docs/logs.md.")
+PROCESSING = Group.create_ordered("processing", "Rarer settings go into a file (--config): see docs/logs.md.")
+CONTROLLER = Group.create_ordered("controller")
+FILES = Group.create_ordered("files")
+VIEW = Group.create_ordered("view")
+TERMINAL = Group.create_ordered("terminal")
+"""Headings of options in the help, in their order."""
+RARE = Parameter(show=False)
+"""A setting for files of options (``--config``); the help of a command leaves it out."""
+
+_Kind = TypeVar("_Kind")
+_ASKING = {"--help", "-h", "--version"}
+_NEEDED = {
+    False: "not a file in a folder that exists: make the folder, or give another path",
+    True: "is not a folder, nor can one be made there: give another path",
+}
+
+
+@dataclass_transform(kw_only_default=True, frozen_default=True)
+def options(group: Group | None = None) -> Callable[[type[_Kind]], type[_Kind]]:
+    """A class of options, which stand in the help under a group's heading: its fields are those of a command."""
+
+    def made(kind: type[_Kind]) -> type[_Kind]:
+        made = dataclass(frozen=True, kw_only=True)(kind)
+        made.__init__.__annotations__ = get_type_hints(made, include_extras=True)  # types of other modules' fields
+        return Parameter(name="*", group=group)(made)
+
+    return made
+
+
+@dataclass(frozen=True)
+class Options:
+    """Some options of a command; fields are called as the options are."""
+
+    def has(self, option: str) -> bool:
+        """Whether an option was given; "joint_names" stands for --joint-names."""
+        value = getattr(self, option)
+        return value is not None and value is not False and value != ()
+
+    def refuse(self, option: str, because: str) -> None:
+        """Refuse an option that would have no effect."""
+        if self.has(option):
+            raise InputError(f"--{option.replace('_', '-')} {because}")
+
+
+@options(TERMINAL)
+class TerminalOptions(Options):
+    """How much is said, and a file of options."""
+
+    config: Annotated[str | None, Reads("options"), Parameter(metavar="TOML")] = None
+    """Options from a file, as every report writes one; the command line goes before it."""
+    quiet: bool = False
+    """Print no screen and no notes: files and exit status tell; what is asked for as text is printed."""
+    verbose: bool = False
+    """Print every step with its time."""
+
+
+@dataclass(frozen=True)
+class Call:
+    """A command line that was read.
+
+    Attributes:
+        words: as they were typed.
+        command: its name, "robot show".
+        arguments: every option, with the words that it was given.
+    """
+
+    words: tuple[str, ...]
+    command: str
+    arguments: Arguments
+
+    def named(self, kind: type[Reads] | type[Writes]) -> Iterator[tuple[str, str, str]]:
+        """Paths that options name: the option, what it names (its role, or "file" or "folder"), and the path."""
+        for argument in self.arguments:
+            for mark in marks(argument.field_info.annotation):
+                if isinstance(mark, kind):
+                    for token in argument.tokens:
+                        yield argument.name, mark[0], token.value
+
+    def given(self, option: str) -> tuple[str, ...]:
+        """Words that were given for an option."""
+        argument = self.arguments.get(option, default=None)
+        return tuple(token.value for token in argument.tokens) if argument is not None else ()
+
+    def settings_file(self, page: str) -> Path | None:
+        """The file beside a report that repeats the run by ``--config``.
+
+        None if the run was made from that file, or beside what is no file, such as a pipe.
+        """
+        path = Path(page).with_suffix(".run.toml")
+        own = any(place_of(config) == place_of(path) for config in self.given("--config"))
+        return None if own or is_device(Path(page)) else path
+
+
+CALL: ContextVar[Call] = ContextVar("call")
+"""The command line that runs."""
+
+
+def command(run: Callable[..., int]) -> Callable[..., int]:
+    """Give a command the options that all have, and check the files that it names before it is called."""
+    given = inspect.signature(run, eval_str=True)
+    terminal = inspect.Parameter("terminal", inspect.Parameter.KEYWORD_ONLY, annotation=TerminalOptions)
+    parts = [_whole(part) for part in (*given.parameters.values(), terminal)]
+
+    def called(*arguments: Any, terminal: TerminalOptions, **options: Any) -> int:
+        call = CALL.get()
+        if terminal.quiet and terminal.verbose:
+            raise InputError("--quiet and --verbose: give one of them")
+        check_paths(call)
+        read = [path for _, _, path in call.named(Reads)]
+        manner: Manner = "quiet" if terminal.quiet else "verbose" if terminal.verbose else "plain"
+        with keeping(read), speaking(manner), finished(call.command):
+            return run(*arguments, **options)
+
+    called.__doc__, called.__annotations__ = run.__doc__, {part.name: part.annotation for part in parts}
+    vars(called)["__signature__"] = given.replace(parameters=parts)
+    return called
+
+
+def application(calls: list[Call], words: Sequence[str]) -> App:
+    """All commands, each imported when it is called.
+
+    Args:
+        calls: the command line is added here when it has been read.
+        words: of the command line.
+    """
+
+    def read(_: App, names: tuple[str, ...], arguments: Arguments) -> None:
+        calls.append(Call(tuple(words), " ".join(names), arguments))
+        for path in calls[-1].given("--config"):
+            settings().read_settings(calls[-1], path)
+
+    app = App(
+        name="dynident",
+        help="Tells what hangs on the flange of an industrial manipulator.",
+        version=lambda: "\n".join(version_lines()),
+        help_format="plaintext",
+        help_formatter=_Help(),
+        version_format="plaintext",
+        default_parameter=Parameter(negative=(), show_default=False, allow_repeating=True),
+        group_parameters=Group("options", sort_key=-1),
+        group_arguments=Group("arguments", sort_key=-2),
+        config=read,
+    )
+    for place, (name, (where, about)) in enumerate(COMMANDS.items()):
+        above, _, last = name.rpartition(" ")
+        if where:
+            (app[above] if above else app).command(f"{__package__}.{where}", name=last, help=about, sort_key=place)
+        else:
+            app.command(App(name=name, help=about, sort_key=place))
+    app.register_install_completion_command(help="Complete words of dynident in your shell.")
+    return app
+
+
+def run(words: Sequence[str]) -> int:
+    """Find the command of a command line and call it.
+
+    Raises:
+        InputError: for words that no command knows; one line.
+    """
+    calls: list[Call] = []
+    app = application(calls, words)
+    try:
+        called, bound, _ = app.parse_args(words, exit_on_error=False, print_error=False)
+    except CycloptsError as error:
+        name = " ".join(["dynident", *(error.command_chain or ())])
+        raise InputError(f"{_text(error)} (see {name} --help)") from None
+    bound.apply_defaults()
+    if calls:
+        CALL.set(calls[-1])
+    status = called(*bound.args, **bound.kwargs)
+    asked = calls or not _ASKING.isdisjoint(words)  # else the help is shown for want of a command
+    return int(status or ANSWERED) if asked else BAD_INPUT
+
+
+def check_paths(call: Call) -> None:
+    """Refuse what cannot be written, or would overwrite an input or another output, before any work is done."""
+    # A shipped robot's name is no file; folders may hold what several options write.
+    read = ((place_of(path), name) for name, _, path in call.named(Reads) if path)
+    owners = {place: name for place, name in read if place.exists()}
+    folders: dict[Path, str] = {}
+    for name, kind, path in chain(call.named(Writes), _beside_report(call)):
+        if (kind, path) == ("stream", "-"):
+            continue
+        place, is_folder = place_of(path), kind == "folder"
+        if not path or not (_may_hold_files(place) if is_folder else _may_be_file(place)):
+            raise InputError(f"{name} {path!r}: {_NEEDED[is_folder]}")
+        rivals = owners if is_folder else owners | folders
+        if place in rivals and not is_device(place):  # a pipe or a terminal may be named twice
+            raise InputError(f"{name} {path!r}: {rivals[place]} names this file too: give another one")
+        (folders if is_folder else owners)[place] = name
+
+
+def settings() -> Any:
+    """The module of files of options, which ``--help`` does without."""
+    return import_module(".settings", __package__)
+
+
+@contextmanager
+def about(*options: str) -> Iterator[None]:
+    """Say of whatever is wrong within which options it is about.
+
+    Raises:
+        InputError: instead of what is raised within.
+    """
+    try:
+        yield
+    except ValueError as error:
+        named = any(option in str(error) for option in options)
+        raise InputError(str(error) if named else f"{', '.join(options)}: {error}") from None
+
+
+def marks(hint: Any) -> Iterator[Any]:
+    """What is said of a type and its parts beside the types themselves."""
+    yield from getattr(hint, "__metadata__", ())
+    for part in get_args(hint):
+        yield from marks(part)
+
+
+class _Help(DefaultFormatter):
+    """The help, whose texts stand in several lines of the source."""
+
+    def __call__(self, console: Any, options: Any, panel: Any) -> None:
+        """Print one group of options."""
+        for entry in panel.entries:
+            told: Any = getattr(entry.description, "primary_renderable", None)
+            if hasattr(told, "plain"):
+                entry.description.primary_renderable = type(told)(" ".join(told.plain.split()))
+        super().__call__(console, options, panel)
+
+
+def _whole(part: inspect.Parameter) -> inspect.Parameter:
+    """Options that need nothing are made where nothing is said of them."""
+    kind: Any = part.annotation
+    whole = is_dataclass(kind) and all(entry.default is not MISSING for entry in fields(kind))
+    return part.replace(default=kind()) if whole else part
+
+
+def _text(error: CycloptsError) -> str:
+    """What is wrong with the words of a command line, as a user knows them."""
+    if isinstance(error, UnknownCommandError):
+        above = " ".join(error.command_chain or ())
+        names = [name.removeprefix(f"{above} ") for name in COMMANDS if name.rpartition(" ")[0] == above]
+        word = (error.unused_tokens or [""])[0]
+        close = get_close_matches(word, names, 1)
+        return f"there is no command {word!r}: " + (f"did you mean {close[0]}?" if close else ", ".join(names))
+    if isinstance(error, CoercionError) and error.msg is not None and error.argument is not None:
+        source = error.token.source if error.token else "cli"
+        return f"{'' if source == 'cli' else f'{source}: '}{error.argument.name}: {error.msg}"
+    if isinstance(error, MissingArgumentError) and error.argument is not None:
+        return f"give {error.argument.name}" if error.keyword is None else f"{error.keyword} needs a value"
+    if isinstance(error, UnusedCliTokensError) and error.unused_tokens:
+        return f"{error.unused_tokens[0]!r} is one word too many"
+    return str(error)
+
+
+def _beside_report(call: Call) -> Iterator[tuple[str, str, str]]:
+    """The file beside a report, as ``Call.named`` tells files that are written.
+
+    Raises:
+        InputError: if a file stands there that no run has written.
+    """
+    for page in call.given("--report"):
+        if (path := call.settings_file(page)) is None:
+            continue
+        if path.exists() and not settings().is_settings_file(path):
+            raise InputError(
+                f"--report {page!r}: {path} beside it would be overwritten, which holds no options of a "
+                "run: move it, or give the report another name"
+            )
+        yield "--report's options", "file", str(path)
+
+
+def _may_be_file(place: Path) -> bool:
+    return not place.is_dir() and place.parent.is_dir()
+
+
+def _may_hold_files(place: Path) -> bool:
+    return next(above for above in (place, *place.parents) if above.exists()).is_dir()
