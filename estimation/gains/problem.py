@@ -25,7 +25,7 @@ from ..payload.long_motion import payload_problem, with_friction
 from ..payload.problem import PayloadProblem, Source
 from ..payload.result import in_payload_frame
 from ..possible.cone import ConeProgram, SolverError, solve_in_turn
-from ..possible.robot import POWERS, RobotRules, link_places, typical_length
+from ..possible.robot import POWERS, DriveRules, link_indices, typical_length
 from .current_side import CurrentFit, current_weights, gauss_newton
 from .known_load import KnownLoad, Mountings, known_mass, known_values, payload_columns
 
@@ -299,7 +299,7 @@ def rests_on(robot: Robot) -> tuple[str, ...]:
 
 _MOST = 50  # linearisations
 _ENOUGH = 1e-5  # relative change of a gain
-_WAYS = ((None, None), (None, 1e3), (None, 1e2), (1e3, 1e2), (1e2, 1e2), (1e2, 30.0))
+_WAYS = ((1e5, np.inf), (1e5, 1e3), (1e5, 1e2), (1e3, 1e2), (1e2, 1e2), (1e2, 30.0))
 """Largest entry, and radius of the scaled unknowns: what no current shows has no least value, and may run away."""
 _LENGTH = 0.1  # m: size of a payload, for scaling only
 
@@ -383,8 +383,8 @@ def _variables(problem: GainProblem, loads: Sequence[KnownLoad], x: Array) -> tu
         weights[k, PAYLOAD.index(name), place] = 1.0
     weights[:, :, -1] = [load.ten for load in loads]
     to_x[len(base.columns) :] = weights.reshape(-1, m)
-    links = [np.eye(standard, m)[places] for places in link_places(problem.robot, names)]
-    rules = RobotRules.of(problem.robot, names, scale[:standard], None).A
+    links = np.eye(standard, m)[link_indices(problem.robot, names)]
+    rules = DriveRules.of(problem.robot, names, scale[:standard]).A
     A = np.zeros((len(rules) + 1, m))
     A[:-1, :standard] = rules
     A[-1, -1] = 1.0

@@ -87,7 +87,7 @@ class ProfileSet:
             # About once in 100,000 directions the rows' own scale will not do: begin anew with the solver's.
             solution = anew(unit).solve()
         if str(solution.status) != "Solved":
-            raise SolverError(str(solution.status), self.problem.program())
+            raise SolverError(str(solution.status))
         return np.asarray(solution.x)
 
     @cached_property
