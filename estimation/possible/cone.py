@@ -87,6 +87,7 @@ class SolverError(RuntimeError):
 _LARGEST = 1e5
 """R with larger entries, from data almost without noise, is scaled down to this."""
 _ENTRIES = [(row, column) for column in range(4) for row in range(column + 1)]
+_DIAGONAL = [k for k, (row, column) in enumerate(_ENTRIES) if row == column]
 TRIANGLE: Array = np.array(
     [(1.0 if i == j else np.sqrt(2.0)) * PSEUDO_INERTIA[:, i, j] for i, j in _ENTRIES],
 )
@@ -123,8 +124,7 @@ def solve_cone(program: ConeProgram, largest: float = _LARGEST, ball: float = np
         raise SolverError(str(solution.status))
     z = np.asarray(solution.x)[:n]
     dual = np.asarray(solution.z) * scale
-    diagonal = [place for place, (i, j) in enumerate(_ENTRIES) if i == j]
-    traces = dual[r + k + 1 : r + k + 1 + 10 * p].reshape(p, 10)[:, diagonal].sum(axis=1)
+    traces = dual[r + k + 1 : r + k + 1 + 10 * p].reshape(p, 10)[:, _DIAGONAL].sum(axis=1)
     return ConeSolution(z, float(np.linalg.norm(program.R @ z - program.d)), dual[:r], traces)
 
 

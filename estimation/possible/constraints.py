@@ -1,9 +1,8 @@
 """What is known about a body beforehand, as small values that can be combined."""
 
-from abc import ABC, abstractmethod
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -16,14 +15,22 @@ PSEUDO_INERTIA: Array = np.array([InertialParameters(unit).pseudo_inertia for un
 """J = sum over k of x_k times the k-th: 10 x 4 x 4."""
 
 
+def lowest_eigenvalue(x: Array) -> float:
+    """Smallest eigenvalue of the pseudo-inertia of ten parameters in any units."""
+    return float(np.linalg.eigvalsh((x @ PSEUDO_INERTIA.reshape(10, 16)).reshape(4, 4))[0])
+
+
 @dataclass(frozen=True)
-class Constraint(ABC):
+class Constraint:
     """Something known about x, Khalil's ten of one body about the origin and in the axes of its frame."""
 
+    demand: ClassVar[str]
+    """The demand in one line, its numbers to be filled in from the attributes."""
+
     @property
-    @abstractmethod
     def description(self) -> str:
-        """What is demanded, in one line."""
+        """The demand in one line."""
+        return self.demand.format(**vars(self))
 
     def violation(self, x: ArrayLike) -> float:
         """How far x, shape (10,), is from holding it: <= 0 where it holds, in the constraint's own unit."""
@@ -48,11 +55,7 @@ class PossibleBody(Constraint):
     """
 
     body: str = "payload"
-
-    @property
-    def description(self) -> str:
-        """What is demanded, in one line."""
-        return f"{self.body} can exist: pseudo-inertia positive semidefinite"
+    demand = "{body} can exist: pseudo-inertia positive semidefinite"
 
     def violation(self, x: ArrayLike) -> float:
         """Minus the smallest eigenvalue of the pseudo-inertia (mixed units)."""
@@ -70,6 +73,7 @@ class MassBounds(Constraint):
 
     low: float = 0.0
     high: float = float("inf")
+    demand = "mass from {low:g} to {high:g} kg"
 
     def __post_init__(self) -> None:
         """Refuse bounds that leave nothing."""
@@ -77,11 +81,6 @@ class MassBounds(Constraint):
             raise InputError(
                 f"mass bounds {self.low:g} to {self.high:g} kg leave nothing: give low <= high, and high above 0"
             )
-
-    @property
-    def description(self) -> str:
-        """What is demanded, in one line."""
-        return f"mass from {self.low:g} to {self.high:g} kg"
 
     @cached_property
     def rows(self) -> tuple[Array, Array]:
@@ -103,6 +102,7 @@ class KnownMass(Constraint):
 
     mass: float
     sigma: float
+    demand = "mass weighed as {mass:g} kg, standard deviation {sigma:g} kg"
 
     def __post_init__(self) -> None:
         """Refuse a scale without error."""
@@ -110,11 +110,6 @@ class KnownMass(Constraint):
             raise InputError(
                 f"known mass {self.mass:g} kg with sigma {self.sigma:g} kg: mass and sigma must be positive"
             )
-
-    @property
-    def description(self) -> str:
-        """What is demanded, in one line."""
-        return f"mass weighed as {self.mass:g} kg, standard deviation {self.sigma:g} kg"
 
 
 @dataclass(frozen=True)
@@ -128,6 +123,7 @@ class CentreOfMassInBox(Constraint):
 
     low: ArrayLike
     high: ArrayLike
+    demand = "centre of mass in the box {low!r} to {high!r} m"
 
     def __post_init__(self) -> None:
         """Refuse an empty box."""
@@ -135,11 +131,6 @@ class CentreOfMassInBox(Constraint):
             object.__setattr__(self, name, _as_tuples(getattr(self, name), (3,), f"{name} corner of the box"))
         if (np.asarray(self.low) > np.asarray(self.high)).any():
             raise InputError(f"the box from {self.low!r} to {self.high!r} m is empty: give low <= high")
-
-    @property
-    def description(self) -> str:
-        """What is demanded, in one line."""
-        return f"centre of mass in the box {self.low!r} to {self.high!r} m"
 
     @cached_property
     def rows(self) -> tuple[Array, Array]:
@@ -166,6 +157,7 @@ class InEllipsoid(Constraint):
     centre: ArrayLike
     semi_axes: ArrayLike
     rotation: ArrayLike = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+    demand = "mass in the ellipsoid around {centre!r} with semi-axes {semi_axes!r} m"
 
     def __post_init__(self) -> None:
         """Refuse axes without length and a matrix that is no rotation."""
@@ -176,11 +168,6 @@ class InEllipsoid(Constraint):
         R = np.asarray(self.rotation)
         if np.abs(R.T @ R - np.eye(3)).max() > 1e-6:
             raise InputError("rotation of an ellipsoid: its columns must be orthonormal")
-
-    @property
-    def description(self) -> str:
-        """What is demanded, in one line."""
-        return f"mass in the ellipsoid around {self.centre!r} with semi-axes {self.semi_axes!r} m"
 
     @cached_property
     def rows(self) -> tuple[Array, Array]:
@@ -216,7 +203,7 @@ class InHull(Constraint):
 
     @property
     def description(self) -> str:
-        """What is demanded, in one line."""
+        """The demand in one line."""
         return f"mass in the convex hull of {len(np.asarray(self.points))} points"
 
     @cached_property

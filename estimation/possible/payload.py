@@ -19,7 +19,7 @@ from ...model import InertialParameters
 from ..equations.equations import PAYLOAD
 from ..fit.estimate import Estimate
 from .cone import ConeProgram, ConeSolution, SolverError, solve_cone
-from .constraints import PSEUDO_INERTIA, Constraint, KnownMass, PossibleBody
+from .constraints import PSEUDO_INERTIA, Constraint, KnownMass, PossibleBody, lowest_eigenvalue
 from .result import CONFLICT, Active, Possible, rise_p_value
 
 POSSIBLE = (PossibleBody("payload"),)
@@ -93,7 +93,7 @@ class ScaledProblem(NamedTuple):
 
     def lowest(self, z: Array) -> float:
         """Smallest eigenvalue of the scaled pseudo-inertia."""
-        return InertialParameters(z @ self.select).min_pseudo_inertia_eigenvalue
+        return lowest_eigenvalue(z @ self.select)
 
     def holds(self, z: Array, rounding: float = 0.0) -> bool:
         """Whether z holds every constraint, but for that much of an eigenvalue."""
@@ -113,9 +113,10 @@ class ScaledProblem(NamedTuple):
     def active(self, z: Array, solution: ConeSolution) -> tuple[Active, ...]:
         """Constraints whose multiplier exceeds their slack, largest first."""
         active: list[Active] = []
-        ends = np.cumsum([len(constraint.rows[1]) for constraint in self.constraints])[:-1]
-        slacks, prices = np.split(self.A @ z + self.b, ends), np.split(solution.row_multipliers, ends)
-        for constraint, slack, price in zip(self.constraints, slacks, prices, strict=True):
+        slacks, stop = self.A @ z + self.b, 0
+        for constraint in self.constraints:
+            start, stop = stop, stop + len(constraint.rows[1])
+            slack, price = slacks[start:stop], solution.row_multipliers[start:stop]
             if isinstance(constraint, PossibleBody):
                 slack, price = np.array([self.lowest(z)]), solution.body_multipliers
             holding = float(price[price > np.maximum(slack, _NO_MULTIPLIER)].sum())
@@ -139,7 +140,7 @@ def lifted(z: Array, scale: Array) -> Array:
         SolverError: if that is more than rounding.
     """
     size, inward = max(1.0, float(np.abs(z).max())), np.where(scale > 0.0, IDENTITY, 0.0)
-    step = 1.01 * max(-InertialParameters(z).min_pseudo_inertia_eigenvalue, 0.0)
+    step = 1.01 * max(-lowest_eigenvalue(z), 0.0)
     limit = TOLERANCE * size
     while step < limit and InertialParameters((z + step * inward) * scale).min_pseudo_inertia_eigenvalue < 0.0:
         step = 2.0 * step + 1e-16 * size

@@ -18,7 +18,7 @@ from ...model import INERTIAL, BaseParameters, InertialParameters, Robot
 from ...model.drives import parameter_kind
 from ..fit.estimate import Estimate, error_model
 from .cone import ConeProgram, SolverError, solve_in_turn
-from .constraints import MassBounds
+from .constraints import MassBounds, lowest_eigenvalue
 from .payload import NOISE_FLOOR, TOLERANCE, lifted, whitening
 from .result import Active, Possible
 
@@ -154,7 +154,7 @@ class RobotProgram(NamedTuple):
         """
         solution, program = solve_in_turn(self.program, _WAYS), self.program
         z = self.repaired(solution.z)
-        lowest = [InertialParameters(body @ z).min_pseudo_inertia_eigenvalue for body in program.bodies]
+        lowest = [lowest_eigenvalue(body @ z) for body in program.bodies]
         slacks = [*(program.A @ z + program.b), *lowest]
         texts = [*self.texts, *(f"link {j} can exist" for j in range(1, len(program.bodies) + 1))]
         prices = [*solution.row_multipliers, *solution.body_multipliers]
