@@ -53,11 +53,6 @@ class KnownLoad(BodyTable, frozen=True, kw_only=True, dict=True):
         """Names of ``PAYLOAD`` that are not known."""
         return tuple(name for name in PAYLOAD if name not in self.known)
 
-    @property
-    def values(self) -> Array:
-        """Values of the known ones, SI units, shape (k,)."""
-        return self.ten[-len(self.known) :]
-
     @cached_property
     def ten(self) -> Array:
         """The known ones in their place among the ten, zero for the others, shape (10,)."""
@@ -125,12 +120,12 @@ class Mountings(NamedTuple):
         return tuple(dict.fromkeys(self.numbers))
 
     @property
-    def places(self) -> tuple[tuple[int, ...], ...]:
+    def groups(self) -> tuple[tuple[int, ...], ...]:
         """The loaded recordings of each mounting, counted from 0."""
         return tuple(tuple(k for k, number in enumerate(self.numbers) if number == name) for name in self.names)
 
     def loads(self, load: KnownLoad | Sequence[KnownLoad]) -> tuple[KnownLoad, ...]:
-        """What is known of the payload in each mounting.
+        """The known of the payload in each mounting.
 
         Args:
             load: the same in all, or one for each mounting.
@@ -139,12 +134,13 @@ class Mountings(NamedTuple):
             InputError: if they are another number, or a centre of mass is given for several mountings.
         """
         many = len(self.names)
-        loads = (load,) * many if isinstance(load, KnownLoad) else tuple(load)
-        if len(loads) != many:
-            raise InputError(f"{len(loads)} known payloads for {many} mountings: give one, or one for each")
-        if isinstance(load, KnownLoad) and many > 1 and load.com is not None:
+        if not isinstance(load, KnownLoad):
+            if len(load) != many:
+                raise InputError(f"{len(load)} known payloads for {many} mountings: give one, or one for each")
+            return tuple(load)
+        if many > 1 and load.com is not None:
             raise InputError(
                 "one centre of mass cannot hold in several mountings: leave com and inertia_com out, or give one "
                 "mounting"
             )
-        return loads
+        return (load,) * many
