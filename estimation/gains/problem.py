@@ -35,8 +35,7 @@ class GainProblem:
     parameter is 1.
 
     Attributes:
-        robot: the robot, its equations those of the motors (``Robot.for_currents``).
-        description: as it was given, its equations those of the joints.
+        description: the robot as it was given, its equations those of the joints.
         equations: the factors of [W W_L i], columns base, then ``payload_columns`` of each mounting; the right-hand
             side is a current [A].
         mountings: which recordings have the weight where.
@@ -47,7 +46,6 @@ class GainProblem:
         without_blocks: why there are none.
     """
 
-    robot: Robot
     description: Robot
     equations: Equations
     mountings: Mountings
@@ -56,6 +54,11 @@ class GainProblem:
     posed_with: tuple[float, ...]
     deletions: tuple[tuple[Equations, ...], ...] = ()
     without_blocks: str = ""
+
+    @property
+    def robot(self) -> Robot:
+        """The robot, its equations those of the motors (``Robot.for_currents``)."""
+        return self.posed[0].robot
 
     @property
     def base(self) -> BaseParameters:
@@ -166,7 +169,7 @@ def gain_problem(
         deletions, reason = [], str(error)
     source = Source(tuple(loaded), tuple(unloaded), processing or robot.processing)
     return GainProblem(
-        robot, description, equations, mountings, source, problems, tuple(K.tolist()), tuple(deletions), reason
+        description, equations, mountings, source, problems, tuple(K.tolist()), tuple(deletions), reason
     )
 
 

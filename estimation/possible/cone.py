@@ -30,6 +30,10 @@ class ConeProgram(NamedTuple):
     b: Array
     bodies: Array
 
+    def slack(self, z: Array) -> Array:
+        """A z + b, shape (r,)."""
+        return np.asarray(self.A @ z + self.b)
+
 
 class ConeSolution(NamedTuple):
     """``z`` (n,), ``norm`` = ||R z - d||, and how fast it falls as constraints are relaxed.

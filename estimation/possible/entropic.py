@@ -67,8 +67,8 @@ class EntropicProgram(NamedTuple):
 
     def start(self, z: Array) -> EntropicPoint:
         """A point on no path, but well inside; z strictly inside, shape (n,)."""
-        F, d, A, b, _ = self.program
-        slack, P = A @ z + b, pseudo_inertias(self.program, z)
+        F, d, A, *_ = self.program
+        slack, P = self.program.slack(z), pseudo_inertias(self.program, z)
         # Duals that outweigh the gradient of chi2 in the barrier's own metric.
         bodies = self._whitened(np.linalg.inv(np.linalg.cholesky(P))).reshape(-1, len(z))
         barrier = np.vstack([bodies, A / slack[:, None], 1e-3 * np.eye(len(z))])
@@ -90,7 +90,7 @@ class EntropicProgram(NamedTuple):
         fall = _CENTRING
         for _ in range(_STEPS):
             # Complementarity of bodies and rows that the step aims at.
-            P, slack = pseudo_inertias(self.program, point.z), self.program.A @ point.z + self.program.b
+            P, slack = pseudo_inertias(self.program, point.z), self.program.slack(point.z)
             mu = max(fall * float(np.einsum("pij,pji->", P, point.duals)) / (4 * len(P)), weight)
             nu = max(fall * float(point.multipliers @ slack) / max(len(slack), 1), _CORNER * weight)
             change, square, reach = self._step(weight, mu, nu, point)
@@ -133,9 +133,9 @@ class EntropicProgram(NamedTuple):
         self, weight: float, mu: float, nu: float, point: EntropicPoint
     ) -> tuple[EntropicPoint, float, float]:
         """The change of a point, its squared length in its own metric, and the part that leads to the boundary."""
-        F, d, A, b, _ = self.program
+        F, d, A, *_ = self.program
         z, multipliers, duals = point
-        n, slack = len(z), A @ z + b
+        n, slack = len(z), self.program.slack(z)
         C = np.linalg.cholesky(pseudo_inertias(self.program, z))
         squares, Q = np.linalg.eigh(np.swapaxes(C, 1, 2) @ duals @ C)
         root = np.sqrt(np.maximum(squares, 1e-300))  # the diagonal of P and of S in the scaling G, p x 4

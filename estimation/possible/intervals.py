@@ -46,13 +46,14 @@ class ProfileSet:
         """The set of squared distance up to that of ``nearest`` plus ``q``, in the problem's metric R."""
         self.problem = problem
         self.mass = int(problem.select[:, 9].argmax())
-        inverse = np.asarray(np.linalg.inv(problem.R), dtype=float)
-        offset = problem.R @ (nearest - problem.centre) / np.sqrt(q)  # kappa e
+        R, _, A, b, _ = problem.program
+        inverse = np.asarray(np.linalg.inv(R), dtype=float)
+        offset = R @ (nearest - problem.centre) / np.sqrt(q)  # kappa e
         self._inverse, self._radius = inverse, float(np.sqrt(q * (1.0 + offset @ offset)))
         self._to_z = np.column_stack([np.sqrt(q) * inverse, nearest])  # z = _to_z (u, 1)
         # K (u, 1) lies in the cones of bounds, distance and pseudo-inertia.
-        n, bounds, body = len(nearest), problem.A @ self._to_z, TRIANGLE @ problem.select.T @ self._to_z
-        bounds[:, -1] += problem.b
+        n, bounds, body = len(nearest), A @ self._to_z, TRIANGLE @ problem.select.T @ self._to_z
+        bounds[:, -1] += b
         self._K = np.vstack([bounds, np.append(-offset, 1.0), np.eye(n, n + 1), np.append(offset, 0.0), body])
         self._cones: list[Cone] = [("Nonnegative", len(bounds)), ("SecondOrder", n + 2), ("PSDTriangle", 4)]
 

@@ -20,7 +20,7 @@ from ..equations.equations import PAYLOAD
 from ..fit.estimate import Estimate
 from .cone import ConeProgram, ConeSolution, SolverError, solve_cone
 from .constraints import PSEUDO_INERTIA, Constraint, KnownMass, PossibleBody, lowest_eigenvalue
-from .result import CONFLICT, Active, Possible, rise_p_value
+from .result import Active, Possible, rise_p_value
 
 POSSIBLE = (PossibleBody("payload"),)
 """The constraints of every payload."""
@@ -38,19 +38,16 @@ class ScaledProblem(NamedTuple):
     """The problem in z = x / (M l^2, M l, M), for the parameters that were not eliminated.
 
     ``constraints``: among them ``PossibleBody``; ``select`` n x 10 picks the parameters, ``scale`` (n,);
-    chi2 = ||R z - d||^2 + ``floor`` with ``R`` n x n, ``d`` (n,), and its minimum at ``centre`` (n,); ``A`` and
-    ``b`` the bounds with rows of largest entry 1, constraint by constraint.
+    chi2 = ||R z - d||^2 + ``floor`` with R and d of ``program``, n x n and (n,), its minimum at ``centre`` (n,);
+    the program's rows have a largest entry of 1 and come constraint by constraint.
     """
 
     constraints: tuple[Constraint, ...]
     select: Array
     scale: Array
     centre: Array
-    R: Array
-    d: Array
     floor: float
-    A: Array
-    b: Array
+    program: ConeProgram
 
     @staticmethod
     def of(estimate: Estimate, constraints: Sequence[Constraint]) -> "ScaledProblem":
@@ -81,11 +78,8 @@ class ScaledProblem(NamedTuple):
         rows, bounds = zip(*(c.rows for c in constraints), strict=True)
         A, b = np.vstack(rows) @ select.T * scale, np.concatenate(bounds)
         norms = np.maximum(np.abs(A).max(axis=1, initial=0.0), 1e-300)
-        return ScaledProblem(tuple(constraints), select, scale, centre, R, d, floor, A / norms[:, None], b / norms)
-
-    def program(self) -> ConeProgram:
-        """The problem as the solver takes it."""
-        return ConeProgram(self.R, self.d, self.A, self.b, self.select.T[None])
+        program = ConeProgram(R, d, A / norms[:, None], b / norms, select.T[None])
+        return ScaledProblem(tuple(constraints), select, scale, centre, floor, program)
 
     def full(self, z: Array) -> Array:
         """The ten in SI units, (10,) or k x 10."""
@@ -97,7 +91,7 @@ class ScaledProblem(NamedTuple):
 
     def holds(self, z: Array, rounding: float = 0.0) -> bool:
         """Whether z holds every constraint, but for that much of an eigenvalue."""
-        return bool((self.A @ z + self.b >= 0.0).all()) and self.lowest(z) >= -rounding
+        return bool((self.program.slack(z) >= 0.0).all()) and self.lowest(z) >= -rounding
 
     def repaired(self, z: Array) -> Array:
         """z moved by rounding, so that no eigenvalue is negative; eliminated parameters stay zero.
@@ -106,14 +100,14 @@ class ScaledProblem(NamedTuple):
             SolverError: if that is more than rounding, or a bound is missed by more.
         """
         result = self.select @ lifted(z @ self.select, self.scale @ self.select)
-        if (self.A @ result + self.b < -TOLERANCE).any():
+        if (self.program.slack(result) < -TOLERANCE).any():
             raise SolverError("constraints missed by more than rounding")
         return np.asarray(result)
 
     def active(self, z: Array, solution: ConeSolution) -> tuple[Active, ...]:
         """Constraints whose multiplier exceeds their slack, largest first."""
         active: list[Active] = []
-        slacks, stop = self.A @ z + self.b, 0
+        slacks, stop = self.program.slack(z), 0
         for constraint in self.constraints:
             start, stop = stop, stop + len(constraint.rows[1])
             slack, price = slacks[start:stop], solution.row_multipliers[start:stop]
@@ -189,48 +183,33 @@ def solve_constrained(estimate: Estimate, constraints: Sequence[Constraint] = PO
             if problem.holds(z, NOISE_FLOOR):
                 z, status = problem.repaired(z), "repaired"  # too little for a solver to work on
             else:
-                solution = solve_cone(problem.program())
+                solution = solve_cone(problem.program)
                 z, status = problem.repaired(solution.z), "Solved"
                 active = problem.active(z, solution)
     except SolverError as error:
         raise error.naming(*(constraint.description for constraint in problem.constraints)) from None
-    chi2 = problem.floor + float(np.sum((problem.R @ (z - problem.centre)) ** 2))
+    chi2 = problem.floor + float(np.sum((problem.program.R @ (z - problem.centre)) ** 2))
     values = problem.full(z)
     return Possible(estimate, values, chi2, active, (InertialParameters(values),), status, problem.constraints)
 
 
-class Tested(NamedTuple):
-    """A constraint that holds the estimate back, and how unlikely that is if it is true.
-
-    ``rise``: what it adds to chi2. ``p_value``: probability of as much, at most: by chi-squared (or Fisher's F) of
-    as many degrees as the constraint restricts directions.
-    """
-
-    constraint: Constraint
-    rise: float
-    p_value: float
-
-    @property
-    def conflict(self) -> bool:
-        """Whether it contradicts the data."""
-        return self.p_value < CONFLICT
-
-
-def tested(result: Possible) -> tuple[Tested, ...]:
-    """Each active constraint by itself: the rise with all constraints less that without it.
+def tested(result: Possible) -> tuple[Active, ...]:
+    """Each active constraint tested by itself: the rise with all constraints less that without it.
 
     That a body must exist is not left out; its rise is that which it causes alone.
     """
     tested = []
-    for constraint in [active.constraint for active in result.active if active.constraint is not None]:
+    for active in result.active:
+        constraint, free = active.constraint, result.free
+        assert constraint is not None
         if isinstance(constraint, PossibleBody):
-            rise, k = solve_constrained(result.free, [constraint]).chi2_rise, len(result.free.names)
+            rise, k = solve_constrained(free, [constraint]).chi2_rise, len(free.names)
         else:
             others = [other for other in result.constraints if other is not constraint]
-            rise = result.chi2_rise - solve_constrained(result.free, others).chi2_rise
+            rise = result.chi2_rise - solve_constrained(free, others).chi2_rise
             k = rank(constraint.rows[0])
-        p = rise_p_value(max(rise, 0.0), k, result.free.degrees_of_freedom)
-        tested.append(Tested(constraint, rise, p))
+        p_value = rise_p_value(max(rise, 0.0), k, free.degrees_of_freedom)
+        tested.append(active._replace(rise=rise, p_value=p_value))
     return tuple(tested)
 
 
@@ -253,8 +232,9 @@ def build_constrained(estimate: Estimate, constraints: Sequence[Constraint] = PO
     z = cvxpy.Variable(len(estimate.names), name="scaled_parameters")
     to_entries = PSEUDO_INERTIA.reshape(10, 16).T @ scaled.select.T
     rules = [cvxpy.reshape(to_entries @ z, (4, 4), order="C") >> 0]
-    if len(scaled.A):
-        rules.append(scaled.A @ z + scaled.b >= 0)
-    problem = cvxpy.Problem(cvxpy.Minimize(cvxpy.norm(scaled.R @ z - scaled.d)), rules)
+    R, d, A, b, _ = scaled.program
+    if len(A):
+        rules.append(A @ z + b >= 0)
+    problem = cvxpy.Problem(cvxpy.Minimize(cvxpy.norm(R @ z - d)), rules)
     values = cvxpy.multiply(scaled.scale, z)
     return problem, values, cvxpy.reshape(to_entries @ values, (4, 4), order="C")

@@ -150,7 +150,7 @@ def solve_constrained_prior(
     if solution is None:
         weight, point = program.within_budget(program.start(_inside(problem, z0)), nearest.chi2_rise, budget)
         solution, status = point.z, "Solved"
-        slack = problem.program.A @ point.z + problem.program.b
+        slack = problem.program.slack(point.z)
         rows = zip(problem.texts, point.multipliers.tolist(), slack, strict=True)
         active = [Active(text, price) for text, price, room in rows if price > max(room, TOLERANCE)]
     z = problem.repaired(solution)
@@ -167,9 +167,9 @@ def solve_constrained_prior(
 
 def _prior_itself(problem: RobotProgram, z0: Array, limit: float) -> Array | None:
     """The prior's links with the drives that suit them best, if that is within the limit."""
-    F, d, A, b, bodies = problem.program
+    F, d, A, _, bodies = problem.program
     drives, rows = np.setdiff1d(np.arange(len(z0)), problem.links), len(problem.rules.A)
-    room = A @ z0 + b
+    room = problem.program.slack(z0)
     if (room[rows:] < -TOLERANCE).any():
         return None  # the prior breaks a bound of the mass
     z = z0.copy()

@@ -21,12 +21,21 @@ class Active(NamedTuple):
 
     ``description``: what is demanded; ``multiplier``: how fast chi2 falls as that is relaxed, per scaled unit
     (M l^2, M l, M of the body): a slope, so that of several the one to blame is found by leaving each out in turn;
-    ``constraint``: of a payload, what ``description`` describes.
+    ``constraint``: of a payload, what ``description`` describes. Once ``tested``, ``rise`` is what it adds to chi2,
+    and ``p_value`` the probability of as much if it is true, at most: by chi-squared (or Fisher's F) of as many
+    degrees as the constraint restricts directions; nan before.
     """
 
     description: str
     multiplier: float
     constraint: Constraint | None = None
+    rise: float = np.nan
+    p_value: float = np.nan
+
+    @property
+    def conflict(self) -> bool:
+        """Whether it contradicts the data."""
+        return self.p_value < CONFLICT
 
 
 class Weighing(NamedTuple):

@@ -155,7 +155,7 @@ class RobotProgram(NamedTuple):
         solution, program = solve_in_turn(self.program, _WAYS), self.program
         z = self.repaired(solution.z)
         lowest = [lowest_eigenvalue(body @ z) for body in program.bodies]
-        slacks = [*(program.A @ z + program.b), *lowest]
+        slacks = [*program.slack(z), *lowest]
         texts = [*self.texts, *(f"link {j} can exist" for j in range(1, len(program.bodies) + 1))]
         prices = [*solution.row_multipliers, *solution.body_multipliers]
         # A constraint holds the robot where its multiplier exceeds its slack and is not next to nothing.
@@ -176,7 +176,7 @@ class RobotProgram(NamedTuple):
         result = z.copy()
         for link in self.links:
             result[link] = lifted(z[link], self.scale[link])
-        if (self.program.A @ result + self.program.b < -TOLERANCE).any():
+        if (self.program.slack(result) < -TOLERANCE).any():
             raise SolverError("friction, rotor inertia or mass missed by more than rounding")
         signed = list(self.rules.signed)
         result[signed] = np.maximum(result[signed], 0.0)
