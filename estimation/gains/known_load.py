@@ -1,4 +1,4 @@
-"""What is known of the payload that fixes the scale of all gains."""
+"""The known parameters of the payload, which fix the scale of all gains."""
 
 from collections.abc import Sequence
 from functools import cached_property
@@ -55,7 +55,7 @@ class KnownLoad(BodyTable, frozen=True, kw_only=True, dict=True):
 
     @cached_property
     def ten(self) -> Array:
-        """The known ones in their place among the ten, zero for the others, shape (10,)."""
+        """The known ones at their index among the ten, zero for the others, shape (10,)."""
         return np.where([name in self.known for name in PAYLOAD], self.body().vector, 0.0)
 
 
@@ -65,7 +65,7 @@ def payload_columns(mountings: int) -> tuple[tuple[str, ...], ...]:
 
 
 def known_values(loads: Sequence[KnownLoad]) -> dict[str, float]:
-    """What is known of the payload in each mounting, by the names of ``payload_columns``."""
+    """The known parameters of the payload in each mounting, by the names of ``payload_columns``."""
     return {
         column: float(value)
         for columns, load in zip(payload_columns(len(loads)), loads, strict=True)
@@ -125,7 +125,7 @@ class Mountings(NamedTuple):
         return tuple(tuple(k for k, number in enumerate(self.numbers) if number == name) for name in self.names)
 
     def loads(self, load: KnownLoad | Sequence[KnownLoad]) -> tuple[KnownLoad, ...]:
-        """The known of the payload in each mounting.
+        """The known parameters of the payload in each mounting.
 
         Args:
             load: the same in all, or one for each mounting.

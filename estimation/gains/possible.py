@@ -35,7 +35,7 @@ def possible_gains(
     Args:
         problem: robot and weights.
         equations: all of the problem's or those without a block.
-        loads: the known of the payload in each mounting.
+        loads: the known parameters of the payload in each mounting.
         start: gains to begin with, whose covariance is kept.
         anchor: index of the gain that stays while solving.
 

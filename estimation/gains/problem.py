@@ -72,7 +72,7 @@ class GainProblem:
 
     @property
     def block_length(self) -> float:
-        """Of the blocks of time [s]."""
+        """Shortest length of the blocks of time [s]."""
         return max(problem.loaded.block_length for problem in self.posed)
 
     @property
@@ -142,11 +142,11 @@ def gain_problem(
         without = [_with_gains(robot, recording, K) for recording in unloaded]
         problems = []
         for group in mountings.groups:
-            own, beside = (
+            own, others = (
                 [with_load[k] for k in group],
                 [without[k] for k in group] if mountings.paired else without,
             )
-            problems.append(payload_problem(robot, own, beside, None, processing, progress, robust=robust))
+            problems.append(payload_problem(robot, own, others, None, processing, progress, robust=robust))
         return tuple(problems)
 
     K = np.full(robot.n, _USUAL)
@@ -156,7 +156,7 @@ def gain_problem(
     try:
         K = 1.0 / free_gains(equations, current_weights(equations), loads).k
         K *= _USUAL / K.mean()
-    except InputError:  # told when the gains are asked for
+    except InputError:  # raised again when the gains are asked for
         K = np.full(robot.n, _USUAL)
     problems, deletions, reason = posed(K, robust=True), [], ""
     try:
@@ -211,7 +211,7 @@ def free_gains(equations: Equations, weights: Array, loads: Sequence[KnownLoad])
     values = known_values(loads) | {name: 1.0 for name in equations.columns if parameter_kind(name) == SPRING}
     free = [k for k, name in enumerate(equations.columns) if name not in values]
     known = np.array([values.get(name, 0.0) for name in equations.columns])
-    # Where the payload is there, it explains some joint's current, seen alone, better.
+    # A payload that is there explains the current of some joint by itself better.
     base = [k for k, name in enumerate(equations.columns) if "_L" not in name]
     for factor in equations.factors:
         W, current = factor[:, :-1], factor[:, -1]
@@ -252,15 +252,15 @@ def gravity_acts(robot: Robot) -> tuple[bool, ...]:
 
 
 def rests_on(robot: Robot) -> tuple[str, ...]:
-    """Per motor, in words, which torques its gain rests on."""
-    words = [
+    """Torques that each motor's gain rests on, in text."""
+    texts = [
         "gravity and inertia" if gravity else "inertia only: no gravity acts on this joint"
         for gravity in gravity_acts(robot)
     ]
     if robot.spring is not None:
-        words[robot.spring.joint - 1] += ", and the known spring"
+        texts[robot.spring.joint - 1] += ", and the known spring"
     if robot.coupling is not None:
         j, k = robot.coupling.joints
-        words[j - 1] += f" (the torque of joint {j} less that of joint {k})"
-        words[k - 1] += f" (motor {k} turns with joints {j} and {k})"
-    return tuple(words)
+        texts[j - 1] += f" (the torque of joint {j} less that of joint {k})"
+        texts[k - 1] += f" (motor {k} turns with joints {j} and {k})"
+    return tuple(texts)

@@ -1,4 +1,4 @@
-"""What is known about a body beforehand, as small values that can be combined."""
+"""Prior knowledge of a body, as small values that can be combined."""
 
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -33,7 +33,7 @@ class Constraint:
         return self.demand.format(**vars(self))
 
     def violation(self, x: ArrayLike) -> float:
-        """How far x, shape (10,), is from holding it: <= 0 where it holds, in the constraint's own unit."""
+        """Distance of x, shape (10,), from holding it: <= 0 where it holds, in the constraint's own unit."""
         A, b = self.rows
         return float(np.max(-(A @ np.asarray(x, dtype=float) + b), initial=-np.inf))
 

@@ -79,12 +79,12 @@ class ProfileSet:
 
     @cached_property
     def _least_point(self) -> Callable[[Array], Array]:
-        """Of the set in u."""
+        """The least point of the set in u."""
         return _least_in(-self._K[:, :-1], self._K[:, -1], self._cones)
 
     @cached_property
     def _least_ratios(self) -> Callable[[Array], Array]:
-        """Of the set in (u / z_k, 1 / z_k), z_k the mass."""
+        """The least point of the set in (u / z_k, 1 / z_k), z_k the mass."""
         matrix = np.vstack([self._to_z[self.mass], -self._K])
         return _least_in(matrix, np.append(1.0, np.zeros(len(self._K))), [("Zero", 1), *self._cones])
 
@@ -136,7 +136,7 @@ class Intervals:
 
 
 NO_INTERVALS = Intervals(*(np.full(shape, np.nan) for shape in ((10, 2), (3, 2), (3, 3, 2), (3, 2))))
-"""Where constraints contradict the data."""
+"""Intervals where constraints contradict the data."""
 
 
 def profile_intervals(result: Possible) -> Intervals:

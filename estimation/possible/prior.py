@@ -51,8 +51,8 @@ class RobotPrior:
 def robot_prior(robot: Robot, total_mass: float | None = None) -> RobotPrior:
     """The prior of a robot: the inertial parameters of its file, or cylinders of a total mass.
 
-    Without a stated mass, and where the file has no parameters, it is the share ``MOVING`` of the maker's mass of
-    the whole arm, for that holds the base.
+    Without a stated mass, and where the file has no parameters, it is the fraction ``MOVING`` of the maker's mass
+    of the whole arm, for that holds the base.
 
     Args:
         total_mass: of all moving links [kg]; asks for the cylinders even if the file has parameters.

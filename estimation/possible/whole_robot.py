@@ -121,7 +121,7 @@ class LinkNumbers(NamedTuple):
 
     @property
     def margin(self) -> float:
-        """How far the moments are from breaking A + B >= C, over their sum; 0 for a body at the edge."""
+        """Distance of the moments from breaking A + B >= C, over their sum; 0 for a body at the edge."""
         a, b, c = self.moments.tolist()
         return (a + b - c) / (a + b + c) if c > 0.0 else 0.0
 
@@ -131,7 +131,7 @@ class WholeRobot:
     """A robot with a number for everything that a simulator asks for.
 
     Attributes:
-        drives: of each joint, by the words of ``DRIVE_NUMBERS``; what is not known is not there.
+        drives: of each joint, by the keys of ``DRIVE_NUMBERS``; what is not known is not there.
         coupled: of the drive that turns with both joints of a coupling; empty without one.
         apart: as ``drives`` for who cannot couple joints: the diagonal of what ``drives`` and ``coupled`` say.
         groupings: the base parameters, in text; none where nothing was identified.
@@ -180,7 +180,7 @@ class WholeRobot:
             yield from ((f"{name} {quantity}", drive[quantity]) for quantity in SIGNED if quantity in drive)
 
     def heavier_than_the_arm(self) -> tuple[str, ...]:
-        """Links that weigh more than the maker says the whole arm does, in words."""
+        """Links that weigh more than the maker says the whole arm does, in text."""
         most = self.robot.mass
         return tuple(
             f"{link.link} would weigh {link.body.mass:.4g} kg, the whole arm weighs {most:g} kg"

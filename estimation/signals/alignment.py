@@ -17,8 +17,8 @@ _COMPARED = 40_000  # samples that are compared in the search for the best lag, 
 _STRETCHES = 50  # in as many stretches
 
 OFFSET, CONSTANT = 0.002, 0.2
-"""rad or m by which positions of one motion differ if an encoder's zero was set anew, and the share of it that may
-change: an arm that sags differs by more where its load is far out."""
+"""rad or m by which positions of one motion differ if an encoder's zero was set anew, and the fraction of it that
+may change: an arm that sags differs by more where its load is far out."""
 CHANGING = 0.01
 """rad or m, rms: positions that differ by more, constants aside, are not of one motion."""
 
@@ -93,11 +93,11 @@ def best_aligned(
     loaded = resampled(loaded, rate)
     step = float(loaded.t[1] - loaded.t[0])
     reference = resampled(unloaded, 1.0 / step)
-    thin = 1 + max(len(reference.t), len(loaded.t)) // _MOST
+    every = 1 + max(len(reference.t), len(loaded.t)) // _MOST
     if near is None:
-        near = thin * step * _coarse_lag(reference.q[::thin], loaded.q[::thin])
+        near = every * step * _coarse_lag(reference.q[::every], loaded.q[::every])
         near += loaded.t[0] - reference.t[0]
-    lag = _fine_lag(unloaded, loaded, near, step, thin)
+    lag = _fine_lag(unloaded, loaded, near, step, every)
     low = max(loaded.t[0], unloaded.t[0] + lag)
     high = min(loaded.t[-1], unloaded.t[-1] + lag)
     inside = slice(*np.searchsorted(loaded.t, [low, np.nextafter(high, np.inf)]))
@@ -140,12 +140,12 @@ def _coarse_lag(a: Array, b: Array) -> int:
     return int(np.argmax(correlation)) - (len(a) - 1)
 
 
-def _fine_lag(unloaded: Recording, loaded: Recording, coarse: float, step: float, thin: int) -> float:
+def _fine_lag(unloaded: Recording, loaded: Recording, coarse: float, step: float, every: int) -> float:
     """Lag with the smallest squared difference of position, by a parabola around the best fine step.
 
-    ``coarse`` is sure to ``thin`` steps. Of long recordings some stretches are compared.
+    ``coarse`` is sure to ``every`` steps. Of long recordings some stretches are compared.
     """
-    width = 2.0 * step * thin
+    width = 2.0 * step * every
     # Times and positions of the loaded recording, and the unloaded one's positions at any time near them (or nan).
     compared: list[tuple[Array, Array, MonotoneCubic]] = []
     size = len(loaded.t) if len(loaded.t) <= _COMPARED else _COMPARED // _STRETCHES

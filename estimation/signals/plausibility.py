@@ -40,7 +40,7 @@ def check_recordings(robot: Robot, recordings: Sequence[Recording]) -> None:
 
 
 def implausible(robot: Robot, recording: Recording) -> Iterator[str]:
-    """What cannot be right with one recording, in words."""
+    """Everything that cannot be right with one recording, in text."""
     for check in (_positions, _steps, _torques, _reach, _saturation, _speeds):
         yield from check(robot, recording)
 
@@ -63,7 +63,7 @@ def _positions(robot: Robot, recording: Recording) -> Iterator[str]:
 
 
 def position_range(joint: Joint) -> tuple[float, float]:
-    """Where a revolute joint may stand [rad], with a margin: no arm's joint goes further."""
+    """Range of a revolute joint [rad], with a margin: no arm's joint goes further."""
     low, high = joint.limits.position
     margin = _BEYOND_LIMITS * (high - low) if np.isfinite(high - low) else 0.0
     return max(low - margin, -_MOST_TURNS), min(high + margin, _MOST_TURNS)
