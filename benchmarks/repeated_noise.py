@@ -20,7 +20,8 @@ from dynident.estimation.fit.covariance import RobustCovariance
 from dynident.estimation.fit.estimate import Fit
 from dynident.estimation.payload.equations import PairedMeasurement, loaded_observer, payload_equations
 from dynident.estimation.payload.long_motion import Source
-from dynident.estimation.signals.filtering import decimated, measurement
+from dynident.estimation.signals.decimation import decimated
+from dynident.estimation.signals.filtering import measurement
 from dynident.model import InertialParameters, Motion, base_parameters, load_robot
 from dynident.model.motion import Measurement
 from dynident.trajectories import RX90_NOISE, Simulator, random_via_points

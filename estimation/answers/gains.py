@@ -20,7 +20,8 @@ from ..fit.covariance import NORMAL95, RobustCovariance, jackknife
 from ..fit.drive_gains import Fingerprints
 from ..fit.estimate import Estimate, Fit
 from ..gains.known_load import KnownLoad, Mountings, known_values
-from ..gains.problem import GainProblem, free_gains, gravity_acts, possible_gains, rests_on
+from ..gains.possible import possible_gains
+from ..gains.problem import GainProblem, free_gains, gravity_acts, rests_on
 from ..payload.by_joints import ByJoints, payload_over_time
 from ..payload.long_motion import LongMotion, Source
 from ..payload.methods import identify_payload

@@ -456,8 +456,8 @@ def conflicts(evidence: Evidence) -> Iterator[Finding]:
     for payload in evidence.constrained:
         data = "the torques" if evidence.weighed is not None else f"the data of method {payload.method}"
         for test in payload.conflicts:
-            text = f"{data} contradict the constraint: {test.constraint.description} (p {test.p_value:.1g})"
-            findings.setdefault(test.constraint.description, error(text))
+            text = f"{data} contradict the constraint: {test.description} (p {test.p_value:.1g})"
+            findings.setdefault(test.description, error(text))
         for weighing in payload.weighings:
             text = (
                 f"{data} show {weighing.identified:.4g} ± {weighing.identified_sigma:.2g} kg, the scale shows "
@@ -473,7 +473,6 @@ def conflicts(evidence: Evidence) -> Iterator[Finding]:
     chosen = evidence.recommended or next(iter(evidence.constrained), None)
     for test in chosen.tested if chosen is not None else ():
         if not isinstance(test.constraint, PossibleBody):
-            description = test.constraint.description
-            text = f"the answer is held at a bound that was given: {description}"
-            findings.setdefault(description, warning(text))
+            text = f"the answer is held at a bound that was given: {test.description}"
+            findings.setdefault(test.description, warning(text))
     yield from findings.values()

@@ -15,7 +15,7 @@ from ...model import Motion, Processing, Robot
 from ...model.kernel.kernel import Kernel
 from ...model.motion import Measurement
 from ...model.regressors import regressor_expression
-from ..signals.filtering import Decimator, noise_bandwidth
+from ..signals.decimation import Decimator, noise_bandwidth
 from ..signals.rows import Mask, used_rows
 from .observation import Observation
 from .shared_torque import NO_MOTOR, SharedTorque, known_spring, sharing

@@ -10,7 +10,7 @@ from scipy.linalg import lapack
 from ...common.arrays import Array
 from ...model import Motion, Processing
 from ...model.motion import Measurement
-from ..signals.filtering import noise_bandwidth
+from ..signals.decimation import noise_bandwidth
 from ..signals.rows import Mask
 from .equations import Equations, merged
 from .observation import Observation

@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
+from scipy.linalg import block_diag
 
 from ...common.arrays import Array
 from ...common.errors import InputError
@@ -21,17 +22,14 @@ _ENOUGH = 1e-9  # relative change of a gain
 _ROUNDS = 3  # of weights for the start
 _SPREAD = 10.0  # of gains about their median, as far as weights go
 _FLOOR = 1e-9  # of the current: data without noise still need finite weights
-
-
-_TOLD = 0.2
-"""Standard deviation of a scale's logarithm above which the recording does not tell it."""
+_CLEAR = 0.2  # standard deviation of a scale's logarithm up to which the recording determines it
 
 
 class CurrentFit(NamedTuple):
     """Gains and parameters, free or of bodies that can exist.
 
     ``k`` (n,) [A/(N·m)]; ``x`` (c,) all parameters; ``covariance`` of ln K, n x n, for white noise, zero where a
-    gain was held, and ``degrees_of_freedom``, both of the free fit.
+    gain was fixed, and ``degrees_of_freedom``, both of the free fit.
     """
 
     k: Array
@@ -41,7 +39,7 @@ class CurrentFit(NamedTuple):
 
 
 class RelativeScales(NamedTuple):
-    """What joint j's signal must be multiplied by to agree with joint ``held``'s (from 0).
+    """Factors by which joint j's signal agrees with joint ``held``'s (from 0).
 
     ``ratio`` (n,), ``sigma`` of its logarithm (n,), for white noise or, if that is more, as the recording's parts
     show it; 1 and 0 at ``held``. A last joint that carries next to nothing has a scale that nothing tells: its
@@ -78,7 +76,7 @@ def gauss_newton(
     Args:
         equations: factors of [W i].
         weights: per joint [1/A].
-        free: places of the unknown parameters among the columns.
+        free: indices of the unknown parameters among the columns.
         known: the others' values, zero at the free ones, shape (c,).
         anchor: a joint (from 0) whose gain is 1; the logarithms of the others are then thought to be 0 with a
             standard deviation of 1, so that what a recording does not tell stays there. None where known
@@ -87,47 +85,43 @@ def gauss_newton(
     Raises:
         InputError: if the recordings leave a gain undetermined.
     """
-    n = len(weights)
+    n, c, factors = len(weights), len(free), equations.factors
     moving = [j for j in range(n) if j != anchor]
-    k, x = torque_side(equations.factors, free, known, anchor)
+    k, x = torque_side(factors, free, known, anchor)
     for _ in range(_ROUNDS if anchor is None else 0):
         # Each joint weighted by the errors of its torque: else a disturbance of the arm's joints outweighs all that
         # the wrist's say.
-        size = np.abs(k)
-        middle = float(np.median(size))
-        size = np.clip(size, middle / _SPREAD, middle * _SPREAD)
-        scaled = [w * gain * factor for w, gain, factor in zip(weights, size, equations.factors, strict=True)]
-        k, x = torque_side(scaled, free, known, None)
+        middle = float(np.median(np.abs(k)))
+        size = weights * np.clip(np.abs(k), middle / _SPREAD, middle * _SPREAD)
+        k, x = torque_side([w * factor for w, factor in zip(size, factors, strict=True)], free, known, None)
     for _ in range(_MOST):
-        J, error = _linearised(equations.factors, weights, (k, x), free, moving, anchor is not None)
+        J, error = linearised(factors, weights, k, x, free, anchor)
         parts = decomposed(J)
         if parts.null.size:  # the gains of the moving joints stand last
-            missing = np.abs(parts.null[-len(moving) :]).max(axis=1)
+            missing = np.abs(parts.null[c:]).max(axis=1)
             joints = [str(j + 1) for j, weight in zip(moving, missing, strict=True) if weight > 1e-3]
             unknown = f"the gain of joint {', '.join(joints)}" if joints else "the robot's parameters"
             raise InputError(
                 f"the recordings do not determine {unknown}: move more joints, faster and over a wider range"
             )
         step = parts.solution(error)
-        step *= min(1.0, _LONGEST / np.abs(step[len(free) :] / k[moving]).max())
-        x[free] += step[: len(free)]
-        k[moving] += step[len(free) :]
-        if np.abs(step[len(free) :] / k[moving]).max() < _ENOUGH:
+        step *= min(1.0, _LONGEST / np.abs(step[c:] / k[moving]).max())
+        x[free] += step[:c]
+        k[moving] += step[c:]
+        if np.abs(step[c:] / k[moving]).max() < _ENOUGH:
             break
     else:
         raise InputError(
             "the drive gains do not settle: check units, signs and order of the currents, and that the arm touched "
             "nothing"
         )
-    J, error = _linearised(equations.factors, weights, (k, x), free, moving, anchor is not None)
+    J, error = linearised(factors, weights, k, x, free, anchor)
     dof = sum(equations.effective_rows) - J.shape[1]
     if dof <= 0.0:
         raise InputError(f"too few samples for {J.shape[1]} unknowns: record longer")
-    variance = float(error @ error) / dof
     covariance = np.zeros((n, n))
-    covariance[np.ix_(moving, moving)] = (
-        variance * decomposed(J).covariance[len(free) :, len(free) :] / np.outer(k[moving], k[moving])
-    )
+    own = decomposed(J).covariance[c:, c:] / np.outer(k[moving], k[moving])
+    covariance[np.ix_(moving, moving)] = float(error @ error) / dof * own
     return CurrentFit(k, x, covariance, dof)
 
 
@@ -141,69 +135,62 @@ def relative_scales(problem: Equations, parts: Sequence[Equations] = ()) -> Rela
     Raises:
         InputError: if the recording does not determine them.
     """
-    weights = current_weights(problem)
+    weights, c = current_weights(problem), len(problem.columns)
     anchor = int(np.argmax(problem.torque_norms * weights))
-    c = len(problem.columns)
-    fitted = gauss_newton(problem, weights, range(c), np.zeros(c), anchor)
-    sigma = np.sqrt(np.diag(fitted.covariance))
+    k, x, covariance, _ = gauss_newton(problem, weights, range(c), np.zeros(c), anchor)
+    sigma = np.sqrt(np.diag(covariance))
     if parts:
-        # By what each part of time alone pulls ln K by, to first order.
-        free, moving = range(c), [j for j in range(len(weights)) if j != anchor]
-        J, _ = _linearised(problem.factors, weights, (fitted.k, fitted.x), free, moving, True)
-        inverse, steps = decomposed(J).covariance[c:], []
+        # By what each part of time alone changes ln K by, to first order.
+        inverse, steps = decomposed(linearised(problem.factors, weights, k, x, range(c), anchor)[0]).covariance, []
         for part in parts:
-            rows, errors = _linearised(part.factors, weights, (fitted.k, fitted.x), free, moving, False)
-            steps.append(inverse @ (rows.T @ errors))
+            rows, errors = linearised(part.factors, weights, k, x, range(c))
+            steps.append(inverse[c:] @ np.delete(rows, c + anchor, axis=1).T @ errors)
+        moving = np.delete(np.arange(len(k)), anchor)
         scatter = np.sqrt(np.sum(np.square(steps), axis=0) * len(steps) / (len(steps) - 1))
-        sigma[moving] = np.maximum(sigma[moving], scatter / fitted.k[moving])
-    determined = (fitted.k > 0.0) & (sigma < _TOLD)
-    return RelativeScales(1.0 / np.where(determined, fitted.k, 1.0), np.where(determined, sigma, np.inf), anchor)
+        sigma[moving] = np.maximum(sigma[moving], scatter / k[moving])
+    determined = (k > 0.0) & (sigma < _CLEAR)
+    return RelativeScales(1.0 / np.where(determined, k, 1.0), np.where(determined, sigma, np.inf), anchor)
 
 
 def torque_side(
     factors: Sequence[Array], free: Sequence[int], known: Array, anchor: int | None
 ) -> tuple[Array, Array]:
-    """The torque-side solution of K_j i_j = W_j x, linear in K and x."""
-    n = len(factors)
-    rows, right = [], []
-    for j, factor in enumerate(factors):
-        gains = np.zeros((len(factor), n))
-        gains[:, j] = -factor[:, -1]
-        rows.append(np.column_stack([factor[:, free], gains]))
-        right.append(-factor[:, :-1] @ known)
-    A, b = np.vstack(rows), np.concatenate(right)
+    """The torque-side solution k, x of K_j i_j = W_j x, linear in K and x."""
+    c = len(free)
+    columns = [
+        np.vstack([factor[:, free] for factor in factors]),
+        block_diag(*(-factor[:, -1:] for factor in factors)),
+    ]
+    A, b = np.hstack(columns), -np.concatenate([factor[:, :-1] @ known for factor in factors])
     if anchor is not None:
-        b = b - A[:, len(free) + anchor]
-        A[:, len(free) + anchor] = 0.0
+        b = b - A[:, c + anchor]
+        A[:, c + anchor] = 0.0
     solution = least_squares(A, b)
-    K = solution[len(free) :]
+    K = solution[c:]
     if anchor is not None:
         K[K <= 0.0], K[anchor] = 1.0, 1.0
     if not (np.abs(K) > 1e-12 * np.abs(K).max()).all():
         raise InputError("the payload does not show in the currents: is it in the loaded recording?")
     x = known.copy()
-    x[free] = solution[: len(free)]
+    x[free] = solution[:c]
     return 1.0 / K, x
 
 
-def _linearised(
-    factors: Sequence[Array],
-    weights: Array,
-    at: tuple[Array, Array],
-    free: Sequence[int],
-    moving: Sequence[int],
-    prior: bool,
+def linearised(
+    factors: Sequence[Array], weights: Array, k: Array, x: Array, free: Sequence[int], anchor: int | None = None
 ) -> tuple[Array, Array]:
-    """Jacobian of the predicted currents by the free x and k, and the currents' errors, weighted; at k and x."""
-    (k, x), rows, errors = at, [], []
-    for j, (factor, w) in enumerate(zip(factors, weights, strict=True)):
-        torque = factor[:, :-1] @ x
-        own = np.zeros((len(factor), len(k)))
-        own[:, j] = torque
-        rows.append(w * np.column_stack([k[j] * factor[:, free], own[:, moving]]))
-        errors.append(w * (factor[:, -1] - k[j] * torque))
-    if prior:
-        own = k[list(moving)]
-        rows.append(np.eye(len(moving), len(free) + len(moving), len(free)) / own[:, None])
-        errors.append(-np.log(own))
-    return np.vstack(rows), np.concatenate(errors)
+    """Jacobian of the predicted currents by the free x and k, and the currents' errors, both weighted.
+
+    With an anchor without its gain, and with a row each for the prior of the others.
+    """
+    torques = [factor[:, :-1] @ x for factor in factors]
+    by_x = [w * own * factor[:, free] for factor, w, own in zip(factors, weights, k, strict=True)]
+    by_k = [(w * torque)[:, None] for w, torque in zip(weights, torques, strict=True)]
+    J = np.hstack([np.vstack(by_x), block_diag(*by_k)])
+    parts = zip(factors, weights, k, torques, strict=True)
+    errors = np.concatenate([w * (factor[:, -1] - own * torque) for factor, w, own, torque in parts])
+    if anchor is None:
+        return J, errors
+    J, own = np.delete(J, len(free) + anchor, axis=1), np.delete(k, anchor)
+    prior = np.eye(len(own), J.shape[1], len(free)) / own[:, None]
+    return np.vstack([J, prior]), np.append(errors, -np.log(own))

@@ -1,4 +1,4 @@
-"""What is known of the payload that fixes the scale of all gains."""
+"""The known parameters of the payload, which fix the scale of all gains."""
 
 from collections.abc import Sequence
 from functools import cached_property
@@ -53,14 +53,9 @@ class KnownLoad(BodyTable, frozen=True, kw_only=True, dict=True):
         """Names of ``PAYLOAD`` that are not known."""
         return tuple(name for name in PAYLOAD if name not in self.known)
 
-    @property
-    def values(self) -> Array:
-        """Values of the known ones, SI units, shape (k,)."""
-        return self.ten[-len(self.known) :]
-
     @cached_property
     def ten(self) -> Array:
-        """The known ones in their place among the ten, zero for the others, shape (10,)."""
+        """The known ones at their index among the ten, zero for the others, shape (10,)."""
         return np.where([name in self.known for name in PAYLOAD], self.body().vector, 0.0)
 
 
@@ -70,7 +65,7 @@ def payload_columns(mountings: int) -> tuple[tuple[str, ...], ...]:
 
 
 def known_values(loads: Sequence[KnownLoad]) -> dict[str, float]:
-    """What is known of the payload in each mounting, by the names of ``payload_columns``."""
+    """The known parameters of the payload in each mounting, by the names of ``payload_columns``."""
     return {
         column: float(value)
         for columns, load in zip(payload_columns(len(loads)), loads, strict=True)
@@ -125,12 +120,12 @@ class Mountings(NamedTuple):
         return tuple(dict.fromkeys(self.numbers))
 
     @property
-    def places(self) -> tuple[tuple[int, ...], ...]:
+    def groups(self) -> tuple[tuple[int, ...], ...]:
         """The loaded recordings of each mounting, counted from 0."""
         return tuple(tuple(k for k, number in enumerate(self.numbers) if number == name) for name in self.names)
 
     def loads(self, load: KnownLoad | Sequence[KnownLoad]) -> tuple[KnownLoad, ...]:
-        """What is known of the payload in each mounting.
+        """The known parameters of the payload in each mounting.
 
         Args:
             load: the same in all, or one for each mounting.
@@ -139,12 +134,13 @@ class Mountings(NamedTuple):
             InputError: if they are another number, or a centre of mass is given for several mountings.
         """
         many = len(self.names)
-        loads = (load,) * many if isinstance(load, KnownLoad) else tuple(load)
-        if len(loads) != many:
-            raise InputError(f"{len(loads)} known payloads for {many} mountings: give one, or one for each")
-        if isinstance(load, KnownLoad) and many > 1 and load.com is not None:
+        if not isinstance(load, KnownLoad):
+            if len(load) != many:
+                raise InputError(f"{len(load)} known payloads for {many} mountings: give one, or one for each")
+            return tuple(load)
+        if many > 1 and load.com is not None:
             raise InputError(
                 "one centre of mass cannot hold in several mountings: leave com and inertia_com out, or give one "
                 "mounting"
             )
-        return loads
+        return (load,) * many

@@ -12,8 +12,8 @@ from ..fit.drive_gains import Gains
 from ..fit.estimate import error_model
 from ..possible.constraints import Constraint
 from ..possible.intervals import NO_INTERVALS, Intervals, profile_intervals
-from ..possible.payload import POSSIBLE, Tested, solve_constrained, tested
-from ..possible.result import CONFLICT, Possible, Weighing
+from ..possible.payload import POSSIBLE, solve_constrained, tested
+from ..possible.result import CONFLICT, Active, Possible, Weighing
 from .result import PayloadEstimate
 
 
@@ -34,7 +34,7 @@ class ConstrainedPayload:
     result: Possible
     intervals: Intervals
     gains: Gains | None
-    tested: tuple[Tested, ...]
+    tested: tuple[Active, ...]
 
     @property
     def method(self) -> int:
@@ -82,7 +82,7 @@ class ConstrainedPayload:
         return self.result.weighings
 
     @property
-    def conflicts(self) -> tuple[Tested, ...]:
+    def conflicts(self) -> tuple[Active, ...]:
         """Active constraints that contradict the data."""
         return tuple(constraint for constraint in self.tested if constraint.conflict)
 

@@ -17,7 +17,7 @@ from ...common.linear import decomposed
 from ...model.motion import Measurement
 from ..equations.correlation import autocorrelation_time
 from ..equations.observation import Observation
-from ..signals.filtering import decimated
+from ..signals.decimation import decimated
 from ..signals.rows import Mask
 
 RIPPLE_CHANCE = 0.05

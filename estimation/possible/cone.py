@@ -6,7 +6,6 @@ not its square, keeps the condition number of R instead of R'R; z must be scaled
 
 from collections.abc import Sequence
 from contextlib import suppress
-from functools import cache
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
@@ -31,6 +30,10 @@ class ConeProgram(NamedTuple):
     b: Array
     bodies: Array
 
+    def slack(self, z: Array) -> Array:
+        """A z + b, shape (r,)."""
+        return np.asarray(self.A @ z + self.b)
+
 
 class ConeSolution(NamedTuple):
     """``z`` (n,), ``norm`` = ||R z - d||, and how fast it falls as constraints are relaxed.
@@ -42,11 +45,9 @@ class ConeSolution(NamedTuple):
     norm: float
     row_multipliers: Array
     body_multipliers: Array
-    status: str
-    iterations: int
 
 
-_WORDS = {
+_MEANING = {
     "PrimalInfeasible": "nothing holds all of it",
     "DualInfeasible": "the data leave it open",
     "AlmostSolved": "the search came near an end, not to it",
@@ -55,7 +56,7 @@ _WORDS = {
     "NumericalError": "the search lost its digits",
     "InsufficientProgress": "the search got stuck",
 }
-"""What the solver's states mean."""
+"""The solver's states in words."""
 
 
 class SolverError(RuntimeError):
@@ -63,13 +64,12 @@ class SolverError(RuntimeError):
 
     Attributes:
         status: what the solver says.
-        demands: what the constraints demand, in words.
+        demands: what the constraints demand, in text.
     """
 
-    def __init__(self, status: str, problem: ConeProgram, demands: Sequence[str] = ()) -> None:
-        """Say what happened and what may be the reason; ``demands`` describe the constraints."""
+    def __init__(self, status: str, demands: Sequence[str] = ()) -> None:
+        """Say what happened and what may be the reason."""
         self.status = status
-        self.problem = problem
         self.demands = tuple(demands)
         infeasible = "Infeasible" in status
         text = f"the constrained estimate was not found: {self.words}"
@@ -80,15 +80,25 @@ class SolverError(RuntimeError):
 
     @property
     def words(self) -> str:
-        """What the solver says, for those who do not know it."""
-        return _WORDS.get(self.status, self.status)
+        """The solver's state for those who do not know it."""
+        return _MEANING.get(self.status, self.status)
 
     def naming(self, *demands: str) -> "SolverError":
-        """Name the constraints in an error of the solver."""
-        return SolverError(self.status, self.problem, demands)
+        """The error with the constraints named."""
+        return SolverError(self.status, demands)
 
 
-def solve_cone(program: ConeProgram, largest: float | None = None, ball: float | None = None) -> ConeSolution:
+_LARGEST = 1e5
+"""R with larger entries, from data almost without noise, is scaled down to this."""
+_ENTRIES = [(row, column) for column in range(4) for row in range(column + 1)]
+_DIAGONAL = [k for k, (row, column) in enumerate(_ENTRIES) if row == column]
+TRIANGLE: Array = np.array(
+    [(1.0 if i == j else np.sqrt(2.0)) * PSEUDO_INERTIA[:, i, j] for i, j in _ENTRIES],
+)
+"""The ten -> upper triangle of the pseudo-inertia, column by column, off-diagonals times sqrt 2: 10 x 10."""
+
+
+def solve_cone(program: ConeProgram, largest: float = _LARGEST, ball: float = np.inf) -> ConeSolution:
     """Solve a cone program.
 
     Args:
@@ -99,7 +109,7 @@ def solve_cone(program: ConeProgram, largest: float | None = None, ball: float |
         SolverError: for anything but a clean solve.
     """
     (k, n), r, p = program.R.shape, len(program.A), len(program.bodies)
-    scale = max(1.0, float(np.abs(program.R).max()) / (largest or _LARGEST))
+    scale = max(1.0, float(np.abs(program.R).max()) / largest)
     # right - matrix (z, t) lies in the cones.
     matrix = np.zeros((r + k + 1 + 10 * p, n + 1))
     matrix[:r, :n] = -program.A
@@ -109,21 +119,20 @@ def solve_cone(program: ConeProgram, largest: float | None = None, ball: float |
     right = np.concatenate([program.b, [0.0], -program.d / scale, np.zeros(10 * p)])
     cones: list[Cone] = [("Nonnegative", r), ("SecondOrder", k + 1)]
     cones += [("PSDTriangle", 4)] * p
-    if ball is not None:
+    if np.isfinite(ball):
         cones.append(("SecondOrder", n + 1))
         matrix = np.vstack([matrix, np.zeros((1, n + 1)), np.hstack([-np.eye(n), np.zeros((n, 1))])])
         right = np.concatenate([right, [ball], np.zeros(n)])
     solution = cone_solver(np.append(np.zeros(n), 1.0), matrix, right, cones).solve()
     if str(solution.status) != "Solved":
-        raise SolverError(str(solution.status), program)
+        raise SolverError(str(solution.status))
     z = np.asarray(solution.x)[:n]
     dual = np.asarray(solution.z) * scale
     traces = dual[r + k + 1 : r + k + 1 + 10 * p].reshape(p, 10)[:, _DIAGONAL].sum(axis=1)
-    norm = float(np.linalg.norm(program.R @ z - program.d))
-    return ConeSolution(z, norm, dual[:r], traces, "Solved", int(solution.iterations))
+    return ConeSolution(z, float(np.linalg.norm(program.R @ z - program.d)), dual[:r], traces)
 
 
-def solve_in_turn(program: ConeProgram, ways: Sequence[tuple[float | None, float | None]]) -> ConeSolution:
+def solve_in_turn(program: ConeProgram, ways: Sequence[tuple[float, float]]) -> ConeSolution:
     """The first clean solution, with the largest entry and the ball of each way as ``solve_cone`` takes them.
 
     Raises:
@@ -146,43 +155,21 @@ def cone_solver(cost: Array, matrix: Array, right: Array, cones: Sequence[Cone],
         cones: for the rows in their order.
         reused: whether other costs come later. Such a solver's rows are well scaled and stay as they are.
     """
-    clarabel, csc_matrix = _packages()
+    import clarabel  # both take their time to import: only where a cone program is solved
+    from scipy.sparse import csc_matrix
+
+    settings = clarabel.DefaultSettings()
+    settings.verbose = False
+    settings.max_threads = 1
+    if reused:
+        settings.presolve_enable = False
+        settings.chordal_decomposition_enable = False
+        settings.equilibrate_enable = False
+        settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = 1e-7
     there = matrix.T != 0.0
     starts = np.append(0, np.cumsum(there.sum(axis=1)))
     # Compressed columns without the detour by coordinates.
     sparse = csc_matrix((matrix.T[there], np.nonzero(there)[1], starts), matrix.shape)
     kinds = [getattr(clarabel, f"{kind}ConeT")(size) for kind, size in cones if size]
     no_squares = csc_matrix((len(cost), len(cost)))
-    return clarabel.DefaultSolver(no_squares, cost, sparse, right, kinds, _settings(reused))
-
-
-@cache
-def _packages() -> tuple[Any, Any]:
-    """Clarabel and sparse matrices, which take their time to import: only where a cone program is solved."""
-    import clarabel
-    from scipy.sparse import csc_matrix
-
-    return clarabel, csc_matrix
-
-
-@cache
-def _settings(reused: bool) -> Any:
-    chosen = _packages()[0].DefaultSettings()
-    chosen.verbose = False
-    chosen.max_threads = 1
-    if reused:
-        chosen.presolve_enable = False
-        chosen.chordal_decomposition_enable = False
-        chosen.equilibrate_enable = False
-        chosen.tol_gap_abs = chosen.tol_gap_rel = chosen.tol_feas = 1e-7
-    return chosen
-
-
-_LARGEST = 1e5
-"""R with larger entries, from data almost without noise, is scaled down to this."""
-_PLACES = [(row, column) for column in range(4) for row in range(column + 1)]
-_DIAGONAL = [k for k, (row, column) in enumerate(_PLACES) if row == column]
-TRIANGLE: Array = np.array(
-    [(1.0 if i == j else np.sqrt(2.0)) * PSEUDO_INERTIA[:, i, j] for i, j in _PLACES],
-)
-"""The ten -> upper triangle of the pseudo-inertia, column by column, off-diagonals times sqrt 2: 10 x 10."""
+    return clarabel.DefaultSolver(no_squares, cost, sparse, right, kinds, settings)

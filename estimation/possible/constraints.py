@@ -1,9 +1,8 @@
-"""What is known about a body beforehand, as small values that can be combined."""
+"""Prior knowledge of a body, as small values that can be combined."""
 
-from abc import ABC, abstractmethod
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -16,31 +15,32 @@ PSEUDO_INERTIA: Array = np.array([InertialParameters(unit).pseudo_inertia for un
 """J = sum over k of x_k times the k-th: 10 x 4 x 4."""
 
 
-class Rows(NamedTuple):
-    """Linear inequalities A x + b >= 0: ``A`` k x 10, ``b`` (k,)."""
-
-    A: Array
-    b: Array
+def lowest_eigenvalue(x: Array) -> float:
+    """Smallest eigenvalue of the pseudo-inertia of ten parameters in any units."""
+    return float(np.linalg.eigvalsh((x @ PSEUDO_INERTIA.reshape(10, 16)).reshape(4, 4))[0])
 
 
 @dataclass(frozen=True)
-class Constraint(ABC):
+class Constraint:
     """Something known about x, Khalil's ten of one body about the origin and in the axes of its frame."""
 
+    demand: ClassVar[str]
+    """The demand in one line, its numbers to be filled in from the attributes."""
+
     @property
-    @abstractmethod
     def description(self) -> str:
-        """What is demanded, in one line."""
+        """The demand in one line."""
+        return self.demand.format(**vars(self))
 
     def violation(self, x: ArrayLike) -> float:
-        """How far x, shape (10,), is from holding it: <= 0 where it holds, in the constraint's own unit."""
+        """Distance of x, shape (10,), from holding it: <= 0 where it holds, in the constraint's own unit."""
         A, b = self.rows
-        return float(np.max(-(A @ np.asarray(x, dtype=float) + b)))
+        return float(np.max(-(A @ np.asarray(x, dtype=float) + b), initial=-np.inf))
 
     @property
-    def rows(self) -> Rows:
-        """The linear inequalities it stands for; none by default."""
-        return Rows(np.zeros((0, 10)), np.zeros(0))
+    def rows(self) -> tuple[Array, Array]:
+        """A, k x 10, and b, (k,), of the linear inequalities A x + b >= 0 that it stands for; none by default."""
+        return np.zeros((0, 10)), np.zeros(0)
 
 
 @dataclass(frozen=True)
@@ -48,18 +48,14 @@ class PossibleBody(Constraint):
     """The body can exist: its 4 x 4 pseudo-inertia is positive semidefinite (Wensing, Kim and Slotine, 2018).
 
     Nothing weaker will do: positive mass and a positive definite inertia still allow principal inertias that
-    break the triangle inequality, which no distribution of mass has.
+    break the triangle inequality, which no distribution of mass has. Every estimate holds it, listed or not.
 
     Attributes:
         body: how texts call the body.
     """
 
     body: str = "payload"
-
-    @property
-    def description(self) -> str:
-        """What is demanded, in one line."""
-        return f"{self.body} can exist: pseudo-inertia positive semidefinite"
+    demand = "{body} can exist: pseudo-inertia positive semidefinite"
 
     def violation(self, x: ArrayLike) -> float:
         """Minus the smallest eigenvalue of the pseudo-inertia (mixed units)."""
@@ -77,6 +73,7 @@ class MassBounds(Constraint):
 
     low: float = 0.0
     high: float = float("inf")
+    demand = "mass from {low:g} to {high:g} kg"
 
     def __post_init__(self) -> None:
         """Refuse bounds that leave nothing."""
@@ -85,23 +82,18 @@ class MassBounds(Constraint):
                 f"mass bounds {self.low:g} to {self.high:g} kg leave nothing: give low <= high, and high above 0"
             )
 
-    @property
-    def description(self) -> str:
-        """What is demanded, in one line."""
-        return f"mass from {self.low:g} to {self.high:g} kg"
-
     @cached_property
-    def rows(self) -> Rows:
+    def rows(self) -> tuple[Array, Array]:
         """M - low >= 0 and high - M >= 0 [kg]."""
         finite = np.isfinite([self.low, self.high])
         A = np.zeros((2, 10))
         A[:, 9] = 1.0, -1.0
-        return Rows(A[finite], np.array([-self.low, self.high])[finite])
+        return A[finite], np.array([-self.low, self.high])[finite]
 
 
 @dataclass(frozen=True)
 class KnownMass(Constraint):
-    """The body was weighed: a soft term ((M - mass) / sigma)^2, because scales err too.
+    """The body was weighed: a soft term ((M - mass) / sigma)^2, because scales err too, that nothing violates.
 
     Attributes:
         mass: what the scale shows [kg].
@@ -110,6 +102,7 @@ class KnownMass(Constraint):
 
     mass: float
     sigma: float
+    demand = "mass weighed as {mass:g} kg, standard deviation {sigma:g} kg"
 
     def __post_init__(self) -> None:
         """Refuse a scale without error."""
@@ -117,15 +110,6 @@ class KnownMass(Constraint):
             raise InputError(
                 f"known mass {self.mass:g} kg with sigma {self.sigma:g} kg: mass and sigma must be positive"
             )
-
-    @property
-    def description(self) -> str:
-        """What is demanded, in one line."""
-        return f"mass weighed as {self.mass:g} kg, standard deviation {self.sigma:g} kg"
-
-    def violation(self, x: ArrayLike) -> float:
-        """|M - mass| beyond three sigma [kg]; an estimate may violate it, at the price of the soft term."""
-        return abs(float(np.asarray(x, dtype=float)[9]) - self.mass) - 3.0 * self.sigma
 
 
 @dataclass(frozen=True)
@@ -139,6 +123,7 @@ class CentreOfMassInBox(Constraint):
 
     low: ArrayLike
     high: ArrayLike
+    demand = "centre of mass in the box {low!r} to {high!r} m"
 
     def __post_init__(self) -> None:
         """Refuse an empty box."""
@@ -147,18 +132,13 @@ class CentreOfMassInBox(Constraint):
         if (np.asarray(self.low) > np.asarray(self.high)).any():
             raise InputError(f"the box from {self.low!r} to {self.high!r} m is empty: give low <= high")
 
-    @property
-    def description(self) -> str:
-        """What is demanded, in one line."""
-        return f"centre of mass in the box {self.low!r} to {self.high!r} m"
-
     @cached_property
-    def rows(self) -> Rows:
+    def rows(self) -> tuple[Array, Array]:
         """MX - M low >= 0 and M high - MX >= 0 for each axis [kg m]."""
         A = np.zeros((6, 10))
         A[:3, 6:9], A[3:, 6:9] = np.eye(3), -np.eye(3)
         A[:3, 9], A[3:, 9] = -np.asarray(self.low), np.asarray(self.high)
-        return Rows(A, np.zeros(6))
+        return A, np.zeros(6)
 
 
 @dataclass(frozen=True)
@@ -177,6 +157,7 @@ class InEllipsoid(Constraint):
     centre: ArrayLike
     semi_axes: ArrayLike
     rotation: ArrayLike = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+    demand = "mass in the ellipsoid around {centre!r} with semi-axes {semi_axes!r} m"
 
     def __post_init__(self) -> None:
         """Refuse axes without length and a matrix that is no rotation."""
@@ -188,18 +169,13 @@ class InEllipsoid(Constraint):
         if np.abs(R.T @ R - np.eye(3)).max() > 1e-6:
             raise InputError("rotation of an ellipsoid: its columns must be orthonormal")
 
-    @property
-    def description(self) -> str:
-        """What is demanded, in one line."""
-        return f"mass in the ellipsoid around {self.centre!r} with semi-axes {self.semi_axes!r} m"
-
     @cached_property
-    def rows(self) -> Rows:
+    def rows(self) -> tuple[Array, Array]:
         """tr(J Q) >= 0 [kg]."""
         c, R = np.asarray(self.centre), np.asarray(self.rotation)
         A = R @ np.diag(1.0 / np.square(self.semi_axes)) @ R.T
         Q = np.block([[-A, (A @ c)[:, None]], [(c @ A)[None], np.array([[1.0 - c @ A @ c]])]])
-        return Rows(np.einsum("kij,ij->k", PSEUDO_INERTIA, Q)[None], np.zeros(1))
+        return np.einsum("kij,ij->k", PSEUDO_INERTIA, Q)[None], np.zeros(1)
 
 
 @dataclass(frozen=True)
@@ -227,7 +203,7 @@ class InHull(Constraint):
 
     @property
     def description(self) -> str:
-        """What is demanded, in one line."""
+        """The demand in one line."""
         return f"mass in the convex hull of {len(np.asarray(self.points))} points"
 
     @cached_property
@@ -239,11 +215,11 @@ class InHull(Constraint):
         return np.asarray(-np.unique(ConvexHull(np.asarray(self.points)).equations.round(12), axis=0))
 
     @cached_property
-    def rows(self) -> Rows:
+    def rows(self) -> tuple[Array, Array]:
         """f_i' J f_j >= 0 for i < j [kg m^2]."""
         i, j = np.triu_indices(len(self.facets), 1)
         A = np.einsum("pa,kab,pb->pk", self.facets[i], PSEUDO_INERTIA, self.facets[j], optimize=True)
-        return Rows(A, np.zeros(len(A)))
+        return A, np.zeros(len(A))
 
 
 def _as_tuples(values: ArrayLike, shape: tuple[int | None, ...], name: str) -> Any:

@@ -14,7 +14,6 @@ the direction changes from one question to the next, so a solver is set up once.
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 
@@ -25,93 +24,6 @@ from ..fit.covariance import student95
 from .cone import TRIANGLE, Cone, SolverError, cone_solver
 from .payload import ScaledProblem
 from .result import Possible
-
-_Region = tuple[Any, Callable[[Array], Any]]
-"""A solver whose cost changes from question to question, and what makes one for a single cost."""
-
-
-class ProfileSet:
-    """Payloads that hold a scaled problem's constraints, little farther from its centre than the nearest one."""
-
-    def __init__(self, problem: ScaledProblem, nearest: Array, q: float) -> None:
-        """The set of squared distance up to that of ``nearest`` plus ``q``, in the problem's metric R."""
-        self.problem = problem
-        self._nearest = nearest
-        self._inverse = np.asarray(np.linalg.inv(problem.R), dtype=float)
-        self._spread = np.sqrt(q) * self._inverse
-        self._pull = problem.R @ (nearest - problem.centre) / np.sqrt(q)  # kappa e
-        self._radius = float(np.sqrt(q * (1.0 + self._pull @ self._pull)))
-        self.mass = int(problem.select[:, 9].argmax())
-
-    def farthest(self, c: Array) -> Array:
-        """The z of the set with the largest c'z.
-
-        Raises:
-            SolverError: for anything but a clean solve.
-        """
-        direction = c @ self._inverse
-        alone = self.problem.centre + self._radius * self._inverse @ direction / np.linalg.norm(direction)
-        if self.problem.holds(alone):  # the distance alone decides
-            return np.asarray(alone)
-        return np.asarray(self._nearest + self._spread @ self._solved(self._points, -direction))
-
-    def largest_per_mass(self, c: Array) -> float:
-        """Largest c'z / z_k, z_k the mass, positive in the whole set: linear in z / z_k and 1 / z_k.
-
-        Raises:
-            SolverError: for anything but a clean solve.
-        """
-        moved = np.column_stack([self._spread, self._nearest])
-        return float(c @ moved @ self._solved(self._ratios, -(c @ moved)))
-
-    @cached_property
-    def _points(self) -> _Region:
-        """The set in u."""
-        K, cones = self._cones
-        return _region(-K[:, :-1], K[:, -1], cones)
-
-    @cached_property
-    def _ratios(self) -> _Region:
-        """The set in (u / z_k, 1 / z_k), z_k the mass."""
-        K, cones = self._cones
-        unit = np.append(self._spread[self.mass], self._nearest[self.mass])
-        return _region(np.vstack([unit, -K]), np.append(1.0, np.zeros(len(K))), [("Zero", 1), *cones])
-
-    def _solved(self, region: _Region, cost: Array) -> Array:
-        """The point of least cost; a cost of norm 1 is what the solver's tolerances are made for."""
-        solver, anew = region
-        unit = cost / np.linalg.norm(cost)
-        solver.update(q=unit)
-        solution = solver.solve()
-        if str(solution.status) != "Solved":
-            # About once in 100,000 directions the rows' own scale will not do: begin anew with the solver's.
-            solution = anew(unit).solve()
-        if str(solution.status) != "Solved":
-            raise SolverError(str(solution.status), self.problem.program())
-        return np.asarray(solution.x)
-
-    @cached_property
-    def _cones(self) -> tuple[Array, list[Cone]]:
-        """K with K (u, 1) in the cones: bounds, distance, pseudo-inertia."""
-        problem, n = self.problem, len(self.problem.scale)
-        body = TRIANGLE @ problem.select.T
-        K = np.vstack(
-            [
-                np.column_stack([problem.A @ self._spread, problem.A @ self._nearest + problem.b]),
-                np.append(-self._pull, 1.0),
-                np.eye(n, n + 1),
-                np.append(self._pull, 0.0),
-                np.column_stack([body @ self._spread, body @ self._nearest]),
-            ]
-        )
-        return K, [("Nonnegative", len(problem.b)), ("SecondOrder", n + 2), ("PSDTriangle", 4)]
-
-
-def _region(matrix: Array, right: Array, cones: list[Cone]) -> _Region:
-    """All x with right - matrix x in the cones."""
-    reused = cone_solver(np.zeros(matrix.shape[1]), matrix, right, cones, reused=True)
-    return reused, lambda cost: cone_solver(cost, matrix, right, cones)
-
 
 WIDENING = 1.2
 """Of t^2, found by simulation: with 1 instead, intervals at an active constraint hold the truth in 91 to 93 %."""
@@ -125,6 +37,74 @@ _NEXT_TO_NOTHING = 1e-3
 """Of the mass's upper end: where the lower one is smaller, the payload may weigh nothing."""
 _NOT_NEGATIVE = [0, 3, 5, 9]  # XX, YY, ZZ, M
 _UPPER = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
+
+
+class ProfileSet:
+    """Payloads that hold a scaled problem's constraints, little farther from its centre than the nearest one."""
+
+    def __init__(self, problem: ScaledProblem, nearest: Array, q: float) -> None:
+        """The set of squared distance up to that of ``nearest`` plus ``q``, in the problem's metric R."""
+        self.problem = problem
+        self.mass = int(problem.select[:, 9].argmax())
+        R, _, A, b, _ = problem.program
+        inverse = np.asarray(np.linalg.inv(R), dtype=float)
+        offset = R @ (nearest - problem.centre) / np.sqrt(q)  # kappa e
+        self._inverse, self._radius = inverse, float(np.sqrt(q * (1.0 + offset @ offset)))
+        self._to_z = np.column_stack([np.sqrt(q) * inverse, nearest])  # z = _to_z (u, 1)
+        # K (u, 1) lies in the cones of bounds, distance and pseudo-inertia.
+        n, bounds, body = len(nearest), A @ self._to_z, TRIANGLE @ problem.select.T @ self._to_z
+        bounds[:, -1] += b
+        self._K = np.vstack([bounds, np.append(-offset, 1.0), np.eye(n, n + 1), np.append(offset, 0.0), body])
+        self._cones: list[Cone] = [("Nonnegative", len(bounds)), ("SecondOrder", n + 2), ("PSDTriangle", 4)]
+
+    def farthest(self, c: Array) -> Array:
+        """The z of the set with the largest c'z.
+
+        Raises:
+            SolverError: for anything but a clean solve.
+        """
+        direction = c @ self._inverse
+        by_distance = self.problem.centre + self._radius * self._inverse @ direction / np.linalg.norm(direction)
+        if self.problem.holds(by_distance):  # no constraint is in the way
+            return np.asarray(by_distance)
+        return np.asarray(self._to_z @ np.append(self._least_point(-direction), 1.0))
+
+    def largest_per_mass(self, c: Array) -> float:
+        """Largest c'z / z_k, z_k the mass, positive in the whole set: linear in z / z_k and 1 / z_k.
+
+        Raises:
+            SolverError: for anything but a clean solve.
+        """
+        return float(c @ self._to_z @ self._least_ratios(-(c @ self._to_z)))
+
+    @cached_property
+    def _least_point(self) -> Callable[[Array], Array]:
+        """The least point of the set in u."""
+        return _least_in(-self._K[:, :-1], self._K[:, -1], self._cones)
+
+    @cached_property
+    def _least_ratios(self) -> Callable[[Array], Array]:
+        """The least point of the set in (u / z_k, 1 / z_k), z_k the mass."""
+        matrix = np.vstack([self._to_z[self.mass], -self._K])
+        return _least_in(matrix, np.append(1.0, np.zeros(len(self._K))), [("Zero", 1), *self._cones])
+
+
+def _least_in(matrix: Array, right: Array, cones: list[Cone]) -> Callable[[Array], Array]:
+    """The function that finds, of all x with right - matrix x in the cones, the one of least cost."""
+    solver = cone_solver(np.zeros(matrix.shape[1]), matrix, right, cones, reused=True)
+
+    def least(cost: Array) -> Array:
+        unit = cost / np.linalg.norm(cost)  # a cost of norm 1 is what the solver's tolerances are made for
+        solver.update(q=unit)
+        solution = solver.solve()
+        if str(solution.status) != "Solved":
+            # About once in 100,000 directions the rows' own scale will not do: begin anew with the solver's.
+            solution = cone_solver(unit, matrix, right, cones).solve()
+        if str(solution.status) != "Solved":
+            raise SolverError(str(solution.status))
+        return np.asarray(solution.x)
+
+    return least
 
 
 @dataclass(frozen=True)
@@ -150,13 +130,13 @@ class Intervals:
         """Lock the arrays."""
         shapes = {"parameters": (10, 2), "com": (3, 2), "inertia_com": (3, 3, 2), "principal_moments": (3, 2)}
         for name, shape in shapes.items():
-            values = np.asarray(getattr(self, name), dtype=float).reshape(shape).copy()
+            values = np.array(getattr(self, name), dtype=float).reshape(shape)
             values.setflags(write=False)
             object.__setattr__(self, name, values)
 
 
 NO_INTERVALS = Intervals(*(np.full(shape, np.nan) for shape in ((10, 2), (3, 2), (3, 3, 2), (3, 2))))
-"""Where constraints contradict the data."""
+"""Intervals where constraints contradict the data."""
 
 
 def profile_intervals(result: Possible) -> Intervals:
@@ -185,8 +165,8 @@ def profile_intervals(result: Possible) -> Intervals:
     # A body that can exist has none of these negative; the solver's points may by rounding.
     ten[_NOT_NEGATIVE] = np.maximum(ten[_NOT_NEGATIVE], 0.0)
     if ten[9, 0] <= _NEXT_TO_NOTHING * ten[9, 1]:
-        unknown = np.array([-np.inf, np.inf])
-        return Intervals(ten, np.tile(unknown, (3, 1)), np.tile(unknown, (3, 3, 1)), np.tile(unknown, (3, 1)))
+        unknown = np.tile([-np.inf, np.inf], (3, 3, 1))
+        return Intervals(ten, unknown[0], unknown, unknown[0])
     com = np.zeros((3, 2))
     first_moments = (problem.scale[:, None] * problem.select)[:, 6:9]
     for axis, c in enumerate(first_moments.T / problem.scale[profile.mass]):
@@ -237,7 +217,7 @@ def _moments(result: Possible, half: float) -> Array:
     away, take the largest variance along V alone. Simulated: 3 to 11 % shorter, and they hold the truth as often.
     """
     values, vectors = np.linalg.eigh(result.body.inertia_com)
-    places = [PAYLOAD.index(name) for name in result.free.names]
+    index = [PAYLOAD.index(name) for name in result.free.names]
 
     def sigma(directions: Array) -> float:
         pairs = [
@@ -245,7 +225,7 @@ def _moments(result: Possible, half: float) -> Array:
             for k, v in enumerate(directions)
             for j, w in enumerate(directions[: k + 1])
         ]
-        J = np.array([factor * inertia_gradient(result.values, v, w)[places] for v, w, factor in pairs])
+        J = np.array([factor * inertia_gradient(result.values, v, w)[index] for v, w, factor in pairs])
         return float(np.sqrt(np.linalg.eigvalsh(J @ result.free.covariance @ J.T)[-1]))
 
     ends, own = np.zeros((3, 2)), np.array([sigma(v[None]) for v in vectors.T])

@@ -19,11 +19,11 @@ from ...model import InertialParameters
 from ..equations.equations import PAYLOAD
 from ..fit.estimate import Estimate
 from .cone import ConeProgram, ConeSolution, SolverError, solve_cone
-from .constraints import PSEUDO_INERTIA, Constraint, KnownMass, PossibleBody
-from .result import CONFLICT, Active, Possible, rise_p_value
+from .constraints import PSEUDO_INERTIA, Constraint, KnownMass, PossibleBody, lowest_eigenvalue
+from .result import Active, Possible, rise_p_value
 
 POSSIBLE = (PossibleBody("payload"),)
-"""What every payload holds."""
+"""The constraints of every payload."""
 _NO_MULTIPLIER = 1e-7
 """A smaller multiplier is rounding."""
 _DEPENDENT = 1e-13
@@ -37,20 +37,17 @@ TOLERANCE = 1e-6
 class ScaledProblem(NamedTuple):
     """The problem in z = x / (M l^2, M l, M), for the parameters that were not eliminated.
 
-    ``select`` n x 10 picks them, ``scale`` (n,); chi2 = ||R z - d||^2 + ``floor`` with ``R`` n x n, ``d`` (n,), and
-    its minimum at ``centre`` (n,); ``A`` and ``b`` the bounds with rows of largest entry 1, ``owners`` the
-    constraint of each row.
+    ``constraints``: among them ``PossibleBody``; ``select`` n x 10 picks the parameters, ``scale`` (n,);
+    chi2 = ||R z - d||^2 + ``floor`` with R and d of ``program``, n x n and (n,), its minimum at ``centre`` (n,);
+    the program's rows have a largest entry of 1 and come constraint by constraint.
     """
 
+    constraints: tuple[Constraint, ...]
     select: Array
     scale: Array
     centre: Array
-    R: Array
-    d: Array
     floor: float
-    A: Array
-    b: Array
-    owners: tuple[Constraint, ...]
+    program: ConeProgram
 
     @staticmethod
     def of(estimate: Estimate, constraints: Sequence[Constraint]) -> "ScaledProblem":
@@ -61,6 +58,8 @@ class ScaledProblem(NamedTuple):
                 f"an estimate of {', '.join(estimate.names)} is not that of a payload: it needs M_L and others of "
                 f"{', '.join(PAYLOAD)}"
             )
+        if not any(isinstance(c, PossibleBody) for c in constraints):
+            constraints = (*POSSIBLE, *constraints)
         select = np.eye(10)[[PAYLOAD.index(name) for name in estimate.names]]
         # M l^2, M l and M for the ten, from the estimate itself or, where it is next to nothing, its sigma.
         size = np.maximum(np.abs(estimate.values), estimate.sigma) @ select
@@ -68,68 +67,80 @@ class ScaledProblem(NamedTuple):
         length = np.sqrt(max(size[[0, 3, 5]].sum() / 2.0, size[6:9].max() ** 2 / mass) / mass)
         scale = select @ np.array([mass * length**2] * 6 + [mass * length] * 3 + [mass])
         centre, n = estimate.values / scale, len(scale)
-        factor = whitening(estimate.covariance, estimate.names, NOISE_FLOOR * scale) * scale
+        R = whitening(estimate.covariance, estimate.names, NOISE_FLOOR * scale) * scale
+        d, floor = R @ centre, 0.0
         # One more QR merges soft terms: the distance from their common minimum is all that is left to the solver.
-        weighed = [c for c in constraints if isinstance(c, KnownMass)]
-        rows = [np.append(select[:, 9] * scale, term.mass) / term.sigma for term in weighed]
-        R, d, floor = factor, factor @ centre, 0.0
-        if rows:
-            merged = np.asarray(np.linalg.qr(np.vstack([np.column_stack([R, d]), *rows]), mode="r"))
+        soft = [np.append(select[:, 9] * scale, c.mass) / c.sigma for c in constraints if isinstance(c, KnownMass)]
+        if soft:
+            merged = np.asarray(np.linalg.qr(np.vstack([np.column_stack([R, d]), *soft]), mode="r"))
             R, d, floor = merged[:n, :n], merged[:n, n], float(merged[n, n] ** 2)
             centre = solve_triangular(R, d)
-        A = np.vstack([c.rows.A for c in constraints]) @ select.T * scale
-        b = np.concatenate([c.rows.b for c in constraints])
+        rows, bounds = zip(*(c.rows for c in constraints), strict=True)
+        A, b = np.vstack(rows) @ select.T * scale, np.concatenate(bounds)
         norms = np.maximum(np.abs(A).max(axis=1, initial=0.0), 1e-300)
-        owners = tuple(c for c in constraints for _ in c.rows.b)
-        return ScaledProblem(select, scale, centre, R, d, floor, A / norms[:, None], b / norms, owners)
-
-    def program(self) -> ConeProgram:
-        """What the solver takes."""
-        return ConeProgram(self.R, self.d, self.A, self.b, self.select.T[None])
+        program = ConeProgram(R, d, A / norms[:, None], b / norms, select.T[None])
+        return ScaledProblem(tuple(constraints), select, scale, centre, floor, program)
 
     def full(self, z: Array) -> Array:
         """The ten in SI units, (10,) or k x 10."""
         return np.asarray((z * self.scale) @ self.select)
 
-    def holds(self, z: Array) -> bool:
-        """Whether z holds every constraint."""
-        return bool((self.A @ z + self.b >= 0.0).all()) and self.lowest(z) >= 0.0
+    def lowest(self, z: Array) -> float:
+        """Smallest eigenvalue of the scaled pseudo-inertia."""
+        return lowest_eigenvalue(z @ self.select)
+
+    def holds(self, z: Array, rounding: float = 0.0) -> bool:
+        """Whether z holds every constraint, but for that much of an eigenvalue."""
+        return bool((self.program.slack(z) >= 0.0).all()) and self.lowest(z) >= -rounding
 
     def repaired(self, z: Array) -> Array:
-        """z moved by as little as leaves no negative eigenvalue; eliminated parameters stay zero.
+        """z moved by rounding, so that no eigenvalue is negative; eliminated parameters stay zero.
 
         Raises:
             SolverError: if that is more than rounding, or a bound is missed by more.
         """
-        step, inward = 1.01 * max(-self.lowest(z), 0.0), self.select @ IDENTITY
-        result = z + step * inward
-        while InertialParameters(self.full(result)).min_pseudo_inertia_eigenvalue < 0.0 and step < TOLERANCE:
-            step = 2.0 * step + 1e-16
-            result = z + step * inward
-        if step >= TOLERANCE or (self.A @ result + self.b < -TOLERANCE).any():
-            raise SolverError("constraints missed by more than rounding", self.program())
+        result = self.select @ lifted(z @ self.select, self.scale @ self.select)
+        if (self.program.slack(result) < -TOLERANCE).any():
+            raise SolverError("constraints missed by more than rounding")
         return np.asarray(result)
 
-    def active(self, constraints: Sequence[Constraint], z: Array, solution: ConeSolution) -> tuple[Active, ...]:
+    def active(self, z: Array, solution: ConeSolution) -> tuple[Active, ...]:
         """Constraints whose multiplier exceeds their slack, largest first."""
         active: list[Active] = []
-        for constraint in constraints:
-            rows = [k for k, owner in enumerate(self.owners) if owner is constraint]
-            slack, multipliers = (self.A @ z + self.b)[rows], solution.row_multipliers[rows]
+        slacks, stop = self.program.slack(z), 0
+        for constraint in self.constraints:
+            start, stop = stop, stop + len(constraint.rows[1])
+            slack, price = slacks[start:stop], solution.row_multipliers[start:stop]
             if isinstance(constraint, PossibleBody):
-                slack, multipliers = np.array([self.lowest(z)]), solution.body_multipliers
-            holding = float(multipliers[multipliers > np.maximum(slack, _NO_MULTIPLIER)].sum())
+                slack, price = np.array([self.lowest(z)]), solution.body_multipliers
+            holding = float(price[price > np.maximum(slack, _NO_MULTIPLIER)].sum())
             if holding > 0.0:  # d chi2 = 2 norm d norm
                 active.append(Active(constraint.description, 2.0 * solution.norm * holding, constraint))
         return tuple(sorted(active, key=lambda active: -active.multiplier))
 
-    def lowest(self, z: Array) -> float:
-        """Smallest eigenvalue of the scaled pseudo-inertia."""
-        return float(np.linalg.eigvalsh((z @ self.select @ PSEUDO_INERTIA.reshape(10, 16)).reshape(4, 4))[0])
-
 
 IDENTITY: Array = np.array([2.0, 0.0, 0.0, 2.0, 0.0, 2.0, 0.0, 0.0, 0.0, 1.0])
 """The ten whose pseudo-inertia is the identity."""
+
+
+def lifted(z: Array, scale: Array) -> Array:
+    """A body's ten moved by as little as leaves no negative eigenvalue.
+
+    Args:
+        z: the ten in units of ``scale``, shape (10,).
+        scale: shape (10,); what has none was eliminated and stays as it is.
+
+    Raises:
+        SolverError: if that is more than rounding.
+    """
+    size, inward = max(1.0, float(np.abs(z).max())), np.where(scale > 0.0, IDENTITY, 0.0)
+    step = 1.01 * max(-lowest_eigenvalue(z), 0.0)
+    limit = TOLERANCE * size
+    while step < limit and InertialParameters((z + step * inward) * scale).min_pseudo_inertia_eigenvalue < 0.0:
+        step = 2.0 * step + 1e-16 * size
+    if step >= limit:
+        raise SolverError("eigenvalues too negative to be repaired")
+    return np.asarray(z + step * inward)
 
 
 def whitening(C: Array, names: Sequence[str], floor: Array) -> Array:
@@ -151,35 +162,11 @@ def whitening(C: Array, names: Sequence[str], floor: Array) -> Array:
     return np.linalg.solve(L, np.diag(1.0 / sigma))
 
 
-def with_possible(constraints: Sequence[Constraint]) -> tuple[Constraint, ...]:
-    """The constraints, with ``PossibleBody`` if it was not listed."""
-    if any(isinstance(c, PossibleBody) for c in constraints):
-        return tuple(constraints)
-    return (*POSSIBLE, *constraints)
-
-
-class Tested(NamedTuple):
-    """A constraint that holds the estimate back, and how unlikely that is if it is true.
-
-    ``rise``: what it adds to chi2. ``p_value``: probability of as much, at most: by chi-squared (or Fisher's F) of
-    as many degrees as the constraint restricts directions.
-    """
-
-    constraint: Constraint
-    rise: float
-    p_value: float
-
-    @property
-    def conflict(self) -> bool:
-        """Whether it contradicts the data."""
-        return self.p_value < CONFLICT
-
-
 def solve_constrained(estimate: Estimate, constraints: Sequence[Constraint] = POSSIBLE) -> Possible:
     """The nearest payload that holds the constraints.
 
-    ``PossibleBody`` always holds, whether listed or not. Bounds hold to 1e-6 of the body's own size, the
-    pseudo-inertia exactly: it is repaired after the solve, and chi2 is that of the repaired values.
+    Bounds hold to 1e-6 of the body's own size, the pseudo-inertia exactly: it is repaired after the solve, and chi2
+    is that of the repaired values.
 
     Args:
         estimate: of some or all of ``PAYLOAD``; parameters that are absent were eliminated and stay zero.
@@ -188,78 +175,66 @@ def solve_constrained(estimate: Estimate, constraints: Sequence[Constraint] = PO
         InputError: if the covariance does not determine every parameter.
         SolverError: for anything but a clean solve, as when no body holds all constraints.
     """
-    constraints = with_possible(constraints)
     problem = ScaledProblem.of(estimate, constraints)
-    hard = [c for c in constraints if not isinstance(c, KnownMass)]
     z, status = problem.centre, "free"
     active: tuple[Active, ...] = ()
     try:
-        if not all(c.violation(problem.full(z)) <= 0.0 for c in hard):
-            if problem.lowest(z) >= -NOISE_FLOOR and (problem.A @ z + problem.b >= 0.0).all():
-                z, status = problem.repaired(z), "repaired"  # rounding, too little for a solver to work on
+        if any(constraint.violation(problem.full(z)) > 0.0 for constraint in problem.constraints):
+            if problem.holds(z, NOISE_FLOOR):
+                z, status = problem.repaired(z), "repaired"  # too little for a solver to work on
             else:
-                solution = solve_cone(problem.program())
-                z, status = problem.repaired(solution.z), solution.status
-                active = problem.active(hard, z, solution)
+                solution = solve_cone(problem.program)
+                z, status = problem.repaired(solution.z), "Solved"
+                active = problem.active(z, solution)
     except SolverError as error:
-        raise error.naming(*(c.description for c in constraints)) from None
-    chi2 = problem.floor + float(np.sum((problem.R @ (z - problem.centre)) ** 2))
+        raise error.naming(*(constraint.description for constraint in problem.constraints)) from None
+    chi2 = problem.floor + float(np.sum((problem.program.R @ (z - problem.centre)) ** 2))
     values = problem.full(z)
-    return Possible(estimate, values, chi2, active, (InertialParameters(values),), status, tuple(constraints))
+    return Possible(estimate, values, chi2, active, (InertialParameters(values),), status, problem.constraints)
 
 
-def tested(result: Possible) -> tuple[Tested, ...]:
-    """Each active constraint by itself: the rise with all constraints less that without it.
+def tested(result: Possible) -> tuple[Active, ...]:
+    """Each active constraint tested by itself: the rise with all constraints less that without it.
 
     That a body must exist is not left out; its rise is that which it causes alone.
     """
     tested = []
-    for constraint in [active.constraint for active in result.active if active.constraint is not None]:
-        others = [c for c in result.constraints if c is not constraint]
+    for active in result.active:
+        constraint, free = active.constraint, result.free
+        assert constraint is not None
         if isinstance(constraint, PossibleBody):
-            rise, k = solve_constrained(result.free, [constraint]).chi2_rise, len(result.free.names)
+            rise, k = solve_constrained(free, [constraint]).chi2_rise, len(free.names)
         else:
-            rise = result.chi2_rise - solve_constrained(result.free, others).chi2_rise
-            k = rank(constraint.rows.A)
-        p = rise_p_value(max(rise, 0.0), k, result.free.degrees_of_freedom)
-        tested.append(Tested(constraint, rise, p))
+            others = [other for other in result.constraints if other is not constraint]
+            rise = result.chi2_rise - solve_constrained(free, others).chi2_rise
+            k = rank(constraint.rows[0])
+        p_value = rise_p_value(max(rise, 0.0), k, free.degrees_of_freedom)
+        tested.append(active._replace(rise=rise, p_value=p_value))
     return tuple(tested)
 
 
-class CvxpyProblem(NamedTuple):
-    """The problem in CVXPY, to which other constraints and terms can be added.
+def build_constrained(estimate: Estimate, constraints: Sequence[Constraint] = POSSIBLE) -> tuple[Any, Any, Any]:
+    """The problem of ``solve_constrained`` in CVXPY, not solved yet: other constraints and terms can be added.
 
-    ``problem``: a ``cvxpy.Problem``, its value the distance, square root of the chi2 rise
-    less what soft terms alone cost; ``values``: the parameters ``estimate.names``, ``pseudo_inertia``: 4 x 4, both
-    expressions in SI units.
-    """
+    Add your own by ``cvxpy.Problem(problem.objective, [*problem.constraints, ...])``. Its solution is not repaired:
+    eigenvalues down to -1e-7 of the largest are left.
 
-    problem: Any
-    values: Any
-    pseudo_inertia: Any
-
-
-def build_constrained(estimate: Estimate, constraints: Sequence[Constraint] = POSSIBLE) -> CvxpyProblem:
-    """What ``solve_constrained`` solves, as a CVXPY problem that is not solved yet.
-
-    Add your own by ``cvxpy.Problem(built.problem.objective, [*built.problem.constraints, ...])``. Its solution is
-    not repaired: eigenvalues down to -1e-7 of the largest are left.
+    Returns:
+        The ``cvxpy.Problem``, its value the distance, square root of the chi2 rise less what soft terms alone cost;
+        the parameters ``estimate.names`` and their pseudo-inertia, 4 x 4, both expressions in SI units.
 
     Raises:
         InputError: if the covariance does not determine every parameter.
     """
     import cvxpy  # slow to import
 
-    problem = ScaledProblem.of(estimate, with_possible(constraints))
-    program = problem.program()
+    scaled = ScaledProblem.of(estimate, constraints)
     z = cvxpy.Variable(len(estimate.names), name="scaled_parameters")
-    ten = program.bodies[0]
-    scaled = cvxpy.reshape((PSEUDO_INERTIA.reshape(10, 16).T @ ten) @ z, (4, 4), order="C")
-    rules = [scaled >> 0]
-    if len(program.A):
-        rules.append(program.A @ z + program.b >= 0)
-    objective = cvxpy.Minimize(cvxpy.norm(program.R @ z - program.d))
-    values = cvxpy.multiply(problem.scale, z)
-    places = [PAYLOAD.index(name) for name in estimate.names]
-    si = cvxpy.reshape(PSEUDO_INERTIA.reshape(10, 16).T[:, places] @ values, (4, 4), order="C")
-    return CvxpyProblem(cvxpy.Problem(objective, rules), values, si)
+    to_entries = PSEUDO_INERTIA.reshape(10, 16).T @ scaled.select.T
+    rules = [cvxpy.reshape(to_entries @ z, (4, 4), order="C") >> 0]
+    R, d, A, b, _ = scaled.program
+    if len(A):
+        rules.append(A @ z + b >= 0)
+    problem = cvxpy.Problem(cvxpy.Minimize(cvxpy.norm(R @ z - d)), rules)
+    values = cvxpy.multiply(scaled.scale, z)
+    return problem, values, cvxpy.reshape(to_entries @ values, (4, 4), order="C")

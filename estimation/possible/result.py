@@ -1,4 +1,4 @@
-"""What is nearest to a free estimate among all that can exist, and what that cost."""
+"""The nearest to a free estimate among all that can exist, and what that cost."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -17,16 +17,25 @@ CONFLICT = 0.01
 
 
 class Active(NamedTuple):
-    """What holds the estimate back.
+    """A demand that holds the estimate back.
 
     ``description``: what is demanded; ``multiplier``: how fast chi2 falls as that is relaxed, per scaled unit
     (M l^2, M l, M of the body): a slope, so that of several the one to blame is found by leaving each out in turn;
-    ``constraint``: of a payload, what ``description`` describes.
+    ``constraint``: of a payload, what ``description`` describes. Once ``tested``, ``rise`` is what it adds to chi2,
+    and ``p_value`` the probability of as much if it is true, at most: by chi-squared (or Fisher's F) of as many
+    degrees as the constraint restricts directions; nan before.
     """
 
     description: str
     multiplier: float
     constraint: Constraint | None = None
+    rise: float = np.nan
+    p_value: float = np.nan
+
+    @property
+    def conflict(self) -> bool:
+        """Whether it contradicts the data."""
+        return self.p_value < CONFLICT
 
 
 class Weighing(NamedTuple):
@@ -67,6 +76,7 @@ class Possible:
         bodies: the payload alone, or one robot's links; each can exist.
         status: of the solver; without a solve "free" if the free estimate holds every constraint, "repaired" if
             it does but for an eigenvalue of rounding size (exact data), "prior" if a prior itself will do.
+        constraints: of a payload.
     """
 
     free: Estimate
@@ -107,22 +117,20 @@ class Possible:
         laws of 0 to k degrees of freedom, for which the law of k is an upper bound: this p-value is too large,
         never too small; a small one says that a constraint or the model is wrong.
         """
-        k = len(self.free.names) + len(self._scales)
+        k = len(self.free.names) + sum(isinstance(constraint, KnownMass) for constraint in self.constraints)
         return rise_p_value(self.chi2_rise, k, self.free.degrees_of_freedom)
 
     @property
     def weighings(self) -> tuple[Weighing, ...]:
         """Each weighed mass against the free estimate."""
-        if not self._scales:
-            return ()
-        k, free = self.free.names.index("M_L"), self.free
-        identified = float(free.values[k]), float(free.sigma[k]), free.degrees_of_freedom
-        return tuple(Weighing(scale.mass, scale.sigma, *identified) for scale in self._scales)
-
-    @property
-    def _scales(self) -> list[KnownMass]:
-        """Soft terms among the constraints."""
-        return [constraint for constraint in self.constraints if isinstance(constraint, KnownMass)]
+        values, sigma = (dict(zip(self.free.names, x, strict=True)) for x in (self.free.values, self.free.sigma))
+        return tuple(
+            Weighing(
+                scale.mass, scale.sigma, float(values["M_L"]), float(sigma["M_L"]), self.free.degrees_of_freedom
+            )
+            for scale in self.constraints
+            if isinstance(scale, KnownMass)
+        )
 
 
 def rise_p_value(chi2: float, k: int, degrees_of_freedom: float) -> float:

@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ...common.arrays import Array
 from ...common.errors import InputError
@@ -17,90 +18,16 @@ from ...model import INERTIAL, BaseParameters, InertialParameters, Robot
 from ...model.drives import parameter_kind
 from ..fit.estimate import Estimate, error_model
 from .cone import ConeProgram, SolverError, solve_in_turn
-from .constraints import MassBounds
-from .payload import IDENTITY, NOISE_FLOOR, TOLERANCE, whitening
+from .constraints import MassBounds, lowest_eigenvalue
+from .payload import NOISE_FLOOR, TOLERANCE, lifted, whitening
 from .result import Active, Possible
 
 _NOT_NEGATIVE = ("IA", "FV", "FS", "FVM", "FSM")
 POWERS = {**dict.fromkeys(INERTIAL[:6], 2), **dict.fromkeys(INERTIAL[6:9], 1), "M": 0, "IA": 2}
 """Power of a length in the unit of each kind."""
-
-
-class RobotRules(NamedTuple):
-    """Rows A z + b >= 0 in scaled parameters z, and what each says.
-
-    ``A`` r x N_s, ``b`` (r,), ``texts`` r; ``signed``: positions of parameters that must not be negative;
-    ``shared``: positions (whole, part) of what coupled drives share: (IA_j, IA_k), (FV_j, FVM_k), (FV_k, FVM_k).
-    """
-
-    A: Array
-    b: Array
-    texts: tuple[str, ...]
-    signed: tuple[int, ...]
-    shared: tuple[tuple[int, int], ...]
-
-    @staticmethod
-    def of(robot: Robot, standard: Sequence[str], scale: Array, total_mass: MassBounds | None) -> "RobotRules":
-        """Friction and rotor inertias are not negative.
-
-        Of coupled drives IA_j = K_j^2 JA_j + K_k^2 JA_k is at least IA_k = K_k^2 JA_k, and FV_j and FV_k hold the
-        viscous friction FVM_k of rotor k beside the joint's own.
-        """
-        units = np.eye(len(standard))
-        signed = tuple(k for k, name in enumerate(standard) if parameter_kind(name) in _NOT_NEGATIVE)
-        rows, b, texts = [units[k] for k in signed], [0.0] * len(signed), [f"{standard[k]} >= 0" for k in signed]
-        pairs: list[tuple[str, str]] = []
-        if robot.coupling is not None:
-            j, k = robot.coupling.joints
-            pairs = [(f"IA{j}", f"IA{k}"), (f"FV{j}", f"FVM{k}"), (f"FV{k}", f"FVM{k}")]
-        shared = tuple((standard.index(whole), standard.index(part)) for whole, part in pairs)
-        for j, k in shared:
-            rows.append(units[j] - scale[k] / scale[j] * units[k])
-            b.append(0.0)
-            texts.append(f"{standard[j]} >= {standard[k]}")
-        masses = sum(units[standard.index(f"M{link}")] for link in range(1, robot.n + 1))
-        unit = scale[standard.index("M1")]
-        bounds = ((1.0, total_mass.low, ">="), (-1.0, total_mass.high, "<=")) if total_mass is not None else ()
-        for sign, bound, relation in bounds:
-            if not np.isfinite(bound):
-                continue
-            rows.append(sign * masses)
-            b.append(-sign * bound / unit)
-            texts.append(f"total mass {relation} {bound:g} kg")
-        return RobotRules(np.array(rows).reshape(-1, len(standard)), np.array(b), tuple(texts), signed, shared)
-
-
-def typical_length(robot: Robot) -> float:
-    """Half the longest distance between two joints [m]; 1 where all axes meet."""
-    return max(max(abs(joint.d), abs(joint.r)) for joint in robot.joints) / 2.0 or 1.0
-
-
-def sizes(robot: Robot, base: BaseParameters, estimate: Estimate) -> Array:
-    """Scale of each standard parameter: one mass and one length for all links, from the robot's own numbers."""
-    length = typical_length(robot)
-    masses = np.array(
-        [
-            abs(value) / length ** POWERS[parameter_kind(name)]
-            for name, value in zip(estimate.names, estimate.values, strict=True)
-            if parameter_kind(name) in INERTIAL
-        ]
-    )
-    # Data without noise show many a parameter as zero: they say nothing of the robot's size.
-    masses = masses[masses > 1e-6 * masses.max(initial=0.0)]
-    mass = float(np.median(masses)) if len(masses) else 1.0
-    inertial = {kind: mass * length**power for kind, power in POWERS.items()}
-    own = dict(zip(estimate.names, np.maximum(np.abs(estimate.values), estimate.sigma), strict=True))
-    return np.array([inertial.get(parameter_kind(name), own.get(name, 1.0)) for name in base.standard])
-
-
-def link_places(robot: Robot, standard: Sequence[str]) -> list[list[int]]:
-    """Positions of each link's ten."""
-    return [[standard.index(f"{kind}{link}") for kind in INERTIAL] for link in range(1, robot.n + 1)]
-
-
 _NEXT_TO_NOTHING = 1e-3
 """Smaller multipliers, as a fraction of the largest, belong to directions that the data do not see."""
-_WAYS = ((1e3, None), (1e3, 1e3), (1e2, 1e3), (10.0, 1e3), (10.0, None), (1.0, None))
+_WAYS = ((1e3, np.inf), (1e3, 1e3), (1e2, 1e3), (10.0, 1e3), (10.0, np.inf), (1.0, np.inf))
 """R's largest entry, for the norm of exact data is zero, at the tip of its cone; the radius that z may not leave.
 
 No torque may show some direction, and no finite robot attain the least value: the program is closed then, at a
@@ -111,6 +38,44 @@ _ABOVE = 1.0 + 4.0 * np.finfo(float).eps
 _ROUNDING = 1e-9
 _UNSEEN = 1e-3
 """In standard deviations: what a repair may change."""
+
+
+def typical_length(robot: Robot) -> float:
+    """Half the longest distance between two joints [m]; 1 where all axes meet."""
+    return max(max(abs(joint.d), abs(joint.r)) for joint in robot.joints) / 2.0 or 1.0
+
+
+def link_indices(robot: Robot, standard: Sequence[str]) -> NDArray[np.intp]:
+    """Indices of each link's ten, n x 10."""
+    return np.array([[standard.index(f"{kind}{link}") for kind in INERTIAL] for link in range(1, robot.n + 1)])
+
+
+class DriveRules(NamedTuple):
+    """Rows A z >= 0 in scaled parameters z: drives neither push nor have negative inertia.
+
+    ``A`` r x N_s, ``texts`` r. ``signed``: indices of parameters that must not be negative, friction and rotor
+    inertias. ``shared``: indices (whole, part) of what coupled drives share: IA_j = K_j^2 JA_j + K_k^2 JA_k is at
+    least IA_k = K_k^2 JA_k, and FV_j and FV_k hold the viscous friction FVM_k of rotor k beside the joint's own.
+    """
+
+    A: Array
+    texts: tuple[str, ...]
+    signed: tuple[int, ...]
+    shared: tuple[tuple[int, int], ...]
+
+    @staticmethod
+    def of(robot: Robot, standard: Sequence[str], scale: Array) -> "DriveRules":
+        """The rules of a robot for some standard parameters in units of ``scale``."""
+        pairs: list[tuple[str, str]] = []
+        if robot.coupling is not None:
+            j, k = robot.coupling.joints
+            pairs = [(f"IA{j}", f"IA{k}"), (f"FV{j}", f"FVM{k}"), (f"FV{k}", f"FVM{k}")]
+        shared = tuple((standard.index(whole), standard.index(part)) for whole, part in pairs)
+        signed = tuple(k for k, name in enumerate(standard) if parameter_kind(name) in _NOT_NEGATIVE)
+        units = np.eye(len(standard))
+        rows = [*units[list(signed)], *(units[j] - scale[k] / scale[j] * units[k] for j, k in shared)]
+        texts = *(f"{standard[k]} >= 0" for k in signed), *(f"{whole} >= {part}" for whole, part in pairs)
+        return DriveRules(np.array(rows).reshape(-1, len(standard)), texts, signed, shared)
 
 
 @dataclass(frozen=True)
@@ -130,15 +95,18 @@ class PossibleRobot(Possible):
 class RobotProgram(NamedTuple):
     """The problem in z = standard parameters / ``scale`` (N_s,).
 
-    ``R`` N_b x N_b whitens base parameters; ``program`` minimises ||R (G x - chi)||; ``rules``: its rows;
-    ``links``: positions of each link's ten.
+    ``R`` N_b x N_b whitens base parameters; ``program`` minimises ||R (G x - chi)||, its rows those of ``rules``,
+    then bounds of the total mass, all as in ``texts``; ``links``: indices of each link's ten, n x 10.
     """
 
+    base: BaseParameters
+    estimate: Estimate
     scale: Array
     R: Array
     program: ConeProgram
-    rules: RobotRules
-    links: list[list[int]]
+    rules: DriveRules
+    texts: tuple[str, ...]
+    links: NDArray[np.intp]
 
     @staticmethod
     def of(robot: Robot, base: BaseParameters, estimate: Estimate, total_mass: MassBounds | None) -> "RobotProgram":
@@ -147,30 +115,57 @@ class RobotProgram(NamedTuple):
             raise InputError(
                 f"the estimate is not of the {len(base.columns)} base parameters: identify the robot anew"
             )
-        scale = sizes(robot, base, estimate)
+        # One mass and one length for all links, from the robot's own numbers.
+        length, kinds = typical_length(robot), [parameter_kind(name) for name in estimate.names]
+        masses = np.array(
+            [
+                abs(value) / length ** POWERS[kind]
+                for kind, value in zip(kinds, estimate.values, strict=True)
+                if kind in INERTIAL
+            ]
+        )
+        # Data without noise show many a parameter as zero: they say nothing of the robot's size.
+        masses = masses[masses > 1e-6 * masses.max(initial=0.0)]
+        mass = float(np.median(masses)) if len(masses) else 1.0
+        inertial = {kind: mass * length**power for kind, power in POWERS.items()}
+        own = dict(zip(estimate.names, np.maximum(np.abs(estimate.values), estimate.sigma), strict=True))
+        scale = np.array([inertial.get(parameter_kind(name), own.get(name, 1.0)) for name in base.standard])
         G = base.grouping * scale
         R = whitening(estimate.covariance, estimate.names, NOISE_FLOOR * np.abs(G).max(axis=1))
-        rules, links = RobotRules.of(robot, base.standard, scale, total_mass), link_places(robot, base.standard)
-        bodies = np.eye(len(scale))[np.array(links)]
-        program = ConeProgram(R @ G, R @ estimate.values, rules.A, rules.b, bodies)
-        return RobotProgram(scale, R, program, rules, links)
+        rules, links = DriveRules.of(robot, base.standard, scale), link_indices(robot, base.standard)
+        A, b, texts = rules.A, np.zeros(len(rules.A)), rules.texts
+        if total_mass is not None:
+            units, bounds = total_mass.rows
+            total = np.zeros((len(units), len(scale)))
+            total[:, links[:, 9]] = units[:, 9:]
+            A, b = np.vstack([A, total]), np.append(b, bounds / mass)
+            texts += tuple(
+                f"total mass {'>=' if sign > 0.0 else '<='} {-sign * bound + 0.0:g} kg"
+                for sign, bound in zip(units[:, 9], bounds, strict=True)
+            )
+        program = ConeProgram(R @ G, R @ estimate.values, A, b, np.eye(len(scale))[links])
+        return RobotProgram(base, estimate, scale, R, program, rules, texts, links)
 
-    def answer(
-        self, base: BaseParameters, estimate: Estimate, z: Array, active: Sequence[Active], status: str
-    ) -> PossibleRobot:
-        """The robot that z stands for."""
-        x = z * self.scale
-        values = base.grouping @ x
-        return PossibleRobot(
-            free=estimate,
-            values=values,
-            chi2_rise=float(np.sum((self.R @ (values - estimate.values)) ** 2)),
-            active=tuple(sorted(active, key=lambda one: -one.multiplier)),
-            bodies=tuple(InertialParameters(x[link]) for link in self.links),
-            status=status,
-            parameters={name: float(value) for name, value in zip(base.standard, x, strict=True)},
-            unidentifiable=hidden_directions(base),
-        )
+    def nearest(self) -> PossibleRobot:
+        """The nearest base parameters.
+
+        Raises:
+            SolverError: for anything but a clean solve.
+        """
+        solution, program = solve_in_turn(self.program, _WAYS), self.program
+        z = self.repaired(solution.z)
+        lowest = [lowest_eigenvalue(body @ z) for body in program.bodies]
+        slacks = [*program.slack(z), *lowest]
+        texts = [*self.texts, *(f"link {j} can exist" for j in range(1, len(program.bodies) + 1))]
+        prices = [*solution.row_multipliers, *solution.body_multipliers]
+        # A constraint holds the robot where its multiplier exceeds its slack and is not next to nothing.
+        floor = max(_NEXT_TO_NOTHING * max(prices), TOLERANCE)
+        active = [
+            Active(text, 2.0 * solution.norm * float(price))
+            for text, price, slack in zip(texts, prices, slacks, strict=True)
+            if price > max(slack, floor)
+        ]
+        return self.answer(z, active, "Solved")
 
     def repaired(self, z: Array) -> Array:
         """z moved by rounding, so that no link has a negative eigenvalue and no drive a negative number.
@@ -180,21 +175,31 @@ class RobotProgram(NamedTuple):
         """
         result = z.copy()
         for link in self.links:
-            step, size = max(-_lowest(z[link]), 0.0), max(1.0, float(np.abs(z[link]).max()))
-            while _lowest((z[link] + step * IDENTITY) * self.scale[link]) < 0.0 and step < TOLERANCE * size:
-                step = 2.0 * step + 1e-16 * size
-            if step >= TOLERANCE * size:
-                raise SolverError("eigenvalues too negative to be repaired", self.program)
-            result[link] += step * IDENTITY
-        if (self.rules.A @ result + self.rules.b < -TOLERANCE).any():
-            raise SolverError("friction, rotor inertia or mass missed by more than rounding", self.program)
+            result[link] = lifted(z[link], self.scale[link])
+        if (self.program.slack(result) < -TOLERANCE).any():
+            raise SolverError("friction, rotor inertia or mass missed by more than rounding")
         signed = list(self.rules.signed)
         result[signed] = np.maximum(result[signed], 0.0)
         for j, k in self.rules.shared:
             result[j] = max(result[j], result[k] * self.scale[k] / self.scale[j] * _ABOVE)
         if float(np.linalg.norm(self.program.R @ (result - z))) > _UNSEEN:
-            raise SolverError("constraints missed by more than the data's accuracy", self.program)
-        return np.asarray(result)
+            raise SolverError("constraints missed by more than the data's accuracy")
+        return result
+
+    def answer(self, z: Array, active: Sequence[Active], status: str) -> PossibleRobot:
+        """The robot that z stands for."""
+        x = z * self.scale
+        values = self.base.grouping @ x
+        return PossibleRobot(
+            free=self.estimate,
+            values=values,
+            chi2_rise=float(np.sum((self.R @ (values - self.estimate.values)) ** 2)),
+            active=tuple(sorted(active, key=lambda one: -one.multiplier)),
+            bodies=tuple(map(InertialParameters, x[self.links])),
+            status=status,
+            parameters=dict(zip(self.base.standard, x.tolist(), strict=True)),
+            unidentifiable=hidden_directions(self.base),
+        )
 
 
 def solve_constrained_base(
@@ -213,29 +218,7 @@ def solve_constrained_base(
         InputError: if the estimate is not of these parameters, or its covariance does not determine them.
         SolverError: for anything but a clean solve.
     """
-    estimate = error_model(estimate)
-    return solve_robot_program(RobotProgram.of(robot, base, estimate, total_mass), base, estimate)
-
-
-def solve_robot_program(problem: RobotProgram, base: BaseParameters, estimate: Estimate) -> PossibleRobot:
-    """The nearest base parameters by a problem that is scaled already."""
-    solution = solve_in_turn(problem.program, _WAYS)
-    z, program = problem.repaired(solution.z), problem.program
-    slacks = [*(program.A @ z + program.b), *(_lowest(body @ z) for body in program.bodies)]
-    texts = [*problem.rules.texts, *(f"link {j} can exist" for j in range(1, len(program.bodies) + 1))]
-    prices = [*solution.row_multipliers, *solution.body_multipliers]
-    # A constraint holds the robot where its multiplier exceeds its slack and is not next to nothing.
-    floor = max(_NEXT_TO_NOTHING * max(prices), TOLERANCE)
-    active = [
-        Active(text, 2.0 * solution.norm * float(price))
-        for text, price, slack in zip(texts, prices, slacks, strict=True)
-        if price > max(slack, floor)
-    ]
-    return problem.answer(base, estimate, z, active, "Solved")
-
-
-def _lowest(ten: Array) -> float:
-    return InertialParameters(ten).min_pseudo_inertia_eigenvalue
+    return RobotProgram.of(robot, base, error_model(estimate), total_mass).nearest()
 
 
 def hidden_directions(base: BaseParameters) -> tuple[str, ...]:

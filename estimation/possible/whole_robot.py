@@ -3,7 +3,7 @@
 Data decide a number, a part of it, or nothing. Every table, document and export takes its labels from here.
 """
 
-from collections.abc import Callable, Container, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Literal, NamedTuple
@@ -121,7 +121,7 @@ class LinkNumbers(NamedTuple):
 
     @property
     def margin(self) -> float:
-        """How far the moments are from breaking A + B >= C, over their sum; 0 for a body at the edge."""
+        """Distance of the moments from breaking A + B >= C, over their sum; 0 for a body at the edge."""
         a, b, c = self.moments.tolist()
         return (a + b - c) / (a + b + c) if c > 0.0 else 0.0
 
@@ -131,7 +131,7 @@ class WholeRobot:
     """A robot with a number for everything that a simulator asks for.
 
     Attributes:
-        drives: of each joint, by the words of ``DRIVE_NUMBERS``; what is not known is not there.
+        drives: of each joint, by the keys of ``DRIVE_NUMBERS``; what is not known is not there.
         coupled: of the drive that turns with both joints of a coupling; empty without one.
         apart: as ``drives`` for who cannot couple joints: the diagonal of what ``drives`` and ``coupled`` say.
         groupings: the base parameters, in text; none where nothing was identified.
@@ -169,23 +169,18 @@ class WholeRobot:
 
     def negative(self) -> tuple[str, ...]:
         """Names of numbers that no drive can have, as a description may hold them: ``joint1 damping``."""
-        return self._named(lambda label: label.value < 0.0)
+        return tuple(name for name, label in self._signed() if label.value < 0.0)
 
     def at_bound(self) -> tuple[str, ...]:
         """Numbers of drives at the bound of what can exist: ``joint3 armature``."""
-        return self._named(lambda label: label.bound)
+        return tuple(name for name, label in self._signed() if label.bound)
 
-    def _named(self, chosen: Callable[[Labelled], bool]) -> tuple[str, ...]:
-        drives = [*zip(self.joint_names, self.drives, strict=True), ("coupled drive", self.coupled)]
-        return tuple(
-            f"{name} {quantity}"
-            for name, drive in drives
-            for quantity in SIGNED
-            if quantity in drive and chosen(drive[quantity])
-        )
+    def _signed(self) -> Iterator[tuple[str, Labelled]]:
+        for name, drive in (*zip(self.joint_names, self.drives, strict=True), ("coupled drive", self.coupled)):
+            yield from ((f"{name} {quantity}", drive[quantity]) for quantity in SIGNED if quantity in drive)
 
     def heavier_than_the_arm(self) -> tuple[str, ...]:
-        """Links that weigh more than the maker says the whole arm does, in words."""
+        """Links that weigh more than the maker says the whole arm does, in text."""
         most = self.robot.mass
         return tuple(
             f"{link.link} would weigh {link.body.mass:.4g} kg, the whole arm weighs {most:g} kg"
@@ -196,6 +191,39 @@ class WholeRobot:
 
 _AT_BOUND = 1e-3
 """Of its standard deviation, or of the largest such number: a smaller one stands at its bound, zero."""
+Slopes = dict[str, float]
+"""Derivatives of a number by standard parameters."""
+Labelling = Callable[[Sequence[float], Sequence[Slopes]], list[Labelled]]
+"""Labels numbers, each by its slopes."""
+
+
+def _labelling(
+    robot: Robot, base: BaseParameters | None, estimate: Estimate | None, parameters: Mapping[str, float]
+) -> Labelling:
+    if base is None or estimate is None:
+        return lambda numbers, _: [Labelled(number) for number in numbers]
+    errors, index = error_model(estimate), {name: k for k, name in enumerate(base.standard)}
+    moved = errors.values - base.value(parameters)
+
+    def labels(numbers: Sequence[float], slopes: Sequence[Slopes]) -> list[Labelled]:
+        gradients = np.zeros((len(index), len(numbers)))
+        for column, row in enumerate(slopes):
+            gradients[[index[name] for name in row], column] = list(row.values())
+        by_base = np.asarray(np.linalg.lstsq(base.grouping.T, gradients, rcond=None)[0].T, dtype=float)
+        spread = errors.mapped(by_base, tuple(map(str, range(len(numbers)))))
+        # To first order the free estimate's own number, for what can exist may be moved away from it.
+        free = np.asarray(numbers) + by_base @ moved
+        half = np.diff(spread.interval95)[:, 0] / 2.0
+        intervals = np.column_stack([free - half, free + half]).tolist()
+        labelled = zip(numbers, origins_of(robot, base, gradients), spread.sigma.tolist(), intervals, strict=True)
+        return [
+            Labelled(number, origin, sigma, (low, high))
+            if origin.kind == "identified"
+            else Labelled(number, origin)
+            for number, origin, sigma, (low, high) in labelled
+        ]
+
+    return labels
 
 
 def whole_robot(
@@ -213,16 +241,19 @@ def whole_robot(
 
     Args:
         parameters: its standard parameters by name, the ten of every link; of its drives what is known.
-        source: where they come from, in words.
+        source: where they come from, in text.
         base: its base parameters, where they were identified.
         estimate: of all of them; without it all numbers are the prior's.
-        prior: what decides where data do not, in words.
+        prior: what decides where data do not, in text.
 
     Raises:
         InputError: if parameters of a link are missing.
     """
     bodies = bodies_in_link_frames(robot, parameters)
-    labels = _Labels(robot, base, estimate, parameters)
+    known = base is not None and estimate is not None
+    labels = _labelling(robot, base, estimate, parameters)
+    by_parameter = labels(list(parameters.values()), [{name: 1.0} for name in parameters])
+    own = dict(zip(parameters, by_parameter, strict=True))
     links, columns = [], []
     for unit in np.eye(len(INERTIAL)):
         units = {f"{kind}{j}": one for j in range(1, robot.n + 1) for kind, one in zip(INERTIAL, unit, strict=True)}
@@ -230,114 +261,59 @@ def whole_robot(
     # Per link, the ten in its own frame by the ten in the modified DH frame, 10 x 10.
     moves = np.array(columns).transpose(1, 2, 0)
     for j, ((name, body), move) in enumerate(zip(bodies.items(), moves, strict=True), start=1):
-        ten = [f"{kind}{j}" for kind in INERTIAL]
         # Of a body without mass there is no more than that.
-        values, slopes = [0.0], np.eye(len(INERTIAL))[-1:]
+        numbers = {"mass": own[f"M{j}"]}
         if body.mass != 0.0:
-            values = [body.mass, *body.com.tolist(), *body.inertia_com[np.triu_indices(3)].tolist()]
-            slopes = np.vstack([slopes, gradients(body.vector)])
-        labelled = labels.of(values, [dict(zip(ten, row, strict=True)) for row in slopes @ move])
-        numbers = dict(zip(BODY_NUMBERS, labelled, strict=False)) | {"mass": labels.own[f"M{j}"]}
-        own = [name for name in parameters if name == f"{parameter_kind(name)}{j}"]
-        links.append(LinkNumbers(name, body, numbers, {name: labels.own[name] for name in own}))
-    alone, remaining, shared = _drive_slopes(robot, parameters)
-    *drives, coupled = labels.drives([*remaining, shared])
-    groupings = tuple(base.groupings()) if base is not None and estimate is not None else ()
-    apart = tuple(labels.drives(alone))
-    return WholeRobot(robot, tuple(links), tuple(drives), coupled, apart, groupings, source, prior)
+            ten = [f"{kind}{j}" for kind in INERTIAL]
+            values = [*body.com.tolist(), *body.inertia_com[np.triu_indices(3)].tolist()]
+            slopes = [dict(zip(ten, row, strict=True)) for row in gradients(body.vector) @ move]
+            numbers |= dict(zip(BODY_NUMBERS[1:], labels(values, slopes), strict=True))
+        its = {name: label for name, label in own.items() if name == f"{parameter_kind(name)}{j}"}
+        links.append(LinkNumbers(name, body, numbers, its))
 
-
-Slopes = dict[str, float]
-"""Derivatives of a number by standard parameters."""
-
-
-class _Labels:
-    """Makes labels of numbers by their slopes."""
-
-    def __init__(
-        self,
-        robot: Robot,
-        base: BaseParameters | None,
-        estimate: Estimate | None,
-        values: Mapping[str, float],
-    ) -> None:
-        self._robot, self._values = robot, values
-        self._known = None if base is None or estimate is None else (base, error_model(estimate))
-        if self._known is not None:
-            base, errors = self._known
-            self._moved = errors.values - base.value(values)
-        labelled = self.of(list(values.values()), [{name: 1.0} for name in values])
-        self.own = dict(zip(values, labelled, strict=True))
-
-    def of(self, numbers: Sequence[float], slopes: Sequence[Slopes]) -> list[Labelled]:
-        """Labels of numbers, each with its slopes."""
-        if self._known is None:
-            return [Labelled(number) for number in numbers]
-        base, errors = self._known
-        places = {name: k for k, name in enumerate(base.standard)}
-        gradients = np.zeros((len(places), len(numbers)))
-        for column, row in enumerate(slopes):
-            gradients[[places[name] for name in row], column] = list(row.values())
-        origins = origins_of(self._robot, base, gradients)
-        by_base = np.asarray(np.linalg.lstsq(base.grouping.T, gradients, rcond=None)[0].T, dtype=float)
-        spread = errors.mapped(by_base, tuple(map(str, range(len(numbers)))))
-        # To first order the free estimate's own number, for what can exist may be moved away from it.
-        free = np.asarray(numbers) + by_base @ self._moved
-        half = np.diff(spread.interval95)[:, 0] / 2.0
-        return [
-            Labelled(number, origin, float(spread.sigma[k]), (float(free[k] - half[k]), float(free[k] + half[k])))
-            if origin.kind == "identified"
-            else Labelled(number, origin)
-            for k, (number, origin) in enumerate(zip(numbers, origins, strict=True))
-        ]
-
-    def drives(self, rows: Sequence[dict[str, Slopes]]) -> list[dict[str, Labelled]]:
+    def drives(rows: Sequence[dict[str, Slopes]]) -> list[dict[str, Labelled]]:
         """Labels of drives' numbers, those that stand at their bound marked."""
         drives = []
         for row in rows:
-            terms = [[slope * self._values[name] for name, slope in slopes.items()] for slopes in row.values()]
+            terms = [[slope * parameters[name] for name, slope in slopes.items()] for slopes in row.values()]
             # What is left of a difference may be rounding.
             sums = [0.0 if abs(sum(own)) < _ROUNDING * max(map(abs, own)) else sum(own) for own in terms]
-            drives.append(dict(zip(row, self.of(sums, list(row.values())), strict=True)))
-        if self._known is None:
-            return drives
-        largest = {
-            quantity: max((abs(d[quantity].value) for d in drives if quantity in d), default=0.0)
-            for quantity in SIGNED
-        }
-        return [
-            {
-                quantity: label._replace(
-                    bound=quantity in SIGNED and label.value <= _AT_BOUND * (label.sigma or largest[quantity])
-                )
-                for quantity, label in d.items()
-            }
-            for d in drives
-        ]
+            drives.append(dict(zip(row, labels(sums, list(row.values())), strict=True)))
+        for quantity in SIGNED if known else ():
+            there = [drive for drive in drives if quantity in drive]
+            largest = max((abs(drive[quantity].value) for drive in there), default=0.0)
+            for drive in there:
+                label = drive[quantity]
+                bound = label.value <= _AT_BOUND * (label.sigma or largest)
+                drive[quantity] = label._replace(bound=bound)
+        return drives
 
-
-def _drive_slopes(
-    robot: Robot, known: Container[str]
-) -> tuple[list[dict[str, Slopes]], list[dict[str, Slopes]], dict[str, Slopes]]:
-    """Numbers of each joint's drive as far as they are known, alone and beside a coupling's, and of the latter.
-
-    Rotor k turns with q_j + q_k (8): its inertia IA_k and viscous friction FVM_k act on that sum, and
-    IA_j - IA_k, FV_j - FVM_k and FV_k - FVM_k remain.
-    """
-    alone = [
-        {quantity: {f"{kind}{j}": 1.0} for quantity, kind in DRIVE_NUMBERS.items() if f"{kind}{j}" in known}
+    # Numbers of each joint's drive as far as they are known.
+    apart = [
+        {quantity: {f"{kind}{j}": 1.0} for quantity, kind in DRIVE_NUMBERS.items() if f"{kind}{j}" in parameters}
         for j in range(1, robot.n + 1)
     ]
-    if robot.coupling is None:
-        return alone, alone, {}
-    j, k = robot.coupling.joints
-    both = {"armature": f"IA{k}", "damping": f"FVM{k}", "friction": f"FSM{k}"}
-    shared = {quantity: {name: 1.0} for quantity, name in both.items() if name in known}
-    remaining = [dict(row) for row in alone]
-    if "armature" in shared:
-        remaining[j - 1]["armature"] = {f"IA{j}": 1.0, f"IA{k}": -1.0}
-        del remaining[k - 1]["armature"]
-    if "damping" in shared:
-        for joint in (j, k):
-            remaining[joint - 1]["damping"] = {f"FV{joint}": 1.0, f"FVM{k}": -1.0}
-    return alone, remaining, shared
+    # Rotor k turns with q_j + q_k (8): its inertia IA_k and viscous friction FVM_k act on that sum, and
+    # IA_j - IA_k, FV_j - FVM_k and FV_k - FVM_k remain.
+    remaining, shared = [dict(row) for row in apart], dict[str, Slopes]()
+    if robot.coupling is not None:
+        j, k = robot.coupling.joints
+        both = {"armature": f"IA{k}", "damping": f"FVM{k}", "friction": f"FSM{k}"}
+        shared = {quantity: {name: 1.0} for quantity, name in both.items() if name in parameters}
+        if "armature" in shared:
+            remaining[j - 1]["armature"] = {f"IA{j}": 1.0, f"IA{k}": -1.0}
+            del remaining[k - 1]["armature"]
+        if "damping" in shared:
+            for joint in (j, k):
+                remaining[joint - 1]["damping"] = {f"FV{joint}": 1.0, f"FVM{k}": -1.0}
+    *joints, coupled = drives([*remaining, shared])
+    return WholeRobot(
+        robot=robot,
+        links=tuple(links),
+        drives=tuple(joints),
+        coupled=coupled,
+        apart=tuple(drives(apart)),
+        groupings=tuple(base.groupings()) if base is not None and estimate is not None else (),
+        source=source,
+        prior=prior,
+    )

@@ -1,1 +1,1 @@
-"""Recordings filtered, resampled, aligned and thinned, as the equations need them."""
+"""Recordings filtered, resampled, aligned and decimated, as the equations need them."""

@@ -1,6 +1,6 @@
 """Brings two recordings of the same trajectory onto one time."""
 
-from collections.abc import Callable, Iterator
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -17,8 +17,8 @@ _COMPARED = 40_000  # samples that are compared in the search for the best lag, 
 _STRETCHES = 50  # in as many stretches
 
 OFFSET, CONSTANT = 0.002, 0.2
-"""rad or m by which positions of one motion differ if an encoder's zero was set anew, and the share of it that may
-change: an arm that sags differs by more where its load is far out."""
+"""rad or m by which positions of one motion differ if an encoder's zero was set anew, and the fraction of it that
+may change: an arm that sags differs by more where its load is far out."""
 CHANGING = 0.01
 """rad or m, rms: positions that differ by more, constants aside, are not of one motion."""
 
@@ -52,21 +52,18 @@ class AlignedPair(NamedTuple):
 def aligned(
     unloaded: Recording, loaded: Recording, rate: float | None, max_mismatch: float, near: float | None = None
 ) -> AlignedPair:
-    """Align recordings of one trajectory; arguments as ``best_aligned``.
-
-    Args:
-        max_mismatch: largest difference of position that is accepted, rms of the worst joint [rad or m].
-
-    Raises:
-        InputError: if the positions differ by more, that is if the trajectories are not the same.
-    """
+    """Align recordings of one trajectory as ``best_aligned`` does, refuse others as ``check_mismatch`` does."""
     pair = best_aligned(unloaded, loaded, rate, near)
     check_mismatch(pair, max_mismatch)
     return pair
 
 
 def check_mismatch(pair: AlignedPair, max_mismatch: float) -> None:
-    """Refuse a pair whose positions differ by more than that, rms of the worst joint [rad or m]."""
+    """Refuse a pair whose positions differ by more than that, rms of the worst joint [rad or m].
+
+    Raises:
+        InputError: if the trajectories are not the same.
+    """
     if pair.rms_mismatch <= max_mismatch:
         return
     joint = int(np.argmax(np.hypot(pair.constant, pair.changing)))
@@ -96,25 +93,29 @@ def best_aligned(
     loaded = resampled(loaded, rate)
     step = float(loaded.t[1] - loaded.t[0])
     reference = resampled(unloaded, 1.0 / step)
-    thin = 1 + max(len(reference.t), len(loaded.t)) // _MOST
+    every = 1 + max(len(reference.t), len(loaded.t)) // _MOST
     if near is None:
-        near = thin * step * _coarse_lag(reference.q[::thin], loaded.q[::thin])
+        near = every * step * _coarse_lag(reference.q[::every], loaded.q[::every])
         near += loaded.t[0] - reference.t[0]
-    lag = _fine_lag(unloaded, loaded, near, step, thin)
+    lag = _fine_lag(unloaded, loaded, near, step, every)
     low = max(loaded.t[0], unloaded.t[0] + lag)
     high = min(loaded.t[-1], unloaded.t[-1] + lag)
     inside = slice(*np.searchsorted(loaded.t, [low, np.nextafter(high, np.inf)]))
     if inside.stop - inside.start < 0.5 * min(len(loaded.t), len(reference.t)):
         raise _different(unloaded, loaded, "they overlap by less than half")
-    common = loaded.t[inside]
-    a = on_grid(unloaded, common - lag)
-    a = Recording(common, a.q, a.torque, a.qd, a.source, a.notes)
-    qd = loaded.qd[inside] if loaded.qd is not None else None
-    b = Recording(common, loaded.q[inside], loaded.torque[inside], qd, loaded.source, loaded.notes)
+    t, qd = loaded.t[inside], None if loaded.qd is None else loaded.qd[inside]
+    a = replace(on_grid(unloaded, t - lag), t=t)
+    b = replace(loaded, t=t, q=loaded.q[inside], torque=loaded.torque[inside], qd=qd)
     difference = b.q - a.q
-    each, changing = np.sqrt(np.mean(difference**2, axis=0)), difference.std(axis=0)
-    constant, largest = difference.mean(axis=0), float(np.abs(difference).max())
-    return AlignedPair(a, b, lag, largest, float(each.max()), tuple(constant.tolist()), tuple(changing.tolist()))
+    return AlignedPair(
+        a,
+        b,
+        lag,
+        max_mismatch=float(np.abs(difference).max()),
+        rms_mismatch=float(np.sqrt(np.mean(difference**2, axis=0)).max()),
+        constant=tuple(difference.mean(axis=0).tolist()),
+        changing=tuple(difference.std(axis=0).tolist()),
+    )
 
 
 def _different(unloaded: Recording, loaded: Recording, why: str) -> InputError:
@@ -139,13 +140,21 @@ def _coarse_lag(a: Array, b: Array) -> int:
     return int(np.argmax(correlation)) - (len(a) - 1)
 
 
-def _fine_lag(unloaded: Recording, loaded: Recording, coarse: float, step: float, thin: int) -> float:
+def _fine_lag(unloaded: Recording, loaded: Recording, coarse: float, step: float, every: int) -> float:
     """Lag with the smallest squared difference of position, by a parabola around the best fine step.
 
-    ``coarse`` is sure to ``thin`` steps. Of long recordings some stretches are compared.
+    ``coarse`` is sure to ``every`` steps. Of long recordings some stretches are compared.
     """
-    width = 2.0 * step * thin
-    compared = list(_compared(unloaded, loaded, coarse, 2.0 * width))
+    width = 2.0 * step * every
+    # Times and positions of the loaded recording, and the unloaded one's positions at any time near them (or nan).
+    compared: list[tuple[Array, Array, MonotoneCubic]] = []
+    size = len(loaded.t) if len(loaded.t) <= _COMPARED else _COMPARED // _STRETCHES
+    for start in range(0, len(loaded.t), max(size, len(loaded.t) // _STRETCHES)):
+        t, q = loaded.t[start : start + size], loaded.q[start : start + size]
+        low, high = np.searchsorted(unloaded.t, [t[0] - coarse - 2.0 * width, t[-1] - coarse + 2.0 * width])
+        near = slice(max(int(low) - _NEIGHBOURS, 0), int(high) + _NEIGHBOURS)
+        if len(unloaded.t[near]) > 1:
+            compared.append((t, q, MonotoneCubic(unloaded.t[near], unloaded.q[near])))
 
     def mismatch(lag: float) -> float:
         difference = np.concatenate([positions(t - lag) - q for t, q, positions in compared])
@@ -159,20 +168,3 @@ def _fine_lag(unloaded: Recording, loaded: Recording, coarse: float, step: float
     low, mid, high = (mismatch(lag + d) for d in (-width, 0.0, width))
     curve = low - 2.0 * mid + high
     return lag + (0.5 * width * (low - high) / curve if 0.0 < curve < np.inf else 0.0)
-
-
-def _compared(
-    unloaded: Recording, loaded: Recording, lag: float, reach: float
-) -> Iterator[tuple[Array, Array, Callable[[Array], Array]]]:
-    """Times and positions of the loaded recording, and the unloaded one's positions at any time near them.
-
-    Times beyond the unloaded recording give nan; ``reach`` [s]: by how much the lag may differ.
-    """
-    size = len(loaded.t) if len(loaded.t) <= _COMPARED else _COMPARED // _STRETCHES
-    for start in range(0, len(loaded.t), max(size, len(loaded.t) // _STRETCHES)):
-        part = slice(start, start + size)
-        t, q = loaded.t[part], loaded.q[part]
-        ends = np.searchsorted(unloaded.t, [t[0] - lag - reach, t[-1] - lag + reach])
-        near = slice(max(int(ends[0]) - _NEIGHBOURS, 0), int(ends[1]) + _NEIGHBOURS)
-        if len(unloaded.t[near]) > 1:
-            yield t, q, MonotoneCubic(unloaded.t[near], unloaded.q[near])

@@ -1,7 +1,7 @@
 """Recordings made even in time, filtered and decimated, once for all questions."""
 
-import functools
 import math
+from dataclasses import replace
 from weakref import finalize
 
 import numpy as np
@@ -36,11 +36,11 @@ class MonotoneCubic:
         t, values, slopes = self._t, self._values, self._slopes
         k = np.clip(np.searchsorted(t, times, side="right") - 1, 0, len(t) - 2)
         step = (t[k + 1] - t[k])[:, None]
-        share = (times - t[k])[:, None] / step
+        part = (times - t[k])[:, None] / step
         rise = values[k + 1] - values[k]
         first, last = step * slopes[k], step * slopes[k + 1]
-        bent = 3.0 * rise - 2.0 * first - last + share * (first + last - 2.0 * rise)
-        result: Array = values[k] + share * (first + share * bent)
+        bent = 3.0 * rise - 2.0 * first - last + part * (first + last - 2.0 * rise)
+        result: Array = values[k] + part * (first + part * bent)
         result[(times < t[0]) | (times > t[-1])] = np.nan
         return result
 
@@ -79,18 +79,35 @@ def measured(recording: Recording, processing: Processing) -> Measurement:
     q = lowpass(even.q, step, processing.cutoff, recording.source)
     # A filter that changes the positions themselves is too low for the motion.
     spread, lost = even.q.std(axis=0), np.sqrt(np.mean((even.q - q) ** 2, axis=0))
-    share = np.where(spread > _MOVES, lost / np.where(spread > 0.0, spread, 1.0), 0.0)
-    j = int(np.argmax(share))
-    if processing.cutoff is not None and share[j] > _MOST_LOST:
+    ratio = np.where(spread > _MOVES, lost / np.where(spread > 0.0, spread, 1.0), 0.0)
+    j = int(np.argmax(ratio))
+    if ratio[j] > _MOST_LOST:
         reason = "the cut-off lies below the motion; raise --cutoff"
         if step * len(q) < _BRIEF:
             reason = f"{step * len(q):.2g} s are too short for it; record longer"
         raise InputError(
-            f"{recording.source}: a cut-off of {processing.cutoff:g} Hz takes {100 * share[j]:.1f} % off the "
+            f"{recording.source}: a cut-off of {processing.cutoff:g} Hz takes {100 * ratio[j]:.1f} % off the "
             f"motion of joint {j + 1}: {reason}"
         )
     qd = slopes(q, step) if even.qd is None else lowpass(even.qd, step, processing.cutoff, recording.source)
-    return Measurement(Motion(even.t, _locked(q), _locked(qd), _locked(slopes(qd, step))), even.torque)
+    return Measurement(Motion(even.t, *map(_locked, (q, qd, slopes(qd, step)))), even.torque)
+
+
+_made: dict[tuple[int, float | None, float | None], Measurement] = {}
+"""By a recording's identity, and the settings that the filter knows of."""
+
+
+def measurement(recording: Recording, processing: Processing) -> Measurement:
+    """The recording even in time and filtered, as ``measured`` makes it; remembered as long as the recording lives.
+
+    Raises:
+        InputError: as ``measured``.
+    """
+    key = id(recording), grid_rate(recording, processing), processing.cutoff
+    if key not in _made:
+        _made[key] = measured(recording, processing)
+        finalize(recording, _made.pop, key, None)
+    return _made[key]
 
 
 def mean_rate(recording: Recording) -> float:
@@ -113,31 +130,26 @@ def resampled(recording: Recording, rate: float | None) -> Recording:
     Raises:
         InputError: if the rate is far above the recorded one, or leaves too few samples.
     """
-    times = recording.t
-    mean = float(times[-1] - times[0]) / (len(times) - 1)
-    if (rate is None or abs(rate * mean - 1.0) < 1e-6) and (np.abs(np.diff(times) - mean) < _EVEN * mean).all():
-        t = _grid(times[0], mean, len(times))
-        return Recording(t, recording.q, recording.torque, recording.qd, recording.source, recording.notes)
-    rate = rate or 1.0 / mean
-    if rate * mean > _MOST_OVERSAMPLING:
+    times, count = recording.t, len(recording.t)
+    mean = float(times[-1] - times[0]) / (count - 1)
+    step = 1.0 / rate if rate else mean
+    if abs(mean / step - 1.0) < 1e-6 and (np.abs(np.diff(times) - mean) < _EVEN * mean).all():
+        return replace(recording, t=_locked(times[0] + mean * np.arange(count)))
+    if mean / step > _MOST_OVERSAMPLING:
         raise InputError(
             f"{recording.source}: was recorded at {1 / mean:.4g} Hz; {rate:g} Hz would only interpolate: "
             "lower --rate"
         )
-    count = math.floor((recording.t[-1] - recording.t[0]) * rate * (1.0 + 1e-12)) + 1
+    count = math.floor((times[-1] - times[0]) / step * (1.0 + 1e-12)) + 1
     if count < _FEWEST:
         raise InputError(
-            f"{recording.source}: {count} samples at {rate:g} Hz are too few: raise --rate, record longer"
+            f"{recording.source}: {count} samples at {1 / step:g} Hz are too few: raise --rate, record longer"
         )
-    return on_grid(recording, _grid(times[0], 1.0 / rate, count))
-
-
-def _grid(start: float, step: float, count: int) -> Array:
-    return _locked(np.asarray(start + step * np.arange(count), dtype=np.float64))
+    return on_grid(recording, _locked(times[0] + step * np.arange(count)))
 
 
 def _locked(array: Array) -> Array:
-    """What no one changes any more, so that a motion need not copy it."""
+    """An array that no one changes any more, so that a motion need not copy it."""
     if array.flags.writeable:
         array.setflags(write=False)
     return array
@@ -151,7 +163,7 @@ def on_grid(recording: Recording, t: Array) -> Recording:
         return _locked(np.hstack([MonotoneCubic(recording.t, own[:, None])(times) for own in values.T]))
 
     speeds = there(recording.qd) if recording.qd is not None else None
-    return Recording(t, there(recording.q), there(recording.torque), speeds, recording.source, recording.notes)
+    return replace(recording, t=t, q=there(recording.q), torque=there(recording.torque), qd=speeds)
 
 
 def lowpass(signals: Array, step: float, cutoff: float | None, source: str) -> Array:
@@ -187,97 +199,3 @@ def lowpass(signals: Array, step: float, cutoff: float | None, source: str) -> A
 def slopes(values: Array, step: float) -> Array:
     """Central differences of values (N, k) that are ``step`` [s] apart, one-sided at the ends."""
     return np.asarray(np.gradient(values, step, axis=0))
-
-
-_made: dict[tuple[int, float | None, float | None], Measurement] = {}
-"""By a recording's identity, and the settings that the filter knows of."""
-
-
-def measurement(recording: Recording, processing: Processing) -> Measurement:
-    """The recording even in time and filtered, as ``measured`` makes it; remembered as long as the recording lives.
-
-    Raises:
-        InputError: as ``measured``.
-    """
-    key = id(recording), grid_rate(recording, processing), processing.cutoff
-    if key not in _made:
-        _made[key] = measured(recording, processing)
-        finalize(recording, _made.pop, key, None)
-    return _made[key]
-
-
-_HALF = 10  # decimated samples that the filter reaches to either side
-_CUTOFF = 0.8  # of the new Nyquist frequency
-_GROUP = 8  # decimated samples computed by one matrix product: few zeros in it, few products
-
-
-@functools.cache
-def decimation_filter(factor: int) -> Array:
-    """Coefficients of the low-pass filter, 20 * factor + 1, symmetric, sum 1 (Hamming window)."""
-    if factor == 1:
-        return np.ones(1)
-    lags = np.arange(-_HALF * factor, _HALF * factor + 1)
-    taps = np.sinc(_CUTOFF / factor * lags) * np.hamming(len(lags))
-    taps = np.asarray(taps / taps.sum())
-    taps.setflags(write=False)
-    return taps
-
-
-@functools.cache
-def _band(factor: int) -> Array:
-    """Matrix that turns a stretch of samples into _GROUP decimated ones: one product instead of many filters."""
-    taps = decimation_filter(factor)
-    band = np.zeros(((_GROUP - 1) * factor + len(taps), _GROUP))
-    for k in range(_GROUP):
-        band[k * factor : k * factor + len(taps), k] = taps
-    band.setflags(write=False)
-    return band
-
-
-def noise_bandwidth(factor: int) -> float:
-    """Share of the new frequency range that white noise still fills after decimation.
-
-    r decimated rows hold as much independent noise as ``noise_bandwidth * r`` white ones: within the filter's pass
-    band, where the columns of W live, the noise has the density of white noise, but its variance, which is what
-    residuals show, is smaller by this factor.
-    """
-    return float(factor * np.sum(decimation_filter(factor) ** 2))
-
-
-class Decimator:
-    """Parallel decimation: low-pass and keep every k-th sample, block by block, without delay.
-
-    The filter has finite length: a recording cut into blocks gives what it gives in one piece. Beyond the ends of a
-    recording everything counts as zero, in Y as in W; the same linear operation on both keeps Y = W chi.
-    """
-
-    def __init__(self, rows: int, factor: int) -> None:
-        """Prepare for ``rows`` signals; ``factor`` 1 passes them through."""
-        self._factor = factor
-        self._reach = _HALF * factor if factor > 1 else 0
-        self._held = np.zeros((rows, self._reach))
-
-    def push(self, signals: Array) -> Array:
-        """Take the next samples, rows x N; give the decimated samples that are complete, rows x M."""
-        if self._factor == 1:
-            return signals
-        waiting = np.concatenate([self._held, signals], axis=1)
-        width = 2 * self._reach + 1
-        count = max(0, (waiting.shape[1] - width) // self._factor + 1)
-        self._held = waiting[:, count * self._factor :]
-        result = np.empty((len(waiting), count))
-        for start in range(0, count, _GROUP):
-            outputs = min(_GROUP, count - start)
-            used = waiting[:, start * self._factor : (start + outputs - 1) * self._factor + width]
-            result[:, start : start + outputs] = used @ _band(self._factor)[: used.shape[1], :outputs]
-        return result
-
-    def finish(self) -> Array:
-        """Give the samples that still waited for the end of the recording."""
-        return self.push(np.zeros((len(self._held), self._reach)))
-
-
-def decimated(signals: Array, factor: int) -> Array:
-    """Decimate whole signals, rows x N, to rows x ceil(N / factor)."""
-    decimator = Decimator(len(signals), factor)
-    return np.concatenate([decimator.push(signals), decimator.finish()], axis=1) if factor > 1 else signals

@@ -40,19 +40,14 @@ def check_recordings(robot: Robot, recordings: Sequence[Recording]) -> None:
 
 
 def implausible(robot: Robot, recording: Recording) -> Iterator[str]:
-    """What cannot be right with one recording, in words."""
+    """Everything that cannot be right with one recording, in text."""
     for check in (_positions, _steps, _torques, _reach, _saturation, _speeds):
         yield from check(robot, recording)
 
 
-def _extremes(values: Array) -> tuple[Array, Array]:
-    """Smallest and largest of each column."""
-    return values.min(axis=0), values.max(axis=0)
-
-
 def _positions(robot: Robot, recording: Recording) -> Iterator[str]:
     """Joints stay in their range."""
-    lows, highs = _extremes(recording.q)
+    lows, highs = recording.q.min(axis=0), recording.q.max(axis=0)
     for j, joint in enumerate(robot.joints):
         if not joint.revolute:
             continue
@@ -68,7 +63,7 @@ def _positions(robot: Robot, recording: Recording) -> Iterator[str]:
 
 
 def position_range(joint: Joint) -> tuple[float, float]:
-    """Where a revolute joint may stand [rad], with a margin: no arm's joint goes further."""
+    """Range of a revolute joint [rad], with a margin: no arm's joint goes further."""
     low, high = joint.limits.position
     margin = _BEYOND_LIMITS * (high - low) if np.isfinite(high - low) else 0.0
     return max(low - margin, -_MOST_TURNS), min(high + margin, _MOST_TURNS)
@@ -76,7 +71,7 @@ def position_range(joint: Joint) -> tuple[float, float]:
 
 def _torques(robot: Robot, recording: Recording) -> Iterator[str]:
     """Torques are some, and no more than a drive can give, where that is published."""
-    lows, highs = _extremes(recording.torque)
+    lows, highs = recording.torque.min(axis=0), recording.torque.max(axis=0)
     published = not robot.assumed("torque")
     for j, joint in enumerate(robot.joints):
         most = min(_OVER_LIMIT * joint.limits.torque, _MOST_TORQUE) if published else _MOST_TORQUE
@@ -92,14 +87,14 @@ def _torques(robot: Robot, recording: Recording) -> Iterator[str]:
 
 def _steps(robot: Robot, recording: Recording) -> Iterator[str]:
     """No joint jumps from one sample to the next."""
-    window = max(1, int(_WINDOW * (len(recording.t) - 1) / (recording.t[-1] - recording.t[0])))
-    if len(recording.t) <= window:
+    window, slope = _slopes(recording, _WINDOW)
+    if not len(slope):
         return
     speeds = np.array([joint.limits.speed for joint in robot.joints])
     most = np.where(np.isfinite(speeds), _OVER_SPEED * speeds, _MOST_SPEED)
-    share = np.abs(_slopes(recording, window)) / most  # of the speed that a joint may have
-    for j, k in enumerate(np.argmax(share, axis=0)):
-        if share[k, j] > 1.0:
+    ratio = np.abs(slope) / most
+    for j, k in enumerate(np.argmax(ratio, axis=0)):
+        if ratio[k, j] > 1.0:
             step, elapsed = (array[k + window] - array[k] for array in (recording.q[:, j], recording.t))
             yield (
                 f"q{j + 1} jumps by {step:.3g} (rad or m) within {elapsed:.3g} s at "
@@ -108,11 +103,11 @@ def _steps(robot: Robot, recording: Recording) -> Iterator[str]:
             )
 
 
-def _slopes(recording: Recording, window: int) -> Array:
-    """Changes of position over a window of samples, divided by those of time."""
+def _slopes(recording: Recording, seconds: float) -> tuple[int, Array]:
+    """A window in samples, and changes of position over it, divided by those of time."""
     t, q = recording.t, recording.q
-    slopes: Array = (q[window:] - q[:-window]) / (t[window:] - t[:-window])[:, None]
-    return slopes
+    window = max(1, int(seconds * (len(t) - 1) / (t[-1] - t[0])))
+    return window, (q[window:] - q[:-window]) / (t[window:] - t[:-window])[:, None]
 
 
 def _reach(robot: Robot, recording: Recording) -> Iterator[str]:
@@ -120,8 +115,7 @@ def _reach(robot: Robot, recording: Recording) -> Iterator[str]:
     if robot.n < 5 or not all(joint.revolute for joint in robot.joints) or not any(robot.gravity):
         return
     reach = sum(abs(joint.d) + abs(joint.r) for joint in robot.joints[1:])
-    low, high = _extremes(recording.torque)
-    worst = np.maximum(-low, high)
+    worst = np.abs(recording.torque).max(axis=0)
     if 0.0 < worst.max() < _WEAKEST * reach**3:
         yield (
             f"no torque exceeds {worst.max():.3g}, too little for an arm of {reach:.2g} m reach to move its own "
@@ -137,17 +131,17 @@ def _reach(robot: Robot, recording: Recording) -> Iterator[str]:
 
 def _saturation(_: Robot, recording: Recording) -> Iterator[str]:
     """A torque that stays at its very extreme was cut off."""
-    for extreme in _extremes(recording.torque):
+    for extreme in (recording.torque.min(axis=0), recording.torque.max(axis=0)):
         for j, torque in enumerate(recording.torque.T):
             there = torque == extreme[j]
-            share = float(np.mean(there))
+            fraction = float(np.mean(there))
             edges = np.flatnonzero(np.diff(np.concatenate([[False], there, [False]]).astype(int)))
             longest = (edges[1::2] - edges[::2]).max(initial=0)  # run of rows
-            if share < max(_PLATEAU_SHARE, _PLATEAU_EXCESS / len(np.unique(torque))) or longest < _PLATEAU:
+            if fraction < max(_PLATEAU_SHARE, _PLATEAU_EXCESS / len(np.unique(torque))) or longest < _PLATEAU:
                 continue
             yield (
                 f"the torque of joint {j + 1} stays at its extreme {extreme[j]:.4g} for "
-                f"{100 * share:.0f} % of the recording: it is saturated; record a gentler motion"
+                f"{100 * fraction:.0f} % of the recording: it is saturated; record a gentler motion"
             )
 
 
@@ -155,16 +149,13 @@ def _speeds(_: Robot, recording: Recording) -> Iterator[str]:
     """Speeds are the slopes of positions."""
     if recording.qd is None:
         return
-    span = recording.t[-1] - recording.t[0]
-    window = max(1, int(0.05 / (span / (len(recording.t) - 1))))  # 50 ms, to see past quantisation
-    if len(recording.t) <= 2 * window:
+    window, slope = _slopes(recording, 0.05)  # 50 ms, to see past quantisation
+    if len(slope) <= window:
         return
-    slope = _slopes(recording, window)
     moved = np.sum(slope**2, axis=0)
     both = np.sum(0.5 * (recording.qd[window:] + recording.qd[:-window]) * slope, axis=0)
-    low, high = _extremes(recording.q)
-    for j in range(recording.q.shape[1]):
-        if high[j] - low[j] < _MOVES or moved[j] == 0.0:
+    for j, span in enumerate(np.ptp(recording.q, axis=0)):
+        if span < _MOVES or moved[j] == 0.0:
             continue
         ratio = float(both[j] / moved[j])
         if not 0.8 < ratio < 1.25:
@@ -192,5 +183,5 @@ def _same(a: Recording, b: Recording) -> bool:
 
 def still_joints(recordings: Sequence[Recording]) -> tuple[int, ...]:
     """Numbers of the joints that move in none of the recordings."""
-    spans = np.max([high - low for low, high in (_extremes(recording.q) for recording in recordings)], axis=0)
+    spans = np.max([np.ptp(recording.q, axis=0) for recording in recordings], axis=0)
     return tuple(int(j) + 1 for j in np.flatnonzero(spans < _MOVES))

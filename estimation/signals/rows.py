@@ -1,4 +1,4 @@
-"""Which rows of a recording are used.
+"""The rows of a recording that are used.
 
 Short gaps are interpolated later; at long ones it is split before anything is filtered. Of the pieces, rows are
 used where the robot moves, the speed's sign is known and the filter has settled.
@@ -86,7 +86,7 @@ def moving_parts(motion: Motion, still_speed: float) -> Mask:
 
 
 _PIECE = re.compile(r"( \(\S+ to \S+ s\))+$")
-"""How ``cut`` names a piece of a file."""
+"""The name that ``cut`` gives to a piece of a file."""
 _GAP = 5.0  # median steps
 _LOST = 1.5  # median steps: a longer one lacks rows
 _SHORTEST = 2.0  # s
@@ -116,7 +116,7 @@ def origin(recording: Recording) -> str:
 
 
 def pieces(t: Array, cutoff: float | None, source: str) -> Pieces:
-    """Where a recording is split, by its times.
+    """Split a recording at its gaps, by its times.
 
     Args:
         t: times [s], rising, shape (N,).
@@ -183,5 +183,5 @@ def cut(recording: Recording, stretches: Pieces) -> Iterator[Recording]:
 
 def typical_step(t: Array) -> float:
     """Median time between rows [s]; of a long log that of a million rows all over it."""
-    thin = max(1, len(t) // 1_000_000)
-    return float(np.median(t[1::thin] - t[:-1:thin])) if len(t) > 1 else 0.0
+    every = max(1, len(t) // 1_000_000)
+    return float(np.median(t[1::every] - t[:-1:every])) if len(t) > 1 else 0.0

@@ -137,7 +137,6 @@ def test_p_value_is_conservative() -> None:
 def test_impossible_combination_raises_with_the_problem() -> None:
     with pytest.raises(SolverError, match="no body holds all constraints") as caught:
         solve_constrained(TABLES[1], [MassBounds(7.0, 7.5), MassBounds(8.0, 9.0)])
-    assert caught.value.problem.R.shape == (10, 10)
     assert caught.value.status == "PrimalInfeasible"
 
 

@@ -23,9 +23,9 @@ from dynident.tests.estimation.estimates import SETS, TABLES, random_estimate
 def test_cvxpy_agrees_under(rules: list[Constraint], errors: str) -> None:
     estimate = TABLES[1] if errors == "independent" else correlated(TABLES[1])
     result = solve_constrained(estimate, rules)
-    built = build_constrained(estimate, rules)
-    built.problem.solve(solver="CLARABEL")
-    assert np.abs((built.values.value - result.values) / estimate.sigma).max() < 1e-3
+    problem, values, _ = build_constrained(estimate, rules)
+    problem.solve(solver="CLARABEL")
+    assert np.abs((values.value - result.values) / estimate.sigma).max() < 1e-3
     for rule in rules:
         if not isinstance(rule, KnownMass):
             assert rule.violation(result.values) <= 1e-7
@@ -35,9 +35,9 @@ def test_cvxpy_agrees_under(rules: list[Constraint], errors: str) -> None:
 @pytest.mark.parametrize("seed", range(30))
 def test_cvxpy_agrees_on_random_problems(seed: int) -> None:
     estimate = random_estimate(seed)
-    built = build_constrained(estimate)
-    built.problem.solve(solver="CLARABEL")
-    moved = (built.values.value - solve_constrained(estimate).values) / estimate.sigma
+    problem, values, _ = build_constrained(estimate)
+    problem.solve(solver="CLARABEL")
+    moved = (values.value - solve_constrained(estimate).values) / estimate.sigma
     assert np.abs(moved).max() < 1e-3
 
 
@@ -51,12 +51,12 @@ def correlated(estimate: Estimate) -> Estimate:
 
 def test_users_add_their_own_to_cvxpy() -> None:
     """A constraint that the package lacks: the centre of mass on the z axis."""
-    built = build_constrained(TABLES[1])
-    own = cvxpy.Problem(built.problem.objective, [*built.problem.constraints, built.values[6:8] == 0.0])
+    problem, values, pseudo_inertia = build_constrained(TABLES[1])
+    own = cvxpy.Problem(problem.objective, [*problem.constraints, values[6:8] == 0.0])
     own.solve(solver="CLARABEL")
     assert own.value > np.sqrt(solve_constrained(TABLES[1]).chi2_rise)
-    assert np.abs(built.values.value[6:8]).max() < 1e-8
-    assert np.linalg.eigvalsh(built.pseudo_inertia.value)[0] > -1e-6
+    assert np.abs(values.value[6:8]).max() < 1e-8
+    assert np.linalg.eigvalsh(pseudo_inertia.value)[0] > -1e-6
 
 
 def test_active_constraints_are_named_by_weight() -> None:

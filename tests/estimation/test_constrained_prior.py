@@ -20,7 +20,6 @@ from dynident.estimation.possible.constraints import PSEUDO_INERTIA
 from dynident.estimation.possible.prior import (
     PriorRobot,
     RobotPrior,
-    cylinder_prior,
     has_prior,
     robot_prior,
     solve_constrained_prior,
@@ -107,7 +106,7 @@ def test_cvxpy_agrees(random_parameters: Parameters, friction: float) -> None:
     values = estimate.values.copy()
     values[base.columns.index("FV2")] = friction
     estimate = replace(estimate, values=values)
-    prior = cylinder_prior(TWO_LINKS, 12.0)
+    prior = robot_prior(TWO_LINKS, 12.0)
     result = solve_constrained_prior(TWO_LINKS, base, estimate, prior)
     x = cvxpy.Variable(len(base.standard))
     distance, rules = 0.0, [x[k] >= 0 for k, name in enumerate(base.standard) if name[:2] in ("IA", "FV", "FS")]
@@ -239,8 +238,8 @@ def test_total_mass_bounds(rx90: Robot, rx90_base: BaseParameters, random_parame
 
 
 def test_cylinders(rx90: Robot) -> None:
-    prior = cylinder_prior(rx90, 100.0)
-    assert prior.total_mass == pytest.approx(100.0, rel=1e-12)
+    prior = robot_prior(rx90, 100.0)
+    assert sum(body.mass for body in prior.bodies) == pytest.approx(100.0, rel=1e-12)
     radius = 0.08 * 0.9
     arm, wrist = prior.bodies[1], prior.bodies[5]
     assert arm.com == pytest.approx([0.225, 0.0, 0.0])
@@ -257,7 +256,7 @@ def test_where_the_prior_comes_from(rx90: Robot, rx90_base: BaseParameters) -> N
     assert "50 kg" in robot_prior(rx90, 50.0).source
     tx40 = load_robot("tx40")
     assert tx40.mass is not None
-    assert robot_prior(tx40).total_mass == pytest.approx(0.5 * tx40.mass)
+    assert sum(body.mass for body in robot_prior(tx40).bodies) == pytest.approx(0.5 * tx40.mass)
     assert robot_prior(tx40).source.endswith("50 % of the maker's 27 kg, which holds the base")
     assert "holds the base (assumed: " in robot_prior(load_robot("ur10e")).source
     with pytest.raises(InputError, match="--prior-mass"):
@@ -269,10 +268,10 @@ def test_where_the_prior_comes_from(rx90: Robot, rx90_base: BaseParameters) -> N
     with pytest.raises(InputError, match="prior of link 4"):
         robot_prior(replace(rx90, parameters={**rx90.parameters, "M4": 0.0}))
     with pytest.raises(InputError, match="must be positive"):
-        cylinder_prior(rx90, 0.0)
+        robot_prior(rx90, 0.0)
     estimate = noisy_estimate(rx90_base, np.ones(54), 0)
     with pytest.raises(InputError, match="a prior of 2 links for the 6"):
-        solve_constrained_prior(rx90, rx90_base, estimate, cylinder_prior(TWO_LINKS, 3.0))
+        solve_constrained_prior(rx90, rx90_base, estimate, robot_prior(TWO_LINKS, 3.0))
     with pytest.raises(InputError, match="budget 0"):
         solve_constrained_prior(rx90, rx90_base, estimate, robot_prior(rx90), 0.0)
 
@@ -281,7 +280,7 @@ def test_every_kind_of_robot(robot: Robot, random_parameters: Parameters) -> Non
     """Sliding joints, offsets, springs, coupling."""
     base = base_parameters(robot)
     estimate = noisy_estimate(base, base.value(random_parameters(robot, 1)), 1)
-    result = solve_constrained_prior(robot, base, estimate, cylinder_prior(robot, 20.0))
+    result = solve_constrained_prior(robot, base, estimate, robot_prior(robot, 20.0))
     assert result.chi2_rise - result.nearest.chi2_rise == pytest.approx(1.0, rel=1e-6)
     assert min(result.min_eigenvalues) > 0.0
 

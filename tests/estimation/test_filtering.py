@@ -3,12 +3,10 @@
 import numpy as np
 import pytest
 from dynident.common.errors import InputError
+from dynident.estimation.signals.decimation import Decimator, decimated, noise_bandwidth
 from dynident.estimation.signals.filtering import (
-    Decimator,
-    decimated,
     lowpass,
     measurement,
-    noise_bandwidth,
     on_grid,
     resampled,
     slopes,

@@ -138,7 +138,7 @@ def test_load_file(tmp_path: Path) -> None:
     )
     load = read_known_load(path)
     assert load.known == PAYLOAD
-    assert load.values == pytest.approx(BODY.vector)
+    assert load.ten == pytest.approx(BODY.vector)
     assert load.mass_sigma == 0.01
 
 

@@ -52,7 +52,7 @@ def in_cvxpy(estimate: Estimate, constraints: Sequence[Constraint]) -> tuple[Any
         if isinstance(constraint, KnownMass):
             distance += ((x[9] - constraint.mass) / constraint.sigma) ** 2
         else:
-            rules.append(constraint.rows.A @ x + constraint.rows.b >= 0)
+            rules.append(constraint.rows[0] @ x + constraint.rows[1] >= 0)
     nearest = cvxpy.Problem(cvxpy.Minimize(distance), rules).solve(solver="CLARABEL")
     return x, [*rules, distance <= nearest + WIDENING * T**2]
 

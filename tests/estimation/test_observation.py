@@ -5,7 +5,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 from dynident.estimation.equations.observer import Observer
-from dynident.estimation.signals.filtering import noise_bandwidth
+from dynident.estimation.signals.decimation import noise_bandwidth
 from dynident.estimation.signals.rows import moving_parts
 from dynident.model import Motion, Processing, base_parameters
 from dynident.model.motion import Measurement

@@ -151,7 +151,6 @@ def possible_payload(free: PayloadEstimate) -> Any:
         values=numbers(10),
         min_pseudo_inertia_eigenvalue=0.0021,
         constraints=(constraint,),
-        active=(SimpleNamespace(constraint=constraint, description="mass from 1 kg", multiplier=0.33),),
         chi2_rise=2.125,
         p_value=0.4375,
         status="Solved",
@@ -161,7 +160,7 @@ def possible_payload(free: PayloadEstimate) -> Any:
     )
     weighed = SimpleNamespace(mass=3.1, sigma=0.05, identified=3.2, identified_sigma=0.06, degrees_of_freedom=7.5,
                               z=1.28, p_value=0.21)  # fmt: skip
-    tested = SimpleNamespace(constraint=constraint, p_value=0.0625)
+    tested = SimpleNamespace(description="mass from 1 kg", multiplier=0.33, p_value=0.0625)
     return SimpleNamespace(
         method=free.method, free=free, result=result, body=body(3.4), intervals=intervals, gains=GAINS, robust=True,
         sigma=numbers(10), principal_moments=numbers(3), tested=(tested,), conflict=False, weighings=(weighed,),

@@ -181,7 +181,7 @@ def free_estimate(result: PayloadEstimate) -> FreeEstimate:
 def possible_estimate(payload: ConstrainedPayload) -> PossibleEstimate:
     """The payload that can exist, with intervals."""
     free, result, intervals = payload.free.estimate, payload.result, payload.intervals
-    named, p_values = payload.free.named, {id(tested.constraint): tested.p_value for tested in payload.tested}
+    named = payload.free.named
     return PossibleEstimate(
         method=payload.method,
         parameters=named(result.values),
@@ -201,10 +201,8 @@ def possible_estimate(payload: ConstrainedPayload) -> PossibleEstimate:
         physically_consistent=payload.body.physically_consistent,
         constraints=tuple(constraint.description for constraint in result.constraints),
         active=tuple(
-            ActiveDocument(
-                active.multiplier, constraint=active.description, p_value=p_values[id(active.constraint)]
-            )
-            for active in result.active
+            ActiveDocument(active.multiplier, constraint=active.description, p_value=active.p_value)
+            for active in payload.tested
         ),
         chi2_rise=result.chi2_rise,
         p_value=result.p_value,

@@ -179,7 +179,7 @@ def _conflict_notes(payloads: Sequence[ConstrainedPayload]) -> list[str]:
     against: dict[str, dict[int, float]] = {}
     for payload in payloads:
         for conflict in payload.conflicts:
-            against.setdefault(conflict.constraint.description, {})[payload.method] = conflict.p_value
+            against.setdefault(conflict.description, {})[payload.method] = conflict.p_value
     return [
         f"Contradicted by method {', '.join(map(str, methods))}: {text} (p {max(methods.values()):.1g})."
         for text, methods in against.items()

@@ -16,8 +16,7 @@ from dynident.estimation.payload.repeats import Repeats
 from dynident.estimation.payload.result import PayloadEstimate
 from dynident.estimation.possible.constraints import Constraint, MassBounds
 from dynident.estimation.possible.intervals import NO_INTERVALS
-from dynident.estimation.possible.payload import Tested
-from dynident.estimation.possible.result import Weighing
+from dynident.estimation.possible.result import Active, Weighing
 from dynident.estimation.signals.alignment import AlignedPair
 from dynident.model import InertialParameters, Recording, load_robot
 from dynident.model.inertia import PayloadSpread
@@ -70,7 +69,7 @@ class _Result:
 def possible_of(
     free: PayloadEstimate,
     p_value: float = 0.5,
-    tested: tuple[Tested, ...] = (),
+    tested: tuple[Active, ...] = (),
     weighings: tuple[Weighing, ...] = (),
     body: InertialParameters = BODY,
 ) -> ConstrainedPayload:
@@ -183,7 +182,8 @@ def mismatched(rms: float) -> Evidence:
 
 def active(p_value: float, constraint: Constraint | None = None) -> ConstrainedPayload:
     """A constraint that holds the answer back, with the probability of what that costs."""
-    return possible_of(estimate_of(), tested=(Tested(constraint or MassBounds(0.0, 4.9), 3.0, p_value),))
+    held = constraint or MassBounds(0.0, 4.9)
+    return possible_of(estimate_of(), tested=(Active(held.description, 1.0, held, 3.0, p_value),))
 
 
 def weighed_as(z: float) -> ConstrainedPayload:

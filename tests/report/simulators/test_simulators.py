@@ -14,7 +14,7 @@ from dynident.common.arrays import Array
 from dynident.common.errors import InputError
 from dynident.estimation import Estimate
 from dynident.estimation.fit.estimate import Fit
-from dynident.estimation.possible.prior import cylinder_prior, solve_constrained_prior
+from dynident.estimation.possible.prior import robot_prior, solve_constrained_prior
 from dynident.estimation.possible.whole_robot import BODY_NUMBERS, WholeRobot, whole_robot
 from dynident.model import (
     Drives,
@@ -242,7 +242,7 @@ def identified(robot: Robot, truth: dict[str, float], seed: int) -> WholeRobot:
     estimate = Estimate(
         base.columns, values, np.diag(sigma**2), np.inf, Fit(np.ones(1), np.ones(1), (1,)), np.ones(1)
     )
-    nearest = solve_constrained_prior(robot, base, estimate, cylinder_prior(robot, 50.0))
+    nearest = solve_constrained_prior(robot, base, estimate, robot_prior(robot, 50.0))
     return whole_robot(robot, nearest.parameters, "noise", base, estimate, nearest.prior.source)
 
 
