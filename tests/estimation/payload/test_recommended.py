@@ -20,7 +20,7 @@ def paired(
 ) -> Problem:
     """A pair of an arm: how far the loaded path is off [rad, rms], and its friction, relative, 1 sigma."""
 
-    def problem(name: str = "rx90", apart: float = 0.0, friction: float = 0.0, **settings: float) -> PayloadProblem:
+    def problem(name: str = "rx90", apart: float = 0.0, friction: float = 0.0, change: float = 0.1) -> PayloadProblem:
         simulator = simulated(name)
         robot, motion = simulator.robot, wander(6, 4, points=20)
         turn = 2.0 * np.pi * 0.3
@@ -34,7 +34,7 @@ def paired(
         }
         bare = simulator.record(motion, None, [0.3] * 6, 1)
         loaded = simulator.record(lower, payload, [0.3] * 6, 2, parameters=another)
-        return payload_problem(robot, [loaded], [bare], processing=PROCESSING, **settings)
+        return payload_problem(robot, [loaded], [bare], processing=PROCESSING, friction_change=change)
 
     return problem
 
@@ -53,7 +53,7 @@ def test_friction_that_is_another_one_under_load_hardly_moves_method_3(
 
 @pytest.mark.parametrize("name", ["rx90", "tx40", "ur10e"])
 def test_method_3_frees_no_friction_where_none_may_change(name: str, paired: Problem) -> None:
-    problem = paired(name, friction_change=0.0)
+    problem = paired(name, change=0.0)
     assert not problem.friction
     estimate = identify_payload(problem, 3).estimate
     assert problem.difference is not None
