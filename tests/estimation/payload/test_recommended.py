@@ -20,7 +20,9 @@ def paired(
 ) -> Problem:
     """A pair of an arm: how far the loaded path is off [rad, rms], and its friction, relative, 1 sigma."""
 
-    def problem(name: str = "rx90", apart: float = 0.0, friction: float = 0.0, change: float = 0.1) -> PayloadProblem:
+    def problem(
+        name: str = "rx90", apart: float = 0.0, friction: float = 0.0, change: float = 0.1
+    ) -> PayloadProblem:
         simulator = simulated(name)
         robot, motion = simulator.robot, wander(6, 4, points=20)
         turn = 2.0 * np.pi * 0.3
