@@ -202,6 +202,7 @@ def payload() -> Any:
     return SimpleNamespace(
         problem=problem, validation=CHECK, robot_fit=FIT, estimates=(free,), constrained=(possible_payload(free),),
         recommended=SimpleNamespace(method=3), free=SimpleNamespace(method=3), by_joints=by_joints(),
+        recommendation=SimpleNamespace(method=3, reason="one path"),
         elimination=elimination(), left_out={2: "no pair"}, warnings=("warned",),
         verdict=SimpleNamespace(level="mass_and_com_only", reasons=("why",), notes=()),
     )  # fmt: skip
@@ -243,6 +244,7 @@ def weighing(possible: bool) -> Any:
         assumed=None if possible else body(3.05),
         stand_in=None if possible else SimpleNamespace(description="a box"),
         verdict=SimpleNamespace(level="use", reasons=(), notes=()),
+        recommendation=SimpleNamespace(method=1, reason=""),
     )  # fmt: skip
 
 
