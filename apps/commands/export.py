@@ -17,14 +17,13 @@ from .. import export
 from . import ANSWERED, DO_NOT_USE
 from .entry import command, options
 from .options import Options
-from .values import NewFile, PayloadResultFile, number, word
+from .values import NewFile, PayloadResultFile, number, word, words
 
 Name = Literal["abb", "kuka", "ur", "ros2", "franka", "fanuc", "yaskawa", "staubli", "urdf", "sdf", "mjcf", "usd"]
 """The formats, told again here so that ``--help`` need not load them."""
 NAMES = get_args(Name)
 _FARTHEST = 100.0  # m
-_AS_POSE = Parameter(metavar="X Y Z RX RY RZ", allow_leading_hyphen=True)
-_Pose = tuple[float, float, float, float, float, float]
+_Pose = Annotated[tuple[float, float, float, float, float, float], words(number, "X Y Z RX RY RZ")]
 
 
 @options()
@@ -37,10 +36,10 @@ class _Export(Options):
     """File to write; the terminal by default."""
     method: Annotated[Literal[1, 2, 3, 4] | None, Parameter(show_choices=False)] = None
     """1 to 4: whose estimate (default: the recommended, else 3, 4, 1, 2); the constrained one where it is there."""
-    flange_frame: Annotated[_Pose | None, _AS_POSE] = None
+    flange_frame: _Pose | None = None
     """The controller's flange in the payload's frame: metres and degrees, R = Rz Ry Rx; needed unless that frame is
     the flange, or the robot's file tells where it is."""
-    tool_frame: Annotated[_Pose | None, _AS_POSE] = None
+    tool_frame: _Pose | None = None
     """abb: the tool in the flange frame, likewise: writes a grip load in the tool frame, not a tool load."""
     meters_per_unit: Annotated[float | None, word(number, "M")] = None
     """usd: unit of length of the stage (default: 1)."""
@@ -107,7 +106,7 @@ def _seen_from(
     """The load in a frame that stands at a pose, in metres and degrees, in the present one."""
     place, turn = (", ".join(f"{value:g}" for value in part) for part in (pose[:3], pose[3:]))
     told = f"({place}) m, ({turn}) deg"
-    if not all(map(math.isfinite, pose)) or max(map(abs, pose[:3])) > _FARTHEST:
-        raise InputError(f"{option} {told}: six finite numbers are needed, metres up to {_FARTHEST:g} and degrees")
+    if max(map(abs, pose[:3])) > _FARTHEST:
+        raise InputError(f"{option} {told}: metres up to {_FARTHEST:g} and degrees are needed")
     frame = model.Pose.from_rpy(pose[:3], [math.radians(angle) for angle in pose[3:]])
     return load.seen_from(frame.R, frame.p, f"{name}, at {told} in {of}")

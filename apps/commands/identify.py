@@ -13,7 +13,7 @@ from . import answered
 from .entry import command, options
 from .options import EquationOptions, GainOptions, Options, ProcessingOptions, RobotOptions
 from .progress import note, status
-from .values import DataFile, Essential, HeldOutFile, number, word
+from .values import DataFile, Essential, HeldOutFile, number, word, words
 
 if TYPE_CHECKING:
     from ...estimation.possible.prior import RobotPrior
@@ -48,7 +48,7 @@ class _Identify(Options):
     """Of the moving links; prior: cylinders of this mass instead of the robot's file."""
     prior_budget: Annotated[float | None, word(number, "CHI2"), _POSSIBLE] = None
     """What the prior may cost in chi2 (default: 1)."""
-    total_mass: Annotated[tuple[float, float] | None, _POSSIBLE, Parameter(metavar="LOW HIGH")] = None
+    total_mass: Annotated[tuple[float, float] | None, words(number, "LOW HIGH"), _POSSIBLE] = None
     """Of all links [kg]."""
 
     def check(self) -> None:

@@ -18,7 +18,7 @@ from . import ANSWERED
 from .entry import command, options
 from .options import Options, print_lines
 from .progress import note
-from .values import NewFile, Positions, checked, number, numbers, positive_number, texts, word
+from .values import NewFile, Positions, checked, number, numbers, positive_number, texts, word, words
 
 if TYPE_CHECKING:
     from ...model import JointAxis, Pose
@@ -151,16 +151,6 @@ def joint_limits(text: str) -> tuple[tuple[float, ...], ...]:
 
 
 _LIMITS = "LOW:HIGH[:SPEED[:ACCELERATION[:TORQUE]]],.."
-_Joints = Annotated[
-    tuple[JointAxis, ...],
-    Parameter(
-        converter=lambda _, tokens: tuple(joint_axis(token.value) for token in tokens),
-        n_tokens=1,
-        metavar="AXIS,X,Y,Z[,slide]",
-        accepts_keys=False,
-        allow_leading_hyphen=True,
-    ),
-]
 
 
 @options()
@@ -171,7 +161,7 @@ class _Sheet(Options):
     """A file to fill in: every key with an example (default: to standard output)."""
     name: str | None = None
     """Short name."""
-    joint: _Joints = ()
+    joint: Annotated[tuple[JointAxis, ...], words(joint_axis, "AXIS,X,Y,Z[,slide]")] = ()
     """x, -y, .. or a:b:c, and a point [m]; one option per joint."""
     flange: Annotated[Pose | None, word(flange, "X,Y,Z,ZAXIS,XAXIS")] = None
     """Origin [m], direction out of it, its x axis."""

@@ -213,6 +213,16 @@ def word(read: Callable[[str], Any], metavar: str) -> Parameter:
     )
 
 
+def words(read: Callable[[str], Any], metavar: str) -> Parameter:
+    """Values that are read from one word each, any of which may begin with a minus."""
+    return Parameter(
+        converter=lambda _, tokens: tuple(read(token.value) for token in tokens),
+        metavar=metavar,
+        accepts_keys=False,
+        allow_leading_hyphen=True,
+    )
+
+
 Hertz = Annotated[float, word(number, "HZ")]
 Kilograms = Annotated[float, word(positive_number, "KG")]
 Seconds = Annotated[float, word(positive_number, "S")]

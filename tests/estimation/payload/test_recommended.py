@@ -68,21 +68,21 @@ def test_method_3_frees_no_friction_where_none_may_change(name: str, paired: Pro
 def test_one_path_is_answered_by_method_3(paired: Problem) -> None:
     answer = answer_payload(paired())
     assert answer.recommended.method == answer.free.method == 3
-    assert "mrad apart" in answer.recommendation.reason
+    assert "one path, within 0.0" in answer.recommendation.reason
 
 
 def test_a_path_that_sags_is_answered_by_method_4(paired: Problem) -> None:
     problem = paired(apart=2.0 * ONE_PATH)
     assert problem.difference is not None
     method, reason = recommended_method(problem, (1, 2, 3, 4))
-    assert (method, reason[:11]) == (4, "no path was")
+    assert (method, reason[:11]) == (4, "no pair ran")
     assert recommended_method(paired(apart=0.5 * ONE_PATH), (1, 2, 3, 4)).method == 3
     assert recommended_method(problem, (1, 2, 3)).method == 3
 
 
 def test_another_path_is_answered_by_method_4(paired: Problem) -> None:
     method, reason = recommended_method(paired(apart=20.0 * ONE_PATH), (1, 2, 4))
-    assert (method, reason[:11]) == (4, "no path was")
+    assert (method, reason[:11]) == (4, "no pair ran")
 
 
 def test_what_was_asked_for_needs_no_reason(paired: Problem) -> None:

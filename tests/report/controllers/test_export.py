@@ -223,7 +223,7 @@ def test_stage_units(run: Run, payload: Callable[..., str]) -> None:
         (("--to", "ur", "--meters-per-unit", "1"), "--meters-per-unit belongs to --to usd"),
         (("--to", "usd", "--meters-per-unit", "0"), "must be positive"),
         (("--to", "usd", "--meters-per-unit", "nan"), "not a number"),
-        (("--to", "ur", "--flange-frame", "0", "0", "nan", "0", "0", "0"), 'unable to convert "nan"'),
+        (("--to", "ur", "--flange-frame", "0", "0", "nan", "0", "0", "0"), "--flange-frame: 'nan' is not a number"),
         (("--to", "ur", "--flange-frame", "1e300", "0", "0", "0", "0", "0"), "--flange-frame"),
         (("--to", "abb", "--tool-frame", "0", "1e9", "0", "0", "0", "0"), "--tool-frame"),
         (("--to", "siemens"), 'Invalid value "siemens" for --to'),
