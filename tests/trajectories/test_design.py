@@ -147,6 +147,14 @@ def test_what_goes_wrong_in_a_search_is_raised(monkeypatch: pytest.MonkeyPatch) 
         solve_design(build_design(ROBOT, FourierShape(2, 4.0, samples=20), GOALS["payload"]), starts=1)
 
 
+@pytest.mark.long
+def test_same_seed_same_motion() -> None:
+    task = build_design(ROBOT, FourierShape(3, 5.0), Goal("cond-scaled", payload_only=True))
+    first, two, reseeded = (solve_design(task, seed=seed, starts=1) for seed in (1, 1, 2))
+    assert np.array_equal(first.motion(50.0).q, two.motion(50.0).q)
+    assert not np.array_equal(first.motion(50.0).q, reseeded.motion(50.0).q)
+
+
 def test_half_the_speed_if_the_override_says_so() -> None:
     bounds = JointBounds.of(ROBOT, override=0.5)
     design = solve_design(build_design(ROBOT, FourierShape(3, 5.0), GOALS["payload"], bounds=bounds), starts=1)
