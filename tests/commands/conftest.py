@@ -3,13 +3,16 @@
 import json
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
+from dynident.apps.commands import demo
 from dynident.apps.commands.demo import PAYLOAD
 from dynident.model import InertialParameters, Recording, load_robot
 from dynident.tests.commands.runs import Run, runner, write_csv
 from dynident.trajectories import RX90_NOISE, Simulator, random_via_points
+from dynident.trajectories.design import floor, goal, search
 
 QUIET = tuple(0.2 * sigma for sigma in RX90_NOISE)
 
@@ -17,6 +20,39 @@ QUIET = tuple(0.2 * sigma for sigma in RX90_NOISE)
 @pytest.fixture
 def run(capsys: pytest.CaptureFixture[str]) -> Run:
     return runner(capsys)
+
+
+@pytest.fixture(scope="session")
+def experiments() -> dict[str, Any]:
+    """The paper's experiments that were simulated, and one answer to them, by what they were made of."""
+    return {}
+
+
+@pytest.fixture
+def hasty(monkeypatch: pytest.MonkeyPatch, experiments: dict[str, Any]) -> None:
+    """Laws on options and files hold whatever is found: searches of a few steps, one answer to all experiments."""
+    monkeypatch.setattr(floor, "_ITERATIONS", 10)
+    for name in ("_NEAR", "_VIA", "_FRESH"):
+        effort = getattr(search, name)
+        monkeypatch.setattr(search, name, effort._replace(first=8, refined=4, settled=4, stages=1, turns=1))
+    for name in ("_GLANCES", "_LOOKS", "_FEW"):
+        monkeypatch.setattr(goal, name, 1)
+    simulate, identify = demo.simulate_paper, demo.identified
+
+    def simulated(*arguments: Any) -> Any:
+        key = repr(arguments[1:4])
+        if key not in experiments:
+            experiments[key] = simulate(*arguments)
+        return experiments[key]
+
+    def identified(experiment: Any, progress: Any) -> Any:
+        if "answer" not in experiments:
+            exact = simulate(experiment.robot, demo.levels("none"), 0, 2)
+            experiments["answer"] = identify(exact, progress)
+        return experiments["answer"]
+
+    monkeypatch.setattr(demo, "simulate_paper", simulated)
+    monkeypatch.setattr(demo, "identified", identified)
 
 
 @pytest.fixture(scope="session")

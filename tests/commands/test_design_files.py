@@ -84,17 +84,6 @@ def test_trapezoids_of_fixed_durations(run: Run, score: Run, tmp_path: Path) -> 
 
 
 @pytest.mark.long
-def test_same_seed_same_digits(run: Run, tmp_path: Path) -> None:
-    texts = []
-    for seed in ("5", "5", "6"):
-        target = tmp_path / "m.csv"
-        assert run(*QUICK[:-1], seed, "--samples", str(target), "--torque-noise", "1,1,1,1,1,1")[0] == 0
-        texts.append(target.read_text())
-    assert texts[0] == texts[1]
-    assert texts[0] != texts[2]
-
-
-@pytest.mark.long
 @pytest.mark.parametrize(
     ("goal", "shape"),
     [

@@ -27,6 +27,7 @@ from dynident.tests.live.played import playing
 from dynident.tests.selection import every
 from rich.cells import cell_len
 
+pytestmark = pytest.mark.usefixtures("hasty")
 ODD = Path("odd[") / "bold][red]"
 """A folder whose name looks like markup, with an end that has no beginning: "odd[/bold][red]"."""
 

@@ -7,16 +7,12 @@ import shutil
 import tempfile
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
-from dynident.apps.commands import demo
-from dynident.apps.commands.demo import identified, simulate_paper
 from dynident.apps.report.blocks import Drawing
 from dynident.apps.report.figures.canvas import new_figure
 from dynident.cli import main
-from dynident.common.progress import silent
 from dynident.model import INERTIAL
 from dynident.tests.commands.declared import NAMES, arguments, options
 from dynident.tests.commands.lines import LINES, PORTS, make_recordings, put_payloads
@@ -24,8 +20,8 @@ from dynident.tests.commands.options import OPTIONS
 from dynident.tests.frozen.freeze import settings
 from dynident.tests.frozen.inputs import EXAMPLES, folder_of_inputs
 from dynident.tests.live.played import playing
-from dynident.trajectories import Experiment
 
+pytestmark = pytest.mark.usefixtures("hasty")
 TEXTS = {
     "turned.toml": "[position]\nsign = [1, -1, 1, 1, 1, 1]\n",
     "loud.toml": "verbose = true\n",
@@ -39,6 +35,8 @@ HEAVY = "\n".join(
     ]
 )
 """A robot whose links weigh more than the arm."""
+SEARCHES = ("design", "near")
+"""Commands of a few evaluations of many models, each of which a compiler would take longer to compile."""
 TEXTS_ASKED_FOR = ("export", "robot list", "robot show")
 """Commands whose printed text is the answer itself, which ``--quiet`` leaves as it is."""
 VARYING = re.compile(rb'"cpu_s": [0-9.e-]+')
@@ -49,23 +47,6 @@ VARYING = re.compile(rb'"cpu_s": [0-9.e-]+')
 def empty_figures(monkeypatch: pytest.MonkeyPatch) -> None:
     """Figures without content: each shows what stands in numbers beside it, and half of the time went into them."""
     monkeypatch.setattr(Drawing, "figure", property(lambda _: new_figure(1.0, 1.0)))
-
-
-@pytest.fixture(autouse=True)
-def each_experiment_once(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The paper's experiment once for each noise, seed and count: other options of ``demo`` only show it."""
-    simulated: dict[str, Experiment] = {}
-    answers: dict[int, Any] = {}
-
-    def remembered(*arguments: Any) -> Experiment:
-        name = repr(arguments[1:4])
-        if name not in simulated:
-            simulated[name] = simulate_paper(*arguments)
-            answers[id(simulated[name])] = identified(simulated[name], silent)
-        return simulated[name]
-
-    monkeypatch.setattr(demo, "simulate_paper", remembered)
-    monkeypatch.setattr(demo, "identified", lambda runs, progress: answers[id(runs)])
 
 
 @pytest.fixture(scope="module")
@@ -133,7 +114,11 @@ def differing(folder: Path, name: str, entry: str, bases: dict[str, dict[str, by
 
 @pytest.mark.long
 @pytest.mark.parametrize("name", OPTIONS)
-def test_every_option_changes_something_or_is_refused(name: str, inputs: Path) -> None:
+def test_every_option_changes_something_or_is_refused(
+    name: str, inputs: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    if name in SEARCHES:
+        monkeypatch.setenv("DYNIDENT_NO_COMPILER", "1")
     line = f"{name} {LINES[name]}"
     bases = {LINES[name]: run(inputs, line)}
     assert run(inputs, line) == bases[LINES[name]], "a line gives the same twice"

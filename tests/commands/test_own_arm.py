@@ -105,6 +105,7 @@ def test_a_huge_effort_is_unknown(tmp_path: Path) -> None:
 
 
 @pytest.mark.long
+@pytest.mark.usefixtures("hasty")
 @pytest.mark.parametrize("name", COSTLY)
 def test_own_arm_is_rehearsed(run: Run, tmp_path: Path, name: str) -> None:
     """The motion that was designed runs in the simulation, and each answer names what was assumed."""

@@ -161,12 +161,3 @@ def test_method_4_tells_the_essential_parameters(run: Run, logs: dict[str, str],
     status, _, err = run(*payload_arguments(logs, "--method", "1", "--essential", "1.05"))
     assert status == 2
     assert "belongs to method 4" in err
-
-
-@pytest.mark.long
-def test_answers_are_the_same_every_time(run: Run, logs: dict[str, str], tmp_path: Path) -> None:
-    texts = []
-    for name in ("a.json", "b.json"):
-        run(*payload_arguments(logs, "--json", str(tmp_path / name)))
-        texts.append((tmp_path / name).read_bytes())
-    assert texts[0] == texts[1]

@@ -140,17 +140,6 @@ def test_simulated_recordings_give_the_robot_back(simulated: Path, run: Run, tmp
         assert parameter["value"] == pytest.approx(true, rel=0.02, abs=0.02), name
 
 
-@pytest.mark.long
-def test_simulate_repeats_by_its_seed(simulated: Path, run: Run, tmp_path: Path) -> None:
-    arguments = ("simulate", "--robot", "rx90", "--trajectory", str(simulated / "move.csv"), "--seed")
-    for seed, folder in (("1", "a"), ("1", "b"), ("2", "c")):
-        assert run(*arguments, seed, "--out", str(tmp_path / folder))[0] == 0
-    a, b, c = ((tmp_path / folder / "move_unloaded.csv").read_bytes() for folder in "abc")
-    assert a == b
-    assert a != c
-    assert (tmp_path / "a" / "truth.toml").read_bytes() == (tmp_path / "b" / "truth.toml").read_bytes()
-
-
 def test_simulate_says_what_it_cannot_do(simulated: Path, run: Run, tmp_path: Path) -> None:
     out = ("--out", str(tmp_path / "x"))
     move = str(simulated / "move.csv")

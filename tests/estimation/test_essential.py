@@ -71,7 +71,7 @@ def check_against_refits(result: Identification) -> None:
 def simulated_rx90() -> Identification:
     robot = load_robot("rx90")
     simulator = Simulator(robot)
-    motions = [random_via_points(robot, 14, seed=k).motion(250.0) for k in range(4)]
+    motions = [random_via_points(robot, 14, seed=k).motion(250.0) for k in range(2)]
     records = [simulator.record(m, None, RX90_NOISE, [0, k, 0], f"{k}") for k, m in enumerate(motions)]
     return identify(robot, records, Settings(robust=False))
 

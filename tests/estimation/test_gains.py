@@ -3,6 +3,7 @@
 import json
 from collections.abc import Callable
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -31,9 +32,10 @@ ASKED = np.array([12.37, 9.96, 10.44, 10.37, 10.37])
 def currents(simulated: Callable[[str], Simulator], wander: Callable[..., Motion]) -> Callable[[int], GainProblem]:
     """The problem of a simulated UR10e pair with white noise on the currents."""
     simulator = simulated("ur10e")
-    motion = wander(6, 3, points=40, rate=100.0)
+    motion = wander(6, 3, points=20, rate=100.0)
     exact = [simulator.measure(motion, load).torque / TRUTH for load in (None, BODY)]
 
+    @cache
     def problem(seed: int, scale: float = 1.0) -> GainProblem:
         draw = np.random.default_rng(seed)
         noisy = [i + scale * NOISE * draw.standard_normal(i.shape) for i in exact]

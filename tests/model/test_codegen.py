@@ -33,11 +33,11 @@ from dynident.model import (
     load_robot,
     mass_matrix,
     payload_regressor,
-    robot_names,
     standard_columns,
     standard_regressor,
 )
 from dynident.model.codegen import code_names
+from dynident.tests.conftest import IN_FULL
 from dynident.tests.selection import every
 
 STRICT = ("-std=c99", "-pedantic", "-Wall", "-Wextra", "-Werror", "-O1")
@@ -55,7 +55,8 @@ TABLE = replace(
     SLIDING, drives=Drives(spring=Spring(2, table=((-3.0, 30.0), (-0.5, 5.0), (1.0, -8.0), (3.0, -60.0))))
 )
 SLIDER = Robot("slider", (Joint("prismatic"),), drives=Drives(friction=False))
-ROBOTS = {name: load_robot(name) for name in robot_names()} | {"sliding": SLIDING, "table": TABLE, "slider": SLIDER}
+ROBOTS = {name: load_robot(name) for name in IN_FULL} | {"sliding": SLIDING, "table": TABLE, "slider": SLIDER}
+"""Shipped arms but for those that differ by lengths and axes alone, and what else drives can have."""
 
 FUNCTIONS: dict[str, Callable[[Robot], ca.Function]] = {
     "inverse_dynamics": inverse_dynamics,

@@ -192,13 +192,6 @@ def test_with_a_known_mass_the_wrist_alone_will_do() -> None:
     assert np.isfinite(result.spread.com).all()
 
 
-@pytest.mark.long
-def test_the_same_seed_gives_the_same_motion() -> None:
-    first, second = (asked((3, 5), duration=10.0).solved(seed=3).motion for _ in range(2))
-    assert np.array_equal(first.a, second.a)
-    assert np.array_equal(first.b, second.b)
-
-
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_the_gradient_is_that_of_differences(seed: int) -> None:
     """Differences of fourth order: the value's own rounding, 1e-9 of it, forbids small steps."""

@@ -83,7 +83,7 @@ def test_a_model_that_does_not_fit_is_named(text: str, tmp_path: Path) -> None:
 
 def recorded(robot: Robot) -> Recording:
     """A motion under a controller, without noise."""
-    points = random_points(robot, 6, 3)
+    points = random_points(robot, 4, 3)
     ((data, _),) = ClosedLoop(robot).run([Task("", plan_point_to_point(robot, points, 0.42, 0.5, 0.2))])
     return Recording(data.motion.t, data.motion.q, data.torque, data.motion.qd, "simulated")
 
