@@ -86,7 +86,8 @@ def run(arm: RobotOptions, known: _Known, processing: _Processing, files: PageOp
         problem = estimation.gain_problem(robot, unloaded, loaded, setup.processing, progress, load, known.mounting)
         progress("estimating")
         gains = estimation.identify_gains(problem, load)
-    files.show(report.gains_screen(gains, files.document))
-    files.write_json(lambda: report.documents.gains_document(gains, setup.processing))
-    files.write_page(lambda: report.gains_page(gains, files.provenance(setup.in_words(), known, arm, processing)))
+    files.show(report.gains_screen(gains.result, files.document))
+    files.write_json(lambda: gains.result)
+    provenance = files.provenance
+    files.write_page(lambda: report.gains_page(gains.result, provenance(setup.in_words(), known, arm, processing)))
     return answered(gains.verdict.level)

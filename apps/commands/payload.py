@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 
@@ -19,7 +19,6 @@ from .options import (
     FrictionOptions,
     GainOptions,
     KnowledgeOptions,
-    PageOptions,
     PairOptions,
     Setup,
     ViewOptions,
@@ -116,11 +115,14 @@ def run(
         progress("estimating")
         answer = _answer(problem, request, setup, held_out, constraints, gain_errors, essential.essential)
 
-    def page(document: results.StoredPayload) -> report.Page:
+    def page() -> report.Page:
+        others = len(loaded) + len(held_out) - len(answer.predictions)
         provenance = files.provenance(setup.in_words(), request, arm, processing)
-        return _page(answer, document, provenance, len(loaded) + len(held_out))
+        return report.payload_page(answer.result, provenance, answer.predictions, others)
 
-    show_payload(answer, setup, files, page)
+    files.show(report.payload_screen(answer.result, files.document))
+    files.write_json(lambda: answer.result)
+    files.write_page(page)
     files.write_equations(lambda: estimation.payload_system(problem, loaded, unloaded, setup.processing))
     view.write_view(lambda: views.view_of_answer(setup.robot, loaded[0], answer))
     return answered(answer.verdict.level)
@@ -149,20 +151,12 @@ def _answer(
         )
 
 
-def _page(
-    answer: estimation.PayloadAnswer, document: results.StoredPayload, provenance: report.Provenance, recorded: int
-) -> report.Page:
-    """The report; ``recorded``: how many recordings there are, of which not all are drawn."""
-    others = recorded - len(answer.predictions)
-    return report.payload_page(answer, document, provenance, answer.predictions, others)
-
-
 def _problem(
     request: _Payload,
     setup: Setup,
     loaded: Sequence[model.Recording],
     unloaded: Sequence[model.Recording],
-    stored: results.StoredRobot | None,
+    stored: estimation.RobotResult | None,
     progress: Progress,
 ) -> estimation.PayloadProblem:
     """Equations of the recordings, with the robot of an earlier run where one is given."""
@@ -196,22 +190,3 @@ def constraints_solved() -> Iterator[None]:
         yield
     except estimation.SolverError as error:
         raise InputError(str(error)) from None
-
-
-def show_payload(
-    answer: estimation.PayloadAnswer,
-    setup: Setup,
-    files: PageOptions,
-    page: Callable[[results.StoredPayload], report.Page],
-    measured: bool = False,
-) -> None:
-    """Print the answer, write its document and its page.
-
-    Args:
-        page: makes the report of the document; called only where it is asked for.
-        measured: whether an inertia that was to be assumed is measured.
-    """
-    files.show(report.payload_screen(answer, files.document, measured))
-    document = report.documents.payload_document(answer, setup.processing, setup.gains)
-    files.write_json(lambda: document)
-    files.write_page(lambda: page(document))

@@ -23,7 +23,7 @@ from .options import (
     ViewOptions,
     option,
 )
-from .payload import check_compared, constraints_solved, show_payload
+from .payload import check_compared, constraints_solved
 from .progress import status
 from .values import joint_list
 
@@ -85,25 +85,18 @@ def run(
                 problem, constraints=constraints, gains=gains, stand_in=stand_in, others=others
             )
 
-    def page(document: results.StoredPayload) -> report.Page:
-        return _page(answer, document, files.provenance(setup.in_words(), request, arm, processing), files.plots)
+    def page() -> report.Page:
+        made = report.payload_page(answer.result, files.provenance(setup.in_words(), request, arm, processing))
+        if files.plots and not made.drawings():
+            raise InputError("--plots: no joints see the mass, there is nothing to draw")
+        return made
 
-    show_payload(answer, setup, files, page, measured=stand_in is not None and answer.stand_in is None)
+    measured = stand_in is not None and answer.stand_in is None
+    files.show(report.payload_screen(answer.result, files.document, measured))
+    files.write_json(lambda: answer.result)
+    files.write_page(page)
     view.write_view(lambda: views.view_of_answer(setup.robot, loaded[0], answer))
     return answered(answer.verdict.level)
-
-
-def _page(
-    answer: estimation.PayloadAnswer,
-    document: results.StoredPayload,
-    provenance: report.Provenance,
-    plots: str | None,
-) -> report.Page:
-    """The report, or the line that says why there are no figures."""
-    page = report.payload_page(answer, document, provenance)
-    if plots and not page.drawings():
-        raise InputError("--plots: no joints see the mass, there is nothing to draw")
-    return page
 
 
 def _check_request(request: _Weigh) -> None:
@@ -120,7 +113,7 @@ def _problems(
     setup: Setup,
     loaded: Sequence[model.Recording],
     unloaded: Sequence[model.Recording],
-    stored: results.StoredRobot | None,
+    stored: estimation.RobotResult | None,
     progress: Progress,
 ) -> tuple[estimation.PayloadProblem, list[estimation.PayloadProblem]]:
     """What is answered, and what it is compared with: torque differences first, the robot's parameters beside."""

@@ -91,7 +91,8 @@ def test_an_answer_becomes_a_frame(kind: str, answers: dict[str, Speaks]) -> Non
 
 def test_a_payload_by_name(answers: dict[str, PayloadAnswer]) -> None:
     answer = answers["payload"]
-    payload, best = answer.payload, answer.recommended
+    payload, best = answer.result, answer.recommended
+    assert payload.working is answer
     assert (payload.mass.low, payload.mass.high) == tuple(best.intervals.parameters[9])
     assert payload.mass.low < payload.mass.value < payload.mass.high
     assert payload.com.z.value == best.body.com[2]
@@ -105,7 +106,7 @@ def test_a_frame_holds_numbers(answers: dict[str, PayloadAnswer]) -> None:
     pandas = pytest.importorskip("pandas")
     frame = answers["payload"].to_frame()
     assert isinstance(frame, pandas.DataFrame)
-    assert math.isclose(frame.loc["mass", "low"], answers["payload"].payload.mass.low)
+    assert math.isclose(frame.loc["mass", "low"], answers["payload"].result.mass.low)
     assert len(answers["robot"].to_frame()) == len(answers["robot"].base.names)  # type: ignore[attr-defined]
 
 

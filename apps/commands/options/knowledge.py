@@ -9,7 +9,6 @@ from typing import ClassVar
 
 from .... import estimation, model
 from ....common.errors import InputError
-from ... import results
 from ..values import bounds, gain_errors, share, six, with_sigma
 from .reading import Options, about, option
 from .recordings import Setup
@@ -108,7 +107,7 @@ class GainOptions(Options):
         setup: Setup,
         loaded: Sequence[model.Recording],
         unloaded: Sequence[model.Recording],
-        stored: results.StoredRobot | None = None,
+        stored: estimation.RobotResult | None = None,
     ) -> estimation.Gains | None:
         """The uncertainty of the drive gains; None where nothing is said of it.
 

@@ -135,7 +135,7 @@ class ProcessingOptions(LogOptions):
     offsets: Literal["true", "false"] | None = option(rare=True, group=_PROCESSING, choices=("true", "false"))
     coulomb: Literal["sum", "paper"] | None = option(rare=True, group=_PROCESSING, choices=("sum", "paper"))
 
-    def setup(self, robot: model.Robot, stored: results.StoredRobot | None = None) -> Setup:
+    def setup(self, robot: model.Robot, stored: estimation.RobotResult | None = None) -> Setup:
         """The robot with the model structure and processing that the command line asks for.
 
         Args:

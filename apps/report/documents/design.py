@@ -7,6 +7,8 @@ from msgspec import UNSET, UnsetType, field
 
 from .... import __version__
 from ....common.schema import Document, Matrix, Vector
+from ....estimation.results.parts import Number
+from ....estimation.results.payload import VisibilityDocument
 from ....model import Robot
 from ....model.inertia import PayloadSpread
 from ....model.visibility import PayloadVisibility
@@ -17,8 +19,6 @@ from ....trajectories.design.full_trajectory import Rung
 from ....trajectories.design.score import holding_torques
 from ....trajectories.motions.family import Plan
 from ...export.motions.written import rests_on
-from ...results.parts import Number
-from ...results.stored_payload import VisibilityDocument
 
 
 class LimitDocument(Document, frozen=True):

@@ -1,16 +1,22 @@
-"""Parts of the JSON documents that later runs read again.
+"""Parts that several results have.
 
 Keys without a default are needed to read a document; those with one are absent where there is nothing to
 say. null stands for a number that was not determined. All in SI units.
 """
 
-from collections.abc import Mapping
-from typing import Annotated, Literal
+from collections.abc import Mapping, Sequence
+from typing import Annotated, Any, Literal, Self
 
 from msgspec import UNSET, Meta, UnsetType, field
 
 from ...common.schema import Document, Vector, present
-from ...estimation.fit.drive_gains import Fingerprints
+from ...model import BaseParameters, Processing, Robot
+from ..diagnosis.finding import Verdict
+from ..fit.drive_gains import Fingerprints, Gains
+from ..fit.essential import Elimination, SigmaBound, SigmaRatio
+from ..fit.robust import RobustCovariance
+from ..possible.prior import PriorRobot
+from ..possible.robot import PossibleRobot
 
 Number = float | None
 """null where it was not determined."""
@@ -35,6 +41,19 @@ class ProcessingDocument(Document, frozen=True):
     slow_fraction: float | UnsetType = UNSET
     slow_speed: float | tuple[float, ...] | UnsetType = UNSET
     max_mismatch: float | UnsetType = UNSET
+    torque_side: Literal["motor", "link"] | UnsetType = UNSET
+
+    @classmethod
+    def made(cls, robot: Robot, processing: Processing, drive_gains: Sequence[float]) -> Self:
+        """Settings of recordings; ``drive_gains``: torque per current, empty for torques."""
+        return cls.of(
+            processing,
+            equation_rate=UNSET if processing.equation_rate is None else processing.equation_rate,
+            drive_gains=tuple(drive_gains) or None,
+            offsets=robot.drives.offsets,
+            coulomb=robot.coupling.coulomb if robot.coupling else None,
+            torque_side=robot.drives.side,
+        )
 
 
 class ResidualDocument(Document, frozen=True):
@@ -53,6 +72,14 @@ class RobustDocument(Document, frozen=True):
     degrees_of_freedom: int | UnsetType = UNSET
     warning: str | UnsetType | None = UNSET
     unavailable: str | UnsetType | None = UNSET
+    by_memory: bool | UnsetType = UNSET
+
+    @classmethod
+    def made(cls, robust: RobustCovariance | None, reason: str) -> Self:
+        """Basis of a covariance; ``reason``: why there is none."""
+        if robust is None:
+            return cls(None, unavailable=reason or None)
+        return cls.of(robust, warning=robust.warning or None, by_memory=robust.by_memory or UNSET)
 
 
 class VerdictDocument(Document, frozen=True):
@@ -61,6 +88,11 @@ class VerdictDocument(Document, frozen=True):
     level: Literal["use", "mass_and_com_only", "identified_only", "do_not_use"]
     reasons: tuple[str, ...]
     notes: tuple[str, ...] | UnsetType = UNSET
+
+    @classmethod
+    def made(cls, verdict: Verdict) -> Self:
+        """The level, and its findings as texts."""
+        return cls(verdict.level, verdict.reasons, verdict.notes or UNSET)
 
 
 class GainErrorsDocument(Document, frozen=True):
@@ -73,6 +105,27 @@ class GainErrorsDocument(Document, frozen=True):
     mass: Number | UnsetType = UNSET
     notes: tuple[str, ...] | UnsetType = UNSET
     assumed: bool | UnsetType = UNSET
+
+    @classmethod
+    def made(cls, gains: Gains) -> Self:
+        """Errors of gains; of identified ones their covariance, recordings and payload too."""
+        known = any(gains.recordings.values())
+        return cls.of(
+            gains,
+            identified=gains.identified or UNSET,
+            recordings=gains.recordings if known else UNSET,
+            mass=gains.mass if known else UNSET,
+            notes=gains.notes or UNSET,
+            assumed=gains.assumed or UNSET,
+        )
+
+    @property
+    def gains(self) -> Gains:
+        """The errors as estimators take them."""
+        known = present(self.recordings) or {}, present(self.mass), present(self.notes) or ()
+        return Gains(
+            self.per_joint, self.common, present(self.identified) or (), *known, assumed=bool(self.assumed)
+        )
 
 
 class ParameterDocument(Document, frozen=True):
@@ -112,6 +165,47 @@ class EliminationDocument(Document, frozen=True):
     parameters: tuple[ParameterDocument, ...]
     path: tuple[EliminationStep, ...]
     warnings: tuple[str, ...]
+    limit: float | UnsetType = UNSET
+
+    @classmethod
+    def made(cls, elimination: Elimination, warnings: Sequence[str], labels: Mapping[str, str]) -> Self:
+        """Essential parameters, each step to them, and what speaks against them.
+
+        Args:
+            labels: name of a column -> name of the parameter ("MX2" -> "MX2R").
+        """
+        path, rule, estimate = elimination.path, elimination.rule, elimination.estimate
+        robust, by_gains = estimate.sigma_robust, estimate.sigma_by_gains
+        return cls(
+            rule="ratio" if isinstance(rule, SigmaRatio) else "sigma",
+            description=rule.description,
+            essential=len(elimination.essential),
+            sigma_ratio=elimination.sigma_ratio,
+            largest_relative_sigma_percent=100.0 * elimination.largest_relative_sigma,
+            relative_residual=estimate.fit.relative,
+            parameters=tuple(
+                ParameterDocument(
+                    name=labels.get(name, name),
+                    value=estimate.values[k],
+                    sigma=estimate.sigma[k],
+                    sigma_robust=robust[k] if robust is not None else None,
+                    sigma_by_gains=by_gains[k] if by_gains is not None else None,
+                    relative_sigma_percent=estimate.relative_sigma_percent[k],
+                )
+                for k, name in enumerate(estimate.names)
+            ),
+            path=tuple(
+                EliminationStep(
+                    labels.get(name, name) if name else None,
+                    len(path.order) - k,
+                    path.sigma_ratio[k],
+                    100.0 * path.largest_relative_sigma[k],
+                )
+                for k, name in enumerate(["", *path.order])
+            ),
+            warnings=tuple(warnings),
+            limit=rule.limit if isinstance(rule, SigmaRatio | SigmaBound) else UNSET,
+        )
 
 
 class ActiveDocument(Document, frozen=True):
@@ -134,6 +228,7 @@ class PossibleParameter(Document, frozen=True):
     base: tuple[str, ...] | UnsetType = UNSET
     share: float | UnsetType = UNSET
     decided_by: str | UnsetType = UNSET
+    prior: float | UnsetType = UNSET
 
 
 class PriorDocument(Document, frozen=True):
@@ -143,6 +238,7 @@ class PriorDocument(Document, frozen=True):
     budget: float | UnsetType = UNSET
     weight: Number | UnsetType = UNSET
     distances: tuple[float, ...] | UnsetType = UNSET
+    nearest_chi2_rise: float | UnsetType = UNSET
 
 
 class HorizonDocument(Document, frozen=True):
@@ -180,6 +276,41 @@ class PossibleRobotDocument(Document, frozen=True):
     unidentifiable: tuple[str, ...] | UnsetType = UNSET
     prior: PriorDocument | UnsetType = UNSET
     parameters: tuple[PossibleParameter, ...] | UnsetType = UNSET
+
+    @classmethod
+    def made(cls, result: PossibleRobot, base: BaseParameters) -> Self:
+        """Base parameters, and with a prior the standard ones with who decides each."""
+        free = result.free
+        moved = (result.values - free.values) / free.sigma
+        more: dict[str, Any] = {}
+        if isinstance(result, PriorRobot):
+            prior = result.prior
+            told = {
+                f"{kind}{link}": value
+                for link, body in enumerate(prior.bodies, start=1)
+                for kind, value in body.named().items()
+            }
+            more["prior"] = PriorDocument(
+                prior.source, result.budget, result.weight, result.distances, result.nearest.chi2_rise
+            )
+            more["parameters"] = tuple(
+                PossibleParameter(
+                    name,
+                    value,
+                    **result.origins[name]._asdict(),
+                    decided_by=result.origins[name].decided_by(),
+                    prior=told.get(name, UNSET),
+                )
+                for name, value in result.parameters.items()
+            )
+        return cls.of(
+            result,
+            gauge="prior" if more else "base",
+            active=tuple(ActiveDocument(holding.multiplier, holding.description) for holding in result.active),
+            min_eigenvalues={str(link): value for link, value in enumerate(result.min_eigenvalues, start=1)},
+            base_parameters=tuple(map(PossibleParameter, base.names, result.values, free.values, moved)),
+            **({"prior": UNSET, "parameters": UNSET} | more),
+        )
 
     @property
     def standard(self) -> dict[str, float]:
