@@ -257,7 +257,7 @@ def gains_result(gains: DriveGains) -> GainsResult:
     processing = gains.source.processing if gains.source else gains.robot.processing
     tens = [named(body.vector) for body in gains.payloads]
     mountings = tuple(MountingDocument(name, ten) for name, ten in zip(gains.mountings.names, tens, strict=True))
-    made = GainsResult(
+    return GainsResult(
         robot=gains.robot.name,
         robot_title=gains.robot.title or UNSET,
         processing=ProcessingDocument.made(gains.robot, processing, ()),
@@ -283,6 +283,4 @@ def gains_result(gains: DriveGains) -> GainsResult:
         relative_residual=ResidualDocument.of(gains.fit),
         disagreement=gains.disagreement,
         verdict=VerdictDocument.made(gains.verdict),
-    )
-    vars(made)["made_from"] = gains
-    return made
+    ).made_by(gains)

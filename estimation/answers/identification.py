@@ -345,7 +345,7 @@ def robot_result(
         {key: None if column is None else column[k] for key, column in columns.items()}
         for k in range(len(estimate.names))
     ]
-    made = RobotResult(
+    return RobotResult(
         robot=robot.name,
         robot_title=robot.title or UNSET,
         joints=tuple(joint.kind for joint in robot.joints),
@@ -376,6 +376,4 @@ def robot_result(
         rollouts=tuple(rollouts) or UNSET,
         reasons_against_use=result.verdict.reasons,
         verdict=VerdictDocument.made(result.verdict),
-    )
-    vars(made)["made_from"] = result
-    return made
+    ).made_by(result)

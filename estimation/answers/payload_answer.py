@@ -114,9 +114,7 @@ class PayloadAnswer(Speaks):
     @cached_property
     def result(self) -> PayloadResult:
         """What it comes to, as ``--json`` writes it: ``answer.result.mass.low``."""
-        result = payload_result(self)
-        vars(result)["made_from"] = self
-        return result
+        return payload_result(self).made_by(self)
 
     def export(self, to: str, despite_verdict: bool = False) -> str:
         """The payload in the format of a controller or a simulator, at the flange: ``PayloadResult.export``."""

@@ -10,6 +10,7 @@ from typing import Annotated, Any, Literal, Self
 from msgspec import UNSET, Meta, UnsetType, field
 
 from ...common.schema import Document, Vector, present
+from ...common.speech import Speaks
 from ...model import BaseParameters, Processing, Robot
 from ..diagnosis.finding import Verdict
 from ..fit.drive_gains import Fingerprints, Gains
@@ -25,6 +26,20 @@ Ten = Mapping[str, Number]
 Interval = tuple[Number, Number]
 Sigma = Annotated[float, Meta(ge=0.0)]
 _Share = Annotated[float, Meta(ge=0.0, lt=1.0)]
+
+
+class Result(Speaks, Document, frozen=True, kw_only=True, dict=True):
+    """Answer to a whole question, which is its own document; one that is read back is of the same type."""
+
+    @property
+    def working(self) -> Any:
+        """Equations and estimates that it was made from; None where it was read from a file."""
+        return vars(self).get("made_from")
+
+    def made_by(self, working: Any) -> Self:
+        """The same, leading back to what it was made from."""
+        vars(self)["made_from"] = working
+        return self
 
 
 class ProcessingDocument(Document, frozen=True):

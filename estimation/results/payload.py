@@ -25,6 +25,7 @@ from .parts import (
     Number,
     ProcessingDocument,
     ResidualDocument,
+    Result,
     RobustDocument,
     Ten,
     VerdictDocument,
@@ -383,7 +384,7 @@ class Inertia(NamedTuple):
     yz: Quantity
 
 
-class PayloadResult(Speaks, Document, frozen=True, kw_only=True, dict=True):
+class PayloadResult(Result, frozen=True, kw_only=True, dict=True):
     """A payload by the methods that were used, and what only a weighing by a short motion tells.
 
     ``frame`` is where it is given, in words; ``assumed`` an inertia that was asked for instead of a measured one;
@@ -418,11 +419,6 @@ class PayloadResult(Speaks, Document, frozen=True, kw_only=True, dict=True):
     repeats: RepeatsDocument | UnsetType | None = UNSET
     assumed: Assumed | UnsetType | None = UNSET
     scale: tuple[float, float] | UnsetType = UNSET
-
-    @property
-    def working(self) -> Any:
-        """Equations and estimates that it was made from; None where it was read from a file."""
-        return vars(self).get("made_from")
 
     @property
     def headline(self) -> str:

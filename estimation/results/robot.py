@@ -1,7 +1,7 @@
 """What ``identify`` and ``gains`` answer, and what they tell later runs; each is its own document."""
 
 from functools import cached_property
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 from msgspec import UNSET, UnsetType, field
@@ -9,7 +9,6 @@ from msgspec import UNSET, UnsetType, field
 from ...common.arrays import Array
 from ...common.errors import InputError
 from ...common.schema import Document, Matrix, Vector, WrongKeyError, at, present
-from ...common.speech import Speaks
 from ...model import Robot
 from ..fit.drive_gains import Fingerprints, Gains
 from ..fit.estimate import Estimate, Fit
@@ -22,6 +21,7 @@ from .parts import (
     PossibleRobotDocument,
     ProcessingDocument,
     ResidualDocument,
+    Result,
     RobustDocument,
     RolloutDocument,
     Ten,
@@ -59,7 +59,7 @@ class GainsTable(Document, frozen=True):
     rests_on: tuple[str, ...] | UnsetType = UNSET
 
 
-class GainsResult(Speaks, Document, frozen=True, kw_only=True, dict=True):
+class GainsResult(Result, frozen=True, kw_only=True, dict=True):
     """Drive gains of a robot, and the recordings and the payload that they come from."""
 
     kind: Literal["gains"] = "gains"
@@ -74,11 +74,6 @@ class GainsResult(Speaks, Document, frozen=True, kw_only=True, dict=True):
     relative_residual: ResidualDocument | UnsetType = UNSET
     disagreement: float | UnsetType = UNSET
     verdict: VerdictDocument | UnsetType = UNSET
-
-    @property
-    def working(self) -> Any:
-        """Problem and estimates that it was made from; None where it was read from a file."""
-        return vars(self).get("made_from")
 
     @property
     def judged(self) -> VerdictDocument:
@@ -104,7 +99,7 @@ class RobotData(Document, frozen=True):
     equations: int | UnsetType = UNSET
 
 
-class RobotResult(Speaks, Document, frozen=True, kw_only=True, dict=True):
+class RobotResult(Result, frozen=True, kw_only=True, dict=True):
     """A robot's base parameters and what they belong to; ``fingerprint`` is of its description with its drives."""
 
     kind: Literal["robot"] = "robot"
@@ -132,11 +127,6 @@ class RobotResult(Speaks, Document, frozen=True, kw_only=True, dict=True):
     rollouts: tuple[RolloutDocument, ...] | UnsetType = UNSET
     reasons_against_use: tuple[str, ...] | UnsetType = UNSET
     verdict: VerdictDocument | UnsetType = UNSET
-
-    @property
-    def working(self) -> Any:
-        """Equations and estimates that it was made from; None where it was read from a file."""
-        return vars(self).get("made_from")
 
     @property
     def headline(self) -> str:
