@@ -124,7 +124,7 @@ def run(
     files.write_json(lambda: answer.result)
     files.write_page(page)
     files.write_equations(lambda: estimation.payload_system(problem, loaded, unloaded, setup.processing))
-    view.write_view(lambda: views.view_of_answer(setup.robot, loaded[0], answer))
+    view.write_view(lambda: views.view_of_answer(setup.robot, loaded[0], answer.result))
     return answered(answer.verdict.level)
 
 

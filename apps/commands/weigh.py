@@ -95,7 +95,7 @@ def run(
     files.show(report.payload_screen(answer.result, files.document, measured))
     files.write_json(lambda: answer.result)
     files.write_page(page)
-    view.write_view(lambda: views.view_of_answer(setup.robot, loaded[0], answer))
+    view.write_view(lambda: views.view_of_answer(setup.robot, loaded[0], answer.result))
     return answered(answer.verdict.level)
 
 

@@ -12,7 +12,7 @@ from ...common.errors import InputError
 from ...common.files import checksum, write_text
 from ...common.schema import json_text
 from ...common.versions import versions
-from ...estimation.results.payload import PayloadResult, array
+from ...estimation.results.payload import PayloadResult, Quantity, array
 from ...estimation.results.robot import GainsResult, RobotResult
 from ...trajectories import Design
 from ..export.controllers import FORMATS, load_of
@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _RATE = 100.0  # Hz, of a motion in figures
+_ENTRIES = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))  # of an inertia matrix, moments first
 
 
 class _Shown(NamedTuple):
@@ -61,10 +62,20 @@ def _payload_page(result: PayloadResult) -> Page:
 
 
 def _payload_rows(result: PayloadResult) -> list[dict[str, Any]]:
-    entries = [("mass", result.mass)]
-    entries += [(f"com {axis}", entry) for axis, entry in result.com._asdict().items()]
-    entries += [(f"inertia {at}", entry) for at, entry in result.inertia._asdict().items()]
-    return [{"quantity": name, **entry._asdict()} for name, entry in entries]
+    places: dict[str, tuple[str, Quantity, tuple[int, ...]]] = {"mass": ("kg", result.mass, ())}
+    places |= {f"com {axis}": ("m", result.com, (k,)) for k, axis in enumerate("xyz")}
+    places |= {f"inertia {'xyz'[i]}{'xyz'[j]}": ("kg m^2", result.inertia, (i, j)) for i, j in _ENTRIES}
+    return [
+        {
+            "quantity": name,
+            "value": float(told.value[at]),
+            "low": float(told.low[at]),
+            "high": float(told.high[at]),
+            "unit": unit,
+            "use": told.use,
+        }
+        for name, (unit, told, at) in places.items()
+    ]
 
 
 def _robot_page(result: RobotResult) -> Page:

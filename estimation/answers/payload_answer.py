@@ -48,7 +48,7 @@ from ..results.payload import (
     PayloadData,
     PayloadResult,
     PossibleEstimate,
-    QuantityDocument,
+    Quantity,
     Recommended,
     RepeatsDocument,
     RippleDocument,
@@ -405,7 +405,7 @@ def _estimates(answer: PayloadAnswer) -> tuple[FreeEstimate | PossibleEstimate, 
     )
 
 
-def _quantities(answer: PayloadAnswer) -> dict[str, QuantityDocument]:
+def _quantities(answer: PayloadAnswer) -> dict[str, Quantity]:
     """Mass, centre of mass and inertia with intervals, and whether to use them; of a long motion by the verdict."""
     possible, spread = answer.possible, answer.spread
     body = answer.assumed or (possible.body if possible is not None else None)
@@ -424,6 +424,6 @@ def _quantities(answer: PayloadAnswer) -> dict[str, QuantityDocument]:
     else:
         uses = [(judged.use, judged.why) for judged in map(answer.judged.__getitem__, values)]
     return {
-        name.replace(" ", "_"): QuantityDocument(use, why or None, *entry)
+        name.replace(" ", "_"): Quantity(use, why or None, *entry)
         for (name, entry), (use, why) in zip(values.items(), uses, strict=True)
     }

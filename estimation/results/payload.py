@@ -4,7 +4,7 @@ The result is its own document: ``--json`` writes it, and what is read back is o
 """
 
 from collections.abc import Mapping, Sequence
-from typing import Any, Literal, NamedTuple, Self
+from typing import Any, Literal, Self
 
 import numpy as np
 from msgspec import UNSET, UnsetType, field
@@ -32,8 +32,6 @@ from .parts import (
 )
 
 _Intervals = Mapping[str, Interval]
-_AT = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
-"""Places of the inertia's entries, moments first."""
 
 
 def numbers(ten: Ten | UnsetType | None) -> Array:
@@ -78,35 +76,46 @@ class WeighedDocument(Document, frozen=True):
     p_value: Number
 
 
-class FreeEstimate(Document, frozen=True, tag_field="estimator", tag="wls"):
-    """A payload as a method sees it, about the origin of the frame; as far as its torques determine it."""
+class MethodEstimate(Document, frozen=True, tag_field="estimator"):
+    """A payload by one method, about the origin of the frame, as far as its torques determine it."""
 
     method: int
     parameters: Ten
     sigma: Ten | UnsetType = UNSET
     sigma_robust: Ten | UnsetType | None = UNSET
+    sigma_with_gains: Ten | UnsetType | None = UNSET
     interval95: _Intervals | UnsetType | None = UNSET
-    interval95_robust: _Intervals | UnsetType | None = UNSET
-    robust: RobustDocument | UnsetType = UNSET
     com: Vector | UnsetType | None = UNSET
-    com_sigma: Vector | UnsetType | None = UNSET
-    com_sigma_robust: Vector | UnsetType | None = UNSET
     inertia_com: Matrix | UnsetType | None = UNSET
-    inertia_com_sigma: Matrix | UnsetType | None = UNSET
-    inertia_com_sigma_robust: Matrix | UnsetType | None = UNSET
     min_pseudo_inertia_eigenvalue: Number | UnsetType = UNSET
     physically_consistent: bool | UnsetType | None = UNSET
-    relative_residual: Number | UnsetType = UNSET
-    sigma_with_gains: Ten | UnsetType | None = UNSET
-    from_scale: bool | UnsetType = UNSET
     weighed: tuple[WeighedDocument, ...] | UnsetType = UNSET
+
+    @property
+    def ten(self) -> Array:
+        """The ten in their order, nan where not determined, shape (10,)."""
+        return numbers(self.parameters)
+
+
+class FreeEstimate(MethodEstimate, frozen=True, tag="wls"):
+    """The payload as a method sees it, whether or not a body can have it."""
+
+    interval95_robust: _Intervals | UnsetType | None = UNSET
+    robust: RobustDocument | UnsetType = UNSET
+    com_sigma: Vector | UnsetType | None = UNSET
+    com_sigma_robust: Vector | UnsetType | None = UNSET
+    inertia_com_sigma: Matrix | UnsetType | None = UNSET
+    inertia_com_sigma_robust: Matrix | UnsetType | None = UNSET
+    relative_residual: Number | UnsetType = UNSET
+    from_scale: bool | UnsetType = UNSET
 
     @classmethod
     def made(cls, result: PayloadEstimate) -> Self:
         """All ten by a method; positive definite inertia is not enough for a body that exists."""
         estimate, body = result.estimate, result.body
         there = body.mass != 0.0
-        return cls(
+        return cls.of(
+            body,
             method=result.method,
             parameters=named(estimate.values),
             sigma=named(estimate.sigma),
@@ -120,8 +129,6 @@ class FreeEstimate(Document, frozen=True, tag_field="estimator", tag="wls"):
             inertia_com=body.inertia_com if there else None,
             inertia_com_sigma=result.sigma_inertia_com if there else None,
             inertia_com_sigma_robust=result.sigma_inertia_com_robust if there else None,
-            min_pseudo_inertia_eigenvalue=body.min_pseudo_inertia_eigenvalue,
-            physically_consistent=body.physically_consistent,
             relative_residual=estimate.fit.relative,
             from_scale=result.from_scale or UNSET,
         )
@@ -137,31 +144,20 @@ class FreeEstimate(Document, frozen=True, tag_field="estimator", tag="wls"):
         return (self.robust.unavailable or "") if self.robust else ""
 
 
-class PossibleEstimate(Document, frozen=True, tag_field="estimator", tag="constrained"):
+class PossibleEstimate(MethodEstimate, frozen=True, tag="constrained"):
     """The nearest payload that can exist, with 95 % intervals."""
 
-    method: int
-    parameters: Ten
-    sigma: Ten | UnsetType = UNSET
-    sigma_robust: Ten | UnsetType | None = UNSET
-    sigma_with_gains: Ten | UnsetType | None = UNSET
     gain_sigma: GainErrorsDocument | UnsetType | None = UNSET
-    interval95: _Intervals | UnsetType | None = UNSET
     interval95_by: Literal["jackknife", "memory", "formula"] | UnsetType = UNSET
-    com: Vector | UnsetType = UNSET
     com_interval95: Matrix | UnsetType = UNSET
-    inertia_com: Matrix | UnsetType = UNSET
     inertia_com_interval95: tuple[Matrix, ...] | UnsetType = UNSET
     principal_moments: Vector | UnsetType = UNSET
     principal_moments_interval95: Matrix | UnsetType = UNSET
-    min_pseudo_inertia_eigenvalue: float | UnsetType = UNSET
-    physically_consistent: bool | UnsetType = UNSET
     constraints: tuple[str, ...] | UnsetType = UNSET
     active: tuple[ActiveDocument, ...] | UnsetType = UNSET
     chi2_rise: float | UnsetType = UNSET
     p_value: Number | UnsetType = UNSET
     conflict: bool | UnsetType = UNSET
-    weighed: tuple[WeighedDocument, ...] | UnsetType = UNSET
     solver_status: str | UnsetType = UNSET
 
     @classmethod
@@ -169,8 +165,10 @@ class PossibleEstimate(Document, frozen=True, tag_field="estimator", tag="constr
         """A payload that can exist, with intervals."""
         free, result, intervals = payload.free.estimate, payload.result, payload.intervals
         p_values = {id(tested.constraint): tested.p_value for tested in payload.tested}
-        return cls(
-            method=payload.method,
+        return cls.of(
+            result,
+            payload.body,
+            payload,
             parameters=named(result.values),
             sigma=named(free.sigma),
             sigma_robust=named(free.sigma_robust) if free.sigma_robust is not None else None,
@@ -178,14 +176,9 @@ class PossibleEstimate(Document, frozen=True, tag_field="estimator", tag="constr
             gain_sigma=GainErrorsDocument.made(payload.gains) if payload.gains else None,
             interval95=_intervals(intervals.parameters),
             interval95_by="formula" if free.robust is None else "memory" if free.robust.by_memory else "jackknife",
-            com=payload.body.com,
             com_interval95=intervals.com,
-            inertia_com=payload.body.inertia_com,
             inertia_com_interval95=tuple(intervals.inertia_com),
-            principal_moments=payload.principal_moments,
             principal_moments_interval95=intervals.principal_moments,
-            min_pseudo_inertia_eigenvalue=result.min_pseudo_inertia_eigenvalue,
-            physically_consistent=payload.body.physically_consistent,
             constraints=tuple(constraint.description for constraint in result.constraints),
             active=tuple(
                 ActiveDocument(
@@ -193,9 +186,6 @@ class PossibleEstimate(Document, frozen=True, tag_field="estimator", tag="constr
                 )
                 for active in result.active
             ),
-            chi2_rise=result.chi2_rise,
-            p_value=result.p_value,
-            conflict=payload.conflict,
             weighed=tuple(map(WeighedDocument.of, payload.weighings)),
             solver_status=result.status,
         )
@@ -203,7 +193,7 @@ class PossibleEstimate(Document, frozen=True, tag_field="estimator", tag="constr
     @property
     def body(self) -> InertialParameters:
         """The payload as a body."""
-        return InertialParameters(numbers(self.parameters))
+        return InertialParameters(self.ten)
 
 
 class PayloadData(Document, frozen=True):
@@ -288,14 +278,31 @@ class RippleDocument(Document, frozen=True):
     probability_by_noise: float
 
 
-class QuantityDocument(Document, frozen=True):
-    """Mass, centre of mass or inertia: whether to use it, its value, 95 % interval and standard deviation."""
+class Quantity(Document, frozen=True):
+    """Mass, centre of mass or inertia there: whether to use it, its value, 95 % interval and standard deviation.
+
+    Numbers are arrays of one shape, those of the interval with one axis more, [low, high].
+    """
 
     use: str
     why: str | None
     value: Any
     interval95: Any
     sigma: Any
+
+    @property
+    def low(self) -> Array:
+        """Lower ends of the 95 % interval, nan where there is none."""
+        return np.asarray(self.interval95[..., 0])
+
+    @property
+    def high(self) -> Array:
+        """Upper ends."""
+        return np.asarray(self.interval95[..., 1])
+
+    def __float__(self) -> float:
+        """The mass alone."""
+        return float(self.value)
 
 
 class RepeatsDocument(Document, frozen=True):
@@ -341,49 +348,6 @@ class FlangeDocument(Document, frozen=True):
                 raise WrongKeyError(name, "must be three finite numbers")
 
 
-class Quantity(NamedTuple):
-    """A number with its 95 % interval, nan where it is not determined.
-
-    Attributes:
-        low, high: bounds of its 95 % interval.
-        unit: of all three.
-        use: whether it may be used.
-    """
-
-    value: float
-    low: float
-    high: float
-    unit: str
-    use: bool
-
-    def __float__(self) -> float:
-        """The number alone."""
-        return self.value
-
-    def __str__(self) -> str:
-        """Number, interval and unit."""
-        return f"{self.value:.6g} {self.unit} (95 % from {self.low:.6g} to {self.high:.6g})"
-
-
-class CentreOfMass(NamedTuple):
-    """The centre of mass [m] along the axes of the payload's frame."""
-
-    x: Quantity
-    y: Quantity
-    z: Quantity
-
-
-class Inertia(NamedTuple):
-    """Entries of the inertia matrix at the centre of mass [kg m^2], axes of the payload's frame."""
-
-    xx: Quantity
-    yy: Quantity
-    zz: Quantity
-    xy: Quantity
-    xz: Quantity
-    yz: Quantity
-
-
 class PayloadResult(Result, frozen=True, kw_only=True, dict=True):
     """A payload by the methods that were used, and what only a weighing by a short motion tells.
 
@@ -413,7 +377,7 @@ class PayloadResult(Result, frozen=True, kw_only=True, dict=True):
     visibility: VisibilityDocument | UnsetType = UNSET
     constant_torques: ConstantTorques | UnsetType = UNSET
     ripple: tuple[RippleDocument, ...] | UnsetType = UNSET
-    quantities: dict[str, QuantityDocument] | UnsetType = UNSET
+    quantities: dict[str, Quantity] | UnsetType = UNSET
     mass_from_scale: bool | UnsetType = UNSET
     agreement: tuple[AgreementDocument, ...] | UnsetType = UNSET
     repeats: RepeatsDocument | UnsetType | None = UNSET
@@ -423,7 +387,8 @@ class PayloadResult(Result, frozen=True, kw_only=True, dict=True):
     @property
     def headline(self) -> str:
         """Mass, interval and verdict in a line."""
-        return f"{self.robot}, mass {self.mass}, {self.verdict.level.replace('_', ' ')}"
+        mass, level = self.mass, self.verdict.level.replace("_", " ")
+        return f"{self.robot}, mass {mass.value:.6g} kg (95 % from {mass.low:.6g} to {mass.high:.6g}), {level}"
 
     @property
     def short(self) -> bool:
@@ -478,41 +443,29 @@ class PayloadResult(Result, frozen=True, kw_only=True, dict=True):
         place = present(self.flange_in_payload_frame)
         return Pose.from_rpy(place.xyz.tolist(), np.radians(place.rpy_deg).tolist()) if place else None
 
-    def quantity(self, name: str) -> QuantityDocument:
-        """Of "mass", "centre_of_mass", "inertia"; unknown in a file that does not hold it."""
-        return (present(self.quantities) or {}).get(name, QuantityDocument("", None, None, None, None))
-
     @property
     def mass(self) -> Quantity:
-        """Mass [kg] with its 95 % interval: ``result.mass.low``."""
-        told = self.quantity("mass")
-        low, high = array(told.interval95, 2).tolist()
-        return Quantity(float(array(told.value)), low, high, "kg", self._usable("mass"))
+        """Mass [kg]: ``result.mass.low`` is the lower end of its 95 % interval."""
+        return self._quantity("mass")
 
     @property
-    def com(self) -> CentreOfMass:
-        """Centre of mass [m] with its 95 % intervals: ``result.com.z.value``."""
-        told, use = self.quantity("centre_of_mass"), self._usable("centre_of_mass")
-        values, ends = array(told.value, 3).tolist(), array(told.interval95, 3, 2).tolist()
-        return CentreOfMass(
-            *(
-                Quantity(x, low, high, "m", use and bool(np.isfinite(x)))
-                for x, (low, high) in zip(values, ends, strict=True)
-            )
-        )
+    def com(self) -> Quantity:
+        """Centre of mass [m], shape (3,)."""
+        return self._quantity("centre_of_mass", 3)
 
     @property
-    def inertia(self) -> Inertia:
-        """Inertia at the centre of mass [kg m^2] with its 95 % intervals: ``result.inertia.xy.value``."""
-        told, use = self.quantity("inertia"), self._usable("inertia")
-        values, ends = array(told.value, 3, 3), array(told.interval95, 3, 3, 2)
-        entries = [(float(values[at]), *map(float, ends[at])) for at in _AT]
-        return Inertia(
-            *(Quantity(x, low, high, "kg m^2", use and bool(np.isfinite(x))) for x, low, high in entries)
-        )
+    def inertia(self) -> Quantity:
+        """Inertia at the centre of mass [kg m^2], axes of the frame, 3 x 3."""
+        return self._quantity("inertia", 3, 3)
 
-    def _usable(self, name: str) -> bool:
-        return self.verdict.level != "do_not_use" and self.quantity(name).use in ("use", "weighed")
+    def _quantity(self, name: str, *shape: int) -> Quantity:
+        told = (present(self.quantities) or {}).get(name, Quantity("", None, None, None, None))
+        value, ends, sigma = (
+            array(told.value, *shape),
+            array(told.interval95, *shape, 2),
+            array(told.sigma, *shape),
+        )
+        return Quantity(told.use, told.why, value, ends, sigma)
 
     def export(self, to: str, despite_verdict: bool = False) -> str:
         """The payload in the format of a controller or a simulator, at the flange; see ``dynident export --to``.

@@ -261,15 +261,15 @@ def load_of(
         )
     estimate, verdict, widths = chosen[0], result.verdict, _half_widths(chosen[0])
     kind = "constrained" if isinstance(estimate, PossibleEstimate) else "wls"
-    source, reasons, parameters = f"{name}, method {number} ({kind})", verdict.reasons, estimate.parameters
+    source, reasons, ten = f"{name}, method {number} ({kind})", verdict.reasons, estimate.ten
     point_mass = verdict.level == "mass_and_com_only" and not despite_verdict
     if result.assumed and number == result.method:
         label = f"inertia ASSUMED, not measured: {result.assumed.inertia}"
         source, reasons, point_mass = f"{source}, {label}", (*reasons, label), False
-        parameters, widths = result.assumed.parameters, widths and widths._replace(inertia=math.inf)
+        ten, widths = numbers(result.assumed.parameters), widths and widths._replace(inertia=math.inf)
     place = present(result.flange_in_payload_frame)
     return ControllerLoad(
-        _body(numbers(parameters), name, point_mass),
+        _body(ten, name, point_mass),
         result.frame,
         source,
         verdict.level,

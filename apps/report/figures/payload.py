@@ -15,7 +15,6 @@ from ....estimation.results.payload import (
     RepeatsDocument,
     array,
     bounds,
-    numbers,
 )
 from ..blocks import Drawing
 from .canvas import BLUE, ORANGE, Axes, Figure, legend, mark_interval, matplotlib, panels, plain
@@ -144,7 +143,7 @@ def _panel(axis: Axes, result: PayloadResult, k: int, scale: float) -> None:
 
 def _places(estimate: FreeEstimate | PossibleEstimate) -> Array:
     """Mass and centre of mass, shape (4,)."""
-    return np.append(numbers(estimate.parameters)[9], array(estimate.com, 3))
+    return np.append(estimate.ten[9], array(estimate.com, 3))
 
 
 def _intervals(estimate: PossibleEstimate) -> Array:

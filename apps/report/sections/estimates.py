@@ -85,7 +85,7 @@ def parameters_table(result: PayloadResult) -> Table:
 
 def free_cells(estimate: FreeEstimate) -> list[Cell]:
     """Least squares alone: the ten, the centre of mass and the inertia there, as far as they are determined."""
-    values, sigma = numbers(estimate.parameters), estimate.larger_sigma
+    values, sigma = estimate.ten, estimate.larger_sigma
     if present(estimate.inertia_com) is not None:
         values = np.concatenate([values, array(estimate.com, 3), _six(estimate.inertia_com)])
         coms = [array(of, 3) for of in (estimate.com_sigma, estimate.com_sigma_robust)]
@@ -110,14 +110,14 @@ def _reported(result: PayloadResult) -> tuple[Array, Array]:
             array(best.principal_moments_interval95, 3, 2),
         )
         return _all_numbers(best), np.vstack(intervals)
-    values[:10], values[10:13] = numbers(result.best_free.parameters), array(result.best_free.com, 3)
-    ends[9], ends[10:13] = result.mass[1:3], [entry[1:3] for entry in result.com]
+    values[:13] = *result.best_free.ten, *array(result.best_free.com, 3)
+    ends[9:13] = result.mass.interval95, *result.com.interval95
     return values, ends
 
 
 def _all_numbers(estimate: PossibleEstimate) -> Array:
     com, moments = array(estimate.com, 3), array(estimate.principal_moments, 3)
-    return np.concatenate([numbers(estimate.parameters), com, _six(estimate.inertia_com), moments])
+    return np.concatenate([estimate.ten, com, _six(estimate.inertia_com), moments])
 
 
 def _six(matrix: object) -> Array:

@@ -28,7 +28,6 @@ from .evidence import (
 )
 from .verdict import MEND, VERDICTS, gain_error_notes, reason_blocks, reason_lines, verdict_notes
 
-_QUANTITIES = ("mass", "centre_of_mass", "inertia")
 _ENTRIES = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
 """Places of the inertia's entries, moments first."""
 _HOW = {
@@ -93,15 +92,15 @@ def payload_page(
         extra: sections to stand behind the payload's.
         origin: what kind of data it is, below the title; recordings by default.
     """
-    best, mass, repeats = result.best, result.mass, present(result.repeats)
-    interval = mass.low, mass.high
+    best, repeats = result.best, present(result.repeats)
+    mass, interval = float(result.mass), tuple(result.mass.interval95.tolist())
     sections = [
         methods_section(result),
-        joints_section(present(result.mass_by_joints) or (), mass.value, interval),
+        joints_section(present(result.mass_by_joints) or (), mass, interval),
         *extra,
     ]
     if repeats is not None:
-        drawn = repeats_figure(repeats, mass.value, interval)
+        drawn = repeats_figure(repeats, mass, interval)
         words = "Each recording was weighed alone too: the scatter tells what no single one does."
         blocks: list[Block] = [Text(words), *([drawn] if drawn is not None else [])]
         sections.insert(0, Section("repeats", "From recording to recording", blocks))
@@ -124,7 +123,7 @@ def payload_page(
     ]
     controller = controller_blocks(result, "this report", result.title)
     if best is not None:
-        why = [Pair(why, [flange_figure(best, uses(result)[2] == "use", is_flange(result.frame))])]
+        why = [Pair(why, [flange_figure(best, result.inertia.use == "use", is_flange(result.frame))])]
     lead: list[Block] = [
         Banner(result.verdict.level, VERDICTS[result.verdict.level].sentence),
         Pair([quantities_table(result)], [Text("What to type into the controller", "heading"), *controller]),
@@ -136,29 +135,21 @@ def payload_page(
 
 def quantities_table(result: PayloadResult, entries: int = 6) -> Table:
     """Value, 95 % interval and use of mass, centre of mass and inertia there; ``entries``: of its matrix."""
-    inertia = array(result.quantity("inertia").value, 3, 3)
-    bounds = array(result.quantity("inertia").interval95, 3, 3, 2)
-    mass, com, moments = uses(result)
-    numbers = [("mass", "kg", result.mass.value, (result.mass.low, result.mass.high), mass)]
-    for k, (axis, entry) in enumerate(result.com._asdict().items()):
-        use = com if k == 0 or not np.isfinite(entry.value) else ""
-        interval = 1e3 * entry.low, 1e3 * entry.high
-        numbers.append((f"centre of mass {axis}", "mm", 1e3 * entry.value, interval, use))
+    mass, com, inertia = result.mass, result.com, result.inertia
+    numbers = [("mass", "kg", mass.value, mass.interval95, mass.use)]
+    for k, (x, ends) in enumerate(zip(com.value, com.interval95, strict=True)):
+        use = com.use if k == 0 or not np.isfinite(x) else ""
+        numbers.append((f"centre of mass {'xyz'[k]}", "mm", 1e3 * x, 1e3 * ends, use))
     for i, j in _ENTRIES[:entries]:
-        use = moments if (i, j) == (0, 0) or result.assumed else ""
-        numbers.append((f"inertia {'XYZ'[i]}{'XYZ'[j]} at com", "kg m²", inertia[i, j], tuple(bounds[i, j]), use))
+        use = inertia.use if (i, j) == (0, 0) or result.assumed else ""
+        name = f"inertia {'XYZ'[i]}{'XYZ'[j]} at com"
+        numbers.append((name, "kg m²", inertia.value[i, j], inertia.interval95[i, j], use))
     rows = [
-        (name, unit, *(with_interval(value, *interval) if np.isfinite(value) else ("-", "-")), use)
-        for name, unit, value, interval, use in numbers
+        (name, unit, *(with_interval(float(x), *ends.tolist()) if np.isfinite(x) else ("-", "-")), use)
+        for name, unit, x, ends, use in numbers
     ]
     headings = (*columns(("", "unit"), ("value", "95 % interval")), Column("", folds=True))
     return Table(f"Payload in {result.frame}", headings, rows, ("mass", "centre of mass z"), "quantities")
-
-
-def uses(result: PayloadResult) -> tuple[str, str, str]:
-    """Say what to do with mass, centre of mass, inertia."""
-    mass, com, inertia = (result.quantity(name).use for name in _QUANTITIES)
-    return mass, com, inertia
 
 
 def answer_notes(result: PayloadResult) -> list[str]:
@@ -218,16 +209,15 @@ def controller_line(result: PayloadResult) -> str:
     turn, origin = (pose.R, pose.p) if pose is not None else (np.eye(3), np.zeros(3))
     where = "" if is_flange(result.frame) else f" in {result.frame}"
     where = " at the flange" if pose is not None else where
-    mass, place = result.mass, result.quantity("centre_of_mass")
-    com = _numbers(1e3 * (turn.T @ (array(place.value, 3) - origin)), 1e3 * array(place.interval95, 3, 2))
-    line = f"mass {with_interval(mass.value, mass.low, mass.high)[0]} kg, centre of mass ({com}) mm{where}"
-    inertia = result.quantity("inertia")
-    moved = turn.T @ array(inertia.value, 3, 3) @ turn
+    com = _numbers(1e3 * (turn.T @ (result.com.value - origin)), 1e3 * result.com.interval95)
+    mass = with_interval(float(result.mass), *result.mass.interval95.tolist())[0]
+    line, inertia = f"mass {mass} kg, centre of mass ({com}) mm{where}", result.inertia
+    moved = turn.T @ inertia.value @ turn
     if result.assumed:
         return f"{line}, inertia there ({', '.join(f'{x:.4f}' for x in np.diag(moved))}) kg m², ASSUMED"
     if inertia.use == "use" and result.best is not None:
         entries = np.array([moved[at] for at in _ENTRIES])
-        numbers = _numbers(entries, array(inertia.interval95, 3, 3, 2).reshape(9, 2))
+        numbers = _numbers(entries, inertia.interval95.reshape(9, 2))
         return f"{line}, inertia there XX YY ZZ XY XZ YZ ({numbers}) kg m²"
     return f"{line}, inertia left at zero"
 
