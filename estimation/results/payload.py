@@ -14,7 +14,7 @@ from ...common.schema import LARGEST, Document, Matrix, Vector, WrongKeyError, p
 from ...common.speech import Speaks
 from ...model import INERTIAL, InertialParameters, Pose
 from ..fit.drive_gains import Gains
-from ..payload.by_joints import ByJoints, JointShare
+from ..payload.by_joints import ByJoints, JointShare, JointsMass
 from ..payload.constrained import ConstrainedPayload
 from ..payload.result import PREFERRED, PayloadEstimate
 from .parts import (
@@ -227,11 +227,7 @@ class JointsMassDocument(Document, frozen=True):
     @property
     def name(self) -> str:
         """The joints in words: "joint 3" or "joints 4-6"."""
-        if len(self.joints) == 1:
-            return f"joint {self.joints[0]}"
-        if self.joints == tuple(range(self.joints[0], self.joints[-1] + 1)):
-            return f"joints {self.joints[0]}-{self.joints[-1]}"
-        return f"joints {', '.join(map(str, self.joints))}"
+        return JointsMass(self.joints, None).name
 
 
 def mass_by_joints(by_joints: ByJoints) -> tuple[JointsMassDocument, ...]:

@@ -13,6 +13,7 @@ from dynident import InertialParameters, Simulator, answer_payload, identify, lo
 from dynident.apps.logs.log_check import check_log
 from dynident.apps.report.terminal import COLUMNS, LINES
 from dynident.common.errors import InputError
+from dynident.common.schema import read_json, write_json
 from dynident.common.speech import Speaks
 from dynident.estimation import PayloadAnswer
 from dynident.estimation.answers.gains import DriveGains
@@ -79,6 +80,26 @@ def test_an_answer_becomes_values_and_files(kind: str, answers: dict[str, Speaks
         assert answer.plot().axes
     with pytest.raises(InputError, match="there are "):
         answer.plot("no such figure")
+
+
+@pytest.mark.parametrize("kind", ["payload", "robot", "gains"])
+def test_a_result_read_back_is_of_the_same_type_and_shows_the_same(
+    kind: str, answers: dict[str, Any], tmp_path: Path
+) -> None:
+    result = answers[kind].result
+    write_json(tmp_path / "a.json", result)
+    back = read_json(tmp_path / "a.json", type(result), "")
+    assert back.summary(details=True) == result.summary(details=True) == answers[kind].summary(details=True)
+    assert repr(back) == repr(result)
+    assert back.to_dict() == result.to_dict()
+    assert back.to_dict()["kind"] == kind
+    assert (back.working, result.working) == (None, answers[kind])
+    with pytest.raises(InputError, match="identify again"):
+        back.report(tmp_path / "r.html")
+    text = (tmp_path / "a.json").read_text().replace(f'"kind": "{kind}"', '"kind": "other"')
+    (tmp_path / "b.json").write_text(text)
+    with pytest.raises(InputError, match=f"key 'kind': must be '{kind}', got 'other'"):
+        read_json(tmp_path / "b.json", type(result), "")
 
 
 @pytest.mark.parametrize("kind", KINDS)

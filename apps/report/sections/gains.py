@@ -3,9 +3,8 @@
 import numpy as np
 
 from ....common.schema import present
-from ....estimation.answers.gains import DriveGains
-from ....estimation.results.payload import array, mass_by_joints
-from ....estimation.results.robot import GainsResult
+from ....estimation.results.payload import array, mass_by_joints, numbers
+from ....estimation.results.robot import GainsResult, MountingDocument
 from ..blocks import Banner, Block, Notes, Page, Screen, Table, columns
 from ..provenance import Provenance, report_page
 from .evidence import joints_section, torques_section
@@ -56,7 +55,7 @@ def gains_page(gains: GainsResult, provenance: Provenance) -> Page:
     mounted = zip(made.mountings.names, made.loads, made.by_joints, strict=True) if made.by_joints else ()
     weights = [
         joints_section(mass_by_joints(by_joints), load.mass, (load.mass, load.mass), name)._replace(
-            title=f"The known weight as each joint sees it{_mounted(made, name)}"
+            title=f"The known weight as each joint sees it{_mounted(gains, name)}"
         )
         for name, load, by_joints in mounted
     ]
@@ -66,21 +65,26 @@ def gains_page(gains: GainsResult, provenance: Provenance) -> Page:
     return report_page(title, subtitle, lead, sections, _notes(gains), provenance)
 
 
-def _mounted(made: DriveGains, name: int) -> str:
-    return f", mounting {name}" if len(made.loads) > 1 else ""
+def _mounted(gains: GainsResult, name: int) -> str:
+    return f", mounting {name}" if gains.load and gains.load.mountings else ""
 
 
 def _notes(gains: GainsResult) -> list[str]:
-    lines, made, robust, residual = [], gains.working, present(gains.robust), present(gains.relative_residual)
-    for name, load, body in zip(made.mountings.names, made.loads, made.payloads, strict=True):
-        com = " ".join(f"{x:.4f}" for x in body.com)
-        lines.append(
-            f"Payload{_mounted(made, name)}: {load.mass:.4g} kg as given (sigma {load.mass_sigma:.2g} kg), centre "
-            f"of mass {com} m, {'as given' if load.com is not None else 'estimated'}."
-        )
+    lines, robust, residual, load = list[str](), present(gains.robust), present(gains.relative_residual), gains.load
+    if load:
+        known, sigma = present(load.known) or {}, float(array(load.mass_sigma))
+        mountings = load.mountings or (MountingDocument(1, present(load.identified) or {}),)
+        for k, mounting in enumerate(mountings, start=1):
+            number, ten = str(k) if k > 1 else "", numbers(mounting.identified)
+            com = " ".join(f"{x:.4f}" for x in ten[6:9] / ten[9])
+            lines.append(
+                f"Payload{_mounted(gains, mounting.mounting)}: {known.get(f'M_L{number}', np.nan):.4g} kg as given "
+                f"(sigma {sigma:.2g} kg), centre of mass {com} m, "
+                f"{'as given' if f'MX_L{number}' in known else 'estimated'}."
+            )
     lines += [
         "Every gain goes with the mass as given: 1 % of it is 1 % of each, which no recording shows"
-        + (" unless weights differ." if len(made.loads) > 1 else "."),
+        + (" unless weights differ." if load and load.mountings else "."),
         f"Relative residual of the currents: {100 * array(residual.relative if residual else None):.2f} %.",
         "Without the constraint that robot and payload can exist: "
         + " ".join(f"{value:.3f}" for value in array(gains.drive_gains.without_constraints, 0))
