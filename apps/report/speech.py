@@ -17,6 +17,7 @@ from ...estimation.results.robot import GainsResult, RobotResult
 from ...trajectories import Design
 from ..export.controllers import FORMATS, load_of
 from ..logs.log_check import LogCheck
+from ..numbers import SIX
 from .blocks import Page, Screen, Table
 from .documents import Look, check_document, design_document
 from .html import blocks_html, page_html
@@ -32,7 +33,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _RATE = 100.0  # Hz, of a motion in figures
-_ENTRIES = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))  # of an inertia matrix, moments first
 
 
 class _Shown(NamedTuple):
@@ -64,7 +64,7 @@ def _payload_page(result: PayloadResult) -> Page:
 def _payload_rows(result: PayloadResult) -> list[dict[str, Any]]:
     places: dict[str, tuple[str, Quantity, tuple[int, ...]]] = {"mass": ("kg", result.mass, ())}
     places |= {f"com {axis}": ("m", result.com, (k,)) for k, axis in enumerate("xyz")}
-    places |= {f"inertia {'xyz'[i]}{'xyz'[j]}": ("kg m^2", result.inertia, (i, j)) for i, j in _ENTRIES}
+    places |= {f"inertia {'xyz'[i]}{'xyz'[j]}": ("kg m^2", result.inertia, (i, j)) for i, j in SIX}
     return [
         {
             "quantity": name,

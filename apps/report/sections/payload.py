@@ -11,7 +11,7 @@ from ....estimation.payload.result import METHOD_NAMES
 from ....estimation.possible.result import CONFLICT
 from ....estimation.results.payload import PayloadResult, array
 from ...export.controllers.load import is_flange
-from ...numbers import interval_digits, with_interval
+from ...numbers import SIX, interval_digits, six, with_interval
 from ..blocks import Banner, Block, Column, Notes, Page, Pair, Screen, Section, Table, Text, columns
 from ..figures.payload import flange_figure, repeats_figure, seen
 from ..provenance import Provenance, report_page
@@ -28,8 +28,6 @@ from .evidence import (
 )
 from .verdict import MEND, VERDICTS, gain_error_notes, reason_blocks, reason_lines, verdict_notes
 
-_ENTRIES = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
-"""Places of the inertia's entries, moments first."""
 _HOW = {
     1: "the loaded torques less those of the robot as it was identified",
     2: "the change of the robot's base parameters",
@@ -140,7 +138,7 @@ def quantities_table(result: PayloadResult, entries: int = 6) -> Table:
     for k, (x, ends) in enumerate(zip(com.value, com.interval95, strict=True)):
         use = com.use if k == 0 or not np.isfinite(x) else ""
         numbers.append((f"centre of mass {'xyz'[k]}", "mm", 1e3 * x, 1e3 * ends, use))
-    for i, j in _ENTRIES[:entries]:
+    for i, j in SIX[:entries]:
         use = inertia.use if (i, j) == (0, 0) or result.assumed else ""
         name = f"inertia {'XYZ'[i]}{'XYZ'[j]} at com"
         numbers.append((name, "kg m²", inertia.value[i, j], inertia.interval95[i, j], use))
@@ -216,8 +214,7 @@ def controller_line(result: PayloadResult) -> str:
     if result.assumed:
         return f"{line}, inertia there ({', '.join(f'{x:.4f}' for x in np.diag(moved))}) kg m², ASSUMED"
     if inertia.use == "use" and result.best is not None:
-        entries = np.array([moved[at] for at in _ENTRIES])
-        numbers = _numbers(entries, inertia.interval95.reshape(9, 2))
+        numbers = _numbers(six(moved), inertia.interval95.reshape(9, 2))
         return f"{line}, inertia there XX YY ZZ XY XZ YZ ({numbers}) kg m²"
     return f"{line}, inertia left at zero"
 
