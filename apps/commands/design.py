@@ -14,7 +14,7 @@ from ...common.files import made_folder, write_text
 from .. import export, report
 from .. import view as views
 from . import ANSWERED
-from .motion import FIGURE_RATE, Asked, Judged, MotionFiles, best_motion, build_request, floor_of, show
+from .motion import FIGURE_RATE, Asked, MotionFiles, best_motion, build_request, floor_of, show
 from .options import GoalOptions, LimitOptions, Options, RehearsedRobotOptions, ViewOptions, in_si, option
 from .values import number, numbers, positive, positive_number, whole
 
@@ -176,10 +176,12 @@ def run(
     if files.val3:  # what a controller would make of the via points if its profiles are trapezoidal
         profile = export.motions.val3_replay(written).motion(_REPLAY_RATE)
         replay = trajectories.score_motion(request.problem, profile)
-    judged = Judged(title, design.score, samples, design, floor, replay)
+    judged = report.documents.JudgedMotion(
+        title, design.score, samples, request.reference, request.labels, design, floor, replay
+    )
     bounded = request.problem.payloads is not None
     files.check_replays(limits.whole(request.problem), written, val3=files.has("val3") and bounded)
-    show(files, request, judged, limits, goal, arm)
+    show(files, judged, limits, goal, arm)
     files.write(written)
     view.write_view(lambda: views.view_of(robot, samples, problem=request.problem))
     return ANSWERED

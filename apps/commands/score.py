@@ -8,12 +8,12 @@ import numpy as np
 
 from ... import estimation, model, trajectories
 from ...common.errors import InputError
-from .. import logs
+from .. import logs, report
 from .. import view as views
 from ..logs.map import read_log_map
 from ..logs.read import read_recording
 from . import ANSWERED
-from .motion import Asked, Judged, build_request, floor_of, show
+from .motion import Asked, build_request, floor_of, show
 from .options import GoalOptions, LimitOptions, Options, PageOptions, RehearsedRobotOptions, ViewOptions, option
 from .values import positive_number, whole
 
@@ -55,8 +55,10 @@ def run(
     motion = _logged_motion(scored.log, request.problem.robot, scored.log_map, scored.cutoff)
     score = trajectories.score_motion(request.problem, motion)
     floor = floor_of(request.problem, score, scored.seed or 0) if scored.bound else None
-    judged = Judged(f"Motion of {scored.log}", score, motion, floor=floor, source=scored.log)
-    show(files, request, judged, scored, limits, goal, arm)
+    judged = report.documents.JudgedMotion(
+        f"Motion of {scored.log}", score, motion, request.reference, request.labels, floor=floor, source=scored.log
+    )
+    show(files, judged, scored, limits, goal, arm)
     problem = request.problem
     view.write_view(lambda: views.view_of(problem.robot, motion, problem=problem))
     return ANSWERED

@@ -19,7 +19,7 @@ from ..export.controllers import FORMATS, load_of
 from ..logs.log_check import LogCheck
 from ..numbers import SIX
 from .blocks import Page, Screen, Table
-from .documents import Look, check_document, design_document
+from .documents import JudgedMotion, Look, check_document, design_document
 from .html import blocks_html, page_html
 from .provenance import Provenance, SourceFile, now
 from .sections.check import check_page, check_screen
@@ -97,14 +97,9 @@ def _robot_rows(result: RobotResult) -> list[dict[str, Any]]:
     ]
 
 
-def _design_screen(answer: Design) -> Screen:
+def _judged(answer: Design) -> JudgedMotion:
     title = f"Motion of {answer.problem.robot.title or answer.problem.robot.name}"
-    return design_screen(answer.problem, answer.score, title, {}, {})
-
-
-def _design_page(answer: Design) -> Page:
-    motion, screen = answer.motion(_RATE), _design_screen(answer).blocks
-    return design_page(answer.problem, answer.score, motion, answer, screen, {}, {}, _provenance(()))
+    return JudgedMotion(title, answer.score, answer.motion(_RATE), design=answer)
 
 
 def _gains_page(result: GainsResult) -> Page:
@@ -141,9 +136,9 @@ _SHOWN: dict[type, _Shown] = {
     RobotResult: _Shown(robot_screen, _itself, _robot_page, _robot_rows),
     GainsResult: _Shown(gains_screen, _itself, _gains_page, _gains_rows),
     Design: _Shown(
-        _design_screen,
-        lambda answer: design_document(answer.problem, answer.score, {}, design=answer),
-        _design_page,
+        lambda answer: design_screen(_judged(answer)),
+        lambda answer: design_document(_judged(answer)),
+        lambda answer: design_page(_judged(answer), _provenance(())),
         lambda answer: [{"parameter": name, "sigma": sigma} for name, sigma in answer.learnt.sigma.items()],
     ),
     LogCheck: _Shown(

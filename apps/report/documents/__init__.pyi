@@ -3,6 +3,7 @@ from ....common.schema import write_json as write_json
 from .check import Look as Look
 from .check import check_document as check_document
 from .check import robot_check_document as robot_check_document
+from .design import JudgedMotion as JudgedMotion
 from .design import design_document as design_document
 from .design import near_document as near_document
 from .fleet import ComparedDocument as ComparedDocument
