@@ -141,8 +141,9 @@ class RobotResult(Result, frozen=True, kw_only=True, dict=True):
 
     @property
     def judged(self) -> VerdictDocument:
-        """The verdict; "use" where a file holds none."""
-        return present(self.verdict) or VerdictDocument("use", present(self.reasons_against_use) or ())
+        """The verdict; of a file that holds none by its reasons."""
+        reasons = present(self.reasons_against_use) or ()
+        return present(self.verdict) or VerdictDocument("do_not_use" if reasons else "use", reasons)
 
     @property
     def essential(self) -> tuple[str, ...]:
