@@ -41,9 +41,13 @@ def exact(values: ArrayLike, separator: str = " ") -> str:
     return separator.join(repr(float(value) + 0.0) for value in np.ravel(values))
 
 
+SIX = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
+"""Places of the entries of a symmetric matrix, as Universal Robots, MuJoCo and Drake take them."""
+
+
 def six(J: Array) -> Array:
-    """xx, yy, zz, xy, xz, yz of a symmetric matrix: the order of Universal Robots, MuJoCo and Drake."""
-    return np.array([*np.diag(J), J[0, 1], J[0, 2], J[1, 2]])
+    """xx, yy, zz, xy, xz, yz of a symmetric matrix."""
+    return np.array([J[at] for at in SIX])
 
 
 def inertia_entries(J: Array) -> dict[str, str]:

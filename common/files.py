@@ -1,11 +1,9 @@
 """Writes files so that a killed run leaves no half one; tables as text."""
 
-import csv
 import hashlib
-import io
 import os
 import tempfile
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
 from pathlib import Path
@@ -119,12 +117,3 @@ def _mode(path: Path) -> int:
     umask = os.umask(0o077)
     os.umask(umask)
     return 0o666 & ~umask
-
-
-def csv_table(names: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    """A table as the text of a CSV."""
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(names)
-    writer.writerows(rows)
-    return text.getvalue()

@@ -18,6 +18,7 @@ import msgspec
 import numpy as np
 from msgspec import Meta, inspect
 
+from .brief import Brief
 from .errors import InputError
 from .files import write_bytes
 
@@ -142,7 +143,7 @@ Matrix = Annotated[_Rows, Meta(extra_json_schema=_ROWS_SCHEMA)]
 _NUMBERS: dict[Any, Any] = {_Row: tuple[float | None, ...], _Rows: tuple[tuple[float | None, ...], ...]}
 
 
-class Table(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+class Table(Brief, msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """A table of a file; ``advice`` says of a key what no type tells."""
 
     advice: ClassVar[Mapping[str, str]] = {}

@@ -2,6 +2,7 @@ from .answers.gains import identify_gains as identify_gains
 from .answers.identification import Identification as Identification
 from .answers.identification import identification_system as identification_system
 from .answers.identification import identify as identify
+from .answers.identification import robot_result as robot_result
 from .answers.payload import answer_payload as answer_payload
 from .answers.payload_answer import PayloadAnswer as PayloadAnswer
 from .answers.system import ObservationSystem as ObservationSystem
@@ -54,6 +55,9 @@ from .possible.robot import PossibleRobot as PossibleRobot
 from .possible.robot import solve_constrained_base as solve_constrained_base
 from .possible.whole_robot import WholeRobot as WholeRobot
 from .possible.whole_robot import whole_robot as whole_robot
+from .results.payload import PayloadResult as PayloadResult
+from .results.robot import GainsResult as GainsResult
+from .results.robot import RobotResult as RobotResult
 from .signals.filtering import measurement as measurement
 
 __all__ = [
@@ -61,13 +65,16 @@ __all__ = [
     "CentreOfMassInBox",
     "Estimate",
     "Gains",
+    "GainsResult",
     "Identification",
     "InEllipsoid",
     "KnownMass",
     "LongMotion",
     "MassBounds",
     "PayloadAnswer",
+    "PayloadResult",
     "PossibleBody",
+    "RobotResult",
     "Settings",
     "ShortMotion",
     "SigmaBound",

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..common.arrays import Array, frozen_array
+from ..common.brief import Brief
 
 _SLOW = {True: 0.05, False: 0.02}  # rad/s where a joint turns, m/s where it slides
 _OVERSAMPLING = 1.25
@@ -14,8 +15,8 @@ _SLOWEST = 1e-12
 """Of rates [Hz]; below it the count of samples in a period of theirs is none."""
 
 
-@dataclass(frozen=True)
-class Motion:
+@dataclass(frozen=True, repr=False)
+class Motion(Brief):
     """A joint motion on a uniform or uneven time grid.
 
     Attributes:
@@ -82,8 +83,8 @@ class Measurement:
         return Measurement(own, self.torque[part], before, path)
 
 
-@dataclass(frozen=True)
-class Recording:
+@dataclass(frozen=True, repr=False)
+class Recording(Brief):
     """What a controller wrote: uneven time, positions, perhaps speeds, torques; not yet filtered.
 
     Attributes:

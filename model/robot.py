@@ -11,6 +11,7 @@ from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import Any, Literal, NamedTuple
 
+from ..common.brief import Brief
 from ..common.errors import holds_control
 from .drives import Coupling, Drives, Spring
 from .motion import Processing
@@ -121,8 +122,8 @@ class Links:
     meshes: tuple[tuple[Mesh, ...], ...] = ()
 
 
-@dataclass(frozen=True)
-class Robot:
+@dataclass(frozen=True, repr=False)
+class Robot(Brief):
     """A serial robot.
 
     Attributes:

@@ -15,7 +15,7 @@ from cyclopts import Parameter
 from ... import estimation, model, trajectories
 from ...common.files import made_folder
 from ...common.progress import Progress, silent
-from .. import report, results
+from .. import report
 from ..logs.map import LogMap
 from . import ANSWERED
 from .entry import command, options
@@ -118,13 +118,9 @@ def run(*, demo: _Demo, pages: _Pages) -> int:
         experiment = simulate_paper(paper_robot(), noise, demo.seed, demo.trajectories, progress)
     with status("reducing") as progress:
         robot, answer = identified(experiment, progress)
-    processing = experiment.robot.processing
-    document = report.documents.payload_document(answer, processing, None)
-    report.documents.write_json(folder / "payload.json", document)
-    report.documents.write_json(
-        folder / "robot.json", report.documents.identification_document(robot, processing, None)
-    )
-    page = _page(experiment, robot, answer, document, demo.noise, pages)
+    report.documents.write_json(folder / "payload.json", answer.result)
+    report.documents.write_json(folder / "robot.json", robot.result)
+    page = _page(experiment, robot, answer, demo.noise, pages)
     pages = replace(pages, report=pages.report or str(folder / "report.html"))
     pages.write_page(lambda: page)
     report.save_figure(page.drawings()[0].figure, folder / "torques.png")
@@ -147,7 +143,7 @@ def identified(
 
 def _screen(answer: estimation.PayloadAnswer, document: str, written: str) -> report.Screen:
     """The payload beside the truth, and what to type into a controller."""
-    screen = report.payload_screen(answer, document)
+    screen = report.payload_screen(answer.result, document)
     place = ", ".join(f"{1e3 * x:g}" for x in PAYLOAD.com)
     head = (
         f"The paper's experiment on a simulated RX90; it carries {PAYLOAD.mass:g} kg at ({place}) mm, which the "
@@ -161,7 +157,6 @@ def _page(
     experiment: trajectories.Experiment,
     identified: estimation.Identification,
     answer: estimation.PayloadAnswer,
-    document: results.StoredPayload,
     noise: str,
     pages: PageOptions,
 ) -> report.Page:
@@ -175,11 +170,10 @@ def _page(
         "errors of the drive gains": f"{100.0 * experiment.disturbances.gain_error:g} %",
     }
     return report.payload_page(
-        answer,
-        document,
+        answer.result,
         pages.provenance(setup.in_words() | simulated),
         [answer.prediction(experiment.runs[-1].recording, True), *identified.predictions],
         others=len(experiment.runs) - 2,
-        extra=(report.robot_section(identified, None),),
+        extra=(report.robot_section(identified.result),),
         origin="The paper's experiment on a simulated robot",
     )

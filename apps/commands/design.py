@@ -16,7 +16,7 @@ from .. import export, report
 from .. import view as views
 from . import ANSWERED
 from .entry import FILES, MOTION, SEARCH, command, options
-from .motion import FIGURE_RATE, Asked, Judged, MotionFiles, best_motion, build_request, floor_of, show
+from .motion import FIGURE_RATE, Asked, MotionFiles, best_motion, build_request, floor_of, show
 from .options import Options, RehearsedRobotOptions, ViewOptions
 from .options.motions import GoalOptions, LimitOptions, in_si
 from .values import Count, NewFolder, Positions, Seconds, Seed, number, numbers, word
@@ -174,10 +174,12 @@ def run(
     if files.val3:  # what a controller would make of the via points if its profiles are trapezoidal
         profile = export.motions.val3_replay(written).motion(_REPLAY_RATE)
         replay = trajectories.score_motion(request.problem, profile)
-    judged = Judged(title, design.score, samples, design, floor, replay)
+    judged = report.documents.JudgedMotion(
+        title, design.score, samples, request.reference, request.labels, design, floor, replay
+    )
     bounded = request.problem.payloads is not None
     files.check_replays(limits.whole(request.problem), written, val3=files.has("val3") and bounded)
-    show(files, request, judged)
+    show(files, judged)
     files.write(written)
     view.write_view(lambda: views.view_of(robot, samples, problem=request.problem))
     return ANSWERED

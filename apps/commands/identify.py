@@ -125,15 +125,14 @@ def run(
         if request.rollout:
             values = possible.values if possible is not None else result.estimate.values
             rollouts = rollout.roll_out_all(result.robot, values, held_out, setup.processing, progress=progress)
-    files.show(report.robot_screen(result, possible, rollouts, files.document))
-    files.write_json(
-        lambda: report.documents.identification_document(result, setup.processing, setup.gains, possible, rollouts)
-    )
+    told = estimation.robot_result(result, possible, tuple(map(report.documents.rollout_document, rollouts)))
+    files.show(report.robot_screen(told, rollouts, files.document))
+    files.write_json(lambda: told)
 
     def page() -> report.Page:
         provenance = files.provenance(setup.in_words())
         others = len(held_out or recordings) - len(result.predictions)
-        return report.robot_page(result, possible, provenance, others, rollouts)
+        return report.robot_page(told, provenance, others, rollouts)
 
     files.write_page(page)
     files.write_equations(lambda: estimation.identification_system(result, recordings, setup.processing))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Annotated
 
@@ -18,9 +18,7 @@ from .options import (
     FrictionOptions,
     GainOptions,
     KnowledgeOptions,
-    PageOptions,
     PairOptions,
-    Setup,
     ViewOptions,
 )
 from .progress import status
@@ -46,7 +44,7 @@ class ComparedOptions(FrictionOptions):
                 "give --unloaded recordings or --robot-parameters: without either nothing can be compared"
             )
 
-    def stored(self) -> results.StoredRobot | None:
+    def stored(self) -> estimation.RobotResult | None:
         """The robot's parameters from a file."""
         return results.read_stored_robot(self.robot_parameters) if self.robot_parameters else None
 
@@ -119,13 +117,15 @@ def run(
         methods = None if request.method == "all" else (int(request.method),)
         answer = estimation.answer_payload(problem, methods, held_out, constraints, gains)
 
-    def page(document: results.StoredPayload) -> report.Page:
+    def page() -> report.Page:
         others = len(loaded) + len(held_out) - len(answer.predictions)
-        return report.payload_page(answer, document, files.provenance(setup.in_words()), answer.predictions, others)
+        return report.payload_page(answer.result, files.provenance(setup.in_words()), answer.predictions, others)
 
-    show_payload(answer, setup, files, page)
+    files.show(report.payload_screen(answer.result, files.document))
+    files.write_json(lambda: answer.result)
+    files.write_page(page)
     files.write_equations(lambda: estimation.payload_system(problem, loaded, unloaded, setup.processing))
-    view.write_view(lambda: views.view_of_answer(setup.robot, loaded[0], answer))
+    view.write_view(lambda: views.view_of_answer(setup.robot, loaded[0], answer.result))
     return answered(answer.verdict.level)
 
 
@@ -140,22 +140,3 @@ def constraints_solved() -> Iterator[None]:
         yield
     except estimation.SolverError as error:
         raise InputError(str(error)) from None
-
-
-def show_payload(
-    answer: estimation.PayloadAnswer,
-    setup: Setup,
-    files: PageOptions,
-    page: Callable[[results.StoredPayload], report.Page],
-    measured: bool = False,
-) -> None:
-    """Print the answer, write its document and its page.
-
-    Args:
-        page: makes the report of the document; called only where it is asked for.
-        measured: whether an inertia that was to be assumed is measured.
-    """
-    files.show(report.payload_screen(answer, files.document, measured))
-    document = report.documents.payload_document(answer, setup.processing, setup.gains)
-    files.write_json(lambda: document)
-    files.write_page(lambda: page(document))

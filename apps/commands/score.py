@@ -9,13 +9,13 @@ from cyclopts import Parameter
 
 from ... import estimation, model, trajectories
 from ...common.errors import InputError
-from .. import logs
+from .. import logs, report
 from .. import view as views
 from ..logs.map import read_log_map
 from ..logs.read import read_recording
 from . import ANSWERED
 from .entry import FLOOR, MOTION, command, options
-from .motion import Asked, Judged, build_request, floor_of, show
+from .motion import Asked, build_request, floor_of, show
 from .options import Options, PageOptions, RehearsedRobotOptions, ViewOptions
 from .options.motions import GoalOptions, LimitOptions
 from .values import LOG, LogMapFile, Reads, Seconds, Seed, positive_number, word
@@ -63,8 +63,10 @@ def run(
     motion = _logged_motion(data, request.problem.robot, scored.log_map, scored.cutoff)
     score = trajectories.score_motion(request.problem, motion)
     floor = floor_of(request.problem, score, scored.seed or 0) if scored.bound else None
-    judged = Judged(f"Motion of {data}", score, motion, floor=floor, source=data)
-    show(files, request, judged)
+    judged = report.documents.JudgedMotion(
+        f"Motion of {data}", score, motion, request.reference, request.labels, floor=floor, source=data
+    )
+    show(files, judged)
     problem = request.problem
     view.write_view(lambda: views.view_of(problem.robot, motion, problem=problem))
     return ANSWERED

@@ -8,7 +8,7 @@ from cyclopts import Parameter
 
 from ... import estimation
 from ...common.errors import InputError
-from .. import report, results
+from .. import report
 from .. import view as views
 from . import answered
 from .entry import command, options
@@ -20,7 +20,7 @@ from .options import (
     RobotOptions,
     ViewOptions,
 )
-from .payload import ComparedOptions, constraints_solved, show_payload
+from .payload import ComparedOptions, constraints_solved
 from .progress import status
 from .values import Joints
 
@@ -72,12 +72,15 @@ def run(
         if stand_in is not None:
             answer = answer.assuming(stand_in)
 
-    def page(document: results.StoredPayload) -> report.Page:
-        shown = report.payload_page(answer, document, files.provenance(setup.in_words()))
-        if files.plots and not shown.drawings():
+    def page() -> report.Page:
+        made = report.payload_page(answer.result, files.provenance(setup.in_words()))
+        if files.plots and not made.drawings():
             raise InputError("--plots: no joints see the mass, there is nothing to draw")
-        return shown
+        return made
 
-    show_payload(answer, setup, files, page, measured=stand_in is not None and answer.stand_in is None)
-    view.write_view(lambda: views.view_of_answer(robot, loaded[0], answer))
+    measured = stand_in is not None and answer.stand_in is None
+    files.show(report.payload_screen(answer.result, files.document, measured))
+    files.write_json(lambda: answer.result)
+    files.write_page(page)
+    view.write_view(lambda: views.view_of_answer(robot, loaded[0], answer.result))
     return answered(answer.verdict.level)

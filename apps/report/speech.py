@@ -12,21 +12,14 @@ from ...common.errors import InputError
 from ...common.files import checksum, write_text
 from ...common.schema import json_text
 from ...common.versions import versions
-from ...estimation import Identification, LongMotion, PayloadAnswer
-from ...estimation.answers.gains import DriveGains
+from ...estimation.results.payload import PayloadResult, Quantity, array
+from ...estimation.results.robot import GainsResult, RobotResult
 from ...trajectories import Design
-from ..export.controllers import FORMATS, load_of_document
+from ..export.controllers import FORMATS, load_of
 from ..logs.log_check import LogCheck
-from ..results import StoredPayload
+from ..numbers import SIX
 from .blocks import Page, Screen, Table
-from .documents import (
-    Look,
-    check_document,
-    design_document,
-    gains_document,
-    identification_document,
-    payload_document,
-)
+from .documents import JudgedMotion, Look, check_document, design_document
 from .html import blocks_html, page_html
 from .provenance import Provenance, SourceFile, now
 from .sections.check import check_page, check_screen
@@ -54,61 +47,72 @@ class _Shown(NamedTuple):
     rows: Callable[[Any], list[dict[str, Any]]]
 
 
-def _payload_document(answer: PayloadAnswer) -> StoredPayload:
-    return payload_document(answer, answer.problem.source.processing)
+def _itself(result: Any) -> Any:
+    """A result is its own document."""
+    return result
 
 
-def _payload_page(answer: PayloadAnswer) -> Page:
-    source = answer.problem.source
-    recordings = (*source.unloaded, *source.loaded, *answer.held_out)
-    predictions = answer.predictions if isinstance(answer.problem, LongMotion) else ()
-    others = len(source.loaded) + len(answer.held_out) - len(predictions)
-    return payload_page(answer, _payload_document(answer), _provenance(recordings), predictions, max(others, 0))
+def _payload_page(result: PayloadResult) -> Page:
+    made = result.working
+    source = made.problem.source
+    recordings = (*(source.unloaded if source else ()), *(source.loaded if source else ()), *made.held_out)
+    predictions = () if result.short else made.predictions
+    others = (len(source.loaded) if source else 0) + len(made.held_out) - len(predictions)
+    return payload_page(result, _provenance(recordings), predictions, max(others, 0))
 
 
-def _payload_rows(answer: PayloadAnswer) -> list[dict[str, Any]]:
-    payload = answer.payload
-    entries = [("mass", payload.mass)]
-    entries += [(f"com {axis}", entry) for axis, entry in payload.com._asdict().items()]
-    entries += [(f"inertia {at}", entry) for at, entry in payload.inertia._asdict().items()]
-    return [{"quantity": name, **entry._asdict()} for name, entry in entries]
-
-
-def _robot_page(answer: Identification) -> Page:
-    others = len(answer.held_out or answer.recordings) - len(answer.predictions)
-    provenance = _provenance((*answer.recordings, *answer.held_out))
-    return robot_page(answer, None, provenance, others)
-
-
-def _robot_rows(answer: Identification) -> list[dict[str, Any]]:
-    base, estimate = answer.base, answer.estimate
+def _payload_rows(result: PayloadResult) -> list[dict[str, Any]]:
+    places: dict[str, tuple[str, Quantity, tuple[int, ...]]] = {"mass": ("kg", result.mass, ())}
+    places |= {f"com {axis}": ("m", result.com, (k,)) for k, axis in enumerate("xyz")}
+    places |= {f"inertia {'xyz'[i]}{'xyz'[j]}": ("kg m^2", result.inertia, (i, j)) for i, j in SIX}
     return [
         {
-            "parameter": name,
-            "value": float(estimate.values[k]),
-            "sigma": float(estimate.total_sigma[k]),
-            "essential": base.columns[k] in answer.essential,
-            "grouping": grouping,
+            "quantity": name,
+            "value": float(told.value[at]),
+            "low": float(told.low[at]),
+            "high": float(told.high[at]),
+            "unit": unit,
+            "use": told.use,
         }
-        for k, (name, grouping) in enumerate(zip(base.names, base.groupings(), strict=True))
+        for name, (unit, told, at) in places.items()
     ]
 
 
-def _design_screen(answer: Design) -> Screen:
-    title = f"Motion of {answer.problem.robot.title or answer.problem.robot.name}"
-    return design_screen(answer.problem, answer.score, title, {}, {})
+def _robot_page(result: RobotResult) -> Page:
+    made = result.working
+    others = len(made.held_out or made.recordings) - len(made.predictions)
+    return robot_page(result, _provenance((*made.recordings, *made.held_out)), others)
 
 
-def _design_page(answer: Design) -> Page:
-    motion, screen = answer.motion(_RATE), _design_screen(answer).blocks
-    return design_page(answer.problem, answer.score, motion, answer, screen, {}, {}, _provenance(()))
-
-
-def _gains_rows(answer: DriveGains) -> list[dict[str, Any]]:
-    columns = zip(answer.values, answer.larger_relative_sigma, answer.identified, answer.rests_on, strict=True)
+def _robot_rows(result: RobotResult) -> list[dict[str, Any]]:
     return [
-        {"motor": motor, "gain": float(gain), "sigma": float(gain * share), "identified": good, "rests on": words}
-        for motor, (gain, share, good, words) in enumerate(columns, 1)
+        {
+            "parameter": parameter.name,
+            "value": parameter.value,
+            "sigma": float(sigma),
+            "essential": parameter.essential,
+            "grouping": parameter.grouping,
+        }
+        for parameter, sigma in zip(result.base_parameters, result.estimate.total_sigma, strict=True)
+    ]
+
+
+def _judged(answer: Design) -> JudgedMotion:
+    title = f"Motion of {answer.problem.robot.title or answer.problem.robot.name}"
+    return JudgedMotion(title, answer.score, answer.motion(_RATE), design=answer)
+
+
+def _gains_page(result: GainsResult) -> Page:
+    source = result.working.source
+    return gains_page(result, _provenance((*source.unloaded, *source.loaded) if source else ()))
+
+
+def _gains_rows(result: GainsResult) -> list[dict[str, Any]]:
+    told = result.drive_gains
+    columns = zip(told.values, array(told.sigma, 0), told.identified or (), told.rests_on or (), strict=True)
+    return [
+        {"motor": motor, "gain": float(gain), "sigma": float(sigma), "identified": good, "rests on": words}
+        for motor, (gain, sigma, good, words) in enumerate(columns, 1)
     ]
 
 
@@ -128,26 +132,14 @@ def _log_rows(answer: LogCheck) -> list[dict[str, Any]]:
 
 
 _SHOWN: dict[type, _Shown] = {
-    PayloadAnswer: _Shown(payload_screen, _payload_document, _payload_page, _payload_rows),
-    Identification: _Shown(
-        lambda answer: robot_screen(answer, None),
-        lambda answer: identification_document(answer, answer.processing or answer.robot.processing, None),
-        _robot_page,
-        _robot_rows,
-    ),
+    PayloadResult: _Shown(payload_screen, _itself, _payload_page, _payload_rows),
+    RobotResult: _Shown(robot_screen, _itself, _robot_page, _robot_rows),
+    GainsResult: _Shown(gains_screen, _itself, _gains_page, _gains_rows),
     Design: _Shown(
-        _design_screen,
-        lambda answer: design_document(answer.problem, answer.score, {}, design=answer),
-        _design_page,
+        lambda answer: design_screen(_judged(answer)),
+        lambda answer: design_document(_judged(answer)),
+        lambda answer: design_page(_judged(answer), _provenance(())),
         lambda answer: [{"parameter": name, "sigma": sigma} for name, sigma in answer.learnt.sigma.items()],
-    ),
-    DriveGains: _Shown(
-        gains_screen,
-        lambda gains: gains_document(gains, gains.source.processing if gains.source else gains.robot.processing),
-        lambda gains: gains_page(
-            gains, _provenance((*gains.source.unloaded, *gains.source.loaded) if gains.source else ())
-        ),
-        _gains_rows,
     ),
     LogCheck: _Shown(
         check_screen,
@@ -158,21 +150,30 @@ _SHOWN: dict[type, _Shown] = {
 }
 
 
+def _shown(answer: object) -> tuple[Any, _Shown]:
+    """What is shown of an answer, its result, and how."""
+    result = getattr(answer, "result", answer)
+    return result, _SHOWN[type(result)]
+
+
 def summary(answer: object, details: bool) -> str:
     """The screen as text."""
-    return screen_text(_SHOWN[type(answer)].screen(answer), details)
+    result, shown = _shown(answer)
+    return screen_text(shown.screen(result), details)
 
 
 def first_block(answer: object) -> str:
     """The first table of the screen and the lines above it, as HTML."""
-    first = _SHOWN[type(answer)].screen(answer).first
+    result, shown = _shown(answer)
+    first = shown.screen(result).first
     place = next((k for k, block in enumerate(first) if isinstance(block, Table)), len(first))
     return blocks_html(first[: place + 1])
 
 
 def plain(answer: object) -> dict[str, Any]:
     """The document as plain values."""
-    document: dict[str, Any] = json.loads(json_text(_SHOWN[type(answer)].document(answer)))
+    result, shown = _shown(answer)
+    document: dict[str, Any] = json.loads(json_text(shown.document(result)))
     return document
 
 
@@ -186,13 +187,26 @@ def frame(answer: object) -> Any:
         import pandas
     except ModuleNotFoundError:
         raise ImportError("to_frame() needs pandas: pip install pandas; to_dict() does without") from None
-    rows = _SHOWN[type(answer)].rows(answer)
+    result, shown = _shown(answer)
+    rows = shown.rows(result)
     return pandas.DataFrame(rows).set_index(next(iter(rows[0]))) if rows else pandas.DataFrame()
+
+
+def _page(answer: object) -> Page:
+    """The page.
+
+    Raises:
+        InputError: of a result that was read from a file, without what a page draws.
+    """
+    result, shown = _shown(answer)
+    if getattr(result, "working", result) is None:
+        raise InputError("a result that was read from a file has no recordings to draw: identify again")
+    return shown.page(result)
 
 
 def write_report(answer: object, path: str | Path) -> None:
     """Write the page."""
-    write_text(path, page_html(_SHOWN[type(answer)].page(answer)))
+    write_text(path, page_html(_page(answer)))
 
 
 def figure(answer: object, name: str | None) -> Figure:
@@ -201,7 +215,7 @@ def figure(answer: object, name: str | None) -> Figure:
     Raises:
         InputError: if there is no such figure.
     """
-    drawings = {drawing.name: drawing for drawing in _SHOWN[type(answer)].page(answer).drawings()}
+    drawings = {drawing.name: drawing for drawing in _page(answer).drawings()}
     if name is None and drawings:
         return next(iter(drawings.values())).figure
     if name not in drawings:
@@ -209,7 +223,7 @@ def figure(answer: object, name: str | None) -> Figure:
     return drawings[name].figure
 
 
-def export(answer: PayloadAnswer, to: str, despite_verdict: bool) -> str:
+def export(result: PayloadResult, to: str, despite_verdict: bool) -> str:
     """The payload in a controller's or a simulator's format, at the flange.
 
     Raises:
@@ -217,7 +231,7 @@ def export(answer: PayloadAnswer, to: str, despite_verdict: bool) -> str:
     """
     if to not in FORMATS:
         raise InputError(f"there is no format {to!r}: there are {', '.join(FORMATS)}")
-    load = load_of_document(_payload_document(answer), "answer", None, despite_verdict)
+    load = load_of(result, "answer", None, despite_verdict)
     if not despite_verdict and (load.verdict == "do_not_use" or load.beyond_rating):
         against = "; ".join(load.reasons) or load.beyond_rating
         raise InputError(f"not to be used: {against}; despite_verdict=True writes it all the same")

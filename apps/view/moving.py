@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from ...common.arrays import Array
 from ...common.errors import InputError
-from ...estimation import PayloadAnswer
+from ...estimation import PayloadResult
 from ...model import Motion, Pose, Recording, Robot
 from ...model.frames import frames_at, step
 from ...model.many_states import point_at
@@ -109,12 +109,11 @@ def view_of(
     )
 
 
-def view_of_answer(robot: Robot, recording: Recording, answer: PayloadAnswer) -> View:
+def view_of_answer(robot: Robot, recording: Recording, result: PayloadResult) -> View:
     """The arm along a recording, with the payload that was identified; its inertia where that may be used."""
     still = np.zeros_like(recording.q)
-    usable = answer.possible is not None and answer.verdict.level == "use"
-    inertia = answer.possible.body.inertia_com if answer.possible is not None and usable else None
-    payload = ShownPayload(answer.mass, answer.com, answer.com_interval, inertia)
+    inertia = result.inertia.value if result.best is not None and result.verdict.level == "use" else None
+    payload = ShownPayload(float(result.mass), result.com.value, result.com.interval95, inertia)
     return view_of(robot, Motion(recording.t, recording.q, still, still), payload=payload)
 
 

@@ -5,6 +5,7 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
+from msgspec import UNSET
 
 from ...common.arrays import Array, frozen_array
 from ...common.errors import InputError
@@ -26,6 +27,9 @@ from ..payload.by_joints import ByJoints, payload_over_time
 from ..payload.long_motion import LongMotion, Source
 from ..payload.methods import identify_payload
 from ..payload.result import PayloadEstimate
+from ..results.parts import ProcessingDocument, ResidualDocument, RobustDocument, VerdictDocument
+from ..results.payload import named
+from ..results.robot import GainsResult, GainsTable, LoadDocument, MountingDocument
 from .system import DRAWN, TorquePrediction, payload_prediction
 
 
@@ -75,8 +79,12 @@ class DriveGains(Speaks):
     @property
     def headline(self) -> str:
         """The robot, how many of its gains are known, and the verdict in a line."""
-        known = f"{sum(self.identified)} of {len(self.identified)} gains identified"
-        return f"{self.robot.name}, {known}, {self.verdict.level.replace('_', ' ')}"
+        return self.result.headline
+
+    @cached_property
+    def result(self) -> GainsResult:
+        """What it comes to, as ``--json`` writes it and ``--drive-gains`` reads it."""
+        return gains_result(self)
 
     @cached_property
     def values(self) -> Array:
@@ -242,3 +250,37 @@ def _evidence(
             compared=problem.source.compared,
             diagnosis=diagnosis if k == 0 else replace(diagnosis, alternatives=()),
         )
+
+
+def gains_result(gains: DriveGains) -> GainsResult:
+    """Collect what ``gains`` answers."""
+    processing = gains.source.processing if gains.source else gains.robot.processing
+    tens = [named(body.vector) for body in gains.payloads]
+    mountings = tuple(MountingDocument(name, ten) for name, ten in zip(gains.mountings.names, tens, strict=True))
+    return GainsResult(
+        robot=gains.robot.name,
+        robot_title=gains.robot.title or UNSET,
+        processing=ProcessingDocument.made(gains.robot, processing, ()),
+        load=LoadDocument(
+            known=gains.known,
+            mass_sigma=max(load.mass_sigma for load in gains.loads),
+            identified=tens[0],
+            mountings=mountings if len(mountings) > 1 else UNSET,
+        ),
+        drive_gains=GainsTable(
+            values=gains.values,
+            sigma=gains.values * gains.larger_relative_sigma,
+            relative_sigma=gains.larger_relative_sigma,
+            relative_sigma_formula=gains.relative_sigma,
+            relative_sigma_robust=gains.relative_sigma_robust,
+            relative_covariance=gains.larger_relative_covariance,
+            without_constraints=gains.free_values,
+            identified=gains.identified,
+            rests_on=tuple(gains.identifiability),
+        ),
+        fingerprints=gains.recordings,
+        robust=RobustDocument.made(gains.robust, gains.without_robust),
+        relative_residual=ResidualDocument.of(gains.fit),
+        disagreement=gains.disagreement,
+        verdict=VerdictDocument.made(gains.verdict),
+    ).made_by(gains)

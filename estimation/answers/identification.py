@@ -7,8 +7,10 @@ XX = 0 says that all mass lies on the x axis, and ZZ6 = 0 while YZ6 is not that 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
+from msgspec import UNSET
 
 from ...common.errors import InputError
 from ...common.speech import Speaks
@@ -31,7 +33,19 @@ from ..payload.robust import with_robust
 from ..possible.cone import SolverError
 from ..possible.payload import solve_constrained
 from ..possible.result import rise_p_value
-from ..possible.robot import solve_constrained_base
+from ..possible.robot import PossibleRobot, solve_constrained_base
+from ..results.parts import (
+    EliminationDocument,
+    GainErrorsDocument,
+    ParameterDocument,
+    PossibleRobotDocument,
+    ProcessingDocument,
+    ResidualDocument,
+    RobustDocument,
+    RolloutDocument,
+    VerdictDocument,
+)
+from ..results.robot import RobotData, RobotResult
 from .system import DRAWN, ObservationSystem, TorquePrediction, joined, observed, robot_prediction
 
 _UNLIKELY = 0.01
@@ -161,8 +175,12 @@ class Identification(Speaks):
     @property
     def headline(self) -> str:
         """The robot, its parameters and what they leave unexplained, in a line."""
-        count, relative = len(self.base.columns), 100.0 * self.estimate.fit.relative
-        return f"{self.robot.name}, {count} base parameters, {relative:.2f} % of the torque unexplained"
+        return self.result.headline
+
+    @cached_property
+    def result(self) -> RobotResult:
+        """What it comes to, as ``--json`` writes it but for a robot that can exist."""
+        return robot_result(self)
 
     @property
     def essential(self) -> tuple[str, ...]:
@@ -290,3 +308,67 @@ def identification_system(
     observations = observed(Observer(result.robot, result.base.columns), recordings, processing)
     loaded = [False] * len(recordings)
     return joined(observations, recordings, loaded, result.estimate.weights, result.problem)
+
+
+def robot_result(
+    result: Identification, constrained: PossibleRobot | None = None, rollouts: Sequence[RolloutDocument] = ()
+) -> RobotResult:
+    """Collect what ``identify`` answers.
+
+    Args:
+        constrained: the robot that can exist, if it was asked for.
+        rollouts: predicted motion of recordings held out, if it was asked for.
+    """
+    estimate, problem, base, robot = result.estimate, result.problem, result.base, result.robot
+    raw, scaled = problem.condition_numbers()
+    labels = dict(zip(estimate.names, base.names, strict=True))
+    used = result.recordings[0].gains if result.recordings else ()
+    columns: dict[str, Any] = {
+        "name": base.names,
+        "grouping": base.groupings(),
+        "value": estimate.values,
+        "sigma": estimate.sigma,
+        "relative_sigma_percent": estimate.relative_sigma_percent,
+        "sigma_robust": estimate.sigma_robust,
+        "interval95": estimate.interval95,
+        "interval95_robust": estimate.robust_interval95,
+        "sigma_by_gains": estimate.sigma_by_gains,
+        "interval95_with_gains": estimate.interval95_with_gains,
+        "essential": [name in result.essential for name in estimate.names],
+    }
+    rows: list[dict[str, Any]] = [
+        {key: None if column is None else column[k] for key, column in columns.items()}
+        for k in range(len(estimate.names))
+    ]
+    return RobotResult(
+        robot=robot.name,
+        robot_title=robot.title or UNSET,
+        joints=tuple(joint.kind for joint in robot.joints),
+        fingerprint=robot.fingerprint,
+        processing=ProcessingDocument.made(robot, result.processing or robot.processing, used),
+        data=RobotData(
+            rows_per_joint=problem.rows,
+            degrees_of_freedom=estimate.degrees_of_freedom,
+            error_norms=estimate.fit.error_norms,
+            torque_norms=estimate.fit.torque_norms,
+            weights=estimate.weights,
+            equations=problem.equations,
+        ),
+        columns=estimate.names,
+        covariance=estimate.covariance,
+        covariance_robust=estimate.robust.covariance if estimate.robust else None,
+        robust=RobustDocument.made(estimate.robust, result.without_robust),
+        base_parameters=tuple(ParameterDocument(**row) for row in rows),
+        elimination=EliminationDocument.made(result.elimination, result.warnings, labels),
+        constrained=PossibleRobotDocument.made(constrained, base) if constrained is not None else None,
+        chi2_by="formula" if estimate.robust is None else "jackknife",
+        condition_number=raw,
+        condition_number_scaled=scaled,
+        gain_sensitivity=estimate.gain_sensitivity,
+        gain_sigma=GainErrorsDocument.made(result.gains) if result.gains else None,
+        relative_residual=ResidualDocument.of(estimate.fit),
+        validation=ResidualDocument.of(result.validation) if result.validation else None,
+        rollouts=tuple(rollouts) or UNSET,
+        reasons_against_use=result.verdict.reasons,
+        verdict=VerdictDocument.made(result.verdict),
+    ).made_by(result)

@@ -2,9 +2,10 @@
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import NamedTuple
+from typing import Any, Literal
 
 import numpy as np
+from msgspec import UNSET
 
 from ...common.arrays import Array
 from ...common.errors import InputError
@@ -14,6 +15,8 @@ from ...model.inertia import PayloadSpread, payload_spread
 from ..diagnosis.checks import allowing, judge_com, judge_inertia, judge_mass
 from ..diagnosis.evidence import Agreement, Judged
 from ..diagnosis.finding import Verdict
+from ..diagnosis.joints import worst_joint
+from ..equations.equations import PAYLOAD, Equations
 from ..fit.covariance import NORMAL95, student95
 from ..fit.drive_gains import Gains
 from ..fit.essential import Elimination
@@ -26,77 +29,47 @@ from ..payload.methods import PayloadProblem, combined
 from ..payload.recommended import Recommendation, recommended_method
 from ..payload.repeats import Repeats
 from ..payload.result import PayloadEstimate
+from ..payload.ripple import RIPPLE_CHANCE
 from ..payload.short_motion import ShortMotion
 from ..payload.stand_in import StandIn
 from ..possible.constraints import KnownMass
 from ..possible.result import Weighing
+from ..results.parts import (
+    EliminationDocument,
+    GainErrorsDocument,
+    ProcessingDocument,
+    ResidualDocument,
+    RobustDocument,
+    VerdictDocument,
+)
+from ..results.payload import (
+    AgreementDocument,
+    Assumed,
+    ConstantTorques,
+    FlangeDocument,
+    FreeEstimate,
+    PayloadData,
+    PayloadResult,
+    PossibleEstimate,
+    Quantity,
+    Recommended,
+    RepeatsDocument,
+    RippleDocument,
+    VisibilityDocument,
+    WeighedDocument,
+    mass_by_joints,
+    named,
+)
 from .system import DRAWN, TorquePrediction, payload_prediction, robot_prediction
 
-
-class Quantity(NamedTuple):
-    """A number with its 95 % interval, nan where it is not determined.
-
-    Attributes:
-        low, high: bounds of its 95 % interval.
-        unit: of all three.
-        use: whether it may be used.
-    """
-
-    value: float
-    low: float
-    high: float
-    unit: str
-    use: bool
-
-    def __float__(self) -> float:
-        """The number alone."""
-        return self.value
-
-    def __str__(self) -> str:
-        """Number, interval and unit."""
-        return f"{self.value:.6g} {self.unit} (95 % from {self.low:.6g} to {self.high:.6g})"
-
-
-class CentreOfMass(NamedTuple):
-    """The centre of mass [m] along the axes of the payload's frame."""
-
-    x: Quantity
-    y: Quantity
-    z: Quantity
-
-
-class Inertia(NamedTuple):
-    """Entries of the inertia matrix at the centre of mass [kg m^2], axes of the payload's frame."""
-
-    xx: Quantity
-    yy: Quantity
-    zz: Quantity
-    xy: Quantity
-    xz: Quantity
-    yz: Quantity
-
-
-class NamedPayload(NamedTuple):
-    """A payload with its intervals by name.
-
-    Attributes:
-        mass: [kg].
-        com: centre of mass [m].
-        inertia: at the centre of mass [kg m^2].
-        frame: they are given in, in words.
-        body: as a body; None where not all ten parameters are determined.
-    """
-
-    mass: Quantity
-    com: CentreOfMass
-    inertia: Inertia
-    frame: str
-    body: InertialParameters | None
-
-
 _UNKNOWN = np.full(10, np.nan)
-_ENTRIES = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
-"""Places of the inertia's entries, moments first."""
+_VAGUE = "not measured well enough"
+_BY_LEVEL = {
+    "use": ("use", "use", "use"),
+    "mass_and_com_only": ("use", "use", _VAGUE),
+    "do_not_use": ("do not use",) * 3,
+}
+"""By the verdict on a long motion, what to do with mass, centre of mass and inertia."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -137,46 +110,16 @@ class PayloadAnswer(Speaks):
     @property
     def headline(self) -> str:
         """Mass, interval and verdict in a line."""
-        mass = self.payload.mass
-        return f"{self.problem.robot.name}, mass {mass}, {self.verdict.level.replace('_', ' ')}"
+        return self.result.headline
 
     @cached_property
-    def payload(self) -> NamedPayload:
-        """Mass, centre of mass and inertia with their 95 % intervals by name: ``answer.payload.mass.low``."""
-        uses, places = self._uses, zip(self.com, self.com_interval, strict=True)
-        com = [_quantity(x, bounds, "m", uses["centre of mass"]) for x, bounds in places]
-        inertia, bounds = np.full((3, 3), np.nan), np.full((3, 3, 2), np.nan)
-        if self.possible is not None:
-            inertia, bounds = self.possible.body.inertia_com, self.possible.intervals.inertia_com
-        entries = [_quantity(inertia[at], bounds[at], "kg m^2", uses["inertia"]) for at in _ENTRIES]
-        return NamedPayload(
-            mass=Quantity(self.mass, *self.mass_interval, "kg", uses["mass"]),
-            com=CentreOfMass(*com),
-            inertia=Inertia(*entries),
-            frame=self.problem.robot.payload_frame,
-            body=self.possible.body if self.possible is not None else None,
-        )
-
-    @property
-    def _uses(self) -> dict[str, bool]:
-        """Whether each quantity may be used: by the verdict, of a short motion each by itself too."""
-        level = self.verdict.level
-        usable = level != "do_not_use"
-        if isinstance(self.problem, LongMotion):
-            return {"mass": usable, "centre of mass": usable, "inertia": level == "use"}
-        return {name: usable and judged.use in ("use", "weighed") for name, judged in self.judged.items()}
+    def result(self) -> PayloadResult:
+        """What it comes to, as ``--json`` writes it: ``answer.result.mass.low``."""
+        return payload_result(self).made_by(self)
 
     def export(self, to: str, despite_verdict: bool = False) -> str:
-        """The payload in the format of a controller or a simulator, at the flange; see ``dynident export --to``.
-
-        Args:
-            to: name of the format, such as "ur".
-            despite_verdict: give it whatever the verdict is.
-
-        Raises:
-            InputError: for another name, or a payload that must not be used.
-        """
-        return str(Speaks.shown_by().export(self, to, despite_verdict))
+        """The payload in the format of a controller or a simulator, at the flange: ``PayloadResult.export``."""
+        return self.result.export(to, despite_verdict)
 
     @property
     def recommendation(self) -> Recommendation:
@@ -354,6 +297,157 @@ class PayloadAnswer(Speaks):
         return payload_prediction(self.problem, self.recommended.body, recording, settings, held_out)
 
 
-def _quantity(value: float, interval: Array, unit: str, use: bool) -> Quantity:
-    low, high = interval.tolist()
-    return Quantity(float(value), low, high, unit, use and bool(np.isfinite(value)))
+def payload_result(answer: PayloadAnswer) -> PayloadResult:
+    """Collect what ``payload`` and ``weigh`` answer; a number that was not determined is nan or None."""
+    problem, flange, source = answer.problem, answer.problem.robot.flange_pose, answer.problem.source
+    robot, processing = problem.robot, source.processing
+    more: dict[str, Any] = {}
+    if isinstance(problem, ShortMotion):
+        more = _weighing(answer, problem)
+    else:
+        # Of robot and payload together, as in Table 2, where method 4 was used.
+        names, steps = dict(zip(problem.base.columns, problem.base.names, strict=True)), answer.elimination
+        more["essential"] = EliminationDocument.made(steps, answer.warnings, names) if steps else None
+        more["left_out"] = {str(method): reason for method, reason in answer.left_out.items()}
+    if flange is not None:
+        degrees = np.degrees(flange.rpy) + 0.0
+        more["flange_in_payload_frame"] = FlangeDocument(flange.p, degrees, robot.sources.get("flange", ""))
+    if answer.gains is not None:
+        more["gain_sigma"] = GainErrorsDocument.made(answer.gains)
+    if answer.scale is not None:
+        more["scale"] = answer.scale.mass, answer.scale.sigma
+    worst = worst_joint(answer.by_joints, answer.mass)
+    return PayloadResult(
+        robot=robot.name,
+        robot_title=robot.title or UNSET,
+        frame=robot.payload_frame,
+        rated_payload_kg=robot.rated_payload,
+        processing=ProcessingDocument.made(robot, processing, source.loaded[0].gains),
+        relative_residual=_residual(answer),
+        data=_data(answer),
+        estimates=_estimates(answer),
+        recommended=Recommended(
+            answer.free.method, "constrained" if answer.constrained else "wls", answer.recommendation.reason
+        ),
+        mass_by_joints=mass_by_joints(answer.by_joints),
+        joint_that_agrees_least=worst.text if worst else None,
+        quantities=_quantities(answer),
+        verdict=VerdictDocument.made(answer.verdict),
+        **more,
+    )
+
+
+def _weighing(answer: PayloadAnswer, short: ShortMotion) -> dict[str, Any]:
+    """Collect the keys of a short motion."""
+    body, stand_in, repeats = answer.assumed, answer.stand_in, answer.repeats
+    drift, drift_sigma = (repeats.drift if repeats is not None else None) or (None, None)
+    return {
+        "joints": tuple(short.joints),
+        "visibility": VisibilityDocument.of(short.visibility),
+        "constant_torques": ConstantTorques(tuple(j + 1 for j in short.held.joints), short.held.sigma),
+        "ripple": tuple(
+            RippleDocument.of(wave, source=run.source, probability_by_noise=RIPPLE_CHANCE)
+            for run in short.runs
+            for wave in run.ripple
+        ),
+        "mass_from_scale": answer.free.from_scale,
+        "agreement": tuple(map(AgreementDocument.of, answer.agreement)),
+        "repeats": RepeatsDocument.of(repeats, drift_per_recording=drift, drift_sigma=drift_sigma)
+        if repeats is not None
+        else None,
+        "assumed": Assumed(stand_in.description, body.named()) if stand_in and body else None,
+    }
+
+
+def _residual(answer: PayloadAnswer) -> ResidualDocument:
+    """Residual of the robot's own parameters; of a short motion, the payload's."""
+    check, fit, problem = answer.validation, answer.robot_fit, answer.problem
+    if isinstance(problem, ShortMotion):
+        own = answer.free.estimate.fit
+        return ResidualDocument(own.relative, answer.free.unexplained(problem.torque_rms), None)
+    return ResidualDocument(
+        fit.relative if fit else None,
+        fit.relative_per_joint if fit else None,
+        ResidualDocument.of(check) if check else None,
+    )
+
+
+def _data(answer: PayloadAnswer) -> PayloadData:
+    """The equations of the robot; of a short motion, of the payload."""
+    problem, pairs = answer.problem, answer.problem.pairs
+    worst = max(pairs, key=lambda pair: pair.max_mismatch, default=None)
+    solved: Equations | None
+    friction: Literal["own", "may differ", "free"] = "own"
+    if isinstance(problem, ShortMotion):
+        solved, count, more = problem.loaded.select(PAYLOAD), problem.loaded.equations, dict[str, int]()
+        differs = bool(problem.held.held)
+        friction = "free" if problem.known is None else "may differ" if differs else "own"
+    else:
+        solved, loaded = problem.unloaded, problem.loaded.equations
+        count = solved.equations if solved else loaded
+        more = {"equations_loaded": loaded, "base_parameters": len(problem.base.columns)}
+        differs = bool(problem.friction) and any(estimate.method in (3, 4) for estimate in answer.estimates)
+        friction = "may differ" if differs else "own"
+    raw, scaled = solved.condition_numbers() if solved else (None, None)
+    return PayloadData(
+        equations=count,
+        rate=problem.source.rate,
+        cutoff=problem.source.processing.cutoff,
+        lag_s=pairs[0].lag if pairs else None,
+        lags_s=tuple(pair.lag for pair in pairs),
+        max_position_mismatch_rad=worst.max_mismatch if worst else None,
+        rms_position_mismatch_rad=worst.rms_mismatch if worst else None,
+        condition_number=raw,
+        condition_number_scaled=scaled,
+        friction=friction,
+        **more,
+    )
+
+
+def _estimates(answer: PayloadAnswer) -> tuple[FreeEstimate | PossibleEstimate, ...]:
+    """Free estimates, then possible ones; of a payload that is visible in part what was determined."""
+    if answer.constrained:
+        return (*map(FreeEstimate.made, answer.estimates), *map(PossibleEstimate.made, answer.constrained))
+    free, estimate, weighing = answer.free, answer.free.estimate, answer.weighing
+    robust = estimate.sigma_robust
+    return (
+        FreeEstimate(
+            method=free.method,
+            parameters=named(answer.ten),
+            sigma=named(estimate.sigma, free.places),
+            sigma_robust=named(robust, free.places) if robust is not None else None,
+            interval95=None,
+            robust=RobustDocument.made(estimate.robust, free.without_robust),
+            com=answer.com,
+            com_sigma=answer.spread.com,
+            inertia_com=None,
+            physically_consistent=None,
+            sigma_with_gains=named(answer.model.sigma, free.places) if answer.gains else UNSET,
+            from_scale=free.from_scale or UNSET,
+            weighed=(WeighedDocument.of(weighing),) if weighing is not None else UNSET,
+        ),
+    )
+
+
+def _quantities(answer: PayloadAnswer) -> dict[str, Quantity]:
+    """Mass, centre of mass and inertia with intervals, and whether to use them; of a long motion by the verdict."""
+    possible, spread = answer.possible, answer.spread
+    body = answer.assumed or (possible.body if possible is not None else None)
+    measured = answer.stand_in is None and possible is not None
+    values: dict[str, tuple[Any, Any, Any]] = {
+        "mass": (answer.mass, answer.mass_interval, spread.mass),
+        "centre of mass": (answer.com, answer.com_interval, spread.com),
+        "inertia": (
+            body.inertia_com if body is not None else None,
+            possible.intervals.inertia_com if measured and possible is not None else None,
+            spread.inertia_com if measured else None,
+        ),
+    }
+    if isinstance(answer.problem, LongMotion):
+        uses = [(use, "") for use in _BY_LEVEL[answer.verdict.level]]
+    else:
+        uses = [(judged.use, judged.why) for judged in map(answer.judged.__getitem__, values)]
+    return {
+        name.replace(" ", "_"): Quantity(use, why or None, *entry)
+        for (name, entry), (use, why) in zip(values.items(), uses, strict=True)
+    }

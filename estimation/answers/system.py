@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...common.arrays import Array
+from ...common.brief import Brief
 from ...model import BaseParameters, InertialParameters, Processing, Recording, Robot
 from ..equations.correlation import autocorrelation
 from ..equations.equations import Equations
@@ -24,8 +25,8 @@ POINTS = 2000
 """Rows of a joint that a drawing shows at most."""
 
 
-@dataclass(frozen=True)
-class TorquePrediction:
+@dataclass(frozen=True, repr=False)
+class TorquePrediction(Brief):
     """Measured and predicted torques of one recording.
 
     Attributes:
@@ -139,8 +140,8 @@ def _prediction(
 Integers = NDArray[np.int64]
 
 
-@dataclass(frozen=True)
-class ObservationSystem:
+@dataclass(frozen=True, repr=False)
+class ObservationSystem(Brief):
     """Y = W chi + rho as an estimator sees it: filtered, decimated, without the rows that are not used.
 
     Rows stand recording by recording, in each joint by joint, in each by time.

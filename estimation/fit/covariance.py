@@ -15,6 +15,7 @@ import numpy as np
 from scipy.special import stdtrit
 
 from ...common.arrays import Array, frozen_array
+from ...common.brief import Brief
 from ...common.errors import InputError
 
 Rule = Literal["formula", "jackknife", "sandwich"]
@@ -36,8 +37,8 @@ def few_blocks(degrees_of_freedom: float) -> float:
     return student95(degrees_of_freedom) / NORMAL95
 
 
-@dataclass(frozen=True)
-class RobustCovariance:
+@dataclass(frozen=True, repr=False)
+class RobustCovariance(Brief):
     """Covariance of the estimation error whatever the memory of the noise, if shorter than a block.
 
     Attributes:

@@ -7,6 +7,7 @@ from functools import cached_property
 import numpy as np
 
 from ...common.arrays import Array, frozen_array
+from ...common.brief import Brief
 from ...common.errors import InputError
 from ..equations.equations import Equations
 from .covariance import RobustCovariance, student95
@@ -51,8 +52,8 @@ def fit(problem: Equations, values: Array) -> Fit:
     return Fit(problem.error_norms(values), problem.torque_norms, problem.rows)
 
 
-@dataclass(frozen=True)
-class Estimate:
+@dataclass(frozen=True, repr=False)
+class Estimate(Brief):
     """Parameters with their covariance.
 
     Attributes:

@@ -8,6 +8,7 @@ import casadi as ca
 import numpy as np
 
 from ...common.arrays import Array, frozen_array
+from ...common.brief import Brief
 from ..regressors import regressor
 from ..robot import Robot
 
@@ -15,8 +16,8 @@ _ROUNDING = 1e-10
 """A smaller factor in a grouping is rounding."""
 
 
-@dataclass(frozen=True)
-class BaseParameters:
+@dataclass(frozen=True, repr=False)
+class BaseParameters(Brief):
     """The minimal parameters chi of (13).
 
     Attributes:

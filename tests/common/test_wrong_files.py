@@ -7,18 +7,13 @@ from typing import Any, NamedTuple
 
 import pytest
 from dynident.apps.logs.map import LogMap, read_log_map
-from dynident.apps.report import documents
-from dynident.apps.results import (
-    StoredGains,
-    StoredPayload,
-    StoredRobot,
-    read_stored_gains,
-    read_stored_payload,
-    read_stored_robot,
-)
+from dynident.apps.results import read_stored_gains, read_stored_payload, read_stored_robot
 from dynident.cli import main
 from dynident.common.errors import InputError
 from dynident.common.schema import Table, json_text, toml_text
+from dynident.estimation import GainsResult, PayloadResult, RobotResult, robot_result
+from dynident.estimation.answers.gains import gains_result
+from dynident.estimation.answers.payload_answer import payload_result
 from dynident.estimation.gains.known_load import KnownLoad, read_known_load
 from dynident.model import load_robot, read_payload
 from dynident.model.files import payload_file
@@ -98,15 +93,15 @@ def stored() -> Iterator[File]:
     """Documents that later runs read."""
     robot = made.identification()
     for name, possible in (("base", made.possible_base), ("prior", made.possible_robot)):
-        document = documents.identification_document(robot, made.PROCESSING, (2.5, 3.5), possible(robot.estimate))
-        yield File(f"robot_{name}.json", written(document), StoredRobot, read_stored_robot)
-    gains = written(documents.gains_document(made.drive_gains(), made.PROCESSING))
-    yield File("gains.json", gains, StoredGains, read_stored_gains)
-    payload = written(documents.payload_document(made.payload(), made.PROCESSING, (2.5, 3.5)))
-    yield File("payload.json", payload, StoredPayload, read_stored_payload)
+        document = robot_result(robot, possible(robot.estimate))
+        yield File(f"robot_{name}.json", written(document), RobotResult, read_stored_robot)
+    gains = written(gains_result(made.drive_gains()))
+    yield File("gains.json", gains, GainsResult, read_stored_gains)
+    payload = written(payload_result(made.payload()))
+    yield File("payload.json", payload, PayloadResult, read_stored_payload)
     for name, all_ten in (("weigh", True), ("weigh_part", False)):
-        weighing = written(documents.payload_document(made.weighing(all_ten), made.PROCESSING, None))
-        yield File(f"{name}.json", weighing, StoredPayload, read_stored_payload)
+        weighing = written(payload_result(made.weighing(all_ten)))
+        yield File(f"{name}.json", weighing, PayloadResult, read_stored_payload)
 
 
 FILES = [

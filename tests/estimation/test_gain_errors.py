@@ -6,10 +6,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from dynident.apps.report.documents import identification_document
 from dynident.apps.report.sections.robot import robot_table
 from dynident.apps.report.sections.verdict import gain_error_notes
-from dynident.apps.results.stored import read_stored_robot
+from dynident.apps.results import read_stored_robot
 from dynident.common.schema import write_json
 from dynident.estimation import (
     Estimate,
@@ -130,10 +129,14 @@ def test_parameters_say_what_they_owe_to_the_gains(robot: Robot, recorders: tupl
     assert half == pytest.approx(estimate.robust.quantile95 * total)
     part = identification.elimination.estimate
     assert part.sigma_by_gains == pytest.approx(0.03 * np.abs(part.values), rel=1e-6)
-    headings = [[column.heading for column in robot_table(result).columns] for result in (exact, identification)]
+    headings = [
+        [column.heading for column in robot_table(result.result).columns] for result in (exact, identification)
+    ]
     assert "by gains" not in headings[0]
     assert "by gains" in headings[1]
-    notes = [" ".join(gain_error_notes(robot, result.gains)) for result in (exact, identification)]
+    notes = [
+        " ".join(gain_error_notes(result.result.processing, result.gains)) for result in (exact, identification)
+    ]
     assert "Drive gains are taken as exact: no residual shows their errors" in notes[0]
     motor = "motor" if robot.coupling else "joint"
     assert f"include errors of the drive gains: 0 % per {motor} and 3 % common to all joints" in notes[1]
@@ -146,7 +149,7 @@ def test_stored_robot_keeps_the_gains_uncertainty(
     gains = Gains((0.02,), 0.01, (1e-4 * np.eye(6)).tolist())
     result = identify(robot, [recorders[0](2, 0.02)], Settings(SETTINGS, robust=False), gains=gains)
     path = tmp_path / "robot.json"
-    write_json(path, identification_document(result, SETTINGS, None))
+    write_json(path, result.result)
     stored = read_stored_robot(path)
     assert stored.gains == gains
     assert stored.estimate.covariance_by_gains == pytest.approx(result.estimate.covariance_by_gains)
@@ -186,9 +189,9 @@ def test_an_answer_allows_for_gains_of_which_nothing_is_said(
     given = identify(robot, [pair[0]], Settings(SETTINGS), gains=Gains((0.02,)))
     assert np.array_equal(usual.estimate.total_sigma, given.estimate.total_sigma)
     each = "motor" if robot.coupling else "joint"
-    (line,) = gain_error_notes(robot, usual.gains)
+    (line,) = gain_error_notes(usual.result.processing, usual.gains)
     assert line.endswith(f": 2 % per {each}, as is usual: nothing is said of them (--gain-sigma).")
-    write_json(tmp_path / "robot.json", identification_document(usual, SETTINGS, None))
+    write_json(tmp_path / "robot.json", usual.result)
     assert read_stored_robot(tmp_path / "robot.json").gains == usual.gains
 
 

@@ -9,7 +9,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 from dynident.apps.logs.read import read_recording
-from dynident.apps.report.documents import gains_document
 from dynident.apps.results import read_stored_gains
 from dynident.common.errors import InputError
 from dynident.common.schema import write_json
@@ -167,7 +166,7 @@ def test_bad_load_files(tmp_path: Path, text: str, words: str) -> None:
 def test_stored_gains_round_trip(tmp_path: Path, currents: Callable[..., GainProblem]) -> None:
     gains = identify_gains(currents(1), known_mass(6.0, 0.03))
     path = tmp_path / "gains.json"
-    write_json(path, gains_document(gains, SETTINGS))
+    write_json(path, gains.result)
     stored = read_stored_gains(path)
     assert stored.values == pytest.approx(gains.values)
     sigma = np.sqrt(np.diag(np.array(stored.identified)))

@@ -73,10 +73,10 @@ def test_friction_behind_link_side_sensors(
     assert second.robot_fit is not None
     assert first.robot_fit.relative < 0.3 * second.robot_fit.relative
     assert first.recommended.mass == pytest.approx(payload.mass, rel=2e-3)
-    notes = " ".join(gain_error_notes(first.problem.robot, first.gains))
+    notes = " ".join(gain_error_notes(first.result.settings, first.gains))
     assert "Scales of the torque sensors are taken as exact: no residual shows their errors" in notes
     assert "rive gains" not in notes
-    gain_notes = gain_error_notes(plain, Gains((0.01,)))
+    gain_notes = gain_error_notes(first.result.settings, Gains((0.01,)))
     assert gain_notes == ["Intervals include errors of the scales of the torque sensors: 1 % per joint."]
 
 

@@ -7,9 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from dynident.apps.logs.read import read_recording
-from dynident.apps.report.documents import identification_document
 from dynident.apps.report.sections.robot import robot_sigma_notes
-from dynident.apps.results.stored import read_stored_robot
+from dynident.apps.results import read_stored_robot
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError
 from dynident.common.schema import write_json
@@ -156,7 +155,7 @@ def test_stored_and_read_back(results: list[Identification], tmp_path: Path) -> 
     result, path = results[0], tmp_path / "robot.json"
     robust = result.estimate.robust
     assert robust is not None
-    write_json(path, identification_document(result, result.robot.processing, None))
+    write_json(path, result.result)
     back = read_stored_robot(path).estimate
     assert back.robust is not None
     assert np.array_equal(back.robust.covariance, robust.covariance)
@@ -187,8 +186,8 @@ def test_too_short_says_so_and_still_answers(exact: list[Recording]) -> None:
     result = identify(robot, [Recording(t, q, torque + drift[:, None])])
     assert result.estimate.robust is None
     assert "two blocks" in result.without_robust
-    assert any("two blocks" in line for line in robot_sigma_notes(result))
-    document = written(identification_document(result, robot.processing, None))
+    assert any("two blocks" in line for line in robot_sigma_notes(result.result))
+    document = written(result.result)
     assert (document["covariance_robust"], document["chi2_by"]) == (None, "formula")
     assert "two blocks" in document["robust"]["unavailable"]
 

@@ -37,6 +37,7 @@ def same(document: Document, expected: dict[str, Any]) -> None:
 PROCESSING = {
     "rate_hz": 101.0, "cutoff_hz": 11.0, "decimate": 7, "still_speed": 0.003, "slow_fraction": 0.04,
     "slow_speed": 0.06, "max_mismatch": 0.05, "drive_gains": [2.5, 3.5], "offsets": True, "coulomb": "paper",
+    "torque_side": "link",
 }  # fmt: skip
 GAINS = {
     "per_joint": [0.01, 0.02, 0.03], "common": 0.004, "identified": np.diag([1e-4, 2e-4, 3e-4]),
@@ -80,12 +81,15 @@ def elimination(result: Any, label: dict[str, str], warnings: list[str]) -> dict
             )
         ],
         "warnings": warnings,
+        "limit": 1.02,
     }  # fmt: skip
 
 
 def free_payload(result: Any) -> dict[str, Any]:
     estimate, body = result.estimate, result.body
+    more = {"from_scale": True} if result.from_scale else {}
     return {
+        **more,
         "estimator": "wls",
         "method": result.method,
         "parameters": ten(estimate.values),
@@ -146,4 +150,7 @@ MASS_BY_JOINTS = [
      "share_sigma": None},
     {"joints": [1, 2], "visible": True, "mass": 3.02, "sigma": 0.12, "interval95": [2.7, 3.4]},
 ]  # fmt: skip
-PAIRS = {"lag_s": 0.011, "lags_s": [0.011, 0.012], "max_position_mismatch_rad": 0.0072}
+PAIRS = {
+    "lag_s": 0.011, "lags_s": [0.011, 0.012], "max_position_mismatch_rad": 0.0072,
+    "rms_position_mismatch_rad": 0.0036,
+}  # fmt: skip

@@ -23,10 +23,12 @@ RNG = np.random.default_rng(17)
 PROCESSING = Processing(101.0, 11.0, 7, still_speed=0.003, slow_fraction=0.04, slow_speed=0.06, max_mismatch=0.05)
 FIT = Fit(np.array([1.1, 1.2, 1.3]), np.array([21.0, 22.0, 23.0]), (31, 32, 33))
 CHECK = Fit(np.array([1.4, 1.5, 1.6]), np.array([24.0, 25.0, 26.0]), (34, 35, 36))
-DRIVES = SimpleNamespace(offsets=True)
+DRIVES = SimpleNamespace(offsets=True, side="link")
 ROBOT = SimpleNamespace(
     n=2,
     name="arm",
+    title="An arm",
+    joints=(SimpleNamespace(kind="revolute"), SimpleNamespace(kind="prismatic")),
     fingerprint="f00",
     mass=None,
     payload_frame="flange: plain",
@@ -40,6 +42,12 @@ ROBOT = SimpleNamespace(
 SEEN: Fingerprints = {"unloaded": ("u",), "loaded": ("l",)}
 ANY_ROBOT: Any = ROBOT
 GAINS = Gains((0.01, 0.02, 0.03), 0.004, np.diag([1e-4, 2e-4, 3e-4]).tolist(), SEEN, 6.5, ("said",))
+
+
+def source(rate: float = 100.0) -> Any:
+    """Recordings that were read with drive gains, processed at a rate [Hz]."""
+    recording = SimpleNamespace(gains=(2.5, 3.5))
+    return SimpleNamespace(processing=PROCESSING, loaded=(recording,), unloaded=(recording,), rate=rate)
 
 
 def numbers(*shape: int) -> Any:
@@ -92,6 +100,8 @@ def identification() -> Any:
         gains=GAINS,
         validation=CHECK,
         warnings=("warned",),
+        recordings=source().unloaded,
+        processing=PROCESSING,
         verdict=judge(Evidence(ANY_ROBOT, parameters=estimate(("A", "B")))),
     )
 
@@ -126,8 +136,10 @@ def possible_robot(free: Estimate) -> Any:
     }
     return made(
         PriorRobot, free=free, unidentifiable=("M1",), values=numbers(2), chi2_rise=5.25,
-        active=(holding(),), status="prior", min_eigenvalues=(0.03, 0.04), p_value=0.625, budget=2.75, weight=0.875,
-        distances=(0.5, 0.75), prior=SimpleNamespace(source="data sheet"), parameters={"M1": 4.5, "A": 5.5},
+        active=(holding(),), status="prior", nearest=SimpleNamespace(chi2_rise=4.5),
+        min_eigenvalues=(0.03, 0.04), p_value=0.625, budget=2.75, weight=0.875,
+        distances=(0.5, 0.75), prior=SimpleNamespace(source="data sheet", bodies=(body(7.5),)),
+        parameters={"M1": 4.5, "A": 5.5},
         origins=origins,
     )  # fmt: skip
 
@@ -171,7 +183,7 @@ def by_joints() -> Any:
     """A joint that sees the mass, one that does not, both together."""
     return SimpleNamespace(
         masses=(
-            SimpleNamespace(joints=(1,), mass=3.01, sigma=0.11, interval95=(2.8, 3.3)),
+            SimpleNamespace(joints=(1,), name="joint 1", mass=3.01, sigma=0.11, interval95=(2.8, 3.3)),
             SimpleNamespace(joints=(2,), mass=None, sigma=float("nan"), interval95=None),
             SimpleNamespace(joints=(1, 2), mass=3.02, sigma=0.12, interval95=(2.7, 3.4)),
         ),
@@ -184,28 +196,42 @@ def by_joints() -> Any:
 
 def pairs() -> tuple[Any, ...]:
     """Two pairs of recordings."""
-    return tuple(SimpleNamespace(lag=lag, max_mismatch=far) for lag, far in ((0.011, 0.0071), (0.012, 0.0072)))
+    return tuple(
+        SimpleNamespace(lag=lag, max_mismatch=far, rms_mismatch=0.5 * far)
+        for lag, far in ((0.011, 0.0071), (0.012, 0.0072))
+    )
 
 
 def payload() -> Any:
     """The answer of ``payload``."""
     free = free_payload()
+    best = possible_payload(free)
     problem = NonCallableMock(
         spec=LongMotion,
         robot=ROBOT,
+        source=source(99.5),
+        friction={},
         base=base(),
-        source=SimpleNamespace(rate=99.5),
         pairs=pairs(),
         unloaded=SimpleNamespace(equations=120, condition_numbers=lambda: (42.5, 4.5)),
         loaded=SimpleNamespace(equations=130),
     )
     return SimpleNamespace(
-        problem=problem, validation=CHECK, robot_fit=FIT, estimates=(free,), constrained=(possible_payload(free),),
-        recommended=SimpleNamespace(method=3), free=SimpleNamespace(method=3), by_joints=by_joints(),
+        problem=problem, validation=CHECK, robot_fit=FIT, estimates=(free,), constrained=(best,), possible=best,
+        recommended=SimpleNamespace(method=3), free=SimpleNamespace(method=3), gains=GAINS, scale=None,
         recommendation=SimpleNamespace(method=3, reason="one path"),
+        assumed=None, stand_in=None, **quantities(), by_joints=by_joints(),
         elimination=elimination(), left_out={2: "no pair"}, warnings=("warned",),
         verdict=SimpleNamespace(level="mass_and_com_only", reasons=("why",), notes=()),
     )  # fmt: skip
+
+
+def quantities() -> dict[str, Any]:
+    """Mass, centre of mass and their spread."""
+    return {
+        "mass": 3.05, "mass_interval": (2.9, 3.2), "com": numbers(3), "com_interval": numbers(3, 2),
+        "spread": SimpleNamespace(mass=0.07, com=numbers(3), inertia_com=numbers(3, 3)),
+    }  # fmt: skip
 
 
 def weighing(possible: bool) -> Any:
@@ -217,13 +243,13 @@ def weighing(possible: bool) -> Any:
     wave = SimpleNamespace(joint=2, waves=36.0, amplitude=0.75)
     problem = NonCallableMock(
         spec=ShortMotion,
-        robot=ROBOT, pairs=pairs(), source=SimpleNamespace(rate=98.5),
+        joints=(1, 2), torque_rms=np.array([11.0, 12.0, 13.0]), visibility=visibility,
+        held=SimpleNamespace(held={}, joints=(0, 1), sigma=np.array([0.21, 0.22])),
+        runs=(SimpleNamespace(source="a.csv", ripple=(wave,)),),
+        robot=ROBOT, pairs=pairs(), source=source(98.5), known=None,
         loaded=SimpleNamespace(
             equations=140, select=lambda names: SimpleNamespace(condition_numbers=lambda: (43.5, 4.75))
         ),
-        joints=(1, 2), torque_rms=np.array([11.0, 12.0, 13.0]), visibility=visibility,
-        held=SimpleNamespace(joints=(0, 1), sigma=np.array([0.21, 0.22])),
-        runs=(SimpleNamespace(source="a.csv", ripple=(wave,)),),
     )  # fmt: skip
     best = possible_payload(free) if possible else None
     repeats = SimpleNamespace(
@@ -237,9 +263,8 @@ def weighing(possible: bool) -> Any:
     return SimpleNamespace(
         problem=problem, short=problem, free=payload, estimates=(payload,), possible=best,
         constrained=(best,) if possible else (), by_joints=by_joints(),
-        repeats=repeats if possible else None, ten=ten, mass=3.05, mass_interval=(2.9, 3.2),
-        com=numbers(3), com_interval=numbers(3, 2), judged=judged,
-        spread=SimpleNamespace(mass=0.07, com=numbers(3), inertia_com=numbers(3, 3)),
+        repeats=repeats if possible else None, ten=ten, judged=judged, **quantities(),
+        gains=None, scale=SimpleNamespace(mass=3.1, sigma=0.05), weighing=None, model=None,
         agreement=(SimpleNamespace(name="difference", mass=3.06, com=numbers(3)),), validation=None, robot_fit=None,
         assumed=None if possible else body(3.05),
         stand_in=None if possible else SimpleNamespace(description="a box"),
@@ -251,12 +276,13 @@ def weighing(possible: bool) -> Any:
 def drive_gains() -> Any:
     """The answer of ``gains``."""
     return SimpleNamespace(
-        robot=ROBOT, values=numbers(3), larger_relative_sigma=0.01 * numbers(3), relative_sigma=0.01 * numbers(3),
+        robot=ROBOT, source=source(), values=numbers(3), larger_relative_sigma=0.01 * numbers(3),
+        relative_sigma=0.01 * numbers(3),
         relative_sigma_robust=0.01 * numbers(3), larger_relative_covariance=covariance(3), free_values=numbers(3),
         identified=(True, True, False), identifiability=("gravity", "speed", "nothing"), fit=FIT,
         payloads=(body(6.0), body(6.5)), loads=(known_mass(6.1, 0.015), known_mass(6.2, 0.012)),
         known={"M_L": 6.1, "M_L2": 6.2}, mountings=Mountings((1, 3)), disagreement=1.25,
         verdict=Verdict("identified_only", (warning("motor 3"), note("a note"))),
         recordings={"unloaded": ("u0", "u1"), "loaded": ("l0",)},
-        robust=SimpleNamespace(blocks=9, block_length=1.25), without_robust="",
+        robust=RobustCovariance(covariance(3), 9, 8, 1.25), without_robust="",
     )  # fmt: skip

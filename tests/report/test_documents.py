@@ -6,13 +6,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 from dynident.apps.report.blocks import with_sigma
-from dynident.apps.report.documents import free_estimate
 from dynident.apps.report.sections.estimates import free_cells, sigma_notes
 from dynident.common.schema import write_json
 from dynident.estimation import PAYLOAD, Estimate
 from dynident.estimation.fit.covariance import RobustCovariance
 from dynident.estimation.fit.estimate import Fit
 from dynident.estimation.payload.result import PayloadEstimate
+from dynident.estimation.results.payload import FreeEstimate
 from dynident.tests.report.written import written
 
 
@@ -42,21 +42,25 @@ def test_values_have_two_digits_of_sigma(value: float, sigma: float, text: str) 
     assert str(with_sigma(value, sigma)) == text
 
 
-def payload(method: int, robust: RobustCovariance | None, reason: str = "") -> PayloadEstimate:
+def estimated(method: int, robust: RobustCovariance | None, reason: str = "") -> PayloadEstimate:
     values = np.array([0.2, 0.0, 0.0, 0.2, 0.0, 0.1, 0.0, 0.0, 0.3, 3.0])
     norms = Fit(np.ones(6), np.full(6, 10.0), (50,) * 6)
     estimate = Estimate(PAYLOAD, values, 1e-4 * np.eye(10), 300.0, norms, np.ones(6), robust)
     return PayloadEstimate(method, estimate, "flange", reason)
 
 
+def payload(method: int, robust: RobustCovariance | None, reason: str = "") -> FreeEstimate:
+    return FreeEstimate.made(estimated(method, robust, reason))
+
+
 def test_robust_standard_deviations_are_told_where_they_are() -> None:
     few = RobustCovariance(9e-4 * np.eye(10), 8, 7, 1.5)
-    robust = written(free_estimate(payload(3, few)))
+    robust = written(payload(3, few))
     assert robust["sigma_robust"]["M"] == pytest.approx(0.03)
     assert robust["interval95_robust"]["M"] == pytest.approx([3.0 - 2.3646 * 0.03, 3.0 + 2.3646 * 0.03], abs=1e-5)
     assert (robust["robust"]["blocks"], robust["robust"]["degrees_of_freedom"]) == (8, 7)
     assert np.allclose(robust["com_sigma_robust"], 3.0 * np.asarray(robust["com_sigma"]))
-    plain = written(free_estimate(payload(1, None, "too short")))
+    plain = written(payload(1, None, "too short"))
     assert (plain["sigma_robust"], plain["interval95_robust"], plain["com_sigma_robust"]) == (None, None, None)
     assert plain["robust"]["unavailable"] == "too short"
 
@@ -73,8 +77,8 @@ def test_robust_standard_deviations_are_told_where_they_are() -> None:
 def test_the_table_shows_the_larger_standard_deviation_of_each_entry() -> None:
     """Moments four times, the mass half as uncertain as by the formula; com and inertia go by their own sigmas."""
     mixed = RobustCovariance(1e-4 * np.diag([1.0] * 6 + [16.0] * 3 + [0.25]), 20, 19, 1.5)
-    result = payload(3, mixed)
-    cells = [free_cells(result), free_cells(payload(3, None))]
+    result = estimated(3, mixed)
+    cells = [free_cells(payload(3, mixed)), free_cells(payload(3, None))]
     assert [str(column[9]) for column in cells] == ["3.000±0.010", "3.000±0.010"]
     assert [str(column[8]) for column in cells] == ["0.300±0.040", "0.300±0.010"]
     assert result.sigma_com_robust is not None

@@ -5,16 +5,17 @@ from typing import Any
 
 import numpy as np
 import pytest
-from dynident.apps.report import documents
-from dynident.apps.results import StoredPayload, StoredRobot, read_stored_gains
-from dynident.apps.results.parts import PossibleRobotDocument
+from dynident.apps.results import read_stored_gains
 from dynident.common.errors import InputError
 from dynident.common.schema import convert, write_json
-from dynident.estimation import Verdict
+from dynident.estimation import PayloadResult, RobotResult, Verdict, robot_result
+from dynident.estimation.answers.gains import gains_result
+from dynident.estimation.answers.payload_answer import payload_result
 from dynident.estimation.diagnosis.evidence import Evidence
 from dynident.estimation.diagnosis.finding import error
 from dynident.estimation.diagnosis.verdict import judge
 from dynident.estimation.payload.ripple import RIPPLE_CHANCE
+from dynident.estimation.results.parts import PossibleRobotDocument
 from dynident.model import INERTIAL, Processing
 from dynident.tests.report import made
 from dynident.tests.report.every_key import (
@@ -34,15 +35,21 @@ from dynident.tests.report.every_key import (
 from dynident.tests.report.test_every_key_of_motions import FLANGE
 from dynident.tests.report.written import written
 
+LEAST = "joint 1 shows 0.980 ± 0.015 times what the others demand there"
+
 
 def test_identify() -> None:
     result = made.identification()
     estimate = result.estimate
     groupings = ("AR = A + C", "BR = B - D")
-    document = documents.identification_document(result, made.PROCESSING, (2.5, 3.5), None)
+    document, judged = robot_result(result), judge(Evidence(made.ANY_ROBOT, parameters=estimate))
     same(
         document,
         {
+            "kind": "robot",
+            "version": 1,
+            "robot_title": "An arm",
+            "joints": ["revolute", "prismatic"],
             "robot": "arm",
             "robot_fingerprint": "f00",
             "processing": PROCESSING,
@@ -83,10 +90,11 @@ def test_identify() -> None:
             "gain_sigma": GAINS,
             "relative_residual": residual(made.FIT),
             "validation": residual(made.CHECK),
-            "reasons_against_use": judge(Evidence(made.ANY_ROBOT, parameters=estimate)).reasons,
+            "reasons_against_use": judged.reasons,
+            "verdict": {"level": judged.level, "reasons": judged.reasons},
         },
     )
-    stored = convert(written(document), StoredRobot)
+    stored = convert(written(document), RobotResult)
     for name in ("values", "covariance", "weights", "gain_sensitivity"):
         assert np.array_equal(getattr(stored.estimate, name), getattr(estimate, name)), name
     assert (stored.estimate.names, stored.estimate.degrees_of_freedom) == (("A", "B"), 301.5)
@@ -116,13 +124,20 @@ def test_a_robot_that_can_exist(prior: bool) -> None:
         "unidentifiable": ["M1"],
     }
     if prior:
-        expected["prior"] = {"source": "data sheet", "budget": 2.75, "weight": 0.875, "distances": [0.5, 0.75]}
+        expected["prior"] = {
+            "source": "data sheet",
+            "budget": 2.75,
+            "weight": 0.875,
+            "distances": [0.5, 0.75],
+            "nearest_chi2_rise": 4.5,
+        }
         expected["parameters"] = [
-            {"name": "M1", "value": 4.5, "kind": "prior", "base": [], "share": 0.0, "decided_by": "by prior"},
+            {"name": "M1", "value": 4.5, "kind": "prior", "base": [], "share": 0.0, "decided_by": "by prior",
+             "prior": 7.5},
             {"name": "A", "value": 5.5, "kind": "identified", "base": ["AR"], "share": 1.0,
              "decided_by": "by identified"},
         ]  # fmt: skip
-    document = documents.constrained_document(result, made.base())
+    document = PossibleRobotDocument.made(result, made.base())
     same(document, expected)
     if prior:
         stored = convert(written(document), PossibleRobotDocument)
@@ -131,10 +146,11 @@ def test_a_robot_that_can_exist(prior: bool) -> None:
 
 def test_payload() -> None:
     answer = made.payload()
-    document = documents.payload_document(answer, made.PROCESSING, (2.5, 3.5))
+    document = payload_result(answer)
     same(
         document,
         {
+            "kind": "payload", "version": 1, "robot_title": "An arm",
             "robot": "arm",
             "frame": "flange: plain", "flange_in_payload_frame": FLANGE,
             "rated_payload_kg": 12.25,
@@ -142,7 +158,7 @@ def test_payload() -> None:
             "relative_residual": {**residual(made.FIT), "validation": residual(made.CHECK)},
             "data": {
                 "equations": 120, "equations_loaded": 130, "rate_hz": 99.5, "cutoff_hz": 11.0, **PAIRS,
-                "condition_number": 42.5, "condition_number_scaled": 4.5, "base_parameters": 2,
+                "condition_number": 42.5, "condition_number_scaled": 4.5, "base_parameters": 2, "friction": "own",
             },
             "estimates": [free_payload(answer.estimates[0]), possible_payload(answer.constrained[0])],
             "recommended": {"method": 3, "estimator": "constrained", "reason": "one path"},
@@ -150,9 +166,20 @@ def test_payload() -> None:
             "essential": elimination(answer.elimination, {"A": "AR", "B": "BR"}, ["warned"]),
             "left_out": {"2": "no pair"},
             "verdict": VERDICT,
+            "gain_sigma": GAINS,
+            "joint_that_agrees_least": LEAST,
+            "quantities": {
+                "mass": {"use": "use", "why": None, "value": 3.05, "interval95": [2.9, 3.2], "sigma": 0.07},
+                "centre_of_mass": {"use": "use", "why": None, "value": answer.com,
+                                   "interval95": answer.com_interval, "sigma": answer.spread.com},
+                "inertia": {
+                    "use": "not measured well enough", "why": None, "value": answer.possible.body.inertia_com,
+                    "interval95": answer.possible.intervals.inertia_com, "sigma": answer.spread.inertia_com,
+                },
+            },
         },
     )  # fmt: skip
-    assert isinstance(document, StoredPayload)
+    assert isinstance(document, PayloadResult)
 
 
 @pytest.mark.parametrize("possible", [True, False])
@@ -166,14 +193,15 @@ def test_weigh(possible: bool) -> None:
         "sigma_robust": dict.fromkeys(INERTIAL)
         | dict(zip(("MX", "MY", "M"), estimate.sigma_robust, strict=False)),
         "interval95": None, "com": answer.com, "com_sigma": answer.spread.com, "inertia_com": None,
-        "physically_consistent": None,
+        "physically_consistent": None, "robust": robust(estimate), "from_scale": True,
     }  # fmt: skip
     all_ten = possible and [free_payload(answer.free), possible_payload(answer.possible)]
     shown = answer.possible.body if possible else answer.assumed
-    document = documents.payload_document(answer, made.PROCESSING, (2.5, 3.5))
+    document = payload_result(answer)
     same(
         document,
         {
+            "kind": "payload", "version": 1, "robot_title": "An arm",
             "robot": "arm",
             "frame": "flange: plain", "flange_in_payload_frame": FLANGE,
             "rated_payload_kg": 12.25,
@@ -185,8 +213,10 @@ def test_weigh(possible: bool) -> None:
             },
             "data": {
                 "equations": 140, "rate_hz": 98.5, "cutoff_hz": 11.0, **PAIRS, "condition_number": 43.5,
-                "condition_number_scaled": 4.75,
+                "condition_number_scaled": 4.75, "friction": "free",
             },
+            "joint_that_agrees_least": LEAST,
+            "scale": [3.1, 0.05],
             "visibility": {"joints": [1, 2], "rank": 3, "parameters": {"M": "alone"}, "combinations": ["MZ + M"]},
             "constant_torques": {"joints": [1, 2], "sigma": [0.21, 0.22]},
             "ripple": [
@@ -217,28 +247,26 @@ def test_weigh(possible: bool) -> None:
             "verdict": {"level": "use", "reasons": []},
         },
     )  # fmt: skip
-    assert isinstance(document, StoredPayload)
+    assert isinstance(document, PayloadResult)
 
 
 def test_a_rate_of_equations_stands_in_the_place_of_a_factor() -> None:
-    processing = Processing(equation_rate=12.5)
-    assert written(documents.gains_document(made.drive_gains(), processing))["processing"]["equations_hz"] == 12.5
+    gains = made.drive_gains()
+    gains.source.processing = Processing(equation_rate=12.5)
+    assert written(gains_result(gains))["processing"]["equations_hz"] == 12.5
 
 
 def test_gains(tmp_path: Path) -> None:
     gains = made.drive_gains()
-    document = documents.gains_document(gains, made.PROCESSING)
+    document = gains_result(gains)
     same(
         document,
         {
+            "kind": "gains",
+            "version": 1,
+            "robot_title": "An arm",
             "robot": "arm",
-            "processing": {
-                "rate_hz": 101.0,
-                "cutoff_hz": 11.0,
-                "decimate": 7,
-                "slow_fraction": 0.04,
-                "slow_speed": 0.06,
-            },
+            "processing": PROCESSING | {"drive_gains": None},
             "load": {
                 "known": {"M_L": 6.1, "M_L2": 6.2},
                 "mass_sigma": 0.015,
@@ -260,7 +288,12 @@ def test_gains(tmp_path: Path) -> None:
                 "rests_on": ["gravity", "speed", "nothing"],
             },
             "recordings": {"unloaded": ["u0", "u1"], "loaded": ["l0"]},
-            "robust": {"blocks": 9, "block_length_s": 1.25},
+            "robust": {
+                "blocks": 9,
+                "block_length_s": 1.25,
+                "degrees_of_freedom": 8,
+                "warning": gains.robust.warning,
+            },
             "relative_residual": residual(made.FIT),
             "disagreement": 1.25,
             "verdict": {"level": "identified_only", "reasons": ["motor 3"], "notes": ["a note"]},
@@ -273,6 +306,6 @@ def test_gains(tmp_path: Path) -> None:
     assert np.array_equal(stored.identified, gains.larger_relative_covariance)
     assert (stored.robot, stored.mass, stored.recordings) == ("arm", 6.1, gains.recordings)
     gains.verdict = Verdict("do_not_use", (error("another scale"),))
-    write_json(path, documents.gains_document(gains, made.PROCESSING))
+    write_json(path, gains_result(gains))
     with pytest.raises(InputError, match=r"do not use \(another scale\)"):
         read_stored_gains(path)

@@ -63,9 +63,14 @@ def test_design(plan: Any, motion: dict[str, Any]) -> None:
     )  # fmt: skip
     design: Any = SimpleNamespace(plan=plan, **SEARCH) if plan is not None else None
     floor: Any = SimpleNamespace(value=0.04, gap=0.06, states=300)
+    judged, replayed = score(0.03), score(0.05)
+    judged.problem = problem
+    motion_of: Any = SimpleNamespace()
     document = documents.design_document(
-        problem, score(0.03), {"A": 2.0}, design=design, floor=floor, evaluated="log.csv", replay=score(0.05)
-    )  # fmt: skip
+        documents.JudgedMotion(
+            "Motion", judged, motion_of, {"A": 2.0}, design=design, floor=floor, source="log.csv", replay=replayed
+        )
+    )
     same(
         document,
         {

@@ -4,17 +4,18 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from dynident.apps.report.documents import constrained_document, elimination_document
 from dynident.apps.report.figures.canvas import save_figure
 from dynident.apps.report.figures.parameters import essential_figure
 from dynident.apps.report.sections.evidence import elimination_notes
 from dynident.apps.report.sections.robot import constrained_notes, standard_table
-from dynident.estimation import Estimate, SigmaBound, SigmaRatio
+from dynident.estimation import Estimate, RobotResult, SigmaBound, SigmaRatio
 from dynident.estimation.fit.essential import Elimination, EliminationPath, StopRule
 from dynident.estimation.fit.estimate import Fit
 from dynident.estimation.possible.prior import robot_prior, solve_constrained_prior
 from dynident.estimation.possible.robot import solve_constrained_base
+from dynident.estimation.results.parts import EliminationDocument, PossibleRobotDocument
 from dynident.model import base_parameters, load_robot
+from dynident.tests.report import made
 from dynident.tests.report.written import names_below_of, written
 
 NOTHING = Fit(np.ones(1), np.full(1, 4.0), (1,))
@@ -32,11 +33,15 @@ def elimination(rule: StopRule | None = None) -> Elimination:
     return Elimination(path, rule or SigmaRatio(), estimate)
 
 
+def told(result: Elimination, **labels: str) -> EliminationDocument:
+    return EliminationDocument.made(result, ["warned"], labels)
+
+
 @pytest.mark.parametrize("rule", [SigmaRatio(), SigmaBound(0.1)])
 def test_the_figure_shows_the_path(rule: StopRule) -> None:
     result = elimination(rule)
     gone = len(result.eliminated)
-    figure = essential_figure(result, "robot", {"b": "bR"}).figure
+    figure = essential_figure(told(result, b="bR"), "robot").figure
     above, below = figure.axes
     assert names_below_of(below)[:3] == ["none", "a", "bR"]
     for axis, values in ((above, result.path.sigma_ratio), (below, 100.0 * result.path.largest_relative_sigma)):
@@ -53,7 +58,7 @@ def test_the_figure_shows_the_path(rule: StopRule) -> None:
 @pytest.mark.parametrize("ending", ["png", "svg", "pdf"])
 def test_the_same_figure_gives_the_same_file(tmp_path: Path, ending: str) -> None:
     for k in (1, 2):
-        save_figure(essential_figure(elimination(), "robot").figure, tmp_path / f"{k}.{ending}")
+        save_figure(essential_figure(told(elimination()), "robot").figure, tmp_path / f"{k}.{ending}")
     first, second = ((tmp_path / f"{k}.{ending}").read_bytes() for k in (1, 2))
     assert len(first) > 1000
     assert first == second
@@ -62,20 +67,22 @@ def test_the_same_figure_gives_the_same_file(tmp_path: Path, ending: str) -> Non
 def test_data_without_noise_have_a_figure(tmp_path: Path) -> None:
     path = EliminationPath(("a", "b"), np.array([1.0, 1e150, np.inf]), np.array([np.inf, 1e-9, 0.0]))
     estimate = Estimate(("b",), np.ones(1), np.eye(1), 100.0, NOTHING, np.ones(1))
-    save_figure(essential_figure(Elimination(path, SigmaRatio(), estimate), "robot").figure, tmp_path / "f.png")
+    save_figure(
+        essential_figure(told(Elimination(path, SigmaRatio(), estimate)), "robot").figure, tmp_path / "f.png"
+    )
 
 
 def test_documents_of_elimination() -> None:
     result = elimination()
-    document = written(elimination_document(result, ["warned"], {"c": "cR"}))
+    document = written(told(result, c="cR"))
     assert (document["rule"], document["essential"], document["warnings"]) == ("ratio", 4, ["warned"])
     assert document["sigma_ratio"] == result.path.sigma_ratio[2]
     assert [step["eliminated"] for step in document["path"]] == [None, "a", "b", "cR", "d", "e", "f"]
     assert [step["remaining"] for step in document["path"]] == [6, 5, 4, 3, 2, 1, 0]
     assert [entry["name"] for entry in document["parameters"]] == ["cR", "d", "e", "f"]
     assert document["parameters"][0]["relative_sigma_percent"] == pytest.approx(10.0)
-    assert written(elimination_document(elimination(SigmaBound())))["rule"] == "sigma"
-    first, second = elimination_notes(result, ["warned"])
+    assert written(told(elimination(SigmaBound())))["rule"] == "sigma"
+    first, second = elimination_notes(told(result))
     assert "4 of 6 parameters essential" in first
     assert second == "  - warned"
 
@@ -88,7 +95,8 @@ def test_who_decides_is_told_in_table_and_document() -> None:
     values = truth + sigma * np.random.default_rng(0).standard_normal(len(truth))
     estimate = Estimate(base.columns, values, np.diag(sigma**2), 500.0, NOTHING, np.ones(1))
     result = solve_constrained_prior(robot, base, estimate, robot_prior(robot))
-    document = written(constrained_document(result, base))
+    nearest = PossibleRobotDocument.made(result, base)
+    document = written(nearest)
     assert document["gauge"] == "prior"
     labelled = {entry["name"]: entry for entry in document["parameters"]}
     assert (labelled["M1"]["kind"], labelled["XY3"]["kind"]) == ("prior", "identified")
@@ -96,12 +104,14 @@ def test_who_decides_is_told_in_table_and_document() -> None:
     assert set(document["min_eigenvalues"]) == set("123456")
     assert document["base_parameters"][0]["free"] == estimate.values[0]
     assert len(document["unidentifiable"]) == 26
-    table = standard_table(result, "RX90")
+    assert nearest.parameters
+    table = standard_table(nearest.parameters, "RX90")
     origins = {row[0]: row[-1] for row in table.rows}
     assert (origins["M1"], origins["MX2"], origins["FV1"]) == ("prior", "prior within MX2R", "data")
-    notes = constrained_notes(result)
+    answered = made.made(RobotResult, constrained=nearest, columns=base.columns)
+    notes = constrained_notes(answered)
     assert "What the prior decides is not identified." in notes[1]
     assert any(line.startswith("No motion shows XX1") for line in notes)
 
-    plain = written(constrained_document(solve_constrained_base(robot, base, estimate), base))
+    plain = written(PossibleRobotDocument.made(solve_constrained_base(robot, base, estimate), base))
     assert (plain["gauge"], "parameters" in plain, "prior" in plain) == ("base", False, False)

@@ -13,6 +13,7 @@ from dynident import InertialParameters, Simulator, answer_payload, identify, lo
 from dynident.apps.logs.log_check import check_log
 from dynident.apps.report.terminal import COLUMNS, LINES
 from dynident.common.errors import InputError
+from dynident.common.schema import read_json, write_json
 from dynident.common.speech import Speaks
 from dynident.estimation import PayloadAnswer
 from dynident.estimation.answers.gains import DriveGains
@@ -81,6 +82,26 @@ def test_an_answer_becomes_values_and_files(kind: str, answers: dict[str, Speaks
         answer.plot("no such figure")
 
 
+@pytest.mark.parametrize("kind", ["payload", "robot", "gains"])
+def test_a_result_read_back_is_of_the_same_type_and_shows_the_same(
+    kind: str, answers: dict[str, Any], tmp_path: Path
+) -> None:
+    result = answers[kind].result
+    write_json(tmp_path / "a.json", result)
+    back = read_json(tmp_path / "a.json", type(result), "")
+    assert back.summary(details=True) == result.summary(details=True) == answers[kind].summary(details=True)
+    assert repr(back) == repr(result)
+    assert back.to_dict() == result.to_dict()
+    assert back.to_dict()["kind"] == kind
+    assert (back.working, result.working) == (None, answers[kind])
+    with pytest.raises(InputError, match="identify again"):
+        back.report(tmp_path / "r.html")
+    text = (tmp_path / "a.json").read_text().replace(f'"kind": "{kind}"', '"kind": "other"')
+    (tmp_path / "b.json").write_text(text)
+    with pytest.raises(InputError, match=f"key 'kind': must be '{kind}', got 'other'"):
+        read_json(tmp_path / "b.json", type(result), "")
+
+
 @pytest.mark.parametrize("kind", KINDS)
 def test_an_answer_becomes_a_frame(kind: str, answers: dict[str, Speaks]) -> None:
     pandas = pytest.importorskip("pandas")
@@ -91,13 +112,14 @@ def test_an_answer_becomes_a_frame(kind: str, answers: dict[str, Speaks]) -> Non
 
 def test_a_payload_by_name(answers: dict[str, PayloadAnswer]) -> None:
     answer = answers["payload"]
-    payload, best = answer.payload, answer.recommended
+    payload, best = answer.result, answer.recommended
+    assert payload.working is answer
     assert (payload.mass.low, payload.mass.high) == tuple(best.intervals.parameters[9])
     assert payload.mass.low < payload.mass.value < payload.mass.high
-    assert payload.com.z.value == best.body.com[2]
-    assert (payload.inertia.xz.low, payload.inertia.xz.high) == tuple(best.intervals.inertia_com[0, 2])
-    assert payload.mass.use == (answer.verdict.level != "do_not_use")
-    assert payload.inertia.xx.use == (answer.verdict.level == "use")
+    assert payload.com.value[2] == best.body.com[2]
+    assert (payload.inertia.low[0, 2], payload.inertia.high[0, 2]) == tuple(best.intervals.inertia_com[0, 2])
+    assert (payload.mass.use == "use") == (answer.verdict.level != "do_not_use")
+    assert (payload.inertia.use == "use") == (answer.verdict.level == "use")
     assert float(payload.mass) == answer.mass
 
 
@@ -105,7 +127,7 @@ def test_a_frame_holds_numbers(answers: dict[str, PayloadAnswer]) -> None:
     pandas = pytest.importorskip("pandas")
     frame = answers["payload"].to_frame()
     assert isinstance(frame, pandas.DataFrame)
-    assert math.isclose(frame.loc["mass", "low"], answers["payload"].payload.mass.low)
+    assert math.isclose(frame.loc["mass", "low"], answers["payload"].result.mass.low)
     assert len(answers["robot"].to_frame()) == len(answers["robot"].base.names)  # type: ignore[attr-defined]
 
 

@@ -12,6 +12,7 @@ from msgspec import structs
 from numpy.typing import ArrayLike, NDArray
 
 from ...common.arrays import Array
+from ...common.brief import Brief
 from ...common.errors import InputError
 from ...model import InertialParameters, Robot, base_parameters, standard_columns
 from ...model.base.parameters import BaseParameters
@@ -39,8 +40,8 @@ from .scene import Capsule, Scene, clearance
 _WRIST = 3  # links before the flange that the ball of the payloads may overlap
 
 
-@dataclass(frozen=True, eq=False)
-class DesignProblem:
+@dataclass(frozen=True, eq=False, repr=False)
+class DesignProblem(Brief):
     """What ``solve_design`` solves; made by ``build_design``.
 
     Attributes:

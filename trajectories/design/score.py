@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...common.arrays import Array
+from ...common.brief import Brief
 from ...common.errors import InputError
 from ...common.linear import decomposed
 from ...model import Motion, inverse_dynamics, standard_columns
@@ -40,8 +41,8 @@ class Learnt(NamedTuple):
     covariance: Array | None = None
 
 
-@dataclass(frozen=True, eq=False)
-class Score:
+@dataclass(frozen=True, eq=False, repr=False)
+class Score(Brief):
     """A motion judged, whatever the criterion it was designed for.
 
     Attributes:

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...common.arrays import Array, frozen_array
+from ...common.brief import Brief
 from ...common.errors import InputError
 from ...model import Robot
 from .family import LONGEST, Clear, JointBounds, Plan, Samples, everywhere
@@ -20,8 +21,8 @@ _SPAN = 0.5  # of position range and speed that a random motion may use at first
 _SAMPLES = 24  # per period of the highest harmonic while optimising
 
 
-@dataclass(frozen=True)
-class Fourier(Plan):
+@dataclass(frozen=True, repr=False)
+class Fourier(Plan, Brief):
     """One period of a Fourier series.
 
     Attributes:

@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ...common.arrays import Array, frozen_array
+from ...common.brief import Brief
 from ...common.errors import InputError
 from ...model import Robot
 from ...model.visibility import PayloadVisibility, checked_joints, payload_visibility
@@ -22,8 +23,8 @@ _TRANSFER_SPEED = 0.5  # of the limits
 _TRANSFER_MORE = 0.01  # s: beyond the shortest transfer, so that rounding breaks no limit
 
 
-@dataclass(frozen=True)
-class NearMotion(Plan):
+@dataclass(frozen=True, repr=False)
+class NearMotion(Plan, Brief):
     """Equal periods of a Fourier series at one or two poses, at rest before and after each.
 
     Between poses it goes on straight lines in joint space, and at the end back to the first.

@@ -11,14 +11,15 @@ from functools import cached_property
 import numpy as np
 
 from ...common.arrays import Array, frozen_array
+from ...common.brief import Brief
 from ...model import Robot
 from .family import Plan
 
 _STRETCH = 1.02  # steps in which moves too short for their ramps are made longer
 
 
-@dataclass(frozen=True)
-class PointToPoint(Plan):
+@dataclass(frozen=True, repr=False)
+class PointToPoint(Plan, Brief):
     """Moves from point to point.
 
     Attributes:

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from ...common.arrays import Array, frozen_array
+from ...common.brief import Brief
 from ...common.errors import InputError
 from ...model import Motion, Robot
 from .family import Plan
@@ -17,8 +18,8 @@ _ROUNDING = 1e-6  # of a step: what times written in decimals are longer
 _OVER = 1.02  # of a limit: rounding and the curve between samples
 
 
-@dataclass(frozen=True, eq=False)
-class SampledTrajectory(Plan):
+@dataclass(frozen=True, eq=False, repr=False)
+class SampledTrajectory(Plan, Brief):
     """A smooth curve through samples; it rests before the first and after the last.
 
     With speeds and accelerations a quintic between samples, with speeds alone a cubic, with neither the quintic

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...common.arrays import Array, frozen_array
+from ...common.brief import Brief
 from ...common.errors import InputError
 from ...model import Robot
 from .family import LONGEST, Clear, JointBounds, Plan, Samples, everywhere
@@ -138,8 +139,8 @@ Segment = Quintic | Trapezoid
 of a step of 1 in unit time, at rest at both ends."""
 
 
-@dataclass(frozen=True)
-class ViaPoints(Plan):
+@dataclass(frozen=True, repr=False)
+class ViaPoints(Plan, Brief):
     """Points to pass, the durations between them, and the speeds and accelerations there.
 
     Attributes:

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ...common.arrays import Array
+from ...common.brief import Brief
 from ...model import Recording, Robot
 from ...model.dynamics import dry_friction_names
 from ...model.motion import Measurement
@@ -17,8 +18,8 @@ RATE = 250.0
 """Hz, at which the paper's controller records."""
 
 
-@dataclass(frozen=True, eq=False)
-class SimulatedRun:
+@dataclass(frozen=True, eq=False, repr=False)
+class SimulatedRun(Brief):
     """One run: what was recorded, and what is known of it.
 
     Attributes:
@@ -34,8 +35,8 @@ class SimulatedRun:
     tracking_error: Array
 
 
-@dataclass(frozen=True, eq=False)
-class Experiment:
+@dataclass(frozen=True, eq=False, repr=False)
+class Experiment(Brief):
     """Runs of one robot with what disturbs it.
 
     Attributes:

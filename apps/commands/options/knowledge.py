@@ -10,7 +10,6 @@ from typing import Annotated
 
 from .... import estimation, model
 from ....common.errors import InputError
-from ... import results
 from ..entry import DRIVES, KNOWN, RARE, Options, about, options
 from ..values import Bounds, Share, Weighed, gain_errors, numbers, word
 from .recordings import Setup
@@ -95,7 +94,7 @@ class GainOptions(Options):
         setup: Setup,
         loaded: Sequence[model.Recording],
         unloaded: Sequence[model.Recording],
-        stored: results.StoredRobot | None = None,
+        stored: estimation.RobotResult | None = None,
     ) -> estimation.Gains | None:
         """The uncertainty of the drive gains; None where nothing is said of it.
 

@@ -133,7 +133,7 @@ class FilterOptions(LogOptions):
     coulomb: Annotated[Literal["sum", "paper"] | None, _RARE] = None
     """Coulomb friction of coupled drives."""
 
-    def setup(self, robot: model.Robot, stored: results.StoredRobot | None = None) -> Setup:
+    def setup(self, robot: model.Robot, stored: estimation.RobotResult | None = None) -> Setup:
         """The robot with the model structure and processing that the command line asks for.
 
         Args:

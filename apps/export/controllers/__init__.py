@@ -6,7 +6,7 @@ Every format gives one small text that says frame, reference point, order, units
 
 from . import abb, fanuc, franka, kuka, mjcf, sdformat, staubli, universal_robots, urdf, usd, yaskawa
 from .form import ControllerFormat
-from .load import ControllerLoad, load_of_document, read_load
+from .load import ControllerLoad, load_of, read_load
 
 _FORMATS = (
     abb.FORMAT, kuka.FORMAT, universal_robots.FORMAT, universal_robots.ROS2, franka.FORMAT, fanuc.FORMAT,
@@ -15,4 +15,4 @@ _FORMATS = (
 FORMATS: dict[str, ControllerFormat] = {form.name: form for form in _FORMATS}
 """Every format by its name on the command line."""
 
-__all__ = ["FORMATS", "ControllerFormat", "ControllerLoad", "load_of_document", "read_load"]
+__all__ = ["FORMATS", "ControllerFormat", "ControllerLoad", "load_of", "read_load"]

@@ -1,23 +1,21 @@
-"""A payload as a robot's controller asks for it, and the estimate of a payload's document that becomes it."""
+"""A payload as a robot's controller asks for it, and the estimate of a result that becomes it."""
 
 import math
-from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from ....common.arrays import Array
 from ....common.errors import InputError
 from ....common.schema import present
-from ....estimation.payload.recommended import PREFERRED
+from ....estimation.results.payload import FreeEstimate, PayloadResult, PossibleEstimate, array, bounds, numbers
 from ....model import INERTIAL, InertialParameters, Pose
 from ....model.inertia import ten_parameters
 from ...numbers import interval_digits
-from ...results import StoredPayload, read_stored_payload
-from ...results.stored_payload import FreeEstimate, PossibleEstimate
+from ...results import read_stored_payload
 from .rotation import principal_axes
 
 _FLANGES = ("tool0", "flange")
@@ -229,89 +227,88 @@ def is_flange(frame: str) -> bool:
 
 
 def read_load(path: str | Path, method: int | None = None, despite_verdict: bool = False) -> ControllerLoad:
-    """The payload of a JSON file; see ``load_of_document``.
+    """The payload of a JSON file; see ``load_of``.
 
     Raises:
         InputError: if the file is no such document, or the estimate is not of a body that can exist.
     """
-    return load_of_document(read_stored_payload(path), Path(path).name, method, despite_verdict)
+    return load_of(read_stored_payload(path), Path(path).name, method, despite_verdict)
 
 
-def load_of_document(
-    document: StoredPayload, name: str, method: int | None = None, despite_verdict: bool = False
+def load_of(
+    result: PayloadResult, name: str, method: int | None = None, despite_verdict: bool = False
 ) -> ControllerLoad:
-    """The payload of a document, in the frame it was identified in.
+    """The payload of a result, in the frame it was identified in.
 
-    Of the methods the one that is asked for, else the one that the document recommends, else the first of
-    ``PREFERRED`` that is there; of its estimates the constrained one, which can exist, else the weighted
-    least-squares one.
+    Of the methods the one that is asked for, else the recommended one; of its estimates the constrained one, which
+    can exist, else the weighted least-squares one.
 
     Args:
-        document: what ``dynident payload --json`` writes.
-        name: of the document, for messages.
+        name: of the result, for messages.
         method: 1 to 4.
         despite_verdict: take the inertia although the verdict is that only mass and centre of mass may be used.
 
     Raises:
         InputError: if the estimate is not of a body that can exist.
     """
-    verdict, rated = document.verdict, present(document.rated_payload_kg) or math.inf
-    recommended = document.recommended.method if document.recommended else None
-    estimate = _chosen(document.estimates, method or recommended, name)
+    there = sorted({estimate.method for estimate in result.estimates})
+    number = method if method is not None or not there else result.method
+    estimates: tuple[FreeEstimate | PossibleEstimate, ...] = (*result.possible, *result.free)
+    chosen = [estimate for estimate in estimates if estimate.method == number]
+    if not chosen:
+        raise InputError(
+            f"{name}: no estimate of method {number}; there are {', '.join(map(str, there)) or 'none'}"
+        )
+    estimate, verdict, widths = chosen[0], result.verdict, _half_widths(chosen[0])
     kind = "constrained" if isinstance(estimate, PossibleEstimate) else "wls"
-    source, reasons = f"{name}, method {estimate.method} ({kind})", verdict.reasons
-    widths, parameters = _half_widths(estimate), estimate.parameters
+    source, reasons, ten = f"{name}, method {number} ({kind})", verdict.reasons, estimate.ten
     point_mass = verdict.level == "mass_and_com_only" and not despite_verdict
-    assumed = (document.assumed or None) if method in (None, recommended) else None
-    if assumed:
-        label = f"inertia ASSUMED, not measured: {assumed.inertia}"
-        source, reasons, parameters, point_mass = f"{source}, {label}", (*reasons, label), assumed.parameters, False
-        widths = widths and widths._replace(inertia=math.inf)
-    body = _body(parameters, name, point_mass)
-    load = ControllerLoad(
-        body, document.frame, source, verdict.level, reasons, point_mass, rated=rated, half_widths=widths
+    if result.assumed and number == result.method:
+        label = f"inertia ASSUMED, not measured: {result.assumed.inertia}"
+        source, reasons, point_mass = f"{source}, {label}", (*reasons, label), False
+        ten, widths = numbers(result.assumed.parameters), widths and widths._replace(inertia=math.inf)
+    place = present(result.flange_in_payload_frame)
+    return ControllerLoad(
+        _body(ten, name, point_mass),
+        result.frame,
+        source,
+        verdict.level,
+        reasons,
+        point_mass,
+        rated=result.rated_payload_kg or math.inf,
+        half_widths=widths,
+        flange=result.flange,
+        flange_source=place.source if place else "",
     )
-    flange = document.flange_in_payload_frame or None
-    if flange is None:
-        return load
-    pose = Pose.from_rpy(flange.xyz.tolist(), np.radians(flange.rpy_deg).tolist())
-    return replace(load, flange=pose, flange_source=flange.source)
 
 
 def _half_widths(estimate: FreeEstimate | PossibleEstimate) -> HalfWidths | None:
-    """Half of the narrowest intervals; None where the document holds none of the mass."""
+    """Half of the narrowest intervals; None where there is none of the mass."""
     if isinstance(estimate, PossibleEstimate):
-        spreads: tuple[Any, ...] = (
-            (present(estimate.interval95) or {}).get("M"),
-            estimate.com_interval95,
-            estimate.inertia_com_interval95,
+        ends = (
+            bounds(estimate.interval95)[9],
+            array(estimate.com_interval95, 3, 2),
+            array(estimate.inertia_com_interval95, 3, 3, 2),
         )
-        halves = [_known(bounds, lambda ends: np.ptp(ends, axis=-1) / 2.0) for bounds in spreads]
+        halves = [_least(np.ptp(each, axis=-1) / 2.0) for each in ends]
     else:
-        spreads = (
-            (present(estimate.sigma_robust) or present(estimate.sigma) or {}).get("M"),
-            present(estimate.com_sigma_robust) or estimate.com_sigma,
-            present(estimate.inertia_com_sigma_robust) or estimate.inertia_com_sigma,
-        )
-        halves = [_known(sigma, lambda ends: 2.0 * ends) for sigma in spreads]
+        coms = array(estimate.com_sigma, 3), array(estimate.com_sigma_robust, 3)
+        inertias = array(estimate.inertia_com_sigma, 3, 3), array(estimate.inertia_com_sigma_robust, 3, 3)
+        halves = [_least(2.0 * each) for each in (estimate.larger_sigma[9], np.fmax(*coms), np.fmax(*inertias))]
     return HalfWidths(*halves) if np.isfinite(halves[0]) else None
 
 
-def _known(values: Any, half: Callable[[Array], Array]) -> float:
-    """The smallest half-width among those that are known; infinite where none is."""
-    if present(values) is None:
-        return math.inf
-    halves = np.atleast_1d(half(np.asarray(values, dtype=float))).ravel()
-    return float(np.min(halves[np.isfinite(halves) & (halves > 0.0)], initial=np.inf))
+def _least(halves: Array) -> float:
+    """The smallest of those that are known; infinite where none is."""
+    return float(np.min(halves, where=np.isfinite(halves) & (halves > 0.0), initial=np.inf))
 
 
-def _body(parameters: Mapping[str, float | None], name: str, point_mass: bool) -> InertialParameters:
+def _body(values: Array, name: str, point_mass: bool) -> InertialParameters:
     """The ten as a body; a point mass where the inertia is not to be used and may be missing.
 
     Raises:
         InputError: if a number that is needed was not measured.
     """
-    values = np.array([parameters.get(kind) for kind in INERTIAL], dtype=float)
     needed = INERTIAL[6:] if point_mass else INERTIAL
     missing = [kind for kind, value in zip(INERTIAL, values, strict=True) if kind in needed and np.isnan(value)]
     if missing:
@@ -322,16 +319,3 @@ def _body(parameters: Mapping[str, float | None], name: str, point_mass: bool) -
     if np.isnan(values).any():
         return InertialParameters.from_com(values[9], values[6:9] / values[9], np.zeros((3, 3)))
     return InertialParameters(values)
-
-
-def _chosen(
-    estimates: tuple[FreeEstimate | PossibleEstimate, ...], method: int | None, name: str
-) -> FreeEstimate | PossibleEstimate:
-    there = sorted({estimate.method for estimate in estimates})
-    number = next((m for m in PREFERRED if m in there), None) if method is None else method
-    of_method = [estimate for estimate in estimates if estimate.method == number]
-    if not of_method:
-        raise InputError(
-            f"{name}: no estimate of method {number}; there are {', '.join(map(str, there)) or 'none'}"
-        )
-    return next((estimate for estimate in of_method if isinstance(estimate, PossibleEstimate)), of_method[0])

@@ -8,10 +8,10 @@ from xml.sax.saxutils import quoteattr
 from .... import __version__
 from ....common.errors import InputError, printable
 from ....estimation.possible.whole_robot import Labelled, LinkNumbers, WholeRobot, whole_robot
+from ....estimation.results.robot import RobotResult
 from ....model import Pose, Robot, base_parameters
 from ....model.frames import step
 from ...numbers import exact
-from ...results.stored import StoredRobot
 
 _UNITS = {"armature": "kg m^2 or kg", "damping": "N·m·s/rad or N·s/m", "friction": "N·m or N", "offset": "N·m or N"}
 _STANDARD_GRAVITY = [0.0, 0.0, -9.81]
@@ -236,7 +236,7 @@ def flange_name(robot: Robot) -> str:
     return robot.links.tip if robot.links is not None else "flange"
 
 
-def stored_whole_robot(robot: Robot, stored: StoredRobot, path: str) -> WholeRobot:
+def stored_whole_robot(robot: Robot, stored: RobotResult, path: str) -> WholeRobot:
     """A robot with the parameters nearest to a prior, as ``dynident identify`` stored them.
 
     Args:

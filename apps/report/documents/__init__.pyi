@@ -3,14 +3,10 @@ from ....common.schema import write_json as write_json
 from .check import Look as Look
 from .check import check_document as check_document
 from .check import robot_check_document as robot_check_document
+from .design import JudgedMotion as JudgedMotion
 from .design import design_document as design_document
 from .design import near_document as near_document
 from .fleet import ComparedDocument as ComparedDocument
 from .fleet import fleet_document as fleet_document
-from .parts import elimination_document as elimination_document
-from .payload import free_estimate as free_estimate
-from .payload import payload_document as payload_document
-from .robot import constrained_document as constrained_document
-from .robot import gains_document as gains_document
-from .robot import identification_document as identification_document
-from .robot import rollouts_document as rollouts_document
+from .rollout import rollout_document as rollout_document
+from .rollout import rollouts_document as rollouts_document

@@ -8,9 +8,9 @@ from msgspec import UNSET, UnsetType, field
 
 from ....common.schema import Document
 from ....estimation.diagnosis.kinematics import PoseCheck, Readings
+from ....estimation.results.parts import Number
 from ....model import Pose, Robot
 from ...logs.log_check import Excited, JointFacts, LogCheck, RobotFits, TimeFacts
-from ...results.parts import Number
 
 
 class FindingDocument(Document, frozen=True):

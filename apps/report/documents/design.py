@@ -7,7 +7,9 @@ from msgspec import UNSET, UnsetType, field
 
 from .... import __version__
 from ....common.schema import Document, Matrix, Vector
-from ....model import Robot
+from ....estimation.results.parts import Number
+from ....estimation.results.payload import VisibilityDocument
+from ....model import Motion, Robot
 from ....model.inertia import PayloadSpread
 from ....model.visibility import PayloadVisibility
 from ....trajectories import Design, DesignProblem, Fourier, NearShape, Score, Trapezoid, ViaPoints
@@ -17,8 +19,6 @@ from ....trajectories.design.full_trajectory import Rung
 from ....trajectories.design.score import holding_torques
 from ....trajectories.motions.family import Plan
 from ...export.motions.written import rests_on
-from ...results.parts import Number
-from ...results.stored_payload import VisibilityDocument
 
 
 class LimitDocument(Document, frozen=True):
@@ -196,25 +196,34 @@ class NearResult(NamedTuple):
         return self.design.plan
 
 
-def design_document(
-    problem: DesignProblem,
-    score: Score,
-    reference: Mapping[str, float],
-    *,
-    design: Design | None = None,
-    floor: Floor | None = None,
-    evaluated: str | None = None,
-    replay: Score | None = None,
-) -> DesignDocument:
-    """Make the document of ``dynident design --json``.
+class JudgedMotion(NamedTuple):
+    """A motion with its score.
 
-    Args:
+    Attributes:
+        title: of the score's table.
         reference: values that standard deviations are relative to.
-        design: the motion, if one was designed.
-        evaluated: the log whose motion was judged instead.
-        replay: what a controller's own profiles would make of it.
+        labels: how to call parameters ("ZZ1R"), by their names.
+        design: the designed motion; None where one was only judged.
+        floor: under the criterion, if it was asked for and found.
+        replay: score of what a controller makes of the motion by its own profiles.
+        source: file of a motion that was only judged.
     """
-    learnt, relative = score.learnt, score.relative_sigma(dict(reference))
+
+    title: str
+    score: Score
+    motion: Motion
+    reference: Mapping[str, float] = {}
+    labels: Mapping[str, str] = {}
+    design: Design | None = None
+    floor: Floor | None = None
+    replay: Score | None = None
+    source: str | None = None
+
+
+def design_document(judged: JudgedMotion) -> DesignDocument:
+    """Make the document of ``dynident design --json``."""
+    score, design, floor, replay = judged.score, judged.design, judged.floor, judged.replay
+    problem, learnt, relative = score.problem, score.learnt, score.relative_sigma(dict(judged.reference))
     nearest = tuple(map(LimitDocument.of, score.limits))
     percent = {name: 100.0 * relative[name] if name in relative else None for name in learnt.sigma}
     return DesignDocument.of(
@@ -225,7 +234,7 @@ def design_document(
         limits=LimitsDocument.of(score, nearest=nearest),
         payload_bounds=_payload_bounds(problem, score),
         floor=FloorDocument.of(floor) if floor else None,
-        evaluated=evaluated,
+        evaluated=judged.source,
         val3_replay=ReplayDocument.of(replay, replay.learnt) if replay else None,
         assumed=problem.robot.assumed(*rests_on(problem)),
         version=__version__,

@@ -3,11 +3,11 @@
 from collections.abc import Mapping
 
 from ....common.schema import Document, Matrix, Vector
+from ....estimation.results.parts import Number
 from ...fleet import Fleet
 from ...fleet.comparing import OddDocument
 from ...fleet.nights import CHANGED, Series
 from ...fleet.store import RefusedDocument, refused_documents
-from ...results.parts import Number
 
 
 class ComparedDocument(Document, frozen=True):

@@ -6,19 +6,20 @@ import msgspec
 
 from ....common.files import write_bytes
 from ....common.schema import Document, json_schema
+from ....estimation.results.payload import PayloadResult
+from ....estimation.results.robot import GainsResult, RobotResult
 from ...fleet.reduction import ReducedDocument
 from ...logs.following import FollowingChange
-from ...results import StoredGains, StoredPayload, StoredRobot
 from .check import CheckDocument, RobotCheckDocument
 from .design import DesignDocument, NearDocument
 from .fleet import ComparedDocument, FleetDocument
-from .robot import RolloutsDocument
+from .rollout import RolloutsDocument
 
 DOCUMENTS: dict[str, type[Document]] = {
-    "identify": StoredRobot,
-    "payload": StoredPayload,
-    "weigh": StoredPayload,
-    "gains": StoredGains,
+    "identify": RobotResult,
+    "payload": PayloadResult,
+    "weigh": PayloadResult,
+    "gains": GainsResult,
     "design": DesignDocument,
     "near": NearDocument,
     "rollout": RolloutsDocument,

@@ -5,9 +5,9 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from ....common.arrays import Array
-from ....estimation import SigmaBound, SigmaRatio
-from ....estimation.fit.essential import Elimination
+from ....common.schema import present
 from ....estimation.fit.least_squares import Excitation
+from ....estimation.results.parts import EliminationDocument
 from ..blocks import Drawing
 from .canvas import BLUE, Axes, Figure, legend, lines_above, log_scale, names_below, panels, plain
 
@@ -66,50 +66,50 @@ def _excited(axis: Axes, names: Sequence[str], signal: Array, independent: Array
     names_below(axis, names, 8)
 
 
-def essential_figure(elimination: Elimination, title: str, labels: Mapping[str, str] | None = None) -> Drawing:
+def essential_figure(elimination: EliminationDocument, title: str) -> Drawing:
     """Error ratio and largest relative sigma against the parameters eliminated, in their order.
 
     Legible without colour: filled markers are steps that were taken, open ones those that were not.
-
-    Args:
-        labels: name of a parameter -> how the figure calls it ("MX2" -> "MX2R").
     """
-    essential, count = len(elimination.essential), len(elimination.path.order)
+    essential, count = elimination.essential, len(elimination.path) - 1
     text = (
-        f"{essential} of {count} parameters are essential: {elimination.rule.description}. With them the error's "
+        f"{essential} of {count} parameters are essential: {elimination.description}. With them the error's "
         f"standard deviation is {elimination.sigma_ratio:.4f} times that with all; the largest relative standard "
-        f"deviation is {100.0 * elimination.largest_relative_sigma:.3g} %."
+        f"deviation is {elimination.largest_relative_sigma_percent:.3g} %."
     )
     caption = (
         "Parameters are eliminated from left to right, each time the one with the largest relative standard "
         "deviation. Filled marks are steps that were taken."
     )
-    return Drawing("essential_path", caption, text, lambda: _draw_path(elimination, title, labels or {}))
+    return Drawing("essential_path", caption, text, lambda: _draw_path(elimination, title))
 
 
-def _draw_path(elimination: Elimination, title: str, labels: Mapping[str, str]) -> Figure:
-    path, gone = elimination.path, len(elimination.eliminated)
-    shown = min(max(int(np.sum(path.sigma_ratio <= _MOST_RATIO)), gone + 2), len(path.order))
-    names = ["none", *(labels.get(name, name) for name in path.order[: shown - 1])]
+def _draw_path(elimination: EliminationDocument, title: str) -> Figure:
+    count = len(elimination.path) - 1
+    gone = count - elimination.essential
+    ratios = np.array([step.sigma_ratio for step in elimination.path], dtype=float)
+    percents = np.array([step.largest_relative_sigma_percent for step in elimination.path], dtype=float)
+    shown = min(max(int(np.sum(ratios <= _MOST_RATIO)), gone + 2), count)
+    names = ["none", *(str(step.eliminated) for step in elimination.path[1:shown])]
     edges = (1.0, 0.1, 0.4, 0.4 + 0.07 * max(map(len, names)))
     figure, axes = panels((max(6.0, 0.19 * shown + 1.5), 5.2), 2, 1, edges)
     above, below = axes[:, 0]
-    _curve(above, path.sigma_ratio[:shown], gone)
+    _curve(above, ratios[:shown], gone)
     above.set_ylabel("error sigma, ratio\nto all parameters")
-    _curve(below, 100.0 * path.largest_relative_sigma[:shown], gone)
+    _curve(below, percents[:shown], gone)
     below.set_ylabel("largest relative\nsigma [%]")
-    rule = elimination.rule
-    if isinstance(rule, SigmaRatio):
-        _limit(above, rule.limit, f"limit {rule.limit:g}")
-    elif isinstance(rule, SigmaBound):
-        _limit(below, 100.0 * rule.limit, f"limit {100.0 * rule.limit:g} %")
+    limit = present(elimination.limit)
+    if limit is not None and elimination.rule == "ratio":
+        _limit(above, limit, f"limit {limit:g}")
+    elif limit is not None:
+        _limit(below, 100.0 * limit, f"limit {100.0 * limit:g} %")
     above.legend(loc="upper left")
     log_scale(below)
     above.set_xticks([])
     lines_above(above, shown)
     names_below(below, names, 7)
     below.set_xlabel("eliminated, in this order")
-    figure.suptitle(f"{title}: {len(elimination.essential)} of {len(path.order)} parameters essential")
+    figure.suptitle(f"{title}: {elimination.essential} of {count} parameters essential")
     return figure
 
 

@@ -5,11 +5,17 @@ from collections.abc import Sequence
 import numpy as np
 
 from ....common.arrays import Array
-from ....estimation import PayloadAnswer
+from ....common.schema import present
 from ....estimation.fit.covariance import NORMAL95
-from ....estimation.payload.by_joints import ByJoints, JointShare, JointsMass
-from ....estimation.payload.constrained import ConstrainedPayload
-from ....estimation.payload.repeats import Repeats
+from ....estimation.results.payload import (
+    FreeEstimate,
+    JointsMassDocument,
+    PayloadResult,
+    PossibleEstimate,
+    RepeatsDocument,
+    array,
+    bounds,
+)
 from ..blocks import Drawing
 from .canvas import BLUE, ORANGE, Axes, Figure, legend, mark_interval, matplotlib, panels, plain
 
@@ -20,52 +26,53 @@ _ZOOM = 1.7  # inches: height of an enlargement
 
 
 def joints_figure(
-    by_joints: ByJoints, mass: float, interval: tuple[float, float], name: str = "by_joints"
+    masses: Sequence[JointsMassDocument], mass: float, interval: tuple[float, float], name: str = "by_joints"
 ) -> Drawing | None:
     """Mass by groups of joints, and the share of the payload that each joint shows; None where no joint sees it.
 
     Args:
-        by_joints: the payload by joints.
+        masses: by some joints.
         mass: recommended [kg].
         interval: its 95 % interval [kg]; nan where there is none.
         name: of the drawing.
     """
-    if all(group.mass is None for group in by_joints.masses):
+    if all(group.mass is None for group in masses):
         return None
     text = "; ".join(
         f"{group.name} {group.mass:.4g} kg" if group.mass is not None else f"{group.name} does not see it"
-        for group in by_joints.masses
+        for group in masses
     )
     caption = (
         "Left: the mass by the torques of some joints alone, with 95 % intervals; the dashed line and the band are "
         "the recommended mass. Right: the torque of each joint over what the payload seen by all others demands "
         "there, with two standard deviations; 1 where drive gain and friction are right."
     )
-    return Drawing(name, caption, f"{caption} {text}.", lambda: _draw_joints(by_joints, mass, interval))
+    return Drawing(name, caption, f"{caption} {text}.", lambda: _draw_joints(masses, mass, interval))
 
 
-def _draw_joints(by_joints: ByJoints, mass: float, interval: tuple[float, float]) -> Figure:
-    size, edges = (9.0, 0.32 * len(by_joints.masses) + 1.2), (0.85, 0.1, 0.3, 0.3)
+def _draw_joints(masses: Sequence[JointsMassDocument], mass: float, interval: tuple[float, float]) -> Figure:
+    size, edges = (9.0, 0.32 * len(masses) + 1.2), (0.85, 0.1, 0.3, 0.3)
     figure, ((left, right),) = panels(size, 1, 2, edges, (0.85, 0.0), width_ratios=(3, 2))
     mark_interval(left, *interval)
-    _masses(left, by_joints.masses, mass)
-    _shares(right, by_joints.shares)
+    _masses(left, masses, mass)
+    _shares(right, [group for group in masses if len(group.joints) == 1])
     for axis in (left, right):
-        axis.set_ylim(len(by_joints.masses) - 0.5, -0.5)
+        axis.set_ylim(len(masses) - 0.5, -0.5)
         plain(axis)
     return figure
 
 
-def _masses(axis: Axes, masses: Sequence[JointsMass], mass: float) -> None:
+def _masses(axis: Axes, masses: Sequence[JointsMassDocument], mass: float) -> None:
     axis.axvline(mass, color="black", linestyle="--", linewidth=1.0)
     reaches = []
     for row, group in enumerate(masses):
         if group.mass is None or group.interval95 is None:
             _label(axis, "not visible", mass, row)
             continue
-        axis.plot(group.interval95, [row, row], color=BLUE, linewidth=2.0)
+        interval = array(group.interval95, 2)
+        axis.plot(interval, [row, row], color=BLUE, linewidth=2.0)
         axis.plot(group.mass, row, "s" if len(group.joints) > 1 else "o", color=BLUE, markersize=6)
-        reaches.append(float(np.abs(np.array(group.interval95) - mass).max()))
+        reaches.append(float(np.abs(interval - mass).max()))
     # One joint that hardly sees the mass must not squeeze the others to a line.
     reach = min(max(reaches), max(6.0 * float(np.median(reaches)), 0.1 * abs(mass)))
     axis.set_xlim(mass - 1.1 * reach, mass + 1.1 * reach)
@@ -73,15 +80,17 @@ def _masses(axis: Axes, masses: Sequence[JointsMass], mass: float) -> None:
     axis.set_title("mass [kg]", fontsize=10)
 
 
-def _shares(axis: Axes, shares: Sequence[JointShare]) -> None:
+def _shares(axis: Axes, joints: Sequence[JointsMassDocument]) -> None:
     axis.axvline(1.0, color="black", linestyle="--", linewidth=1.0)
-    for row, entry in enumerate(shares):
-        if entry.share is None:
+    for row, entry in enumerate(joints):
+        share = present(entry.share)
+        if share is None:
             _label(axis, "not determined", 1.0, row)
             continue
-        axis.plot(entry.share + 2.0 * entry.sigma * np.array([-1.0, 1.0]), [row, row], color=BLUE, linewidth=2.0)
-        axis.plot(entry.share, row, "o", color=BLUE, markersize=6)
-    axis.set_yticks(range(len(shares)), [f"joint {entry.joint}" for entry in shares])
+        half = 2.0 * float(array(entry.share_sigma))
+        axis.plot([share - half, share + half], [row, row], color=BLUE, linewidth=2.0)
+        axis.plot(share, row, "o", color=BLUE, markersize=6)
+    axis.set_yticks(range(len(joints)), [entry.name for entry in joints])
     axis.set_title("share of the others' payload", fontsize=10)
 
 
@@ -90,53 +99,65 @@ def _label(axis: Axes, text: str, x: float, y: float) -> None:
     axis.text(x, y, text, ha="center", va="center", fontsize=9, style="italic", bbox=box)
 
 
-def methods_figure(answer: PayloadAnswer) -> Drawing:
+def methods_figure(result: PayloadResult) -> Drawing:
     """Mass and centre of mass by every method, with 95 % intervals, and the free estimates."""
-    payloads = answer.constrained
-    masses = ", ".join(f"method {payload.method} {payload.mass:.4g} kg" for payload in payloads)
+    masses = ", ".join(f"method {each.method} {_places(each)[0]:.4g} kg" for each in result.possible)
     caption = (
         "Filled: payload that can exist, with its 95 % interval. Open: least squares alone, which may be a body "
-        f"that cannot exist. The band is the recommended interval (method {answer.recommended.method})."
+        f"that cannot exist. The band is the recommended interval (method {result.method})."
     )
-    text = f"{caption} Masses: {masses}."
-    return Drawing("methods", caption, text, lambda: _draw_methods(payloads, answer.recommended))
+    return Drawing("methods", caption, f"{caption} Masses: {masses}.", lambda: _draw_methods(result))
 
 
-def _draw_methods(payloads: Sequence[ConstrainedPayload], best: ConstrainedPayload) -> Figure:
-    size, edges = (9.0, 0.42 * len(payloads) + 1.35), (0.85, 0.1, 0.3, 0.6)
+def _draw_methods(result: PayloadResult) -> Figure:
+    count = len(result.possible)
+    size, edges = (9.0, 0.42 * count + 1.35), (0.85, 0.1, 0.3, 0.6)
     figure, (axes,) = panels(size, 1, 4, edges, (0.25, 0.0), sharey=True)
     scales = (1.0, 1e3, 1e3, 1e3)
     titles = ("mass [kg]", "centre of mass x [mm]", "centre of mass y [mm]", "centre of mass z [mm]")
     for k, (axis, title, scale) in enumerate(zip(axes, titles, scales, strict=True)):
-        _panel(axis, payloads, best, k, scale)
+        _panel(axis, result, k, scale)
         axis.set_title(title, fontsize=10)
-    axes[0].set_yticks(range(len(payloads)), [f"method {payload.method}" for payload in payloads])
-    axes[0].set_ylim(len(payloads) - 0.4, -0.6)
+    axes[0].set_yticks(range(count), [f"method {each.method}" for each in result.possible])
+    axes[0].set_ylim(count - 0.4, -0.6)
     legend(figure, [axes[0]], "lower center")
     return figure
 
 
-def _panel(
-    axis: Axes, payloads: Sequence[ConstrainedPayload], best: ConstrainedPayload, k: int, scale: float
-) -> None:
-    mark_interval(axis, *(scale * _intervals(best)[k]))
-    for row, payload in enumerate(payloads):
-        value, (low, high) = scale * np.append(payload.mass, payload.body.com)[k], scale * _intervals(payload)[k]
+def _panel(axis: Axes, result: PayloadResult, k: int, scale: float) -> None:
+    if result.best is not None:
+        mark_interval(axis, *(scale * _intervals(result.best)[k]))
+    for row, estimate in enumerate(result.possible):
+        low, high = scale * _intervals(estimate)[k]
         filled, open_ = ("with constraints, 95 %", "least squares alone") if row == 0 else (None, None)
         if np.isfinite([low, high]).all():
             axis.plot([low, high], [row, row], color=BLUE, linewidth=2.0)
-        axis.plot(value, row, "o", color=BLUE, markersize=6, label=filled)
-        free = scale * np.append(payload.free.mass, payload.free.body.com)[k]
-        axis.plot(free, row + _FREE, "D", color="black", fillstyle="none", markersize=5, label=open_)
+        axis.plot(scale * _places(estimate)[k], row, "o", color=BLUE, markersize=6, label=filled)
+        free = next(each for each in result.free if each.method == estimate.method)
+        axis.plot(
+            scale * _places(free)[k], row + _FREE, "D", color="black", fillstyle="none", markersize=5, label=open_
+        )
     plain(axis)
     axis.locator_params(axis="x", nbins=4)
 
 
-def _intervals(payload: ConstrainedPayload) -> Array:
-    return np.vstack([payload.intervals.parameters[9:], payload.intervals.com])
+def _places(estimate: FreeEstimate | PossibleEstimate) -> Array:
+    """Mass and centre of mass, shape (4,)."""
+    return np.append(estimate.ten[9], array(estimate.com, 3))
 
 
-def repeats_figure(repeats: Repeats, mass: float, interval: tuple[float, float]) -> Drawing | None:
+def _intervals(estimate: PossibleEstimate) -> Array:
+    return np.vstack([bounds(estimate.interval95)[9:], array(estimate.com_interval95, 3, 2)])
+
+
+def seen(repeats: RepeatsDocument) -> tuple[list[int], Array, Array]:
+    """Numbers (from 0), masses and standard deviations of the recordings that show the mass."""
+    masses, sigmas = np.array(repeats.masses, dtype=float), np.array(repeats.sigmas, dtype=float)
+    k = np.flatnonzero(np.isfinite(masses)).tolist()
+    return k, masses[k], sigmas[k]
+
+
+def repeats_figure(repeats: RepeatsDocument, mass: float, interval: tuple[float, float]) -> Drawing | None:
     """Mass by each recording in the order they were given; None where fewer than two show it.
 
     Args:
@@ -144,7 +165,7 @@ def repeats_figure(repeats: Repeats, mass: float, interval: tuple[float, float])
         mass: by all of them [kg].
         interval: its 95 % interval [kg]; nan where there is none.
     """
-    places, masses, _ = repeats.seen
+    places, masses, _ = seen(repeats)
     if len(places) < 2:
         return None
     caption = (
@@ -155,8 +176,8 @@ def repeats_figure(repeats: Repeats, mass: float, interval: tuple[float, float])
     return Drawing("repeats", caption, f"{caption} {each}.", lambda: _draw_repeats(repeats, mass, interval))
 
 
-def _draw_repeats(repeats: Repeats, mass: float, interval: tuple[float, float]) -> Figure:
-    places, masses, sigmas = repeats.seen
+def _draw_repeats(repeats: RepeatsDocument, mass: float, interval: tuple[float, float]) -> Figure:
+    places, masses, sigmas = seen(repeats)
     names = [f"{k}: {source[-_NAME:]}" for k, source in enumerate(repeats.sources, 1)]
     edges = (0.25 + 0.085 * max(map(len, names)), 0.1, 0.1, 0.5)
     figure, ((axis,),) = panels((7.0, 0.32 * len(names) + 1.0), edges=edges)
@@ -171,7 +192,7 @@ def _draw_repeats(repeats: Repeats, mass: float, interval: tuple[float, float]) 
     return figure
 
 
-def flange_figure(payload: ConstrainedPayload, inertia: bool, flange: bool) -> Drawing:
+def flange_figure(payload: PossibleEstimate, inertia: bool, flange: bool) -> Drawing:
     """Three views, x-z, y-z and x-y, equal in scale; beside and below them enlargements of the uncertainty.
 
     Args:
@@ -179,10 +200,10 @@ def flange_figure(payload: ConstrainedPayload, inertia: bool, flange: bool) -> D
         inertia: whether its inertia may be used: then a body of that inertia is drawn.
         flange: whether its frame is the flange: then a plate of 63 mm is drawn.
     """
-    com, bounds = 1e3 * payload.body.com, 1e3 * payload.intervals.com
+    com, ends = 1e3 * array(payload.com, 3), 1e3 * array(payload.com_interval95, 3, 2)
     body = _second_moments(payload) if inertia else None
-    words = _words(com, inertia, flange, bool(np.isfinite(bounds).all()))
-    return Drawing("flange", *words, lambda: _draw_flange(com, bounds, body, flange))
+    words = _words(com, inertia, flange, bool(np.isfinite(ends).all()))
+    return Drawing("flange", *words, lambda: _draw_flange(com, ends, body, flange))
 
 
 def _draw_flange(com: Array, bounds: Array, body: Array | None, flange: bool) -> Figure:
@@ -275,10 +296,10 @@ def _uncertain(axis: Axes, com: Array, bounds: Array, axes: tuple[int, int]) -> 
     axis.plot(com[i], com[k], "o", color=ORANGE, markeredgecolor="black", markersize=5, label="centre of mass")
 
 
-def _second_moments(payload: ConstrainedPayload) -> Array:
+def _second_moments(payload: PossibleEstimate) -> Array:
     """Squared semi-axes of the homogeneous ellipsoid of the same inertia, as a matrix [mm^2]."""
-    J = payload.body.inertia_com
-    return np.asarray(5.0 / payload.mass * (0.5 * np.trace(J) * np.eye(3) - J) * 1e6)
+    J, mass = array(payload.inertia_com, 3, 3), payload.body.mass
+    return np.asarray(5.0 / mass * (0.5 * np.trace(J) * np.eye(3) - J) * 1e6)
 
 
 def _outline(centre: Array, Q: Array) -> Array:

@@ -3,9 +3,9 @@
 from dataclasses import replace
 
 from ....common.errors import InputError
-from ...export.controllers import FORMATS, ControllerFormat, ControllerLoad, load_of_document
+from ....estimation.results.payload import PayloadResult
+from ...export.controllers import FORMATS, ControllerFormat, ControllerLoad, load_of
 from ...numbers import six
-from ...results import StoredPayload
 from ..blocks import Block, Code, Details, Text
 
 _SHOWN = ("abb", "kuka", "ur", "fanuc", "yaskawa", "staubli", "franka", "urdf")
@@ -15,16 +15,15 @@ _MAKERS = {"abb": "abb", "kuka": "kuka", "universal robots": "ur", "fanuc": "fan
 """Word in a robot's title -> its format."""
 
 
-def controller_blocks(document: StoredPayload, name: str, title: str) -> list[Block]:
+def controller_blocks(result: PayloadResult, name: str, title: str) -> list[Block]:
     """The recommended payload in the formats of controllers; the robot's own maker's is open.
 
     Args:
-        document: what ``dynident payload --json`` writes.
         name: what the formats call its source.
         title: of the robot, in which its maker is looked for.
     """
     try:
-        load = load_of_document(document, name)
+        load = load_of(result, name)
     except InputError as error:
         return [Text(f"No controller takes this payload: {error}.")]
     if load.verdict == "do_not_use":

@@ -2,11 +2,12 @@
 
 from collections.abc import Mapping, Sequence
 
+from ....common.schema import present
 from ....estimation.answers.system import TorquePrediction
-from ....estimation.fit.essential import Elimination
 from ....estimation.fit.estimate import Fit
 from ....estimation.fit.least_squares import Excitation
-from ....estimation.payload.by_joints import ByJoints
+from ....estimation.results.parts import EliminationDocument, ResidualDocument
+from ....estimation.results.payload import JointsMassDocument, array
 from ...numbers import percent, with_interval
 from ..blocks import Block, Cell, Details, Notes, Section, Table, Text, columns, with_sigma
 from ..figures.parameters import essential_figure, excitation_figure
@@ -14,10 +15,10 @@ from ..figures.payload import joints_figure
 from ..figures.signals import prediction_figure, words_of, worst_joint_figure
 
 
-def residual_text(fit: Fit) -> str:
+def residual_text(fit: Fit | ResidualDocument) -> str:
     """Relative residual in percent, of all joints and of each."""
-    joints = " ".join(f"{100.0 * value:.1f}" for value in fit.relative_per_joint)
-    return f"{100.0 * fit.relative:.2f} % (joints {joints} %)"
+    joints = " ".join(f"{100.0 * value:.1f}" for value in array(fit.relative_per_joint, 0))
+    return f"{100.0 * float(array(fit.relative)):.2f} % (joints {joints} %)"
 
 
 def worst_torque(predictions: Sequence[TorquePrediction]) -> list[Block]:
@@ -55,30 +56,27 @@ def torques_section(predictions: Sequence[TorquePrediction], others: int = 0) ->
     return Section("torques", "Measured and predicted torques", blocks)
 
 
-def by_joints_table(by_joints: ByJoints) -> Table:
+def by_joints_table(masses: Sequence[JointsMassDocument]) -> Table:
     """The mass by groups of joints with intervals, and each joint's share of the payload that the others show."""
-    shares = {share.joint: share for share in by_joints.shares}
     rows: list[tuple[Cell, ...]] = []
-    for group in by_joints.masses:
-        share = shares.get(group.joints[0]) if len(group.joints) == 1 else None
-        mass = ("not visible", "-")
-        ratio: Cell = "-"
-        if group.mass is not None and group.interval95 is not None:
-            mass = with_interval(group.mass, *group.interval95)
-        if share is not None and share.share is not None:
-            ratio = with_sigma(share.share, share.sigma)
+    for group in masses:
+        mass: tuple[str, str] = ("not visible", "-")
+        if group.mass is not None:
+            mass = with_interval(group.mass, *array(group.interval95, 2).tolist())
+        share = present(group.share)
+        ratio: Cell = "-" if share is None else with_sigma(share, float(array(group.share_sigma)))
         rows.append((group.name, "kg", *mass, ratio))
     title = "The mass as each joint sees it, and its torque over what the other joints' payload demands"
     return Table(title, columns(("", "unit"), ("mass", "95 % interval", "share")), rows, style="tight")
 
 
 def joints_section(
-    by_joints: ByJoints, mass: float, interval: tuple[float, float], mounting: int | None = None
+    masses: Sequence[JointsMassDocument], mass: float, interval: tuple[float, float], mounting: int | None = None
 ) -> Section:
     """Mass by groups of joints, and each joint's share, beside the mass by all of them.
 
     Args:
-        by_joints: the payload by joints.
+        masses: by some joints.
         mass: by all [kg].
         interval: its 95 % interval [kg]; nan where there is none.
         mounting: number of a known weight, where there are such.
@@ -88,8 +86,8 @@ def joints_section(
         "the robot's description is wrong."
     )
     number = "" if mounting is None else f"_{mounting}"
-    drawn = joints_figure(by_joints, mass, interval, f"by_joints{number}")
-    blocks: list[Block] = [Text(words), by_joints_table(by_joints), *([drawn] if drawn else [])]
+    drawn = joints_figure(masses, mass, interval, f"by_joints{number}")
+    blocks: list[Block] = [Text(words), by_joints_table(masses), *([drawn] if drawn else [])]
     return Section(f"joints{number}", "The payload as each joint sees it", blocks)
 
 
@@ -123,37 +121,29 @@ def excitation_section(excitation: Excitation | None, labels: Mapping[str, str])
     return Section("excitation", title, [Text(words), excitation_figure(excitation, labels), table])
 
 
-def elimination_notes(elimination: Elimination | None, warnings: Sequence[str], prefix: str = "") -> list[str]:
+def elimination_notes(elimination: EliminationDocument | None, prefix: str = "") -> list[str]:
     """Lines on essential parameters; none where nothing was eliminated."""
     if elimination is None:
         return []
     line = (
-        f"{prefix}{len(elimination.essential)} of {len(elimination.path.order)} parameters essential "
-        f"({elimination.rule.description}): error's sigma {elimination.sigma_ratio:.4f} times, largest relative "
-        f"sigma {100.0 * elimination.largest_relative_sigma:.3g} %."
+        f"{prefix}{elimination.essential} of {len(elimination.path) - 1} parameters essential "
+        f"({elimination.description}): error's sigma {elimination.sigma_ratio:.4f} times, largest relative "
+        f"sigma {elimination.largest_relative_sigma_percent:.3g} %."
     )
-    return [line, *(f"  - {warning}" for warning in warnings)]
+    return [line, *(f"  - {warning}" for warning in elimination.warnings)]
 
 
-def essential_section(
-    elimination: Elimination | None, warnings: Sequence[str], title: str, labels: Mapping[str, str]
-) -> Section:
-    """The path as a figure, the parameters by name, and what speaks against them.
-
-    Args:
-        elimination: None where nothing was eliminated.
-        warnings: what speaks against the essential parameters.
-        labels: name of a parameter -> how it is called.
-    """
+def essential_section(elimination: EliminationDocument | None, title: str) -> Section:
+    """The path as a figure, the parameters by name, and what speaks against them."""
     heading = "Essential parameters"
     if elimination is None:
         words = "Parameters are eliminated for method 4 only, robot and payload together; it was not used here."
         return Section("essential", heading, [Text(words)])
-    names = ", ".join(labels.get(name, name) for name in elimination.essential)
+    names = ", ".join(str(parameter.name) for parameter in elimination.parameters)
     blocks: list[Block] = [
-        Text(elimination_notes(elimination, ())[0]),
+        Text(elimination_notes(elimination)[0]),
         Text(f"Essential: {names}."),
-        Notes(warnings),
-        essential_figure(elimination, title, labels),
+        Notes(elimination.warnings),
+        essential_figure(elimination, title),
     ]
     return Section("essential", heading, blocks)

@@ -1,18 +1,22 @@
 """Drive gains: what the terminal prints, and the report."""
 
-from ....estimation.answers.gains import DriveGains
+import numpy as np
+
+from ....common.schema import present
+from ....estimation.results.payload import array, mass_by_joints, numbers
+from ....estimation.results.robot import GainsResult, MountingDocument
 from ..blocks import Banner, Block, Notes, Page, Screen, Table, columns
 from ..provenance import Provenance, report_page
 from .evidence import joints_section, torques_section
 from .verdict import MEND, VERDICTS, reason_blocks, reason_lines, verdict_notes
 
 
-def gains_screen(gains: DriveGains, document: str | None = None) -> Screen:
+def gains_screen(gains: GainsResult, document: str | None = None) -> Screen:
     """The verdict, one row a joint, the next command; then what it rests on.
 
     ``document``: the JSON file that was written, if any.
     """
-    verdict, words = gains.verdict, VERDICTS[gains.verdict.level].words
+    verdict, words = gains.judged, VERDICTS[gains.judged.level].words
     ask = "" if document else "add --json gains.json, then "
     after = f"Next: {ask}give --drive-gains {document or 'gains.json'} to 'dynident payload'."
     first: list[Block] = [
@@ -25,72 +29,74 @@ def gains_screen(gains: DriveGains, document: str | None = None) -> Screen:
     return Screen(first, [Notes(_notes(gains))], "the payload, residuals, where sigma comes from")
 
 
-def gains_table(gains: DriveGains) -> Table:
+def gains_table(gains: GainsResult) -> Table:
     """Gains with standard deviations, what of the current is left unexplained, and what each rests on."""
     headings = columns(("motor",), ("N·m/A", "sigma", "%", "residual %"), ("rests on",))
-    sigma = gains.larger_relative_sigma
+    told, residual = gains.drive_gains, present(gains.relative_residual)
+    sigma, n = np.sqrt(np.diag(told.relative_covariance)), len(told.values)
+    unexplained = array(residual.relative_per_joint if residual else None, n)
+    words = told.rests_on or ("",) * n
     rows = [
-        (
-            str(j + 1),
-            f"{gains.values[j]:.3f}",
-            f"{gains.values[j] * sigma[j]:.2g}",
-            f"{100 * sigma[j]:.2g}",
-            f"{100 * gains.fit.relative_per_joint[j]:.1f}",
-            words,
+        (str(j), f"{value:.3f}", f"{value * share:.2g}", f"{100 * share:.2g}", f"{100 * left:.1f}", word)
+        for j, (value, share, left, word) in enumerate(
+            zip(told.values, sigma, unexplained, words, strict=True), start=1
         )
-        for j, words in enumerate(gains.identifiability)
     ]
-    return Table(f"Drive gains of {gains.robot.name}", headings, rows, style="tight")
+    return Table(f"Drive gains of {gains.robot}", headings, rows, style="tight")
 
 
-def gains_page(gains: DriveGains, provenance: Provenance) -> Page:
+def gains_page(gains: GainsResult, provenance: Provenance) -> Page:
     """Verdict and gains first, then the weight as each joint sees it, and the torques that the gains give."""
-    verdict, level = gains.verdict, gains.verdict.level
+    verdict, level, made = gains.judged, gains.judged.level, gains.working
     sentence = "Every gain can be used." if level == "use" else VERDICTS[level].sentence
     why = [*reason_blocks(verdict), Notes(verdict_notes(verdict))]
     lead: list[Block] = [Banner(level, sentence), gains_table(gains), *why]
     # Of recordings that were not looked at joint by joint there is none.
-    mounted = zip(gains.mountings.names, gains.loads, gains.by_joints, strict=True) if gains.by_joints else ()
+    mounted = zip(made.mountings.names, made.loads, made.by_joints, strict=True) if made.by_joints else ()
     weights = [
-        joints_section(by_joints, load.mass, (load.mass, load.mass), name)._replace(
+        joints_section(mass_by_joints(by_joints), load.mass, (load.mass, load.mass), name)._replace(
             title=f"The known weight as each joint sees it{_mounted(gains, name)}"
         )
         for name, load, by_joints in mounted
     ]
-    sections = (*weights, torques_section(gains.predictions))
+    sections = (*weights, torques_section(made.predictions))
     subtitle = f"Identified from recordings of motor currents with a known weight, {provenance.day}"
-    title = f"Drive gains of the {gains.robot.title or gains.robot.name}"
+    title = f"Drive gains of the {gains.robot_title or gains.robot}"
     return report_page(title, subtitle, lead, sections, _notes(gains), provenance)
 
 
-def _mounted(gains: DriveGains, name: int) -> str:
-    return f", mounting {name}" if len(gains.loads) > 1 else ""
+def _mounted(gains: GainsResult, name: int) -> str:
+    return f", mounting {name}" if gains.load and gains.load.mountings else ""
 
 
-def _notes(gains: DriveGains) -> list[str]:
-    lines = []
-    for name, load, body in zip(gains.mountings.names, gains.loads, gains.payloads, strict=True):
-        com = " ".join(f"{x:.4f}" for x in body.com)
-        lines.append(
-            f"Payload{_mounted(gains, name)}: {load.mass:.4g} kg as given (sigma {load.mass_sigma:.2g} kg), centre "
-            f"of mass {com} m, {'as given' if load.com is not None else 'estimated'}."
-        )
+def _notes(gains: GainsResult) -> list[str]:
+    lines, robust, residual, load = list[str](), present(gains.robust), present(gains.relative_residual), gains.load
+    if load:
+        known, sigma = present(load.known) or {}, float(array(load.mass_sigma))
+        mountings = load.mountings or (MountingDocument(1, present(load.identified) or {}),)
+        for k, mounting in enumerate(mountings, start=1):
+            number, ten = str(k) if k > 1 else "", numbers(mounting.identified)
+            com = " ".join(f"{x:.4f}" for x in ten[6:9] / ten[9])
+            lines.append(
+                f"Payload{_mounted(gains, mounting.mounting)}: {known.get(f'M_L{number}', np.nan):.4g} kg as given "
+                f"(sigma {sigma:.2g} kg), centre of mass {com} m, "
+                f"{'as given' if f'MX_L{number}' in known else 'estimated'}."
+            )
     lines += [
         "Every gain goes with the mass as given: 1 % of it is 1 % of each, which no recording shows"
-        + (" unless weights differ." if len(gains.loads) > 1 else "."),
-        f"Relative residual of the currents: {100 * gains.fit.relative:.2f} %.",
+        + (" unless weights differ." if load and load.mountings else "."),
+        f"Relative residual of the currents: {100 * array(residual.relative if residual else None):.2f} %.",
         "Without the constraint that robot and payload can exist: "
-        + " ".join(f"{value:.3f}" for value in gains.free_values)
+        + " ".join(f"{value:.3f}" for value in array(gains.drive_gains.without_constraints, 0))
         + ".",
     ]
-    if gains.disagreement > 1.0:
-        lines.append(
-            f"Every sigma is {gains.disagreement:.2g} times as large as errors alone make it: joints disagree."
-        )
-    if gains.robust is None:
-        return [*lines, f"sigma by the formula for white noise alone: {gains.without_robust}"]
+    disagreement = present(gains.disagreement) or 1.0
+    if disagreement > 1.0:
+        lines.append(f"Every sigma is {disagreement:.2g} times as large as errors alone make it: joints disagree.")
+    if robust is None or robust.blocks is None:
+        return [*lines, f"sigma by the formula for white noise alone: {(robust and robust.unavailable) or ''}"]
     lines.append(
-        f"sigma: the larger of the formula's and that of a jackknife over {gains.robust.blocks} blocks of "
-        f"{gains.robust.block_length:.2g} s or more."
+        f"sigma: the larger of the formula's and that of a jackknife over {robust.blocks} blocks of "
+        f"{array(robust.block_length):.2g} s or more."
     )
-    return [*lines, *([gains.robust.warning] if gains.robust.warning else [])]
+    return [*lines, *([robust.warning] if robust.warning else [])]

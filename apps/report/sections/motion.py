@@ -10,13 +10,13 @@ from ....model import INERTIAL, InertialParameters, Motion
 from ....model.drives import parameter_kind
 from ....model.inertia import PayloadSpread, payload_spread
 from ....model.visibility import PayloadVisibility
-from ....trajectories import Design, DesignProblem, PayloadSet, Score
+from ....trajectories import DesignProblem, PayloadSet, Score
 from ....trajectories.design.floor import Floor
 from ....trajectories.design.full_trajectory import Rung
 from ....trajectories.design.score import holding_torques
 from ...export.motions.written import assumed_line, rests_on
 from ..blocks import Banner, Block, Notes, Page, Pair, Screen, Section, Table, Text, columns, tables_of
-from ..documents.design import NearResult
+from ..documents.design import JudgedMotion, NearResult
 from ..figures.motion import motion_figure, sigma_figure
 from ..provenance import Provenance, report_page
 from .robot import assumed_notes
@@ -81,40 +81,25 @@ def holding_tables(problem: DesignProblem, score: Score) -> list[Table]:
     return [Table("Torque that brakes have to hold, N·m or N, with the worst payload", headings, rows)]
 
 
-def design_screen(
-    problem: DesignProblem,
-    score: Score,
-    title: str,
-    reference: Mapping[str, float],
-    labels: Mapping[str, str],
-    floor: Floor | None = None,
-    replay: Score | None = None,
-    designed: bool = True,
-) -> Screen:
-    """Show which limits hold, what the motion would teach, what to do next; then every parameter.
-
-    Args:
-        reference: values that standard deviations are relative to.
-        labels: how to call parameters, by their names.
-        replay: what a controller's own profiles would make of it.
-        designed: whether the motion is new; one that was only judged is written already.
-    """
+def design_screen(judged: JudgedMotion) -> Screen:
+    """Show which limits hold, what the motion would teach, what to do next; then every parameter."""
+    score, problem, floor = judged.score, judged.score.problem, judged.floor
     kind = problem.criterion.kind
-    notes = [replay_note(kind, replay)] if replay is not None else []
+    notes = [replay_note(kind, judged.replay)] if judged.replay is not None else []
     notes += payload_notes(problem, score)
     notes += assumed_notes(problem.robot, *rests_on(problem))
     notes += [floor_note(kind, floor)] if floor is not None else []
     lines = [f"Criterion {criterion_text(kind, score.value)}."]
     after = "Next: add --samples, --ros2, --urscript or --val3, run it, then 'dynident check LOG'."
     first: list[Block] = [
-        Notes([f"{title}: {limits_in_words(score)}"]),
+        Notes([f"{judged.title}: {limits_in_words(score)}"]),
         limits_table(score),
         taught_table(problem, score),
-        Notes([*lines, *([after] if designed else [])]),
+        Notes([*lines, *([after] if judged.design is not None else [])]),
         Notes(notes, optional=True),
     ]
     brakes = holding_tables(problem, score)
-    details = [score_table(problem, score), *sigma_tables(score, reference, labels), *brakes]
+    details = [score_table(problem, score), *sigma_tables(score, judged.reference, judged.labels), *brakes]
     return Screen(first, details, f"condition numbers, every parameter{', what brakes hold' if brakes else ''}")
 
 
@@ -247,31 +232,18 @@ def replay_note(kind: str, replay: Score) -> str:
     )
 
 
-def design_page(
-    problem: DesignProblem,
-    score: Score,
-    motion: Motion,
-    design: Design | None,
-    screen: Sequence[Block],
-    reference: Mapping[str, float],
-    labels: Mapping[str, str],
-    provenance: Provenance,
-) -> Page:
-    """Show the motion between its limits, and what it would teach.
-
-    Args:
-        design: the designed motion; None where one was only judged.
-        screen: what the terminal shows of it.
-        reference: values that standard deviations are relative to.
-        labels: how to call parameters, by their names.
-    """
+def design_page(judged: JudgedMotion, provenance: Provenance) -> Page:
+    """Show the motion between its limits, and what it would teach."""
+    score, problem = judged.score, judged.score.problem
     title = problem.robot.title or problem.robot.name
-    drawings: list[Block] = [motion_figure(problem, motion, f"{title}: motion between its limits")]
+    drawings: list[Block] = [motion_figure(problem, judged.motion, f"{title}: motion between its limits")]
     if np.isfinite(list(score.learnt.sigma.values())).all():
-        drawings.append(sigma_figure(score, f"{title}: what the motion would teach", reference, labels))
-    section = Section("motion", "Motion and what it would teach", [*screen, *drawings])
+        words = f"{title}: what the motion would teach"
+        drawings.append(sigma_figure(score, words, judged.reference, judged.labels))
+    blocks = [*design_screen(judged).blocks, *drawings]
+    section = Section("motion", "Motion and what it would teach", blocks)
     writers, answers = "--samples, --ros2, --urscript or --val3", "dynident payload --unloaded A --loaded B"
-    how = _how_to_run(score.duration, writers, answers) if design is not None else []
+    how = _how_to_run(score.duration, writers, answers) if judged.design is not None else []
     lead = [*_motion_lead(score, [taught_table(problem, score)]), *how]
     return report_page(f"Motion for the {title}", provenance.day, lead, [section], (), provenance)
 

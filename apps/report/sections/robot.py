@@ -4,11 +4,13 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
+from msgspec import UnsetType
 
-from ....estimation import Identification
-from ....estimation.possible.prior import PriorRobot
+from ....common.schema import present
 from ....estimation.possible.result import CONFLICT
-from ....estimation.possible.robot import PossibleRobot
+from ....estimation.results.parts import PossibleParameter
+from ....estimation.results.payload import array
+from ....estimation.results.robot import RobotResult
 from ....model import INERTIAL, Robot
 from ....model.drives import Drives, parameter_kind
 from ....model.frames import frames_at
@@ -41,7 +43,6 @@ from .rollout import rollout_blocks, rollout_line, rollout_section
 from .verdict import MEND, gain_error_notes, reason_lines, verdict_notes
 
 _NUMBERS = ("alpha", "d", "theta", "r", "from", "to", "speed", "accel.", "torque")
-Constrained = PossibleRobot | None
 _MOST_NAMED = 8
 _GOOD = "The model explains the torques: the parameters can be used."
 _BAD = "Do not use these parameters: the model does not explain the torques."
@@ -120,134 +121,128 @@ def _vector(values: list[float]) -> str:
     return "(" + ", ".join(f"{value + 0.0:.5g}" for value in values) + ")"
 
 
-def robot_screen(
-    result: Identification, constrained: Constrained, rollouts: Sequence[Rollout] = (), document: str | None = None
-) -> Screen:
+def robot_screen(result: RobotResult, rollouts: Sequence[Rollout] = (), document: str | None = None) -> Screen:
     """Show how well the model explains the torques, joint by joint; then every parameter."""
-    against = result.verdict.reasons
+    verdict = result.judged
     after = f"'dynident payload --robot-parameters {document or 'robot.json'} --loaded LOG'"
-    following = MEND if against else f"Next: {'' if document else 'add --json robot.json, then '}{after}."
+    following = MEND if verdict.reasons else f"Next: {'' if document else 'add --json robot.json, then '}{after}."
     first: list[Block] = [
-        Notes([f"Verdict: {_BAD if against else _GOOD}"]),
-        Notes(reason_lines(result.verdict), optional=True),
+        Notes([f"Verdict: {_BAD if verdict.reasons else _GOOD}"]),
+        Notes(reason_lines(verdict), optional=True),
         joint_table(result),
-        Notes([*_known(result, constrained), following]),
+        Notes([*_known(result), following]),
         Notes([*map(rollout_line, rollouts), *_known_besides(result)], optional=True),
     ]
-    lines = [*robot_notes(result), *elimination_notes(result.elimination, result.warnings)]
-    details = [*robot_section(result, constrained).blocks, Notes(lines), *rollout_blocks(rollouts)]
+    lines = [*robot_notes(result), *elimination_notes(present(result.elimination))]
+    details = [*robot_section(result).blocks, Notes(lines), *rollout_blocks(rollouts)]
     return Screen(first, details, "every base parameter, residuals, what is essential")
 
 
-def _known_besides(result: Identification) -> list[str]:
-    return [*verdict_notes(result.verdict), *gain_error_notes(result.robot, result.gains)]
+def _known_besides(result: RobotResult) -> list[str]:
+    return [*verdict_notes(result.judged), *gain_error_notes(result.processing, result.gains)]
 
 
-def joint_table(result: Identification) -> Table:
+def joint_table(result: RobotResult) -> Table:
     """Tabulate each joint's unexplained torque, and its friction as far as it was identified."""
-    estimate = result.estimate
-    held_out = result.validation
-    residuals = [fit.relative_per_joint for fit in (estimate.fit, held_out) if fit is not None]
+    estimate, held_out = result.estimate, result.validation or None
+    residuals = [estimate.fit.relative_per_joint, *([array(held_out.relative_per_joint, 0)] if held_out else [])]
+    sigma = dict(zip(estimate.names, estimate.total_sigma, strict=True))
     rows = []
-    for j, joint in enumerate(result.robot.joints, 1):
-        unit = "N·m" if joint.revolute else "N"
+    for j, kind in enumerate(present(result.joints) or ("revolute",) * len(estimate.fit.rows), 1):
+        unit = "N·m" if kind == "revolute" else "N"
         shares = [percent(float(relative[j - 1])) for relative in residuals]
-        friction = {
-            kind: with_sigma(float(estimate.values[k]), float(estimate.total_sigma[k]))
-            for k, name in enumerate(result.base.columns)
-            for kind in ("FS", "FV")
-            if name == f"{kind}{j}"
-        }
-        rows.append((f"joint {j}", *shares, friction.get("FS", "-"), unit, friction.get("FV", "-"), f"{unit}·s"))
+        coulomb, viscous = (
+            with_sigma(estimate[name], float(sigma[name])) if name in sigma else "-"
+            for name in (f"FS{j}", f"FV{j}")
+        )
+        rows.append((f"joint {j}", *shares, coulomb, unit, viscous, f"{unit}·s"))
     fits = ("unexplained", *(["held out"] if held_out is not None else []))
     headings = (
         *columns(("",), (*fits, "Coulomb friction")),
         *columns(("",), ("viscous friction",)),
         *columns(("",)),
     )
-    return Table(f"Torques of {result.robot.title or result.robot.name}", headings, rows, style="tight")
+    return Table(f"Torques of {result.title}", headings, rows, style="tight")
 
 
-def _known(result: Identification, constrained: Constrained) -> list[str]:
+def _known(result: RobotResult) -> list[str]:
     """The residual in words, and what is known."""
-    estimate, held_out = result.estimate, result.validation
-    on_held_out = f"; {percent(held_out.relative)} on the recording held out" if held_out is not None else ""
+    estimate, held_out, constrained = result.estimate, result.validation or None, result.constrained
+    on_held_out = f"; {percent(float(array(held_out.relative)))} on the recording held out" if held_out else ""
     known = int((estimate.total_sigma <= 0.1 * np.abs(estimate.values)).sum())
+    p_value = float(array(constrained.p_value if constrained else None))
     possible = "A robot that can exist has these parameters within their uncertainty."
-    if constrained is not None and constrained.p_value < CONFLICT:
-        possible = f"No robot that can exist comes near them (p {constrained.p_value:.2g})."
+    if p_value < CONFLICT:
+        possible = f"No robot that can exist comes near them (p {p_value:.2g})."
     return [
         f"The model leaves {percent(estimate.fit.relative)} of the torque unexplained{on_held_out}.",
-        f"{len(result.base.columns)} base parameters, {known} of them known to 10 % (1 sigma), "
+        f"{len(result.columns)} base parameters, {known} of them known to 10 % (1 sigma), "
         f"{len(result.essential)} essential.",
         *([possible] if constrained is not None else []),
     ]
 
 
-def robot_table(result: Identification, constrained: Sequence[float] | None = None) -> Table:
+def robot_table(result: RobotResult) -> Table:
     """Base parameters with standard deviations, beside those of a robot that can exist.
 
     Where the estimate has robust standard deviations too, each entry shows the larger of both; errors of the drive
     gains, where they are not taken as exact, are part of it, and stand by themselves in a column.
     """
-    estimate = result.estimate
-    by_gains = estimate.sigma_by_gains
-    beside = [("by gains", by_gains, ".2g"), ("constrained", constrained, ".4g")]
+    estimate, constrained = result.estimate, result.constrained and present(result.constrained.base_parameters)
+    nearest = [parameter.value for parameter in constrained] if constrained else None
+    beside = [("by gains", estimate.sigma_by_gains, ".2g"), ("constrained", nearest, ".4g")]
     shown = [(heading, values, form) for heading, values, form in beside if values is not None]
     rows: list[tuple[Cell, ...]] = []
-    for k, (name, grouping) in enumerate(zip(result.base.names, result.base.groupings(), strict=True)):
+    for k, parameter in enumerate(result.base_parameters):
+        name, grouping = parameter.name or estimate.names[k], parameter.grouping or ""
         value, sigma = estimate.values[k], estimate.total_sigma[k]
         share = 100.0 * sigma / abs(value) if value != 0.0 else float("inf")
-        essential = "yes" if estimate.names[k] in result.essential else ""
-        grouped = grouping.split(" = ", 1)[1] if name.endswith("R") else ""
+        grouped = grouping.split(" = ", 1)[1] if name.endswith("R") and " = " in grouping else ""
         more = (format(values[k], form) for _, values, form in shown)
+        essential = "yes" if parameter.essential is True else ""
         rows.append((name, with_sigma(value, sigma), f"{share:.3g}", *more, essential, grouped))
     headings = columns(("",), ("value", "%", *(heading for heading, *_ in shown)), ("grouping",))
     headings = (*headings[:-1], Column("essential"), headings[-1])
-    return Table(f"Base parameters of {result.robot.title or result.robot.name}, SI units", headings, rows)
+    return Table(f"Base parameters of {result.title}, SI units", headings, rows)
 
 
-def standard_table(result: PriorRobot, title: str) -> Table:
+def standard_table(parameters: Sequence[PossibleParameter], title: str) -> Table:
     """Standard parameters of the robot nearest to the prior, and who decides each."""
-    priors = {
-        f"{kind}{link}": value
-        for link, body in enumerate(result.prior.bodies, start=1)
-        for kind, value in body.named().items()
-    }
     rows = [
         (
-            name,
-            f"{value:.4g}",
-            f"{priors[name] + 0.0:.4g}" if name in priors else "",
-            f"{100.0 * result.origins[name].share:.0f} %",
-            result.origins[name].decided_by(),
+            parameter.name,
+            f"{parameter.value:.4g}",
+            "" if isinstance(parameter.prior, UnsetType) else f"{parameter.prior + 0.0:.4g}",
+            f"{100.0 * array(parameter.share):.0f} %",
+            parameter.decided_by or "",
         )
-        for name, value in result.parameters.items()
+        for parameter in parameters
     ]
-    ends = [name for name in result.parameters if parameter_kind(name) == INERTIAL[-1]]
+    ends = [parameter.name for parameter in parameters if parameter_kind(parameter.name) == INERTIAL[-1]]
     headings = columns(("",), ("value", "prior", "data"), ("decided by",))
     return Table(f"Standard parameters of {title}, SI units", headings, rows, ends)
 
 
-def robot_notes(result: Identification) -> list[str]:
+def robot_notes(result: RobotResult) -> list[str]:
     """Lines below the robot's table."""
-    raw, scaled = result.problem.condition_numbers()
+    raw, scaled = (float(array(number)) for number in (result.condition_number, result.condition_number_scaled))
     lines = [
-        f"{result.problem.equations} equations, {len(result.base.columns)} parameters; "
+        f"{result.data.equations} equations, {len(result.columns)} parameters; "
         f"condition number {raw:.4g} (SI units, unweighted), {scaled:.3g} with columns scaled.",
         f"Relative residual: {residual_text(result.estimate.fit)}",
     ]
-    if result.validation is not None:
+    if result.validation:
         lines.append(f"On the validation recording: {residual_text(result.validation)}")
     return [*lines, *robot_sigma_notes(result)]
 
 
-def robot_sigma_notes(result: Identification) -> list[str]:
+def robot_sigma_notes(result: RobotResult) -> list[str]:
     """Say where the standard deviations of the robot's table come from, and what speaks against them."""
     estimate, robust = result.estimate, result.estimate.robust
     if robust is None:
-        alone = [f"± by the formula alone: {result.without_robust}"] if result.without_robust else []
-        return ["± one standard deviation by (17)-(19), for white torque noise.", *alone]
+        why = result.robust.unavailable if result.robust else None
+        return ["± one standard deviation by (17)-(19), for white torque noise.",
+                *([f"± by the formula alone: {why}"] if why else [])]  # fmt: skip
     low, middle, high = np.quantile(robust.sigma / np.maximum(estimate.sigma, 1e-300), (0.0, 0.5, 1.0))
     return [
         "± and % by the larger of the formula's (17)-(19) and the block jackknife's standard deviation; what is "
@@ -259,69 +254,69 @@ def robot_sigma_notes(result: Identification) -> list[str]:
     ]
 
 
-def constrained_notes(result: Constrained) -> list[str]:
+def constrained_notes(result: RobotResult) -> list[str]:
     """Lines on the robot that can exist; none where none was asked for."""
-    if result is None:
+    nearest = result.constrained
+    if nearest is None:
         return []
-    p_value = f"p {result.p_value:.2g} for {len(result.free.names)} parameters"
+    p_value = f"p {array(nearest.p_value):.2g} for {len(result.columns)} parameters"
+    smallest = min((present(nearest.min_eigenvalues) or {"": float("nan")}).values())
     lines = [
-        f"Constrained: the nearest robot that can exist; chi2 rises by {result.chi2_rise:.3g} ({p_value}); "
-        f"smallest eigenvalue of a link {min(result.min_eigenvalues):.2g}; {result.status}."
+        f"Constrained: the nearest robot that can exist; chi2 rises by {nearest.chi2_rise:.3g} ({p_value}); "
+        f"smallest eigenvalue of a link {smallest:.2g}; {nearest.status}."
     ]
-    if isinstance(result, PriorRobot):
+    if nearest.prior:
+        least = float(array(nearest.prior.nearest_chi2_rise))
         lines.append(
-            f"Prior: {result.prior.source}; chi2 {result.chi2_rise - result.nearest.chi2_rise:.3g} above the "
-            f"constrained minimum of {result.nearest.chi2_rise:.3g}. What the prior decides is not identified."
+            f"Prior: {nearest.source}; chi2 {nearest.chi2_rise - least:.3g} above the constrained minimum of "
+            f"{least:.3g}. What the prior decides is not identified."
         )
-    if result.active:
-        named = [f"{active.description} ({active.multiplier:.2g})" for active in result.active[:_MOST_NAMED]]
-        more = len(result.active) - len(named)
+    active, hidden = present(nearest.active) or (), present(nearest.unidentifiable) or ()
+    if active:
+        named = [f"{holding.description} ({holding.multiplier:.2g})" for holding in active[:_MOST_NAMED]]
+        more = len(active) - len(named)
         lines.append(f"Held back by (multiplier): {', '.join(named)}{f' and {more} more' if more else ''}.")
-    alone = [text for text in result.unidentifiable if " " not in text]
+    alone = [text for text in hidden if " " not in text]
     lines.append(
-        f"No motion shows {', '.join(alone)}{' and ' * bool(alone)}{len(result.unidentifiable) - len(alone)} "
+        f"No motion shows {', '.join(alone)}{' and ' * bool(alone)}{len(hidden) - len(alone)} "
         "combinations of standard parameters (the JSON lists them)."
     )
     return lines
 
 
 def robot_page(
-    result: Identification,
-    constrained: Constrained,
-    provenance: Provenance,
-    others: int = 0,
-    rollouts: Sequence[Rollout] = (),
+    result: RobotResult, provenance: Provenance, others: int = 0, rollouts: Sequence[Rollout] = ()
 ) -> Page:
     """Verdict and residuals first, then parameters, torques and excitation.
 
     Args:
+        result: with its working.
         others: number of recordings that are not drawn.
         rollouts: predicted motion of recordings.
     """
-    title = result.robot.title or result.robot.name
-    labels = dict(zip(result.base.columns, result.base.names, strict=True))
-    against = result.verdict.reasons
+    made, against = result.working, result.judged.reasons
+    labels = dict(zip(made.base.columns, made.base.names, strict=True))
     lead: list[Block] = [
         Banner("do_not_use", _BAD) if against else Banner("use", _GOOD),
-        Notes([*against, *_known(result, constrained), *_known_besides(result)]),
+        Notes([*against, *_known(result), *_known_besides(result)]),
         joint_table(result),
-        *worst_torque(result.predictions),
+        *worst_torque(made.predictions),
     ]
     sections = (
-        robot_section(result, constrained),
+        robot_section(result),
         *([rollout_section(rollouts)] if rollouts else []),
-        torques_section(result.predictions, others),
-        excitation_section(result.excitation, labels),
-        essential_section(result.elimination, result.warnings, title, labels),
+        torques_section(made.predictions, others),
+        excitation_section(made.excitation, labels),
+        essential_section(present(result.elimination), result.title),
     )
     subtitle = f"Identified from recordings without payload, {provenance.day}"
-    head = f"Dynamic parameters of the {title}"
+    head = f"Dynamic parameters of the {result.title}"
     return report_page(head, subtitle, lead, sections, robot_notes(result), provenance)
 
 
-def robot_section(result: Identification, constrained: Constrained) -> Section:
+def robot_section(result: RobotResult) -> Section:
     """Base parameters with groupings and sigma, beside those of a robot that can exist."""
-    tables = [robot_table(result, constrained.values.tolist() if constrained else None)]
-    if isinstance(constrained, PriorRobot):
-        tables.append(standard_table(constrained, result.robot.title or result.robot.name))
-    return Section("parameters", "Base parameters of the robot", [*tables, Notes(constrained_notes(constrained))])
+    tables, nearest = [robot_table(result)], result.constrained
+    if nearest is not None and nearest.parameters:
+        tables.append(standard_table(nearest.parameters, result.title))
+    return Section("parameters", "Base parameters of the robot", [*tables, Notes(constrained_notes(result))])

@@ -4,54 +4,47 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ....estimation import Gains, Verdict
-from ....model import Robot
+from ....common.schema import present
+from ....estimation import Gains
+from ....estimation.results.parts import ProcessingDocument, VerdictDocument
 from ..blocks import Block, Notes, Text
 
 
 class VerdictWords(NamedTuple):
-    """One level in words: after "Verdict:", as a sentence, and what to do with mass, centre of mass and inertia."""
+    """One level in words: after "Verdict:", and as a sentence."""
 
     words: str
     sentence: str
-    each: tuple[str, str, str]
 
 
 MEND = "Next: mend what the reasons name, record again, and look at the logs by 'dynident check'."
 """It follows an answer that is not to be used."""
-_VAGUE = "not measured well enough"
 VERDICTS = {
-    "use": VerdictWords(
-        "use mass, centre of mass and inertia",
-        "Mass, centre of mass and inertia can be used.",
-        ("use", "use", "use"),
-    ),
+    "use": VerdictWords("use mass, centre of mass and inertia", "Mass, centre of mass and inertia can be used."),
     "mass_and_com_only": VerdictWords(
         "use mass and centre of mass",
-        f"Mass and centre of mass can be used; the inertia was {_VAGUE}.",
-        ("use", "use", _VAGUE),
+        "Mass and centre of mass can be used; the inertia was not measured well enough.",
     ),
     "identified_only": VerdictWords(
         "use the gains that are identified",
         "The gains that are identified can be used; keep the maker's elsewhere.",
-        ("use", "use", "use"),
     ),
-    "do_not_use": VerdictWords("do not use", "Do not use these numbers.", ("do not use",) * 3),
+    "do_not_use": VerdictWords("do not use", "Do not use these numbers."),
 }
 """Each level in words."""
 
 
-def reason_lines(verdict: Verdict) -> list[str]:
+def reason_lines(verdict: VerdictDocument) -> list[str]:
     """Reasons of a verdict as items of a list."""
     return [f"  - {reason}" for reason in verdict.reasons]
 
 
-def verdict_notes(verdict: Verdict) -> list[str]:
+def verdict_notes(verdict: VerdictDocument) -> list[str]:
     """List the notes of a verdict."""
-    return [f"Note: {text}." for text in verdict.notes]
+    return [f"Note: {text}." for text in present(verdict.notes) or ()]
 
 
-def reason_blocks(verdict: Verdict) -> list[Block]:
+def reason_blocks(verdict: VerdictDocument) -> list[Block]:
     """Give the reasons for the verdict as a list."""
     reasons: Block = Text("No check found anything against the numbers.")
     if verdict.reasons:
@@ -59,11 +52,11 @@ def reason_blocks(verdict: Verdict) -> list[Block]:
     return [Text("Reasons for the verdict", "heading"), reasons]
 
 
-def gain_error_notes(robot: Robot, gains: Gains | None) -> list[str]:
+def gain_error_notes(processing: ProcessingDocument, gains: Gains | None) -> list[str]:
     """Lines on the errors of the drive gains that intervals allow for, and on the gains themselves."""
     # Torque sensors on the link side have scales, motors have gains.
-    scales = "scales of the torque sensors" if robot.drives.side == "link" else "drive gains"
-    each = "motor" if robot.coupling else "joint"
+    scales = "scales of the torque sensors" if processing.torque_side == "link" else "drive gains"
+    each = "motor" if processing.coulomb else "joint"
     if gains is None or not (gains.identified or any((*gains.per_joint, gains.common))):
         return [f"{scales.capitalize()} are taken as exact: no residual shows their errors."]
     if gains.identified:

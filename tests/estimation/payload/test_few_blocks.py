@@ -80,7 +80,7 @@ def test_intervals_of_few_seconds_hold_and_say_so() -> None:
         error, half = off(identify_payload(problem, 4).estimate)
         assert abs(error) < half < 0.15 * LOAD.mass
     answer = answer_payload(problem, (4,))
-    text = " ".join(method_notes(answer))
+    text = " ".join(method_notes(answer.result))
     assert "too few for a jackknife: intervals go by the memory of the errors" in text
 
 

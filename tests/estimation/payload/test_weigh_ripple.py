@@ -79,7 +79,7 @@ def test_a_long_search_takes_little_memory() -> None:
 
 def test_that_it_may_be_chance_is_told(record: Record, simulator: Simulator) -> None:
     answer = weighed(simulator.robot, shaken(record((2, 3, 5, 6))))
-    (note,) = (line for line in data_notes(answer) if line.startswith("Ripple"))
+    (note,) = (line for line in data_notes(answer.result) if line.startswith("Ripple"))
     assert "may be chance" in note
     assert f"probability of {100 * RIPPLE_CHANCE:.0f} %" in note
     assert f"in one or more with {100 * (1 - (1 - RIPPLE_CHANCE) ** 4):.0f} %" in note  # four joints

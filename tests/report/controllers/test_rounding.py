@@ -5,9 +5,9 @@ from typing import Any
 import numpy as np
 import pytest
 from dynident.apps.export.controllers import FORMATS
-from dynident.apps.export.controllers.load import load_of_document
-from dynident.apps.results import StoredPayload
+from dynident.apps.export.controllers.load import load_of
 from dynident.common.schema import convert
+from dynident.estimation import PayloadResult
 from dynident.model import InertialParameters
 
 BODY = InertialParameters.from_com(3.001234, [0.02, 0.05, 0.11], np.diag([0.0123, 0.0234, 0.0301]))
@@ -20,7 +20,7 @@ def line_of(estimate: dict[str, Any], **more: Any) -> str:
         "estimates": [{"method": 4, "parameters": BODY.named()} | estimate],
         "verdict": {"level": "use", "reasons": []},
     }
-    load = load_of_document(convert(document | more, StoredPayload), "p.json")
+    load = load_of(convert(document | more, PayloadResult), "p.json")
     return FORMATS["ur"].text(load).splitlines()[-1]
 
 

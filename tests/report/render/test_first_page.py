@@ -8,14 +8,12 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from dynident.apps.export.controllers import FORMATS, load_of_document
+from dynident.apps.export.controllers import FORMATS, load_of
 from dynident.apps.logs.read import read_recording
 from dynident.apps.report import Provenance, payload_page
-from dynident.apps.report.documents import payload_document
 from dynident.apps.report.html import blocks_html, page_html
 from dynident.apps.report.sections.controller import controller_blocks
-from dynident.apps.results import StoredPayload
-from dynident.estimation import PayloadAnswer, Settings, Verdict, answer_payload, payload_problem
+from dynident.estimation import PayloadAnswer, PayloadResult, Settings, Verdict, answer_payload, payload_problem
 from dynident.estimation.diagnosis.finding import Finding
 from dynident.model import load_robot
 from msgspec import UNSET, structs
@@ -33,9 +31,9 @@ def answer(short_logs: Path) -> PayloadAnswer:
 
 
 @pytest.fixture(scope="module")
-def document(answer: PayloadAnswer) -> StoredPayload:
+def document(answer: PayloadAnswer) -> PayloadResult:
     """A document as if the payload were known in the flange."""
-    return structs.replace(payload_document(answer, answer.problem.robot.processing), frame="flange: plain")
+    return structs.replace(answer.result, frame="flange: plain")
 
 
 @pytest.mark.parametrize(
@@ -52,8 +50,7 @@ def document(answer: PayloadAnswer) -> StoredPayload:
 )
 def test_verdict_quantity_by_quantity(level: Any, sentence: str, uses: list[str], answer: PayloadAnswer) -> None:
     judged = replace(answer, verdict=Verdict(level, (Finding("warning", "", "a <b>reason</b>"),)))
-    document = payload_document(judged, answer.problem.robot.processing)
-    text = page_html(payload_page(judged, document, PROVENANCE))
+    text = page_html(payload_page(judged.result, PROVENANCE))
     page = read(text)
     assert sentence in page.texts["p"]
     assert re.findall(r'<td class="words"[^>]*>([^<]+)</td>', text) == uses
@@ -63,15 +60,15 @@ def test_verdict_quantity_by_quantity(level: Any, sentence: str, uses: list[str]
     assert "No recording was held out" in text
 
 
-def shown(document: StoredPayload) -> str:
+def shown(document: PayloadResult) -> str:
     return blocks_html(controller_blocks(document, "this report", "Stäubli RX90"))
 
 
-def test_controllers_get_what_export_writes(document: StoredPayload) -> None:
+def test_controllers_get_what_export_writes(document: PayloadResult) -> None:
     """The robot's own maker first and open; each text is that of ``dynident export``, but for the reasons."""
     block = shown(document)
     page = read(block)
-    load = replace(load_of_document(document, "this report"), reasons=())
+    load = replace(load_of(document, "this report"), reasons=())
     codes = dict(re.findall(r'<code id="controller-([^"]+)">(.*?)</code>', block, re.DOTALL))
     assert next(iter(codes)) == "staubli"
     assert set(codes) == {"abb", "kuka", "ur", "fanuc", "yaskawa", "staubli", "franka", "urdf"}
@@ -80,7 +77,7 @@ def test_controllers_get_what_export_writes(document: StoredPayload) -> None:
     assert [key for _, key, _ in page.attributes].count("open") == 1
 
 
-def test_another_frame_than_the_flange_is_told(document: StoredPayload) -> None:
+def test_another_frame_than_the_flange_is_told(document: PayloadResult) -> None:
     text = shown(structs.replace(document, frame="frame 6", flange_in_payload_frame=UNSET))
     assert "not in the flange" in text
     assert "--flange-frame" in text
@@ -88,6 +85,6 @@ def test_another_frame_than_the_flange_is_told(document: StoredPayload) -> None:
     assert "controller-staubli" not in text
 
 
-def test_a_payload_that_no_controller_takes_is_told(document: StoredPayload) -> None:
+def test_a_payload_that_no_controller_takes_is_told(document: PayloadResult) -> None:
     light = tuple(structs.replace(e, parameters={**e.parameters, "M": -1.0}) for e in document.estimates)
     assert "No controller takes" in shown(structs.replace(document, estimates=light))

@@ -7,7 +7,6 @@ from datetime import UTC, datetime
 import numpy as np
 import pytest
 from dynident.apps.report import Page, Provenance, payload_page
-from dynident.apps.report.documents import payload_document
 from dynident.apps.report.html import page_html
 from dynident.estimation import KnownMass, PayloadAnswer, PossibleBody, StandIn, answer_payload
 from dynident.estimation.payload.weighing import difference_weighing
@@ -43,7 +42,7 @@ def answered(joints: Sequence[int], count: int = 1, stand_in: StandIn | None = N
 
 
 def page_of(answer: PayloadAnswer) -> Page:
-    return payload_page(answer, payload_document(answer, answer.problem.robot.processing, None), PROVENANCE)
+    return payload_page(answer.result, PROVENANCE)
 
 
 def test_the_first_screen_leads_with_what_to_do() -> None:

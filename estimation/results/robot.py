@@ -1,22 +1,18 @@
-"""Documents of ``dynident identify`` and ``dynident gains``, and what they tell later runs."""
+"""What ``identify`` and ``gains`` answer, and what they tell later runs; each is its own document."""
 
-from collections.abc import Sequence
 from functools import cached_property
-from pathlib import Path
-from typing import NamedTuple
+from typing import Literal
 
 import numpy as np
 from msgspec import UNSET, UnsetType, field
 
 from ...common.arrays import Array
 from ...common.errors import InputError
-from ...common.linear import is_covariance
-from ...common.schema import Document, Matrix, Vector, WrongKeyError, at, naming, present, read_json
-from ...estimation.equations.equations import PAYLOAD, Equations, triangular
-from ...estimation.fit.covariance import RobustCovariance
-from ...estimation.fit.drive_gains import Fingerprints, Gains
-from ...estimation.fit.estimate import Estimate, Fit
+from ...common.schema import Document, Matrix, Vector, WrongKeyError, at, present
 from ...model import Robot
+from ..fit.covariance import RobustCovariance
+from ..fit.drive_gains import Fingerprints, Gains
+from ..fit.estimate import Estimate, Fit
 from .parts import (
     EliminationDocument,
     GainErrorsDocument,
@@ -25,13 +21,12 @@ from .parts import (
     PossibleRobotDocument,
     ProcessingDocument,
     ResidualDocument,
+    Result,
     RobustDocument,
     RolloutDocument,
     Ten,
     VerdictDocument,
 )
-
-_OF_GAINS = "give the --json of 'dynident gains'"
 
 
 class MountingDocument(Document, frozen=True):
@@ -64,10 +59,13 @@ class GainsTable(Document, frozen=True):
     rests_on: tuple[str, ...] | UnsetType = UNSET
 
 
-class StoredGains(Document, frozen=True):
+class GainsResult(Result, frozen=True, kw_only=True, dict=True):
     """Drive gains of a robot, and the recordings and the payload that they come from."""
 
+    kind: Literal["gains"] = "gains"
+    version: Literal[1] = 1
     robot: str
+    robot_title: str | UnsetType = UNSET
     drive_gains: GainsTable
     processing: ProcessingDocument | UnsetType = UNSET
     load: LoadDocument | UnsetType = UNSET
@@ -77,37 +75,17 @@ class StoredGains(Document, frozen=True):
     disagreement: float | UnsetType = UNSET
     verdict: VerdictDocument | UnsetType = UNSET
 
+    @property
+    def judged(self) -> VerdictDocument:
+        """The verdict; "use" where a file holds none."""
+        return present(self.verdict) or VerdictDocument("use", ())
 
-def read_stored_gains(path: str | Path) -> Gains:
-    """Read the ``--json`` of ``dynident gains``.
-
-    Raises:
-        InputError: if the file holds no gains, the key at fault is named; or if their own verdict is against them.
-    """
-    stored = read_json(path, StoredGains, _OF_GAINS)
-    verdict = present(stored.verdict)
-    if verdict is not None and verdict.level == "do_not_use":
-        reason = verdict.reasons[0] if verdict.reasons else "no reason is told"
-        raise InputError(
-            f"{path}: the verdict on these drive gains is: do not use ({reason}); identify them again, or give the "
-            "maker's as numbers with --gain-sigma"
-        )
-    values, C, load = stored.drive_gains.values, stored.drive_gains.relative_covariance, present(stored.load)
-    with naming(path, _OF_GAINS):
-        if not (np.isfinite(values) & (values != 0.0)).all():
-            raise WrongKeyError("drive_gains.values", "a gain is zero or null")
-        if len(C) != len(values) or not is_covariance(C):
-            raise WrongKeyError("drive_gains.relative_covariance", f"is no covariance of {len(values)} gains")
-    return Gains(
-        identified=C.tolist(),
-        recordings=present(stored.fingerprints) or {},
-        mass=(present(load.known) or {}).get("M_L") if load else None,
-        values=tuple(values.tolist()),
-        robot=stored.robot,
-    )
-
-
-_OF_ROBOT = "give the --json of 'dynident identify'"
+    @property
+    def headline(self) -> str:
+        """The robot, how many of its gains are known, and the verdict in a line."""
+        identified = present(self.drive_gains.identified) or ()
+        known = f"{sum(identified)} of {len(self.drive_gains.values)} gains identified"
+        return f"{self.robot}, {known}, {self.judged.level.replace('_', ' ')}"
 
 
 class RobotData(Document, frozen=True):
@@ -121,10 +99,14 @@ class RobotData(Document, frozen=True):
     equations: int | UnsetType = UNSET
 
 
-class StoredRobot(Document, frozen=True, kw_only=True, dict=True):
+class RobotResult(Result, frozen=True, kw_only=True, dict=True):
     """A robot's base parameters and what they belong to; ``fingerprint`` is of its description with its drives."""
 
+    kind: Literal["robot"] = "robot"
+    version: Literal[1] = 1
     robot: str
+    robot_title: str | UnsetType = UNSET
+    joints: tuple[Literal["revolute", "prismatic"], ...] | UnsetType = UNSET
     fingerprint: str = field(name="robot_fingerprint")
     processing: ProcessingDocument
     data: RobotData
@@ -144,6 +126,31 @@ class StoredRobot(Document, frozen=True, kw_only=True, dict=True):
     validation: ResidualDocument | UnsetType | None = UNSET
     rollouts: tuple[RolloutDocument, ...] | UnsetType = UNSET
     reasons_against_use: tuple[str, ...] | UnsetType = UNSET
+    verdict: VerdictDocument | UnsetType = UNSET
+
+    @property
+    def headline(self) -> str:
+        """The robot, its parameters and what they leave unexplained, in a line."""
+        relative = 100.0 * self.estimate.fit.relative
+        return f"{self.robot}, {len(self.columns)} base parameters, {relative:.2f} % of the torque unexplained"
+
+    @property
+    def title(self) -> str:
+        """The robot's."""
+        return self.robot_title or self.robot
+
+    @property
+    def judged(self) -> VerdictDocument:
+        """The verdict; of a file that holds none by its reasons."""
+        reasons = present(self.reasons_against_use) or ()
+        return present(self.verdict) or VerdictDocument("do_not_use" if reasons else "use", reasons)
+
+    @property
+    def essential(self) -> tuple[str, ...]:
+        """Columns of the essential parameters."""
+        return tuple(
+            name for name, row in zip(self.columns, self.base_parameters, strict=True) if row.essential is True
+        )
 
     @property
     def drive_gains(self) -> tuple[float, ...] | None:
@@ -153,12 +160,7 @@ class StoredRobot(Document, frozen=True, kw_only=True, dict=True):
     @cached_property
     def gains(self) -> Gains | None:
         """Uncertainty of the drive gains that was given then; None where they were taken as exact."""
-        stored = self.gain_sigma
-        if stored is None:
-            return None
-        recordings, identified = present(stored.recordings) or {}, present(stored.identified) or ()
-        known = recordings, present(stored.mass)
-        return Gains(stored.per_joint, stored.common, identified, *known, assumed=bool(present(stored.assumed)))
+        return self.gain_sigma.gains if self.gain_sigma is not None else None
 
     @cached_property
     def estimate(self) -> Estimate:
@@ -242,100 +244,3 @@ class StoredRobot(Document, frozen=True, kw_only=True, dict=True):
 
 def _gains(gains: tuple[float, ...] | None) -> str:
     return f"drive gains {','.join(f'{gain:g}' for gain in gains)}" if gains else "torques, no drive gains"
-
-
-def read_stored_robot(path: str | Path) -> StoredRobot:
-    """Read the JSON of ``dynident identify``.
-
-    Raises:
-        InputError: if the file is not such a JSON; the key at fault is named.
-    """
-    stored = read_json(path, StoredRobot, _OF_ROBOT)
-    with naming(path, _OF_ROBOT):
-        stored.estimate.names  # noqa: B018  numbers that do not fit each other are refused here
-    return stored
-
-
-class Information(NamedTuple):
-    """R of a QR decomposition of an observation matrix W: what earlier recordings have taught, for the next motion.
-
-    Attributes:
-        columns: names of its columns, c.
-        factor: k x c; its Gram matrix is W'W, rows weighted or not as asked, and counted as often as
-            their noise is independent.
-    """
-
-    columns: tuple[str, ...]
-    factor: Array
-
-    def of_payload(self, names: Sequence[str]) -> "Information":
-        """The payload's columns under other names, all other parameters taken as known.
-
-        Args:
-            names: of the ten, in the order of (6).
-
-        Raises:
-            InputError: if there was no payload.
-        """
-        missing = [name for name in PAYLOAD if name not in self.columns]
-        if missing:
-            raise InputError(
-                "the earlier recordings have no payload: give the --npz of 'dynident payload', or leave them out"
-            )
-        places = [self.columns.index(name) for name in PAYLOAD]
-        return Information(tuple(names), triangular(self.factor[:, places]))
-
-
-def recorded_noise(path: str | Path) -> Array | None:
-    """Standard deviation of the torque error of each joint [N·m or N] in a file of ``dynident identify``.
-
-    Args:
-        path: NPZ of ``--npz`` (of ``dynident payload`` too) or JSON of ``--json``.
-
-    Returns:
-        Shape (n,); None if an NPZ file carries no weights.
-
-    Raises:
-        InputError: if the file is neither.
-    """
-    if not _is_npz(path):
-        return np.asarray(1.0 / read_stored_robot(path).estimate.weights)
-    Equations.load(path)
-    with np.load(path, allow_pickle=False) as data:
-        return np.asarray(1.0 / data["weights"]) if "weights" in data else None
-
-
-def read_information(path: str | Path, noise: Array | None) -> Information:
-    """Read what recordings have taught.
-
-    Args:
-        path: NPZ of ``--npz`` of ``dynident identify`` or ``payload``, or JSON of ``identify --json``.
-        noise: torque noise per joint that rows are divided by [N·m or N], shape (n,); None for rows as they are.
-
-    Raises:
-        InputError: if the file does not fit, or a JSON is asked for rows without weights.
-    """
-    if _is_npz(path):
-        problem = Equations.load(path)
-        if noise is not None and len(noise) != len(problem.factors):
-            raise InputError(f"{path}: is of a robot with {len(problem.factors)} joints, not {len(noise)}")
-        rows = problem.stacked(None if noise is None else 1.0 / noise)[:, :-1]
-        independent = np.sqrt(sum(problem.effective_rows) / problem.equations)
-        return Information(problem.columns, triangular(independent * rows))
-    if noise is None:
-        raise InputError(
-            f"{path}: a covariance holds no unweighted rows, which condition numbers need: give the --npz of "
-            "'dynident identify'"
-        )
-    estimate = read_stored_robot(path).estimate
-    try:
-        lower = np.linalg.cholesky(estimate.covariance)
-    except np.linalg.LinAlgError:
-        raise InputError(f"{path}: the covariance is not positive definite") from None
-    return Information(estimate.names, triangular(np.linalg.inv(lower)))
-
-
-def _is_npz(path: str | Path) -> bool:
-    if not Path(path).is_file():
-        raise InputError(f"{path}: no such file")
-    return Path(path).suffix.lower() == ".npz"

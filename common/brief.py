@@ -1,0 +1,44 @@
+"""Values whose ``repr`` is short whatever they hold."""
+
+from dataclasses import fields
+from reprlib import Repr
+from typing import Any
+
+import msgspec
+
+_LONGEST = 600
+"""Letters; eight lines of a screen."""
+
+
+class _Short(Repr):
+    """Texts, lists and nested values cut, arrays by their shape."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.maxlevel, self.maxtuple, self.maxlist, self.maxdict, self.maxstring, self.maxother = 2, 4, 4, 3, 60, 60
+
+    def repr_ndarray(self, array: Any, level: int) -> str:
+        """Its shape."""
+        return f"<{' x '.join(map(str, array.shape))}>"
+
+
+_SHORT = _Short()
+
+
+class Brief:
+    """Base class of frozen values: ``repr`` names the fields that say something, each cut."""
+
+    __slots__ = ()
+
+    def __repr__(self) -> str:
+        """The type with its fields, empty ones left out."""
+        names: Any = getattr(self, "__struct_fields__", None) or [field.name for field in fields(self)]  # type: ignore[arg-type]
+        said = [(name, getattr(self, name)) for name in names]
+        parts = [f"{name}={_SHORT.repr(value)}" for name, value in said if not _silent(value)]
+        text = f"{type(self).__name__}({', '.join(parts)})"
+        return text if len(text) <= _LONGEST else f"{text[: _LONGEST - 5]} ...)"
+
+
+def _silent(value: Any) -> bool:
+    """Whether a value says nothing: none, or an empty text or list."""
+    return value is None or value is msgspec.UNSET or (isinstance(value, str | tuple | dict) and not value)

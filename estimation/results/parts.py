@@ -1,0 +1,339 @@
+"""Parts that several results have.
+
+Keys without a default are needed to read a document; those with one are absent where there is nothing to
+say. null stands for a number that was not determined. All in SI units.
+"""
+
+from collections.abc import Mapping, Sequence
+from typing import Annotated, Any, Literal, Self
+
+from msgspec import UNSET, Meta, UnsetType, field
+
+from ...common.schema import Document, Vector, present
+from ...common.speech import Speaks
+from ...model import BaseParameters, Processing, Robot
+from ..diagnosis.finding import Verdict
+from ..fit.covariance import RobustCovariance
+from ..fit.drive_gains import Fingerprints, Gains
+from ..fit.essential import Elimination, SigmaBound, SigmaRatio
+from ..possible.prior import PriorRobot
+from ..possible.robot import PossibleRobot
+
+Number = float | None
+"""null where it was not determined."""
+Ten = Mapping[str, Number]
+"""Numbers of the ten parameters by name, XX to M."""
+Interval = tuple[Number, Number]
+Sigma = Annotated[float, Meta(ge=0.0)]
+_Share = Annotated[float, Meta(ge=0.0, lt=1.0)]
+
+
+class Result(Speaks, Document, frozen=True, kw_only=True, dict=True):
+    """Answer to a whole question, which is its own document; one that is read back is of the same type."""
+
+    @property
+    def working(self) -> Any:
+        """Equations and estimates that it was made from; None where it was read from a file."""
+        return vars(self).get("made_from")
+
+    def made_by(self, working: Any) -> Self:
+        """The same, leading back to what it was made from."""
+        vars(self)["made_from"] = working
+        return self
+
+
+class ProcessingDocument(Document, frozen=True):
+    """Settings, so that a result can be repeated."""
+
+    drive_gains: tuple[float, ...] | UnsetType | None = UNSET
+    offsets: bool | UnsetType = UNSET
+    coulomb: Literal["sum", "paper"] | UnsetType | None = UNSET
+    rate: Number | UnsetType = field(default=UNSET, name="rate_hz")
+    cutoff: Number | UnsetType = field(default=UNSET, name="cutoff_hz")
+    decimate: int | UnsetType = UNSET
+    equation_rate: Number | UnsetType = field(default=UNSET, name="equations_hz")
+    still_speed: float | UnsetType = UNSET
+    slow_fraction: float | UnsetType = UNSET
+    slow_speed: float | tuple[float, ...] | UnsetType = UNSET
+    max_mismatch: float | UnsetType = UNSET
+    torque_side: Literal["motor", "link"] | UnsetType = UNSET
+
+    @classmethod
+    def made(cls, robot: Robot, processing: Processing, drive_gains: Sequence[float]) -> Self:
+        """Settings of recordings; ``drive_gains``: torque per current, empty for torques."""
+        return cls.of(
+            processing,
+            equation_rate=UNSET if processing.equation_rate is None else processing.equation_rate,
+            drive_gains=tuple(drive_gains) or None,
+            offsets=robot.drives.offsets,
+            coulomb=robot.coupling.coulomb if robot.coupling else None,
+            torque_side=robot.drives.side,
+        )
+
+
+class ResidualDocument(Document, frozen=True):
+    """Norm of what a model leaves unexplained over that of the torque, of all joints and of each."""
+
+    relative: Number = field(name="all")
+    relative_per_joint: Vector | None = field(name="per_joint")
+    validation: "ResidualDocument | UnsetType | None" = UNSET
+
+
+class RobustDocument(Document, frozen=True):
+    """Basis of robust standard deviations, or why there are none."""
+
+    blocks: int | None
+    block_length: float | UnsetType = field(default=UNSET, name="block_length_s")
+    degrees_of_freedom: int | UnsetType = UNSET
+    warning: str | UnsetType | None = UNSET
+    unavailable: str | UnsetType | None = UNSET
+    by_memory: bool | UnsetType = UNSET
+
+    @classmethod
+    def made(cls, robust: RobustCovariance | None, reason: str) -> Self:
+        """Basis of a covariance; ``reason``: why there is none."""
+        if robust is None:
+            return cls(None, unavailable=reason or None)
+        return cls.of(robust, warning=robust.warning or None, by_memory=robust.by_memory or UNSET)
+
+
+class VerdictDocument(Document, frozen=True):
+    """Use that may be made of the numbers, and what speaks against them."""
+
+    level: Literal["use", "mass_and_com_only", "identified_only", "do_not_use"]
+    reasons: tuple[str, ...]
+    notes: tuple[str, ...] | UnsetType = UNSET
+
+    @classmethod
+    def made(cls, verdict: Verdict) -> Self:
+        """The level, and its findings as texts."""
+        return cls(verdict.level, verdict.reasons, verdict.notes or UNSET)
+
+
+class GainErrorsDocument(Document, frozen=True):
+    """Relative errors of drive gains; of identified ones also covariance, recordings and payload."""
+
+    per_joint: tuple[_Share, ...]
+    common: _Share
+    identified: tuple[tuple[float, ...], ...] | UnsetType = UNSET
+    recordings: Fingerprints | UnsetType = UNSET
+    mass: Number | UnsetType = UNSET
+    notes: tuple[str, ...] | UnsetType = UNSET
+    assumed: bool | UnsetType = UNSET
+
+    @classmethod
+    def made(cls, gains: Gains) -> Self:
+        """Errors of gains; of identified ones their covariance, recordings and payload too."""
+        known = any(gains.recordings.values())
+        return cls.of(
+            gains,
+            identified=gains.identified or UNSET,
+            recordings=gains.recordings if known else UNSET,
+            mass=gains.mass if known else UNSET,
+            notes=gains.notes or UNSET,
+            assumed=gains.assumed or UNSET,
+        )
+
+    @property
+    def gains(self) -> Gains:
+        """The errors as estimators take them."""
+        known = present(self.recordings) or {}, present(self.mass), present(self.notes) or ()
+        return Gains(
+            self.per_joint, self.common, present(self.identified) or (), *known, assumed=bool(self.assumed)
+        )
+
+
+class ParameterDocument(Document, frozen=True):
+    """A base parameter with its uncertainty."""
+
+    value: float
+    name: str | UnsetType = UNSET
+    grouping: str | UnsetType = UNSET
+    sigma: Sigma | UnsetType = UNSET
+    relative_sigma_percent: Number | UnsetType = UNSET
+    sigma_robust: Number | UnsetType = UNSET
+    interval95: Interval | UnsetType = UNSET
+    interval95_robust: Interval | UnsetType | None = UNSET
+    sigma_by_gains: Number | UnsetType = UNSET
+    interval95_with_gains: Interval | UnsetType | None = UNSET
+    essential: bool | UnsetType = UNSET
+
+
+class EliminationStep(Document, frozen=True):
+    """The parameter that a step left out, and what followed."""
+
+    eliminated: str | None
+    remaining: int
+    sigma_ratio: Number
+    largest_relative_sigma_percent: Number
+
+
+class EliminationDocument(Document, frozen=True):
+    """How essential parameters were found, and what they are without the others."""
+
+    rule: Literal["ratio", "sigma"]
+    description: str
+    essential: int
+    sigma_ratio: Number
+    largest_relative_sigma_percent: Number
+    relative_residual: Number
+    parameters: tuple[ParameterDocument, ...]
+    path: tuple[EliminationStep, ...]
+    warnings: tuple[str, ...]
+    limit: float | UnsetType = UNSET
+
+    @classmethod
+    def made(cls, elimination: Elimination, warnings: Sequence[str], labels: Mapping[str, str]) -> Self:
+        """Essential parameters, each step to them, and what speaks against them.
+
+        Args:
+            labels: name of a column -> name of the parameter ("MX2" -> "MX2R").
+        """
+        path, rule, estimate = elimination.path, elimination.rule, elimination.estimate
+        robust, by_gains = estimate.sigma_robust, estimate.sigma_by_gains
+        return cls(
+            rule="ratio" if isinstance(rule, SigmaRatio) else "sigma",
+            description=rule.description,
+            essential=len(elimination.essential),
+            sigma_ratio=elimination.sigma_ratio,
+            largest_relative_sigma_percent=100.0 * elimination.largest_relative_sigma,
+            relative_residual=estimate.fit.relative,
+            parameters=tuple(
+                ParameterDocument(
+                    name=labels.get(name, name),
+                    value=estimate.values[k],
+                    sigma=estimate.sigma[k],
+                    sigma_robust=robust[k] if robust is not None else None,
+                    sigma_by_gains=by_gains[k] if by_gains is not None else None,
+                    relative_sigma_percent=estimate.relative_sigma_percent[k],
+                )
+                for k, name in enumerate(estimate.names)
+            ),
+            path=tuple(
+                EliminationStep(
+                    labels.get(name, name) if name else None,
+                    len(path.order) - k,
+                    path.sigma_ratio[k],
+                    100.0 * path.largest_relative_sigma[k],
+                )
+                for k, name in enumerate(["", *path.order])
+            ),
+            warnings=tuple(warnings),
+            limit=rule.limit if isinstance(rule, SigmaRatio | SigmaBound) else UNSET,
+        )
+
+
+class ActiveDocument(Document, frozen=True):
+    """A constraint that holds an estimate back."""
+
+    multiplier: float
+    description: str | UnsetType = UNSET
+    constraint: str | UnsetType = UNSET
+    p_value: Number | UnsetType = UNSET
+
+
+class PossibleParameter(Document, frozen=True):
+    """A parameter of a robot that can exist: how far it was moved, or who decides it."""
+
+    name: str
+    value: float
+    free: float | UnsetType = UNSET
+    moved_in_sigma: Number | UnsetType = UNSET
+    kind: Literal["identified", "combination", "prior"] | UnsetType = UNSET
+    base: tuple[str, ...] | UnsetType = UNSET
+    share: float | UnsetType = UNSET
+    decided_by: str | UnsetType = UNSET
+    prior: float | UnsetType = UNSET
+
+
+class PriorDocument(Document, frozen=True):
+    """The prior that a robot was kept near to."""
+
+    source: str
+    budget: float | UnsetType = UNSET
+    weight: Number | UnsetType = UNSET
+    distances: tuple[float, ...] | UnsetType = UNSET
+    nearest_chi2_rise: float | UnsetType = UNSET
+
+
+class HorizonDocument(Document, frozen=True):
+    """Errors some time after the start, by what predicted the motion: median and 90 % of the starts [rad or m]."""
+
+    seconds: float
+    in_motion: dict[str, tuple[Number, Number]] | None
+    at_rest: dict[str, tuple[Number, Number]] | None
+
+
+class RolloutDocument(Document, frozen=True):
+    """How far predicted motion strays from a recording's; the torque error of a controller on its path."""
+
+    source: str
+    starts_in_motion: int
+    starts_at_rest: int
+    diverged: int
+    horizons: tuple[HorizonDocument, ...]
+    growth: Number
+    replay_relative: float
+    replay_joints: Vector
+    replay_strayed: float
+
+
+class PossibleRobotDocument(Document, frozen=True):
+    """The nearest robot that can exist: its base parameters, and with a prior the standard ones."""
+
+    gauge: Literal["base", "prior"]
+    chi2_rise: float
+    status: str | UnsetType = UNSET
+    p_value: Number | UnsetType = UNSET
+    active: tuple[ActiveDocument, ...] | UnsetType = UNSET
+    min_eigenvalues: dict[str, float] | UnsetType = UNSET
+    base_parameters: tuple[PossibleParameter, ...] | UnsetType = UNSET
+    unidentifiable: tuple[str, ...] | UnsetType = UNSET
+    prior: PriorDocument | UnsetType = UNSET
+    parameters: tuple[PossibleParameter, ...] | UnsetType = UNSET
+
+    @classmethod
+    def made(cls, result: PossibleRobot, base: BaseParameters) -> Self:
+        """Base parameters, and with a prior the standard ones with who decides each."""
+        free = result.free
+        moved = (result.values - free.values) / free.sigma
+        more: dict[str, Any] = {}
+        if isinstance(result, PriorRobot):
+            prior = result.prior
+            told = {
+                f"{kind}{link}": value
+                for link, body in enumerate(prior.bodies, start=1)
+                for kind, value in body.named().items()
+            }
+            more["prior"] = PriorDocument(
+                prior.source, result.budget, result.weight, result.distances, result.nearest.chi2_rise
+            )
+            more["parameters"] = tuple(
+                PossibleParameter(
+                    name,
+                    value,
+                    **result.origins[name]._asdict(),
+                    decided_by=result.origins[name].decided_by(),
+                    prior=told.get(name, UNSET),
+                )
+                for name, value in result.parameters.items()
+            )
+        return cls.of(
+            result,
+            gauge="prior" if more else "base",
+            active=tuple(ActiveDocument(holding.multiplier, holding.description) for holding in result.active),
+            min_eigenvalues={str(link): value for link, value in enumerate(result.min_eigenvalues, start=1)},
+            base_parameters=tuple(map(PossibleParameter, base.names, result.values, free.values, moved)),
+            **({"prior": UNSET, "parameters": UNSET} | more),
+        )
+
+    @property
+    def standard(self) -> dict[str, float]:
+        """The standard parameters by name."""
+        return {parameter.name: parameter.value for parameter in present(self.parameters) or ()}
+
+    @property
+    def source(self) -> str:
+        """Where the prior comes from; empty without one."""
+        prior = present(self.prior)
+        return prior.source if prior else ""

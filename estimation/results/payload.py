@@ -1,0 +1,475 @@
+"""What ``payload`` and ``weigh`` answer: estimates, quantities with intervals, and whether to use them.
+
+The result is its own document: ``--json`` writes it, and what is read back is of the same type.
+"""
+
+from collections.abc import Mapping, Sequence
+from typing import Any, Literal, Self
+
+import numpy as np
+from msgspec import UNSET, UnsetType, field
+
+from ...common.arrays import Array
+from ...common.schema import LARGEST, Document, Matrix, Vector, WrongKeyError, present
+from ...common.speech import Speaks
+from ...model import INERTIAL, InertialParameters, Pose
+from ..fit.drive_gains import Gains
+from ..payload.by_joints import ByJoints, JointShare, JointsMass
+from ..payload.constrained import ConstrainedPayload
+from ..payload.recommended import PREFERRED
+from ..payload.result import PayloadEstimate
+from .parts import (
+    ActiveDocument,
+    EliminationDocument,
+    GainErrorsDocument,
+    Interval,
+    Number,
+    ProcessingDocument,
+    ResidualDocument,
+    Result,
+    RobustDocument,
+    Ten,
+    VerdictDocument,
+)
+
+_Intervals = Mapping[str, Interval]
+
+
+def numbers(ten: Ten | UnsetType | None) -> Array:
+    """The ten in their order, nan where there is none, shape (10,)."""
+    values = present(ten) or {}
+    return np.array([values.get(kind) for kind in INERTIAL], dtype=float)
+
+
+def bounds(intervals: _Intervals | UnsetType | None) -> Array:
+    """Intervals of the ten in their order, nan where there is none, 10 x 2."""
+    values = present(intervals) or {}
+    return np.array([values.get(kind, (None, None)) for kind in INERTIAL], dtype=float)
+
+
+def array(values: Any, *shape: int) -> Array:
+    """Numbers as they were made or read, nan where there is none."""
+    return np.full(shape, np.nan) if present(values) is None else np.array(values, dtype=float)
+
+
+def named(values: Array, places: Sequence[int] = range(10)) -> dict[str, float]:
+    """Some of the ten by name, nan for the others."""
+    ten = np.full(len(INERTIAL), np.nan)
+    ten[list(places)] = values
+    return dict(zip(INERTIAL, ten.tolist(), strict=True))
+
+
+def _intervals(interval95: Array | None) -> dict[str, tuple[float, float]] | None:
+    if interval95 is None:
+        return None
+    return {kind: (low, high) for kind, (low, high) in zip(INERTIAL, interval95.tolist(), strict=True)}
+
+
+class WeighedDocument(Document, frozen=True):
+    """A weighed mass beside the identified one [kg]."""
+
+    mass: float
+    sigma: float
+    identified: float
+    identified_sigma: float
+    degrees_of_freedom: Number
+    z: Number
+    p_value: Number
+
+
+class MethodEstimate(Document, frozen=True, tag_field="estimator"):
+    """A payload by one method, about the origin of the frame, as far as its torques determine it."""
+
+    method: int
+    parameters: Ten
+    sigma: Ten | UnsetType = UNSET
+    sigma_robust: Ten | UnsetType | None = UNSET
+    sigma_with_gains: Ten | UnsetType | None = UNSET
+    interval95: _Intervals | UnsetType | None = UNSET
+    com: Vector | UnsetType | None = UNSET
+    inertia_com: Matrix | UnsetType | None = UNSET
+    min_pseudo_inertia_eigenvalue: Number | UnsetType = UNSET
+    physically_consistent: bool | UnsetType | None = UNSET
+    weighed: tuple[WeighedDocument, ...] | UnsetType = UNSET
+
+    @property
+    def ten(self) -> Array:
+        """The ten in their order, nan where not determined, shape (10,)."""
+        return numbers(self.parameters)
+
+
+class FreeEstimate(MethodEstimate, frozen=True, tag="wls"):
+    """The payload as a method sees it, whether or not a body can have it."""
+
+    interval95_robust: _Intervals | UnsetType | None = UNSET
+    robust: RobustDocument | UnsetType = UNSET
+    com_sigma: Vector | UnsetType | None = UNSET
+    com_sigma_robust: Vector | UnsetType | None = UNSET
+    inertia_com_sigma: Matrix | UnsetType | None = UNSET
+    inertia_com_sigma_robust: Matrix | UnsetType | None = UNSET
+    relative_residual: Number | UnsetType = UNSET
+    from_scale: bool | UnsetType = UNSET
+
+    @classmethod
+    def made(cls, result: PayloadEstimate) -> Self:
+        """All ten by a method; positive definite inertia is not enough for a body that exists."""
+        estimate, body = result.estimate, result.body
+        there = body.mass != 0.0
+        return cls.of(
+            body,
+            method=result.method,
+            parameters=named(estimate.values),
+            sigma=named(estimate.sigma),
+            sigma_robust=named(estimate.sigma_robust) if estimate.sigma_robust is not None else None,
+            interval95=_intervals(estimate.interval95),
+            interval95_robust=_intervals(estimate.robust_interval95),
+            robust=RobustDocument.made(estimate.robust, result.without_robust),
+            com=body.com if there else None,
+            com_sigma=result.sigma_com if there else None,
+            com_sigma_robust=result.sigma_com_robust if there else None,
+            inertia_com=body.inertia_com if there else None,
+            inertia_com_sigma=result.sigma_inertia_com if there else None,
+            inertia_com_sigma_robust=result.sigma_inertia_com_robust if there else None,
+            relative_residual=estimate.fit.relative,
+            from_scale=result.from_scale or UNSET,
+        )
+
+    @property
+    def larger_sigma(self) -> Array:
+        """The larger of the formula's and the robust standard deviation of each of the ten, shape (10,)."""
+        return np.fmax(numbers(self.sigma), numbers(self.sigma_robust))
+
+    @property
+    def unavailable(self) -> str:
+        """Why there are no robust standard deviations although they were asked for."""
+        return (self.robust.unavailable or "") if self.robust else ""
+
+
+class PossibleEstimate(MethodEstimate, frozen=True, tag="constrained"):
+    """The nearest payload that can exist, with 95 % intervals."""
+
+    gain_sigma: GainErrorsDocument | UnsetType | None = UNSET
+    interval95_by: Literal["jackknife", "memory", "formula"] | UnsetType = UNSET
+    com_interval95: Matrix | UnsetType = UNSET
+    inertia_com_interval95: tuple[Matrix, ...] | UnsetType = UNSET
+    principal_moments: Vector | UnsetType = UNSET
+    principal_moments_interval95: Matrix | UnsetType = UNSET
+    constraints: tuple[str, ...] | UnsetType = UNSET
+    active: tuple[ActiveDocument, ...] | UnsetType = UNSET
+    chi2_rise: float | UnsetType = UNSET
+    p_value: Number | UnsetType = UNSET
+    conflict: bool | UnsetType = UNSET
+    solver_status: str | UnsetType = UNSET
+
+    @classmethod
+    def made(cls, payload: ConstrainedPayload) -> Self:
+        """A payload that can exist, with intervals."""
+        free, result, intervals = payload.free.estimate, payload.result, payload.intervals
+        return cls.of(
+            result,
+            payload.body,
+            payload,
+            parameters=named(result.values),
+            sigma=named(free.sigma),
+            sigma_robust=named(free.sigma_robust) if free.sigma_robust is not None else None,
+            sigma_with_gains=named(payload.sigma) if payload.gains else None,
+            gain_sigma=GainErrorsDocument.made(payload.gains) if payload.gains else None,
+            interval95=_intervals(intervals.parameters),
+            interval95_by="formula" if free.robust is None else "memory" if free.robust.by_memory else "jackknife",
+            com_interval95=intervals.com,
+            inertia_com_interval95=tuple(intervals.inertia_com),
+            principal_moments_interval95=intervals.principal_moments,
+            constraints=tuple(constraint.description for constraint in result.constraints),
+            active=tuple(
+                ActiveDocument(active.multiplier, constraint=active.description, p_value=active.p_value)
+                for active in result.active
+            ),
+            weighed=tuple(map(WeighedDocument.of, payload.weighings)),
+            solver_status=result.status,
+        )
+
+    @property
+    def body(self) -> InertialParameters:
+        """The payload as a body."""
+        return InertialParameters(self.ten)
+
+
+class PayloadData(Document, frozen=True):
+    """The equations behind a payload."""
+
+    equations: int
+    rate: Number = field(name="rate_hz")
+    cutoff: Number = field(name="cutoff_hz")
+    lag_s: Number
+    lags_s: tuple[float, ...]
+    max_position_mismatch_rad: Number
+    condition_number: Number
+    condition_number_scaled: Number
+    equations_loaded: int | UnsetType = UNSET
+    base_parameters: int | UnsetType = UNSET
+    rms_position_mismatch_rad: Number | UnsetType = UNSET
+    friction: Literal["own", "may differ", "free"] | UnsetType = UNSET
+
+
+class JointsMassDocument(Document, frozen=True):
+    """The mass [kg] by some joints alone, and a single joint's factor on what the others show."""
+
+    joints: tuple[int, ...]
+    visible: bool
+    mass: Number
+    sigma: Number
+    interval95: Interval | None
+    share: Number | UnsetType = UNSET
+    share_sigma: Number | UnsetType = UNSET
+
+    @property
+    def name(self) -> str:
+        """The joints in words: "joint 3" or "joints 4-6"."""
+        return JointsMass(self.joints, None).name
+
+
+def mass_by_joints(by_joints: ByJoints) -> tuple[JointsMassDocument, ...]:
+    """The mass by some joints' torques; null where they do not see it."""
+    shares: dict[tuple[int, ...], JointShare] = {(share.joint,): share for share in by_joints.shares}
+    rows = []
+    for mass in by_joints.masses:
+        share = shares.get(mass.joints)
+        alone = {"share": share.share, "share_sigma": None if share.share is None else share.sigma} if share else {}
+        rows.append(JointsMassDocument.of(mass, visible=mass.mass is not None, **alone))
+    return tuple(rows)
+
+
+class Recommended(Document, frozen=True):
+    """The estimate to use, and why that method's where there are others."""
+
+    method: int
+    estimator: Literal["wls", "constrained"] | UnsetType = UNSET
+    reason: str = ""
+
+
+class Assumed(Document, frozen=True):
+    """An inertia that was not measured but asked for, and the ten with it."""
+
+    inertia: str
+    parameters: Ten
+
+
+class VisibilityDocument(Document, frozen=True):
+    """Which of the ten the torques of some joints show."""
+
+    joints: tuple[int, ...]
+    rank: int
+    parameters: dict[str, str]
+    combinations: tuple[str, ...]
+
+
+class RippleDocument(Document, frozen=True):
+    """A wave over the turn of a joint in one recording, and the probability of any such wave in noise alone."""
+
+    source: str
+    joint: int
+    waves: float = field(name="waves_per_turn")
+    amplitude: float
+    probability_by_noise: float
+
+
+class Quantity(Document, frozen=True):
+    """Mass, centre of mass or inertia there: whether to use it, its value, 95 % interval and standard deviation.
+
+    Numbers are arrays of one shape, those of the interval with one axis more, [low, high].
+    """
+
+    use: str
+    why: str | None
+    value: Any
+    interval95: Any
+    sigma: Any
+
+    @property
+    def low(self) -> Array:
+        """Lower ends of the 95 % interval, nan where there is none."""
+        return np.asarray(self.interval95[..., 0])
+
+    @property
+    def high(self) -> Array:
+        """Upper ends."""
+        return np.asarray(self.interval95[..., 1])
+
+    def __float__(self) -> float:
+        """The mass alone."""
+        return float(self.value)
+
+
+class RepeatsDocument(Document, frozen=True):
+    """The mass [kg] by each recording alone, how much more it scatters than it should, and how it drifts."""
+
+    sources: tuple[str, ...]
+    masses: tuple[Number, ...]
+    sigmas: tuple[Number, ...]
+    spread: Number
+    excess: Number
+    drift_per_recording: Number
+    drift_sigma: Number
+    drifts: bool
+
+
+class ConstantTorques(Document, frozen=True):
+    """Joints whose constant torque was held near zero, and by which standard deviation [N·m]."""
+
+    joints: tuple[int, ...]
+    sigma: Vector
+
+
+class AgreementDocument(Document, frozen=True):
+    """Another way to the mass [kg] and the centre of mass [m]."""
+
+    name: str
+    mass: Number
+    com: Vector
+
+
+class FlangeDocument(Document, frozen=True):
+    """Where the maker's flange stands in the payload's frame, if that is another one, and who says so."""
+
+    xyz: Vector
+    rpy_deg: Vector
+    source: str
+
+    def __post_init__(self) -> None:
+        """Refuse what is no place."""
+        for name in ("xyz", "rpy_deg"):
+            values = getattr(self, name)
+            if len(values) != 3 or not np.all(np.abs(values) <= LARGEST):
+                raise WrongKeyError(name, "must be three finite numbers")
+
+
+class PayloadResult(Result, frozen=True, kw_only=True, dict=True):
+    """A payload by the methods that were used, and what only a weighing by a short motion tells.
+
+    ``frame`` is where it is given, in words; ``assumed`` an inertia that was asked for instead of a measured one;
+    ``scale`` a weighed mass and its standard deviation [kg].
+    """
+
+    kind: Literal["payload"] = "payload"
+    version: Literal[1] = 1
+    robot: str | UnsetType = UNSET
+    robot_title: str | UnsetType = UNSET
+    frame: str
+    flange_in_payload_frame: FlangeDocument | UnsetType = UNSET
+    rated_payload_kg: Number | UnsetType = UNSET
+    processing: ProcessingDocument | UnsetType = UNSET
+    relative_residual: ResidualDocument | UnsetType = UNSET
+    data: PayloadData | UnsetType = UNSET
+    estimates: tuple[FreeEstimate | PossibleEstimate, ...]
+    recommended: Recommended | None = None
+    gain_sigma: GainErrorsDocument | UnsetType | None = UNSET
+    mass_by_joints: tuple[JointsMassDocument, ...] | UnsetType = UNSET
+    joint_that_agrees_least: str | UnsetType | None = UNSET
+    essential: EliminationDocument | UnsetType | None = UNSET
+    left_out: dict[str, str] | UnsetType = UNSET
+    verdict: VerdictDocument
+    joints: tuple[int, ...] | UnsetType = UNSET
+    visibility: VisibilityDocument | UnsetType = UNSET
+    constant_torques: ConstantTorques | UnsetType = UNSET
+    ripple: tuple[RippleDocument, ...] | UnsetType = UNSET
+    quantities: dict[str, Quantity] | UnsetType = UNSET
+    mass_from_scale: bool | UnsetType = UNSET
+    agreement: tuple[AgreementDocument, ...] | UnsetType = UNSET
+    repeats: RepeatsDocument | UnsetType | None = UNSET
+    assumed: Assumed | UnsetType | None = UNSET
+    scale: tuple[float, float] | UnsetType = UNSET
+
+    @property
+    def headline(self) -> str:
+        """Mass, interval and verdict in a line."""
+        mass, level = self.mass, self.verdict.level.replace("_", " ")
+        return f"{self.robot}, mass {mass.value:.6g} kg (95 % from {mass.low:.6g} to {mass.high:.6g}), {level}"
+
+    @property
+    def short(self) -> bool:
+        """Whether it was weighed by a short motion of a few joints."""
+        return bool(self.joints)
+
+    @property
+    def settings(self) -> ProcessingDocument:
+        """Settings of processing; none in a file that does not hold them."""
+        return present(self.processing) or ProcessingDocument()
+
+    @property
+    def title(self) -> str:
+        """The robot's."""
+        return self.robot_title or self.robot or ""
+
+    @property
+    def free(self) -> tuple[FreeEstimate, ...]:
+        """Each method's own estimate."""
+        return tuple(estimate for estimate in self.estimates if isinstance(estimate, FreeEstimate))
+
+    @property
+    def possible(self) -> tuple[PossibleEstimate, ...]:
+        """The nearest payload that can exist, of each method that determines all ten."""
+        return tuple(estimate for estimate in self.estimates if isinstance(estimate, PossibleEstimate))
+
+    @property
+    def method(self) -> int:
+        """Number of the method to use."""
+        if self.recommended is not None:
+            return self.recommended.method
+        return min((estimate.method for estimate in self.estimates), key=PREFERRED.index)
+
+    @property
+    def best(self) -> PossibleEstimate | None:
+        """The payload to use, of ``method``; None where not all ten are determined."""
+        return next((estimate for estimate in self.possible if estimate.method == self.method), None)
+
+    @property
+    def best_free(self) -> FreeEstimate:
+        """The estimate to use as the torques give it."""
+        return next(estimate for estimate in self.free if estimate.method == self.method)
+
+    @property
+    def gains(self) -> Gains | None:
+        """Errors of the drive gains that intervals allow for; None where gains are taken as exact."""
+        return self.gain_sigma.gains if self.gain_sigma else None
+
+    @property
+    def flange(self) -> Pose | None:
+        """Where the flange stands in ``frame``, if that is another frame and it is known."""
+        place = present(self.flange_in_payload_frame)
+        return Pose.from_rpy(place.xyz.tolist(), np.radians(place.rpy_deg).tolist()) if place else None
+
+    @property
+    def mass(self) -> Quantity:
+        """Mass [kg]: ``result.mass.low`` is the lower end of its 95 % interval."""
+        return self._quantity("mass")
+
+    @property
+    def com(self) -> Quantity:
+        """Centre of mass [m], shape (3,)."""
+        return self._quantity("centre_of_mass", 3)
+
+    @property
+    def inertia(self) -> Quantity:
+        """Inertia at the centre of mass [kg m^2], axes of the frame, 3 x 3."""
+        return self._quantity("inertia", 3, 3)
+
+    def _quantity(self, name: str, *shape: int) -> Quantity:
+        told = (present(self.quantities) or {}).get(name, Quantity("", None, None, None, None))
+        value, ends, sigma = (
+            array(told.value, *shape),
+            array(told.interval95, *shape, 2),
+            array(told.sigma, *shape),
+        )
+        return Quantity(told.use, told.why, value, ends, sigma)
+
+    def export(self, to: str, despite_verdict: bool = False) -> str:
+        """The payload in the format of a controller or a simulator, at the flange; see ``dynident export --to``.
+
+        Args:
+            to: name of the format, such as "ur".
+            despite_verdict: give it whatever the verdict is.
+
+        Raises:
+            InputError: for another name, or a payload that must not be used.
+        """
+        return str(Speaks.shown_by().export(self, to, despite_verdict))
