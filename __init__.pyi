@@ -2,8 +2,10 @@ from .apps.logs import read_recording as read_recording
 from .common.errors import InputError as InputError
 from .estimation import answer_payload as answer_payload
 from .estimation import identify as identify
+from .estimation import identify_gains as identify_gains
 from .estimation import identify_payload as identify_payload
 from .estimation import payload_problem as payload_problem
+from .estimation import weigh as weigh
 from .model import InertialParameters as InertialParameters
 from .model import Recording as Recording
 from .model import Robot as Robot

@@ -15,7 +15,7 @@ from dataclasses import replace
 import numpy as np
 from dynident.apps.commands.demo import PAYLOAD
 from dynident.common.arrays import Array
-from dynident.estimation import LongMotion, Settings, identify_payload
+from dynident.estimation import LongMotion, Settings, payload_estimate
 from dynident.estimation.payload.equations import PairedMeasurement, payload_equations
 from dynident.estimation.payload.long_motion import Source
 from dynident.estimation.signals.filtering import measurement
@@ -67,7 +67,7 @@ class Experiment:
     def results(self, seed: int) -> Array:
         """Formula: whether an interval holds the truth; robust: the same, and ratio of sigma; k x methods x 10."""
         problem = self.problem(seed)
-        estimates = [identify_payload(problem, method).estimate for method in METHODS]
+        estimates = [payload_estimate(problem, method).estimate for method in METHODS]
         rows = [[self.holds(estimate.interval95) for estimate in estimates]]
         if self.robust:
             robust = [estimate.robust_interval95 for estimate in estimates]

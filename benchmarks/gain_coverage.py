@@ -15,7 +15,7 @@ from dataclasses import replace
 import numpy as np
 from dynident.apps.commands.demo import ASSUMED_SPRING
 from dynident.common.arrays import Array
-from dynident.estimation import Settings, identify_gains
+from dynident.estimation import Settings, answer_gains
 from dynident.estimation.gains.current_side import torque_side
 from dynident.estimation.gains.known_load import known_mass
 from dynident.estimation.gains.problem import gain_problem
@@ -89,7 +89,7 @@ def run(arm_name: str, runs: int, noise: Noise, name: str) -> None:
         ]
         load = known_mass(6.0)
         problem = gain_problem(arm(arm_name), pair[:1], pair[1:], Settings(SETTINGS), load=load)
-        gains = identify_gains(problem, load)
+        gains = answer_gains(problem, load)
         error = np.abs(np.log(gains.values / truth))
         inside["formula"].append(error < 1.96 * gains.relative_sigma)
         if gains.robust is None:

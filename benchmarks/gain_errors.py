@@ -21,7 +21,7 @@ from dynident.estimation import (
     LongMotion,
     Settings,
     identify,
-    identify_payload,
+    payload_estimate,
     payload_problem,
 )
 from dynident.estimation.payload.methods import METHODS
@@ -111,7 +111,7 @@ def main() -> None:
         ):
             hits.setdefault(name, []).append(hit)
         problem = payload_problem(robot, [loaded(run, errors)], [], identification.estimate, Settings(SETTINGS))
-        estimate = identify_payload(problem, 1).estimate
+        estimate = payload_estimate(problem, 1).estimate
         for name, half in payload_half_widths(problem, estimate).items():
             hits.setdefault(f"payload, {name}", []).append(np.abs(estimate.values - BODY.vector) <= half)
             widths.setdefault(name, []).append(2.0 * half[9])

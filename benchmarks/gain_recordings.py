@@ -12,7 +12,7 @@ from collections.abc import Callable
 
 import numpy as np
 from dynident.benchmarks.gain_coverage import BODY, NOISE, SETTINGS, TRUTH, simulator
-from dynident.estimation import Gains, Settings, answer_payload, identify, identify_gains, payload_problem
+from dynident.estimation import Gains, Settings, answer_gains, answer_payload, identify, payload_problem
 from dynident.estimation.gains.known_load import known_mass
 from dynident.estimation.gains.problem import gain_problem
 from dynident.model import InertialParameters, Recording, load_robot
@@ -65,7 +65,7 @@ def main() -> None:
     for run in range(runs):
         first, weight, fresh = (record(b, (run, k)) for k, b in enumerate((None, BODY, None)))
         second = record(OTHER, (run, 3))
-        drive_gains = identify_gains(gain_problem(robot, [first], [weight], Settings(SETTINGS)), known_mass(6.0))
+        drive_gains = answer_gains(gain_problem(robot, [first], [weight], Settings(SETTINGS)), known_mass(6.0))
         gains = Gains(identified=drive_gains.larger_relative_covariance.tolist())
         for name, (bare, heavy, body) in {
             "recordings of its own": (fresh, second, OTHER),

@@ -19,7 +19,7 @@ from typing import NamedTuple
 import numpy as np
 from dynident.benchmarks import invented
 from dynident.common.arrays import Array
-from dynident.estimation import identify_payload, payload_problem
+from dynident.estimation import payload_estimate, payload_problem
 from dynident.estimation.payload.constrained import constrain_payload
 from dynident.estimation.payload.methods import usable_methods
 from dynident.estimation.payload.recommended import recommended_method
@@ -116,7 +116,7 @@ def run(case: tuple[str, str, int], other_path: bool = False) -> dict[str, Seen]
     problem = payload_problem(robot, recordings[1:], recordings[:1])
     seen = {}
     for method in usable_methods(problem):
-        found = constrain_payload(identify_payload(problem, method))
+        found = constrain_payload(payload_estimate(problem, method))
         low, high = np.vstack([found.intervals.parameters[9:], found.intervals.com]).T
         held = (low <= (truth := np.append(payload.mass, payload.com))) & (truth <= high)
         seen[str(method)] = Seen(found.mass / payload.mass - 1.0, bool(held[0]), float(held[1:].mean()))

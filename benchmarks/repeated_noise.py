@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from dynident.apps.commands.demo import PAYLOAD as PAPER_PAYLOAD
 from dynident.common.arrays import Array
-from dynident.estimation import PAYLOAD, Estimate, LongMotion, Settings, identify_payload
+from dynident.estimation import PAYLOAD, Estimate, LongMotion, Settings, payload_estimate
 from dynident.estimation.equations.correlation import autocorrelation_time
 from dynident.estimation.equations.observation import Observation
 from dynident.estimation.fit.blocks import block_edges, span
@@ -178,7 +178,7 @@ class Experiment:
         equations = payload_equations(robot, loadeds, bares, pairs, Settings(processing))
         source, settings = Source((), (), processing), Settings(friction_change=0.0)
         problem = LongMotion(robot, base, **equations._asdict(), source=source, settings=settings)
-        return {method: identify_payload(problem, method).estimate for method in (3, 4)}
+        return {method: payload_estimate(problem, method).estimate for method in (3, 4)}
 
 
 def _noise(draw: np.random.Generator, samples: int, memory: float) -> Array:

@@ -17,7 +17,7 @@ import numpy as np
 from dynident.apps.logs.read import read_recording
 from dynident.benchmarks import invented
 from dynident.common.arrays import Array
-from dynident.estimation import Estimate, Gains, identify, identify_payload, payload_problem
+from dynident.estimation import Estimate, Gains, identify, payload_estimate, payload_problem
 from dynident.estimation.diagnosis.joints import disagreement
 from dynident.estimation.payload.by_joints import payload_by_joints
 from dynident.estimation.payload.constrained import constrain_payload
@@ -96,7 +96,7 @@ def weighed(piece: Piece, short: bool, gains: Gains | None) -> tuple[float, floa
     robot, known, loaded, mass = piece
     make = known_robot_weighing if short else payload_problem
     problem = make(robot, [loaded], known=known)
-    estimate = identify_payload(problem, 1)
+    estimate = payload_estimate(problem, 1)
     covariance = gains.covariance(robot.n) if gains is not None else np.zeros((robot.n, robot.n))
     factor = disagreement(payload_by_joints(problem, estimate.estimate.weights), covariance, few=short)
     payload = constrain_payload(widened(estimate, factor), gains=gains)

@@ -19,7 +19,7 @@ import numpy as np
 from dynident.benchmarks import invented
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError
-from dynident.estimation import SolverError, answer_payload, identify_payload, payload_problem
+from dynident.estimation import SolverError, answer_payload, payload_estimate, payload_problem
 from dynident.estimation.diagnosis.joints import disagreement
 from dynident.estimation.payload.constrained import constrain_payload
 from dynident.model import InertialParameters, Motion, Recording, Robot
@@ -117,7 +117,7 @@ def run(seed: int, gain: float = 0.0, day: bool = False) -> Run:
         problem = payload_problem(data.robot, data.loaded, data.unloaded)
         answer = answer_payload(problem, (4,))
         bare = constrain_payload(
-            identify_payload(replace(problem, settings=replace(problem.settings, friction_change=0.0)), 4)
+            payload_estimate(replace(problem, settings=replace(problem.settings, friction_change=0.0)), 4)
         )
     except (InputError, SolverError) as error:
         return Run(data.name, str(error), *[np.nan] * 7)

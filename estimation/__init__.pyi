@@ -1,8 +1,11 @@
-from .answers.gains import identify_gains as identify_gains
+from .answers.gains import answer_gains as answer_gains
 from .answers.identification import Identification as Identification
 from .answers.identification import identification_system as identification_system
 from .answers.identification import identify as identify
 from .answers.identification import robot_result as robot_result
+from .answers.one_call import identify_gains as identify_gains
+from .answers.one_call import identify_payload as identify_payload
+from .answers.one_call import weigh as weigh
 from .answers.payload import answer_payload as answer_payload
 from .answers.payload_answer import PayloadAnswer as PayloadAnswer
 from .answers.system import ObservationSystem as ObservationSystem
@@ -29,7 +32,7 @@ from .payload.long_motion import LongMotion as LongMotion
 from .payload.long_motion import payload_problem as payload_problem
 from .payload.methods import PayloadProblem as PayloadProblem
 from .payload.methods import essential_combined as essential_combined
-from .payload.methods import identify_payload as identify_payload
+from .payload.methods import payload_estimate as payload_estimate
 from .payload.methods import selected as selected
 from .payload.result import METHOD_NAMES as METHOD_NAMES
 from .payload.robust import with_robust as with_robust
@@ -82,12 +85,15 @@ __all__ = [
     "SolverError",
     "StandIn",
     "Verdict",
+    "answer_gains",
     "answer_payload",
     "build_constrained",
     "identify",
     "identify_gains",
     "identify_payload",
+    "payload_estimate",
     "payload_problem",
     "robot_prior",
     "solve_constrained",
+    "weigh",
 ]

@@ -2,8 +2,8 @@
 
 import cvxpy
 import numpy as np
-from dynident import InertialParameters, Simulator, identify_payload, load_robot, payload_problem, random_via_points
-from dynident.estimation import PAYLOAD, Settings, build_constrained, solve_constrained
+from dynident import InertialParameters, Simulator, load_robot, payload_problem, random_via_points
+from dynident.estimation import PAYLOAD, Settings, build_constrained, payload_estimate, solve_constrained
 from dynident.trajectories import RX90_NOISE
 
 robot = load_robot("rx90")
@@ -12,7 +12,7 @@ simulator = Simulator(robot)
 motion = random_via_points(robot, count=14, seed=2).motion(rate=250.0)
 unloaded = [simulator.record(motion, None, RX90_NOISE, seed=[2, 0])]
 loaded = [simulator.record(motion, body, RX90_NOISE, seed=[2, 1])]
-free = identify_payload(payload_problem(robot, loaded, unloaded, settings=Settings(robust=False)), 4).estimate
+free = payload_estimate(payload_problem(robot, loaded, unloaded, settings=Settings(robust=False)), 4).estimate
 
 # The same problem as solve_constrained's, not solved yet: the parameters and the pseudo-inertia are expressions.
 built, ten, pseudo_inertia = build_constrained(free)

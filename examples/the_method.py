@@ -213,7 +213,7 @@ def equal(own: Array, theirs: Array, unit: Array | float = 1.0, tolerance: float
 
 def compare() -> None:
     """Assert that exact steps agree to 1e-9 and searched ones to a hundredth of a standard deviation."""
-    from dynident.estimation import Settings, identify_payload, payload_problem, weighted
+    from dynident.estimation import Settings, payload_estimate, payload_problem, weighted
     from dynident.estimation.payload.constrained import constrain_payload
     from dynident.model import Processing, Recording, base_parameters, load_robot, regressor
 
@@ -228,12 +228,12 @@ def compare() -> None:
     for A, R in zip(np.block([W, W_L, Y_T[:, :, None]]), problem.loaded.factors, strict=True):
         assert equal(A.T @ A, R.T @ R, np.sum(A**2))  # the package keeps R of [W W_L Y] of each joint alone
     assert problem.unloaded is not None
-    theirs = [weighted(problem.unloaded), *(identify_payload(problem, number).estimate for number in (1, 2, 3, 4))]
+    theirs = [weighted(problem.unloaded), *(payload_estimate(problem, number).estimate for number in (1, 2, 3, 4))]
     for own, their in zip((robot, *methods.values()), theirs, strict=True):
         tolerance = 1e-2 if own is method_3 else 1e-9  # the package aligns the two recordings in time before (29)
         assert equal(own.values, their.values, their.sigma, tolerance)
         assert equal(own.covariance, their.covariance, np.outer(their.sigma, their.sigma), tolerance)
-    constrained, sigma = constrain_payload(identify_payload(problem, 4)), theirs[4].sigma
+    constrained, sigma = constrain_payload(payload_estimate(problem, 4)), theirs[4].sigma
     assert equal(payload, constrained.result.values, sigma, 1e-2)
     assert equal(mass, constrained.intervals.parameters[9], sigma[9], 1e-2)
 

@@ -11,7 +11,7 @@ import numpy as np
 from dynident import InertialParameters, Simulator, answer_payload, load_robot, payload_problem
 from dynident.apps.report import save_figure
 from dynident.common.files import write_text
-from dynident.estimation import PayloadAnswer, identify_gains
+from dynident.estimation import PayloadAnswer, answer_gains
 from dynident.estimation.answers.gains import DriveGains
 from dynident.estimation.gains.known_load import known_mass
 from dynident.estimation.gains.problem import gain_problem
@@ -88,7 +88,7 @@ def slow_currents() -> Shown:
         recordings.append(replace(recording, torque=motors / gains))
     bare, heavy = recordings
     known = known_mass(7.0)
-    answer = identify_gains(gain_problem(ROBOT, [bare], [heavy], load=known), known)
+    answer = answer_gains(gain_problem(ROBOT, [bare], [heavy], load=known), known)
     words = (
         "Drive gains from currents and a weight of 7 kg on a slow motion: gravity does not show that of motor 1."
     )

@@ -88,7 +88,7 @@ def run(*, arm: RobotOptions, known: _Known, processing: _Processing, files: Pag
             robot, unloaded, loaded, estimation.Settings(setup.processing, progress=progress), load, known.mounting
         )
         progress("estimating")
-        gains = estimation.identify_gains(problem, load)
+        gains = estimation.answer_gains(problem, load)
     files.show(report.gains_screen(gains.result, files.document))
     files.write_json(lambda: gains.result)
     files.write_page(lambda: report.gains_page(gains.result, files.provenance(setup.in_words())))

@@ -25,7 +25,7 @@ from ..gains.possible import possible_gains
 from ..gains.problem import GainProblem, free_gains, gravity_acts, rests_on
 from ..payload.by_joints import ByJoints, payload_over_time
 from ..payload.long_motion import LongMotion, Source
-from ..payload.methods import identify_payload
+from ..payload.methods import payload_estimate
 from ..payload.result import PayloadEstimate
 from ..results.parts import ProcessingDocument, ResidualDocument, RobustDocument, VerdictDocument
 from ..results.payload import named
@@ -159,7 +159,7 @@ class DriveGains(Speaks):
         )
 
 
-def identify_gains(problem: GainProblem, load: KnownLoad | Sequence[KnownLoad]) -> DriveGains:
+def answer_gains(problem: GainProblem, load: KnownLoad | Sequence[KnownLoad]) -> DriveGains:
     """Identify the drive gains on the current side, with bodies that can exist, and judge them.
 
     Args:
@@ -190,7 +190,7 @@ def identify_gains(problem: GainProblem, load: KnownLoad | Sequence[KnownLoad]) 
             reason = str(error)
     # The weight as the torques show it that the gains give; the gains' own errors are those of these recordings.
     posed = problem.posed_by(1.0 / best.k)
-    identified = [identify_payload(each, 4) for each in posed]
+    identified = [payload_estimate(each, 4) for each in posed]
     diagnoses = [
         diagnose(each, own, None, problem.description) for each, own in zip(posed, identified, strict=True)
     ]

@@ -18,7 +18,7 @@ from ..fit.settings import Settings
 from ..payload.by_joints import payload_over_time
 from ..payload.constrained import ConstrainedPayload, constrain_payload
 from ..payload.long_motion import LongMotion
-from ..payload.methods import METHODS, PayloadProblem, essential_combined, identify_payload, usable_methods
+from ..payload.methods import METHODS, PayloadProblem, essential_combined, payload_estimate, usable_methods
 from ..payload.repeats import repeats_of, widened
 from ..payload.result import PayloadEstimate, in_payload_frame
 from ..payload.short_motion import ShortMotion
@@ -78,7 +78,7 @@ def answer_payload(
             failures[estimate.method] = error
     agreement = _without_friction(problem)
     for other in others:
-        ten = identify_payload(other, other.method, scale=scale).ten
+        ten = payload_estimate(other, other.method, scale=scale).ten
         name = "robot's parameters (method 1)" if other.method == 1 else "torque difference (method 3)"
         agreement.append(Agreement(name, float(ten[9]), ten[6:9] / ten[9]))
     answer = PayloadAnswer(
@@ -120,7 +120,7 @@ def _identified(
                 left_out[method] = problem.why_no_pair
             continue
         try:
-            estimates.append(identify_payload(problem, method, scale))
+            estimates.append(payload_estimate(problem, method, scale))
         except InputError as error:
             if methods is not None:
                 raise

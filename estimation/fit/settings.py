@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 from ...common.progress import Progress, silent
 from ...model import Processing, Robot
+from .drive_gains import Gains
 from .essential import StopRule
 
 FRICTION_CHANGE = 0.10
@@ -24,6 +25,9 @@ class Settings:
         friction_change: with ``robust``, by which share the friction of loaded recordings may differ from the
             robot's own (1 sigma); 0 takes it as the same.
         free_friction: method 1: estimate friction anew under load.
+        methods: of a long motion, by number; all that can be used by default.
+        joints: of a short motion, the numbers of those that move; seen in the recordings by default.
+        gains: how sure the drive gains are; what the recordings say of it by default, else the usual errors.
         scale_sigma: by which share the scale of the loaded torques may differ from that without payload (1 sigma);
             methods 1 and 4 alone know of it.
         progress: is told what is worked on.
@@ -34,6 +38,9 @@ class Settings:
     essential: StopRule | None = None
     friction_change: float = FRICTION_CHANGE
     free_friction: bool = False
+    methods: tuple[int, ...] | None = None
+    joints: tuple[int, ...] | None = None
+    gains: Gains | None = None
     scale_sigma: float = 0.0
     progress: Progress = silent
 

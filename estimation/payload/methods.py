@@ -213,7 +213,7 @@ def usable_methods(problem: PayloadProblem) -> tuple[int, ...]:
     return tuple(method for method, there in usable.items() if there)
 
 
-def identify_payload(
+def payload_estimate(
     problem: PayloadProblem,
     method: int,
     scale: KnownMass | None = None,

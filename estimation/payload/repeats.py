@@ -11,7 +11,7 @@ from ..fit.covariance import NORMAL95, birge, student95
 from ..fit.estimate import error_model
 from ..possible.constraints import KnownMass
 from ..possible.result import rise_p_value
-from .methods import PayloadProblem, identify_payload
+from .methods import PayloadProblem, payload_estimate
 from .result import PayloadEstimate
 from .short_motion import ShortMotion
 
@@ -88,7 +88,7 @@ def repeats_of(problem: PayloadProblem, scale: KnownMass | None) -> Repeats | No
     for run in problem.runs:
         mass, sigma = float("nan"), float("nan")
         try:
-            estimate = identify_payload(replace(problem, runs=(run,)), problem.method, scale=scale)
+            estimate = payload_estimate(replace(problem, runs=(run,)), problem.method, scale=scale)
         except InputError:
             pass  # one recording alone may not do
         else:

@@ -182,7 +182,7 @@ class PossibleEstimate(MethodEstimate, frozen=True, tag="constrained"):
             constraints=tuple(constraint.description for constraint in result.constraints),
             active=tuple(
                 ActiveDocument(active.multiplier, constraint=active.description, p_value=active.p_value)
-                for active in result.active
+                for active in payload.tested
             ),
             weighed=tuple(map(WeighedDocument.of, payload.weighings)),
             solver_status=result.status,

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from dynident.benchmarks import invented
 from dynident.common.errors import InputError
-from dynident.estimation import PAYLOAD, LongMotion, Settings, answer_payload, identify_payload, payload_problem
+from dynident.estimation import PAYLOAD, LongMotion, Settings, answer_payload, payload_estimate, payload_problem
 from dynident.estimation.equations.equations import Equations
 from dynident.estimation.fit.least_squares import weighted
 from dynident.estimation.payload.by_joints import ByJoints, joint_groups, payload_by_joints, payload_over_time
@@ -22,7 +22,7 @@ def problem_of(name: str, factor: float = 1.0, joint: int = 1, blocks: bool = Tr
 
 
 def seen(problem: LongMotion) -> ByJoints:
-    return payload_by_joints(problem, identify_payload(problem, 1).estimate.weights)
+    return payload_by_joints(problem, payload_estimate(problem, 1).estimate.weights)
 
 
 def without_blocks(problem: LongMotion) -> LongMotion:
@@ -61,7 +61,7 @@ def test_a_group_sees_what_method_3_sees_in_its_rows(problems: dict[str, LongMot
     """A group's mass is that of method 3 with the other joints' weights at zero."""
     problem = problems["rx90"]
     assert problem.difference is not None
-    own = identify_payload(problem, 3).estimate
+    own = payload_estimate(problem, 3).estimate
     weights = np.array([own.weights[0], own.weights[1], own.weights[2], 0.0, 0.0, 0.0])
     arm = weighted(problem.difference.select(PAYLOAD), weights)
     group = payload_by_joints(problem, own.weights).masses[6]
@@ -98,7 +98,7 @@ def test_groups_of_short_robots_are_single_joints() -> None:
 
 def test_stretches_agree_where_nothing_changes(problems: dict[str, LongMotion]) -> None:
     problem = problems["rx90"]
-    weights = identify_payload(problem, 1).estimate.weights
+    weights = payload_estimate(problem, 1).estimate.weights
     stretches = payload_over_time(problem, weights)
     assert len(stretches) == 4
     masses = np.array([stretch.values[9] for stretch in stretches])

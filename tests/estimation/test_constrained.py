@@ -17,7 +17,7 @@ from dynident.estimation import (
     PossibleBody,
     Settings,
     SolverError,
-    identify_payload,
+    payload_estimate,
     payload_problem,
     solve_constrained,
 )
@@ -169,7 +169,7 @@ def noisy(simulated: Callable[[str], Simulator], exact_pair: Callable[..., tuple
 
 def test_joint_problem_gives_the_same(noisy: LongMotion) -> None:
     """Method 4 on the reduced factor, robot and payload together, the payload's pseudo-inertia constrained."""
-    free = identify_payload(noisy, 4).estimate
+    free = payload_estimate(noisy, 4).estimate
     result = solve_constrained(free)
     assert result.status == "Solved"
     assert noisy.unloaded is not None
@@ -190,7 +190,7 @@ def test_joint_problem_gives_the_same(noisy: LongMotion) -> None:
 
 @pytest.mark.parametrize("method", [1, 2, 4])
 def test_every_method_takes_constraints(noisy: LongMotion, method: int) -> None:
-    result = solve_constrained(identify_payload(noisy, method).estimate)
+    result = solve_constrained(payload_estimate(noisy, method).estimate)
     assert result.body.physically_consistent
 
 
@@ -205,7 +205,7 @@ def test_ur10e(recordings: Path) -> None:
     problem = payload_problem(
         robot, [loaded], [unloaded], settings=Settings(every_row, robust=False, friction_change=0.0)
     )
-    results = [solve_constrained(identify_payload(problem, method).estimate) for method in (1, 2, 3, 4)]
+    results = [solve_constrained(payload_estimate(problem, method).estimate) for method in (1, 2, 3, 4)]
     assert [result.body.mass for result in results] == pytest.approx([2.793, 2.788, 2.791, 2.787], abs=4e-3)
     assert results[2].body.first_moments == pytest.approx([0.083, 0.476, 0.137], abs=1.5e-3)
     assert all(result.body.physically_consistent for result in results)

@@ -19,7 +19,7 @@ from dynident.estimation import (
     Settings,
     SolverError,
     answer_payload,
-    identify_payload,
+    payload_estimate,
     payload_problem,
     solve_constrained,
 )
@@ -160,7 +160,7 @@ def test_ur10e(recordings: Path) -> None:
     )
     every_row = replace(robot.processing, slow_speed=0.0)
     problem = payload_problem(robot, [loaded], [bare], settings=Settings(every_row, friction_change=0.0))
-    plain = constrain_payload(identify_payload(problem, 3))  # without a tilt's share of the covariance
+    plain = constrain_payload(payload_estimate(problem, 3))  # without a tilt's share of the covariance
     assert plain.body.first_moments == pytest.approx([0.083, 0.476, 0.137], abs=0.001)
     answer = answer_payload(problem, gains=Gains((0.02,)))
     for estimate in answer.constrained:

@@ -15,7 +15,7 @@ from dynident.estimation import (
     Settings,
     ShortMotion,
     identify,
-    identify_payload,
+    payload_estimate,
     payload_problem,
 )
 from dynident.estimation.equations.equations import PAYLOAD, Equations, merged
@@ -114,7 +114,7 @@ def test_it_is_what_rescaled_recordings_give(
 
     They add up to the payload, which a common error scales, unless there is a spring.
     """
-    solver, estimate = SOLVERS[method], identify_payload(problem, method).estimate
+    solver, estimate = SOLVERS[method], payload_estimate(problem, method).estimate
     J = sensitivity(estimate)
     assert problem.unloaded is not None
     robot_weights = weighted(problem.unloaded).weights
@@ -137,11 +137,11 @@ def test_a_stored_robot_brings_its_own_errors(arm: tuple[Simulator, Recordings],
     bare, _ = arm[1](np.ones(6))
     known = identify(arm[0].robot, [bare], Settings(robust=False)).estimate
     later = replace(problem, unloaded=None, difference=None, known=known)
-    both = [sensitivity(identify_payload(p, 1).estimate) for p in (problem, later)]
+    both = [sensitivity(payload_estimate(p, 1).estimate) for p in (problem, later)]
     assert both[1] == pytest.approx(both[0], rel=1e-5, abs=1e-8)
     old = replace(later, known=replace(known, gain_sensitivity=None))
     with pytest.raises(InputError, match="identify the robot again"):
-        constrain_payload(identify_payload(old, 1), gains=Gains((0.02,)))
+        constrain_payload(payload_estimate(old, 1), gains=Gains((0.02,)))
 
 
 def test_a_robots_parameters_by_rescaled_recordings(problem: LongMotion, rescaled: dict[bytes, LongMotion]) -> None:
@@ -203,7 +203,7 @@ def test_a_weighing_by_rescaled_recordings(arm: tuple[Simulator, Recordings]) ->
         return difference_weighing(simulator.robot, [loaded], [bare])
 
     problem = weighing(np.ones(6))
-    payload, motion = identify_payload(problem, 3), short(problem)
+    payload, motion = payload_estimate(problem, 3), short(problem)
     assert payload.complete
 
     def solved(factors: Array) -> Array:
@@ -220,7 +220,7 @@ def test_a_weighing_by_rescaled_recordings(arm: tuple[Simulator, Recordings]) ->
 
 def test_common_and_own_errors(problem: LongMotion) -> None:
     """A common error widens the mass by its share of it; one number stands for six; both add up."""
-    free = identify_payload(problem, 4)
+    free = payload_estimate(problem, 4)
 
     def sigma(gains: Gains | None) -> Array:
         return constrain_payload(free, gains=gains).sigma
@@ -243,7 +243,7 @@ def test_intervals_hold_a_payload_whose_gains_are_wrong(
     """Gains 2 to 4 % off: the mass is missed without, held with their uncertainty."""
     wrong = problem_of(arm, [1.03, 1.04, 1.02, 1.04, 1.03, 1.03])
     for method in METHODS:
-        free: PayloadEstimate = identify_payload(wrong, method)
+        free: PayloadEstimate = payload_estimate(wrong, method)
         ends = [constrain_payload(free, gains=g).intervals.parameters[9] for g in (None, Gains((0.01,), 0.03))]
         assert not ends[0][0] <= payload.mass <= ends[0][1]
         assert ends[1][0] <= payload.mass <= ends[1][1]

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from dynident.common.errors import InputError
-from dynident.estimation import Settings, identify_payload, payload_problem
+from dynident.estimation import Settings, payload_estimate, payload_problem
 from dynident.estimation.signals.filtering import measurement
 from dynident.model import InertialParameters, Motion, Processing, Recording, load_robot
 from dynident.trajectories import Simulator
@@ -34,7 +34,7 @@ def sigma(pair: list[Recording], processing: Processing) -> tuple[float, float]:
     problem = payload_problem(
         load_robot("ur10e"), [pair[1]], [pair[0]], settings=Settings(processing, robust=False)
     )
-    estimate = identify_payload(problem, 1).estimate
+    estimate = payload_estimate(problem, 1).estimate
     return float(estimate.sigma[-1]), estimate["M_L"]
 
 

@@ -16,7 +16,7 @@ from dynident.estimation import (
     Settings,
     answer_payload,
     identify,
-    identify_payload,
+    payload_estimate,
     payload_problem,
 )
 from dynident.estimation.fit.drive_gains import usual_gains
@@ -80,7 +80,7 @@ def test_intervals_hold_what_wrong_gains_do(
         for name, ends in (("robot", estimate.interval95_with_gains), ("robot exact", estimate.interval95)):
             hits[name].append((ends[:, 0] <= truth) & (truth <= ends[:, 1]))
         problem = payload_problem(robot, [loaded], [], estimate, Settings(SETTINGS, robust=False))
-        free = identify_payload(problem, 1)
+        free = payload_estimate(problem, 1)
         for name, gains in (("payload", GAINS), ("payload exact", None)):
             model = error_model(free.estimate, gains)
             hits[name].append(np.abs(model.values - payload.vector)[6:] <= 2.0 * model.sigma[6:])
@@ -100,7 +100,7 @@ def test_a_stored_robots_error_is_not_an_error_of_its_own(robot: Robot, recorder
 
     def mass_sigma(known: Estimate, gains: Gains | None) -> float:
         problem = payload_problem(robot, [loaded], [], known, Settings(SETTINGS, robust=False))
-        return float(constrain_payload(identify_payload(problem, 1), gains=gains).sigma[9])
+        return float(constrain_payload(payload_estimate(problem, 1), gains=gains).sigma[9])
 
     once, plain = mass_sigma(known, GAINS), mass_sigma(known, None)
     bare_known = replace(known, gain_covariance=None)

@@ -12,7 +12,7 @@ from dynident.apps.logs.read import read_recording
 from dynident.apps.results import read_stored_gains
 from dynident.common.errors import InputError
 from dynident.common.schema import write_json
-from dynident.estimation import PAYLOAD, Settings, identify_gains
+from dynident.estimation import PAYLOAD, Settings, answer_gains
 from dynident.estimation.gains.known_load import KnownLoad, known_mass, read_known_load
 from dynident.estimation.gains.problem import GainProblem, free_gains, gain_problem, gravity_acts
 from dynident.model import InertialParameters, Motion, Processing, Recording, load_robot
@@ -47,7 +47,7 @@ def currents(simulated: Callable[[str], Simulator], wander: Callable[..., Motion
 @pytest.mark.long
 def test_exact_currents_give_the_gains(currents: Callable[..., GainProblem]) -> None:
     """Acceleration from recorded speeds is all that is not exact."""
-    gains = identify_gains(currents(0, 1e-3), known_mass(6.0))
+    gains = answer_gains(currents(0, 1e-3), known_mass(6.0))
     assert gains.values == pytest.approx(TRUTH, rel=2e-3)
     assert gains.free_values == pytest.approx(TRUTH, rel=2e-3)
     assert gains.payloads[0].vector[6:] == pytest.approx(BODY.vector[6:], abs=5e-3)
@@ -60,7 +60,7 @@ def test_truth_within_the_stated_sigma(currents: Callable[..., GainProblem]) -> 
     free, possible = [], []
     for seed in range(10):
         problem = replace(currents(seed), deletions=())
-        gains = identify_gains(problem, known_mass(6.0))
+        gains = answer_gains(problem, known_mass(6.0))
         free.append(np.log(gains.free_values / TRUTH) / gains.relative_sigma)
         possible.append(np.log(gains.values / TRUTH) / gains.relative_sigma)
     squares = np.mean(np.square(free))
@@ -71,7 +71,7 @@ def test_truth_within_the_stated_sigma(currents: Callable[..., GainProblem]) -> 
 
 @pytest.mark.long
 def test_robust_sigma_agrees_for_white_noise(currents: Callable[..., GainProblem]) -> None:
-    gains = identify_gains(currents(1), known_mass(6.0, 0.06))
+    gains = answer_gains(currents(1), known_mass(6.0, 0.06))
     assert gains.robust is not None
     ratio = gains.robust.sigma / gains.relative_sigma
     assert ratio.min() > 0.4
@@ -95,7 +95,7 @@ def test_more_knowledge_makes_gains_more_certain(currents: Callable[..., GainPro
         com = tuple(BODY.com.tolist()) if count > 1 else None
         load = KnownLoad(mass=BODY.mass, com=com, inertia_com=tuple(six) if count == 10 else None)
         assert len(load.known) == count
-        gains = identify_gains(replace(problem, deletions=()), load)
+        gains = answer_gains(replace(problem, deletions=()), load)
         assert gains.values == pytest.approx(TRUTH, rel=0.1)
         spreads.append(gains.relative_sigma)
     assert (spreads[1] <= spreads[0]).all()
@@ -129,7 +129,7 @@ def test_reversed_current_is_named(currents: Callable[..., GainProblem]) -> None
     factors[3] = factors[3] * np.append(np.ones(factors[3].shape[1] - 1), -1.0)
     turned = replace(problem, equations=replace(problem.equations, factors=tuple(factors)))
     with pytest.raises(InputError, match="motor 4"):
-        identify_gains(turned, known_mass(6.0))
+        answer_gains(turned, known_mass(6.0))
 
 
 def test_load_file(tmp_path: Path) -> None:
@@ -164,7 +164,7 @@ def test_bad_load_files(tmp_path: Path, text: str, words: str) -> None:
 
 @pytest.mark.long
 def test_stored_gains_round_trip(tmp_path: Path, currents: Callable[..., GainProblem]) -> None:
-    gains = identify_gains(currents(1), known_mass(6.0, 0.03))
+    gains = answer_gains(currents(1), known_mass(6.0, 0.03))
     path = tmp_path / "gains.json"
     write_json(path, gains.result)
     stored = read_stored_gains(path)
@@ -190,7 +190,7 @@ def test_ur10e_gains(recordings: Path) -> None:
         read_recording(recordings / "ur10e" / f"{name}.csv.gz", robot, unit_gains)
         for name in ("unloaded", "loaded_2.805kg")
     ]
-    gains = identify_gains(gain_problem(robot, pair[:1], pair[1:]), known_mass(2.805))
+    gains = answer_gains(gain_problem(robot, pair[:1], pair[1:]), known_mass(2.805))
     assert np.abs(gains.values[1:] / ASKED - 1.0).max() < 0.025
     assert np.abs(gains.free_values[1:] / ASKED - 1.0).max() < 0.025
     assert gains.gravity[0] is False

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from dynident.apps.logs.read import read_recording
 from dynident.common.arrays import Array
-from dynident.estimation import Gains, LongMotion, Settings, identify_gains, identify_payload, payload_problem
+from dynident.estimation import Gains, LongMotion, Settings, answer_gains, payload_estimate, payload_problem
 from dynident.estimation.fit.least_squares import weighted
 from dynident.estimation.gains.known_load import known_mass
 from dynident.estimation.gains.problem import gain_problem, gravity_acts, rests_on
@@ -69,7 +69,7 @@ def test_truth_within_the_stated_sigma(currents: Currents, name: str, spring: st
         robot, (bare, loaded) = currents(name, spring, seed)
         load = known_mass(6.0)
         problem = gain_problem(robot, [bare], [loaded], Settings(SETTINGS), load=load)
-        gains = identify_gains(replace(problem, deletions=() if seed else problem.deletions), load)
+        gains = answer_gains(replace(problem, deletions=() if seed else problem.deletions), load)
         assert gains.values == pytest.approx(TRUTH, rel=0.02)
         assert gains.relative_sigma.max() < 0.01
         errors.append(np.log(gains.values / TRUTH) / gains.relative_sigma)
@@ -87,7 +87,7 @@ def test_a_coupling_that_is_not_told_spoils_the_gains(currents: Currents) -> Non
     robot, (bare, loaded) = currents("rx90", "none", 0)
     uncoupled = replace(robot, drives=replace(robot.drives, coupling=None))
     problem = gain_problem(uncoupled, [bare], [loaded], Settings(SETTINGS))
-    gains = identify_gains(replace(problem, deletions=()), known_mass(6.0))
+    gains = answer_gains(replace(problem, deletions=()), known_mass(6.0))
     assert abs(np.log(gains.values / TRUTH) / gains.relative_sigma)[4] > 10.0
 
 
@@ -119,7 +119,7 @@ def test_how_sure_they_are_reaches_the_payload(currents: Currents) -> None:
     """Weighed with gains that were found: as the same currents read with each gain a little larger tell."""
     robot, (bare, loaded) = currents("rx90", "none", 0)
     problem = gain_problem(robot, [bare], [loaded], Settings(SETTINGS))
-    gains = identify_gains(replace(problem, deletions=()), known_mass(6.0))
+    gains = answer_gains(replace(problem, deletions=()), known_mass(6.0))
     later = currents("rx90", "none", 7)[1]
 
     def weighing(K: Array) -> LongMotion:
@@ -137,7 +137,7 @@ def test_how_sure_they_are_reaches_the_payload(currents: Currents) -> None:
         vars(moved_problem)["bare"] = weighted(moved_problem.unloaded, weighted(at_once.unloaded).weights)
     unsure = Gains(identified=gains.larger_relative_covariance.tolist())
     for method in (1, 2, 3, 4):
-        free = identify_payload(at_once, method)
+        free = payload_estimate(at_once, method)
         values = [METHODS[method](moved_problem).values(free.estimate.weights) for moved_problem in shifted]
         J = (np.column_stack(values) - free.estimate.values[:, None]) / 1e-5
         with_gains, exact = (constrain_payload(free, gains=g) for g in (unsure, None))

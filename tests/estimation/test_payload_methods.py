@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError
-from dynident.estimation import PAYLOAD, Estimate, LongMotion, Settings, identify_payload, payload_problem
+from dynident.estimation import PAYLOAD, Estimate, LongMotion, Settings, payload_estimate, payload_problem
 from dynident.estimation.fit.least_squares import weighted
 from dynident.estimation.payload.equations import PairedMeasurement, payload_equations
 from dynident.estimation.payload.long_motion import Source
@@ -54,7 +54,7 @@ def test_exact_data_give_the_payload(
 ) -> None:
     simulator = simulated(name)
     problem = problem_of(simulator.robot, [exact_pair(simulator)])
-    answer = identify_payload(problem, method)
+    answer = payload_estimate(problem, method)
     assert (np.abs(answer.estimate.values - payload.vector) < 1e-6 * scale(payload)).all()
     assert answer.frame == simulator.robot.payload_frame
 
@@ -70,7 +70,7 @@ def test_exact_data_with_a_spring(
     spring = Spring(joint=2, stiffness=2e4, length=0.2, arms=(0.3, 0.1), zero=0.1)
     simulator = Simulator(replace(robot, drives=replace(robot.drives, spring=spring)))
     problem = problem_of(simulator.robot, [exact_pair(simulator)])
-    values = identify_payload(problem, method).estimate.values
+    values = payload_estimate(problem, method).estimate.values
     assert (np.abs(values - payload.vector) < 1e-6 * scale(payload)).all()
     blind = replace(problem_of(robot, [exact_pair(simulator)]), robot=robot)
     assert weighted(blind.unloaded).fit.relative > 0.01 if blind.unloaded else False
@@ -82,8 +82,8 @@ def test_order_of_recordings_does_not_matter(
 ) -> None:
     simulator = simulated("rx90")
     pairs = [exact_pair(simulator, seed) for seed in (0, 1)]
-    forward = identify_payload(problem_of(simulator.robot, pairs, 0.0), method).estimate.values
-    backward = identify_payload(problem_of(simulator.robot, pairs[::-1], 0.0), method).estimate.values
+    forward = payload_estimate(problem_of(simulator.robot, pairs, 0.0), method).estimate.values
+    backward = payload_estimate(problem_of(simulator.robot, pairs[::-1], 0.0), method).estimate.values
     assert np.allclose(forward, backward, rtol=0.0, atol=1e-8)
 
 
@@ -95,8 +95,8 @@ def test_unit_of_torque_does_not_matter(
     simulator = simulated("rx90")
     pairs = [exact_pair(simulator, seed) for seed in (0, 1)]
     big = [tuple(Measurement(data.motion, 1000.0 * data.torque) for data in pair) for pair in pairs]
-    a = identify_payload(problem_of(simulator.robot, pairs, 1.0), method).estimate
-    b = identify_payload(problem_of(simulator.robot, big, 1000.0), method).estimate
+    a = payload_estimate(problem_of(simulator.robot, pairs, 1.0), method).estimate
+    b = payload_estimate(problem_of(simulator.robot, big, 1000.0), method).estimate
     assert np.allclose(1000.0 * a.values, b.values, rtol=1e-7, atol=1e-6)
     assert np.allclose(1000.0 * a.sigma, b.sigma, rtol=1e-7)
 
@@ -107,7 +107,7 @@ def test_no_payload_is_found_where_there_is_none(
 ) -> None:
     simulator = simulated("ur10e")
     bare = simulator.measure(wander(6, 3))
-    values = identify_payload(problem_of(simulator.robot, [(bare, bare)]), method).estimate.values
+    values = payload_estimate(problem_of(simulator.robot, [(bare, bare)]), method).estimate.values
     assert np.abs(values).max() < 1e-8
 
 
@@ -141,7 +141,7 @@ def test_stored_robot_parameters_replace_the_unloaded_recording(
     assert problem.unloaded is not None
     known = replace(problem, unloaded=None, difference=None, known=weighted(problem.unloaded))
     assert usable_methods(known) == (1,)
-    a, b = (identify_payload(p, 1).estimate for p in (problem, known))
+    a, b = (payload_estimate(p, 1).estimate for p in (problem, known))
     assert np.allclose(a.values, b.values)
     assert np.allclose(a.covariance, b.covariance)
 
@@ -170,7 +170,7 @@ def test_friction_under_load_can_be_freed(
     motion = wander(6, 5)
     problem = problem_of(simulator.robot, [(simulator.measure(motion), under_load.measure(motion, payload))])
     fixed, free = (
-        identify_payload(replace(problem, settings=Settings(free_friction=free)), 1).estimate.values
+        payload_estimate(replace(problem, settings=Settings(free_friction=free)), 1).estimate.values
         for free in (False, True)
     )
     assert (np.abs(free - payload.vector) < 1e-6 * scale(payload)).all()
@@ -185,8 +185,8 @@ def test_covariance_of_method_1_includes_the_robot(
     assert problem.unloaded is not None
     robot = weighted(problem.unloaded)
     exact = replace(robot, covariance=np.zeros_like(robot.covariance))
-    whole = identify_payload(problem, 1).estimate.sigma
-    alone = identify_payload(replace(problem, known=exact), 1).estimate.sigma
+    whole = payload_estimate(problem, 1).estimate.sigma
+    alone = payload_estimate(replace(problem, known=exact), 1).estimate.sigma
     assert (whole > alone).all()
 
 
@@ -206,7 +206,7 @@ def test_methods_that_lack_data_say_what_they_need(
         (4, "without payload"),
     ):
         with pytest.raises(InputError, match=words):
-            identify_payload(problem, method)
+            payload_estimate(problem, method)
 
 
 def test_global_fit_also_gives_the_robot(
@@ -229,7 +229,7 @@ def test_different_trajectories_leave_method_3_out_and_say_why(
     problem = payload_problem(rx90, [loaded], [bare], settings=Settings(processing, robust=False))
     assert usable_methods(problem) == (1, 2, 4)
     with pytest.raises(InputError, match="not the same trajectory"):
-        identify_payload(problem, 3)
+        payload_estimate(problem, 3)
 
 
 def test_an_arm_that_cannot_show_a_payload_says_so(wander: Callable[..., Motion]) -> None:

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from dynident.apps.logs.read import read_recording
-from dynident.estimation import Identification, LongMotion, Settings, identify, identify_payload, payload_problem
+from dynident.estimation import Identification, LongMotion, Settings, identify, payload_estimate, payload_problem
 from dynident.model import Processing, Recording, load_robot
 
 MASS = 2.805  # kg, weighed
@@ -55,7 +55,7 @@ def test_ur10e_as_shipped(recordings: Path) -> None:
     assert result.validation is not None
     assert result.validation.relative <= 0.042
     pair = ur10e_pair(recordings, robot.processing)
-    masses = np.array([identify_payload(pair, method).mass for method in (1, 2, 3, 4)])
+    masses = np.array([payload_estimate(pair, method).mass for method in (1, 2, 3, 4)])
     assert np.abs(masses / MASS - 1.0).max() < 0.005
 
 
@@ -87,7 +87,7 @@ def test_ur10e_stiction_shows_on_point_to_point_motion(recordings: Path, ur10e_r
 
 
 def test_ur10e_payload_by_all_methods(ur10e: LongMotion) -> None:
-    payloads = [identify_payload(ur10e, method) for method in (1, 2, 3, 4)]
+    payloads = [payload_estimate(ur10e, method) for method in (1, 2, 3, 4)]
     masses = np.array([payload.mass for payload in payloads])
     assert np.abs(masses / MASS - 1.0).max() < 0.01
     assert np.ptp(masses) < 0.01 * MASS

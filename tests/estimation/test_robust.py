@@ -11,7 +11,7 @@ import pytest
 from dynident.apps.logs.read import read_recording
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError
-from dynident.estimation import LongMotion, Settings, identify, identify_payload, payload_problem
+from dynident.estimation import LongMotion, Settings, identify, payload_estimate, payload_problem
 from dynident.estimation.equations.equations import Blocks
 from dynident.estimation.fit.covariance import RobustCovariance, Rule, jackknife
 from dynident.estimation.fit.least_squares import weighted
@@ -84,7 +84,7 @@ def test_payload_without_a_block_by_hand(method: int, problem: LongMotion) -> No
     """The covariance is that of solving again with one block's rows gone from all the equations."""
     assert problem.unloaded is not None
     assert problem.difference is not None
-    estimate = identify_payload(problem, method).estimate
+    estimate = payload_estimate(problem, method).estimate
     robot_weights = weighted(problem.unloaded).weights
     changes = []
     count = len(problem.loaded.blocks)
@@ -116,7 +116,7 @@ def test_robot_alone(simulator: Simulator, wander: Wander) -> None:
 
 
 def test_what_an_estimate_tells(problem: LongMotion) -> None:
-    result = identify_payload(problem, 3)
+    result = payload_estimate(problem, 3)
     estimate, robust = result.estimate, result.estimate.robust
     assert robust is not None
     assert estimate.sigma_robust is robust.sigma
@@ -130,7 +130,7 @@ def test_what_an_estimate_tells(problem: LongMotion) -> None:
     assert scaled.sigma_inertia_com_robust is not None
     assert np.allclose(scaled.sigma_com_robust, 2.0 * result.sigma_com)
     assert np.allclose(scaled.sigma_inertia_com_robust, 2.0 * result.sigma_inertia_com)
-    plain = identify_payload(replace(problem, loaded=problem.loaded.whole), 3)
+    plain = payload_estimate(replace(problem, loaded=problem.loaded.whole), 3)
     assert (plain.estimate.sigma_robust, plain.estimate.robust_interval95) == (None, None)
     assert (plain.sigma_com_robust, plain.sigma_inertia_com_robust, plain.without_robust) == (None, None, "")
     with pytest.raises(ValueError, match="10 x 10"):
@@ -140,8 +140,8 @@ def test_what_an_estimate_tells(problem: LongMotion) -> None:
 @pytest.mark.parametrize("method", METHODS)
 def test_a_rule_for_variances_is_asked_by_name(method: int, problem: LongMotion) -> None:
     """The formula's alone, the jackknife's as by default, or the sandwich by how much the errors remember."""
-    usual = identify_payload(problem, method).estimate
-    plain, cut, by_memory = (identify_payload(problem, method, covariance=rule).estimate for rule in get_args(Rule))
+    usual = payload_estimate(problem, method).estimate
+    plain, cut, by_memory = (payload_estimate(problem, method, covariance=rule).estimate for rule in get_args(Rule))
     assert plain.robust is None
     assert usual.robust is not None
     assert cut.robust is not None
@@ -150,7 +150,7 @@ def test_a_rule_for_variances_is_asked_by_name(method: int, problem: LongMotion)
     expected = METHODS[method](problem).sandwich(usual.weights, problem.inflation)
     assert by_memory.robust.by_memory
     assert by_memory.robust.covariance == pytest.approx(expected, rel=1e-9)
-    without = identify_payload(replace(problem, memory=Memory()), method, covariance="sandwich")
+    without = payload_estimate(replace(problem, memory=Memory()), method, covariance="sandwich")
     assert "how long errors remember is not known" in without.without_robust
 
 
@@ -163,7 +163,7 @@ def test_recordings_that_are_no_pairs_are_left_out_one_at_a_time(
     counts = len(problem.loaded.blocks), len(problem.unloaded.blocks)
     assert counts[0] != counts[1]
     for method in usable_methods(problem):
-        robust = identify_payload(problem, method).estimate.robust
+        robust = payload_estimate(problem, method).estimate.robust
         assert robust is not None
         assert (robust.blocks, robust.degrees_of_freedom) == (sum(counts), min(counts) - 1)
 
@@ -184,12 +184,12 @@ def test_a_robot_known_before_adds_its_own_jackknife(
     )
     known = replace(alone, robust=robust)
     later = replace(at_once, unloaded=None, known=known)
-    now, then = (identify_payload(p, 1).estimate.robust for p in (at_once, later))
+    now, then = (payload_estimate(p, 1).estimate.robust for p in (at_once, later))
     assert now is not None
     assert then is not None
     assert np.allclose(then.covariance, now.covariance, rtol=1e-5, atol=1e-7 * np.diag(now.covariance).min())
     assert (then.blocks, then.degrees_of_freedom) == (now.blocks, now.degrees_of_freedom)
-    plain = identify_payload(replace(later, known=replace(known, robust=None)), 1)
+    plain = payload_estimate(replace(later, known=replace(known, robust=None)), 1)
     assert plain.estimate.robust is None
     assert "identify the robot again" in plain.without_robust
 
@@ -207,11 +207,11 @@ def test_too_short_for_blocks_says_so_and_still_answers(
         for whole in (problem.loaded, problem.unloaded, problem.difference)
     )
     single = replace(problem, loaded=loaded, unloaded=unloaded, difference=difference)
-    result = identify_payload(single, 3)
+    result = payload_estimate(single, 3)
     assert result.estimate.robust is not None
     assert result.estimate.robust.by_memory
     assert "blocks are too few for a jackknife" in result.estimate.robust.warning
-    assert "two blocks" in identify_payload(replace(single, memory=Memory()), 3).without_robust
+    assert "two blocks" in payload_estimate(replace(single, memory=Memory()), 3).without_robust
     assert result.mass == pytest.approx(payload.mass, abs=0.5)
     with pytest.raises(InputError, match="two blocks"):
         single.loaded.without_each()
@@ -266,13 +266,13 @@ def test_ur10e_pair(recordings: Path) -> None:
     assert len(problem.loaded.blocks) >= 10
     unrelated = replace(problem, difference=None)
     for method in METHODS:
-        estimate = identify_payload(problem, method).estimate
+        estimate = payload_estimate(problem, method).estimate
         assert estimate.robust is not None
         assert estimate.robust_interval95 is not None
         assert estimate.robust.warning == ""
         low, high = estimate.robust_interval95[-1]
         assert low < 2.805 < high
         if method != 3:
-            estimate = identify_payload(unrelated, method).estimate
+            estimate = payload_estimate(unrelated, method).estimate
         assert estimate.robust is not None
         assert 1.6 < estimate.robust.sigma[-1] / estimate.sigma[-1] < 4.1

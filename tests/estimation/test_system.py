@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from dynident.apps.report.recordings import write_npz
 from dynident.common.arrays import Array
-from dynident.estimation import Settings, identify, identify_payload, payload_problem
+from dynident.estimation import Settings, identify, payload_estimate, payload_problem
 from dynident.estimation.answers.identification import identification_system
 from dynident.estimation.answers.system import payload_system
 from dynident.estimation.equations.equations import Equations
@@ -76,7 +76,7 @@ def test_payload_with_a_stored_robot(recordings: tuple[Recordings, Recordings]) 
     assert system.loaded.all()
     residue = system.Y - system.W[:, :-10] @ system.known
     values = solved(system.W[:, -10:], residue, system.weights[system.joint - 1])
-    np.testing.assert_allclose(values, identify_payload(problem, 1).estimate.values, atol=1e-8)
+    np.testing.assert_allclose(values, payload_estimate(problem, 1).estimate.values, atol=1e-8)
 
 
 def test_npz(recordings: tuple[Recordings, Recordings], tmp_path_factory: pytest.TempPathFactory) -> None:

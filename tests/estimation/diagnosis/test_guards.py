@@ -9,7 +9,7 @@ import pytest
 from dynident.apps.logs.read import read_recording
 from dynident.benchmarks import invented
 from dynident.common.arrays import Array
-from dynident.estimation import PayloadAnswer, Settings, answer_payload, identify, identify_payload, payload_problem
+from dynident.estimation import PayloadAnswer, Settings, answer_payload, identify, payload_estimate, payload_problem
 from dynident.estimation.diagnosis.causes import alternatives
 from dynident.estimation.diagnosis.engine import System
 from dynident.estimation.diagnosis.evidence import Alternative
@@ -108,7 +108,7 @@ def test_contact_is_a_burst(pair: tuple[Recording, Recording]) -> None:
     """One second of contact: what is left out reaches into the standard deviation."""
     assert BURST > 1.0
     problem = payload_problem(invented.robot(NAME), [struck(pair[1])], [pair[0]])
-    free = identify_payload(problem, 4).estimate
+    free = payload_estimate(problem, 4).estimate
     system = system_of(problem, states_of(problem.source)) if problem.source else None
     burst = bursts(system) if system else None
     assert burst is not None

@@ -11,7 +11,7 @@ import pytest
 from dynident.apps.logs.log_check import check_log
 from dynident.benchmarks import invented
 from dynident.common.arrays import Array
-from dynident.estimation import Settings, answer_payload, identify, identify_payload, payload_problem
+from dynident.estimation import Settings, answer_payload, identify, payload_estimate, payload_problem
 from dynident.estimation.diagnosis.engine import Effect, System
 from dynident.estimation.diagnosis.hypotheses import (
     ALONG_Z,
@@ -51,7 +51,7 @@ def test_a_constant_pull_upwards_is_a_lighter_payload(pair: tuple[Recording, Rec
     """By F/g, with no more residual than before: not knowable, as the page on verdicts says."""
     bare, heavy = pair
     free, hung = (
-        identify_payload(payload_problem(ROBOT, [loaded], [bare], settings=Settings(robust=False)), 1)
+        payload_estimate(payload_problem(ROBOT, [loaded], [bare], settings=Settings(robust=False)), 1)
         for loaded in (heavy, pulled(heavy, 0.0, NOTHING, np.array([0.0, 0.0, 10.0])))
     )
     assert free.mass - hung.mass == pytest.approx(10.0 / G, rel=0.02)

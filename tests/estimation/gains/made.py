@@ -7,7 +7,7 @@ from functools import cache
 import numpy as np
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError
-from dynident.estimation import identify_gains
+from dynident.estimation import answer_gains
 from dynident.estimation.answers.gains import DriveGains
 from dynident.estimation.gains.known_load import known_mass
 from dynident.estimation.gains.problem import gain_problem
@@ -67,7 +67,7 @@ def pair(name: str, seed: int, noise: float = 0.05, points: int = 14) -> tuple[R
 
 def answered(name: str, bare: Recording, heavy: Recording, mass: float, robot: Robot | None = None) -> DriveGains:
     load = known_mass(mass)
-    return identify_gains(gain_problem(robot or load_robot(name), [bare], [heavy], load=load), load)
+    return answer_gains(gain_problem(robot or load_robot(name), [bare], [heavy], load=load), load)
 
 
 def said(name: str, bare: Recording, heavy: Recording, mass: float, robot: Robot | None = None) -> tuple[str, str]:

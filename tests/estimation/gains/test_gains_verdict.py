@@ -7,7 +7,7 @@ from itertools import product
 import numpy as np
 import pytest
 from dynident.common.errors import InputError
-from dynident.estimation import identify_gains
+from dynident.estimation import answer_gains
 from dynident.estimation.answers.gains import DriveGains
 from dynident.estimation.diagnosis.evidence import KNOWN_WELL
 from dynident.estimation.gains.known_load import KnownLoad, Mountings, known_mass
@@ -144,7 +144,7 @@ def several(masses: tuple[float, ...], stated_masses: tuple[float, ...], mountin
     logs = [made.recorded(name, motion, body, (1, k)) for k, body in enumerate((None, *bodies))]
     loads = [known_mass(mass) for mass in stated_masses]
     problem = gain_problem(load_robot(name), logs[:1], logs[1:], load=loads, mounting=mounting)
-    return identify_gains(problem, loads)
+    return answer_gains(problem, loads)
 
 
 @pytest.mark.long

@@ -15,7 +15,7 @@ from dynident.estimation import (
     Settings,
     answer_payload,
     identify,
-    identify_payload,
+    payload_estimate,
     payload_problem,
 )
 from dynident.estimation.fit.blocks import FEWEST
@@ -60,12 +60,12 @@ def test_blocks_that_are_too_few_are_cut_shorter_and_the_memory_counts() -> None
     short = few(problem_of(0))
     for method in (1, 3, 4) if short.difference is not None else (1, 4):
         posed = METHODS[method](short)
-        estimate = identify_payload(short, method).estimate
+        estimate = payload_estimate(short, method).estimate
         assert estimate.robust is not None
         assert estimate.robust.by_memory
         memory = posed.sandwich(estimate.weights, short.inflation)
         assert (estimate.robust.sigma >= 0.999999 * np.sqrt(np.diag(memory))).all()
-        alone = identify_payload(replace(short, memory=short.memory._replace(few=False)), method).estimate.robust
+        alone = payload_estimate(replace(short, memory=short.memory._replace(few=False)), method).estimate.robust
         assert alone is not None
         if not alone.by_memory:
             assert estimate.robust.sigma == pytest.approx(
@@ -77,7 +77,7 @@ def test_blocks_that_are_too_few_are_cut_shorter_and_the_memory_counts() -> None
 def test_intervals_of_few_seconds_hold_and_say_so() -> None:
     for seed in range(3):
         problem = few(problem_of(seed))
-        error, half = off(identify_payload(problem, 4).estimate)
+        error, half = off(payload_estimate(problem, 4).estimate)
         assert abs(error) < half < 0.15 * LOAD.mass
     answer = answer_payload(problem, (4,))
     text = " ".join(method_notes(answer.result))
@@ -101,7 +101,7 @@ def test_a_stored_robot_is_corrected_within_its_covariance_and_friction(short: b
                 else payload_problem(ROBOT, [loaded], known=known, settings=Settings(friction_change=share))
             )
             assert problem.corrected
-            error, half = off(identify_payload(problem, 1).estimate)
+            error, half = off(payload_estimate(problem, 1).estimate)
             assert abs(error) < half
             halves.append(half)
         assert halves[0] < min(halves[1], 0.07 * LOAD.mass)

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from dynident.benchmarks import invented
 from dynident.common.arrays import Array
-from dynident.estimation import FRICTION_CHANGE, Estimate, LongMotion, Settings, identify_payload, payload_problem
+from dynident.estimation import FRICTION_CHANGE, Estimate, LongMotion, Settings, payload_estimate, payload_problem
 from dynident.estimation.fit.covariance import student95
 from dynident.estimation.fit.linear_problem import SoftPrior
 from dynident.estimation.payload.friction import friction_changes
@@ -57,7 +57,7 @@ def weighed(change: float, share: float) -> tuple[Array, Array]:
     """Errors of method 4's mass and halves of its intervals over the seeds, as shares of it."""
     errors, halves = [], []
     for seed in range(SEEDS):
-        estimate = identify_payload(problem_of(seed, change, share), 4).estimate
+        estimate = payload_estimate(problem_of(seed, change, share), 4).estimate
         assert estimate.robust is not None
         errors.append(estimate["M_L"] / LOAD.mass - 1.0)
         halves.append(student95(estimate.robust.degrees_of_freedom) * estimate.robust.sigma[9] / LOAD.mass)

@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 import pytest
 from dynident.estimation import Settings, payload_problem
-from dynident.estimation.payload.methods import identify_payload
+from dynident.estimation.payload.methods import payload_estimate
 from dynident.estimation.payload.pairing import cut_alike
 from dynident.estimation.signals.rows import cut, pieces
 from dynident.model import InertialParameters, Motion, Processing, Recording, Robot
@@ -56,7 +56,7 @@ def test_method_3_compares_what_both_have(
     assert problem.source is not None
     text = " ".join(note for each in (*problem.source.loaded, *problem.source.unloaded) for note in each.notes)
     assert "so that method 3 compares what both have" in text
-    estimate = identify_payload(problem, 3)
+    estimate = payload_estimate(problem, 3)
     assert estimate.mass == pytest.approx(payload.mass, abs=4.0 * float(estimate.larger_sigma[9]))
     assert float(estimate.larger_sigma[9]) < 0.05
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from dynident.benchmarks import invented
 from dynident.common.errors import InputError
-from dynident.estimation import Settings, identify_payload, payload_problem
+from dynident.estimation import Settings, payload_estimate, payload_problem
 from dynident.estimation.equations.observer import PATH
 from dynident.estimation.payload.methods import from_difference
 from dynident.estimation.payload.weighing import difference_weighing
@@ -50,7 +50,7 @@ def sagging(mrad: float, wide: bool = False) -> tuple[Recording, Recording]:
 def test_what_a_sag_changes_is_taken_off_and_a_quarter_of_it_is_unsure(mrad: float) -> None:
     bare, loaded = sagging(mrad)
     problem = difference_weighing(ROBOT, [loaded], [bare])
-    estimate = identify_payload(problem, 3).estimate
+    estimate = payload_estimate(problem, 3).estimate
     posed = problem.posed()
     (levels, path) = posed.fixed
     assert path.names == (PATH,)
@@ -71,7 +71,7 @@ def test_method_3_takes_it_off_as_well() -> None:
     problem = payload_problem(ROBOT, [loaded], [bare], settings=Settings(robust=False))
     assert problem.difference is not None
     assert PATH in problem.difference.columns
-    mass = identify_payload(problem, 3).mass
+    mass = payload_estimate(problem, 3).mass
     (path,) = from_difference(problem).fixed
     as_measured = replace(from_difference(problem), fixed=(path._replace(values=np.array([-1.0])),))
     plain = as_measured.solved().values[9]

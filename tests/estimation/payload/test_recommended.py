@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from dynident.estimation import answer_payload, identify_payload, payload_problem
+from dynident.estimation import answer_payload, payload_estimate, payload_problem
 from dynident.estimation.fit.settings import FRICTION_CHANGE, Settings
 from dynident.estimation.payload.long_motion import LongMotion
 from dynident.estimation.payload.recommended import ONE_PATH, recommended_method
@@ -49,7 +49,7 @@ def test_friction_that_is_another_one_under_load_hardly_moves_method_3(
 ) -> None:
     size = payload.mass * np.array([0.45, 0.45, 0.45, 1.0])
     errors = [
-        np.linalg.norm((identify_payload(problem, 3).ten - payload.vector)[6:] / size)
+        np.linalg.norm((payload_estimate(problem, 3).ten - payload.vector)[6:] / size)
         for problem in (paired(name, friction=0.2), paired(name, friction=0.2, change=0.0))
     ]
     assert errors[0] < 0.5 * errors[1], errors
@@ -59,10 +59,10 @@ def test_friction_that_is_another_one_under_load_hardly_moves_method_3(
 def test_method_3_frees_no_friction_where_none_may_change(name: str, paired: Problem) -> None:
     problem = paired(name, change=0.0)
     assert not problem.friction
-    estimate = identify_payload(problem, 3).estimate
+    estimate = payload_estimate(problem, 3).estimate
     assert problem.difference is not None
     alone = replace(problem, difference=problem.difference.select(problem.difference.columns[:11]))
-    assert estimate.values == pytest.approx(identify_payload(alone, 3).estimate.values, rel=1e-9)
+    assert estimate.values == pytest.approx(payload_estimate(alone, 3).estimate.values, rel=1e-9)
 
 
 def test_one_path_is_answered_by_method_3(paired: Problem) -> None:

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from dynident.estimation import ShortMotion, identify_payload
+from dynident.estimation import ShortMotion, payload_estimate
 from dynident.estimation.payload.constant_torques import OFFSET_SHARE, free_friction
 from dynident.estimation.payload.weighing import difference_weighing
 from dynident.tests.estimation.payload.recordings import LOAD, Pair, Record, short, weighed
@@ -31,7 +31,7 @@ def test_a_constant_torque_within_the_allowance_is_in_the_interval(
     record: Record, simulator: Simulator, arm: ShortMotion
 ) -> None:
     """What the allowance adds is what the mass changes by when constant torques differ by as much."""
-    motion, payload = short(arm), identify_payload(arm, 3)
+    motion, payload = short(arm), payload_estimate(arm, 3)
     torques = motion.held
     assert torques.sigma[1] == pytest.approx(OFFSET_SHARE * simulator.robot.parameters["FS2"], rel=0.1)
     pair = record((2, 3, 5, 6))
@@ -39,10 +39,10 @@ def test_a_constant_torque_within_the_allowance_is_in_the_interval(
     for j in torques.joints:
         torque = pair.loaded.torque + np.eye(6)[j] * torques.sigma[j]
         moved_pair = difference_weighing(simulator.robot, [replace(pair.loaded, torque=torque)], [pair.bare])
-        moved_payload = identify_payload(moved_pair, 3)
+        moved_payload = payload_estimate(moved_pair, 3)
         moved += (moved_payload.ten - payload.ten) ** 2
     free = replace(motion, held=free_friction(6))
-    assert identify_payload(free, 3).ten == pytest.approx(payload.ten, abs=5.0 * np.max(payload.estimate.sigma))
+    assert payload_estimate(free, 3).ten == pytest.approx(payload.ten, abs=5.0 * np.max(payload.estimate.sigma))
     assert payload.estimate.robust is not None
     assert moved[9] > 0.0
     assert payload.estimate.robust.covariance[9, 9] > 0.9 * moved[9]

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from dynident.common.errors import InputError
-from dynident.estimation import Gains, ShortMotion, identify_payload
+from dynident.estimation import Gains, ShortMotion, payload_estimate
 from dynident.estimation.fit.estimate import error_model
 from dynident.model import InertialParameters
 from dynident.tests.estimation.payload.recordings import LOAD, Pair, Record, cut, weighed
@@ -56,7 +56,7 @@ def test_coverage_of_the_mass(record: Record, simulator: Simulator) -> None:
 
 
 def test_gain_errors_widen(record: Record, simulator: Simulator, arm: ShortMotion) -> None:
-    estimate = identify_payload(arm, 3).estimate
+    estimate = payload_estimate(arm, 3).estimate
     plain, unsure = error_model(estimate), error_model(estimate, Gains((0.0,), 0.02))
     wider = unsure.sigma[9] ** 2 - plain.sigma[9] ** 2
     assert np.sqrt(wider) == pytest.approx(0.02 * estimate["M_L"], rel=1e-6)  # common: scales the mass
@@ -77,4 +77,4 @@ def test_few_blocks_count(record: Record, simulator: Simulator, seed: int) -> No
 
 def test_a_short_motion_is_one_for_one_method(arm: ShortMotion) -> None:
     with pytest.raises(InputError, match="method 1 cannot be used: this short motion is one for method 3"):
-        identify_payload(arm, 1)
+        payload_estimate(arm, 1)

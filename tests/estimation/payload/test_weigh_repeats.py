@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from dynident.common.errors import InputError
-from dynident.estimation import Gains, Settings, answer_payload, identify, identify_payload
+from dynident.estimation import Gains, Settings, answer_payload, identify, payload_estimate
 from dynident.estimation.payload.weighing import difference_weighing, known_robot_weighing
 from dynident.tests.estimation.payload.recordings import LOAD, NOISE, Record
 from dynident.trajectories import Simulator, random_via_points
@@ -53,7 +53,7 @@ def test_robot_parameters_instead_of_a_recording(record: Record, simulator: Simu
     )
     assert answer.mass == pytest.approx(LOAD.mass, abs=3.0 * answer.spread.mass)
     exact = replace(problem, known=replace(known, covariance=1e-6 * known.covariance))
-    unsure, certain = (identify_payload(variant, 1).estimate.sigma[9] for variant in (problem, exact))
+    unsure, certain = (payload_estimate(variant, 1).estimate.sigma[9] for variant in (problem, exact))
     assert unsure > certain
     assert [way.name for way in answer.agreement] == ["torque difference (method 3)"]
     with pytest.raises(InputError, match="another model"):

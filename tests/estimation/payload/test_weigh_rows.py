@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from dynident.common.errors import InputError
-from dynident.estimation import ShortMotion, identify_payload
+from dynident.estimation import ShortMotion, payload_estimate
 from dynident.estimation.payload.short_motion import telling_rows
 from dynident.estimation.payload.weighing import difference_weighing
 from dynident.estimation.signals.filtering import measurement
@@ -32,7 +32,7 @@ def test_recordings_that_do_not_form_pairs(record: Record, simulator: Simulator)
 
 def test_without_noise_the_payload_is_exact(record: Record, simulator: Simulator) -> None:
     pair = record((2, 3, 5, 6), noise=np.zeros(6))
-    payload = identify_payload(difference_weighing(simulator.robot, [pair.loaded], [pair.bare]), 3)
+    payload = payload_estimate(difference_weighing(simulator.robot, [pair.loaded], [pair.bare]), 3)
     assert payload.ten == pytest.approx(LOAD.vector, abs=2e-3)
 
 
@@ -43,7 +43,7 @@ def test_ends_cut_in_full_motion_cost_little(
     """The filter errs there, alike in both recordings of a pair: the payload is off by up to 3e-3."""
     pair = record((2, 3, 5, 6), noise=np.zeros(6))
     problem = difference_weighing(simulator.robot, [cut(pair.loaded, begin, end)], [cut(pair.bare, begin, end)])
-    assert identify_payload(problem, 3).ten == pytest.approx(LOAD.vector, abs=5e-3)
+    assert payload_estimate(problem, 3).ten == pytest.approx(LOAD.vector, abs=5e-3)
 
 
 def test_ends_cut_in_full_motion_are_left_out_of_a_single_recording(record: Record, simulator: Simulator) -> None:
