@@ -28,7 +28,7 @@ def pair(
     return recordings
 
 
-@pytest.mark.parametrize("name", ["rx90", "ur10e", "tx40"])
+@pytest.mark.parametrize("name", ["rx90", "ur10e", "irb120"])
 def test_a_payload_is_that_of_the_steps(name: str, pair: Callable[[str], Pair]) -> None:
     robot, (loaded, unloaded) = load_robot(name), pair(name)
     known, gains = [InEllipsoid((0.0, 0.0, 0.0), (0.5, 0.5, 0.5))], Gains((0.01,))

@@ -113,4 +113,4 @@ def test_a_key_that_goes_or_comes_or_changes_its_kind_is_refused() -> None:
         assert len(differences(run, old, old._replace(numbers={**old.numbers, path: value}))) == 2
     numbers = {path: value for path, value in old.numbers.items() if path != "data/equations"}
     assert "data/equations" in differences(run, old, old._replace(numbers=numbers))[1]
-    assert differences(run, old, old._replace(status=1))
+    assert differences(run, old, old._replace(status=1 - old.status))
