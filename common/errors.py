@@ -1,5 +1,7 @@
 """The one error a user can mend, and texts as a terminal can show them, without letters that move it."""
 
+import re
+
 
 class InputError(ValueError):
     """An input that cannot be used. The message is one line: what, where, what to do."""
@@ -7,6 +9,7 @@ class InputError(ValueError):
 
 _LONGEST = 1000
 _END = 300
+_CONTROL = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f]")
 
 
 def printable(text: str) -> str:
@@ -16,7 +19,7 @@ def printable(text: str) -> str:
 
 def holds_control(text: str) -> bool:
     """Whether a text holds control letters beside ends of lines and tabs, which XML and terminals do not show."""
-    return any((letter < " " and letter not in "\n\t") or "\x7f" <= letter < "\xa0" for letter in text)
+    return _CONTROL.search(text) is not None
 
 
 def one_line(text: str) -> str:

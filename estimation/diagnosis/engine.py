@@ -4,7 +4,7 @@ A hypothesis adds columns, or reads the recordings in another way. Gram matrices
 accurate enough for both, and fast; standard deviations leave out one block of time after another.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
@@ -107,7 +107,8 @@ class System:
         """Weights of the joints by their residuals [1/(N·m) or 1/N], shape (n,)."""
         weights = np.ones(self.robot.n)
         for _ in range(2):
-            weights = 1.0 / self.fit(weights).rms()
+            fit = self.fit(weights)
+            weights = 1.0 / fit.sizes(fit.errors())[1]
         return weights
 
     @cached_property
@@ -148,17 +149,32 @@ class System:
             scales = np.clip(scales + np.clip(step, -_GAIN, _GAIN), _GAIN, 1.0 / _GAIN)
         return min(tried, key=lambda entry: entry[0])[1]
 
-    def grams(self, columns: Array, groups: Index, count: int) -> Array:
-        """Gram matrices of all columns, more columns (n x m x N) and the torque, group by group; count x C x C."""
-        rows = np.concatenate([self.columns, columns, self.torque[:, None]], axis=1)
-        rows = (rows * (self.weights[:, None] * self.keep)[:, None]).transpose(1, 0, 2)
-        edges = np.searchsorted(groups, np.arange(count + 1))
-        parts = (rows[:, :, a:b].reshape(len(rows), -1) for a, b in pairwise(edges))
-        return np.array([part @ part.T for part in parts])
+    @cached_property
+    def weighted(self) -> Array:
+        """All columns, torque last, weighted, rows that are not used zero; (c + 1) x n x N."""
+        rows = np.concatenate([self.columns, self.torque[:, None]], axis=1)
+        return np.asarray((rows * (self.weights[:, None] * self.keep)[:, None]).transpose(1, 0, 2))
+
+    def grams(self, groups: Index, count: int) -> Array:
+        """Gram matrices of all columns and the torque, group by group; count x (c + 1) x (c + 1)."""
+        return np.array([part @ part.T for part in _parts(self.weighted, groups, count)])
+
+    @cached_property
+    def block_grams(self) -> Array:
+        """Gram matrices of all columns and the torque, block by block."""
+        return self.grams(self.states.block, BLOCKS)
 
     def with_columns(self, columns: Array) -> "Added":
         """Add columns to the equations, n x m x N."""
-        return Added.of(self.grams(columns, self.states.block, BLOCKS), self.prior, self.payload, self.inflation)
+        c, m = len(self.prior), columns.shape[1]
+        added = (columns * (self.weights[:, None] * self.keep)[:, None]).transpose(1, 0, 2)
+        rows = np.concatenate([self.weighted[:-1], added, self.weighted[-1:]])
+        cross = [part[c : c + m] @ part.T for part in _parts(rows, self.states.block, BLOCKS)]
+        blocks, own = np.empty((BLOCKS, c + m + 1, c + m + 1)), [*range(c), c + m]
+        blocks[np.ix_(range(BLOCKS), own, own)] = self.block_grams
+        blocks[:, c : c + m] = cross
+        blocks[:, :, c : c + m] = blocks[:, c : c + m].transpose(0, 2, 1)
+        return Added.of(blocks, self.prior, self.payload, self.inflation)
 
     def without_stretches(self, worse: float) -> tuple[int, int, Array]:
         """Leave out stretches of 3 s whose mean squared residual is ``worse`` times the median.
@@ -171,8 +187,8 @@ class System:
             root = _whitening(gram[:-1, :-1])
             return np.asarray(root @ (root.T @ gram[:-1, -1]))
 
-        stretch, none = self.states.stretch, np.zeros((self.robot.n, 0, len(self.states.t)))
-        grams = self.grams(none, stretch, int(stretch[-1]) + 1)
+        stretch = self.states.stretch
+        grams = self.grams(stretch, int(stretch[-1]) + 1)
         whole = grams.sum(axis=0)
         whole[:-1, :-1] += self.prior
         values = solution(whole)
@@ -215,28 +231,33 @@ class SystemFit(NamedTuple):
             torque = self.system.torque
         else:
             weighted = torque * self.system.keep * (self.scales * self.weights**2)[:, None]
-            values = self.root @ (self.root.T @ np.einsum("jcn,jn->c", columns, weighted))
-        left = torque - self.scales[:, None] * np.einsum("jcn,c->jn", columns, values)
+            values = self.root @ (self.root.T @ (columns @ weighted[:, :, None]).sum(axis=0)[:, 0])
+        left = torque - self.scales[:, None] * (values @ columns)
         return np.asarray(left * self.system.keep * self.weights[:, None])
 
-    def relative(self, torque: Array | None = None) -> Array:
-        """Error norm over torque norm of each joint, shape (n,); of the system's torque, or of another one."""
-        errors = np.linalg.norm(self.errors(torque), axis=1) / self.weights
-        return np.asarray(errors / self.system.norms(torque) + _FLOOR)
+    def sizes(self, errors: Array, torque: Array | None = None) -> tuple[Array, Array]:
+        """Errors of each joint over its torque, and their root mean square [N·m or N], 1 without rows, each (n,).
 
-    def rms(self, torque: Array | None = None) -> Array:
-        """Root mean square of each joint's error [N·m or N], shape (n,); 1 for a joint without rows."""
-        rows = self.system.keep.sum(axis=1)
-        rms = self.relative(torque) * self.system.norms(torque) / np.sqrt(np.maximum(rows, 1))
-        return np.asarray(np.where(rows > 0, rms, 1.0))
+        Args:
+            errors: as ``errors`` gives them, of the system's torque or of another one.
+            torque: that other one, n x N.
+        """
+        norms, rows = self.system.norms(torque), self.system.keep.sum(axis=1)
+        relative = np.linalg.norm(errors, axis=1) / (self.weights * norms) + _FLOOR
+        return relative, np.where(rows > 0, relative * norms / np.sqrt(np.maximum(rows, 1)), 1.0)
+
+    def relative(self) -> Array:
+        """Errors of each joint over its torque, shape (n,)."""
+        return self.sizes(self.errors())[0]
 
     def likelihood(self, torque: Array | None = None) -> Array:
         """Log-likelihood of each row, n x N; each joint's variance by its own errors, over its torque's.
 
         Over the torque's, for a joint's torque may be in another unit.
         """
-        errors = self.errors(torque) / (self.weights * self.rms(torque))[:, None]
-        terms = -np.log(self.relative(torque))[:, None] - 0.5 * errors**2
+        errors = self.errors(torque)
+        relative, rms = self.sizes(errors, torque)
+        terms = -np.log(relative)[:, None] - 0.5 * (errors / (self.weights * rms)[:, None]) ** 2
         return np.asarray(np.where(self.system.keep, terms, 0.0))
 
 
@@ -313,6 +334,12 @@ class Added(NamedTuple):
         explained = right @ inverse @ right - right[k:] @ without @ right[k:]
         fall = float(explained) / max(float(self.whole[-1, -1]), 1e-300)
         return Effect(name, where, values, covariance * np.outer(wider, wider), effect, fall)
+
+
+def _parts(rows: Array, groups: Index, count: int) -> Iterator[Array]:
+    """Rows of all joints (c x n x N) group by group of states, each c x k."""
+    edges = np.searchsorted(groups, np.arange(count + 1))
+    return (rows[:, :, a:b].reshape(len(rows), -1) for a, b in pairwise(edges))
 
 
 def _norms(gram: Array) -> Array:

@@ -108,7 +108,9 @@ class States:
         times, torque = self.t + delay, np.array(self.torque)
         for number, (t, signal) in enumerate(self.signals):
             own = self.recording == number
-            torque[own] = np.column_stack([np.interp(times[own], t, channel) for channel in signal.T])
+            after = np.clip(np.searchsorted(t, times[own]), 1, len(t) - 1)
+            share = np.clip((times[own] - t[after - 1]) / (t[after] - t[after - 1]), 0.0, 1.0)[:, None]
+            torque[own] = (1.0 - share) * signal[after - 1] + share * signal[after]
         return replace(self, torque=torque)
 
     def taken(self, index: Any) -> "States":
