@@ -5,6 +5,8 @@ BIN := .venv/bin
 unexport PYTHONDONTWRITEBYTECODE
 # Python compiles what it imports, not all that is installed: a third of an installation's time.
 PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet install --no-compile
+# The root folder is the package itself, and may have a name that is no package's ("my-dynident"): tests start below.
+PYTEST := OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest tests -c pyproject.toml --rootdir=tests -n auto --dist worksteal
 
 .PHONY: demo test test-all lint docs bench clean
 
@@ -12,10 +14,10 @@ demo: .venv/installed
 	$(BIN)/dynident demo
 
 test: .venv/installed-test
-	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n auto --dist worksteal -m "not long"
+	$(PYTEST) -m "not long"
 
 test-all: .venv/installed-test
-	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n auto --dist worksteal --durations=40
+	$(PYTEST) --durations=40
 
 lint: .venv/installed-dev
 	$(BIN)/ruff format --check .
