@@ -198,7 +198,8 @@ class LongMotion:
     def left_out(self) -> tuple[tuple[tuple[int, int], ...], ...]:
         """Blocks of time with payload, and without, that are left out in turn, -1 for none, group by group.
 
-        Blocks that share no motion are left out one recording at a time: two groups then.
+        Blocks that share no motion are left out one recording at a time: two groups then, without payload first, as
+        the equations of method 4 hold them.
 
         Raises:
             InputError: if there are fewer than two blocks.
@@ -209,8 +210,8 @@ class LongMotion:
         check_blocks(loaded, bare or loaded)
         if self.paired:
             return (tuple((b, b if bare else -1) for b in range(loaded)),)
-        groups = tuple((b, -1) for b in range(loaded)), tuple((-1, b) for b in range(bare))
-        return groups if bare else groups[:1]
+        groups = tuple((-1, b) for b in range(bare)), tuple((b, -1) for b in range(loaded))
+        return groups if bare else groups[1:]
 
     @property
     def block_length(self) -> float:

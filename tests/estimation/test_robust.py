@@ -103,6 +103,39 @@ def test_payload_without_a_block_by_hand(method: int, problem: LongMotion) -> No
     assert (estimate.robust.blocks, estimate.robust.degrees_of_freedom) == (count, count - 1)
 
 
+@pytest.mark.parametrize("method", [1, 2, 4])
+def test_blocks_of_two_motions_are_two_groups(
+    method: int, simulator: Simulator, wander: Wander, payload: InertialParameters
+) -> None:
+    """Each group by its own number of blocks, (B - 1) / B, whichever recording is the longer one."""
+    motions = [wander(6, seed, points=points) for seed, points in ((1, 40), (2, 16))]
+    for bare, heavy in (motions, motions[::-1]):
+        loaded, unloaded = (
+            simulator.record(heavy, payload, RX90_NOISE, 1),
+            simulator.record(bare, None, RX90_NOISE, 2),
+        )
+        settings = Settings(SETTINGS, friction_change=0.0)
+        motion = payload_problem(simulator.robot, [loaded], [unloaded], settings=settings)
+        assert motion.unloaded is not None
+        assert not motion.paired
+        estimate, robot = (
+            payload_estimate(motion, method, covariance="jackknife").estimate,
+            weighted(motion.unloaded),
+        )
+        own, other = (replace(equations, shared=()) for equations in (motion.unloaded, motion.loaded))
+        groups = (
+            [replace(motion, unloaded=rest, loaded=other) for rest in own.without_each()],
+            [replace(motion, unloaded=own, loaded=rest) for rest in other.without_each()],
+        )
+        expected = np.zeros((10, 10))
+        for group in groups:
+            parts = [METHODS[method](weighing_robot(part, robot.weights)) for part in group]
+            changes = np.array([part.values(estimate.weights) - estimate.values for part in parts])
+            expected += (1.0 - 1.0 / len(group)) * changes.T @ changes
+        assert estimate.robust is not None
+        assert np.diag(estimate.robust.covariance) == pytest.approx(np.diag(expected), rel=1e-6)
+
+
 def test_robot_alone(simulator: Simulator, wander: Wander) -> None:
     """White noise: on average the formula's sigma for the robot's own parameters."""
     recordings = [simulator.record(wander(6, k, points=30), None, RX90_NOISE, k) for k in range(2)]
