@@ -163,8 +163,9 @@ class ShortMotion:
 
     @cached_property
     def without_each(self) -> tuple[Equations, ...]:
-        """``loaded`` without each block of time."""
+        """``loaded`` without each block of time; nothing shared is kept."""
         runs, left = [self.held.friction_free(run.equations) for run in self.runs], list[Equations]()
+        runs = [replace(run, shared=()) for run in runs]
         for k, run in enumerate(self.runs):
             others = [*runs[:k], *runs[k + 1 :]]
             if len(run.equations.blocks) > 1:

@@ -43,7 +43,7 @@ def paired(
     return problem
 
 
-@pytest.mark.parametrize("name", ["rx90", "tx40", "ur10e"])
+@pytest.mark.parametrize("name", ["rx90", "irb120", "ur10e"])
 def test_friction_that_is_another_one_under_load_hardly_moves_method_3(
     name: str, paired: Problem, payload: InertialParameters
 ) -> None:
@@ -55,7 +55,7 @@ def test_friction_that_is_another_one_under_load_hardly_moves_method_3(
     assert errors[0] < 0.5 * errors[1], errors
 
 
-@pytest.mark.parametrize("name", ["rx90", "tx40", "ur10e"])
+@pytest.mark.parametrize("name", ["rx90", "irb120", "ur10e"])
 def test_method_3_frees_no_friction_where_none_may_change(name: str, paired: Problem) -> None:
     problem = paired(name, change=0.0)
     assert not problem.friction
