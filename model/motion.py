@@ -122,6 +122,11 @@ class Recording(Brief):
         for name in ("q", "torque") + (("qd",) if self.qd is not None else ()):
             object.__setattr__(self, name, frozen_array(getattr(self, name), (size, n), name))
 
+    @property
+    def rate(self) -> float:
+        """Mean sampling rate [Hz]."""
+        return (len(self.t) - 1) / float(self.t[-1] - self.t[0])
+
 
 def usual_slow_speed(turning: Sequence[bool]) -> float | tuple[float, ...]:
     """Speed below which a joint's friction is not known well: 0.05 rad/s, or 0.02 m/s where it slides.

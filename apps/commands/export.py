@@ -6,7 +6,7 @@ import math
 import sys
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Annotated, Literal, get_args
+from typing import Annotated, Literal
 
 from cyclopts import Parameter
 
@@ -21,7 +21,6 @@ from .values import NewFile, PayloadResultFile, number, word, words
 
 Name = Literal["abb", "kuka", "ur", "ros2", "franka", "fanuc", "yaskawa", "staubli", "urdf", "sdf", "mjcf", "usd"]
 """The formats, told again here so that ``--help`` need not load them."""
-NAMES = get_args(Name)
 _FARTHEST = 100.0  # m
 _Pose = Annotated[tuple[float, float, float, float, float, float], words(number, "X Y Z RX RY RZ")]
 

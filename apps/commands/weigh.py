@@ -58,17 +58,14 @@ def run(
     robot = setup.robot
     loaded, unloaded = setup.read(request.loaded), setup.read(request.unloaded)
     gains = drives.errors(setup, loaded, unloaded, stored)
-    # Torque differences answer where there are any; the robot's parameters are compared with them.
-    problems = []
     with status("reading") as progress, constraints_solved():
-        settings = estimation.Settings(setup.processing, friction_change=request.change, progress=progress)
-        if unloaded:
-            problems.append(estimation.difference_weighing(robot, loaded, unloaded, request.moving, settings))
-        if stored is not None:
-            known = stored.estimate
-            problems.append(estimation.known_robot_weighing(robot, loaded, known, request.moving, settings))
-        progress("estimating")
-        answer = estimation.answer_payload(problems[0], constraints=constraints, gains=gains, others=problems[1:])
+        settings = estimation.Settings(
+            setup.processing, friction_change=request.change, joints=request.moving, gains=gains, progress=progress
+        )
+        known = stored.estimate if stored else None
+        answer: estimation.PayloadAnswer = estimation.weigh(
+            robot, loaded, unloaded, known, constraints, settings
+        ).working
         if stand_in is not None:
             answer = answer.assuming(stand_in)
 

@@ -28,9 +28,9 @@ def ros_bag(path: Path, layout: Layout) -> RawLog:
     """
     joints: dict[str, set[str]] = {}
     topic = layout.topic
-    with _reader(path) as (reader, store):
+    with _reader(path) as reader:
         topic = _topic(path, reader, topic)
-        for count, (_, message) in enumerate(_messages(reader, store, topic)):
+        for count, (_, message) in enumerate(_messages(reader, topic)):
             for place, joint in enumerate(message.name):
                 fields = {field for field in _FIELDS if len(getattr(message, field)) > place}
                 joints[joint] = joints.get(joint, set()) | fields
@@ -41,8 +41,8 @@ def ros_bag(path: Path, layout: Layout) -> RawLog:
     names = ["t", *(f"{joint}.{field}" for joint, there in joints.items() for field in _FIELDS if field in there)]
 
     def read(columns: Sequence[str]) -> Array:
-        with _reader(path) as (reader, store):
-            rows = _rows(path, topic, _messages(reader, store, topic), columns)
+        with _reader(path) as reader:
+            rows = _rows(path, topic, _messages(reader, topic), columns)
             return np.fromiter(chain.from_iterable(rows), float).reshape(-1, len(columns))
 
     return RawLog(path, tuple(names), read, lambda row: f"message {row + 1}", tuple(joints))
@@ -72,13 +72,13 @@ def _entry(message: Any, field: str, place: int) -> float:
 
 
 @contextmanager
-def _reader(path: Path) -> Iterator[tuple[Any, Any]]:
-    """An open bag and its store of message types."""
+def _reader(path: Path) -> Iterator[Any]:
+    """An open bag."""
     highlevel, typesys = extra("rosbags.highlevel", "a ROS bag"), extra("rosbags.typesys", "a ROS bag")
     store = typesys.get_typestore(typesys.Stores.LATEST)
     kind, remedy = "a ROS 2 bag", "copy or record it again"
     with reading(path, kind, remedy), highlevel.AnyReader([path], default_typestore=store) as reader:
-        yield reader, store
+        yield reader
 
 
 def _topic(path: Path, reader: Any, topic: str) -> str:
@@ -93,7 +93,7 @@ def _topic(path: Path, reader: Any, topic: str) -> str:
     return topic or topics[0]
 
 
-def _messages(reader: Any, store: Any, topic: str) -> Iterator[tuple[int, Any]]:
+def _messages(reader: Any, topic: str) -> Iterator[tuple[int, Any]]:
     """Time [ns] and message."""
     connections = [connection for connection in reader.connections if connection.topic == topic]
     for connection, recorded, data in reader.messages(connections=connections):

@@ -229,8 +229,8 @@ def identify(
     Args:
         recordings: without payload.
         validation: recordings on which the result is tried.
-        gains: uncertainty of the drive gains, which no residual shows; what the recordings say of it by default,
-            else the usual one.
+        gains: uncertainty of the drive gains, which no residual shows; that of ``settings`` by default,
+            else what the recordings say of it, else the usual one.
 
     Raises:
         InputError: if the recordings cannot determine the parameters.
@@ -238,6 +238,7 @@ def identify(
     settings.progress("base parameters")
     base = base_parameters(robot)
     problem = base_problem(robot, base, recordings, settings)
+    gains = settings.gains if gains is None else gains
     gains = usual_gains(robot, recordings) if gains is None else gains
     result = identified(robot, base, problem, settings, gains)
     unseen = None

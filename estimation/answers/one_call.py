@@ -39,7 +39,7 @@ def identify_payload(
         SolverError: if no body that holds the constraints comes near the data.
     """
     problem = payload_problem(robot, loaded, unloaded, known, settings)
-    return answer_payload(problem, settings.methods, constraints=constraints, gains=settings.gains).result
+    return answer_payload(problem, constraints=constraints).result
 
 
 def weigh(
@@ -67,13 +67,14 @@ def weigh(
     """
     problems = []
     if unloaded:
-        problems.append(difference_weighing(robot, loaded, unloaded, settings.joints, settings))
+        problems.append(difference_weighing(robot, loaded, unloaded, settings))
     if known is not None:
-        problems.append(known_robot_weighing(robot, loaded, known, settings.joints, settings))
+        problems.append(known_robot_weighing(robot, loaded, known, settings))
     if not problems:
         raise InputError(
             "give recordings without payload or the robot's parameters: without either nothing can be compared"
         )
+    settings.progress("estimating")
     first, *others = problems
     return answer_payload(first, constraints=constraints, gains=settings.gains, others=others).result
 

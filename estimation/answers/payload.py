@@ -8,7 +8,7 @@ from ...model import Recording
 from ..diagnosis.evidence import Agreement, Diagnosis, Evidence, Weighed
 from ..diagnosis.finding import Verdict
 from ..diagnosis.verdict import allowing as allowing_for
-from ..diagnosis.verdict import best_of, diagnose, judge
+from ..diagnosis.verdict import by_all_recordings, diagnose, judge
 from ..equations.equations import PAYLOAD, merged
 from ..fit.drive_gains import Gains, usual_gains
 from ..fit.estimate import fit
@@ -40,10 +40,12 @@ def answer_payload(
     """Estimate by several methods and judge the result.
 
     Args:
-        methods: which ones; None takes all that can be used and tells why the others cannot.
+        methods: which ones; those of the problem's settings by default, else all that can be used, and why the
+            others cannot.
         held_out: recordings without payload to validate the robot's parameters on.
         constraints: what is known of the payload, a weighed mass among it; that it can exist is always demanded.
-        gains: uncertainty of the drive gains; what the recordings say of it by default, else the usual one.
+        gains: uncertainty of the drive gains; that of the problem's settings by default, else what the recordings
+            say of it, else the usual one.
         others: the same payload by a short motion reduced in another way, for comparison.
 
     Raises:
@@ -52,6 +54,9 @@ def answer_payload(
         SolverError: if by no method a payload was found that holds the constraints; what speaks against the
             recordings is named with it.
     """
+    if isinstance(problem, LongMotion):
+        methods = problem.settings.methods if methods is None else methods
+        gains = problem.settings.gains if gains is None else gains
     scale = next((known for known in constraints if isinstance(known, KnownMass)), None)
     free, left_out = _identified(problem, methods, scale)
     repeats = repeats_of(problem, scale)
@@ -60,7 +65,7 @@ def answer_payload(
     if gains is None:
         gains = usual_gains(problem.robot, (*problem.source.unloaded, *problem.source.loaded))
     # Errors that are assumed, not known, excuse no joint that disagrees: they never shorten an interval.
-    diagnosis = diagnose(problem, best_of(free), None if gains is not None and gains.assumed else gains)
+    diagnosis = diagnose(problem, by_all_recordings(free), None if gains is not None and gains.assumed else gains)
     free = [allowing_for(estimate, diagnosis) for estimate in free]
     validation = None
     if held_out and problem.alone is not None:
@@ -160,7 +165,7 @@ def _evidence(answer: PayloadAnswer, free: Sequence[PayloadEstimate], diagnosis:
         validation=answer.validation,
         estimates=tuple(free),
         recommended=answer.possible,
-        stretches=payload_over_time(problem, best_of(free).estimate.weights),
+        stretches=payload_over_time(problem, by_all_recordings(free).estimate.weights),
     )
 
 

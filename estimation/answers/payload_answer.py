@@ -279,7 +279,7 @@ class PayloadAnswer(Speaks):
     def predictions(self) -> tuple[TorquePrediction, ...]:
         """Torques of a few held-out recordings without payload, then of loaded ones, which were used.
 
-        None where the robot's own parameters are not known.
+        Empty where the robot's own parameters are not known.
         """
         problem = self.problem
         if problem.alone is None:
@@ -386,7 +386,8 @@ def _data(answer: PayloadAnswer) -> PayloadData:
         solved, loaded = problem.unloaded, problem.loaded.equations
         count = solved.equations if solved else loaded
         more = {"equations_loaded": loaded, "base_parameters": len(problem.base.columns)}
-        differs = bool(problem.friction) and any(estimate.method in (3, 4) for estimate in answer.estimates)
+        differing = {3, 4} | ({1} if problem.corrected and not problem.settings.free_friction else set())
+        differs = bool(problem.friction) and any(estimate.method in differing for estimate in answer.estimates)
         friction = "may differ" if differs else "own"
     raw, scaled = solved.condition_numbers() if solved else (None, None)
     return PayloadData(

@@ -115,7 +115,7 @@ def diagnose(
 
     Args:
         problem: with the recordings themselves, in which faults are searched.
-        best: the estimate to be used.
+        best: the estimate whose weights of the joints are taken.
         gains: with whose errors joints may disagree.
         description: the robot as it was given, where gains are what is asked for: other readings are then compared
             with gains of their own; the problem's robot by default.
@@ -167,7 +167,7 @@ def allowing(estimate: PayloadEstimate, diagnosis: Diagnosis) -> PayloadEstimate
     return widened(estimate, diagnosis.disagreement)
 
 
-def best_of(estimates: Sequence[PayloadEstimate]) -> PayloadEstimate:
+def by_all_recordings(estimates: Sequence[PayloadEstimate]) -> PayloadEstimate:
     """Pick the estimate whose weights are those of all recordings, not of differences; method 2 has no own ones."""
     return min(estimates, key=lambda estimate: (4, 3, 1, 2).index(estimate.method))
 

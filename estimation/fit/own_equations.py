@@ -13,7 +13,7 @@ from ...model.motion import Measurement
 from ..equations.equations import Equations, merged
 from ..equations.observer import Observer, used
 from ..equations.reduction import recorded, reduced_measurement
-from ..signals.filtering import mean_rate, measurement
+from ..signals.filtering import measurement
 from ..signals.plausibility import check_recordings, still_joints
 from .blocks import block_edges, block_length, in_blocks, remembered
 from .settings import Settings
@@ -59,7 +59,7 @@ def filtered(
 def check_lengths(recordings: Sequence[Recording], processing: Processing) -> None:
     """Refuse recordings of which decimation leaves nothing."""
     for recording in recordings:
-        factor = processing.thinning(processing.grid_rate(mean_rate(recording)))
+        factor = processing.thinning(processing.grid_rate(recording.rate))
         if len(recording.t) <= factor:
             rate, length = processing.rate, recording.t[-1] - recording.t[0]
             slow = rate is not None and rate * length <= processing.decimate

@@ -67,7 +67,7 @@ class LongMotion:
         source: the recordings themselves, in which the verdict looks for causes.
         unloaded: equations W without payload, for methods 1, 2 and 4.
         difference: equations W_L of (29) for method 3, if a pair on one trajectory is there.
-        known: the robot's parameters from an earlier identification, for method 1 without ``unloaded``.
+        known: the robot's parameters from an earlier identification, for method 1, beside ``unloaded`` too.
     """
 
     robot: Robot

@@ -36,7 +36,8 @@ def recommended_method(problem: PayloadProblem, methods: Iterable[int]) -> Recom
         there.remove(3)
     method, reason = there[0], ""
     if len(there) > 1 and method == 3:
-        reason = f"one path, within {1e3 * apart:.2f} mrad, so what the model lacks cancels"
+        reason = f"one path, within {1e3 * apart:.2f} mrad or mm, so what the model lacks cancels"
     elif len(there) > 1 and method == 4 and apart > ONE_PATH:
-        reason = "no pair ran one path, so all equations count at once"
+        which = "not every pair" if problem.source.compared else "no pair"
+        reason = f"{which} ran one path, so all equations count at once"
     return Recommendation(method, reason)

@@ -93,26 +93,8 @@ class PayloadEstimate:
         """The larger of the formula's and the robust standard deviation of each parameter, shape (10,)."""
         return self.estimate.larger_sigma
 
-    @cached_property
-    def larger_sigma_com(self) -> Array:
-        """The larger standard deviations of the centre of mass [m], shape (3,)."""
-        return _larger(self.sigma_com, self.sigma_com_robust)
-
-    @cached_property
-    def larger_sigma_inertia_com(self) -> Array:
-        """The larger standard deviations of the inertia at the centre of mass [kg m^2], 3 x 3."""
-        return _larger(self.sigma_inertia_com, self.sigma_inertia_com_robust)
-
-    def named(self, values: Array) -> dict[str, float]:
-        """Ten numbers by name, "XX" to "M"."""
-        return {kind: float(value) for kind, value in zip(INERTIAL, values, strict=True)}
-
     def _spread(self, covariance: Array) -> PayloadSpread:
         return payload_spread(self.estimate.values, covariance, range(len(INERTIAL)))
-
-
-def _larger(formula: Array, robust: Array | None) -> Array:
-    return formula if robust is None else np.maximum(formula, robust)
 
 
 def in_payload_frame(robot: Robot, equations: Equations) -> Equations:

@@ -46,7 +46,6 @@ def known_robot_weighing(
     robot: Robot,
     loaded: Sequence[Recording],
     known: Estimate,
-    joints: Sequence[int] | None = None,
     settings: Settings = DEFAULTS,
 ) -> ShortMotion:
     """From torques less those of the robot itself, (22)-(23); other arguments as of ``difference_weighing``.
@@ -63,7 +62,7 @@ def known_robot_weighing(
     progress("base parameters")
     base = base_parameters(robot)
     measured = filtered(loaded, processing, progress)
-    moving = moving_joints(measured, processing, joints, robot)
+    moving = moving_joints(measured, processing, settings.joints, robot)
     observer = observer_of(robot, base, settings.friction_change > 0.0)
     still = [at_rest(data, moving) for data in measured]
     masks = [telling_rows(data.motion, moving, processing) for data in still]
@@ -127,7 +126,6 @@ def difference_weighing(
     robot: Robot,
     loaded: Sequence[Recording],
     unloaded: Sequence[Recording],
-    joints: Sequence[int] | None = None,
     settings: Settings = DEFAULTS,
 ) -> ShortMotion:
     """From torque differences (29) on one and the same motion.
@@ -135,7 +133,6 @@ def difference_weighing(
     Args:
         loaded: recordings of the motion with the payload.
         unloaded: without it; one for all, or one for each of ``loaded`` in the same order.
-        joints: numbers of the joints that move; seen in the recordings by default.
 
     Raises:
         InputError: if recordings cannot be used, or do not show the same motion.
@@ -157,7 +154,7 @@ def difference_weighing(
         )
     ]
     measured = [(measurement(p.unloaded, processing), measurement(p.loaded, processing)) for p in pairs]
-    moving = moving_joints([heavy for _, heavy in measured], processing, joints, robot)
+    moving = moving_joints([heavy for _, heavy in measured], processing, settings.joints, robot)
     still = [(at_rest(bare, moving), at_rest(heavy, moving)) for bare, heavy in measured]
     # The filter's error at cut ends is alike in both, and a short motion needs its ends.
     masks = [

@@ -110,14 +110,9 @@ def measurement(recording: Recording, processing: Processing) -> Measurement:
     return _made[key]
 
 
-def mean_rate(recording: Recording) -> float:
-    """Samples a second [Hz]."""
-    return (len(recording.t) - 1) / float(recording.t[-1] - recording.t[0])
-
-
 def grid_rate(recording: Recording, processing: Processing) -> float | None:
     """The even rate [Hz] to which a recording is resampled; None keeps its own."""
-    return None if processing.rate is None else processing.grid_rate(mean_rate(recording))
+    return None if processing.rate is None else processing.grid_rate(recording.rate)
 
 
 def resampled(recording: Recording, rate: float | None) -> Recording:

@@ -256,8 +256,8 @@ def _long_notes(result: PayloadResult, data: PayloadData) -> list[str]:
         lines.append(f"The same on the validation recording: {residual_text(residual.validation)}")
     if data.friction == "may differ":
         lines.append(
-            "Methods 3, 4: friction under load may differ from the robot's own (--friction-change), which the "
-            "intervals allow for."
+            "Methods 3 and 4, and 1 beside a stored robot: friction under load may differ from the robot's own "
+            "(--friction-change), which the intervals allow for."
         )
     return lines
 

@@ -93,7 +93,7 @@ def of_possible(*payloads: ConstrainedPayload, **more: Any) -> Evidence:
     """Evidence on possible payloads, the last of them to be used."""
     estimates = tuple(payload.free for payload in payloads)
     free = payloads[-1].free
-    spread = PayloadSpread(float(free.larger_sigma[9]), free.larger_sigma_com, free.larger_sigma_inertia_com)
+    spread = PayloadSpread(float(free.larger_sigma[9]), free.sigma_com, free.sigma_inertia_com)
     more = {"spread": spread} | more
     body = payloads[-1].body
     judged = {

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from dynident.common.errors import InputError
-from dynident.estimation import ShortMotion, payload_estimate
+from dynident.estimation import Settings, ShortMotion, payload_estimate
 from dynident.estimation.payload.short_motion import telling_rows
 from dynident.estimation.payload.weighing import difference_weighing
 from dynident.estimation.signals.filtering import measurement
@@ -19,8 +19,8 @@ def test_held_joints_are_dropped(arm: ShortMotion) -> None:
 def test_joints_asked_for_must_move(record: Record, simulator: Simulator) -> None:
     pair = record((2, 3, 5))
     with pytest.raises(InputError, match="joint 6 of rx90 does not move"):
-        difference_weighing(simulator.robot, [pair.loaded], [pair.bare], joints=(2, 6))
-    some = difference_weighing(simulator.robot, [pair.loaded], [pair.bare], joints=(2, 5))
+        difference_weighing(simulator.robot, [pair.loaded], [pair.bare], settings=Settings(joints=(2, 6)))
+    some = difference_weighing(simulator.robot, [pair.loaded], [pair.bare], settings=Settings(joints=(2, 5)))
     assert short(some).joints == (2, 5)
 
 

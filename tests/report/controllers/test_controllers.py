@@ -2,10 +2,11 @@
 
 import re
 from dataclasses import replace
+from typing import get_args
 
 import numpy as np
 import pytest
-from dynident.apps.commands.export import NAMES
+from dynident.apps.commands.export import Name
 from dynident.apps.export.controllers import FORMATS, ControllerLoad
 from dynident.apps.export.controllers.load import HalfWidths
 from dynident.common.arrays import Array
@@ -59,7 +60,7 @@ def check(name: str, load: ControllerLoad, body: InertialParameters) -> None:
 
 
 def test_there_is_a_parser_for_every_format_and_help_names_them_all() -> None:
-    assert list(NAMES) == list(FORMATS)
+    assert list(get_args(Name)) == list(FORMATS)
     assert set(PARSERS) == set(FORMATS)
 
 
