@@ -36,8 +36,9 @@ def recommended_method(problem: PayloadProblem, methods: Iterable[int]) -> Recom
         there.remove(3)
     method, reason = there[0], ""
     if len(there) > 1 and method == 3:
-        reason = f"one path, within {1e3 * apart:.2f} mrad or mm, so what the model lacks cancels"
+        unit = "mrad" if all(joint.revolute for joint in problem.robot.joints) else "mrad or mm"
+        reason = f"one path, within {1e3 * apart:.2f} {unit}, so what the model lacks cancels"
     elif len(there) > 1 and method == 4 and apart > ONE_PATH:
-        which = "not every pair" if problem.source.compared else "no pair"
+        which = "not every pair" if len(problem.source.compared) > 1 else "no pair"
         reason = f"{which} ran one path, so all equations count at once"
     return Recommendation(method, reason)
