@@ -5,9 +5,12 @@ from reprlib import Repr
 from typing import Any
 
 import msgspec
+import numpy as np
 
 _LONGEST = 600
 """Letters; eight lines of a screen."""
+_FEW = 3
+"""Numbers of an array that are shown."""
 
 
 class _Short(Repr):
@@ -18,7 +21,9 @@ class _Short(Repr):
         self.maxlevel, self.maxtuple, self.maxlist, self.maxdict, self.maxstring, self.maxother = 2, 4, 4, 3, 60, 60
 
     def repr_ndarray(self, array: Any, level: int) -> str:
-        """Its shape."""
+        """Numbers of a few, of many their shape."""
+        if array.size <= _FEW and array.dtype.kind == "f":
+            return str(np.array2string(array, formatter={"float_kind": lambda x: f"{x:.5g}"}, separator=", "))
         return f"<{' x '.join(map(str, array.shape))}>"
 
 

@@ -58,7 +58,8 @@ def options(group: Group | None = None) -> Callable[[type[_Kind]], type[_Kind]]:
     def made(kind: type[_Kind]) -> type[_Kind]:
         made = dataclass(frozen=True, kw_only=True)(kind)
         made.__init__.__annotations__ = get_type_hints(made, include_extras=True)  # types of other modules' fields
-        return Parameter(name="*", group=group)(made)
+        # To name no group is another thing than to give none: the help leaves out options without any.
+        return (Parameter(name="*") if group is None else Parameter(name="*", group=group))(made)
 
     return made
 

@@ -248,7 +248,7 @@ class PayloadAnswer(Speaks):
         Raises:
             InputError: if there is no place to put it.
         """
-        if self.judged["inertia"].use == "use":
+        if self.judged["inertia"].use == "use" and self.verdict.level != "mass_and_com_only":
             return self
         if not np.isfinite(self.com).all():
             raise InputError(
@@ -444,10 +444,15 @@ def _quantities(answer: PayloadAnswer) -> dict[str, Quantity]:
             spread.inertia_com if measured else None,
         ),
     }
+    allowed = _BY_LEVEL[answer.verdict.level]
     if isinstance(answer.problem, LongMotion):
-        uses = [(use, "") for use in _BY_LEVEL[answer.verdict.level]]
-    else:
-        uses = [(judged.use, judged.why) for judged in map(answer.judged.__getitem__, values)]
+        uses = [(use, "") for use in allowed]
+    else:  # quantity by quantity, as far as the verdict on all allows
+        own = [(judged.use, judged.why) for judged in map(answer.judged.__getitem__, values)]
+        uses = [
+            (most, "") if use in ("use", "weighed") and most != "use" else (use, why)
+            for (use, why), most in zip(own, allowed, strict=True)
+        ]
     return {
         name.replace(" ", "_"): Quantity(use, why or None, *entry)
         for (name, entry), (use, why) in zip(values.items(), uses, strict=True)

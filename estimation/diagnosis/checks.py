@@ -102,7 +102,7 @@ def judge_inertia(moments: Array, spread: PayloadSpread) -> Judged:
     vague = [f"{name} {_percent(s)}" for name, s in relative.items() if not s <= INERTIA_SIGMA]
     if not vague:
         return Judged("use")
-    advice = "move the wrist faster, or give its size by --inertia"
+    advice = "move the wrist faster, or record longer"
     return _vague(f"of {', '.join(vague)}", f"{100 * INERTIA_SIGMA:.0f} %", advice)
 
 

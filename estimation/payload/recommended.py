@@ -37,7 +37,7 @@ def recommended_method(problem: PayloadProblem, methods: Iterable[int]) -> Recom
     method, reason = there[0], ""
     if len(there) > 1 and method == 3:
         unit = "mrad" if all(joint.revolute for joint in problem.robot.joints) else "mrad or mm"
-        reason = f"one path, within {1e3 * apart:.2f} {unit}, so what the model lacks cancels"
+        reason = f"one path, within {max(1e3 * apart, 0.01):.2g} {unit}, so what the model lacks cancels"
     elif len(there) > 1 and method == 4 and apart > ONE_PATH:
         which = "not every pair" if len(problem.source.compared) > 1 else "no pair"
         reason = f"{which} ran one path, so all equations count at once"

@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -19,7 +20,7 @@ from dynident.apps.commands.settings import settings_text
 from dynident.cli import main
 from dynident.common.errors import InputError
 from dynident.model import load_robot
-from dynident.tests.commands.declared import NAMES, options, parsed
+from dynident.tests.commands.declared import NAMES, arguments, options, parsed
 from dynident.trajectories import Simulator, random_via_points
 
 PROGRAM = [sys.executable, "-m", "dynident"]
@@ -88,6 +89,14 @@ def test_every_help_is_eighty_columns_wide(
     lines = capsys.readouterr().out.splitlines()
     assert lines[0].startswith(f"Usage: dynident {name}")
     assert max(map(len, lines)) <= 80
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_help_names_every_option_but_the_rare_ones(name: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main([*name.split(), "--help"]) == 0
+    printed = set(re.findall(r"--[a-z0-9-]+", capsys.readouterr().out))
+    shown = {argument.name for argument in arguments(name) if argument.show and argument.name.startswith("--")}
+    assert shown <= printed, sorted(shown - printed)
 
 
 CONFIG = {

@@ -6,7 +6,15 @@ import numpy as np
 import pytest
 from dynident import Recording, Simulator, identify, identify_gains, identify_payload, load_robot, weigh
 from dynident.common.errors import InputError
-from dynident.estimation import Gains, InEllipsoid, Settings, answer_payload, known_mass, payload_problem
+from dynident.estimation import (
+    Gains,
+    InEllipsoid,
+    PayloadResult,
+    Settings,
+    answer_payload,
+    known_mass,
+    payload_problem,
+)
 from dynident.model import InertialParameters, Motion, Processing, robot_names
 
 SETTINGS = Settings(Processing(cutoff=10.0, rate=100.0, decimate=2))
@@ -44,9 +52,20 @@ def test_a_payload_is_that_of_the_steps(name: str, pair: Callable[[str], Pair]) 
 
 def test_a_payload_needs_no_recording_beside_a_robot_that_is_known(pair: Callable[[str], Pair]) -> None:
     robot, (loaded, unloaded) = load_robot("rx90"), pair("rx90")
-    stored = identify(robot, unloaded, SETTINGS).estimate
-    for ask in (identify_payload, weigh):
-        assert ask(robot, loaded, known=stored, settings=SETTINGS).mass.low > 0.0
+    stored = identify(robot, unloaded, SETTINGS)
+    asks: tuple[Callable[..., PayloadResult], ...] = (identify_payload, weigh)
+    for ask in asks:
+        plain, whole = (
+            ask(robot, loaded, known=known, settings=SETTINGS) for known in (stored.estimate, stored.result)
+        )
+        assert plain.mass.low > 0.0
+        assert plain.to_dict() == whole.to_dict()
+        with pytest.raises(InputError, match="of robot 'rx90', not 'ur10e'"):
+            ask(load_robot("ur10e"), loaded, known=stored.result, settings=SETTINGS)
+        with pytest.raises(InputError, match="not Identification"):
+            ask(robot, loaded, known=stored)
+        with pytest.raises(InputError, match="list of recordings"):
+            ask(robot, loaded[0], unloaded)
 
 
 def test_a_weighing_takes_the_joints_asked_for(pair: Callable[[str], Pair]) -> None:
@@ -72,7 +91,7 @@ def test_gains_are_those_that_made_the_currents(
         recording = simulator.record(motion, body, [0.1] * 6, int(body is None))
         return [Recording(recording.t, recording.q, recording.torque / K)]
 
-    result = identify_gains(simulator.robot, currents(None), currents(payload), known_mass(payload.mass))
+    result = identify_gains(simulator.robot, currents(payload), currents(None), known_mass(payload.mass))
     assert result.drive_gains.values == pytest.approx(K, rel=0.05)
 
 
