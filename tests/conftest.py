@@ -131,6 +131,20 @@ def _own_cache(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
 
 
 @pytest.fixture(autouse=True)
+def _kernels_of_one_kind(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    """Kernels made without a compiler are not kept for tests that have one: their last digits differ."""
+    yield
+    if os.environ.get("DYNIDENT_NO_COMPILER"):
+        from dynident.estimation.equations import observer
+        from dynident.trajectories.design import information, payloads
+        from dynident.trajectories.simulation import simulator
+
+        kept = information.regressor_kernel, payloads._kernel, simulator._torque_code, observer.equation_code
+        for cached in kept:
+            cached.cache_clear()
+
+
+@pytest.fixture(autouse=True)
 def _without_compiler(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
     """No compiler for robots that differ from those in full by their lengths and axes alone."""
     if request.path.name in UNCOMPILED and _is_about(set(robot_names()).difference(IN_FULL), request.node):

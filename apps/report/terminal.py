@@ -143,10 +143,12 @@ def _wrapped(line: str, width: int) -> list[str]:
 
 
 def _brief(lines: list[str], width: int, most: int = _LONGEST) -> list[str]:
-    """First lines of a cell; where one is left out, that is seen."""
+    """First lines of a cell, the last one cut at a word; where one is left out, that is seen."""
     if len(lines) <= most:
         return lines
-    last = lines[most - 1][: width - len(_CUT)]
+    last, room = lines[most - 1], width - len(_CUT)
+    if len(last) > room:  # at a word: half a number is another one
+        last = last[: room + 1].rpartition(" ")[0] or last[:room]
     return [*lines[: most - 1], f"{last.rstrip(' ,;:')}{_CUT}"]
 
 

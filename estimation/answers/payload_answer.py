@@ -449,10 +449,7 @@ def _quantities(answer: PayloadAnswer) -> dict[str, Quantity]:
         uses = [(use, "") for use in allowed]
     else:  # quantity by quantity, as far as the verdict on all allows
         own = [(judged.use, judged.why) for judged in map(answer.judged.__getitem__, values)]
-        uses = [
-            (most, "") if use in ("use", "weighed") and most != "use" else (use, why)
-            for (use, why), most in zip(own, allowed, strict=True)
-        ]
+        uses = [(most, "") if use == "use" else (use, why) for (use, why), most in zip(own, allowed, strict=True)]
     return {
         name.replace(" ", "_"): Quantity(use, why or None, *entry)
         for (name, entry), (use, why) in zip(values.items(), uses, strict=True)
