@@ -2,7 +2,7 @@
 
 from dataclasses import fields
 from reprlib import Repr
-from typing import Any
+from typing import Any, cast
 
 import msgspec
 import numpy as np
@@ -37,7 +37,7 @@ class Brief:
 
     def __repr__(self) -> str:
         """The type with its fields, empty ones left out."""
-        names: Any = getattr(self, "__struct_fields__", None) or [field.name for field in fields(self)]  # type: ignore[arg-type]
+        names: Any = getattr(self, "__struct_fields__", None) or [field.name for field in fields(cast(Any, self))]
         said = [(name, getattr(self, name)) for name in names]
         parts = [f"{name}={_SHORT.repr(value)}" for name, value in said if not _silent(value)]
         text = f"{type(self).__name__}({', '.join(parts)})"

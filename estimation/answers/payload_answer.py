@@ -69,7 +69,7 @@ _BY_LEVEL = {
     "mass_and_com_only": ("use", "use", _VAGUE),
     "do_not_use": ("do not use",) * 3,
 }
-"""By the verdict on a long motion, what to do with mass, centre of mass and inertia."""
+"""By the verdict, what may be done at most with mass, centre of mass and inertia."""
 
 
 @dataclass(frozen=True, repr=False)

@@ -37,7 +37,7 @@ class Result(Speaks, Document, frozen=True, kw_only=True, dict=True):
         return vars(self).get("made_from")
 
     def made_by(self, working: Any) -> Self:
-        """The same, leading back to what it was made from."""
+        """Keep what the result was made from, for ``working``."""
         vars(self)["made_from"] = working
         return self
 
