@@ -23,7 +23,7 @@ from ..fit.estimate import Estimate, Fit
 from ..gains.known_load import KnownLoad, Mountings, known_values
 from ..gains.possible import possible_gains
 from ..gains.problem import GainProblem, free_gains, gravity_acts, rests_on
-from ..payload.by_joints import ByJoints, payload_over_time
+from ..payload.by_joints import ByJoints
 from ..payload.long_motion import LongMotion, Source
 from ..payload.methods import payload_estimate
 from ..payload.result import PayloadEstimate
@@ -245,7 +245,6 @@ def _evidence(
             condition=problem.unloaded.condition_numbers()[1] if problem.unloaded else None,
             parameters=problem.alone,
             estimates=(free,),
-            stretches=payload_over_time(problem, free.estimate.weights),
             gained=Gained(gains.larger_relative_sigma, weights) if k == 0 else None,
             compared=problem.source.compared,
             diagnosis=diagnosis if k == 0 else replace(diagnosis, alternatives=()),

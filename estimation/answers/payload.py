@@ -15,7 +15,6 @@ from ..fit.estimate import fit
 from ..fit.least_squares import weighted
 from ..fit.own_equations import base_problem
 from ..fit.settings import Settings
-from ..payload.by_joints import payload_over_time
 from ..payload.constrained import ConstrainedPayload, constrain_payload
 from ..payload.long_motion import LongMotion
 from ..payload.methods import METHODS, PayloadProblem, essential_combined, payload_estimate, usable_methods
@@ -165,7 +164,6 @@ def _evidence(answer: PayloadAnswer, free: Sequence[PayloadEstimate], diagnosis:
         validation=answer.validation,
         estimates=tuple(free),
         recommended=answer.possible,
-        stretches=payload_over_time(problem, by_all_recordings(free).estimate.weights),
     )
 
 

@@ -36,9 +36,6 @@ VALIDATION_RATIO, VALIDATION_FLOOR = 2.0, 0.06
 residuals below the second are good whatever the ratio."""
 MISMATCH = 0.005
 """rad or m, rms: positions of a pair that differ by more are not one motion; real pairs lie below 2e-4."""
-CHANGE, CHANGE_SIGMAS = 0.10, 20.0
-"""Change of the mass, or of a first moment in units of the payload's M l, above which it is not one payload, and
-its standard deviations by the formula: on real data they are up to 4 times too small."""
 DRIVEN_SIGMAS = 5.0
 """Standard deviations below zero at which friction counts as negative."""
 LIGHT, HEAVY, WEIGHTLESS = 0.12, 0.40, 0.08
@@ -331,38 +328,6 @@ def drift(evidence: Evidence) -> Iterator[Finding]:
         yield note(f"{text}; the interval of the mass allows for it", "mass")
     else:
         yield error(text, "mass")
-
-
-def steadiness(evidence: Evidence) -> Iterator[Finding]:
-    """A payload that changed, slipped, or torques that drifted during the loaded recordings.
-
-    Mass or first moments change by {CHANGE:g} of the payload's own size and {CHANGE_SIGMAS:g} sigma: spoils all.
-    """
-    stretches, free = evidence.stretches, evidence.best
-    if len(stretches) < 2 or free is None:
-        return
-    values = np.array([stretch.values for stretch in stretches])[:, 6:]
-    sigma = np.array([np.sqrt(np.diag(stretch.covariance)) for stretch in stretches])[:, 6:]
-    mass = float(np.median(values[:, 3]))
-    length = float(np.sqrt(np.abs(free.estimate.values[[0, 3, 5]]).sum() / 2.0 / max(abs(mass), 1e-300)))
-    size = abs(mass) * np.array([length, length, length, 1.0])
-    low, high, change, k = values.argmin(axis=0), values.argmax(axis=0), np.ptp(values, axis=0), np.arange(4)
-    moved = change > np.maximum(CHANGE * size, CHANGE_SIGMAS * np.hypot(sigma[low, k], sigma[high, k]))
-    if moved[3]:
-        masses = ", ".join(f"{value:.3g}" for value in values[:, 3])
-        yield error(
-            f"the mass changes during the loaded recording ({masses} kg, in the order of time): was the payload "
-            "taken up or put down, or does a torque drift?",
-            "mass",
-        )
-    elif moved.any():
-        axis = int(np.argmax(change[:3] / size[:3]))
-        along = ", ".join(f"{1e3 * value:.0f}" for value in values[:, axis] / values[:, 3])
-        yield error(
-            f"the centre of mass moves during the loaded recording ({'xyz'[axis]} at {along} mm, in the order of "
-            "time): did the payload slip, or does a torque drift?",
-            "centre of mass",
-        )
 
 
 def alignment(evidence: Evidence) -> Iterator[Finding]:

@@ -198,14 +198,6 @@ class System:
         change = solution(whole - grams[rows > 0][high].sum(axis=0)) - values
         return int(high.sum()), len(means), change[self.payload]
 
-    def of_difference(self) -> "System":
-        """Equations of method 3: the loaded torque less the robot's own."""
-        own = slice(len(self.names), None)
-        torque = self.torque - np.einsum("jcn,c->jn", self.columns[:, : own.start], self.values[: own.start])
-        keep = self.keep & (self.states.loaded > 0.0)
-        columns, prior = self.columns[:, own], self.prior[own, own]
-        return System(self.robot, self.states, (), columns, torque, keep, self.nominal[:0], prior, self.inflation)
-
 
 class SystemFit(NamedTuple):
     """Solution of a system for some weights of the joints and scales of their columns.
@@ -299,12 +291,14 @@ class Added(NamedTuple):
     """What a system's columns leave of added columns and of the torque.
 
     ``whole``: their Gram matrix, torque last; ``left``: the same without each block of time; ``payload``: the
-    payload's ten that stand for each column and the torque, 10 x (m + 1).
+    payload's ten that stand for each column and the torque, 10 x (m + 1); ``difference``: those without the
+    robot's columns, as in method 3.
     """
 
     whole: Array
     left: Array
     payload: Array
+    difference: Array
     inflation: float = 1.0
 
     @staticmethod
@@ -312,9 +306,24 @@ class Added(NamedTuple):
         """Project Gram matrices by block (columns, added columns, torque) on what the first columns leave."""
         c, whole = len(prior), blocks.sum(axis=0)
         whole[:c, :c] += prior
-        root = _whitening(whole[:c, :c])
+        loaded = slice(payload.start, c)  # payload and friction under load
+        root, own = _whitening(whole[:c, :c]), _whitening(whole[loaded, loaded])
         left = np.array([_rest(whole - block, root) for block in blocks])
-        return Added(_rest(whole, root), left, (root @ (root.T @ whole[:c, c:]))[payload], inflation)
+        return Added(
+            _rest(whole, root),
+            left,
+            (root @ (root.T @ whole[:c, c:]))[payload],
+            (own @ (own.T @ whole[loaded, c:]))[: payload.stop - payload.start],
+            inflation,
+        )
+
+    def part(self, own: slice) -> "Added":
+        """Take some of the added columns."""
+        torque = len(self.whole) - 1
+        index = [*range(torque)[own], torque]
+        left = self.left[:, index][:, :, index]
+        whole = self.whole[np.ix_(index, index)]
+        return Added(whole, left, self.payload[:, index], self.difference[:, index], self.inflation)
 
     def effect(self, *index: int, free: tuple[int, ...] = (), name: str = "", where: str = "") -> Effect:
         """Estimate some of the added columns, others free as far as these are more than rounding."""

@@ -134,7 +134,6 @@ class Evidence:
         estimates: the methods' free estimates.
         constrained: the possible payload of each method for which one was found.
         recommended: the one of them that is to be used, if there is one.
-        stretches: the payload in the order of time.
         spread: standard deviations of what is recommended: half the reported intervals, over 1.96.
         judged: "mass", "centre of mass", "inertia": whether they were measured well enough.
         gained: drive gains, where they are what is asked for.
@@ -151,7 +150,6 @@ class Evidence:
     estimates: tuple[PayloadEstimate, ...] = ()
     constrained: tuple[ConstrainedPayload, ...] = ()
     recommended: ConstrainedPayload | None = None
-    stretches: tuple[Estimate, ...] = ()
     weighed: Weighed | None = None
     spread: PayloadSpread | None = None
     judged: Mapping[str, Judged] = field(default_factory=dict)

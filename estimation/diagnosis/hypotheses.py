@@ -6,6 +6,7 @@ to do. To look for another fault, add a row.
 
 from collections.abc import Callable
 from dataclasses import replace
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -16,10 +17,10 @@ from ...model.drives import parameter_kind
 from ...model.many_states import point_at, regressor_at
 from ...model.regressors import payload_columns
 from ..payload.result import frame_change
-from .engine import Effect, System
+from .engine import Added, Effect, System
 from .evidence import Evidence
 from .finding import Finding, error, note, warning
-from .states import STRETCH
+from .states import BLOCKS, STRETCH
 
 WITH_PAYLOAD = " with payload"
 WHERE = ("", " without payload", WITH_PAYLOAD)
@@ -28,6 +29,8 @@ MOVED = 0.025
 """Relative change of the mass above which a fault spoils every number."""
 SLIP, SLIP_Z = 0.01, 6.0
 """m and standard deviations by which the centre of mass differs in the second half of the loaded recordings."""
+CHANGE, CHANGE_Z = 0.1, 6.0
+"""Fraction of the payload that comes or goes during the loaded recordings, and its standard deviations."""
 LATE, LATE_Z = 0.008, 5.0
 """s and standard deviations of a delay between torque and position."""
 LEVEL = np.radians(1.0)
@@ -58,16 +61,20 @@ _UPRIGHT = 1e-9  # sine of the angle between the first axis and gravity
 _ALONG, _ACROSS = (0, 3), (1, 2)  # stiffness and upward force; the horizontal force
 
 
+Sought = tuple[Array, Callable[[Added], Effect | None]]
+"""Columns of torques, n x m x N, and how to read what the recordings show of them."""
+
+
 class Hypothesis(NamedTuple):
     """A fault that adds columns to the equations.
 
-    ``seen``: estimates it on a system, None where the recordings cannot show it; ``stands_out``: whether it is more
-    than chance, a model's own errors and its own standard deviation; ``finding``: what it spoils, the text and what
-    to do, its docstring from where on.
+    ``sought``: its columns beside a system's, None where the recordings cannot show it; ``stands_out``: whether it
+    is more than chance, a model's own errors and its own standard deviation; ``finding``: what it spoils, the text
+    and what to do, its docstring from where on.
     """
 
     name: str
-    seen: Callable[[System], Effect | None]
+    sought: Callable[[System], Sought | None]
     stands_out: Callable[[Effect], bool]
     finding: Callable[[Effect, Evidence], Finding]
 
@@ -86,13 +93,16 @@ def spoils(evidence: Evidence, change: Array, more: float = 0.0) -> bool:
     return float(np.linalg.norm(change[6:9])) > SLIP * mass or not abs(change[9]) + more <= MOVED * mass
 
 
-def late(system: System) -> Effect:
-    """Estimate the delay in the recordings in which it stands out most: the slope of the torques."""
+def late(system: System) -> Sought:
+    """Delay, by the slope of the torques, in the recordings in which it stands out most."""
     masks = parts(system.states.loaded)
-    added = system.with_columns(np.stack([system.states.slope.T * mask for _, mask in masks], axis=1))
-    effects = [added.effect(k, name="late", where=where) for k, (where, _) in enumerate(masks)]
-    best = max(effects, key=lambda effect: effect.z())
-    return best._replace(size=-float(best.values[0]), sigma=float(np.sqrt(best.covariance[0, 0])))
+
+    def read(added: Added) -> Effect:
+        effects = [added.effect(k, name="late", where=where) for k, (where, _) in enumerate(masks)]
+        best = max(effects, key=lambda effect: effect.z())
+        return best._replace(size=-float(best.values[0]), sigma=float(np.sqrt(best.covariance[0, 0])))
+
+    return np.stack([system.states.slope.T * mask for _, mask in masks], axis=1), read
 
 
 def _late(effect: Effect, evidence: Evidence) -> Finding:
@@ -113,16 +123,27 @@ def _late(effect: Effect, evidence: Evidence) -> Finding:
     return error(f"{text}; corrected for it, the mass is {mass:.3g} kg" if np.isfinite(mass) else text)
 
 
-def slip(system: System) -> Effect | None:
-    """Estimate a step of the centre of mass half way through the loaded recordings."""
-    loaded, load = system.states.loaded, system.columns[:, system.payload]
-    mass = system.values[system.payload][9] if loaded.any() else 0.0
-    if not mass > 0.0:
+def later(system: System, fraction: float) -> Array | None:
+    """Mark the loaded states after a fraction of their time, shape (N,); None where no payload is seen."""
+    loaded = system.states.loaded
+    if not (loaded.any() and system.values[system.payload][9] > 0.0):
         return None
-    second_half = (np.cumsum(loaded) > 0.5 * loaded.sum()) * loaded
-    effect = system.with_columns(load[:, 6:9] * second_half).effect(0, 1, 2, name="slip", where=WITH_PAYLOAD)
-    size, sigma = np.linalg.norm(effect.values) / mass, np.sqrt(np.trace(effect.covariance)) / mass
-    return effect._replace(size=float(size), sigma=float(sigma))
+    return np.asarray((np.cumsum(loaded) > fraction * loaded.sum()) * loaded)
+
+
+def slip(system: System) -> Sought | None:
+    """Step of the centre of mass half way through the loaded recordings."""
+    half = later(system, 0.5)
+    if half is None:
+        return None
+    mass = float(system.values[system.payload][9])
+
+    def read(added: Added) -> Effect:
+        effect = added.effect(0, 1, 2, name="slip", where=WITH_PAYLOAD)
+        size, sigma = np.linalg.norm(effect.values) / mass, np.sqrt(np.trace(effect.covariance)) / mass
+        return effect._replace(size=float(size), sigma=float(sigma))
+
+    return system.columns[:, system.payload][:, 6:9] * half, read
 
 
 def _slip(effect: Effect, _: Evidence) -> Finding:
@@ -137,8 +158,37 @@ def _slip(effect: Effect, _: Evidence) -> Finding:
     )
 
 
-def tilt(system: System) -> Effect | None:
-    """Estimate by how much gravity leans about two horizontal axes; None where there is none, or nothing shows it.
+def change(system: System) -> Sought | None:
+    """Fraction of the payload that comes or goes during the loaded recordings, when that explains most."""
+    moments = np.arange(1, BLOCKS) / BLOCKS
+    after = [mask for moment in moments if (mask := later(system, moment)) is not None]
+    if not after:
+        return None
+
+    def read(added: Added) -> Effect:
+        squares = np.diag(added.whole)[:-1]
+        at = int(np.argmax(added.whole[:-1, -1] ** 2 / np.where(squares > 0.0, squares, np.inf)))
+        effect = added.effect(at, name="change", where=f"{100 * moments[at]:.0f} %")
+        return effect._replace(size=float(effect.values[0]), sigma=float(np.sqrt(effect.covariance[0, 0])))
+
+    own = np.einsum("jcn,c->jn", system.columns[:, system.payload], system.values[system.payload])
+    return own[:, None] * np.array(after), read
+
+
+def _change(effect: Effect, _: Evidence) -> Finding:
+    """A payload that is taken up or put down, or torques that drift.
+
+    From some moment on the payload is {CHANGE:.0%} and {CHANGE_Z:g} sigma larger or smaller: spoils all.
+    """
+    return error(
+        f"the payload {'grows' if effect.size > 0.0 else 'shrinks'} after {effect.where} of the recordings with "
+        "payload: was it taken up or put down, or does a torque drift?",
+        "mass",
+    )
+
+
+def tilt(system: System) -> Sought | None:
+    """Angles by which gravity leans about two horizontal axes; None where there is none.
 
     First moments about a first axis along gravity show in a tilt alone: they are free.
     """
@@ -156,21 +206,20 @@ def tilt(system: System) -> Effect | None:
     for across in horizontal(g):
         leaning = replace(robot, gravity=(float(across[0]), float(across[1]), float(across[2])))
         W = regressor_at(leaning, names, states.q, np.zeros(states.q.shape), np.zeros(states.q.shape))
-        own.append(np.einsum("jcn,c->jn", W[:, : len(rigid)], system.values[rigid]))
         heavy.append(np.einsum("jcn,c->jn", W[:, [names.index(name) for name in load]], ten) * states.loaded)
+        own.append(np.einsum("jcn,c->jn", W[:, : len(rigid)], system.values[rigid]) + heavy[-1])
         free = free or [W[:, names.index(name)] for name in moments]
-    lean = np.stack([a + b for a, b in zip(own, heavy, strict=True)], axis=1)
-    added = system.with_columns(np.concatenate([lean, *(column[:, None] for column in free)], axis=1))
-    effect = added.effect(0, 1, free=tuple(range(2, 2 + len(free))), name="tilt")
-    if not (np.diag(effect.covariance) > 0.0).all():
-        return None
-    size = float(np.linalg.norm(effect.values))
-    along = effect.values / max(size, 1e-300)
-    by_difference = None
-    if load:
-        by_difference = system.of_difference().with_columns(np.stack(heavy, axis=1)).effect(0, 1).effect
-    sigma = float(np.sqrt(along @ effect.covariance @ along))
-    return effect._replace(size=size, sigma=sigma, by_difference=by_difference)
+
+    def read(added: Added) -> Effect | None:
+        effect = added.effect(0, 1, free=tuple(range(4, 4 + len(free))), name="tilt")
+        if not (np.diag(effect.covariance) > 0.0).all():
+            return None
+        size = float(np.linalg.norm(effect.values))
+        along = effect.values / max(size, 1e-300)
+        sigma = float(np.sqrt(along @ effect.covariance @ along))
+        return effect._replace(size=size, sigma=sigma, by_difference=-added.difference[:, 2:4] if load else None)
+
+    return np.stack([*own, *heavy, *free], axis=1), read
 
 
 def tilt_correction(lean: Effect, method: int) -> tuple[Array, Array]:
@@ -203,8 +252,8 @@ def _tilt(effect: Effect, evidence: Evidence) -> Finding:
     return note(f"{text}: {left}")
 
 
-def pulls(system: System) -> tuple[Effect, ...]:
-    """Estimate a hose or cable at the flange, in all recordings or some: a force that changes with its position.
+def pull(system: System) -> Sought:
+    """Force of a hose or cable at the flange, in all recordings or some, that changes with its position.
 
     Towards a fixed anchor it is F = c - k p, p the flange's position. Four columns: J'p, that of the stiffness k,
     and J'e along two horizontal axes and upwards for the constant c. A constant pull upwards differs from a lighter
@@ -214,20 +263,18 @@ def pulls(system: System) -> tuple[Effect, ...]:
     position, moved = point_at(robot, flange(robot), system.states.q)
     axes = upright(robot)
     columns = np.stack([np.einsum("ajn,an->jn", moved, position), *np.einsum("ajn,ka->kjn", moved, -axes)], axis=1)
-    added = system.with_columns(np.concatenate([columns * mask for _, mask in masks], axis=1))
     weight = float(np.abs(system.values[system.payload][9:]).sum()) * float(np.linalg.norm(robot.gravity))
-    effects = []
-    for k, (where, mask) in enumerate(masks):
-        effect = added.effect(4 * k, 4 * k + 1, 4 * k + 2, 4 * k + 3, name="pull", where=where)
-        force = (effect.values[1:] @ axes)[:, None] - effect.values[0] * position[:, mask > 0.0]
-        rms = float(np.sqrt(np.mean(np.sum(force**2, axis=0))))
-        effects.append(effect._replace(size=rms / max(weight, 1e-300)))
-    return tuple(effects)
 
+    def read(added: Added) -> Effect:
+        effects = []
+        for k, (where, mask) in enumerate(masks):
+            effect = added.effect(4 * k, 4 * k + 1, 4 * k + 2, 4 * k + 3, name="pull", where=where)
+            force = (effect.values[1:] @ axes)[:, None] - effect.values[0] * position[:, mask > 0.0]
+            rms = float(np.sqrt(np.mean(np.sum(force**2, axis=0))))
+            effects.append(effect._replace(size=rms / max(weight, 1e-300)))
+        return max(effects, key=lambda effect: (_pulls(effect), effect.fall))
 
-def pull(system: System) -> Effect | None:
-    """Pick the pull that stands out and takes off most."""
-    return max(filter(_pulls, pulls(system)), key=lambda effect: effect.fall, default=None)
+    return np.concatenate([columns * mask for _, mask in masks], axis=1), read
 
 
 def _pulls(effect: Effect) -> bool:
@@ -300,8 +347,8 @@ def flange(robot: Robot) -> Array:
     return np.asarray(origin + np.array(robot.flange.rotation) @ np.array(robot.flange_pose.origin))
 
 
-def bursts(system: System) -> Effect | None:
-    """Find stretches of 3 s whose mean squared residual stands out, and the payload without them.
+def bursts(system: System) -> Sought | None:
+    """Stretches of 3 s whose mean squared residual stands out, and the payload without them.
 
     None where there are none, or more than half, or few stretches altogether.
     """
@@ -310,7 +357,8 @@ def bursts(system: System) -> Effect | None:
     count, stretches, change = system.without_stretches(BURST)
     if not count or 2 * count > stretches or stretches < FEWEST:
         return None
-    return Effect("bursts", "", np.ones(1), np.zeros((1, 1)), change[:, None], size=count, sigma=stretches)
+    found = Effect("bursts", "", np.ones(1), np.zeros((1, 1)), change[:, None], size=count, sigma=stretches)
+    return system.columns[:, :0], lambda _: found
 
 
 def matter(bursts: Effect, mass: float, sigma: float) -> bool:
@@ -335,6 +383,7 @@ def _bursts(effect: Effect, evidence: Evidence) -> Finding:
 HYPOTHESES = (
     Hypothesis("pull", pull, _pulls, _pull),
     Hypothesis("slip", slip, lambda effect: effect.size > SLIP and effect.z() > SLIP_Z, _slip),
+    Hypothesis("change", change, lambda effect: abs(effect.size) > CHANGE and effect.z() > CHANGE_Z, _change),
     Hypothesis("late", late, lambda effect: abs(effect.size) > LATE and effect.z() > LATE_Z, _late),
     Hypothesis("tilt", tilt, lambda effect: effect.size > TILT and effect.z() > TILT_Z, _tilt),
     Hypothesis("bursts", bursts, lambda _: True, _bursts),
@@ -342,12 +391,22 @@ HYPOTHESES = (
 BY_NAME = {hypothesis.name: hypothesis for hypothesis in HYPOTHESES}
 
 
+def seen(system: System) -> dict[str, Effect]:
+    """Estimate every hypothesis that the recordings can show, each on its own, all columns in one pass."""
+    sought = [found for row in HYPOTHESES if (found := row.sought(system)) is not None]
+    edges = np.cumsum([0, *(columns.shape[1] for columns, _ in sought)])
+    added = system.with_columns(np.concatenate([columns for columns, _ in sought], axis=1))
+    effects = [read(added.part(slice(a, b))) for (a, b), (_, read) in zip(pairwise(edges), sought, strict=True)]
+    return {effect.name: effect for effect in effects if effect is not None}
+
+
 def effects_of(system: System) -> tuple[Effect, ...]:
     """Estimate every hypothesis; a pull only where it takes off clearly more than the others, then no tilt."""
-    effects = [effect for row in HYPOTHESES if (effect := row.seen(system)) is not None]
-    others = max((effect.fall for effect in effects if effect.name != "pull"), default=0.0)
-    hung = any(effect.name == "pull" and effect.fall > CLEARER * others for effect in effects)
-    return tuple(effect for effect in effects if effect.name != ("tilt" if hung else "pull"))
+    effects = seen(system)
+    others = max((effect.fall for name, effect in effects.items() if name != "pull"), default=0.0)
+    hung = _pulls(effects["pull"]) and effects["pull"].fall > CLEARER * others
+    effects.pop("tilt" if hung else "pull", None)
+    return tuple(effects.values())
 
 
 def hypotheses(evidence: Evidence) -> list[Finding]:

@@ -50,7 +50,6 @@ CHECKS: tuple[Check, ...] = (
     checks.arm_weight,
     checks.other_ways,
     checks.drift,
-    checks.steadiness,
     checks.alignment,
     checks.condition,
     checks.weights_apart,

@@ -16,7 +16,6 @@ from ...common.errors import InputError
 from ...common.linear import Decomposition, decomposed
 from ..equations.equations import PAYLOAD
 from ..fit.covariance import jackknife, student95
-from ..fit.estimate import Estimate
 from ..fit.linear_problem import LinearProblem
 from .methods import PayloadProblem, from_difference, from_robot
 from .short_motion import ShortMotion
@@ -243,24 +242,6 @@ def payload_by_joints(problem: PayloadProblem, weights: Array) -> ByJoints:
     ]
     shares = [JointShare(joint, *pair) for joint, pair in zip(joints, pairs[len(masses) :], strict=True)]
     return ByJoints(tuple(masses[: len(groups)]), tuple(shares), tuple(masses[len(groups) :]))
-
-
-def payload_over_time(problem: PayloadProblem, weights: Array) -> tuple[Estimate, ...]:
-    """Method 1 on the stretches of the loaded recordings, in the order of time, the robot taken as exact.
-
-    Stretches that leave parameters undetermined are left out; none without blocks of time.
-    """
-    if isinstance(problem, ShortMotion) or problem.alone is None:
-        return ()
-    robot = problem.robot_known
-    exact = robot._replace(covariance=0.0 * robot.covariance, gain_sensitivity=lambda: None)
-    stretches = []
-    for stretch in problem.stretches:
-        try:
-            stretches.append(LinearProblem(stretch, PAYLOAD, (exact,)).solved(weights))
-        except InputError:
-            continue
-    return tuple(stretches)
 
 
 def _variances(

@@ -1,4 +1,4 @@
-"""The payload as single joints and stretches of time see it."""
+"""The payload as single joints see it."""
 
 from dataclasses import replace
 
@@ -9,7 +9,7 @@ from dynident.common.errors import InputError
 from dynident.estimation import PAYLOAD, LongMotion, Settings, answer_payload, payload_estimate, payload_problem
 from dynident.estimation.equations.equations import Equations
 from dynident.estimation.fit.least_squares import weighted
-from dynident.estimation.payload.by_joints import ByJoints, joint_groups, payload_by_joints, payload_over_time
+from dynident.estimation.payload.by_joints import ByJoints, joint_groups, payload_by_joints
 from dynident.estimation.payload.equations import Memory
 from dynident.tests.estimation import mistakes
 
@@ -94,16 +94,6 @@ def test_a_known_robot_and_other_trajectories_give_the_same_masses(problems: dic
 def test_groups_of_short_robots_are_single_joints() -> None:
     assert joint_groups(3) == ((1,), (2,), (3,))
     assert joint_groups(6)[-2:] == ((1, 2, 3), (4, 5, 6))
-
-
-def test_stretches_agree_where_nothing_changes(problems: dict[str, LongMotion]) -> None:
-    problem = problems["rx90"]
-    weights = payload_estimate(problem, 1).estimate.weights
-    stretches = payload_over_time(problem, weights)
-    assert len(stretches) == 4
-    masses = np.array([stretch.values[9] for stretch in stretches])
-    assert np.ptp(masses) < 0.05 * masses.mean()
-    assert payload_over_time(without_blocks(problem), weights) == ()
 
 
 def test_rows_that_hide_a_parameter_give_an_error_and_no_minimum_norm_answer() -> None:

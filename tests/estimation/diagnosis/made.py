@@ -165,14 +165,6 @@ def by_share(share: float, sigma: float = 0.001, without: float | None = None) -
     return ByJoints((), (JointShare(1, 1.0, 0.01), JointShare(3, share, sigma), JointShare(4, None)), rest)
 
 
-def in_time(place: int, change: float, sigma: float = 1e-9) -> Evidence:
-    """Two stretches of time, one of the ten changed in the second."""
-    later = np.array(BODY.vector)
-    later[place] += change
-    stretches = tuple(estimate_of(ten=ten, sigma=np.full(10, sigma)).estimate for ten in (BODY.vector, later))
-    return of_payload(estimate_of(), stretches=stretches)
-
-
 def mismatched(rms: float) -> Evidence:
     """A pair whose positions differ by this much [rad]."""
     t = np.linspace(0.0, 1.0, 50)

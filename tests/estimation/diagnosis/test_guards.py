@@ -18,9 +18,7 @@ from dynident.estimation.diagnosis.hypotheses import (
     BY_NAME,
     FEWEST,
     bursts,
-    late,
-    slip,
-    tilt,
+    seen,
     tilt_correction,
 )
 from dynident.estimation.diagnosis.scales import scales
@@ -110,8 +108,8 @@ def test_contact_is_a_burst(pair: tuple[Recording, Recording]) -> None:
     problem = payload_problem(invented.robot(NAME), [struck(pair[1])], [pair[0]])
     free = payload_estimate(problem, 4).estimate
     system = system_of(problem, states_of(problem.source)) if problem.source else None
-    burst = bursts(system) if system else None
-    assert burst is not None
+    assert system is not None
+    burst = seen(system)["bursts"]
     assert burst.size <= 3
     whole = next(estimate for estimate in answered(problem).estimates if estimate.method == 4).estimate
     assert 1.96 * whole.sigma[9] >= 0.999 * abs(burst.change[9])
@@ -199,14 +197,10 @@ def beside(loaded: Recording, bare: Recording) -> System:
 
 def test_good_recordings_hold_nothing_else(pair: tuple[Recording, Recording]) -> None:
     system = beside(pair[1], pair[0])
-    leaning = tilt(system)
-    assert leaning is not None
-    assert not tilt_correction(leaning, 4)[0].any()
-    for name in ("tilt", "late", "slip"):
-        effect = BY_NAME[name].seen(system)
-        assert effect is not None
-        assert not BY_NAME[name].stands_out(effect)
-    assert bursts(system) is None
+    effects = seen(system)
+    assert not tilt_correction(effects["tilt"], 4)[0].any()
+    assert effects.keys() == {"pull", "tilt", "late", "slip", "change"}
+    assert not any(BY_NAME[name].stands_out(effect) for name, effect in effects.items())
 
 
 @pytest.mark.long
@@ -218,15 +212,14 @@ def test_a_base_that_leans_is_seen(pair: tuple[Recording, Recording], degrees: f
     leaning = Simulator(replace(arm, gravity=(across, 0.0, -float(np.sqrt(9.81**2 - across**2)))))
     motion = random_via_points(arm, 12, seed=3).motion(200.0)
     heavy, bare = leaning.record(motion, BODY, NOISE, 2), leaning.record(motion, None, NOISE, 1)
-    lean = tilt(beside(heavy, bare))
-    assert lean is not None
+    lean = seen(beside(heavy, bare))["tilt"]
     assert BY_NAME["tilt"].stands_out(lean) == (degrees > 0.5)
     assert np.degrees(lean.size) == pytest.approx(degrees, abs=0.2 * degrees + 3.0 * np.degrees(lean.sigma))
 
 
 def test_torques_that_are_late_are_seen(pair: tuple[Recording, Recording]) -> None:
     torque = np.column_stack([np.interp(pair[1].t - 0.03, pair[1].t, column) for column in pair[1].torque.T])
-    delay = late(beside(replace(pair[1], torque=torque), pair[0]))
+    delay = seen(beside(replace(pair[1], torque=torque), pair[0]))["late"]
     assert delay.where == " with payload"
     assert delay.size > 0.0
     assert BY_NAME["late"].stands_out(delay)
@@ -239,10 +232,19 @@ def test_a_payload_that_slips_is_seen(pair: tuple[Recording, Recording]) -> None
     later = arm.record(random_via_points(arm.robot, 12, seed=3).motion(200.0), slipped, NOISE, 2)
     half = pair[1].t > 0.5 * pair[1].t[-1]
     torque = np.where(half[:, None], later.torque, pair[1].torque)
-    moved = slip(beside(replace(pair[1], torque=torque), pair[0]))
-    assert moved is not None
-    assert moved.size == pytest.approx(0.03, abs=0.01)
-    assert BY_NAME["slip"].stands_out(moved)
+    effects = seen(beside(replace(pair[1], torque=torque), pair[0]))
+    assert effects["slip"].size == pytest.approx(0.03, abs=0.01)
+    assert BY_NAME["slip"].stands_out(effects["slip"])
+    assert not BY_NAME["change"].stands_out(effects["change"])
+
+
+@pytest.mark.parametrize("begin", [0.25, 0.5, 0.8])
+def test_a_payload_that_is_taken_up_is_seen(pair: tuple[Recording, Recording], begin: float) -> None:
+    """At a quarter, half or four fifths of the recording."""
+    torque = np.where((pair[1].t > begin * pair[1].t[-1])[:, None], pair[1].torque, pair[0].torque)
+    effects = seen(beside(replace(pair[1], torque=torque), pair[0]))
+    assert effects["change"].size > 0.0
+    assert BY_NAME["change"].stands_out(effects["change"])
 
 
 @pytest.mark.long
