@@ -13,7 +13,16 @@ from itertools import chain
 from pathlib import Path
 from typing import Annotated, Any, TypeVar, dataclass_transform, get_args, get_type_hints
 
-from cyclopts import App, CoercionError, CycloptsError, Group, MissingArgumentError, Parameter
+from cyclopts import (
+    App,
+    CoercionError,
+    CycloptsError,
+    Group,
+    MissingArgumentError,
+    Parameter,
+    Token,
+    UnknownOptionError,
+)
 from cyclopts import ArgumentCollection as Arguments
 from cyclopts.exceptions import UnknownCommandError, UnusedCliTokensError
 from cyclopts.help import DefaultFormatter
@@ -200,7 +209,9 @@ def run(words: Sequence[str]) -> int:
         called, bound, _ = app.parse_args(words, exit_on_error=False, print_error=False)
     except CycloptsError as error:
         name = " ".join(["dynident", *(error.command_chain or ())])
-        raise InputError(f"{_text(error)} (see {name} --help)") from None
+        # A misspelt option often is the one that seems to be missing.
+        text = _unknown(words, calls[-1].arguments) if calls and isinstance(error, MissingArgumentError) else ""
+        raise InputError(f"{text or _text(error)} (see {name} --help)") from None
     bound.apply_defaults()
     if calls:
         CALL.set(calls[-1])
@@ -284,10 +295,26 @@ def _text(error: CycloptsError) -> str:
         source = error.token.source if error.token else "cli"
         return f"{'' if source == 'cli' else f'{source}: '}{error.argument.name}: {error.msg}"
     if isinstance(error, MissingArgumentError) and error.argument is not None:
-        return f"give {error.argument.name}" if error.keyword is None else f"{error.keyword} needs a value"
+        several = " " in ((error.argument.parameter.metavar or "") if error.argument.parameter else "")
+        value = error.argument.parameter.metavar if several else "a value"
+        return f"give {error.argument.name}" if error.keyword is None else f"{error.keyword} needs {value}"
     if isinstance(error, UnusedCliTokensError) and error.unused_tokens:
         return f"{error.unused_tokens[0]!r} is one word too many"
     return str(error)
+
+
+def _unknown(words: Sequence[str], arguments: Arguments) -> str:
+    """Name the first option that no command knows; empty if there is none."""
+    known = {name for argument in arguments for name in argument.names} | _ASKING
+    for word in words:
+        option = word.partition("=")[0]
+        if option.startswith("--") and option not in known:
+            return str(
+                UnknownOptionError(
+                    token=Token(keyword=option, source="cli"), argument_collection=arguments, verbose=False
+                )
+            )
+    return ""
 
 
 def _beside_report(call: Call) -> Iterator[tuple[str, str, str]]:

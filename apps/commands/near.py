@@ -122,7 +122,7 @@ class NearFiles(MotionFiles):
     """Formats of the motion, and the file of its rehearsal."""
 
     rehearsal: Annotated[NewFile | None, Parameter(metavar="F.csv")] = None
-    """The same way once at a tenth of the speed; F_1.csv, .. with --ladder (default: beside --samples)."""
+    """That way once at a tenth of the speed; F_1.csv, .. with --ladder (default: beside --samples)."""
 
     def write_all(self, result: report.NearResult, written: export.motions.WrittenMotion) -> None:
         """Write the motion, its rehearsal and the JSON."""

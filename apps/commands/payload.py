@@ -21,7 +21,7 @@ from .options import (
     PairOptions,
     ViewOptions,
 )
-from .progress import status
+from .progress import note, status
 from .values import DataFile, Essential, HeldOutFile, LoadedFile, RobotParametersFile, Share, method, word
 
 
@@ -115,6 +115,10 @@ def run(
         problem = estimation.payload_problem(setup.robot, loaded, unloaded, known, settings)
         progress("estimating")
         methods = None if request.method == "all" else (int(request.method),)
+        if methods is None and settings.scale_sigma:
+            note(
+                "--scale-sigma: methods 2 and 3 have no column for the scale of the loaded torques and are left out"
+            )
         answer = estimation.answer_payload(problem, methods, held_out, constraints, gains)
 
     def page() -> report.Page:

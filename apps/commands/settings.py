@@ -54,4 +54,6 @@ def read_settings(call: Call, path: str) -> None:
             f"--config {path}: is for 'dynident {meant}', not for 'dynident {call.command}': "
             f"give a file of {call.command!r}, or call {meant!r}"
         )
+    if "config" in table:
+        raise InputError(f"--config {path}: a file of options names no other one: leave its key config out")
     Dict(table, source=path, use_commands_as_keys=False)(App(), (), call.arguments)

@@ -17,10 +17,10 @@ class _Pair(Options):
     """One motion before and after the payload was entered."""
 
     before: Annotated[str, Reads("before"), LOG]
-    """The same motion, with columns qref1.. (commanded positions) or tauref1.. (torque predicted, N·m), or what
-    --log-map names; old number in the controller."""
+    """Before the new number: one motion, with columns qref1.. (commanded positions) or tauref1.. (torque predicted,
+    N·m), or what --log-map names."""
     after: Annotated[str, Reads("after"), LOG]
-    """The same with the new number."""
+    """That motion again, with the new number."""
 
 
 @command

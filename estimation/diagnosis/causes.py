@@ -25,7 +25,7 @@ from .states import BLOCKS, States
 ROBOT, ROBOT_Z = 0.01, 3.0
 """Fraction by which chi2 falls with another robot, and Vuong's statistic, above which it is that robot's."""
 TURNED, TURNED_Z = 0.03, 2.5
-"""The same limits of a joint that is counted the other way."""
+"""Those limits of a joint that is counted the other way."""
 WEIGHTLESS = 0.36
 """Fraction by which chi2 falls without gravity, above which the torque holds none."""
 ALIKE = 0.02

@@ -215,7 +215,9 @@ def sign(evidence: Evidence) -> Iterator[Finding]:
             "mass",
         )
     elif little:
-        yield error(f"the mass does not differ from zero ({texts}): is the same load on the robot in both?", "mass")
+        light = all(mass + SIGMAS * sigma < evidence.robot.rated_payload for _, mass, sigma in little)
+        advice = "is the same load on the robot in both?" if light else "move faster and farther, or record longer"
+        yield error(f"the mass does not differ from zero ({texts}): {advice}", "mass")
 
 
 def measured(evidence: Evidence) -> Iterator[Finding]:

@@ -25,7 +25,7 @@ from .hypotheses import pull_of, pull_z
 SCALE, SCALE_Z = 0.01, 4.0
 """Difference of the loaded torques' scale from 1, and its standard deviations, above which it is another one."""
 JOINT_SCALE, JOINT_SCALE_Z = 0.05, 5.0
-"""The same limits of one joint's torque."""
+"""Those limits of one joint's torque."""
 OWN_SCALE_Z = 3.3
 """Standard deviations of one motor's scale with payload, where over 5 % off, above which its gain is not kept."""
 EITHER = 0.67
