@@ -9,14 +9,13 @@ from typing import Annotated, Literal
 from cyclopts import Parameter
 
 from ... import model, trajectories
-from ...common.arrays import Array
 from ...common.errors import InputError
 from ...common.files import made_folder, write_text
 from .. import export, report
 from .. import view as views
 from . import ANSWERED
 from .entry import FILES, MOTION, SEARCH, command, options
-from .motion import FIGURE_RATE, Asked, MotionFiles, best_motion, build_request, floor_of, show
+from .motion import FIGURE_RATE, MotionFiles, best_motion, build_request, floor_of, show
 from .options import Options, RehearsedRobotOptions, ViewOptions
 from .options.motions import GoalOptions, LimitOptions, in_si
 from .values import Count, NewFolder, Positions, Seconds, Seed, number, numbers, word
@@ -49,7 +48,7 @@ class _Shape(Options):
     start: Positions | None = None
     """Where it starts [deg or m]."""
 
-    def shape(self) -> trajectories.Shape:
+    def shape(self, robot: model.Robot) -> trajectories.Shape:
         """The shape of the motion.
 
         Raises:
@@ -57,11 +56,11 @@ class _Shape(Options):
         """
         if self.fourier is None:
             self.refuse("duration", "is the period of --fourier: via points take --max-duration")
-            return self._through_points()
+            return self._through_points(self._start(robot))
         self.refuse("via_points", "and --fourier: give one of them")
         for name in _OF_VIA_POINTS:
             self.refuse(name, "belongs to --via-points: --fourier takes --duration")
-        return trajectories.FourierShape(self.fourier, self._period)
+        return trajectories.FourierShape(self.fourier, self._period, start=self._start(robot))
 
     def known_length(self) -> float | None:
         """How long the motion will take [s], or at most; None where nothing says so."""
@@ -72,7 +71,7 @@ class _Shape(Options):
             return self.max_duration
         return float(moves * fixed[0] if len(fixed) == 1 else sum(fixed))
 
-    def start_pose(self, robot: model.Robot) -> Array | None:
+    def _start(self, robot: model.Robot) -> tuple[float, ...] | None:
         """The pose where the motion begins, checked in the units it was given in."""
         if not self.start:
             return None
@@ -85,7 +84,7 @@ class _Shape(Options):
                 raise InputError(
                     f"--start: joint {j} at {value:g} {unit} is outside {shown[0]:g} to {shown[1]:g} {unit}"
                 )
-        return pose
+        return tuple(pose.tolist())
 
     @property
     def _count(self) -> int:
@@ -95,7 +94,7 @@ class _Shape(Options):
     def _period(self) -> float:
         return float(trajectories.FourierShape().duration if self.duration is None else self.duration)
 
-    def _through_points(self) -> trajectories.ViaPointShape:
+    def _through_points(self, start: tuple[float, ...] | None) -> trajectories.ViaPointShape:
         if self._count < _FEWEST:
             raise InputError(f"--via-points {self._count}: give at least {_FEWEST}")
         if self.segments != "trapezoid":
@@ -108,7 +107,9 @@ class _Shape(Options):
         if self.segments == "trapezoid":
             segment = trajectories.Trapezoid() if self.ramp is None else trajectories.Trapezoid(self.ramp)
         passing = segment.passes and not self.rest
-        return trajectories.ViaPointShape(self._count, passing=passing, fixed=fixed, segment=segment)
+        return trajectories.ViaPointShape(
+            self._count, passing=passing, fixed=fixed, segment=segment, longest=self.max_duration, start=start
+        )
 
 
 @options(SEARCH)
@@ -153,8 +154,7 @@ def run(
     """Run it."""
     view.check_view()
     robot = arm.load()
-    lengths = Asked(shape.shape(), shape.known_length(), shape.max_duration, shape.start_pose(robot))
-    request = build_request(robot, lengths, goal, limits)
+    request = build_request(robot, shape.shape(robot), shape.known_length(), goal, limits)
     robot, kind = request.problem.robot, request.problem.criterion.kind
     files.check(robot)
     if files.val3:

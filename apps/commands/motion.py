@@ -9,7 +9,6 @@ import numpy as np
 from cyclopts import Parameter
 
 from ... import model, trajectories
-from ...common.arrays import Array
 from ...common.errors import InputError
 from ...common.files import write_text
 from .. import export, report
@@ -41,24 +40,13 @@ class Request(NamedTuple):
     labels: Mapping[str, str]
 
 
-class Asked(NamedTuple):
-    """What is asked of the motion itself.
-
-    Attributes:
-        shape: of the motion; None where it is given.
-        length: how long it will take [s], where that is known.
-        longest: how long it may take [s].
-        start: where it begins [rad or m], shape (n,).
-    """
-
-    shape: trajectories.Shape | None = None
-    length: float | None = None
-    longest: float | None = None
-    start: Array | None = None
-
-
-def build_request(robot: model.Robot, motion: Asked, goal: GoalOptions, limits: LimitOptions) -> Request:
+def build_request(
+    robot: model.Robot, shape: trajectories.Shape, length: float | None, goal: GoalOptions, limits: LimitOptions
+) -> Request:
     """Read all files and build the problem.
+
+    Args:
+        length: how long the motion will take [s], where that is known.
 
     Raises:
         InputError: for whatever does not fit; one line.
@@ -81,12 +69,10 @@ def build_request(robot: model.Robot, motion: Asked, goal: GoalOptions, limits: 
         raise InputError("--heaviest-payload counts in torque limits: give --torque-limits")
     problem = trajectories.build_design(
         robot,
-        motion.shape,
-        goal.goal(robot, bounds, reference, motion.length),
+        shape,
+        goal.goal(robot, bounds, reference, length),
         bounds=bounds,
         loads=loads,
-        duration=motion.longest,
-        start=motion.start,
         scene=limits.read_scene(),
     )
     return Request(problem, reference, labels)

@@ -15,7 +15,7 @@ from ..logs.map import read_log_map
 from ..logs.read import read_recording
 from . import ANSWERED
 from .entry import FLOOR, MOTION, command, options
-from .motion import Asked, build_request, floor_of, show
+from .motion import build_request, floor_of, show
 from .options import Options, PageOptions, RehearsedRobotOptions, ViewOptions
 from .options.motions import GoalOptions, LimitOptions
 from .values import LOG, LogMapFile, Reads, Seconds, Seed, positive_number, word
@@ -58,8 +58,8 @@ def run(
     view.check_view()
     if not scored.bound:
         scored.refuse("seed", "has no effect without --bound: nothing is designed")
-    lengths = Asked(length=scored.max_duration, longest=scored.max_duration)
-    request = build_request(arm.load(), lengths, goal, limits)
+    shape = trajectories.ViaPointShape(longest=scored.max_duration)
+    request = build_request(arm.load(), shape, scored.max_duration, goal, limits)
     motion = _logged_motion(data, request.problem.robot, scored.log_map, scored.cutoff)
     score = trajectories.score_motion(request.problem, motion)
     floor = floor_of(request.problem, score, scored.seed or 0) if scored.bound else None

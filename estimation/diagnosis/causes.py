@@ -46,7 +46,7 @@ SUSPICIOUS = 0.1
 """Relative residual of some joint above which causes are tried, even if all else looks well."""
 _REPORTED = 3
 _ENOUGH = 1200  # states in which causes are searched
-_FAR = -0.5  # fall of chi2 by coarser states: such a reading is not compared closer
+_FAR = -0.1  # fall of chi2 by coarser states: such a reading is not compared closer
 _LONGEST, _STEP = 0.5, 0.01  # s: delays that are tried
 _CLOCKS = 0.2, 0.05  # s: delays at the begin and end of recordings that are tried, and their step
 _LEAST = 0.02  # a factor beyond this, or beyond its inverse, is no unit but a channel without content

@@ -1,6 +1,7 @@
 """Design problems of the RX90 with torque limits for two loads and obstacles, by goal and shape."""
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from dynident.common.arrays import Array
@@ -59,14 +60,12 @@ def problem(
     shape: str,
     *,
     bounds: JointBounds = BOUNDS,
-    duration: float | None = None,
-    start: Array | None = None,
+    **of_shape: Any,
 ) -> DesignProblem:
     """With torque limits for two loads, and obstacles."""
     loads = Loads(ROBOT.parameters, PAYLOAD)
-    return build_design(
-        ROBOT, SHAPES[shape], GOALS[goal], bounds=bounds, loads=loads, duration=duration, start=start, scene=SCENE
-    )
+    own = replace(SHAPES[shape], **of_shape)
+    return build_design(ROBOT, own, GOALS[goal], bounds=bounds, loads=loads, scene=SCENE)
 
 
 def constraint_values(task: DesignProblem, x: Array, width: float) -> Array:

@@ -69,8 +69,8 @@ def torques(robot: Robot, design: Design, payload: InertialParameters | None) ->
 @pytest.fixture(scope="module")
 def guarded() -> Design:
     """A motion with every kind of limit."""
-    start = np.array([0.2, -1.2, 0.8, 0.3, 0.5, -0.4])
-    return solve_design(problem("d", "via", duration=15.0, start=start), seed=1, starts=1)
+    start = (0.2, -1.2, 0.8, 0.3, 0.5, -0.4)
+    return solve_design(problem("d", "via", longest=15.0, start=start), seed=1, starts=1)
 
 
 @pytest.mark.long
@@ -128,7 +128,7 @@ def test_condition_number_of_a_design_and_its_floor() -> None:
 
 
 def test_a_longest_duration_binds() -> None:
-    task = build_design(ROBOT, ViaPointShape(4, samples=6), GOALS["payload"], duration=4.0)
+    task = build_design(ROBOT, ViaPointShape(4, samples=6, longest=4.0), GOALS["payload"])
     design = solve_design(task, seed=0, starts=1)
     assert isinstance(design.plan, ViaPoints)
     assert design.feasible

@@ -40,7 +40,7 @@ def derivative(function: object, x: Array, direction: Array, step: float = 2e-4)
 def test_gradient_is_the_derivative(goal: str, shape: str) -> None:
     """With the terms of every limit that bites: joints, torques of two loads, duration and obstacles."""
     bounds = JointBounds.of(ROBOT) if goal == "payload" else BOUNDS
-    task = problem(goal, shape, bounds=bounds, duration=None if shape in ("fixed", "fourier") else 12.0)
+    task = problem(goal, shape, bounds=bounds, **({} if shape in ("fixed", "fourier") else {"longest": 12.0}))
     draw = np.random.default_rng(0)
     x = task.family.random(draw) + 0.02 * draw.standard_normal(task.family.size)
     limits = Multipliers(task.limits, task.state(x, 0.5), 3.0, 0.4)
@@ -54,11 +54,11 @@ def test_gradient_is_the_derivative(goal: str, shape: str) -> None:
 
 def test_fixed_durations_leave_no_other(rx90: Robot) -> None:
     with pytest.raises(InputError, match="durations of the moves are fixed"):
-        build_design(rx90, ViaPointShape(5, fixed=1.0), Goal("cond", payload_only=True), duration=10.0)
+        build_design(rx90, ViaPointShape(5, fixed=1.0, longest=10.0), Goal("cond", payload_only=True))
 
 
 def test_limits_have_exact_jacobians() -> None:
-    task = problem("d", "via", duration=12.0)
+    task = problem("d", "via", longest=12.0)
     task = replace(task, family=ViaPointShape(3, samples=3).family(ROBOT, BOUNDS))
     draw = np.random.default_rng(1)
     x = task.family.random(draw) + 0.05 * draw.standard_normal(task.family.size)
@@ -84,12 +84,11 @@ def test_parameters_that_cannot_be_told_apart_are_named() -> None:
         (lambda: Goal("d", earlier=Earlier(("FV1",), np.eye(1))), "data length to come"),
         (lambda: build_design(ROBOT, goal=Goal(columns=("FV9",))), "FV9"),
         (lambda: build_design(ROBOT, goal=Goal(noise=(1.0,))), "6 positive numbers"),
-        (lambda: build_design(ROBOT, start=[9.0] * 6), "6 positions within the limits"),
+        (lambda: build_design(ROBOT, ViaPointShape(start=(9.0,) * 6)), "6 positions within the limits"),
         (
-            lambda: build_design(ROBOT, start=[0.0, 1.2, 1.2, 0.0, 0.0, 0.0], scene=SCENE),
+            lambda: build_design(ROBOT, ViaPointShape(start=(0.0, 1.2, 1.2, 0.0, 0.0, 0.0)), scene=SCENE),
             "another start pose: clearance of .* against 0, violated",
         ),
-        (lambda: build_design(ROBOT, FourierShape(), duration=3.0), "stands in its shape"),
         (lambda: build_design(ROBOT, goal=Goal("a", reference={"FV1": 1.0})), "reference value other than zero"),
         (
             lambda: build_design(ROBOT, bounds=BOUNDS, loads=Loads({"FV1": 1.0})),

@@ -29,20 +29,23 @@ STEPS = ("trapezoid", "triangle", "fixed trapezoid from a pose")
 
 
 def families() -> dict[str, Family]:
-    shapes: dict[str, tuple[Shape, Array | None]] = {
-        "passing": (ViaPointShape(5), None),
-        "resting": (ViaPointShape(4, passing=False), None),
-        "from a pose": (ViaPointShape(4), POSE),
-        "fixed": (ViaPointShape(4, fixed=FIXED), None),
-        "trapezoid": (ViaPointShape(4, passing=False, segment=Trapezoid(0.3)), None),
-        "triangle": (ViaPointShape(3, passing=False, segment=Trapezoid(0.5)), None),
-        "fixed trapezoid from a pose": (ViaPointShape(4, passing=False, segment=Trapezoid(), fixed=FIXED), POSE),
-        "fourier": (FourierShape(3, 6.0), None),
-        "fourier from a pose": (FourierShape(4, 8.0), POSE),
-        "near": (NearShape(POSE[None], (2, 5), np.array([0.5, 0.4]), 4.0), None),
-        "near two poses": (NearShape(np.array([POSE, 0.5 * POSE]), (2, 5), np.array([0.5, 0.4]), 9.0), None),
+    start = tuple(POSE.tolist())
+    shapes: dict[str, Shape] = {
+        "passing": ViaPointShape(5),
+        "resting": ViaPointShape(4, passing=False),
+        "from a pose": ViaPointShape(4, start=start),
+        "fixed": ViaPointShape(4, fixed=FIXED),
+        "trapezoid": ViaPointShape(4, passing=False, segment=Trapezoid(0.3)),
+        "triangle": ViaPointShape(3, passing=False, segment=Trapezoid(0.5)),
+        "fixed trapezoid from a pose": ViaPointShape(
+            4, passing=False, segment=Trapezoid(), fixed=FIXED, start=start
+        ),
+        "fourier": FourierShape(3, 6.0),
+        "fourier from a pose": FourierShape(4, 8.0, start=start),
+        "near": NearShape(POSE[None], (2, 5), np.array([0.5, 0.4]), 4.0),
+        "near two poses": NearShape(np.array([POSE, 0.5 * POSE]), (2, 5), np.array([0.5, 0.4]), 9.0),
     }
-    by_name = {name: shape.family(ROBOT, BOUNDS, None, start) for name, (shape, start) in shapes.items()}
+    by_name = {name: shape.family(ROBOT, BOUNDS) for name, shape in shapes.items()}
     return by_name | {"states": FreeStates(BOUNDS, 7)}
 
 

@@ -9,7 +9,7 @@ from functools import cached_property
 
 import numpy as np
 from msgspec import structs
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from ...common.arrays import Array
 from ...common.brief import Brief
@@ -19,6 +19,7 @@ from ...model.base.parameters import BaseParameters
 from ...model.base.rank import base_parameters_of
 from ...model.regressors import payload_columns
 from ..motions.family import Family, JointBounds, Samples
+from ..motions.near import NearShape
 from ..motions.via_points import ViaPointShape
 from .criterion import Criterion
 from .goal import Goal, NearGoal, Shape
@@ -251,8 +252,6 @@ def build_design(
     *,
     bounds: JointBounds | None = None,
     loads: Loads | None = None,
-    duration: float | None = None,
-    start: ArrayLike | None = None,
     scene: Scene | None = None,
 ) -> DesignProblem:
     """Build the problem; ``solve_design`` solves it.
@@ -262,18 +261,13 @@ def build_design(
         goal: what is to be learnt; the information about all base parameters if None.
         bounds: limits of the joints; the description's if None.
         loads: parameters for the torque limits; the description's if None. Unused without torque limits.
-        duration: longest time that a motion through via points may take [s].
-        start: where it begins [rad or m], shape (n,).
         scene: obstacles, and the bodies that must keep clear of them and of each other.
 
     Raises:
         InputError: if something is missing or does not fit; if the parameters cannot be told apart.
     """
     shape, goal, bounds = shape or ViaPointShape(), goal or Goal(), bounds or JointBounds.of(robot)
-    pose = None if start is None else np.asarray(start, dtype=float)
-    if pose is not None and (pose.shape != (robot.n,) or not ((pose >= bounds.low) & (pose <= bounds.high)).all()):
-        raise InputError(f"the start pose needs {robot.n} positions within the limits, got {pose.tolist()}")
-    family = shape.family(robot, bounds, duration, pose)
+    family = shape.family(robot, bounds)
     if isinstance(goal, NearGoal):
         goal = goal.beside_friction(robot, shape, family)
     model, base = goal.model(robot), base_parameters(robot) if np.isfinite(bounds.torque).any() else None
@@ -287,6 +281,8 @@ def build_design(
     columns = tuple(name for name in standard_columns(model) if name in needed)
     spring = (SPRING,) if base is not None and robot.spring is not None else ()
     kernel = regressor_kernel(model, (*columns, *spring))
+    longest = shape.longest if isinstance(shape, ViaPointShape) else None
+    start = None if isinstance(shape, NearShape) else shape.start
     limits = (
         state_limit("position", *family.reach),
         state_limit("speed", -bounds.speed, bounds.speed),
@@ -296,11 +292,11 @@ def build_design(
             if base is not None
             else ()
         ),
-        *((duration_limit(duration),) if duration is not None and family.free_duration else ()),
+        *((duration_limit(longest),) if longest is not None else ()),
         *((clearance(robot, around),) if around is not None else ()),
     )
     problem = DesignProblem(model, bounds, family, goal, kernel, limits, payloads, around)
-    for nearest in problem.clearances(pose[None]) if pose is not None else ():
+    for nearest in problem.clearances(np.array([start])) if start is not None else ():
         if nearest.room < 0.0:
             raise InputError(f"choose another start pose: {nearest} m")
     problem.require_full_rank(family.random(np.random.default_rng(0)))

@@ -107,6 +107,16 @@ class JointBounds:
         return np.asarray(0.5 * (self.high - self.low))
 
 
+def checked_start(bounds: JointBounds, start: Sequence[float] | None) -> Array | None:
+    """Start pose [rad or m], shape (n,), within the limits; None for anywhere."""
+    if start is None:
+        return None
+    pose = np.asarray(start, dtype=float)
+    if pose.shape != bounds.low.shape or not ((pose >= bounds.low) & (pose <= bounds.high)).all():
+        raise InputError(f"the start pose needs {len(bounds.low)} positions within the limits, got {pose.tolist()}")
+    return pose
+
+
 class Samples(NamedTuple):
     """States with the time that each stands for.
 

@@ -13,7 +13,7 @@ from ...common.arrays import Array, frozen_array
 from ...common.brief import Brief
 from ...common.errors import InputError
 from ...model import Robot
-from .family import LONGEST, Clear, JointBounds, Plan, Samples, everywhere
+from .family import LONGEST, Clear, JointBounds, Plan, Samples, checked_start, everywhere
 
 _MOST = 50  # harmonics: a search takes half an hour then
 _TRIES, _SHRINKS = 200, 10  # to find a middle that is clear, and a motion about it
@@ -117,30 +117,30 @@ class FourierShape:
     Attributes:
         duration: period [s].
         samples: while optimising; 0 for 24 per period of the highest harmonic.
+        start: where it begins and ends [rad or m], n numbers; None for anywhere.
     """
 
     harmonics: int = 5
     duration: float = 10.0
     samples: int = 0
+    start: tuple[float, ...] | None = None
 
-    def family(
-        self, robot: Robot, bounds: JointBounds, duration: float | None = None, start: Array | None = None
-    ) -> "FreeFourier":
-        """Motions of this shape that begin at ``start`` [rad or m], shape (n,); None for anywhere."""
-        if duration not in (None, self.duration):
-            raise InputError("a Fourier motion's duration stands in its shape: leave duration out")
-        return FreeFourier(bounds, self, start)
+    def family(self, robot: Robot, bounds: JointBounds) -> "FreeFourier":
+        """Motions of this shape."""
+        return FreeFourier(bounds, self)
 
 
 class FreeFourier(RestingSeries):
     """Fourier series about a middle that is free, or from a given start; q, qd and qdd are linear in x."""
 
-    def __init__(self, bounds: JointBounds, shape: FourierShape, start: Array | None = None) -> None:
-        """The motion begins and ends at ``start`` [rad or m], shape (n,); None for free.
+    def __init__(self, bounds: JointBounds, shape: FourierShape) -> None:
+        """Lay out x.
 
         Raises:
-            InputError: with too few harmonics: nothing moves that begins and ends at rest.
+            InputError: with too few harmonics: nothing moves that begins and ends at rest; for a start
+                beyond limits.
         """
+        start = checked_start(bounds, shape.start)
         harmonics, period, anchored = shape.harmonics, shape.duration, start is not None
         if not 2 <= harmonics <= _MOST or not 0.0 < period <= LONGEST:
             raise InputError(

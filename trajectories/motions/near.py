@@ -114,17 +114,13 @@ class NearShape:
                     shown = ", ".join(f"{scale * x:g}" for scale, x in zip(scales, pose, strict=True))
                 raise InputError(f"the pose {shown} must be {robot.n} positions within the limits of {robot.name}")
 
-    def family(
-        self, robot: Robot, bounds: JointBounds, duration: float | None = None, start: Array | None = None
-    ) -> "FreeNear":
+    def family(self, robot: Robot, bounds: JointBounds) -> "FreeNear":
         """Motions of this shape.
 
         Raises:
             InputError: if the duration leaves no time beside the way between two poses.
         """
         self.check(robot, bounds)
-        if duration not in (None, self.duration) or start is not None:
-            raise InputError("a motion near a pose has its duration and poses in its shape: leave both out")
         return FreeNear(bounds, self)
 
     def visibility(self, robot: Robot) -> PayloadVisibility:

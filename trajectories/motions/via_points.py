@@ -14,7 +14,7 @@ from ...common.arrays import Array, frozen_array
 from ...common.brief import Brief
 from ...common.errors import InputError
 from ...model import Robot
-from .family import LONGEST, Clear, JointBounds, Plan, Samples, everywhere
+from .family import LONGEST, Clear, JointBounds, Plan, Samples, checked_start, everywhere
 
 _MOST = 500  # points: a search takes half an hour then
 _TRIES = 200  # to find a point that can be reached
@@ -214,6 +214,8 @@ class ViaPointShape:
         samples: parts of a segment between samples while optimising, about.
         durations: shortest and longest time from point to point [s].
         fixed: the times from point to point themselves [s], count - 1 of them or one for all; None for free.
+        longest: time that the whole motion may take [s]; None for any.
+        start: where it begins [rad or m], n numbers; None for anywhere.
         segment: ``Quintic()``, or ``Trapezoid(ramp)``, which rests in each point.
     """
 
@@ -223,17 +225,12 @@ class ViaPointShape:
     durations: tuple[float, float] = (0.1, 3.0)
     fixed: float | tuple[float, ...] | None = None
     segment: Segment = QUINTIC
+    longest: float | None = None
+    start: tuple[float, ...] | None = None
 
-    def family(
-        self, robot: Robot, bounds: JointBounds, duration: float | None = None, start: Array | None = None
-    ) -> "FreeViaPoints":
-        """Motions of this shape.
-
-        Args:
-            duration: longest that one may take [s], for which fixed durations leave no place; None for any.
-            start: where it begins [rad or m], shape (n,); None for anywhere.
-        """
-        return FreeViaPoints(bounds, self, duration, start)
+    def family(self, robot: Robot, bounds: JointBounds) -> "FreeViaPoints":
+        """Motions of this shape."""
+        return FreeViaPoints(bounds, self)
 
 
 class FreeViaPoints:
@@ -244,19 +241,19 @@ class FreeViaPoints:
     free. First and last point are at rest.
     """
 
-    def __init__(
-        self, bounds: JointBounds, shape: ViaPointShape, longest: float | None, start: Array | None
-    ) -> None:
+    def __init__(self, bounds: JointBounds, shape: ViaPointShape) -> None:
         """Lay out x.
 
         Raises:
-            InputError: if points and durations do not fit, or if the segments cannot pass points, and should.
+            InputError: if points and durations do not fit, or if the segments cannot pass points, and should; for a
+                start beyond limits.
         """
+        start = checked_start(bounds, shape.start)
         self.segment, self._passing, self._count = shape.segment, shape.passing, shape.count
         self._bounds, self._start, self._samples = bounds, start, shape.samples
         self.reach = bounds.low, bounds.high
         _check_count(self._count)
-        self._fixed = self._checked_durations(shape.fixed, longest)
+        self._fixed = self._checked_durations(shape.fixed, shape.longest)
         if self._passing and not self.segment.passes:
             raise InputError(f"a {self.segment.name} rests in every via point: set passing to False")
         self.free_duration, self._first, n = self._fixed is None, int(start is not None), len(bounds.low)
