@@ -84,15 +84,13 @@ def run(*, arm: RehearsedRobotOptions, request: _Simulate, view: ViewOptions) ->
     tasks = [trajectories.Task(f"{name}_unloaded", reference) for name, reference in references.items()]
     if payload is not None:
         tasks += [trajectories.Task(f"{name}_loaded", reference, payload) for name, reference in references.items()]
-    controller = trajectories.CONTROLLERS[request.controller]
+    controller = replace(trajectories.CONTROLLERS[request.controller], rate=request.rate)
     if request.sag is not None:
         if payload is None or controller.integral > 0.0:
             raise InputError("--sag: give --payload, and --controller proportional or gravity: another never sags")
         controller = controller.sagging(robot, payload, list(references.values()), 1e-3 * request.sag)
     with bar("simulating") as progress:
-        experiment = trajectories.run_experiment(
-            robot, tasks, disturbances, request.seed, controller, request.rate, progress
-        )
+        experiment = trajectories.run_experiment(robot, tasks, disturbances, request.seed, controller, progress)
     _write(Path(request.out), experiment, controller)
     shown = None
     if payload is not None:  # known exactly

@@ -159,7 +159,7 @@ def test_gravity_compensation_feeds_forward_no_motion(rx90: Robot) -> None:
 def test_a_finer_step_changes_nothing_that_counts(rx90: Robot, loop: ClosedLoop) -> None:
     run = Task("", motion(rx90, 1))
     ((coarse, _),) = loop.run([run])
-    ((fine, _),) = ClosedLoop(rx90, None, *ripple(rx90, 0.0), rate=500.0).run([run])
+    ((fine, _),) = ClosedLoop(rx90, Controller(rate=500.0), *ripple(rx90, 0.0)).run([run])
     count = len(coarse.motion.t)
     assert np.abs(fine.motion.q[: 2 * count : 2] - coarse.motion.q).max() < 1e-7
     assert np.abs(fine.torque[: 2 * count : 2] - coarse.torque).max() < 1e-3 * np.abs(coarse.torque).max()

@@ -58,6 +58,7 @@ class Controller:
         integral: ki [1/s^2].
         feed_forward: share of the model's torque that is fed forward.
         compensates: whether that is the torque of the whole motion, or only what holds the reference pose at rest.
+        rate: samples a second that it records [Hz].
     """
 
     position: float = 100.0
@@ -65,6 +66,7 @@ class Controller:
     integral: float = 30000.0
     feed_forward: float = 1.0
     compensates: Literal["motion", "gravity"] = "motion"
+    rate: float = 250.0
 
     def __post_init__(self) -> None:
         """Refuse gains that cannot hold a robot."""
@@ -139,7 +141,6 @@ class ClosedLoop:
         controller: Controller | None = None,
         disturbances: Disturbances | None = None,
         errors: RobotErrors | None = None,
-        rate: float = 250.0,
     ) -> None:
         """Generate the code of one integration step.
 
@@ -151,20 +152,21 @@ class ClosedLoop:
             InputError: if the robot's description lacks standard parameters, or its links cannot exist.
         """
         check_parameters(robot)
-        self.robot, self.rate = robot, rate
+        self._controller = controller or Controller()
+        self.robot, self.rate = robot, self._controller.rate
         self._rotors = np.zeros(robot.n)
         if robot.drives.side == "link":
             # Sensors behind the gears see no rotor, but the arm turns them.
             self._rotors = rotor_inertias(robot, robot.parameters)
             robot = with_rotors(robot, self._rotors)
-        self._plant, self._controller = robot, controller or Controller()
+        self._plant = robot
         self._base = base_parameters(robot)
         self._dry = dry_friction_names(robot)
         inertia = mean_inertia(robot)
-        self.steps = steps_per_sample(robot, self._controller, inertia, rate)
+        self.steps = steps_per_sample(robot, self._controller, inertia)
         disturbances = disturbances or replace(no_disturbances(robot.n), waves=())
         phases, own = (errors or draw_robot_errors(disturbances, 0)).phases, self._controller
-        gains = [1.0 / (rate * self.steps), own.position, own.speed, own.integral]
+        gains = [1.0 / (self.rate * self.steps), own.position, own.speed, own.integral]
         ripple = (disturbances.ripple, disturbances.waves, phases.T.ravel())
         self._settings = np.concatenate([gains, inertia, *ripple])
         self._step = Stepper(integration_step(robot, self._base, len(disturbances.waves)))
@@ -286,7 +288,7 @@ def integration_step(robot: Robot, base: BaseParameters, waves: int) -> ca.Funct
     return ca.Function("step", [x, *reference, chi, level, settings], [out])
 
 
-def steps_per_sample(robot: Robot, controller: Controller, inertia: Array, rate: float) -> int:
+def steps_per_sample(robot: Robot, controller: Controller, inertia: Array) -> int:
     """So many that the stiffest mode, dry friction about rest, is integrated stably.
 
     Raises:
@@ -306,7 +308,7 @@ def steps_per_sample(robot: Robot, controller: Controller, inertia: Array, rate:
                 "definite: correct the inertias in its description"
             )
         fastest = max(fastest, float(np.abs(np.linalg.eigvals(np.linalg.solve(matrix, damping))).max()))
-    steps = max(_FEWEST, stable_steps(fastest, 1.0 / rate))
+    steps = max(_FEWEST, stable_steps(fastest, 1.0 / controller.rate))
     if steps > _FINEST:
         raise InputError(
             f"robot {robot.name!r}: friction about rest has a rate of {fastest:.0f} 1/s, too fast to integrate: "

@@ -14,9 +14,6 @@ from ..motions.family import sample_count
 from .closed_loop import ClosedLoop, Controller, Task
 from .disturbances import Disturbances, RobotErrors, draw_friction, draw_robot_errors, record
 
-RATE = 250.0
-"""Hz, at which the paper's controller records."""
-
 
 @dataclass(frozen=True, eq=False, repr=False)
 class SimulatedRun(Brief):
@@ -80,7 +77,6 @@ def run_experiment(
     disturbances: Disturbances,
     seed: int = 0,
     controller: Controller | None = None,
-    rate: float = RATE,
     progress: Callable[[float], None] | None = None,
 ) -> Experiment:
     """Run tasks under the controller and record them, dry friction drawn by the disturbances.
@@ -88,15 +84,14 @@ def run_experiment(
     Args:
         disturbances: what the robot and its recordings suffer from.
         seed: the same seed gives the same recordings.
-        rate: of the recordings [Hz].
 
     Raises:
         InputError: if the robot's parameters are missing, or its controller loses it.
     """
     errors = draw_robot_errors(disturbances, seed)
-    loop = ClosedLoop(robot, controller, disturbances, errors, rate)
-    counts = [sample_count(task.reference.duration, rate) + 1 for task in tasks]
-    frictions = [draw_friction(robot, disturbances, count, rate, [seed, k]) for k, count in enumerate(counts)]
+    loop = ClosedLoop(robot, controller, disturbances, errors)
+    counts = [sample_count(task.reference.duration, loop.rate) + 1 for task in tasks]
+    frictions = [draw_friction(robot, disturbances, count, loop.rate, [seed, k]) for k, count in enumerate(counts)]
     rubbing = [task._replace(friction=friction) for task, friction in zip(tasks, frictions, strict=True)]
     finished = []
     for k, (task, (exact, reference)) in enumerate(zip(tasks, loop.run(rubbing, progress), strict=True)):

@@ -37,11 +37,9 @@ def near() -> NearMotion:
 def sagging(mrad: float, wide: bool = False) -> tuple[Recording, Recording]:
     """Recordings without noise under a controller without integral action."""
     plan: Plan = random_via_points(ROBOT, 6, 1) if wide else near()
-    controller = CONTROLLERS["proportional"].sagging(ROBOT, LOAD, [plan], 1e-3 * mrad)
+    controller = replace(CONTROLLERS["proportional"], rate=100.0).sagging(ROBOT, LOAD, [plan], 1e-3 * mrad)
     tasks = [Task("bare", plan), Task("loaded", plan, LOAD)]
-    bare, loaded = (
-        run.recording for run in run_experiment(ROBOT, tasks, no_disturbances(6), 0, controller, 100.0).runs
-    )
+    bare, loaded = (run.recording for run in run_experiment(ROBOT, tasks, no_disturbances(6), 0, controller).runs)
     return bare, loaded
 
 
