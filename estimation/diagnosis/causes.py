@@ -59,30 +59,34 @@ Read = tuple[str, Robot | None, States]
 class Comparison:
     """The recordings as described, with which readings are compared: by every fifth state first.
 
-    Args:
-        robot: as described.
-        states: of the recordings.
-        free_gains: whether each joint's torque has a scale of its own in every comparison, for gains that were
-            identified with the robot as described favour it; not of coupled drives, nor beside a spring.
-
-    Raises:
-        InputError: if a joint leaves the table of the robot's spring.
+    Attributes:
+        fit: of all states as described.
     """
 
     def __init__(self, robot: Robot, states: States, free_gains: bool = False) -> None:
-        """Fit the recordings as described."""
+        """Fit the recordings as described.
+
+        Args:
+            free_gains: whether each joint's torque has a scale of its own in every comparison, for gains that were
+                identified with the robot as described favour it; not of coupled drives, nor beside a spring.
+
+        Raises:
+            InputError: if a joint leaves the table of the robot's spring.
+        """
         self.robot, self.states = robot, states
         self.free_gains = free_gains and robot.coupling is None and robot.spring is None
-        self.fits: list[tuple[SystemFit, Array]] = []
-        for part in (states.coarser(), states):
-            system = System.of(robot, part)
-            fit = self._fitted(system, system.weights)
-            self.fits.append((fit, fit.likelihood()))
+        systems = [System.of(robot, part) for part in (states.coarser(), states)]
+        self._fits = [self._fitted(system, system.weights) for system in systems]
+        self._likelihoods = [fit.likelihood() for fit in self._fits]
+        self.fit = self._fits[1]
 
-    @property
-    def fit(self) -> SystemFit:
-        """Fit of all states as described."""
-        return self.fits[1][0]
+    @staticmethod
+    def of(robot: Robot, states: States | None, free_gains: bool = False) -> "Comparison | None":
+        """Fit the recordings as described; None where there is too little motion, or none that fits the robot."""
+        try:
+            return None if states is None else Comparison(robot, states, free_gains)
+        except InputError:  # a joint leaves the table of its spring
+            return None
 
     def _fitted(self, system: System, weights: Array) -> SystemFit:
         """Fit, with gains of their own where they are free."""
@@ -93,32 +97,28 @@ class Comparison:
     ) -> Alternative | None:
         """Compare another reading; None where a few of the states show a fall below ``worth``, or nothing."""
         found = None
-        for (fit, likelihood), part in zip(self.fits, (states.coarser(), states), strict=True):
+        for fit, likelihood, part in zip(self._fits, self._likelihoods, (states.coarser(), states), strict=True):
+            system = fit.system
+            torque = part.torque.T + system.torque - system.states.torque.T
+            # Where torques alone differ the columns are there.
+            same = robot is None and np.array_equal(part.q, system.states.q)
+            same = same and np.array_equal(part.keep.T, system.keep)
             try:
-                found = self._alternative(kind, name, robot, part, fit, likelihood)
+                changed = replace(system, torque=torque) if same else System.of(robot or self.robot, part)
             except InputError:  # outside the table of a spring
                 return None
-            if found.fall < worth:
+            if same and not self.free_gains:
+                other = fit.likelihood(torque)
+            else:
+                other = self._fitted(changed, fit.weights).likelihood()
+            both = system.keep & part.keep.T
+            rise = np.bincount(part.block, np.sum((other - likelihood) * both, axis=0), BLOCKS)
+            error = float(np.std(rise, ddof=1)) / np.sqrt(len(rise))
+            fall = 1.0 - float(np.exp(-2.0 * rise.sum() / max(int(both.sum()), 1)))
+            found = Alternative(kind, name, fall, float(rise.mean()) / max(error, 1e-300))
+            if fall < worth:
                 return None
         return found
-
-    def _alternative(
-        self, kind: str, name: str, robot: Robot | None, states: States, fit: SystemFit, likelihood: Array
-    ) -> Alternative:
-        system = fit.system
-        torque = states.torque.T + system.torque - system.states.torque.T
-        same = robot is None and np.array_equal(states.q, system.states.q)
-        same = same and np.array_equal(states.keep.T, system.keep)  # torques alone differ: the columns are there
-        if same and not self.free_gains:
-            other = fit.likelihood(torque)
-        else:
-            changed = replace(system, torque=torque) if same else System.of(robot or self.robot, states)
-            other = self._fitted(changed, fit.weights).likelihood()
-        both = system.keep & states.keep.T
-        rise = np.bincount(states.block, np.sum((other - likelihood) * both, axis=0), BLOCKS)
-        error = float(np.std(rise, ddof=1)) / np.sqrt(len(rise))
-        fall = 1.0 - float(np.exp(-2.0 * rise.sum() / max(int(both.sum()), 1)))
-        return Alternative(kind, name, fall, float(rise.mean()) / max(error, 1e-300))
 
 
 def alternatives(robot: Robot, states: States | None, free_gains: bool = False) -> tuple[Alternative, ...]:
@@ -127,13 +127,10 @@ def alternatives(robot: Robot, states: States | None, free_gains: bool = False) 
     Only robots of other geometry are tried, with as many joints and drives as described. None where there is too
     little motion; other arguments as of ``Comparison``.
     """
-    if states is None:
+    own = Comparison.of(robot, states, free_gains)
+    if own is None:
         return ()
-    try:
-        own = Comparison(robot, states, free_gains)
-    except InputError:
-        return ()
-    speed = states.qd.T
+    states, speed = own.states, own.states.qd.T
     rubs = np.eye(robot.n)[:, :, None] * (np.sign(speed) * np.sqrt(np.abs(speed)))[:, None]
     friction = own.fit.system.with_columns(rubs).effect(*range(robot.n)).fall
     found = [Alternative("friction", "", friction, 0.0)]
@@ -211,19 +208,17 @@ def likely_causes(
         contradicted: whether something is known to be wrong; if not, only a clear gain counts.
         free_gains: as of ``Comparison``.
     """
-    if states is None:
-        return []
-    states = states.taken(slice(None, None, max(1, len(states.t) // _ENOUGH)))
-    try:
-        described = Comparison(robot, states, free_gains)
-    except InputError:
+    if states is not None:
+        states = states.taken(slice(None, None, max(1, len(states.t) // _ENOUGH)))
+    described = Comparison.of(robot, states, free_gains)
+    if described is None:
         return []
     least = HELPFUL if contradicted else CONVINCING
     tried: list[tuple[Alternative, str]] = []
     for family, several in FAMILIES:
         for source, mask in _parts(described):
             readings = (
-                described.compared("", text, other, states.mixed(changed, mask), 0.5 * least)
+                described.compared("", text, other, described.states.mixed(changed, mask), 0.5 * least)
                 for text, other, changed in family(described, mask)
             )
             own = [found for found in readings if found is not None and found.fall > least and found.z > CAUSE_Z]

@@ -38,7 +38,8 @@ def search(monkeypatch: pytest.MonkeyPatch) -> Search:
             return Alternative("", text, fall, z) if fall > worth else None
 
         monkeypatch.setattr(causes, "FAMILIES", tuple(map(family, families)))
-        monkeypatch.setattr(causes, "Comparison", lambda *_: SimpleNamespace(compared=compared))
+        own = SimpleNamespace(compared=compared, states=Everything())
+        monkeypatch.setattr(causes.Comparison, "of", lambda *_: own)
         monkeypatch.setattr(causes, "_parts", lambda _: [(part, np.ones(9, dtype=bool))])
         states: Any = Everything(t=np.zeros(9))
         return causes.likely_causes(ROBOT, states, contradicted)
