@@ -17,7 +17,7 @@ from dynident.apps.logs.read import read_recording
 from dynident.estimation import Identification, Settings, SigmaBound, SigmaRatio, identify
 from dynident.estimation.answers.identification import impossible_robot
 from dynident.estimation.fit.essential import eliminate
-from dynident.estimation.fit.least_squares import solve_triangle
+from dynident.estimation.fit.least_squares import solve
 from dynident.model import load_robot
 from dynident.trajectories import RX90_NOISE, Simulator, random_via_points
 from rich.console import Console
@@ -31,7 +31,7 @@ def refitted(result: Identification) -> tuple[list[str], list[float]]:
     errors: list[float] = []
     while essential:
         R = problem.select(essential).stacked(weights)
-        solution = solve_triangle(R, effective)
+        solution = solve(R, tuple(essential), problem.equations, effective)
         errors.append(float(np.linalg.norm(R[len(essential) :, -1]) / np.sqrt(solution.degrees_of_freedom)))
         relative = np.sqrt(np.diag(solution.covariance)) / np.abs(solution.values)
         order.append(essential.pop(int(np.argmax(relative))))

@@ -5,24 +5,63 @@ import zipfile
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, reduce
+from itertools import accumulate
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
+from scipy.linalg import lapack
 
 from ...common.arrays import Array
 from ...common.errors import InputError
 from ...common.files import write_bytes
-from ...common.linear import rank
+from ...common.linear import independent, rank, upper, without
 from ...model import INERTIAL
-from .conditioning import condition, scaled
-from .elimination import Anchor, anchored, eliminated_from
-from .shared_torque import SharedTorque, beside, compressed, refilled
 
 SHARED = "shared"
 """How the names of shared torques begin."""
 PAYLOAD = tuple(f"{kind}_L" for kind in INERTIAL)
 """Names of the payload's ten parameters chi_L, in the order of (6)."""
+NO_MOTOR = -1
+"""In a motor's place: a known spring makes the torque."""
+
+
+class SharedTorque(NamedTuple):
+    """The part of a joint's right-hand side Y_j that another joint's motor makes, or a known spring.
+
+    Of coupled drives that motor's gain is in both joints' torques (9); a spring's torque no gain scales.
+    ``joint``: whose equations; ``motor``: whose torque, both from 0, or ``NO_MOTOR``; ``torque``: row by row
+    as Y_j [N·m or N].
+    """
+
+    joint: int
+    motor: int
+    torque: Array
+
+
+def beside(shared: Sequence[SharedTorque], joint: int, rows: int) -> Array:
+    """What is not of a joint's own motor in its equations, side by side, rows x number of torques."""
+    own = [torque.torque for torque in shared if torque.joint == joint]
+    return np.column_stack(own) if own else np.zeros((rows, 0))
+
+
+def refilled(shared: Sequence[SharedTorque], joint: int, columns: Array) -> list[SharedTorque]:
+    """Replace the rows of a joint's torques by others, ordered as by ``beside``."""
+    own = [torque for torque in shared if torque.joint == joint]
+    return [torque._replace(torque=columns[:, k]) for k, torque in enumerate(own)]
+
+
+class Anchor(NamedTuple):
+    """One more equation for a column that is eliminated: its parameter is ``level``, with ``stiffness``.
+
+    ``column``: which; ``joint``: among whose rows (from 0) the equation stands; ``stiffness``: its weight in units
+    of those rows; ``level``: the new column's name.
+    """
+
+    column: str
+    joint: int
+    stiffness: float
+    level: str
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,7 +93,7 @@ class Blocks:
 
     def joined(self, others: "Blocks", together: bool = False) -> "Blocks":
         """These blocks and then others; ``together``: each with its partner of the same motion."""
-        pairs, length = list(zip(self.factors, others.factors, strict=True)), max(self.length, others.length)
+        pairs, length = zip(self.factors, others.factors, strict=True), max(self.length, others.length)
         if together:
             rows, effective = self.rows + others.rows, self.effective_rows + others.effective_rows
             return Blocks(tuple(np.concatenate(pair, axis=1) for pair in pairs), rows, effective, length)
@@ -113,18 +152,16 @@ class Equations:
         joints, blocks = range(len(self.factors)) if joints is None else joints, self.blocks
         right = np.append(np.zeros(len(self.columns)) if shift is None else -shift, 1.0)
         change = np.column_stack([np.vstack([M, np.zeros(M.shape[1])]), right])
+        if len(blocks):
+            factors = tuple(blocks.factors[j] @ change for j in joints)
+            blocks = Blocks(factors, blocks.rows[:, joints], blocks.effective_rows[:, joints], blocks.length)
         return Equations(
             tuple(names),
             tuple(self.factors[j] @ change for j in joints),
             tuple(self.rows[j] for j in joints),
             tuple(self.effective_rows[j] for j in joints),
             self.shared if shift is None and len(joints) == len(self.factors) else (),
-            Blocks(
-                tuple(blocks.factors[j] @ change for j in joints) if len(blocks) else (),
-                blocks.rows[:, joints] if len(blocks) else blocks.rows,
-                blocks.effective_rows[:, joints] if len(blocks) else blocks.effective_rows,
-                blocks.length,
-            ),
+            blocks,
         )
 
     def select(self, names: Sequence[str]) -> "Equations":
@@ -164,10 +201,15 @@ class Equations:
         rest = [k for k in range(len(self.columns)) if k not in gone]
         factors, ranks, shared = [], [], list[SharedTorque]()
         for j, factor in enumerate(self.factors):
-            others = beside(self.shared, j, len(factor))
-            remaining, eliminated = np.column_stack([factor[:, [*rest, -1]], others]), factor[:, gone]
-            remaining, eliminated = anchored(remaining, eliminated, len(rest), columns, anchors, j)
-            left, others, count = eliminated_from(remaining, eliminated, others.shape[1])
+            others, levels = beside(self.shared, j, len(factor)), np.zeros((len(factor), len(anchors)))
+            rows = np.hstack([factor[:, [*gone, *rest]], levels, factor[:, -1:], others])
+            for k, anchor in enumerate(anchors):
+                if anchor.joint == j:  # stiffness (parameter - level) = 0, one more row
+                    row = np.zeros(rows.shape[1])
+                    row[list(columns).index(anchor.column)] = anchor.stiffness
+                    row[len(self.columns) + k] = -anchor.stiffness
+                    rows = np.vstack([rows, row])
+            left, others, count = _eliminated(rows, len(gone), others.shape[1])
             factors.append(left)
             shared += refilled(self.shared, j, others)
             ranks.append(rank(factor[:, gone]) if anchors else count)
@@ -203,15 +245,9 @@ class Equations:
         if len(self.blocks) < 2:
             raise InputError("robust standard deviations need two blocks of time at least: record longer")
         blocks = self.parts()
-        after: list[list[Equations]] = [[]]
-        for block in reversed(blocks[1:]):
-            after.append([merged([block, *after[-1]])])
-        before: list[Equations] = []
-        without = []
-        for block in blocks:
-            without.append(merged([*before, *after.pop()]))
-            before = [merged([*before, block])]
-        return without
+        before = list(accumulate(blocks[:-1], lambda done, block: merged([done, block])))
+        after = list(accumulate(blocks[:0:-1], lambda done, block: merged([block, done])))[::-1]
+        return [after[0], *map(merged, zip(before[:-1], after[1:], strict=True)), before[-1]]
 
     def stacked(self, weights: Array | None = None) -> Array:
         """Factor of all joints together, k x (c + 1), the rows of joint j times ``weights[j]``."""
@@ -278,12 +314,80 @@ class Equations:
         Infinite where W is rank-deficient.
         """
         W = self.stacked()[:, :-1]
-        return condition(W), condition(scaled(W))
+        return _condition(W), _condition(scaled(W))
+
+    def by_motor(self) -> tuple[Array, ...]:
+        """What each motor makes of a joint's right-hand side: per joint k x n, rows as those of its factor.
+
+        They add up to the right-hand side, but for the torque of a known spring, which no gain scales.
+        """
+        torques = tuple(np.zeros((len(factor), len(self.factors))) for factor in self.factors)
+        for j, factor in enumerate(self.factors):
+            torques[j][:, j] += factor[:, -1]
+        for joint, motor, torque in self.shared:
+            torques[joint][:, joint] -= torque
+            if motor != NO_MOTOR:
+                torques[joint][:, motor] += torque
+        return torques
+
+
+def scaled(W: Array) -> Array:
+    """Columns of norm 1; columns of zeros as they are."""
+    norms = np.linalg.norm(W, axis=0)
+    return np.asarray(W / np.where(norms > 0.0, norms, 1.0))
+
+
+def _condition(W: Array) -> float:
+    """Condition number; infinite for a rank-deficient matrix."""
+    singular = np.linalg.svd(W, compute_uv=False)
+    if len(singular) < W.shape[1] or singular[-1] <= 1e-14 * singular[0]:
+        return float("inf")
+    return float(singular[0] / singular[-1])
+
+
+def compressed(rows: Array, beside: int = 0) -> tuple[Array, Array]:
+    """R of a QR decomposition, and Q' times some last columns that take no part in it.
+
+    Fewer rows than columns are kept as they are.
+
+    Args:
+        rows: columns of the factor, then those beside, N x (c + beside).
+        beside: number of the latter.
+    """
+    width = rows.shape[1] - beside
+    if len(rows) > width:
+        # What stands below is of the last columns alone.
+        rows = upper(lapack.dgeqrf(rows)[0][:width])
+    return rows[:, :width], rows[:, width:]
 
 
 def triangular(rows: Array) -> Array:
     """R of the QR decomposition; fewer rows than columns are kept as they are."""
     return compressed(rows)[0]
+
+
+def _eliminated(rows: Array, gone: int, beside: int) -> tuple[Array, Array, int]:
+    """Triangular factor of some columns less what the first explain, the last ones beside it, and the first's rank.
+
+    Of clearly independent columns one QR of all that are not zero says it.
+
+    Args:
+        rows: N x (gone + c + beside).
+        gone: number of columns that are taken out.
+        beside: number of the last columns, which take no part in the factor.
+    """
+    off, remaining = rows[:, :gone], rows[:, gone:]
+    off, width = off[:, off.any(axis=0)], remaining.shape[1] - beside
+    if not len(rows):
+        return remaining[:, :width], remaining[:, width:], 0
+    there = [k for k in range(remaining.shape[1]) if k >= width - 1 or remaining[:, k].any()]  # torques always
+    k, c = off.shape[1], len(there) - beside
+    R = upper(lapack.dgeqrf(np.column_stack([off, remaining[:, there]]))[0][: k + c])
+    if not independent(off, R):
+        return *compressed(without(remaining, off), beside), rank(off)
+    factor = np.zeros((len(R) - k, remaining.shape[1]))
+    factor[:, there] = R[k:, k:]
+    return factor[:, :width], factor[:, width:], k
 
 
 def merged(parts: Iterable[Equations]) -> Equations:
@@ -292,7 +396,11 @@ def merged(parts: Iterable[Equations]) -> Equations:
     first = parts[0]
     if len(parts) == 1:
         return first
-    _check_alike(parts)
+    joints = [torque[:2] for torque in first.shared]
+    if any(part.columns != first.columns for part in parts):
+        raise ValueError("equations with different columns cannot be merged")
+    if any([torque[:2] for torque in part.shared] != joints for part in parts):
+        raise ValueError("equations of robots with different coupled drives or springs cannot be merged")
     factors, shared = [], list[SharedTorque]()
     for j in range(len(first.factors)):
         rows = np.vstack([np.column_stack([p.factors[j], beside(p.shared, j, len(p.factors[j]))]) for p in parts])
@@ -307,13 +415,3 @@ def merged(parts: Iterable[Equations]) -> Equations:
         tuple(shared),
         reduce(Blocks.joined, [p.blocks for p in parts]) if all(len(p.blocks) for p in parts) else Blocks(),
     )
-
-
-def _check_alike(parts: Sequence[Equations]) -> None:
-    """Refuse parts that are not of the same parameters of the same drives."""
-    first, *others = parts
-    if any(part.columns != first.columns for part in others):
-        raise ValueError("equations with different columns cannot be merged")
-    joints = [torque[:2] for torque in first.shared]
-    if any([torque[:2] for torque in part.shared] != joints for part in others):
-        raise ValueError("equations of robots with different coupled drives or springs cannot be merged")

@@ -18,14 +18,12 @@ from ...common.linear import decomposed, least_squares, without
 from ...model import Processing, Robot, base_parameters
 from ...model.drives import parameter_kind
 from ...model.motion import Measurement
-from ..equations.correlation import inflation
-from ..equations.elimination import Anchor
-from ..equations.equations import PAYLOAD, Equations, merged
-from ..equations.observation import Observation
-from ..equations.observer import Observer
+from ..equations.equations import PAYLOAD, Anchor, Equations, merged
+from ..equations.observer import Observation, Observer
 from ..equations.reduction import reduced
+from ..fit.blocks import inflation
 from ..fit.least_squares import joint_weights
-from ..fit.linear_problem import Fixed, SoftPrior
+from ..fit.linear_problem import Known, SoftPrior
 from ..signals.rows import Mask
 
 FREE = "free "
@@ -87,12 +85,12 @@ class HeldFriction:
         return tuple(anchors)
 
     @property
-    def known(self) -> Fixed:
+    def known(self) -> Known:
         """What they are held at: zero, as far as sigma says; alike in all recordings, to be safe."""
         k, n = len(self.held), len(self.noise)
         lasting = np.diag([role.sigma**2 for role in self.held.values()]) if k else np.zeros((0, 0))
         names = tuple(anchor.level for anchor in self.anchors)
-        return Fixed(names, np.zeros(k), np.zeros((k, k)), lasting, gain_sensitivity=lambda: np.zeros((k, n)))
+        return Known(names, np.zeros(k), np.zeros((k, k)), lasting, gain_sensitivity=lambda: np.zeros((k, n)))
 
     def friction_free(self, equations: Equations) -> Equations:
         """Equations of one recording less all that its constant torques, friction and ripple can explain."""

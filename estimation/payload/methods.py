@@ -19,7 +19,6 @@ from ...model.regressors import payload_columns
 from ..equations.equations import PAYLOAD, Equations
 from ..equations.observer import PATH
 from ..fit.covariance import Rule
-from ..fit.drive_gains import motor_torques
 from ..fit.essential import Elimination, StopRule, eliminate
 from ..fit.estimate import Estimate, fit
 from ..fit.least_squares import weighted
@@ -269,14 +268,8 @@ def _growth(equations: Equations, estimate: Estimate) -> Array:
     x = np.append(-estimate.values, 1.0)
     errors = [w * factor @ x for w, factor in zip(estimate.weights, equations.factors, strict=True)]
     size = max(sum(float(error @ error) for error in errors), np.finfo(float).tiny)
-    grown = [
-        sum(
-            float(error @ (w * torque))
-            for error, w, torque in zip(errors, estimate.weights, motor_torques(equations, j), strict=True)
-        )
-        for j in range(len(equations.factors))
-    ]
-    return 2.0 * np.array(grown) / size
+    every = zip(errors, estimate.weights, equations.by_motor(), strict=True)
+    return np.asarray(2.0 * sum(error @ (w * torques) for error, w, torques in every) / size)
 
 
 def _generalised(G: Array, change: Array, C: Array) -> _Step:
