@@ -31,8 +31,7 @@ from ..payload.long_motion import LongMotion, Source, check_blocks
 from ..payload.methods import selected
 from ..payload.robust import with_robust
 from ..possible.cone import SolverError
-from ..possible.payload import solve_constrained
-from ..possible.result import rise_p_value
+from ..possible.payload import rise_p_value, solve_constrained
 from ..possible.robot import PossibleRobot, solve_constrained_base
 from ..results.parts import (
     EliminationDocument,

@@ -18,7 +18,6 @@ from .cone import ConeProgram, solve_cone
 from .constraints import MassBounds
 from .entropic import EntropicProgram, pseudo_inertias
 from .payload import TOLERANCE
-from .result import Active
 from .robot import PossibleRobot, RobotProgram
 from .whole_robot import Origin, origins
 
@@ -146,16 +145,13 @@ def solve_constrained_prior(
     z0[problem.links] = [body.vector for body in prior.bodies] / problem.scale[problem.links]
     program = EntropicProgram(problem.program, pseudo_inertias(problem.program, z0))
     solution, weight, status = _prior_itself(problem, z0, nearest.chi2_rise + budget), np.inf, "prior"
-    active: list[Active] = []
+    prices = np.zeros(0)
     if solution is None:
         weight, point = program.within_budget(program.start(_inside(problem, z0)), nearest.chi2_rise, budget)
-        solution, status = point.z, "Solved"
-        slack = problem.program.slack(point.z)
-        rows = zip(problem.texts, point.multipliers.tolist(), slack, strict=True)
-        active = [Active(text, price) for text, price, room in rows if price > max(room, TOLERANCE)]
+        solution, prices, status = point.z, point.multipliers, "Solved"
     z = problem.repaired(solution)
     return PriorRobot(
-        **vars(problem.answer(z, active, status)),
+        **vars(problem.answer(z, status, prices)),
         nearest=nearest,
         prior=prior,
         budget=budget,
@@ -175,7 +171,7 @@ def _prior_itself(problem: RobotProgram, z0: Array, limit: float) -> Array | Non
     z = z0.copy()
     if len(drives):
         part = ConeProgram(F[:, drives], d - F @ z0, A[:rows, drives], room[:rows], bodies[:0, :, drives])
-        z[drives] = solve_cone(part, 1e3).z
+        z[drives] = solve_cone(part, [(1e3, np.inf)]).z
         signed = list(problem.rules.signed)
         z[signed] = np.maximum(z[signed], 0.0)
     return z if float(np.sum((F @ z - d) ** 2)) <= limit else None
