@@ -12,7 +12,6 @@ from ...common.linear import least_squares
 from ..equations.equations import Blocks, Equations
 from ..equations.observer import Observation, Residuals
 from ..equations.reduction import Recorded, reduced
-from .least_squares import joint_weights
 
 _WINDOW = 5.0  # lags summed, in autocorrelation times
 _TIMES = 5.0  # autocorrelation times a block holds
@@ -161,5 +160,5 @@ def in_blocks(
 def weighted_solution(equations: Equations) -> Array:
     """Values of the weighted fit; of dependent columns the shortest ones."""
     factor = equations.stacked()
-    factor = equations.stacked(joint_weights(equations, least_squares(factor[:, :-1], factor[:, -1])))
+    factor = equations.stacked(equations.joint_weights(least_squares(factor[:, :-1], factor[:, -1])))
     return least_squares(factor[:, :-1], factor[:, -1])

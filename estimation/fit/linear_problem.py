@@ -19,10 +19,9 @@ import numpy as np
 from scipy.linalg import solve_triangular
 
 from ...common.arrays import Array
-from ..equations.equations import Equations, compressed, triangular
+from ..equations.equations import Equations, checked, compressed, triangular
 from .covariance import formula, sandwich
 from .estimate import Estimate, fit
-from .least_squares import checked, joint_weights, solve
 
 _HELD = 1e-6
 """Share of a direction that the other blocks must hold: differences then keep ten digits."""
@@ -239,9 +238,7 @@ class LinearProblem:
         """Weights of the joints by their errors in the ordinary solution, (n,); a prior counts as it stands."""
         if self.prior is not None:
             return replace(self, fixed=self.given, prior=None).weights()
-        prior = np.column_stack([self._prior_rows.rows, self._prior_rows.levels])
-        ordinary = solve(np.vstack([*self.unknown.factors, prior]), self.unknown.columns, *self._rows)
-        return joint_weights(self.unknown, ordinary.values)
+        return self.unknown.joint_weights(self._triangle(np.ones(len(self.equations.factors))).values)
 
     def values(self, weights: Array) -> Array:
         """The wanted values for given weights; linear in the torques."""

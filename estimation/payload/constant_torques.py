@@ -22,7 +22,6 @@ from ..equations.equations import PAYLOAD, Anchor, Equations, merged
 from ..equations.observer import Observation, Observer
 from ..equations.reduction import reduced
 from ..fit.blocks import inflation
-from ..fit.least_squares import joint_weights
 from ..fit.linear_problem import Known, SoftPrior
 from ..signals.rows import Mask
 
@@ -141,7 +140,7 @@ def _errors(observations: Sequence[Observation], plain: Sequence[Equations]) -> 
     The size is 0 where a joint has too few rows, beyond the free columns that act on it, to tell it.
     """
     problem = merged(plain).select(PAYLOAD)
-    weights = joint_weights(problem, _shortest(problem, np.ones(len(problem.rows)))[0])
+    weights = problem.joint_weights(_shortest(problem, np.ones(len(problem.rows)))[0])
     values, _ = _shortest(problem, weights)
     noise, count = problem.error_norms(values) / np.sqrt(np.maximum(problem.rows, 1)), np.zeros(len(problem.rows))
     series: list[list[tuple[Array, Array]]] = [[] for _ in count]
@@ -228,7 +227,7 @@ def coulomb_friction(problem: Equations) -> Array:
     for _ in range(2):
         factor = problem.stacked(weights)
         values = decomposed(factor[:, :-1]).solution(factor[:, -1])
-        weights = joint_weights(problem, values)
+        weights = problem.joint_weights(values)
     for j in range(n):
         name = f"FS{j + 1}"
         if name in problem.columns and hidden[problem.columns.index(name)] < _HIDDEN:

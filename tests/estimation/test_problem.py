@@ -7,16 +7,21 @@ import pytest
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError
 from dynident.common.linear import RANK_TOLERANCE
-from dynident.estimation.equations.equations import Equations, merged
+from dynident.estimation.equations.equations import Equations, checked, merged
 from dynident.estimation.equations.observer import Observation
 from dynident.estimation.equations.reduction import reduced
 from dynident.estimation.fit.essential import eliminate
-from dynident.estimation.fit.estimate import fit
-from dynident.estimation.fit.least_squares import checked, joint_weights, ordinary, weighted
+from dynident.estimation.fit.estimate import Estimate, fit
+from dynident.estimation.fit.least_squares import weighted
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 NAMES = ("a", "b", "c", "d")
+
+
+def ordinary(problem: Equations) -> Estimate:
+    """Ordinary least squares (16)."""
+    return weighted(problem, np.ones(len(problem.rows)))
 
 
 def observation(
@@ -79,7 +84,7 @@ def test_weighted_least_squares() -> None:
     data = observation(3)
     problem = reduced(data)
     x = ordinary(problem).values
-    weights = joint_weights(problem, x)
+    weights = problem.joint_weights(x)
     spread = [np.linalg.norm(Y - W @ x) / np.sqrt(len(Y)) for W, Y in zip(data.W, data.Y, strict=True)]
     assert weights[0] / weights[1] == pytest.approx(spread[1] / spread[0])
     W = np.vstack([w * weight for w, weight in zip(data.W, weights, strict=True)])
