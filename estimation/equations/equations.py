@@ -167,11 +167,7 @@ class Equations:
         )
 
     def select(self, names: Sequence[str]) -> "Equations":
-        """Keep only some of the parameters, or put all among others, whose columns are zero; in the order given.
-
-        Raises:
-            ValueError: for names of which neither holds.
-        """
+        """Keep only some of the parameters, or put all among others, whose columns are zero; in the order given."""
         if not (set(names) <= set(self.columns) or set(self.columns) <= set(names)):
             raise ValueError(f"neither a part of {self.columns} nor more: {tuple(names)}")
         M = np.zeros((len(self.columns), len(names)))
@@ -240,9 +236,6 @@ class Equations:
         """The equations without each block, for a jackknife; nothing shared is kept.
 
         What lies before and after each block is merged once for all: 3 B merges instead of B^2.
-
-        Raises:
-            InputError: if there are fewer than two blocks.
         """
         if len(self.blocks) < 2:
             raise InputError("robust standard deviations need two blocks of time at least: record longer")
@@ -384,9 +377,6 @@ def checked(factor: Array, columns: tuple[str, ...], rows: int, effective_rows: 
         columns: names of the c parameters.
         rows: number of equations behind it.
         effective_rows: number of those with independent noise.
-
-    Raises:
-        InputError: if they leave a direction of the parameters undetermined.
     """
     c = len(columns)
     if rows < c:

@@ -227,9 +227,6 @@ class Observer:
         """Equations of one recording that arrives in pieces, each with its rows to use (N x n).
 
         Y and every column of W are filtered and decimated alike.
-
-        Raises:
-            InputError: if a joint leaves the table of its spring.
         """
         decimator, skip = Decimator(self.rows[-1].stop, factor), 0
         waiting = np.empty((self.robot.n + 1, 0))  # times and rows to use that the filter has not given yet

@@ -60,9 +60,6 @@ def left_out(
         weights: of the joints, shape (n,).
         known: other columns, each a right-hand side of its own; the last one is Y.
         near: further equations that no block holds, weighted, m x (c + k + 1): in columns, known ones, and Y.
-
-    Raises:
-        InputError: if what is left does not determine the parameters.
     """
     names, blocks = tuple(columns), equations.blocks
     places = [*(equations.columns.index(name) for name in (*names, *known)), -1]
@@ -93,13 +90,7 @@ def _solved(rows: Array, names: tuple[str, ...], counts: Array) -> tuple[Array, 
 
 
 def _downdated(root: Array, whole: _Solution, rows: Array) -> tuple[Array, _Solution]:
-    """Solutions without each block, from the whole one; first, of which too little is left for that.
-
-    Args:
-        root: R^-1 of all equations.
-        whole: their solution.
-        rows: of the blocks, B x k x (c + m).
-    """
+    """Solutions without each block, B x k x (c + m), from the whole one; first, of which too little is left."""
     c = len(root)
     Q, errors = rows[:, :, :c] @ root, rows[:, :, c:] - rows[:, :, :c] @ whole[0]
     back = Q.transpose(0, 2, 1)
@@ -250,9 +241,6 @@ class LinearProblem:
         Args:
             weights: of the joints, shape (n,).
             pairs: which blocks, -1 for none; without known parameters the equations' own blocks in their order.
-
-        Raises:
-            InputError: if what is left does not determine the parameters.
         """
         if self.parts:
             return np.array([part.values(weights) for part in self.without_each()])
@@ -269,11 +257,7 @@ class LinearProblem:
         return np.array([values[a, :, -1] - values[a, :, :-1] @ known[min(b, len(known) - 1)] for a, b in pairs])
 
     def without_each(self) -> "list[LinearProblem]":
-        """The problem without each of its equations' blocks, known parameters as they are.
-
-        Raises:
-            InputError: if there are fewer than two blocks.
-        """
+        """The problem without each of its equations' blocks, known parameters as they are."""
         parts = self.parts or self.equations.without_each()
         return [replace(self, equations=part, parts=()) for part in parts]
 
@@ -372,11 +356,7 @@ class LinearProblem:
         return _PriorRows(np.vstack([np.zeros((0, c)), *rows]), levels, np.array(inflation), np.vstack(by_gains))
 
     def _triangle(self, weights: Array) -> _Triangle:
-        """The weighted equations of all joints, those of what is held below; decomposed once for given weights.
-
-        Raises:
-            InputError: if they leave a parameter undetermined.
-        """
+        """The weighted equations of all joints, those of what is held below; decomposed once for given weights."""
         if (key := weights.tobytes()) in self._triangles:
             return self._triangles[key]
         prior, sizes = self._prior_rows, [len(group.names) for group in self.fixed]
@@ -416,11 +396,7 @@ class LinearProblem:
 
 
 def gain_sensitivity(equations: Equations, weights: Array) -> Array:
-    """Derivatives of a weighted least-squares solution by e_j, weights fixed, c x n.
-
-    Raises:
-        InputError: if the equations leave a parameter undetermined.
-    """
+    """Derivatives of a weighted least-squares solution by e_j, weights fixed, c x n."""
     derivatives = LinearProblem(equations, equations.columns).gain_sensitivity(weights)
     assert derivatives is not None  # nothing is known from elsewhere
     return derivatives

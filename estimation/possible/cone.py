@@ -12,8 +12,8 @@ import numpy as np
 from ...common.arrays import Array
 from .constraints import PSEUDO_INERTIA
 
-Cone = tuple[Literal["Zero", "Nonnegative", "SecondOrder", "PSDTriangle"], int]
-"""A cone and its size: rows, but for a triangle the side of its matrix."""
+Cone = tuple[Literal["Zero", "Nonnegative", "SecondOrder", "PSDTriangle", "Exponential"], int]
+"""A cone and its size: rows, but for a triangle the side of its matrix; an exponential one has three rows."""
 
 
 class ConeProgram(NamedTuple):
@@ -102,9 +102,6 @@ def solve_cone(program: ConeProgram, ways: Ways = ((1e5, np.inf),)) -> ConeSolut
 
     Args:
         ways: the usual one cares for data almost without noise.
-
-    Raises:
-        SolverError: if none does.
     """
     (k, n), r, p, status = program.R.shape, len(program.A), len(program.bodies), ""
     for largest, ball in ways:
@@ -131,7 +128,14 @@ def solve_cone(program: ConeProgram, ways: Ways = ((1e5, np.inf),)) -> ConeSolut
     raise SolverError(status)
 
 
-def cone_solver(cost: Array, matrix: Array, right: Array, cones: Sequence[Cone], reused: bool = False) -> Any:
+def cone_solver(
+    cost: Array,
+    matrix: Array,
+    right: Array,
+    cones: Sequence[Cone],
+    tolerance: float = 1e-8,
+    reused: bool = False,
+) -> Any:
     """A solver for the x of least cost with right - matrix x in the cones; one thread, no output.
 
     Args:
@@ -139,6 +143,7 @@ def cone_solver(cost: Array, matrix: Array, right: Array, cones: Sequence[Cone],
         matrix: m x n.
         right: shape (m,).
         cones: for the rows in their order.
+        tolerance: of gap and feasibility.
         reused: whether other costs come later. Such a solver's rows are well scaled and stay as they are.
     """
     import clarabel  # both take their time to import: only where a cone program is solved
@@ -147,15 +152,16 @@ def cone_solver(cost: Array, matrix: Array, right: Array, cones: Sequence[Cone],
     settings = clarabel.DefaultSettings()
     settings.verbose = False
     settings.max_threads = 1
+    settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = tolerance
     if reused:
         settings.presolve_enable = False
         settings.chordal_decomposition_enable = False
         settings.equilibrate_enable = False
-        settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = 1e-7
     there = matrix.T != 0.0
     starts = np.append(0, np.cumsum(there.sum(axis=1)))
     # Compressed columns without the detour by coordinates.
     sparse = csc_matrix((matrix.T[there], np.nonzero(there)[1], starts), matrix.shape)
-    kinds = [getattr(clarabel, f"{kind}ConeT")(size) for kind, size in cones if size]
+    sizes = [(kind, () if kind == "Exponential" else (size,)) for kind, size in cones if size]
+    kinds = [getattr(clarabel, f"{kind}ConeT")(*size) for kind, size in sizes]
     no_squares = csc_matrix((len(cost), len(cost)))
     return clarabel.DefaultSolver(no_squares, cost, sparse, right, kinds, settings)

@@ -179,11 +179,7 @@ class InEllipsoid(Constraint):
 
 
 def _as_tuples(values: ArrayLike, shape: tuple[int, ...], name: str) -> Any:
-    """Numbers as nested tuples, which compare and hash, after a check of their shape.
-
-    Raises:
-        InputError: for another shape or a number that is not finite.
-    """
+    """Numbers as nested tuples, which compare and hash, after a check of their shape."""
     try:
         array = frozen_array(values, shape, name)
     except ValueError as error:

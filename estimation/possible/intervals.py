@@ -56,11 +56,7 @@ class ProfileSet:
         self._cones: list[Cone] = [("Nonnegative", len(bounds)), ("SecondOrder", n + 2), ("PSDTriangle", 4)]
 
     def farthest(self, c: Array) -> Array:
-        """The z of the set with the largest c'z.
-
-        Raises:
-            SolverError: for anything but a clean solve.
-        """
+        """The z of the set with the largest c'z."""
         direction = c @ self._inverse
         by_distance = self.problem.centre + self._radius * self._inverse @ direction / np.linalg.norm(direction)
         if self.problem.holds(by_distance):  # no constraint is in the way
@@ -68,11 +64,7 @@ class ProfileSet:
         return np.asarray(self._to_z @ np.append(self._least_point(-direction), 1.0))
 
     def largest_per_mass(self, c: Array) -> float:
-        """Largest c'z / z_k, z_k the mass, positive in the whole set: linear in z / z_k and 1 / z_k.
-
-        Raises:
-            SolverError: for anything but a clean solve.
-        """
+        """Largest c'z / z_k, z_k the mass, positive in the whole set: linear in z / z_k and 1 / z_k."""
         return float(c @ self._to_z @ self._least_ratios(-(c @ self._to_z)))
 
     @cached_property
@@ -89,7 +81,7 @@ class ProfileSet:
 
 def _least_in(matrix: Array, right: Array, cones: list[Cone]) -> Callable[[Array], Array]:
     """The function that finds, of all x with right - matrix x in the cones, the one of least cost."""
-    solver = cone_solver(np.zeros(matrix.shape[1]), matrix, right, cones, reused=True)
+    solver = cone_solver(np.zeros(matrix.shape[1]), matrix, right, cones, 1e-7, reused=True)
 
     def least(cost: Array) -> Array:
         unit = cost / np.linalg.norm(cost)  # a cost of norm 1 is what the solver's tolerances are made for

@@ -219,11 +219,7 @@ class ScaledProblem(NamedTuple):
         return bool((self.program.slack(z) >= 0.0).all()) and self.lowest(z) >= -rounding
 
     def repaired(self, z: Array) -> Array:
-        """z moved by rounding, so that no eigenvalue is negative; eliminated parameters stay zero.
-
-        Raises:
-            SolverError: if that is more than rounding, or a bound is missed by more.
-        """
+        """z moved by rounding, so that no eigenvalue is negative; eliminated parameters stay zero."""
         result = self.select @ lifted(z @ self.select, self.scale @ self.select)
         if (self.program.slack(result) < -TOLERANCE).any():
             raise SolverError("constraints missed by more than rounding")
@@ -252,9 +248,6 @@ def lifted(z: Array, scale: Array) -> Array:
     Args:
         z: the ten in units of ``scale``, shape (10,).
         scale: shape (10,); what has none was eliminated and stays as it is.
-
-    Raises:
-        SolverError: if that is more than rounding.
     """
     size, inward = max(1.0, float(np.abs(z).max())), np.where(scale > 0.0, IDENTITY, 0.0)
     step = 1.01 * max(-lowest_eigenvalue(z), 0.0)
@@ -267,11 +260,7 @@ def lifted(z: Array, scale: Array) -> Array:
 
 
 def whitening(C: Array, names: Sequence[str], floor: Array) -> Array:
-    """R with R'R = (C + diag(floor^2))^-1.
-
-    Raises:
-        InputError: if C is not finite or not of full rank.
-    """
+    """R with R'R = (C + diag(floor^2))^-1."""
     sigma = np.sqrt(np.maximum(np.diag(C), 0.0))
     if not np.isfinite(C).all() or (sigma == 0.0).any():
         raise InputError(f"the covariance of {', '.join(names)} is no covariance: identify all of them first")

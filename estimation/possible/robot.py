@@ -141,22 +141,14 @@ class RobotProgram(NamedTuple):
         return RobotProgram(base, estimate, scale, R, program, rules, texts, links)
 
     def nearest(self) -> PossibleRobot:
-        """The nearest base parameters.
-
-        Raises:
-            SolverError: for anything but a clean solve.
-        """
+        """The nearest base parameters."""
         solution = solve_cone(self.program, _WAYS)
         prices = np.concatenate([solution.row_multipliers, solution.body_multipliers])
         floor = max(_NEXT_TO_NOTHING * float(prices.max()), TOLERANCE)
         return self.answer(self.repaired(solution.z), "Solved", prices, floor, 2.0 * solution.norm)
 
     def repaired(self, z: Array) -> Array:
-        """z moved by rounding, so that no link has a negative eigenvalue and no drive a negative number.
-
-        Raises:
-            SolverError: if that is more than rounding.
-        """
+        """z moved by rounding, so that no link has a negative eigenvalue and no drive a negative number."""
         result = z.copy()
         for link in self.links:
             result[link] = lifted(z[link], self.scale[link])
