@@ -8,16 +8,15 @@ weighted, T = R^-1 holds the covariance as T T', and cancelling a parameter proj
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import solve_triangular
 
 from ...common.arrays import Array
 from ...common.errors import InputError
 from ..equations.equations import Equations
-from .estimate import Estimate, fit
+from .estimate import Estimate
+from .least_squares import weighted
 
 STOP_RATIO = 1.02
 """The paper's: the error's standard deviation over that with all parameters."""
@@ -156,52 +155,27 @@ def eliminate(problem: Equations, estimate: Estimate, rule: StopRule | None = No
     rule = rule or SigmaRatio()
     R, c = problem.stacked(estimate.weights), len(problem.columns)
     T = solve_triangular(R[:c, :c], np.eye(c))
-    x, squares = T @ R[:c, c], float(np.sum(R[c:, c] ** 2))
-    kept, order, largest, steps = np.ones(c, dtype=bool), list[str](), list[float](), list[_Step]()
-    while True:  # one by one, until none is left
-        dof = sum(problem.effective_rows) - (c - len(order))
-        steps.append(_Step(T, x, kept, squares / dof, dof))
-        if len(order) == c:
-            break
-        sigma = np.sqrt(squares / dof) * np.sqrt(np.einsum("kl,kl->k", T, T))
+    x, squares, rows = T @ R[:c, c], float(np.sum(R[c:, c] ** 2)), sum(problem.effective_rows)
+    order, largest, variances = list[int](), list[float](), [squares / (rows - c)]
+    while len(order) < c:  # one by one, until none is left
+        sigma = np.sqrt(variances[-1]) * np.sqrt(np.einsum("kl,kl->k", T, T))
         with np.errstate(divide="ignore", invalid="ignore"):
-            relative = np.where(kept, np.where(x == 0.0, np.inf, sigma / np.abs(x)), -1.0)
+            relative = np.where(x == 0.0, np.inf, sigma / np.abs(x))
+        relative[order] = -1.0
         k = int(np.argmax(relative))
         largest.append(float(relative[k]))
-        order.append(problem.columns[k])
+        order.append(k)
         # Least squares under x_k = 0: with t the k-th row of T, x loses T t' x_k / (t t'), the sum of squares grows
         # by x_k^2 / (t t'), and T loses its part along t.
         length = float(np.linalg.norm(T[k]))
         u, pull = T[k] / length, float(x[k]) / length
         along = T @ u
-        T, x, kept, squares = T - np.outer(along, u), x - along * pull, kept.copy(), squares + pull * pull
-        T[k], x[k], kept[k] = 0.0, 0.0, False
-    variances = np.array([step.variance for step in steps])
+        T, x, squares = T - np.outer(along, u), x - along * pull, squares + pull * pull
+        T[k], x[k] = 0.0, 0.0
+        variances.append(squares / (rows - c + len(order)))
     with np.errstate(over="ignore"):  # data without noise: any elimination is infinitely worse
-        ratio = np.sqrt(variances / max(variances[0], np.finfo(float).tiny))
-    path = EliminationPath(tuple(order), np.append(1.0, ratio[1:]), np.array([*largest, 0.0]))
-    T, x, kept, variance, dof = steps[rule.eliminated(path)]
-    names = tuple(name for name, there in zip(problem.columns, kept, strict=True) if there)
-    essential = Estimate(
-        names=names,
-        values=x[kept],
-        covariance=variance * T[kept] @ T[kept].T,
-        degrees_of_freedom=dof,
-        fit=fit(problem.select(names), x[kept]),
-        weights=estimate.weights,
-    )
-    return Elimination(path, rule, essential)
-
-
-class _Step(NamedTuple):
-    """Least squares with some parameters held at zero.
-
-    ``T``: c x c, T T' the covariance for unit variance, rows of eliminated parameters zero; ``x``: the solution;
-    ``kept``: which are not eliminated, (c,); ``variance`` of the weighted errors, and its ``degrees_of_freedom``.
-    """
-
-    T: Array
-    x: Array
-    kept: NDArray[np.bool_]
-    variance: float
-    degrees_of_freedom: float
+        ratio = np.sqrt(np.array(variances) / max(variances[0], np.finfo(float).tiny))
+    names = tuple(problem.columns[k] for k in order)
+    path = EliminationPath(names, np.append(1.0, ratio[1:]), np.array([*largest, 0.0]))
+    essential = [name for name in problem.columns if name not in names[: rule.eliminated(path)]]
+    return Elimination(path, rule, weighted(problem.select(essential), estimate.weights))

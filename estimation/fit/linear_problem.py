@@ -393,10 +393,3 @@ class LinearProblem:
             if derivatives is not None:
                 total = total - influence @ derivatives
         return None if any(derivatives is None for derivatives in own) else total
-
-
-def gain_sensitivity(equations: Equations, weights: Array) -> Array:
-    """Derivatives of a weighted least-squares solution by e_j, weights fixed, c x n."""
-    derivatives = LinearProblem(equations, equations.columns).gain_sensitivity(weights)
-    assert derivatives is not None  # nothing is known from elsewhere
-    return derivatives

@@ -15,7 +15,7 @@ from ...model.regressors import payload_columns
 from ..equations.equations import Equations, merged
 from ..fit.estimate import Estimate, error_model
 from ..fit.least_squares import weighted
-from ..fit.linear_problem import Known, SoftPrior, gain_sensitivity, left_out
+from ..fit.linear_problem import Known, SoftPrior, left_out
 from ..fit.own_equations import check_lengths, check_moving, filtered
 from ..fit.settings import DEFAULTS, Settings
 from ..signals.alignment import AlignedPair, best_aligned, check_mismatch
@@ -135,7 +135,7 @@ class LongMotion:
             bare.covariance,
             0.0 * bare.covariance,  # blocks of time hold the recording they come from
             bare.degrees_of_freedom,
-            lambda: gain_sensitivity(unloaded, bare.weights),
+            lambda: bare.gain_sensitivity,
             lambda: left_out(unloaded, bare.names, bare.weights).values[:-1, :, 0] if unloaded.blocks else None,
         )
 

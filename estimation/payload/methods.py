@@ -22,7 +22,7 @@ from ..fit.covariance import Rule
 from ..fit.essential import Elimination, StopRule, eliminate
 from ..fit.estimate import Estimate, fit
 from ..fit.least_squares import weighted
-from ..fit.linear_problem import LinearProblem, gain_sensitivity, left_out
+from ..fit.linear_problem import LinearProblem, left_out
 from ..possible.constraints import KnownMass
 from .long_motion import LongMotion
 from .path import known_path
@@ -152,7 +152,8 @@ class ChangeOfParameters:
             (self.motion.unloaded, self.before, C_a, -1.0),
             (self._loaded, after, C_b, 1.0),
         ):
-            change += sign * gain_sensitivity(equations, estimate.weights)[places]
+            assert estimate.gain_sensitivity is not None
+            change += sign * estimate.gain_sensitivity[places]
             change -= np.outer(C @ pull, _growth(equations, estimate))
         return np.asarray(step.inverse @ change)
 

@@ -195,8 +195,8 @@ def _nearest(program: ConeProgram, prior: Array, possible: Array, radius: float)
     (k, n), r, p = program.R.shape, len(program.A), len(program.bodies)
     root = np.linalg.inv(np.linalg.cholesky(prior))
     own = np.einsum("pij,kjl,pml,pkn->pimn", root, PSEUDO_INERTIA, root, program.bodies, optimize=True)
-    # Unknown are z - possible, the ten of each Z, row by row, and the logarithms of their diagonals; the last column
-    # is what is known.
+    # Unknown are z - possible, the ten of each Z, row by row, and the logarithms of their diagonals; what is known
+    # is the last column.
     Z, logs = n + np.arange(10 * p).reshape(p, 10), n + 10 * p + np.arange(4 * p).reshape(p, 4)
     (rows, columns), blocks = np.tril_indices(4), np.zeros((p, 8, 8, n + 14 * p + 1))
     exponentials = np.zeros((p, 4, 3, n + 14 * p + 1))  # log, 1 and Z_ii of each diagonal entry
