@@ -16,9 +16,8 @@ from typing import NamedTuple
 import numpy as np
 from dynident.apps.logs.read import read_recording
 from dynident.common.arrays import Array
-from dynident.estimation.equations.correlation import autocorrelation_time
-from dynident.estimation.equations.observation import Observation
-from dynident.estimation.equations.observer import Observer
+from dynident.estimation.equations.observer import Observation, Observer
+from dynident.estimation.fit.blocks import autocorrelation_time
 from dynident.estimation.payload.short_motion import telling_rows
 from dynident.estimation.signals.filtering import measurement
 from dynident.model import Robot, base_parameters, load_robot

@@ -17,7 +17,7 @@ from dynident.apps.logs.read import read_recording
 from dynident.estimation import Identification, Settings, SigmaBound, SigmaRatio, identify
 from dynident.estimation.answers.identification import impossible_robot
 from dynident.estimation.fit.essential import eliminate
-from dynident.estimation.fit.least_squares import solve_triangle
+from dynident.estimation.fit.least_squares import weighted
 from dynident.model import load_robot
 from dynident.trajectories import RX90_NOISE, Simulator, random_via_points
 from rich.console import Console
@@ -26,14 +26,14 @@ from rich.console import Console
 def refitted(result: Identification) -> tuple[list[str], list[float]]:
     """Order and errors of the elimination down to no parameter, each set solved anew."""
     problem, weights = result.problem, result.estimate.weights
-    essential, effective = list(problem.columns), sum(problem.effective_rows)
+    essential = list(problem.columns)
     order: list[str] = []
     errors: list[float] = []
     while essential:
-        R = problem.select(essential).stacked(weights)
-        solution = solve_triangle(R, effective)
-        errors.append(float(np.linalg.norm(R[len(essential) :, -1]) / np.sqrt(solution.degrees_of_freedom)))
-        relative = np.sqrt(np.diag(solution.covariance)) / np.abs(solution.values)
+        estimate = weighted(problem.select(essential), weights)
+        error = np.linalg.norm(weights * estimate.fit.error_norms)
+        errors.append(float(error / np.sqrt(estimate.degrees_of_freedom)))
+        relative = estimate.sigma / np.abs(estimate.values)
         order.append(essential.pop(int(np.argmax(relative))))
     return order, errors
 

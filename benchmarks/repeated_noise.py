@@ -13,9 +13,8 @@ import numpy as np
 from dynident.apps.commands.demo import PAYLOAD as PAPER_PAYLOAD
 from dynident.common.arrays import Array
 from dynident.estimation import PAYLOAD, Estimate, LongMotion, Settings, payload_estimate
-from dynident.estimation.equations.correlation import autocorrelation_time
-from dynident.estimation.equations.observation import Observation
-from dynident.estimation.fit.blocks import block_edges, span
+from dynident.estimation.equations.observer import Observation
+from dynident.estimation.fit.blocks import autocorrelation_time, block_edges, span
 from dynident.estimation.fit.covariance import RobustCovariance
 from dynident.estimation.fit.estimate import Fit
 from dynident.estimation.payload.equations import PairedMeasurement, loaded_observer, payload_equations

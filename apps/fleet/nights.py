@@ -18,7 +18,7 @@ from ...common.errors import InputError
 from ...estimation.equations.equations import PAYLOAD, Equations, merged
 from ...estimation.fit.covariance import jackknife
 from ...estimation.fit.estimate import Estimate
-from ...estimation.fit.least_squares import joint_weights, weighted
+from ...estimation.fit.least_squares import weighted
 from ...estimation.fit.linear_problem import LinearProblem
 from ...model.drives import FRICTION, parameter_kind
 from ...model.regressors import payload_columns
@@ -211,7 +211,7 @@ def compared_by(equations: Equations) -> tuple[Estimate, Array]:
     """An estimate and its ``excess``; by the jackknife, where there are enough blocks of time."""
     estimate, blocks, sigma = weighted(equations), len(equations.blocks), None
     if blocks > 1:
-        robust = weighted(equations, joint_weights(equations, estimate.values))
+        robust = weighted(equations, equations.joint_weights(estimate.values))
         try:
             problem = LinearProblem(equations, equations.columns)
             left = problem.without_blocks(robust.weights, [(b, -1) for b in range(blocks)])

@@ -24,15 +24,14 @@ from ..fit.drive_gains import Gains, usual_gains
 from ..fit.essential import Elimination, eliminate
 from ..fit.estimate import Estimate, Fit, error_model, fit
 from ..fit.least_squares import Excitation, excitation, weighted
-from ..fit.linear_problem import LinearProblem, gain_sensitivity
+from ..fit.linear_problem import LinearProblem
 from ..fit.own_equations import base_problem
 from ..fit.settings import DEFAULTS, Settings
 from ..payload.long_motion import LongMotion, Source, check_blocks
 from ..payload.methods import selected
 from ..payload.robust import with_robust
 from ..possible.cone import SolverError
-from ..possible.payload import solve_constrained
-from ..possible.result import rise_p_value
+from ..possible.payload import rise_p_value, solve_constrained
 from ..possible.robot import PossibleRobot, solve_constrained_base
 from ..results.parts import (
     EliminationDocument,
@@ -262,9 +261,10 @@ def identified(
     gains: Gains | None = None,
 ) -> Identification:
     """Identify from equations that are reduced already, in blocks of time where ``robust``; else as there."""
-    estimate = _with_gains(problem, weighted(problem), gains)
+    covariance = gains.covariance(len(problem.factors)) if gains is not None else None
+    estimate = replace(weighted(problem), gain_covariance=covariance)
     elimination, reason = eliminate(problem, estimate, settings.essential), ""
-    part = _with_gains(problem.select(elimination.essential), elimination.estimate, gains)
+    part = replace(elimination.estimate, gain_covariance=covariance)
     if settings.robust:
         settings.progress("leaving out blocks")
         try:
@@ -272,15 +272,6 @@ def identified(
         except InputError as error:
             reason = str(error)
     return Identification(robot, base, problem, estimate, replace(elimination, estimate=part), None, reason, gains)
-
-
-def _with_gains(problem: Equations, estimate: Estimate, gains: Gains | None) -> Estimate:
-    """An estimate with its derivatives by each motor's torque, and how sure these torques are."""
-    return replace(
-        estimate,
-        gain_sensitivity=gain_sensitivity(problem, estimate.weights),
-        gain_covariance=gains.covariance(len(problem.factors)) if gains is not None else None,
-    )
 
 
 def _with_robust(problem: Equations, estimate: Estimate) -> Estimate:

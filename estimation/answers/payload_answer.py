@@ -33,7 +33,7 @@ from ..payload.ripple import RIPPLE_CHANCE
 from ..payload.short_motion import ShortMotion
 from ..payload.stand_in import StandIn
 from ..possible.constraints import KnownMass
-from ..possible.result import Weighing
+from ..possible.payload import Weighing
 from ..results.parts import (
     EliminationDocument,
     GainErrorsDocument,

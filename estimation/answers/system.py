@@ -9,10 +9,9 @@ from numpy.typing import NDArray
 from ...common.arrays import Array
 from ...common.brief import Brief
 from ...model import BaseParameters, InertialParameters, Processing, Recording, Robot
-from ..equations.correlation import autocorrelation
 from ..equations.equations import Equations
-from ..equations.observation import Observation
-from ..equations.observer import Observer
+from ..equations.observer import Observation, Observer
+from ..fit.blocks import autocorrelation
 from ..fit.own_equations import filtered
 from ..payload.equations import loaded_observer
 from ..payload.long_motion import LongMotion

@@ -18,7 +18,7 @@ from ...model import Robot
 from ...model.many_states import own_columns, regressor_at
 from ...model.regressors import payload_columns
 from ..equations.equations import PAYLOAD
-from ..fit.linear_problem import Prior
+from ..fit.linear_problem import Known
 from ..payload.result import frame_change
 from ..signals.rows import Mask
 from .states import BLOCKS, Index, States
@@ -57,7 +57,7 @@ class System:
 
     @staticmethod
     def of(
-        robot: Robot, states: States, changes: Mapping[str, float] | None = None, known: Prior | None = None
+        robot: Robot, states: States, changes: Mapping[str, float] | None = None, known: Known | None = None
     ) -> "System":
         """Set up the equations.
 

@@ -5,24 +5,65 @@ import zipfile
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, reduce
+from itertools import accumulate
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
+from scipy.linalg import lapack
 
 from ...common.arrays import Array
 from ...common.errors import InputError
 from ...common.files import write_bytes
-from ...common.linear import rank
+from ...common.linear import RANK_TOLERANCE, decomposed, independent, rank, upper, without
 from ...model import INERTIAL
-from .conditioning import condition, scaled
-from .elimination import Anchor, anchored, eliminated_from
-from .shared_torque import SharedTorque, beside, compressed, refilled
 
 SHARED = "shared"
 """How the names of shared torques begin."""
 PAYLOAD = tuple(f"{kind}_L" for kind in INERTIAL)
 """Names of the payload's ten parameters chi_L, in the order of (6)."""
+NO_MOTOR = -1
+"""In a motor's place: a known spring makes the torque."""
+_NOISE_FLOOR = 1e-12
+"""Of the torque: data without noise still need finite weights."""
+
+
+class SharedTorque(NamedTuple):
+    """The part of a joint's right-hand side Y_j that another joint's motor makes, or a known spring.
+
+    Of coupled drives that motor's gain is in both joints' torques (9); a spring's torque no gain scales.
+    ``joint``: whose equations; ``motor``: whose torque, both from 0, or ``NO_MOTOR``; ``torque``: row by row
+    as Y_j [N·m or N].
+    """
+
+    joint: int
+    motor: int
+    torque: Array
+
+
+def beside(shared: Sequence[SharedTorque], joint: int, rows: int) -> Array:
+    """What is not of a joint's own motor in its equations, side by side, rows x number of torques."""
+    own = [torque.torque for torque in shared if torque.joint == joint]
+    return np.column_stack(own) if own else np.zeros((rows, 0))
+
+
+def refilled(shared: Sequence[SharedTorque], joint: int, columns: Array) -> list[SharedTorque]:
+    """Replace the rows of a joint's torques by others, ordered as by ``beside``."""
+    own = [torque for torque in shared if torque.joint == joint]
+    return [torque._replace(torque=columns[:, k]) for k, torque in enumerate(own)]
+
+
+class Anchor(NamedTuple):
+    """One more equation for a column that is eliminated: its parameter is ``level``, with ``stiffness``.
+
+    ``column``: which; ``joint``: among whose rows (from 0) the equation stands; ``stiffness``: its weight in units
+    of those rows; ``level``: the new column's name.
+    """
+
+    column: str
+    joint: int
+    stiffness: float
+    level: str
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,7 +95,7 @@ class Blocks:
 
     def joined(self, others: "Blocks", together: bool = False) -> "Blocks":
         """These blocks and then others; ``together``: each with its partner of the same motion."""
-        pairs, length = list(zip(self.factors, others.factors, strict=True)), max(self.length, others.length)
+        pairs, length = zip(self.factors, others.factors, strict=True), max(self.length, others.length)
         if together:
             rows, effective = self.rows + others.rows, self.effective_rows + others.effective_rows
             return Blocks(tuple(np.concatenate(pair, axis=1) for pair in pairs), rows, effective, length)
@@ -113,26 +154,20 @@ class Equations:
         joints, blocks = range(len(self.factors)) if joints is None else joints, self.blocks
         right = np.append(np.zeros(len(self.columns)) if shift is None else -shift, 1.0)
         change = np.column_stack([np.vstack([M, np.zeros(M.shape[1])]), right])
+        if len(blocks):
+            factors = tuple(blocks.factors[j] @ change for j in joints)
+            blocks = Blocks(factors, blocks.rows[:, joints], blocks.effective_rows[:, joints], blocks.length)
         return Equations(
             tuple(names),
             tuple(self.factors[j] @ change for j in joints),
             tuple(self.rows[j] for j in joints),
             tuple(self.effective_rows[j] for j in joints),
             self.shared if shift is None and len(joints) == len(self.factors) else (),
-            Blocks(
-                tuple(blocks.factors[j] @ change for j in joints) if len(blocks) else (),
-                blocks.rows[:, joints] if len(blocks) else blocks.rows,
-                blocks.effective_rows[:, joints] if len(blocks) else blocks.effective_rows,
-                blocks.length,
-            ),
+            blocks,
         )
 
     def select(self, names: Sequence[str]) -> "Equations":
-        """Keep only some of the parameters, or put all among others, whose columns are zero; in the order given.
-
-        Raises:
-            ValueError: for names of which neither holds.
-        """
+        """Keep only some of the parameters, or put all among others, whose columns are zero; in the order given."""
         if not (set(names) <= set(self.columns) or set(self.columns) <= set(names)):
             raise ValueError(f"neither a part of {self.columns} nor more: {tuple(names)}")
         M = np.zeros((len(self.columns), len(names)))
@@ -164,10 +199,15 @@ class Equations:
         rest = [k for k in range(len(self.columns)) if k not in gone]
         factors, ranks, shared = [], [], list[SharedTorque]()
         for j, factor in enumerate(self.factors):
-            others = beside(self.shared, j, len(factor))
-            remaining, eliminated = np.column_stack([factor[:, [*rest, -1]], others]), factor[:, gone]
-            remaining, eliminated = anchored(remaining, eliminated, len(rest), columns, anchors, j)
-            left, others, count = eliminated_from(remaining, eliminated, others.shape[1])
+            others, levels = beside(self.shared, j, len(factor)), np.zeros((len(factor), len(anchors)))
+            rows = np.hstack([factor[:, [*gone, *rest]], levels, factor[:, -1:], others])
+            for k, anchor in enumerate(anchors):
+                if anchor.joint == j:  # stiffness (parameter - level) = 0, one more row
+                    row = np.zeros(rows.shape[1])
+                    row[list(columns).index(anchor.column)] = anchor.stiffness
+                    row[len(self.columns) + k] = -anchor.stiffness
+                    rows = np.vstack([rows, row])
+            left, others, count = _eliminated(rows, len(gone), others.shape[1])
             factors.append(left)
             shared += refilled(self.shared, j, others)
             ranks.append(rank(factor[:, gone]) if anchors else count)
@@ -196,22 +236,13 @@ class Equations:
         """The equations without each block, for a jackknife; nothing shared is kept.
 
         What lies before and after each block is merged once for all: 3 B merges instead of B^2.
-
-        Raises:
-            InputError: if there are fewer than two blocks.
         """
         if len(self.blocks) < 2:
             raise InputError("robust standard deviations need two blocks of time at least: record longer")
         blocks = self.parts()
-        after: list[list[Equations]] = [[]]
-        for block in reversed(blocks[1:]):
-            after.append([merged([block, *after[-1]])])
-        before: list[Equations] = []
-        without = []
-        for block in blocks:
-            without.append(merged([*before, *after.pop()]))
-            before = [merged([*before, block])]
-        return without
+        before = list(accumulate(blocks[:-1], lambda done, block: merged([done, block])))
+        after = list(accumulate(blocks[:0:-1], lambda done, block: merged([block, done])))[::-1]
+        return [after[0], *map(merged, zip(before[:-1], after[1:], strict=True)), before[-1]]
 
     def stacked(self, weights: Array | None = None) -> Array:
         """Factor of all joints together, k x (c + 1), the rows of joint j times ``weights[j]``."""
@@ -227,6 +258,14 @@ class Equations:
     def torque_norms(self) -> Array:
         """Norm of Y_j for each joint, shape (n,)."""
         return np.array([np.linalg.norm(factor[:, -1]) for factor in self.factors])
+
+    def joint_weights(self, values: Array) -> Array:
+        """Weight of each joint's equations: one over the standard deviation of its error, shape (n,)."""
+        rows = np.maximum(np.array(self.rows, dtype=float), 1.0)
+        share = max(1.0 - len(self.columns) / max(sum(self.effective_rows), 1.0), 1e-3)
+        sigma = self.error_norms(values) / np.sqrt(rows * share)
+        floor = _NOISE_FLOOR * np.linalg.norm(self.torque_norms) / np.sqrt(rows.sum())
+        return np.asarray(1.0 / np.maximum(sigma, floor) if floor > 0.0 else np.ones(len(rows)))
 
     def save(self, path: str | Path) -> None:
         """Write the equations as NPZ, to be merged with others later or elsewhere; the name ends in .npz."""
@@ -278,12 +317,122 @@ class Equations:
         Infinite where W is rank-deficient.
         """
         W = self.stacked()[:, :-1]
-        return condition(W), condition(scaled(W))
+        return _condition(W), _condition(scaled(W))
+
+    def by_motor(self) -> tuple[Array, ...]:
+        """What each motor makes of a joint's right-hand side: per joint k x n, rows as those of its factor.
+
+        They add up to the right-hand side, but for the torque of a known spring, which no gain scales.
+        """
+        torques = tuple(np.zeros((len(factor), len(self.factors))) for factor in self.factors)
+        for j, factor in enumerate(self.factors):
+            torques[j][:, j] += factor[:, -1]
+        for joint, motor, torque in self.shared:
+            torques[joint][:, joint] -= torque
+            if motor != NO_MOTOR:
+                torques[joint][:, motor] += torque
+        return torques
+
+
+def scaled(W: Array) -> Array:
+    """Columns of norm 1; columns of zeros as they are."""
+    norms = np.linalg.norm(W, axis=0)
+    return np.asarray(W / np.where(norms > 0.0, norms, 1.0))
+
+
+def _condition(W: Array) -> float:
+    """Condition number; infinite for a rank-deficient matrix."""
+    singular = np.linalg.svd(W, compute_uv=False)
+    if len(singular) < W.shape[1] or singular[-1] <= 1e-14 * singular[0]:
+        return float("inf")
+    return float(singular[0] / singular[-1])
+
+
+def compressed(rows: Array, beside: int = 0) -> tuple[Array, Array]:
+    """R of a QR decomposition, and Q' times some last columns that take no part in it.
+
+    Fewer rows than columns are kept as they are.
+
+    Args:
+        rows: columns of the factor, then those beside, N x (c + beside).
+        beside: number of the latter.
+    """
+    width = rows.shape[1] - beside
+    if len(rows) > width:
+        # What stands below is of the last columns alone.
+        rows = upper(lapack.dgeqrf(rows)[0][:width])
+    return rows[:, :width], rows[:, width:]
 
 
 def triangular(rows: Array) -> Array:
     """R of the QR decomposition; fewer rows than columns are kept as they are."""
     return compressed(rows)[0]
+
+
+def checked(factor: Array, columns: tuple[str, ...], rows: int, effective_rows: float) -> Array:
+    """The triangular factor of equations that determine every parameter.
+
+    Args:
+        factor: [W Y] or its triangular factor, k x (c + 1) or more, already weighted.
+        columns: names of the c parameters.
+        rows: number of equations behind it.
+        effective_rows: number of those with independent noise.
+    """
+    c = len(columns)
+    if rows < c:
+        raise InputError(
+            f"{rows} equations for {c} parameters: fewer samples than parameters; record longer or decimate less"
+        )
+    R = triangular(factor)
+    undetermined = np.zeros((c, 0)) if _clearly_determined(scaled(R[:, :c])) else decomposed(R[:, :c]).null
+    if undetermined.size:
+        weight = np.abs(undetermined).max(axis=1)
+        named = [name for name, w in zip(columns, weight, strict=True) if w > 0.05]
+        raise InputError(
+            f"the recorded motion leaves {undetermined.shape[1]} of {c} directions undetermined, in "
+            f"{', '.join(named)}: move more joints, faster and over a wider range"
+        )
+    if effective_rows <= c:
+        raise InputError(
+            f"{effective_rows:.0f} independent equations for {c} parameters: too few samples; record longer"
+        )
+    return R
+
+
+def _clearly_determined(W: Array) -> bool:
+    """By LAPACK's condition estimate of a triangle, which costs nothing beside singular values; False if in doubt.
+
+    The estimate is rarely off by more than 3, and the 1-norm's condition within c of the 2-norm's.
+    """
+    c = W.shape[1]
+    if len(W) < c or np.any(np.tril(W, -1)):
+        return False
+    reciprocal, failed = lapack.dtrcon(W[:c])
+    return not failed and bool(reciprocal > 10.0 * c * RANK_TOLERANCE)
+
+
+def _eliminated(rows: Array, gone: int, beside: int) -> tuple[Array, Array, int]:
+    """Triangular factor of some columns less what the first explain, the last ones beside it, and the first's rank.
+
+    Of clearly independent columns one QR of all that are not zero says it.
+
+    Args:
+        rows: N x (gone + c + beside).
+        gone: number of columns that are taken out.
+        beside: number of the last columns, which take no part in the factor.
+    """
+    off, remaining = rows[:, :gone], rows[:, gone:]
+    off, width = off[:, off.any(axis=0)], remaining.shape[1] - beside
+    if not len(rows):
+        return remaining[:, :width], remaining[:, width:], 0
+    there = [k for k in range(remaining.shape[1]) if k >= width - 1 or remaining[:, k].any()]  # torques always
+    k, c = off.shape[1], len(there) - beside
+    R = upper(lapack.dgeqrf(np.column_stack([off, remaining[:, there]]))[0][: k + c])
+    if not independent(off, R):
+        return *compressed(without(remaining, off), beside), rank(off)
+    factor = np.zeros((len(R) - k, remaining.shape[1]))
+    factor[:, there] = R[k:, k:]
+    return factor[:, :width], factor[:, width:], k
 
 
 def merged(parts: Iterable[Equations]) -> Equations:
@@ -292,7 +441,11 @@ def merged(parts: Iterable[Equations]) -> Equations:
     first = parts[0]
     if len(parts) == 1:
         return first
-    _check_alike(parts)
+    joints = [torque[:2] for torque in first.shared]
+    if any(part.columns != first.columns for part in parts):
+        raise ValueError("equations with different columns cannot be merged")
+    if any([torque[:2] for torque in part.shared] != joints for part in parts):
+        raise ValueError("equations of robots with different coupled drives or springs cannot be merged")
     factors, shared = [], list[SharedTorque]()
     for j in range(len(first.factors)):
         rows = np.vstack([np.column_stack([p.factors[j], beside(p.shared, j, len(p.factors[j]))]) for p in parts])
@@ -307,13 +460,3 @@ def merged(parts: Iterable[Equations]) -> Equations:
         tuple(shared),
         reduce(Blocks.joined, [p.blocks for p in parts]) if all(len(p.blocks) for p in parts) else Blocks(),
     )
-
-
-def _check_alike(parts: Sequence[Equations]) -> None:
-    """Refuse parts that are not of the same parameters of the same drives."""
-    first, *others = parts
-    if any(part.columns != first.columns for part in others):
-        raise ValueError("equations with different columns cannot be merged")
-    joints = [torque[:2] for torque in first.shared]
-    if any([torque[:2] for torque in part.shared] != joints for part in others):
-        raise ValueError("equations of robots with different coupled drives or springs cannot be merged")

@@ -1,9 +1,9 @@
-"""Makes the observation system of (14) from measurements, block by block."""
+"""The observation system Y = W chi + rho of (14), joint by joint as in (15), made from measurements."""
 
 import copy
 import functools
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import casadi as ca
@@ -11,17 +11,92 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...common.arrays import Array
-from ...model import Motion, Processing, Robot
+from ...common.linear import without
+from ...model import Motion, Processing, Robot, Spring
 from ...model.kernel.kernel import Kernel
 from ...model.motion import Measurement
 from ...model.regressors import regressor_expression
 from ..signals.decimation import Decimator, noise_bandwidth
 from ..signals.rows import Mask, used_rows
-from .observation import Observation
-from .shared_torque import NO_MOTOR, SharedTorque, known_spring, sharing
+from .equations import NO_MOTOR, SharedTorque
 
 PATH = "path"
 """The column of a difference's torque that is taken off its right-hand side because the paths differ."""
+
+
+class Residuals(NamedTuple):
+    """What a fit leaves of one recording: per joint times [s] and errors [N·m or N], shapes (r_j,)."""
+
+    t: tuple[Array, ...]
+    errors: tuple[Array, ...]
+
+
+@dataclass(frozen=True)
+class Observation:
+    """The equations of one recording, held whole.
+
+    Attributes:
+        columns: names of the columns of W.
+        W: per joint, r_j x c.
+        Y: per joint, torques [N·m or N], shape (r_j,); known torques (a spring) are already moved here.
+        t: per joint, time of the rows [s], shape (r_j,).
+        bandwidth: share of the frequency range that white noise fills; 1 without decimation.
+        shared: what of a joint's torque is of another joint's motor (coupled drives), or of a known spring.
+    """
+
+    columns: tuple[str, ...]
+    W: tuple[Array, ...]
+    Y: tuple[Array, ...]
+    t: tuple[Array, ...]
+    bandwidth: float
+    shared: tuple[SharedTorque, ...] = ()
+
+    def between(self, start: float, stop: float) -> "Observation":
+        """The equations with start <= t < stop [s]."""
+        ends = [slice(*np.searchsorted(t, (start, stop))) for t in self.t]
+        W, Y, t = (
+            tuple(array[part] for array, part in zip(arrays, ends, strict=True))
+            for arrays in (self.W, self.Y, self.t)
+        )
+        shared = tuple(torque._replace(torque=torque.torque[ends[torque.joint]]) for torque in self.shared)
+        return replace(self, W=W, Y=Y, t=t, shared=shared)
+
+    def eliminate(self, columns: Sequence[str]) -> "Observation":
+        """The equations less all that some columns can explain, joint by joint; rows keep their times."""
+        gone = [self.columns.index(name) for name in columns]
+        rest = [k for k in range(len(self.columns)) if k not in gone]
+        W, Y = [], []
+        for A, y in zip(self.W, self.Y, strict=True):
+            rows = np.column_stack([A[:, rest], y])
+            left = without(rows, A[:, gone]) if len(y) else rows
+            W.append(left[:, :-1])
+            Y.append(left[:, -1])
+        return Observation(tuple(self.columns[k] for k in rest), tuple(W), tuple(Y), self.t, self.bandwidth)
+
+    def errors(self, values: Array) -> tuple[Array, ...]:
+        """Y_j - W_j chi for each joint [N·m or N], shapes (r_j,); chi may be of the first columns alone."""
+        return tuple(Y - W[:, : len(values)] @ values for W, Y in zip(self.W, self.Y, strict=True))
+
+    def residuals(self, values: Array) -> Residuals:
+        """The ``errors`` with their times."""
+        return Residuals(self.t, self.errors(values))
+
+
+def known_spring(robot: Robot) -> Spring | None:
+    """The spring whose torque is moved to the left-hand side, if there is one."""
+    return robot.spring if robot.spring is not None and not robot.spring.column else None
+
+
+def _sharing(robot: Robot) -> tuple[tuple[int, ...], ...]:
+    """Per joint (from 0) what else stands in its right-hand side: other joints' motors (from 0), ``NO_MOTOR``."""
+    motors: list[tuple[int, ...]] = [()] * robot.n
+    if robot.coupling is not None and robot.coupling.rows == "joint":
+        j, k = robot.coupling.joints
+        motors[j - 1] = (k - 1,)
+    spring = known_spring(robot)
+    if spring is not None:
+        motors[spring.joint - 1] += (NO_MOTOR,)
+    return tuple(motors)
 
 
 @functools.lru_cache(maxsize=16)
@@ -31,58 +106,45 @@ def equation_code(robot: Robot, columns: tuple[str, ...]) -> tuple[Kernel, tuple
     With a known spring its torque in the recording that was subtracted is one more input; of the column ``PATH``,
     which is taken off the torques, its values are.
     """
-    standard = [name for name in columns if name != PATH]
-    motors, (q, qd, qdd), phi = sharing(robot), *regressor_expression(robot, standard)
-    torque, path = ca.SX.sym("torque", robot.n), ca.SX.sym("path", robot.n)
+    (q, qd, qdd), phi = regressor_expression(robot, [name for name in columns if name != PATH])
+    torque, path, spring = ca.SX.sym("torque", robot.n), ca.SX.sym("path", robot.n), known_spring(robot)
     left = ca.SX(torque)
-    with_path = PATH in columns
-    if with_path:
+    if PATH in columns:
         left -= path
         place = columns.index(PATH)
         phi = ca.horzcat(phi[:, :place], path, phi[:, place:])
     inputs, apart = [q, qd, qdd, torque], {motor: left[motor] for motor in range(robot.n)}
-    spring = known_spring(robot)
     if spring is not None:
         joint, before = spring.joint - 1, ca.SX.sym("before")
         apart[NO_MOTOR] = spring.torque_symbol(q[joint]) - before
         left[joint] += apart[NO_MOTOR]
         inputs.append(before)
-    if with_path:
+    if PATH in columns:
         inputs.append(path)
-    phi, left = _of_each_motor(robot, phi, left)
+    if robot.coupling is not None and robot.coupling.rows != "joint":
+        j, k = (joint - 1 for joint in robot.coupling.joints)
+        # Joint j holds both motors' torque (9); less joint k's, motor j's is left.
+        phi[j, :] -= phi[k, :]
+        left[j] -= left[k]
+        phi = ca.sparsify(phi)
     rows, touched = [], []
-    for j in range(robot.n):
+    for j, motors in enumerate(_sharing(robot)):
         own = phi[j, :].sparsity().get_triplet()[1]
         touched.append(np.array(own, dtype=int))
-        rows += [phi[j, k] for k in own] + [left[j], *(apart[motor] for motor in motors[j])]
+        rows += [phi[j, k] for k in own] + [left[j], *(apart[motor] for motor in motors)]
     return Kernel(ca.Function("equations", inputs, [ca.cse(ca.vertcat(*rows))])), tuple(touched)
-
-
-def _of_each_motor(robot: Robot, phi: ca.SX, left: ca.SX) -> tuple[ca.SX, ca.SX]:
-    """Rows of the regressor and their torques, of coupled drives those of the motors where these are asked for."""
-    if robot.coupling is None or robot.coupling.rows == "joint":
-        return phi, left
-    j, k = (joint - 1 for joint in robot.coupling.joints)
-    # Joint j holds both motors' torque (9); less joint k's, motor j's is left.
-    phi[j, :] -= phi[k, :]
-    left[j] -= left[k]
-    return ca.sparsify(phi), left
 
 
 _PART = 1024  # samples evaluated at once
 _PIECE = 4096  # decimated samples of a piece
 
 
-@dataclass(frozen=True)
-class Block:
+class Block(NamedTuple):
     """Decimated equations of a stretch of time.
 
-    Attributes:
-        equations: for each joint the non-zero entries of its row of the regressor, then its torque [N·m or N],
-            known torques already moved there, and what of it its own motor does not make;
-            (entries + n + shared) x M.
-        keep: which rows are used, n x M.
-        t: time [s], shape (M,).
+    ``equations``: for each joint the non-zero entries of its row of the regressor, then its torque [N·m or N],
+    known torques already moved there, and what of it its own motor does not make; (entries + n + shared) x M.
+    ``keep``: which rows are used, n x M; ``t``: time [s], shape (M,).
     """
 
     equations: Array
@@ -96,6 +158,19 @@ class Used(NamedTuple):
     data: Measurement
     keep: Mask
     factor: int
+
+
+def used(data: Measurement, processing: Processing, partner: Motion | None = None) -> Used:
+    """A measurement with its rows to use: moving stretches less rows of slow joints.
+
+    Args:
+        data: the measurement, even in time if it is to be decimated.
+        partner: another motion on the same time whose slow rows are left out as well.
+    """
+    keep = used_rows(data.motion, processing)
+    if partner is not None:
+        keep &= used_rows(partner, processing)
+    return Used(data, keep, processing.thinning(data.motion.rate))
 
 
 class Observer:
@@ -117,11 +192,10 @@ class Observer:
             columns: standard parameters whose columns make up W, may repeat; and ``PATH``.
             names: what the columns are called, by default the standard names.
         """
-        self.robot = robot
-        self.motors = sharing(robot)
+        self.robot, self.motors = robot, _sharing(robot)
         self._standard = tuple(dict.fromkeys(columns))
-        self._with_path = PATH in self._standard
         self._kernel, touched = equation_code(robot, self._standard)
+        self._with_path = PATH in self._standard
         self._chosen: NDArray[np.int64] | None = None
         self._lay_out(columns, names, touched)
 
@@ -149,58 +223,54 @@ class Observer:
         part._lay_out(columns, names, tuple(touched))
         return part
 
-    def blocks(self, data: Measurement, processing: Processing, partner: Motion | None = None) -> Iterator[Block]:
-        """Equations of one measurement, block by block.
-
-        Y and every column of W are filtered and decimated alike; rows outside the moving stretches and rows of
-        slow joints are marked as not used.
-
-        Args:
-            data: the measurement, even in time if it is to be decimated.
-            partner: another motion on the same time whose slow rows are left out as well.
-        """
-        data, keep, factor = used(data, processing, partner)
-        return self.stream([(data, keep)], factor)
-
     def stream(self, pieces: Iterable[tuple[Measurement, Mask]], factor: int) -> Iterator[Block]:
         """Equations of one recording that arrives in pieces, each with its rows to use (N x n).
 
-        Raises:
-            InputError: if a joint leaves the table of its spring.
+        Y and every column of W are filtered and decimated alike.
         """
-        decimator = Decimator(self.rows[-1].stop, factor)
-        waiting = _Waiting(self.robot.n, factor)
-        for data, keep in pieces:
-            self._check_spring(data.motion.q)
-            keep = _of_motors(self.robot, keep)
-            for part in _parts(len(data.motion.t), factor):
-                motion = data.motion
-                waiting.push(motion.t[part], keep[part])
-                states = (motion.q[part], motion.qd[part], motion.qdd[part], data.torque[part])
-                yield _block(decimator.push(self._evaluated(*states, *self._beside(data, part))), waiting)
-        if factor > 1:
-            yield _block(decimator.finish(), waiting)
+        decimator, skip = Decimator(self.rows[-1].stop, factor), 0
+        waiting = np.empty((self.robot.n + 1, 0))  # times and rows to use that the filter has not given yet
 
-    def observe(self, data: Measurement, processing: Processing, partner: Motion | None = None) -> Observation:
-        """The equations of one measurement with W held whole; arguments as in ``blocks``."""
-        return self._held(list(self.blocks(data, processing, partner)), processing.thinning(data.motion.rate))
+        def block(equations: Array) -> Block:
+            nonlocal waiting
+            (t, *keep), waiting = waiting[:, : equations.shape[1]], waiting[:, equations.shape[1] :]
+            return Block(equations, np.array(keep, dtype=bool), t)
+
+        for data, keep in pieces:
+            if self.robot.spring is not None:  # its table does not go on beyond its ends
+                self.robot.spring.torque(data.motion.q[:, self.robot.spring.joint - 1])
+            if self.robot.coupling is not None and self.robot.coupling.rows != "joint":
+                # Where equations are the motors', that of motor j holds joint k's torque too.
+                j, k = (joint - 1 for joint in self.robot.coupling.joints)
+                keep = keep.copy()
+                keep[:, j] &= keep[:, k]
+            for part in _parts(len(data.motion.t), factor):
+                rows = np.vstack([data.motion.t[part], keep[part].T])
+                waiting = np.hstack([waiting, rows[:, skip::factor]])
+                skip = (skip - rows.shape[1]) % factor
+                yield block(decimator.push(self._evaluated(data, part)))
+        if factor > 1:
+            yield block(decimator.finish())
+
+    def observe(self, data: Measurement, processing: Processing) -> Observation:
+        """The equations of one measurement with W held whole."""
+        return self.observe_rows(*used(data, processing))
 
     def observe_rows(self, data: Measurement, keep: Mask, decimate: int) -> Observation:
         """Observe a measurement with the rows to use, N x n, given."""
         return self._held(list(self.stream([(data, keep)], decimate)), decimate)
 
-    def pieces(
-        self, data: Measurement, processing: Processing, partner: Motion | None = None
-    ) -> Iterator[Observation]:
+    def pieces(self, data: Measurement, processing: Processing) -> Iterator[Observation]:
         """The equations of ``observe`` in consecutive pieces that need little memory."""
         waiting: list[Block] = []
-        for block in self.blocks(data, processing, partner):
+        data, keep, factor = used(data, processing)
+        for block in self.stream([(data, keep)], factor):
             waiting.append(block)
             if sum(len(part.t) for part in waiting) >= _PIECE:
-                yield self._held(waiting, processing.thinning(data.motion.rate))
+                yield self._held(waiting, factor)
                 waiting = []
         if waiting:
-            yield self._held(waiting, processing.thinning(data.motion.rate))
+            yield self._held(waiting, factor)
 
     def _held(self, blocks: Sequence[Block], decimate: int) -> Observation:
         """Equations of blocks, those of each joint in all columns."""
@@ -219,11 +289,10 @@ class Observer:
     def torques(self, motion: Motion, values: Array) -> Array:
         """Torques of the joints that parameters of these values cause [N·m or N], N x n."""
         none = Measurement(motion, np.zeros(motion.q.shape))
-        states = (motion.q, motion.qd, motion.qdd, none.torque)
         chi, torque = np.zeros(self.distinct), np.empty(motion.q.shape)
         np.add.at(chi, self.place, values)
         for part in _parts(len(motion.t), 1):
-            equations = self._evaluated(*(state[part] for state in states), *self._beside(none, part))
+            equations = self._evaluated(none, part)
             for j, (own, touched) in enumerate(zip(self.rows, self.touched, strict=True)):
                 torque[part, j] = chi[touched] @ equations[own][: len(touched)]
         if self.robot.coupling is not None and self.robot.coupling.rows == "motor":
@@ -231,71 +300,19 @@ class Observer:
             torque[:, j] += torque[:, k]
         return torque
 
-    def _evaluated(self, *inputs: Array) -> Array:
+    def _evaluated(self, data: Measurement, part: slice) -> Array:
         """Rows of the equations that are asked for."""
-        equations = self._kernel(*inputs)
-        return equations if self._chosen is None else equations[self._chosen]
-
-    def _beside(self, data: Measurement, part: slice) -> list[Array]:
-        """What the kernel takes beside states and torques: the spring in what a difference lacks, and the path."""
-        before, path, inputs = data.spring_before, data.path, []
+        motion, before, path = data.motion, data.spring_before, data.path
+        inputs = [motion.q[part], motion.qd[part], motion.qdd[part], data.torque[part]]
         if known_spring(self.robot) is not None:
             inputs.append(before[part, None] if before is not None else np.zeros(1))
         if self._with_path:
             inputs.append(path[part] if path is not None else np.zeros(self.robot.n))
-        return inputs
-
-    def _check_spring(self, q: Array) -> None:
-        """A spring's table does not go on beyond its ends."""
-        if self.robot.spring is not None:
-            self.robot.spring.torque(q[:, self.robot.spring.joint - 1])
-
-
-def used(data: Measurement, processing: Processing, partner: Motion | None = None) -> Used:
-    """A measurement with its rows to use; arguments as in ``Observer.blocks``."""
-    keep = used_rows(data.motion, processing)
-    if partner is not None:
-        keep &= used_rows(partner, processing)
-    return Used(data, keep, processing.thinning(data.motion.rate))
-
-
-def _of_motors(robot: Robot, keep: Mask) -> Mask:
-    """Rows to use, N x n: where equations are the motors', that of motor j holds joint k's torque too."""
-    if robot.coupling is None or robot.coupling.rows == "joint":
-        return keep
-    j, k = (joint - 1 for joint in robot.coupling.joints)
-    keep = keep.copy()
-    keep[:, j] &= keep[:, k]
-    return keep
+        equations = self._kernel(*inputs)
+        return equations if self._chosen is None else equations[self._chosen]
 
 
 def _parts(samples: int, factor: int) -> Iterator[slice]:
     """Stretches that stay in the processor's cache, long against the reach of the decimation filter."""
     size = max(_PART, 64 * factor if factor > 1 else 0)
     return (slice(start, start + size) for start in range(0, samples, size))
-
-
-def _block(equations: Array, waiting: "_Waiting") -> Block:
-    t, keep = waiting.take(equations.shape[1])
-    return Block(equations, keep, t)
-
-
-class _Waiting:
-    """Times and rows to use of decimated samples that the filter has not given yet."""
-
-    def __init__(self, n: int, factor: int) -> None:
-        self._factor = factor
-        self._skip = 0
-        self._t = np.empty(0)
-        self._keep = np.empty((n, 0), dtype=bool)
-
-    def push(self, t: Array, keep: Mask) -> None:
-        chosen = slice(self._skip, None, self._factor)
-        self._skip = (self._skip - len(t)) % self._factor
-        self._t = np.concatenate([self._t, t[chosen]])
-        self._keep = np.concatenate([self._keep, keep[chosen].T], axis=1)
-
-    def take(self, count: int) -> tuple[Array, Mask]:
-        t, keep = self._t[:count], self._keep[:, :count]
-        self._t, self._keep = self._t[count:], self._keep[:, count:]
-        return t, keep

@@ -2,37 +2,26 @@
 
 from collections.abc import Iterable, Iterator
 from itertools import pairwise
-from typing import NamedTuple
 
 import numpy as np
 from scipy.linalg import lapack
 
 from ...common.arrays import Array
-from ...model import Motion, Processing
+from ...model import Processing
 from ...model.motion import Measurement
 from ..signals.decimation import noise_bandwidth
 from ..signals.rows import Mask
-from .equations import Equations, merged
-from .observation import Observation
-from .observer import Block, Observer, Used
-from .shared_torque import SharedTorque, beside, compressed, refilled
+from .equations import Equations, SharedTorque, beside, compressed, merged, refilled
+from .observer import Block, Observation, Observer, Residuals, Used, used
 
 _ROWS = 1024  # per QR: the rows and the factor stay in the processor's cache
 _PANEL = 8  # columns that the QR takes at once
 
 
-class Residuals(NamedTuple):
-    """What a fit leaves of one recording: per joint times [s] and errors [N·m or N], shapes (r_j,)."""
-
-    t: tuple[Array, ...]
-    errors: tuple[Array, ...]
-
-
-def reduced_measurement(
-    observer: Observer, data: Measurement, processing: Processing, partner: Motion | None = None
-) -> Equations:
-    """Reduce one measurement; arguments as in ``Observer.blocks``."""
-    return _reduced(observer, observer.blocks(data, processing, partner), processing.thinning(data.motion.rate))
+def reduced_measurement(observer: Observer, data: Measurement, processing: Processing) -> Equations:
+    """Reduce one measurement."""
+    data, keep, factor = used(data, processing)
+    return reduced_pieces(observer, [(data, keep)], factor)
 
 
 class Recorded:
@@ -92,7 +81,7 @@ def reduced(observation: Observation) -> Equations:
     for j, (W, Y) in enumerate(zip(observation.W, observation.Y, strict=True)):
         touched = np.flatnonzero(W.any(axis=0))
         others, width = beside(observation.shared, j, len(Y)), len(touched) + 1
-        factor = _empty_factor(width + others.shape[1])
+        factor = np.zeros((width + others.shape[1],) * 2, order="F")
         for start in range(0, len(Y), _ROWS):
             part = slice(start, start + _ROWS)
             stacked = np.column_stack([W[part][:, touched], Y[part], others[part]])
@@ -111,7 +100,7 @@ def _reduced(observer: Observer, blocks: Iterable[Block], decimate: int) -> Equa
 
     The blocks' equations are used up: the QR works where they stand.
     """
-    factors = [_empty_factor(own.stop - own.start) for own in observer.rows]
+    factors = [np.zeros((own.stop - own.start,) * 2, order="F") for own in observer.rows]
     rows = np.zeros(len(factors), dtype=int)
     for block in blocks:
         rows += block.keep.sum(axis=1)
@@ -120,23 +109,17 @@ def _reduced(observer: Observer, blocks: Iterable[Block], decimate: int) -> Equa
             if not block.keep[j].all():
                 equations *= block.keep[j]  # a row of zeros says nothing
             factors[j] = _folded(factors[j], equations.T)
-    bandwidth = noise_bandwidth(decimate)
-    spread = [_spread(observer, j, np.triu(factor)) for j, factor in enumerate(factors)]
-    return Equations(
-        observer.columns,
-        tuple(factor for factor, _ in spread),
-        tuple(int(count) for count in rows),
-        tuple(float(bandwidth * count) for count in rows),
-        tuple(
-            SharedTorque(j, motor, others[:, k])
-            for j, (_, others) in enumerate(spread)
-            for k, motor in enumerate(observer.motors[j])
-        ),
-    )
-
-
-def _empty_factor(width: int) -> Array:
-    return np.zeros((width, width), order="F")
+    spread, shared = [], list[SharedTorque]()
+    for j, (factor, touched, motors) in enumerate(zip(factors, observer.touched, observer.motors, strict=True)):
+        part = np.triu(factor)[: len(touched) + 1]  # what stands below is of the others' torques alone
+        wide = np.zeros((len(part), observer.distinct + 1 + len(motors)))
+        wide[:, touched], wide[:, observer.distinct :] = part[:, : len(touched)], part[:, len(touched) :]
+        asked = [*observer.place, *range(observer.distinct, wide.shape[1])]
+        factor, others = compressed(wide[:, asked], len(motors))
+        spread.append(factor)
+        shared += [SharedTorque(j, motor, others[:, k]) for k, motor in enumerate(motors)]
+    effective = tuple((noise_bandwidth(decimate) * rows).tolist())
+    return Equations(observer.columns, tuple(spread), tuple(rows.tolist()), effective, tuple(shared))
 
 
 def _folded(factor: Array, equations: Array) -> Array:
@@ -151,13 +134,3 @@ def _folded(factor: Array, equations: Array) -> Array:
         if failed:
             raise ValueError(f"QR: LAPACK refuses argument {-failed}")
     return factor
-
-
-def _spread(observer: Observer, joint: int, factor: Array) -> tuple[Array, Array]:
-    """A joint's factor in all columns that were asked for, and what others' motors make of its torque."""
-    own, others = len(observer.touched[joint]), len(observer.motors[joint])
-    factor = factor[: own + 1]  # what stands below is of the others' torques alone
-    wide = np.zeros((len(factor), observer.distinct + 1 + others))
-    wide[:, observer.touched[joint]] = factor[:, :own]
-    wide[:, observer.distinct :] = factor[:, own:]
-    return compressed(wide[:, [*observer.place, *range(observer.distinct, wide.shape[1])]], others)

@@ -1,4 +1,4 @@
-"""Blocks of time that are long against the memory of the residuals."""
+"""How long residuals remember, and blocks of time that are long against it."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -9,18 +9,84 @@ import numpy as np
 
 from ...common.arrays import Array
 from ...common.linear import least_squares
-from ..equations.correlation import autocorrelation_time, inflation
 from ..equations.equations import Blocks, Equations
-from ..equations.observation import Observation
-from ..equations.reduction import Recorded, Residuals, reduced
-from .least_squares import joint_weights
+from ..equations.observer import Observation, Residuals
+from ..equations.reduction import Recorded, reduced
 
+_WINDOW = 5.0  # lags summed, in autocorrelation times
 _TIMES = 5.0  # autocorrelation times a block holds
 SHORTEST = 1.0
 """s: no block is shorter."""
 FEWEST = 6
 """Blocks as long as memory asks for: with fewer of a payload's recordings the jackknife alone is not trusted."""
 _MOST = 100  # blocks: more hardly narrow an interval, but each costs a solution
+
+
+def autocorrelation_time(series: Sequence[tuple[Array, Array]], step: float) -> float:
+    """Integrated autocorrelation time tau = step (1/2 + rho_1 + ... + rho_M) [s], at least step / 2.
+
+    The window is Sokal's, consistent with itself: the smallest M with M step >= 5 tau (Sokal, Monte Carlo methods
+    in statistical mechanics, 1997, section 3). White noise has step / 2; noise that forgets as exp(-t / T), T.
+    Rows that were left out form no pairs; each rho_k divides by the number of pairs that are there.
+
+    Args:
+        series: times [s] on a grid of ``step`` and residuals, (r,) each; recordings of one process.
+        step: time between neighbouring rows [s].
+    """
+    grids = [_on_grid(t, values, step) for t, values in series if len(t)]
+    power = _mean_product(grids, 0)
+    if power == 0.0:
+        return 0.5 * step
+    tau, lag = 0.5, 0
+    while lag < _WINDOW * tau and lag + 1 < max(values.size for values, _ in grids) // 2:
+        lag += 1
+        tau += _mean_product(grids, lag) / power
+    return step * max(tau, 0.5)
+
+
+def inflation(series: Sequence[tuple[Array, Array]]) -> float:
+    """By how much the memory of errors raises the variance of their mean, 1 + 2 (rho_1 + ...), at least 1.
+
+    Args:
+        series: as of ``autocorrelation_time``, on the closest rows' grid.
+    """
+    there = [(t, values) for t, values in series if len(t) > 1]
+    if not there:
+        return 1.0
+    step = min(float(np.diff(t).min()) for t, _ in there)
+    return max(1.0, 2.0 * autocorrelation_time(there, step) / step)
+
+
+def autocorrelation(t: Array, values: Array, step: float, lags: int) -> Array:
+    """Autocorrelation rho_0 = 1, rho_1 ... rho_lags of one series, shape (lags + 1,); zeros where it has no power.
+
+    Args:
+        t: times on a grid of ``step`` [s], shape (r,); rows that were left out form no pairs.
+        values: residuals, shape (r,).
+    """
+    grids = [_on_grid(t, values, step)] if len(t) else []
+    power = _mean_product(grids, 0)
+    if power == 0.0:
+        return np.append(1.0, np.zeros(lags))
+    return np.array([_mean_product(grids, lag) / power for lag in range(lags + 1)])
+
+
+def _on_grid(t: Array, values: Array, step: float) -> tuple[Array, Array]:
+    """Values with zeros where rows are missing, and ones where they are not."""
+    place = np.rint((t - t[0]) / step).astype(int)
+    dense, there = np.zeros((2, place[-1] + 1))
+    dense[place], there[place] = values, 1.0
+    return dense, there
+
+
+def _mean_product(grids: Sequence[tuple[Array, Array]], lag: int) -> float:
+    """Mean of e(t) e(t + lag) over all pairs that are there; 0 without any."""
+    total, pairs = 0.0, 0.0
+    for values, there in grids:
+        size = max(values.size - lag, 0)
+        total += float(values[:size] @ values[lag:])
+        pairs += float(there[:size] @ there[lag:])
+    return total / pairs if pairs else 0.0
 
 
 class Remembered(NamedTuple):
@@ -34,22 +100,19 @@ class Remembered(NamedTuple):
     spans: tuple[Array, ...]
     inflation: tuple[float, ...]
 
+    @staticmethod
+    def of(group: Sequence[Residuals]) -> "Remembered":
+        """By what is left of the recordings."""
+        by_joint = [[(left.t[j], left.errors[j]) for left in group] for j in range(len(group[0].t))]
+        step = min((float(np.diff(t).min()) for left in group for t in left.t if len(t) > 1), default=SHORTEST)
+        memory = max(autocorrelation_time(series, step) for series in by_joint)
+        return Remembered(memory, tuple(map(span, group)), tuple(map(inflation, by_joint)))
+
 
 def remembered(recordings: Sequence[Recorded | Observation], equations: Equations) -> Remembered:
     """By what the weighted fit to all recordings of one load leaves; the first columns are the equations'."""
-    group = left_over(recordings, equations)
-    return Remembered(_memory(group), tuple(map(span, group)), memory_factors(group))
-
-
-def memory_factors(group: Sequence[Residuals]) -> tuple[float, ...]:
-    """By how much the memory of each joint's errors raises variances, from what is left of the recordings."""
-    joints = range(len(group[0].t))
-    return tuple(inflation([(left.t[j], left.errors[j]) for left in group]) for j in joints)
-
-
-def length_by_residuals(groups: Sequence[Sequence[Residuals]]) -> float:
-    """Length of blocks [s] by what the weighted fit to the recordings of one load leaves of each."""
-    return block_length([Remembered(_memory(group), tuple(map(span, group)), ()) for group in groups])
+    values = weighted_solution(equations)
+    return Remembered.of([recording.residuals(values) for recording in recordings])
 
 
 def block_length(loads: Sequence[Remembered]) -> float:
@@ -67,7 +130,7 @@ def span(recording: Observation | Residuals) -> Array:
     return np.array([t.min(), t.max()]) if t.size else np.zeros(2)
 
 
-def block_edges(recording: Observation | Residuals | Array, length: float) -> Array:
+def block_edges(recording: Observation | Array, length: float) -> Array:
     """Times between blocks [s] for as many equal blocks of at least ``length`` as fit; infinite at the ends.
 
     Args:
@@ -81,40 +144,21 @@ def block_edges(recording: Observation | Residuals | Array, length: float) -> Ar
     return edges
 
 
-def left_over(recordings: Sequence[Recorded | Observation], equations: Equations) -> list[Residuals]:
-    """What the weighted fit to all recordings of one load leaves of each; the first columns are the equations'."""
-    values = weighted_solution(equations)
-    return [
-        held.residuals(values) if isinstance(held, Recorded) else Residuals(held.t, held.errors(values))
-        for held in recordings
-    ]
-
-
 def in_blocks(
     equations: Equations, recordings: Sequence[Recorded | Observation], edges: Sequence[Array], length: float
 ) -> Equations:
     """Equations with blocks of time between their recordings' edges."""
     blocks: list[Equations] = []
-    for held, ends in zip(recordings, edges, strict=True):
-        if isinstance(held, Recorded):
-            blocks += held.cut(ends)
+    for recording, ends in zip(recordings, edges, strict=True):
+        if isinstance(recording, Recorded):
+            blocks += recording.cut(ends)
         else:
-            blocks += [reduced(held.between(*between)) for between in pairwise(ends)]
+            blocks += [reduced(recording.between(*between)) for between in pairwise(ends)]
     return replace(equations, blocks=Blocks.of(blocks, length))
 
 
 def weighted_solution(equations: Equations) -> Array:
     """Values of the weighted fit; of dependent columns the shortest ones."""
     factor = equations.stacked()
-    factor = equations.stacked(joint_weights(equations, least_squares(factor[:, :-1], factor[:, -1])))
+    factor = equations.stacked(equations.joint_weights(least_squares(factor[:, :-1], factor[:, -1])))
     return least_squares(factor[:, :-1], factor[:, -1])
-
-
-def _memory(group: Sequence[Residuals]) -> float:
-    """Longest autocorrelation time among the joints' residuals [s]."""
-    times = [t for recording in group for t in recording.t if len(t) > 1]
-    step = min((float(np.diff(t).min()) for t in times), default=SHORTEST)
-    joints = range(len(group[0].t))
-    return max(
-        autocorrelation_time([(recording.t[j], recording.errors[j]) for recording in group], step) for j in joints
-    )

@@ -106,9 +106,6 @@ def jackknife(groups: Sequence[Iterable[Array]], values: Array, block_length: fl
         groups: solutions without block 1, 2, ... B of each group, weights fixed at those of ``values``.
         values: the parameters x by all data, shape (c,).
         block_length: shortest length of a block [s].
-
-    Raises:
-        InputError: if a solution that is made on demand cannot be.
     """
     covariance, counts = np.zeros((len(values), len(values))), []
     for group in groups:

@@ -15,7 +15,6 @@ from ...common.arrays import Array
 from ...common.errors import InputError
 from ...common.linear import is_covariance
 from ...model import Recording, Robot
-from ..equations.equations import Equations
 
 USUAL: Mapping[str, float] = {"motor": 0.02, "link": 0.01}
 """Standard deviation of a relative error of gains of which nothing is said: of torques that motors tell, and of
@@ -133,18 +132,3 @@ def fingerprints(unloaded: Sequence[Recording], loaded: Sequence[Recording]) -> 
     """Fingerprints of recordings without and with the known payload."""
     bare, heavy = (tuple(r.fingerprint for r in group if r.fingerprint) for group in (unloaded, loaded))
     return {"unloaded": bare, "loaded": heavy}
-
-
-def motor_torques(problem: Equations, motor: int) -> tuple[Array, ...]:
-    """What a motor (counted from 0) makes of each joint's right-hand side, rows as those of the joint's factor.
-
-    All motors' add up to the right-hand side, but for the torque of a known spring, which no gain scales.
-    """
-    torques = [np.zeros(len(factor)) for factor in problem.factors]
-    torques[motor] += problem.factors[motor][:, -1]
-    for shared in problem.shared:
-        if shared.joint == motor:
-            torques[motor] -= shared.torque
-        elif shared.motor == motor:
-            torques[shared.joint] += shared.torque
-    return tuple(torques)

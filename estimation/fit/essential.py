@@ -15,7 +15,8 @@ from scipy.linalg import solve_triangular
 from ...common.arrays import Array
 from ...common.errors import InputError
 from ..equations.equations import Equations
-from .estimate import Estimate, fit
+from .estimate import Estimate
+from .least_squares import weighted
 
 STOP_RATIO = 1.02
 """The paper's: the error's standard deviation over that with all parameters."""
@@ -38,7 +39,7 @@ class EliminationPath:
     def __post_init__(self) -> None:
         """Lock the arrays."""
         for name in ("sigma_ratio", "largest_relative_sigma"):
-            values = np.asarray(getattr(self, name), dtype=float)
+            values = np.array(getattr(self, name), dtype=float)
             if values.shape != (len(self.order) + 1,):
                 raise ValueError(f"{name} must have {len(self.order) + 1} entries, got {values.shape}")
             values.flags.writeable = False
@@ -154,74 +155,27 @@ def eliminate(problem: Equations, estimate: Estimate, rule: StopRule | None = No
     rule = rule or SigmaRatio()
     R, c = problem.stacked(estimate.weights), len(problem.columns)
     T = solve_triangular(R[:c, :c], np.eye(c))
-    kept, squares = np.ones(c, dtype=bool), float(np.sum(R[c:, c] ** 2))
-    factors = [_Factor(T, T @ R[:c, c], squares, sum(problem.effective_rows), kept)]
-    order, largest = [], []
-    for _ in problem.columns:  # one by one, until none is left
-        relative = factors[-1].relative_sigma()
-        worst = int(np.argmax(relative))
-        largest.append(float(relative[worst]))
-        order.append(problem.columns[worst])
-        factors.append(factors[-1].without(worst))
-    variances = np.array([factor.variance for factor in factors])
-    with np.errstate(over="ignore"):  # data without noise: any elimination is infinitely worse
-        ratio = np.sqrt(variances / max(variances[0], np.finfo(float).tiny))
-    path = EliminationPath(tuple(order), np.append(1.0, ratio[1:]), np.array([*largest, 0.0]))
-    reduced = factors[rule.eliminated(path)]
-    names = tuple(name for k, name in enumerate(problem.columns) if reduced.kept[k])
-    essential = Estimate(
-        names=names,
-        values=reduced.x[reduced.kept],
-        covariance=reduced.variance * reduced.T[reduced.kept] @ reduced.T[reduced.kept].T,
-        degrees_of_freedom=reduced.degrees_of_freedom,
-        fit=fit(problem.select(names), reduced.x[reduced.kept]),
-        weights=estimate.weights,
-    )
-    return Elimination(path, rule, essential)
-
-
-@dataclass(frozen=True)
-class _Factor:
-    """Least squares with some parameters held at zero.
-
-    Attributes:
-        T: c x c with T T' the covariance for unit variance; rows of eliminated parameters are zero.
-        x: the solution, shape (c,).
-        squares: sum of squared weighted errors.
-        rows: number of equations with independent noise.
-        kept: which parameters are not eliminated, shape (c,).
-    """
-
-    T: Array
-    x: Array
-    squares: float
-    rows: float
-    kept: np.ndarray[tuple[int], np.dtype[np.bool_]]
-
-    @property
-    def degrees_of_freedom(self) -> float:
-        return self.rows - int(self.kept.sum())
-
-    @property
-    def variance(self) -> float:
-        return self.squares / self.degrees_of_freedom
-
-    def relative_sigma(self) -> Array:
-        """Relative sigmas as fractions; -1 for eliminated parameters."""
-        sigma = np.sqrt(self.variance) * np.sqrt(np.einsum("kl,kl->k", self.T, self.T))
+    x, squares, rows = T @ R[:c, c], float(np.sum(R[c:, c] ** 2)), sum(problem.effective_rows)
+    order, largest, variances = list[int](), list[float](), [squares / (rows - c)]
+    while len(order) < c:  # one by one, until none is left
+        sigma = np.sqrt(variances[-1]) * np.sqrt(np.einsum("kl,kl->k", T, T))
         with np.errstate(divide="ignore", invalid="ignore"):
-            relative = np.where(self.x == 0.0, np.inf, sigma / np.abs(self.x))
-        return np.where(self.kept, relative, -1.0)
-
-    def without(self, k: int) -> "_Factor":
-        """Hold parameter k at zero as well.
-
-        Least squares under x_k = 0: with t the k-th row of T, x loses T t' x_k / (t t'), the sum of squares grows
-        by x_k^2 / (t t'), and T loses its part along t.
-        """
-        length = float(np.linalg.norm(self.T[k]))
-        u, pull = self.T[k] / length, float(self.x[k]) / length
-        along = self.T @ u
-        T, x, remaining = self.T - np.outer(along, u), self.x - along * pull, self.kept.copy()
-        T[k], x[k], remaining[k] = 0.0, 0.0, False
-        return _Factor(T, x, self.squares + pull * pull, self.rows, remaining)
+            relative = np.where(x == 0.0, np.inf, sigma / np.abs(x))
+        relative[order] = -1.0
+        k = int(np.argmax(relative))
+        largest.append(float(relative[k]))
+        order.append(k)
+        # Least squares under x_k = 0: with t the k-th row of T, x loses T t' x_k / (t t'), the sum of squares grows
+        # by x_k^2 / (t t'), and T loses its part along t.
+        length = float(np.linalg.norm(T[k]))
+        u, pull = T[k] / length, float(x[k]) / length
+        along = T @ u
+        T, x, squares = T - np.outer(along, u), x - along * pull, squares + pull * pull
+        T[k], x[k] = 0.0, 0.0
+        variances.append(squares / (rows - c + len(order)))
+    with np.errstate(over="ignore"):  # data without noise: any elimination is infinitely worse
+        ratio = np.sqrt(np.array(variances) / max(variances[0], np.finfo(float).tiny))
+    names = tuple(problem.columns[k] for k in order)
+    path = EliminationPath(names, np.append(1.0, ratio[1:]), np.array([*largest, 0.0]))
+    essential = [name for name in problem.columns if name not in names[: rule.eliminated(path)]]
+    return Elimination(path, rule, weighted(problem.select(essential), estimate.weights))

@@ -30,9 +30,8 @@ class Fit:
 
     def __post_init__(self) -> None:
         """Lock the norms and check that there is one for each joint."""
-        n = len(self.rows)
-        object.__setattr__(self, "error_norms", frozen_array(self.error_norms, (n,), "error_norms"))
-        object.__setattr__(self, "torque_norms", frozen_array(self.torque_norms, (n,), "torque_norms"))
+        for name in ("error_norms", "torque_norms"):
+            object.__setattr__(self, name, frozen_array(getattr(self, name), (len(self.rows),), name))
 
     @property
     def relative(self) -> float:
@@ -111,8 +110,10 @@ class Estimate(Brief):
     @cached_property
     def interval95(self) -> Array:
         """Nominal 95 % intervals by Student's t, c x 2."""
-        half = student95(self.degrees_of_freedom) * self.sigma
-        return np.column_stack([self.values - half, self.values + half])
+        return self._interval(student95(self.degrees_of_freedom), self.sigma)
+
+    def _interval(self, quantile: float, sigma: Array) -> Array:
+        return np.column_stack([self.values - quantile * sigma, self.values + quantile * sigma])
 
     @property
     def sigma_robust(self) -> Array | None:
@@ -127,10 +128,7 @@ class Estimate(Brief):
     @cached_property
     def robust_interval95(self) -> Array | None:
         """95 % intervals that hold for autocorrelated noise, c x 2, where they were asked for."""
-        if self.robust is None:
-            return None
-        half = self.robust.quantile95 * self.robust.sigma
-        return np.column_stack([self.values - half, self.values + half])
+        return self._interval(self.robust.quantile95, self.robust.sigma) if self.robust is not None else None
 
     @property
     def covariance_by_gains(self) -> Array | None:
@@ -147,20 +145,18 @@ class Estimate(Brief):
     @cached_property
     def total_sigma(self) -> Array:
         """``larger_sigma`` and, where they are not taken as exact, errors of the drive gains, shape (c,)."""
-        return (
-            self.larger_sigma if self.sigma_by_gains is None else np.hypot(self.larger_sigma, self.sigma_by_gains)
-        )
+        by_gains = self.sigma_by_gains
+        return self.larger_sigma if by_gains is None else np.hypot(self.larger_sigma, by_gains)
 
     @cached_property
     def interval95_with_gains(self) -> Array | None:
         """95 % intervals of the robust (else the formula's) and the gains' covariance together, c x 2."""
-        if self.sigma_by_gains is None:
+        by_gains, robust = self.sigma_by_gains, self.robust
+        if by_gains is None:
             return None
-        own, quantile = self.sigma, student95(self.degrees_of_freedom)
-        if self.robust is not None:
-            own, quantile = self.robust.sigma, self.robust.quantile95
-        half = quantile * np.hypot(own, self.sigma_by_gains)
-        return np.column_stack([self.values - half, self.values + half])
+        if robust is None:
+            return self._interval(student95(self.degrees_of_freedom), np.hypot(self.sigma, by_gains))
+        return self._interval(robust.quantile95, np.hypot(robust.sigma, by_gains))
 
     def __getitem__(self, name: str) -> float:
         """Value of one parameter."""
@@ -219,6 +215,6 @@ def error_model(estimate: Estimate, gains: Gains | None = None) -> Estimate:
                 "the robot's parameters do not tell how they depend on the drive gains: identify the robot again"
             )
         C = C + S @ gains.covariance(S.shape[1]) @ S.T
-    by_gains = estimate.covariance_by_gains
-    C = C if by_gains is None else C + by_gains
+    if (by_gains := estimate.covariance_by_gains) is not None:
+        C = C + by_gains
     return replace(estimate, covariance=C, degrees_of_freedom=dof, robust=None, gain_covariance=None)

@@ -13,23 +13,18 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import chain
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.linalg import solve_triangular
 
 from ...common.arrays import Array
-from ..equations.equations import Equations, triangular
-from ..equations.shared_torque import compressed
-from .covariance import sandwich
-from .drive_gains import motor_torques
+from ..equations.equations import Equations, checked, compressed, triangular
+from .covariance import formula, sandwich
 from .estimate import Estimate, fit
-from .least_squares import checked, joint_weights, solve, solve_triangle
 
 _HELD = 1e-6
 """Share of a direction that the other blocks must hold: differences then keep ten digits."""
-
-
 _AT_ONCE = 16
 """Blocks that are worked on together: few enough for little memory."""
 
@@ -56,7 +51,6 @@ def left_out(
     weights: Array,
     known: Sequence[str] = (),
     near: Array | None = None,
-    parts: Sequence[Equations] = (),
 ) -> LeftOut:
     """Solve without each of the equations' blocks in turn.
 
@@ -66,40 +60,23 @@ def left_out(
         weights: of the joints, shape (n,).
         known: other columns, each a right-hand side of its own; the last one is Y.
         near: further equations that no block holds, weighted, m x (c + k + 1): in columns, known ones, and Y.
-        parts: the equations without each block, where they are not the sum of their blocks.
-
-    Raises:
-        InputError: if what is left does not determine the parameters.
     """
     names, blocks = tuple(columns), equations.blocks
     places = [*(equations.columns.index(name) for name in (*names, *known)), -1]
     near = np.zeros((0, len(places))) if near is None else near
-
-    def weighted(part: Equations) -> Array:
-        factors = [w * factor[:, places] for w, factor in zip(weights, part.factors, strict=True)]
-        return np.vstack([*factors, near])
-
-    def counts_of(part: Equations) -> Array:
-        return np.array([part.equations, sum(part.effective_rows)]) + len(near)
-
-    count = counts_of(equations)
-    root, whole = _solved(weighted(equations), names, count)
-    if parts:
-        counts = np.array(list(map(counts_of, parts)))
-        each = [_solved(weighted(part), names, own)[1] for part, own in zip(parts, counts, strict=True)]
-        solutions = list(map(np.array, zip(*each, strict=True)))
-    else:
-        counts = count - np.column_stack([blocks.rows.sum(axis=1), blocks.effective_rows.sum(axis=1)])
-        rows = blocks.weighted(weights)[:, :, places]
-        chunks = [_downdated(root, whole, rows[k : k + _AT_ONCE]) for k in range(0, len(rows), _AT_ONCE)]
-        little = np.concatenate([own for own, _ in chunks])
-        solutions = [np.concatenate(arrays) for arrays in zip(*(own for _, own in chunks), strict=True)]
-        for b in np.flatnonzero(little | (counts[:, 0] < len(names)) | (counts[:, 1] <= len(names))):
-            others = np.delete(rows, b, axis=0).reshape(-1, len(places))
-            for array, value in zip(
-                solutions, _solved(np.vstack([others, near]), names, counts[b])[1], strict=True
-            ):
-                array[b] = value
+    count = np.array([equations.equations, sum(equations.effective_rows)]) + len(near)
+    counts = count - np.column_stack([blocks.rows.sum(axis=1), blocks.effective_rows.sum(axis=1)])
+    factors = [w * factor[:, places] for w, factor in zip(weights, equations.factors, strict=True)]
+    root, whole = _solved(np.vstack([*factors, near]), names, count)
+    rows = blocks.weighted(weights)[:, :, places]
+    chunks = [_downdated(root, whole, rows[k : k + _AT_ONCE]) for k in range(0, len(rows), _AT_ONCE)]
+    little = np.concatenate([own for own, _ in chunks])
+    solutions = [np.concatenate(arrays) for arrays in zip(*(own for _, own in chunks), strict=True)]
+    for b in np.flatnonzero(little | (counts[:, 0] < len(names)) | (counts[:, 1] <= len(names))):
+        others = np.delete(rows, b, axis=0).reshape(-1, len(places))
+        _, anew = _solved(np.vstack([others, near]), names, counts[b])
+        for array, value in zip(solutions, anew, strict=True):
+            array[b] = value
     x, covariance, squares = (np.concatenate([a, b[None]]) for a, b in zip(solutions, whole, strict=True))
     return LeftOut(x, covariance, squares / (np.vstack([counts, count])[:, 1:] - len(names)))
 
@@ -113,13 +90,7 @@ def _solved(rows: Array, names: tuple[str, ...], counts: Array) -> tuple[Array, 
 
 
 def _downdated(root: Array, whole: _Solution, rows: Array) -> tuple[Array, _Solution]:
-    """Solutions without each block, from the whole one; first, of which too little is left for that.
-
-    Args:
-        root: R^-1 of all equations.
-        whole: their solution.
-        rows: of the blocks, B x k x (c + m).
-    """
+    """Solutions without each block, B x k x (c + m), from the whole one; first, of which too little is left."""
     c = len(root)
     Q, errors = rows[:, :, :c] @ root, rows[:, :, c:] - rows[:, :, :c] @ whole[0]
     back = Q.transpose(0, 2, 1)
@@ -134,13 +105,14 @@ def _downdated(root: Array, whole: _Solution, rows: Array) -> tuple[Array, _Solu
     return little, (whole[0] - root @ change, root @ inverse @ root.T, squares)
 
 
-class Fixed(NamedTuple):
-    """Parameters whose torque is taken off, and how sure they are.
+class Known(NamedTuple):
+    """Parameters known from elsewhere, and how sure they are: fixed, or a prior that the recordings correct.
 
-    ``covariance``: part of the formula's, c x c; ``lasting``: what no block of time shows of it, zero where the
-    blocks hold the recordings that the parameters come from; ``degrees_of_freedom``; ``gain_sensitivity``:
-    gives derivatives by the relative error of each motor's torque, c x n, None where they are not known;
-    ``left_out``: gives the values without each of the blocks that they come from, B x c, none by default.
+    ``covariance``: part of the formula's, c x c; of a prior of full rank; ``lasting``: what no block of time shows
+    of it, zero where the blocks hold the recordings that the parameters come from; ``degrees_of_freedom``;
+    ``gain_sensitivity``: gives derivatives by the relative error of each motor's torque, c x n, None where they
+    are not known; ``left_out``: gives the values without each of the blocks that they come from, B x c, none by
+    default; ``inflation`` of a prior as of ``SoftPrior``.
     """
 
     names: tuple[str, ...]
@@ -150,27 +122,31 @@ class Fixed(NamedTuple):
     degrees_of_freedom: float = float("inf")
     gain_sensitivity: Callable[[], Array | None] = lambda: None
     left_out: Callable[[], Array | None] = lambda: None
+    inflation: float = 1.0
 
-    def part(self, names: Sequence[str]) -> "Fixed":
+    def part(self, names: Sequence[str]) -> "Known":
         """Some of the parameters."""
         own = [self.names.index(name) for name in names]
 
-        def derivatives() -> Array | None:
-            every = self.gain_sensitivity()
-            return every[own] if every is not None else None
-
-        def without_blocks() -> Array | None:
-            every = self.left_out()
-            return every[:, own] if every is not None else None
+        def some(given: Callable[[], Array | None], index: Any) -> Callable[[], Array | None]:
+            return lambda: None if (every := given()) is None else every[index]
 
         return self._replace(
             names=tuple(names),
             values=self.values[own],
             covariance=self.covariance[own][:, own],
             lasting=self.lasting[own][:, own],
-            gain_sensitivity=derivatives,
-            left_out=without_blocks,
+            gain_sensitivity=some(self.gain_sensitivity, (own,)),
+            left_out=some(self.left_out, (slice(None), own)),
         )
+
+    @property
+    def root(self) -> Array:
+        """Rows of a prior, in units of weighted rows: root' root is the covariance's inverse, inflated."""
+        scale = np.sqrt(np.diag(self.covariance))
+        L = np.linalg.cholesky(self.covariance / np.outer(scale, scale))
+        inverse = solve_triangular(L, np.eye(len(L)), lower=True)
+        return np.asarray(np.sqrt(self.inflation) * inverse / scale)
 
 
 class SoftPrior(NamedTuple):
@@ -189,33 +165,6 @@ class SoftPrior(NamedTuple):
         return float(np.sqrt(self.inflation)) / self.sigma
 
 
-class Prior(NamedTuple):
-    """Parameters known from elsewhere that the recordings correct, as far as their covariance leaves it to them.
-
-    ``covariance``: c x c, of full rank; ``inflation`` as of ``SoftPrior``; the rest as of ``Fixed``.
-    """
-
-    names: tuple[str, ...]
-    values: Array
-    covariance: Array
-    inflation: float = 1.0
-    degrees_of_freedom: float = float("inf")
-    gain_sensitivity: Callable[[], Array | None] = lambda: None
-
-    @property
-    def known(self) -> Fixed:
-        """The parameters as they stand."""
-        return Fixed(*self[:3], self.covariance, self.degrees_of_freedom, self.gain_sensitivity)
-
-    @property
-    def root(self) -> Array:
-        """Rows of the equations, in units of weighted rows: root' root: the covariance's inverse, inflated."""
-        scale = np.sqrt(np.diag(self.covariance))
-        L = np.linalg.cholesky(self.covariance / np.outer(scale, scale))
-        inverse = solve_triangular(L, np.eye(len(L)), lower=True)
-        return np.asarray(np.sqrt(self.inflation) * inverse / scale)
-
-
 class _PriorRows(NamedTuple):
     """Equations beside the recordings: ``rows`` m x c in the unknown columns, ``levels`` and ``inflation`` (m,).
 
@@ -231,12 +180,13 @@ class _PriorRows(NamedTuple):
 class _Triangle(NamedTuple):
     """Weighted equations after a QR: ``R`` of the unknown columns and the torque, the ``inverse`` of its first c.
 
-    ``influences``: how the unknown parameters move with each known group, but for the sign: P = W_L^+ W;
-    ``by_torques``: how they move with each motor's torque, c x n.
+    ``values``: of the unknown parameters, (c,); ``influences``: how they move with each known group, but for the
+    sign: P = W_L^+ W; ``by_torques``: how they move with each motor's torque, c x n.
     """
 
     R: Array
     inverse: Array
+    values: Array
     influences: tuple[Array, ...]
     by_torques: Array
 
@@ -253,14 +203,15 @@ class LinearProblem:
         prior: parameters near values that are known: as many equations more.
         shown: equations in the same columns on whose torques the fit is judged; all by default.
         alone: judge the fit on the wanted parameters' own torque, that of all others taken off.
-        parts: the equations without each block of time, where they are not the sum of their blocks.
+        parts: the equations without each block of time, where they are not the sum of their blocks; what is fixed
+            then comes from no blocks.
     """
 
     equations: Equations
     wanted: tuple[str, ...]
-    fixed: tuple[Fixed, ...] = ()
+    fixed: tuple[Known, ...] = ()
     soft: Mapping[str, SoftPrior] = field(default_factory=dict)
-    prior: Prior | None = None
+    prior: Known | None = None
     shown: Equations | None = None
     alone: bool = False
     parts: tuple[Equations, ...] = ()
@@ -277,15 +228,12 @@ class LinearProblem:
     def weights(self) -> Array:
         """Weights of the joints by their errors in the ordinary solution, (n,); a prior counts as it stands."""
         if self.prior is not None:
-            return replace(self, fixed=(*self.fixed, self.prior.known), prior=None).weights()
-        prior = np.column_stack([self._prior_rows.rows, self._prior_rows.levels])
-        ordinary = solve(np.vstack([*self.unknown.factors, prior]), self.unknown.columns, *self._rows)
-        return joint_weights(self.unknown, ordinary.values)
+            return replace(self, fixed=self.given, prior=None).weights()
+        return self.unknown.joint_weights(self._triangle(np.ones(len(self.equations.factors))).values)
 
     def values(self, weights: Array) -> Array:
         """The wanted values for given weights; linear in the torques."""
-        R, c = self._triangle(weights).R, len(self.unknown.columns)
-        return np.asarray(solve_triangular(R[:c, :c], R[:c, c])[self._places])
+        return self._triangle(weights).values[self._places]
 
     def without_blocks(self, weights: Array, pairs: Sequence[tuple[int, int]]) -> Array:
         """The wanted values without a block of these equations and one of those that known parameters come from.
@@ -293,14 +241,13 @@ class LinearProblem:
         Args:
             weights: of the joints, shape (n,).
             pairs: which blocks, -1 for none; without known parameters the equations' own blocks in their order.
-
-        Raises:
-            InputError: if what is left does not determine the parameters.
         """
+        if self.parts:
+            return np.array([part.values(weights) for part in self.without_each()])
         names = tuple(chain.from_iterable(group.names for group in self.fixed))
         prior = self._prior_rows
         near = np.column_stack([prior.rows, np.zeros((len(prior.rows), len(names))), prior.levels])
-        left = left_out(self.equations, self.unknown.columns, weights, names, near, self.parts)
+        left = left_out(self.equations, self.unknown.columns, weights, names, near)
         values = left.values[:, self._places]
         if not self.fixed:
             return np.asarray(values[: len(pairs), :, 0])
@@ -310,11 +257,7 @@ class LinearProblem:
         return np.array([values[a, :, -1] - values[a, :, :-1] @ known[min(b, len(known) - 1)] for a, b in pairs])
 
     def without_each(self) -> "list[LinearProblem]":
-        """The problem without each of its equations' blocks, known parameters as they are.
-
-        Raises:
-            InputError: if there are fewer than two blocks.
-        """
+        """The problem without each of its equations' blocks, known parameters as they are."""
         parts = self.parts or self.equations.without_each()
         return [replace(self, equations=part, parts=()) for part in parts]
 
@@ -328,10 +271,10 @@ class LinearProblem:
             InputError: if the equations leave a parameter undetermined.
         """
         weights = self.weights() if weights is None else weights
-        triangle = self._triangle(weights)
-        solution = solve_triangle(triangle.R, self._rows[1])
-        covariance = solution.covariance
-        value = dict(zip(self.unknown.columns, solution.values.tolist(), strict=True))
+        triangle, c = self._triangle(weights), len(self.unknown.columns)
+        dof = self._rows[1] - c
+        covariance = formula(triangle.inverse, float(np.sum(triangle.R[c:, c] ** 2)), dof)
+        value = dict(zip(self.unknown.columns, triangle.values.tolist(), strict=True))
         for group, P in zip(self.fixed, triangle.influences, strict=True):
             covariance = covariance + P @ group.covariance @ P.T
             value |= zip(group.names, group.values.tolist(), strict=True)
@@ -341,11 +284,9 @@ class LinearProblem:
             shown = shown.minus(others, np.array([value[name] for name in others]))
         return Estimate(
             names=self.unknown.columns,
-            values=solution.values,
+            values=triangle.values,
             covariance=covariance,
-            degrees_of_freedom=min(
-                [solution.degrees_of_freedom, *(group.degrees_of_freedom for group in self.given)]
-            ),
+            degrees_of_freedom=min([dof, *(group.degrees_of_freedom for group in self.given)]),
             fit=fit(shown, np.array([value[name] for name in shown.columns])),
             weights=weights,
             gain_sensitivity=self.gain_sensitivity(weights),
@@ -375,16 +316,14 @@ class LinearProblem:
             weights: of the joints.
             inflation: of each joint's errors, by their memory, n.
         """
-        unknown, c, triangle = self.unknown, len(self.unknown.columns), self._triangle(weights)
-        inverse = triangle.inverse
-        values = inverse @ triangle.R[:c, c]
-        share = max(1.0 - c / max(unknown.equations + len(self._prior_rows.rows), 1), 1e-3)
-        errors = unknown.error_norms(values) / np.sqrt(np.maximum(unknown.rows, 1) * share)
+        unknown, triangle = self.unknown, self._triangle(weights)
+        share = max(1.0 - len(unknown.columns) / max(self._rows[0], 1), 1e-3)
+        errors = unknown.error_norms(triangle.values) / np.sqrt(np.maximum(unknown.rows, 1) * share)
         sizes = weights**2 * errors * np.sqrt(np.asarray(inflation))
         noise = triangular(
             np.vstack([size * factor[:, :-1] for size, factor in zip(sizes, unknown.factors, strict=True)])
         )
-        total = sandwich(inverse[self._places] @ inverse.T, noise) + self.lasting(weights)
+        total = sandwich(triangle.inverse[self._places] @ triangle.inverse.T, noise) + self.lasting(weights)
         for group, influence in zip(self.fixed, triangle.influences, strict=True):
             if not group.lasting.any():  # of recordings that remember as well
                 P = influence[self._places]
@@ -392,9 +331,9 @@ class LinearProblem:
         return np.asarray(total)
 
     @property
-    def given(self) -> tuple[Fixed, ...]:
+    def given(self) -> tuple[Known, ...]:
         """All that is known from elsewhere with its values."""
-        return (*self.fixed, self.prior.known) if self.prior is not None else self.fixed
+        return (*self.fixed, self.prior) if self.prior is not None else self.fixed
 
     @property
     def _places(self) -> list[int]:
@@ -417,27 +356,23 @@ class LinearProblem:
         return _PriorRows(np.vstack([np.zeros((0, c)), *rows]), levels, np.array(inflation), np.vstack(by_gains))
 
     def _triangle(self, weights: Array) -> _Triangle:
-        """The weighted equations of all joints, those of what is held below; decomposed once for given weights.
-
-        Raises:
-            InputError: if they leave a parameter undetermined.
-        """
+        """The weighted equations of all joints, those of what is held below; decomposed once for given weights."""
         if (key := weights.tobytes()) in self._triangles:
             return self._triangles[key]
-        groups, prior, n = self.fixed, self._prior_rows, len(self.equations.factors)
-        names = list(chain.from_iterable(group.names for group in groups))
-        places = [self.equations.columns.index(name) for name in names]
-        torques = map(np.column_stack, zip(*(motor_torques(self.equations, j) for j in range(n)), strict=True))
-        every = zip(weights, self.unknown.factors, self.equations.factors, torques, strict=True)
-        rows = [w * np.column_stack([own, factor[:, places], torque]) for w, own, factor, torque in every]
-        below = np.column_stack([prior.rows, prior.levels, np.zeros((len(prior.rows), len(names))), prior.by_gains])
-        R, beside = compressed(np.vstack([*rows, below]), len(names) + n)
+        prior, sizes = self._prior_rows, [len(group.names) for group in self.fixed]
+        places = [self.equations.columns.index(name) for group in self.fixed for name in group.names]
+        every = zip(weights, self.unknown.factors, self.equations.factors, self.equations.by_motor(), strict=True)
+        rows = [w * np.column_stack([own, factor[:, places], torques]) for w, own, factor, torques in every]
+        below = np.column_stack(
+            [prior.rows, prior.levels, np.zeros((len(prior.rows), len(places))), prior.by_gains]
+        )
+        R, beside = compressed(np.vstack([*rows, below]), below.shape[1] - prior.rows.shape[1] - 1)
         R, c = checked(R, self.unknown.columns, *self._rows), len(self.unknown.columns)
         solved = solve_triangular(R[:c, :c], np.column_stack([np.eye(c), beside[:c]]))
-        ends = c + np.cumsum([0, *(len(group.names) for group in groups)])
-        inverse, *influences, by_torques = np.split(solved, ends, axis=1)
-        self._triangles[key] = _Triangle(R, inverse, tuple(influences), by_torques)
-        return self._triangles[key]
+        inverse, *influences, by_torques = np.split(solved, c + np.cumsum([0, *sizes]), axis=1)
+        triangle = _Triangle(R, inverse, inverse @ R[:c, c], tuple(influences), by_torques)
+        self._triangles[key] = triangle
+        return triangle
 
     @property
     def _rows(self) -> tuple[int, float]:
@@ -458,14 +393,3 @@ class LinearProblem:
             if derivatives is not None:
                 total = total - influence @ derivatives
         return None if any(derivatives is None for derivatives in own) else total
-
-
-def gain_sensitivity(equations: Equations, weights: Array) -> Array:
-    """Derivatives of a weighted least-squares solution by e_j, weights fixed, c x n.
-
-    Raises:
-        InputError: if the equations leave a parameter undetermined.
-    """
-    derivatives = LinearProblem(equations, equations.columns).gain_sensitivity(weights)
-    assert derivatives is not None  # nothing is known from elsewhere
-    return derivatives

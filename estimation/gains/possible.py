@@ -14,7 +14,7 @@ from ...common.errors import InputError
 from ...model import INERTIAL
 from ...model.drives import SPRING, parameter_kind
 from ..equations.equations import PAYLOAD, Equations, triangular
-from ..possible.cone import ConeProgram, SolverError, solve_in_turn
+from ..possible.cone import ConeProgram, SolverError, solve_cone
 from ..possible.robot import POWERS, DriveRules, link_indices, typical_length
 from .current_side import CurrentFit, linearised
 from .known_load import KnownLoad
@@ -55,7 +55,7 @@ def possible_gains(
         # Below the triangle of the unknowns stands what none of them explains.
         R = triangular(np.column_stack([J[:, :c] @ to_x, by_ratio, right]))[: m + others]
         try:
-            solution = solve_in_turn(ConeProgram(R[:, :-1], R[:, -1], A, np.zeros(len(A)), bodies), _WAYS)
+            solution = solve_cone(ConeProgram(R[:, :-1], R[:, -1], A, np.zeros(len(A)), bodies), _WAYS)
         except SolverError as error:
             raise InputError(f"gains of bodies that can exist were not found ({error.words})") from None
         ratio, load = np.insert(solution.z[m:], anchor, 1.0), float(solution.z[m - 1])

@@ -18,14 +18,11 @@ from ...common.linear import decomposed, least_squares, without
 from ...model import Processing, Robot, base_parameters
 from ...model.drives import parameter_kind
 from ...model.motion import Measurement
-from ..equations.correlation import inflation
-from ..equations.elimination import Anchor
-from ..equations.equations import PAYLOAD, Equations, merged
-from ..equations.observation import Observation
-from ..equations.observer import Observer
+from ..equations.equations import PAYLOAD, Anchor, Equations, merged
+from ..equations.observer import Observation, Observer
 from ..equations.reduction import reduced
-from ..fit.least_squares import joint_weights
-from ..fit.linear_problem import Fixed, SoftPrior
+from ..fit.blocks import inflation
+from ..fit.linear_problem import Known, SoftPrior
 from ..signals.rows import Mask
 
 FREE = "free "
@@ -87,12 +84,12 @@ class HeldFriction:
         return tuple(anchors)
 
     @property
-    def known(self) -> Fixed:
+    def known(self) -> Known:
         """What they are held at: zero, as far as sigma says; alike in all recordings, to be safe."""
         k, n = len(self.held), len(self.noise)
         lasting = np.diag([role.sigma**2 for role in self.held.values()]) if k else np.zeros((0, 0))
         names = tuple(anchor.level for anchor in self.anchors)
-        return Fixed(names, np.zeros(k), np.zeros((k, k)), lasting, gain_sensitivity=lambda: np.zeros((k, n)))
+        return Known(names, np.zeros(k), np.zeros((k, k)), lasting, gain_sensitivity=lambda: np.zeros((k, n)))
 
     def friction_free(self, equations: Equations) -> Equations:
         """Equations of one recording less all that its constant torques, friction and ripple can explain."""
@@ -143,7 +140,7 @@ def _errors(observations: Sequence[Observation], plain: Sequence[Equations]) -> 
     The size is 0 where a joint has too few rows, beyond the free columns that act on it, to tell it.
     """
     problem = merged(plain).select(PAYLOAD)
-    weights = joint_weights(problem, _shortest(problem, np.ones(len(problem.rows)))[0])
+    weights = problem.joint_weights(_shortest(problem, np.ones(len(problem.rows)))[0])
     values, _ = _shortest(problem, weights)
     noise, count = problem.error_norms(values) / np.sqrt(np.maximum(problem.rows, 1)), np.zeros(len(problem.rows))
     series: list[list[tuple[Array, Array]]] = [[] for _ in count]
@@ -230,7 +227,7 @@ def coulomb_friction(problem: Equations) -> Array:
     for _ in range(2):
         factor = problem.stacked(weights)
         values = decomposed(factor[:, :-1]).solution(factor[:, -1])
-        weights = joint_weights(problem, values)
+        weights = problem.joint_weights(values)
     for j in range(n):
         name = f"FS{j + 1}"
         if name in problem.columns and hidden[problem.columns.index(name)] < _HIDDEN:

@@ -12,8 +12,7 @@ from ..fit.drive_gains import Gains
 from ..fit.estimate import error_model
 from ..possible.constraints import Constraint
 from ..possible.intervals import NO_INTERVALS, Intervals, profile_intervals
-from ..possible.payload import POSSIBLE, solve_constrained, tested
-from ..possible.result import CONFLICT, Active, Possible, Weighing
+from ..possible.payload import CONFLICT, POSSIBLE, Active, Possible, Weighing, solve_constrained, tested
 from .result import PayloadEstimate
 
 

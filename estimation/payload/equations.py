@@ -13,9 +13,8 @@ from ...model.drives import FRICTION, parameter_kind
 from ...model.motion import Measurement
 from ...model.regressors import payload_columns
 from ..equations.equations import PAYLOAD, Equations
-from ..equations.observer import PATH, Observer, Used, used
+from ..equations.observer import PATH, Observer, Used, known_spring, used
 from ..equations.reduction import Recorded, recorded
-from ..equations.shared_torque import known_spring
 from ..fit.blocks import (
     FEWEST,
     SHORTEST,
@@ -23,7 +22,6 @@ from ..fit.blocks import (
     block_edges,
     block_length,
     in_blocks,
-    memory_factors,
     remembered,
     weighted_solution,
 )
@@ -171,7 +169,7 @@ def _inflation_beside(known: Estimate, heavy: _Load) -> tuple[float, ...]:
     values = dict(zip(known.names, known.values, strict=True))
     values |= zip(beside.columns, weighted_solution(beside), strict=True)
     chi = np.array([values[name] for name in heavy.equations.columns])
-    own = memory_factors([recording.residuals(chi) for recording in heavy.recordings])
+    own = Remembered.of([recording.residuals(chi) for recording in heavy.recordings]).inflation
     if known.robust is None:
         return own
     before = float(np.median((known.robust.sigma / np.maximum(known.sigma, 1e-300)) ** 2))

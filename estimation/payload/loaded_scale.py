@@ -12,7 +12,7 @@ import numpy as np
 from ...common.arrays import Array
 from ...model.drives import FRICTION, parameter_kind
 from ..equations.equations import PAYLOAD, Equations
-from ..fit.linear_problem import Fixed, LinearProblem, SoftPrior
+from ..fit.linear_problem import Known, LinearProblem, SoftPrior
 
 _SCALE = "scale under load"
 
@@ -25,7 +25,7 @@ class LoadedScale(NamedTuple):
     values: Array
 
 
-def loaded_scale(loaded: Equations, robot: Fixed, role: SoftPrior) -> LoadedScale:
+def loaded_scale(loaded: Equations, robot: Known, role: SoftPrior) -> LoadedScale:
     """The scale of the loaded torques; the payload's own torque is scaled as well, so it is found first.
 
     Args:

@@ -15,7 +15,7 @@ from ...model.regressors import payload_columns
 from ..equations.equations import Equations, merged
 from ..fit.estimate import Estimate, error_model
 from ..fit.least_squares import weighted
-from ..fit.linear_problem import Fixed, Prior, SoftPrior, gain_sensitivity, left_out
+from ..fit.linear_problem import Known, SoftPrior, left_out
 from ..fit.own_equations import check_lengths, check_moving, filtered
 from ..fit.settings import DEFAULTS, Settings
 from ..signals.alignment import AlignedPair, best_aligned, check_mismatch
@@ -120,7 +120,7 @@ class LongMotion:
         return self.bare or self.known
 
     @cached_property
-    def robot_known(self) -> Fixed:
+    def robot_known(self) -> Known:
         """The robot's parameters for method 1: from an earlier identification, else without payload."""
         if self.known is not None:
             return known_robot(self.known)
@@ -129,13 +129,13 @@ class LongMotion:
             raise InputError(
                 "method 1 needs the robot's parameters: give a recording without payload or --robot-parameters"
             )
-        return Fixed(
+        return Known(
             bare.names,
             bare.values,
             bare.covariance,
             0.0 * bare.covariance,  # blocks of time hold the recording they come from
             bare.degrees_of_freedom,
-            lambda: gain_sensitivity(unloaded, bare.weights),
+            lambda: bare.gain_sensitivity,
             lambda: left_out(unloaded, bare.names, bare.weights).values[:-1, :, 0] if unloaded.blocks else None,
         )
 
@@ -145,7 +145,7 @@ class LongMotion:
         return self.known is not None and bool(self.friction)
 
     @property
-    def robot_prior(self) -> Prior:
+    def robot_prior(self) -> Known:
         """A robot known earlier, by the covariance that its errors really have."""
         assert self.known is not None
         return prior_of(self.known, self.inflation, self.loaded)
@@ -316,10 +316,10 @@ def check_blocks(*counts: int) -> None:
         raise InputError("robust standard deviations need two blocks of time at least: record longer")
 
 
-def known_robot(robot: Estimate) -> Fixed:
+def known_robot(robot: Estimate) -> Known:
     """Parameters of an earlier identification; what their jackknife says of them no block of this time shows."""
     lasting = robot.robust.covariance if robot.robust is not None else robot.covariance
-    return Fixed(
+    return Known(
         robot.names,
         robot.values,
         robot.covariance,
@@ -329,7 +329,7 @@ def known_robot(robot: Estimate) -> Fixed:
     )
 
 
-def prior_of(known: Estimate, inflation: tuple[float, ...], loaded: Equations) -> Prior:
+def prior_of(known: Estimate, inflation: tuple[float, ...], loaded: Equations) -> Known:
     """A robot known earlier, by the covariance that its errors really have.
 
     The jackknife's has no more rank than blocks, and no inverse; its standard deviations scale the formula's.
@@ -340,13 +340,14 @@ def prior_of(known: Estimate, inflation: tuple[float, ...], loaded: Equations) -
     """
     factors = [factor for factor, rows in zip(inflation, loaded.rows, strict=True) if rows]
     model = error_model(replace(known, gain_covariance=None))
-    return Prior(
+    return Known(
         known.names,
         known.values,
         model.covariance,
-        float(np.median(factors)),
+        model.covariance,
         model.degrees_of_freedom,
         lambda: known.gain_sensitivity,
+        inflation=float(np.median(factors)),
     )
 
 

@@ -19,11 +19,10 @@ from ...model.regressors import payload_columns
 from ..equations.equations import PAYLOAD, Equations
 from ..equations.observer import PATH
 from ..fit.covariance import Rule
-from ..fit.drive_gains import motor_torques
 from ..fit.essential import Elimination, StopRule, eliminate
 from ..fit.estimate import Estimate, fit
 from ..fit.least_squares import weighted
-from ..fit.linear_problem import LinearProblem, gain_sensitivity, left_out
+from ..fit.linear_problem import LinearProblem, left_out
 from ..possible.constraints import KnownMass
 from .long_motion import LongMotion
 from .path import known_path
@@ -153,7 +152,8 @@ class ChangeOfParameters:
             (self.motion.unloaded, self.before, C_a, -1.0),
             (self._loaded, after, C_b, 1.0),
         ):
-            change += sign * gain_sensitivity(equations, estimate.weights)[places]
+            assert estimate.gain_sensitivity is not None
+            change += sign * estimate.gain_sensitivity[places]
             change -= np.outer(C @ pull, _growth(equations, estimate))
         return np.asarray(step.inverse @ change)
 
@@ -269,14 +269,8 @@ def _growth(equations: Equations, estimate: Estimate) -> Array:
     x = np.append(-estimate.values, 1.0)
     errors = [w * factor @ x for w, factor in zip(estimate.weights, equations.factors, strict=True)]
     size = max(sum(float(error @ error) for error in errors), np.finfo(float).tiny)
-    grown = [
-        sum(
-            float(error @ (w * torque))
-            for error, w, torque in zip(errors, estimate.weights, motor_torques(equations, j), strict=True)
-        )
-        for j in range(len(equations.factors))
-    ]
-    return 2.0 * np.array(grown) / size
+    every = zip(errors, estimate.weights, equations.by_motor(), strict=True)
+    return np.asarray(2.0 * sum(error @ (w * torques) for error, w, torques in every) / size)
 
 
 def _generalised(G: Array, change: Array, C: Array) -> _Step:

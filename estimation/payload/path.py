@@ -14,7 +14,7 @@ from ...common.arrays import Array
 from ...model.drives import FRICTION, parameter_kind
 from ..equations.equations import Equations
 from ..equations.observer import PATH
-from ..fit.linear_problem import Fixed
+from ..fit.linear_problem import Known
 
 _UNSURE = 0.25
 """Share of the correction that may be wrong (1 sigma)."""
@@ -44,12 +44,12 @@ def robot_of(unloaded: Equations) -> Array:
     )
 
 
-def known_path(columns: Sequence[str], joints: int) -> tuple[Fixed, ...]:
+def known_path(columns: Sequence[str], joints: int) -> tuple[Known, ...]:
     """What is known of it: nothing of it is left, but for a quarter."""
     if PATH not in columns:
         return ()
     return (
-        Fixed(
+        Known(
             (PATH,),
             np.zeros(1),
             np.zeros((1, 1)),

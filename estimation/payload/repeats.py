@@ -10,7 +10,7 @@ from ...common.linear import decomposed
 from ..fit.covariance import NORMAL95, birge, student95
 from ..fit.estimate import error_model
 from ..possible.constraints import KnownMass
-from ..possible.result import rise_p_value
+from ..possible.payload import rise_p_value
 from .methods import PayloadProblem, payload_estimate
 from .result import PayloadEstimate
 from .short_motion import ShortMotion

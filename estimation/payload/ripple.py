@@ -15,8 +15,8 @@ from scipy.special import fdtrc
 from ...common.arrays import Array
 from ...common.linear import decomposed
 from ...model.motion import Measurement
-from ..equations.correlation import autocorrelation_time
-from ..equations.observation import Observation
+from ..equations.observer import Observation
+from ..fit.blocks import autocorrelation_time
 from ..signals.decimation import decimated
 from ..signals.rows import Mask
 

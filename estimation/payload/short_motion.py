@@ -13,7 +13,7 @@ from ...model.motion import Measurement
 from ...model.visibility import PayloadVisibility, visibility_of
 from ..equations.equations import PAYLOAD, Equations, merged
 from ..fit.estimate import Estimate
-from ..fit.linear_problem import Fixed, LinearProblem, Prior
+from ..fit.linear_problem import Known, LinearProblem
 from ..possible.constraints import KnownMass
 from ..signals.alignment import AlignedPair
 from ..signals.rows import Mask, inner_samples, least_speed, moving_parts
@@ -112,7 +112,7 @@ class ShortMotion:
         return self.known is not None and bool(self.held.held)
 
     @property
-    def robot_prior(self) -> Prior:
+    def robot_prior(self) -> Known:
         """A robot known earlier, by the covariance that its errors really have."""
         assert self.known is not None
         return prior_of(self.known, self.inflation, self.loaded)
@@ -145,7 +145,7 @@ class ShortMotion:
             return in_payload_frame(self.robot, equations).select(columns)
 
         equations = shown(self.loaded)
-        fixed: tuple[Fixed, ...] = (self.held.known,)
+        fixed: tuple[Known, ...] = (self.held.known,)
         if self.known is None:
             fixed = (*fixed, *known_path(equations.columns, self.robot.n))
         elif not self.corrected:

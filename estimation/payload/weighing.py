@@ -14,10 +14,9 @@ from ...model.motion import Measurement
 from ...model.regressors import payload_columns
 from ...model.visibility import friction_columns
 from ..equations.equations import PAYLOAD
-from ..equations.observation import Observation
-from ..equations.observer import PATH, Observer
+from ..equations.observer import PATH, Observation, Observer
 from ..equations.reduction import reduced
-from ..fit.blocks import block_edges, in_blocks, left_over, length_by_residuals
+from ..fit.blocks import block_edges, block_length, in_blocks, remembered
 from ..fit.estimate import Estimate
 from ..fit.own_equations import check_lengths, filtered
 from ..fit.settings import DEFAULTS, Settings
@@ -97,7 +96,7 @@ def runs_of(
 ) -> list[Run]:
     """Each recording's equations in blocks as long as the memory of all of them asks for, with its ripple."""
     without = map(without_friction, observations)
-    length = length_by_residuals([left_over([recording], reduced(recording)) for recording in without])
+    length = block_length([remembered([recording], reduced(recording)) for recording in without])
     runs = []
     for source, recording, waves in zip(sources, observations, ripples, strict=True):
         edges = block_edges(recording, length)

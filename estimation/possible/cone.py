@@ -5,7 +5,6 @@ not its square, keeps the condition number of R instead of R'R; z must be scaled
 """
 
 from collections.abc import Sequence
-from contextlib import suppress
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
@@ -13,8 +12,8 @@ import numpy as np
 from ...common.arrays import Array
 from .constraints import PSEUDO_INERTIA
 
-Cone = tuple[Literal["Zero", "Nonnegative", "SecondOrder", "PSDTriangle"], int]
-"""A cone and its size: rows, but for a triangle the side of its matrix."""
+Cone = tuple[Literal["Zero", "Nonnegative", "SecondOrder", "PSDTriangle", "Exponential"], int]
+"""A cone and its size: rows, but for a triangle the side of its matrix; an exponential one has three rows."""
 
 
 class ConeProgram(NamedTuple):
@@ -65,12 +64,12 @@ class SolverError(RuntimeError):
     Attributes:
         status: what the solver says.
         demands: what the constraints demand, in text.
+        words: the status for those who do not know the solver.
     """
 
     def __init__(self, status: str, demands: Sequence[str] = ()) -> None:
         """Say what happened and what may be the reason."""
-        self.status = status
-        self.demands = tuple(demands)
+        self.status, self.demands, self.words = status, tuple(demands), _MEANING.get(status, status)
         infeasible = "Infeasible" in status
         text = f"the constrained estimate was not found: {self.words}"
         text = "no body holds all constraints" if infeasible else text
@@ -78,18 +77,11 @@ class SolverError(RuntimeError):
         advice = "correct them" if infeasible else "check that the constraints allow some body near the data"
         super().__init__(f"{text}{listed}: {advice}")
 
-    @property
-    def words(self) -> str:
-        """The solver's state for those who do not know it."""
-        return _MEANING.get(self.status, self.status)
-
     def naming(self, *demands: str) -> "SolverError":
         """The error with the constraints named."""
         return SolverError(self.status, demands)
 
 
-_LARGEST = 1e5
-"""R with larger entries, from data almost without noise, is scaled down to this."""
 _ENTRIES = [(row, column) for column in range(4) for row in range(column + 1)]
 _DIAGONAL = [k for k, (row, column) in enumerate(_ENTRIES) if row == column]
 TRIANGLE: Array = np.array(
@@ -98,54 +90,52 @@ TRIANGLE: Array = np.array(
 """The ten -> upper triangle of the pseudo-inertia, column by column, off-diagonals times sqrt 2: 10 x 10."""
 
 
-def solve_cone(program: ConeProgram, largest: float = _LARGEST, ball: float = np.inf) -> ConeSolution:
-    """Solve a cone program.
+Ways = Sequence[tuple[float, float]]
+"""R with larger entries is scaled down to the first number; z may not leave a ball of the second number's radius.
+
+The ball closes a program whose least value no finite z attains.
+"""
+
+
+def solve_cone(program: ConeProgram, ways: Ways = ((1e5, np.inf),)) -> ConeSolution:
+    """Solve a cone program in the first way that gives a clean solution.
 
     Args:
-        largest: R with larger entries is scaled down to this.
-        ball: radius that z may not leave, which closes a program whose least value no finite z attains.
-
-    Raises:
-        SolverError: for anything but a clean solve.
+        ways: the usual one cares for data almost without noise.
     """
-    (k, n), r, p = program.R.shape, len(program.A), len(program.bodies)
-    scale = max(1.0, float(np.abs(program.R).max()) / largest)
-    # right - matrix (z, t) lies in the cones.
-    matrix = np.zeros((r + k + 1 + 10 * p, n + 1))
-    matrix[:r, :n] = -program.A
-    matrix[r, n] = -1.0
-    matrix[r + 1 : r + k + 1, :n] = -program.R / scale
-    matrix[r + k + 1 :, :n] = -(TRIANGLE @ program.bodies).reshape(10 * p, n)
-    right = np.concatenate([program.b, [0.0], -program.d / scale, np.zeros(10 * p)])
-    cones: list[Cone] = [("Nonnegative", r), ("SecondOrder", k + 1)]
-    cones += [("PSDTriangle", 4)] * p
-    if np.isfinite(ball):
-        cones.append(("SecondOrder", n + 1))
-        matrix = np.vstack([matrix, np.zeros((1, n + 1)), np.hstack([-np.eye(n), np.zeros((n, 1))])])
-        right = np.concatenate([right, [ball], np.zeros(n)])
-    solution = cone_solver(np.append(np.zeros(n), 1.0), matrix, right, cones).solve()
-    if str(solution.status) != "Solved":
-        raise SolverError(str(solution.status))
-    z = np.asarray(solution.x)[:n]
-    dual = np.asarray(solution.z) * scale
-    traces = dual[r + k + 1 : r + k + 1 + 10 * p].reshape(p, 10)[:, _DIAGONAL].sum(axis=1)
-    return ConeSolution(z, float(np.linalg.norm(program.R @ z - program.d)), dual[:r], traces)
+    (k, n), r, p, status = program.R.shape, len(program.A), len(program.bodies), ""
+    for largest, ball in ways:
+        scale = max(1.0, float(np.abs(program.R).max()) / largest)
+        # right - matrix (z, t) lies in the cones.
+        matrix = np.zeros((r + k + 1 + 10 * p, n + 1))
+        matrix[:r, :n] = -program.A
+        matrix[r, n] = -1.0
+        matrix[r + 1 : r + k + 1, :n] = -program.R / scale
+        matrix[r + k + 1 :, :n] = -(TRIANGLE @ program.bodies).reshape(10 * p, n)
+        right = np.concatenate([program.b, [0.0], -program.d / scale, np.zeros(10 * p)])
+        cones: list[Cone] = [("Nonnegative", r), ("SecondOrder", k + 1)]
+        cones += [("PSDTriangle", 4)] * p
+        if np.isfinite(ball):
+            cones.append(("SecondOrder", n + 1))
+            matrix = np.vstack([matrix, np.zeros((1, n + 1)), np.hstack([-np.eye(n), np.zeros((n, 1))])])
+            right = np.concatenate([right, [ball], np.zeros(n)])
+        solution = cone_solver(np.append(np.zeros(n), 1.0), matrix, right, cones).solve()
+        status = str(solution.status)
+        if status == "Solved":
+            z, dual = np.asarray(solution.x)[:n], np.asarray(solution.z) * scale
+            traces = dual[r + k + 1 : r + k + 1 + 10 * p].reshape(p, 10)[:, _DIAGONAL].sum(axis=1)
+            return ConeSolution(z, float(np.linalg.norm(program.R @ z - program.d)), dual[:r], traces)
+    raise SolverError(status)
 
 
-def solve_in_turn(program: ConeProgram, ways: Sequence[tuple[float, float]]) -> ConeSolution:
-    """The first clean solution, with the largest entry and the ball of each way as ``solve_cone`` takes them.
-
-    Raises:
-        SolverError: if none is clean.
-    """
-    *others, last = ways
-    for way in others:
-        with suppress(SolverError):
-            return solve_cone(program, *way)
-    return solve_cone(program, *last)
-
-
-def cone_solver(cost: Array, matrix: Array, right: Array, cones: Sequence[Cone], reused: bool = False) -> Any:
+def cone_solver(
+    cost: Array,
+    matrix: Array,
+    right: Array,
+    cones: Sequence[Cone],
+    tolerance: float = 1e-8,
+    reused: bool = False,
+) -> Any:
     """A solver for the x of least cost with right - matrix x in the cones; one thread, no output.
 
     Args:
@@ -153,6 +143,7 @@ def cone_solver(cost: Array, matrix: Array, right: Array, cones: Sequence[Cone],
         matrix: m x n.
         right: shape (m,).
         cones: for the rows in their order.
+        tolerance: of gap and feasibility.
         reused: whether other costs come later. Such a solver's rows are well scaled and stay as they are.
     """
     import clarabel  # both take their time to import: only where a cone program is solved
@@ -161,15 +152,16 @@ def cone_solver(cost: Array, matrix: Array, right: Array, cones: Sequence[Cone],
     settings = clarabel.DefaultSettings()
     settings.verbose = False
     settings.max_threads = 1
+    settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = tolerance
     if reused:
         settings.presolve_enable = False
         settings.chordal_decomposition_enable = False
         settings.equilibrate_enable = False
-        settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = 1e-7
     there = matrix.T != 0.0
     starts = np.append(0, np.cumsum(there.sum(axis=1)))
     # Compressed columns without the detour by coordinates.
     sparse = csc_matrix((matrix.T[there], np.nonzero(there)[1], starts), matrix.shape)
-    kinds = [getattr(clarabel, f"{kind}ConeT")(size) for kind, size in cones if size]
+    sizes = [(kind, () if kind == "Exponential" else (size,)) for kind, size in cones if size]
+    kinds = [getattr(clarabel, f"{kind}ConeT")(*size) for kind, size in sizes]
     no_squares = csc_matrix((len(cost), len(cost)))
     return clarabel.DefaultSolver(no_squares, cost, sparse, right, kinds, settings)

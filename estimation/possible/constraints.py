@@ -1,6 +1,6 @@
 """Prior knowledge of a body, as small values that can be combined."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, ClassVar
 
@@ -178,56 +178,8 @@ class InEllipsoid(Constraint):
         return np.einsum("kij,ij->k", PSEUDO_INERTIA, Q)[None], np.zeros(1)
 
 
-@dataclass(frozen=True)
-class InHull(Constraint):
-    """All mass lies in the convex hull of points: f_i' J f_j >= 0 for every two facets i and j.
-
-    A facet's f_i'[p 1] is the distance of p from it, counted inwards: inside the hull a product of two is not
-    negative, nor is its integral over the mass. Necessary for every body inside; together with ``PossibleBody``
-    sufficient if the hull is a tetrahedron. It implies that the centre of mass lies in the hull. A hull of k facets
-    gives k (k - 1) / 2 inequalities: simplify fine meshes first.
-
-    Attributes:
-        points: p x 3 [m], p >= 4, not all in one plane.
-    """
-
-    points: ArrayLike = field(repr=False)
-
-    def __post_init__(self) -> None:
-        """Refuse a hull without volume."""
-        object.__setattr__(self, "points", _as_tuples(self.points, (None, 3), "points of a hull"))
-        points = np.asarray(self.points)
-        spread = np.linalg.svd(points - points.mean(axis=0), compute_uv=False) if len(points) > 3 else np.zeros(3)
-        if spread[-1] <= 1e-9 * spread[0]:
-            raise InputError(f"the hull of {len(points)} points has no volume: give points that span a solid")
-
-    @property
-    def description(self) -> str:
-        """The demand in one line."""
-        return f"mass in the convex hull of {len(np.asarray(self.points))} points"
-
-    @cached_property
-    def facets(self) -> Array:
-        """f_i as rows: unit inward normal and offset, facets x 4."""
-        from scipy.spatial import ConvexHull
-
-        # Triangles of one flat facet come with the same equation.
-        return np.asarray(-np.unique(ConvexHull(np.asarray(self.points)).equations.round(12), axis=0))
-
-    @cached_property
-    def rows(self) -> tuple[Array, Array]:
-        """f_i' J f_j >= 0 for i < j [kg m^2]."""
-        i, j = np.triu_indices(len(self.facets), 1)
-        A = np.einsum("pa,kab,pb->pk", self.facets[i], PSEUDO_INERTIA, self.facets[j], optimize=True)
-        return A, np.zeros(len(A))
-
-
-def _as_tuples(values: ArrayLike, shape: tuple[int | None, ...], name: str) -> Any:
-    """Numbers as nested tuples, which compare and hash, after a check of their shape.
-
-    Raises:
-        InputError: for another shape or a number that is not finite.
-    """
+def _as_tuples(values: ArrayLike, shape: tuple[int, ...], name: str) -> Any:
+    """Numbers as nested tuples, which compare and hash, after a check of their shape."""
     try:
         array = frozen_array(values, shape, name)
     except ValueError as error:

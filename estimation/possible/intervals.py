@@ -22,8 +22,7 @@ from ...model.inertia import inertia_gradient
 from ..equations.equations import PAYLOAD
 from ..fit.covariance import student95
 from .cone import TRIANGLE, Cone, SolverError, cone_solver
-from .payload import ScaledProblem
-from .result import Possible
+from .payload import Possible, ScaledProblem
 
 WIDENING = 1.2
 """Of t^2, found by simulation: with 1 instead, intervals at an active constraint hold the truth in 91 to 93 %."""
@@ -36,7 +35,6 @@ _STEPS: Array = np.linspace(0.125, 1.0, 8)
 _NEXT_TO_NOTHING = 1e-3
 """Of the mass's upper end: where the lower one is smaller, the payload may weigh nothing."""
 _NOT_NEGATIVE = [0, 3, 5, 9]  # XX, YY, ZZ, M
-_UPPER = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
 
 
 class ProfileSet:
@@ -58,11 +56,7 @@ class ProfileSet:
         self._cones: list[Cone] = [("Nonnegative", len(bounds)), ("SecondOrder", n + 2), ("PSDTriangle", 4)]
 
     def farthest(self, c: Array) -> Array:
-        """The z of the set with the largest c'z.
-
-        Raises:
-            SolverError: for anything but a clean solve.
-        """
+        """The z of the set with the largest c'z."""
         direction = c @ self._inverse
         by_distance = self.problem.centre + self._radius * self._inverse @ direction / np.linalg.norm(direction)
         if self.problem.holds(by_distance):  # no constraint is in the way
@@ -70,11 +64,7 @@ class ProfileSet:
         return np.asarray(self._to_z @ np.append(self._least_point(-direction), 1.0))
 
     def largest_per_mass(self, c: Array) -> float:
-        """Largest c'z / z_k, z_k the mass, positive in the whole set: linear in z / z_k and 1 / z_k.
-
-        Raises:
-            SolverError: for anything but a clean solve.
-        """
+        """Largest c'z / z_k, z_k the mass, positive in the whole set: linear in z / z_k and 1 / z_k."""
         return float(c @ self._to_z @ self._least_ratios(-(c @ self._to_z)))
 
     @cached_property
@@ -91,7 +81,7 @@ class ProfileSet:
 
 def _least_in(matrix: Array, right: Array, cones: list[Cone]) -> Callable[[Array], Array]:
     """The function that finds, of all x with right - matrix x in the cones, the one of least cost."""
-    solver = cone_solver(np.zeros(matrix.shape[1]), matrix, right, cones, reused=True)
+    solver = cone_solver(np.zeros(matrix.shape[1]), matrix, right, cones, 1e-7, reused=True)
 
     def least(cost: Array) -> Array:
         unit = cost / np.linalg.norm(cost)  # a cost of norm 1 is what the solver's tolerances are made for
@@ -128,11 +118,10 @@ class Intervals:
 
     def __post_init__(self) -> None:
         """Lock the arrays."""
-        shapes = {"parameters": (10, 2), "com": (3, 2), "inertia_com": (3, 3, 2), "principal_moments": (3, 2)}
-        for name, shape in shapes.items():
-            values = np.array(getattr(self, name), dtype=float).reshape(shape)
-            values.setflags(write=False)
-            object.__setattr__(self, name, values)
+        for name, values in vars(self).items():
+            locked = np.array(values, dtype=float)
+            locked.setflags(write=False)
+            object.__setattr__(self, name, locked)
 
 
 NO_INTERVALS = Intervals(*(np.full(shape, np.nan) for shape in ((10, 2), (3, 2), (3, 3, 2), (3, 2))))
@@ -172,12 +161,13 @@ def profile_intervals(result: Possible) -> Intervals:
     for axis, c in enumerate(first_moments.T / problem.scale[profile.mass]):
         if c.any():
             com[axis] = [sign * profile.largest_per_mass(sign * c) for sign in signs]
-    points = [nearest]  # a search starts from the best so far
-    for i, j in _UPPER:
+    points, inertia = [nearest], np.zeros((3, 3, 2))  # a search starts from the best so far
+    entries = [(i, j) for i in range(3) for j in range(i, 3)]
+    for i, j in entries:
         for sign in signs:
             _climb(profile, i, j, sign, points)
-    values, inertia = _inertias(problem.full(np.array(points))), np.zeros((3, 3, 2))
-    for i, j in _UPPER:
+    values = _inertias(problem.full(np.array(points)))
+    for i, j in entries:
         inertia[i, j] = inertia[j, i] = values[:, i, j].min(), values[:, i, j].max()
     inertia[range(3), range(3)] = np.maximum(inertia[range(3), range(3)], 0.0)
     return Intervals(ten, _holding(com, result.body.com), inertia, _moments(result, half))

@@ -7,12 +7,15 @@ Schur complement of the joint normal matrix). So method 4 under constraints on t
 """
 
 from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.linalg import solve_triangular
+from scipy.special import chdtrc, fdtrc
 
-from ...common.arrays import Array
+from ...common.arrays import Array, frozen_array
 from ...common.errors import InputError
 from ...common.linear import rank
 from ...model import InertialParameters
@@ -20,7 +23,129 @@ from ..equations.equations import PAYLOAD
 from ..fit.estimate import Estimate
 from .cone import ConeProgram, ConeSolution, SolverError, solve_cone
 from .constraints import PSEUDO_INERTIA, Constraint, KnownMass, PossibleBody, lowest_eigenvalue
-from .result import Active, Possible, rise_p_value
+
+CONFLICT = 0.01
+"""Probability below which a constraint and the data contradict each other."""
+
+
+class Active(NamedTuple):
+    """A demand that holds the estimate back.
+
+    ``description``: what is demanded; ``multiplier``: how fast chi2 falls as that is relaxed, per scaled unit
+    (M l^2, M l, M of the body): a slope, so that of several the one to blame is found by leaving each out in turn;
+    ``constraint``: of a payload, what ``description`` describes. Once ``tested``, ``rise`` is what it adds to chi2,
+    and ``p_value`` the probability of as much if it is true, at most: by chi-squared (or Fisher's F) of as many
+    degrees as the constraint restricts directions; nan before.
+    """
+
+    description: str
+    multiplier: float
+    constraint: Constraint | None = None
+    rise: float = np.nan
+    p_value: float = np.nan
+
+    @property
+    def conflict(self) -> bool:
+        """Whether it contradicts the data."""
+        return self.p_value < CONFLICT
+
+
+class Weighing(NamedTuple):
+    """A weighed mass beside the identified one [kg], each with its standard deviation."""
+
+    mass: float
+    sigma: float
+    identified: float
+    identified_sigma: float
+    degrees_of_freedom: float
+
+    @property
+    def z(self) -> float:
+        """By how many standard deviations of their difference the identified mass is larger."""
+        return (self.identified - self.mass) / float(np.hypot(self.sigma, self.identified_sigma))
+
+    @property
+    def p_value(self) -> float:
+        """Probability of as large a difference of either sign."""
+        return rise_p_value(self.z**2, 1, self.degrees_of_freedom)
+
+    @property
+    def conflict(self) -> bool:
+        """Whether scale and identification contradict each other."""
+        return self.p_value < CONFLICT
+
+
+@dataclass(frozen=True)
+class Possible:
+    """A payload, or the links of a robot, that can exist.
+
+    Attributes:
+        free: the unconstrained estimate with the covariance by which distance and p-value go.
+        values: the constrained parameters: of a payload all ten in the order of ``PAYLOAD``, eliminated ones zero;
+            of a robot its base parameters in the order of ``free.names``.
+        chi2_rise: of these values, squared distance from the free ones by their covariance, plus soft terms.
+        active: what holds the estimate back, largest multiplier first.
+        bodies: the payload alone, or one robot's links; each can exist.
+        status: of the solver; without a solve "free" if the free estimate holds every constraint, "repaired" if
+            it does but for an eigenvalue of rounding size (exact data), "prior" if a prior itself will do.
+        constraints: of a payload.
+    """
+
+    free: Estimate
+    values: Array
+    chi2_rise: float
+    active: tuple[Active, ...]
+    bodies: tuple[InertialParameters, ...]
+    status: str
+    constraints: tuple[Constraint, ...] = ()
+
+    def __post_init__(self) -> None:
+        """Lock the values."""
+        object.__setattr__(self, "values", frozen_array(self.values, (None,), "constrained values"))
+
+    @property
+    def body(self) -> InertialParameters:
+        """The payload as a body."""
+        (body,) = self.bodies
+        return body
+
+    @cached_property
+    def min_eigenvalues(self) -> tuple[float, ...]:
+        """Smallest eigenvalue of each body's pseudo-inertia; none is negative."""
+        return tuple(body.min_pseudo_inertia_eigenvalue for body in self.bodies)
+
+    @property
+    def min_pseudo_inertia_eigenvalue(self) -> float:
+        """Smallest among the bodies; not negative."""
+        return min(self.min_eigenvalues)
+
+    @cached_property
+    def p_value(self) -> float:
+        """Probability of a rise this large if what is true holds the constraints.
+
+        The nearest admissible point is no farther than the truth, whose squared distance is chi-squared with as
+        many degrees of freedom k as there are parameters and soft terms (k times Fisher's F, as the covariance
+        holds an estimated variance). At the boundary of a cone the rise itself follows a mixture of chi-squared
+        laws of 0 to k degrees of freedom, for which the law of k is an upper bound: this p-value is too large,
+        never too small; a small one says that a constraint or the model is wrong.
+        """
+        k = len(self.free.names) + sum(isinstance(constraint, KnownMass) for constraint in self.constraints)
+        return rise_p_value(self.chi2_rise, k, self.free.degrees_of_freedom)
+
+    @property
+    def weighings(self) -> tuple[Weighing, ...]:
+        """Each weighed mass against the free estimate."""
+        sigma, dof = dict(zip(self.free.names, self.free.sigma.tolist(), strict=True)), self.free.degrees_of_freedom
+        scales = [scale for scale in self.constraints if isinstance(scale, KnownMass)]
+        return tuple(Weighing(scale.mass, scale.sigma, self.free["M_L"], sigma["M_L"], dof) for scale in scales)
+
+
+def rise_p_value(chi2: float, k: int, degrees_of_freedom: float) -> float:
+    """Probability that chi-squared of k degrees, or k times F(k, degrees_of_freedom), exceeds ``chi2``."""
+    if np.isinf(degrees_of_freedom):
+        return float(chdtrc(k, chi2))
+    return float(fdtrc(k, max(degrees_of_freedom, 1.0), chi2 / k))
+
 
 POSSIBLE = (PossibleBody("payload"),)
 """The constraints of every payload."""
@@ -94,11 +219,7 @@ class ScaledProblem(NamedTuple):
         return bool((self.program.slack(z) >= 0.0).all()) and self.lowest(z) >= -rounding
 
     def repaired(self, z: Array) -> Array:
-        """z moved by rounding, so that no eigenvalue is negative; eliminated parameters stay zero.
-
-        Raises:
-            SolverError: if that is more than rounding, or a bound is missed by more.
-        """
+        """z moved by rounding, so that no eigenvalue is negative; eliminated parameters stay zero."""
         result = self.select @ lifted(z @ self.select, self.scale @ self.select)
         if (self.program.slack(result) < -TOLERANCE).any():
             raise SolverError("constraints missed by more than rounding")
@@ -106,11 +227,9 @@ class ScaledProblem(NamedTuple):
 
     def active(self, z: Array, solution: ConeSolution) -> tuple[Active, ...]:
         """Constraints whose multiplier exceeds their slack, largest first."""
-        active: list[Active] = []
-        slacks, stop = self.program.slack(z), 0
-        for constraint in self.constraints:
-            start, stop = stop, stop + len(constraint.rows[1])
-            slack, price = slacks[start:stop], solution.row_multipliers[start:stop]
+        ends, active = np.cumsum([len(c.rows[1]) for c in self.constraints])[:-1], list[Active]()
+        slacks, prices = np.split(self.program.slack(z), ends), np.split(solution.row_multipliers, ends)
+        for constraint, slack, price in zip(self.constraints, slacks, prices, strict=True):
             if isinstance(constraint, PossibleBody):
                 slack, price = np.array([self.lowest(z)]), solution.body_multipliers
             holding = float(price[price > np.maximum(slack, _NO_MULTIPLIER)].sum())
@@ -129,9 +248,6 @@ def lifted(z: Array, scale: Array) -> Array:
     Args:
         z: the ten in units of ``scale``, shape (10,).
         scale: shape (10,); what has none was eliminated and stays as it is.
-
-    Raises:
-        SolverError: if that is more than rounding.
     """
     size, inward = max(1.0, float(np.abs(z).max())), np.where(scale > 0.0, IDENTITY, 0.0)
     step = 1.01 * max(-lowest_eigenvalue(z), 0.0)
@@ -144,11 +260,7 @@ def lifted(z: Array, scale: Array) -> Array:
 
 
 def whitening(C: Array, names: Sequence[str], floor: Array) -> Array:
-    """R with R'R = (C + diag(floor^2))^-1.
-
-    Raises:
-        InputError: if C is not finite or not of full rank.
-    """
+    """R with R'R = (C + diag(floor^2))^-1."""
     sigma = np.sqrt(np.maximum(np.diag(C), 0.0))
     if not np.isfinite(C).all() or (sigma == 0.0).any():
         raise InputError(f"the covariance of {', '.join(names)} is no covariance: identify all of them first")

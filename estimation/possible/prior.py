@@ -6,6 +6,7 @@ stated budget above that of the nearest robot that can exist: the prior never co
 """
 
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
@@ -14,16 +15,16 @@ from ...common.errors import InputError
 from ...model import INERTIAL, BaseParameters, InertialParameters, Robot
 from ...model.stand_in import MOVING, cylinder_radius, cylinders, missing_inertial
 from ..fit.estimate import Estimate, error_model
-from .cone import ConeProgram, solve_cone
-from .constraints import MassBounds
-from .entropic import EntropicProgram, pseudo_inertias
+from .cone import Cone, ConeProgram, SolverError, cone_solver, solve_cone
+from .constraints import PSEUDO_INERTIA, MassBounds
 from .payload import TOLERANCE
-from .result import Active
 from .robot import PossibleRobot, RobotProgram
 from .whole_robot import Origin, origins
 
 BUDGET = 1.0
 """By which chi2 may rise above the constrained minimum."""
+_TRIED = ((0.1, 1e-10), (1.0, 1e-10), (10.0, 1e-10), (1e3, 1e-10), (0.1, 1e-8), (10.0, 1e-8), (1e3, 1e-8))
+"""R's largest entry, and the solver's tolerance, which is fine: near the nearest robot distances hardly change."""
 
 
 @dataclass(frozen=True)
@@ -144,24 +145,22 @@ def solve_constrained_prior(
     nearest = problem.nearest()
     z0 = np.zeros(len(problem.scale))  # the prior's links; drives are zero
     z0[problem.links] = [body.vector for body in prior.bodies] / problem.scale[problem.links]
-    program = EntropicProgram(problem.program, pseudo_inertias(problem.program, z0))
-    solution, weight, status = _prior_itself(problem, z0, nearest.chi2_rise + budget), np.inf, "prior"
-    active: list[Active] = []
+    expected = _pseudo_inertias(problem.program, z0)
+    limit, possible = nearest.chi2_rise + budget, np.array(list(nearest.parameters.values())) / problem.scale
+    solution, weight, prices, status = _prior_itself(problem, z0, limit), np.inf, np.zeros(0), "prior"
     if solution is None:
-        weight, point = program.within_budget(program.start(_inside(problem, z0)), nearest.chi2_rise, budget)
-        solution, status = point.z, "Solved"
-        slack = problem.program.slack(point.z)
-        rows = zip(problem.texts, point.multipliers.tolist(), slack, strict=True)
-        active = [Active(text, price) for text, price, room in rows if price > max(room, TOLERANCE)]
+        (solution, weight, prices), status = _nearest(problem.program, expected, possible, np.sqrt(limit)), "Solved"
     z = problem.repaired(solution)
+    ratio = np.linalg.solve(expected, _pseudo_inertias(problem.program, z))
+    distances = np.trace(ratio, axis1=1, axis2=2) - np.linalg.slogdet(ratio)[1] - 4.0
     return PriorRobot(
-        **vars(problem.answer(z, active, status)),
+        **vars(problem.answer(z, status, prices)),
         nearest=nearest,
         prior=prior,
         budget=budget,
         weight=weight,
         origins=origins(robot, base),
-        distances=tuple(program.distances(z).tolist()),
+        distances=tuple(distances.tolist()),
     )
 
 
@@ -175,27 +174,68 @@ def _prior_itself(problem: RobotProgram, z0: Array, limit: float) -> Array | Non
     z = z0.copy()
     if len(drives):
         part = ConeProgram(F[:, drives], d - F @ z0, A[:rows, drives], room[:rows], bodies[:0, :, drives])
-        z[drives] = solve_cone(part, 1e3).z
+        z[drives] = solve_cone(part, [(1e3, np.inf)]).z
         signed = list(problem.rules.signed)
         z[signed] = np.maximum(z[signed], 0.0)
     return z if float(np.sum((F @ z - d) ** 2)) <= limit else None
 
 
-def _inside(problem: RobotProgram, z0: Array) -> Array:
-    """A point strictly inside: the prior's links, scaled to the bounds of their mass, drives above zero.
+def _nearest(program: ConeProgram, prior: Array, possible: Array, radius: float) -> tuple[Array, float, Array]:
+    """The z of least entropic distance with ||R z - d|| <= radius, the distance's weight, multipliers of the rows.
 
-    Raises:
-        InputError: if the bounds of the mass leave no room.
+    D(P || P0) = tr P' - log det P' - 4 with P' = L^-1 P L'^-1 and P0 = L L' is the log-det divergence of
+    pseudo-inertias (Lee, Wensing and Park, 2020); it keeps every P positive definite and does not change with
+    frames or units. log det P' is the largest sum of log Z_ii of a lower triangle Z for which [P' Z; Z' diag(Z)] is
+    positive semidefinite. The z also minimises ||R z - d||^2 + weight sum D, whose multipliers are given.
+
+    Args:
+        prior: P0 of each body, p x 4 x 4, in the program's scaled units.
+        possible: a z that holds all.
     """
-    z, rows = z0.copy(), len(problem.rules.A)
-    A, b = problem.program.A[rows:] @ z0, problem.program.b[rows:]
-    if (A + b <= 0.0).any():
-        ends = -b / A  # factors at which a bound is met
-        factor = float(ends.mean()) if len(ends) == 2 else float(ends[0]) * (1.1 if A[0] > 0.0 else 0.9)
-        if (A * factor + b <= 0.0).any():
-            raise InputError("the bounds of the total mass leave no room: give low < high, high above 0 kg")
-        z[problem.links] *= factor
-    z[list(problem.rules.signed)] = 1.0
-    for j, k in problem.rules.shared:
-        z[j] = max(z[j], 1.0 + z[k] * problem.scale[k] / problem.scale[j])
-    return z
+    (k, n), r, p = program.R.shape, len(program.A), len(program.bodies)
+    root = np.linalg.inv(np.linalg.cholesky(prior))
+    own = np.einsum("pij,kjl,pml,pkn->pimn", root, PSEUDO_INERTIA, root, program.bodies, optimize=True)
+    # Unknown are z - possible, the ten of each Z, row by row, and the logarithms of their diagonals; what is known
+    # is the last column.
+    Z, logs = n + np.arange(10 * p).reshape(p, 10), n + 10 * p + np.arange(4 * p).reshape(p, 4)
+    (rows, columns), blocks = np.tril_indices(4), np.zeros((p, 8, 8, n + 14 * p + 1))
+    exponentials = np.zeros((p, 4, 3, n + 14 * p + 1))  # log, 1 and Z_ii of each diagonal entry
+    blocks[:, :4, :4, :n], blocks[:, :4, :4, -1], exponentials[:, :, 1, -1] = own, own @ possible, 1.0
+    for j in range(p):
+        blocks[j, rows, 4 + columns, Z[j]] = 1.0
+        for i, diagonal in enumerate(Z[j, rows == columns]):
+            blocks[j, 4 + i, 4 + i, diagonal] = exponentials[j, i, 2, diagonal] = 1.0
+            exponentials[j, i, 0, logs[j, i]] = 1.0
+    upper = [(i, j) for j in range(8) for i in range(j + 1)]
+    triangles = np.stack([(1.0 if i == j else np.sqrt(2.0)) * blocks[:, i, j] for i, j in upper], axis=1)
+    linear, left = np.zeros((r + k + 1, n + 14 * p + 1)), program.R @ possible - program.d
+    linear[:r, :n], linear[:r, -1], linear[r, -1] = program.A, program.slack(possible), radius
+    linear[r + 1 :, :n], linear[r + 1 :, -1] = program.R, left
+    cones: list[Cone] = [("Nonnegative", r), ("SecondOrder", k + 1)]
+    cones += [("PSDTriangle", 8)] * p
+    cones += [("Exponential", 3)] * (4 * p)
+    cost = np.concatenate([np.einsum("piin->n", own), np.zeros(10 * p), -np.ones(4 * p)])
+    ends = dict[str, tuple[Any, float]]()
+    for largest, tolerance in _TRIED:
+        size = float(np.abs(program.R).max()) / largest
+        norm = linear / np.append(np.ones(r), np.full(k + 1, size))[:, None]
+        matrix = np.vstack([norm, triangles.reshape(36 * p, -1), exponentials.reshape(12 * p, -1)])
+        solution = cone_solver(cost, -matrix[:, :-1], matrix[:, -1], cones, tolerance).solve()
+        ends[str(solution.status)] = solution, size
+        if "Solved" in ends:
+            break
+    # With exact data the search may end next to where it should; the budget is kept there as well.
+    solution, size = ends.get("Solved") or ends.get("AlmostSolved") or (None, 1.0)
+    if solution is None:
+        raise SolverError(next(iter(ends)))
+    change, dual = np.asarray(solution.x)[:n], np.asarray(solution.z)
+    moved = program.R @ change
+    a, b, c = moved @ moved, moved @ left, left @ left - radius**2
+    part = min(1.0, float((np.sqrt(b * b - a * c) - b) / a))
+    weight = 2.0 * radius * size / float(dual[r])
+    return possible + part * change, weight, weight * dual[:r]
+
+
+def _pseudo_inertias(program: ConeProgram, z: Array) -> Array:
+    """P of each body of a program, p x 4 x 4."""
+    return np.asarray(np.tensordot(program.bodies @ z, PSEUDO_INERTIA, 1))

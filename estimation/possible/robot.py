@@ -17,10 +17,9 @@ from ...common.errors import InputError
 from ...model import INERTIAL, BaseParameters, InertialParameters, Robot
 from ...model.drives import parameter_kind
 from ..fit.estimate import Estimate, error_model
-from .cone import ConeProgram, SolverError, solve_in_turn
+from .cone import ConeProgram, SolverError, solve_cone
 from .constraints import MassBounds, lowest_eigenvalue
-from .payload import NOISE_FLOOR, TOLERANCE, lifted, whitening
-from .result import Active, Possible
+from .payload import NOISE_FLOOR, TOLERANCE, Active, Possible, lifted, whitening
 
 _NOT_NEGATIVE = ("IA", "FV", "FS", "FVM", "FSM")
 POWERS = {**dict.fromkeys(INERTIAL[:6], 2), **dict.fromkeys(INERTIAL[6:9], 1), "M": 0, "IA": 2}
@@ -117,19 +116,14 @@ class RobotProgram(NamedTuple):
             )
         # One mass and one length for all links, from the robot's own numbers.
         length, kinds = typical_length(robot), [parameter_kind(name) for name in estimate.names]
-        masses = np.array(
-            [
-                abs(value) / length ** POWERS[kind]
-                for kind, value in zip(kinds, estimate.values, strict=True)
-                if kind in INERTIAL
-            ]
-        )
+        own = zip(kinds, estimate.values.tolist(), strict=True)
+        masses = np.array([abs(value) / length ** POWERS[kind] for kind, value in own if kind in INERTIAL])
         # Data without noise show many a parameter as zero: they say nothing of the robot's size.
         masses = masses[masses > 1e-6 * masses.max(initial=0.0)]
         mass = float(np.median(masses)) if len(masses) else 1.0
         inertial = {kind: mass * length**power for kind, power in POWERS.items()}
-        own = dict(zip(estimate.names, np.maximum(np.abs(estimate.values), estimate.sigma), strict=True))
-        scale = np.array([inertial.get(parameter_kind(name), own.get(name, 1.0)) for name in base.standard])
+        sizes = dict(zip(estimate.names, np.maximum(np.abs(estimate.values), estimate.sigma), strict=True))
+        scale = np.array([inertial.get(parameter_kind(name), sizes.get(name, 1.0)) for name in base.standard])
         G = base.grouping * scale
         R = whitening(estimate.covariance, estimate.names, NOISE_FLOOR * np.abs(G).max(axis=1))
         rules, links = DriveRules.of(robot, base.standard, scale), link_indices(robot, base.standard)
@@ -147,32 +141,14 @@ class RobotProgram(NamedTuple):
         return RobotProgram(base, estimate, scale, R, program, rules, texts, links)
 
     def nearest(self) -> PossibleRobot:
-        """The nearest base parameters.
-
-        Raises:
-            SolverError: for anything but a clean solve.
-        """
-        solution, program = solve_in_turn(self.program, _WAYS), self.program
-        z = self.repaired(solution.z)
-        lowest = [lowest_eigenvalue(body @ z) for body in program.bodies]
-        slacks = [*program.slack(z), *lowest]
-        texts = [*self.texts, *(f"link {j} can exist" for j in range(1, len(program.bodies) + 1))]
-        prices = [*solution.row_multipliers, *solution.body_multipliers]
-        # A constraint holds the robot where its multiplier exceeds its slack and is not next to nothing.
-        floor = max(_NEXT_TO_NOTHING * max(prices), TOLERANCE)
-        active = [
-            Active(text, 2.0 * solution.norm * float(price))
-            for text, price, slack in zip(texts, prices, slacks, strict=True)
-            if price > max(slack, floor)
-        ]
-        return self.answer(z, active, "Solved")
+        """The nearest base parameters."""
+        solution = solve_cone(self.program, _WAYS)
+        prices = np.concatenate([solution.row_multipliers, solution.body_multipliers])
+        floor = max(_NEXT_TO_NOTHING * float(prices.max()), TOLERANCE)
+        return self.answer(self.repaired(solution.z), "Solved", prices, floor, 2.0 * solution.norm)
 
     def repaired(self, z: Array) -> Array:
-        """z moved by rounding, so that no link has a negative eigenvalue and no drive a negative number.
-
-        Raises:
-            SolverError: if that is more than rounding.
-        """
+        """z moved by rounding, so that no link has a negative eigenvalue and no drive a negative number."""
         result = z.copy()
         for link in self.links:
             result[link] = lifted(z[link], self.scale[link])
@@ -186,10 +162,27 @@ class RobotProgram(NamedTuple):
             raise SolverError("constraints missed by more than the data's accuracy")
         return result
 
-    def answer(self, z: Array, active: Sequence[Active], status: str) -> PossibleRobot:
-        """The robot that z stands for."""
-        x = z * self.scale
+    def answer(
+        self, z: Array, status: str, prices: Array, floor: float = TOLERANCE, slope: float = 1.0
+    ) -> PossibleRobot:
+        """The robot that z stands for.
+
+        Args:
+            status: of the solver.
+            prices: multipliers of the rows, and of the links where they have one; a constraint holds the robot
+                where its own exceeds its slack and is not next to nothing.
+            floor: of those that are not.
+            slope: of chi2 by what the multipliers are of.
+        """
+        x, links = z * self.scale, self.program.bodies
         values = self.base.grouping @ x
+        slacks = [*self.program.slack(z), *(lowest_eigenvalue(body @ z) for body in links)]
+        texts = [*self.texts, *(f"link {j} can exist" for j in range(1, len(links) + 1))]
+        active = [
+            Active(text, slope * price)
+            for text, price, slack in zip(texts, prices.tolist(), slacks, strict=False)
+            if price > max(slack, floor)
+        ]
         return PossibleRobot(
             free=self.estimate,
             values=values,

@@ -3,7 +3,7 @@
 Data decide a number, a part of it, or nothing. Every table, document and export takes its labels from here.
 """
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Literal, NamedTuple
@@ -27,22 +27,23 @@ _NOTHING = 1e-12
 class Origin(NamedTuple):
     """Who decides a number of the robot.
 
-    ``kind``: "identified" if its gradient (of a standard parameter: its unit vector) lies in the row space of the
-    grouping G, so that base parameters alone determine it; "combination" if only combinations with others are
-    determined; "prior" if no motion shows it. ``base``: names of the base parameters it is part of. ``share``:
-    squared length of the part of the unit gradient in the row space, in units of one mass and one length for all
-    links: 1 if identified, 0 if decided by the prior alone.
+    ``base``: names of the base parameters it is part of. ``share``: squared length of the part of its unit gradient
+    (of a standard parameter: its unit vector) in the row space of the grouping G, in units of one mass and one
+    length for all links: 1 if base parameters alone determine it, 0 if the prior alone decides.
     """
 
-    kind: Literal["identified", "combination", "prior"]
-    base: tuple[str, ...]
-    share: float
+    base: tuple[str, ...] = ()
+    share: float = 0.0
+
+    @property
+    def kind(self) -> Literal["identified", "combination", "prior"]:
+        """Whether the data determine it, only combinations of it with others, or whether no motion shows it."""
+        return "prior" if not self.base else "identified" if self.share == 1.0 else "combination"
 
     def decided_by(self) -> str:
         """The label of every table, document and export: "data", "prior", or "prior within MX2R, ZZ2R"."""
-        if self.kind == "identified":
-            return "data"
-        return f"prior within {', '.join(self.base)}" if self.kind == "combination" else "prior"
+        within = f"prior within {', '.join(self.base)}"
+        return {"identified": "data", "prior": "prior", "combination": within}[self.kind]
 
 
 def origins(robot: Robot, base: BaseParameters) -> dict[str, Origin]:
@@ -55,21 +56,14 @@ def origins_of(robot: Robot, base: BaseParameters, gradients: Array) -> list[Ori
     """Origins of numbers whose gradients by the standard parameters are the columns of ``gradients``, N_s x m."""
     length = typical_length(robot)
     units = np.array([length ** POWERS.get(parameter_kind(name), 0) for name in base.standard])
-    G = base.grouping * units
-    rows = decomposed(G.T).range.T
+    rows = decomposed((base.grouping * units).T).range.T
     scaled = gradients * units[:, None]
     scaled[np.abs(scaled) < _NOTHING * np.abs(scaled).max(axis=0)] = 0.0
     shares = np.sum((rows @ scaled) ** 2, axis=0) / np.sum(scaled**2, axis=0)
-    result = []
-    for column, share in zip(scaled.T, shares, strict=True):
-        part_of = tuple(base.names[i] for i in np.flatnonzero(base.grouping[:, column != 0.0].any(axis=1)))
-        if not part_of:
-            result.append(Origin("prior", (), 0.0))
-        elif share > 1.0 - _ROUNDING:
-            result.append(Origin("identified", part_of, 1.0))
-        else:
-            result.append(Origin("combination", part_of, float(max(share, 0.0))))
-    return result
+    shares = np.where(shares > 1.0 - _ROUNDING, 1.0, np.maximum(shares, 0.0))
+    parts = (base.grouping != 0.0) @ (scaled != 0.0)
+    names = [tuple(base.names[i] for i in np.flatnonzero(part)) for part in parts.T]
+    return [Origin(own, share if own else 0.0) for own, share in zip(names, shares.tolist(), strict=True)]
 
 
 BODY_NUMBERS = ("mass", "x", "y", "z", "ixx", "ixy", "ixz", "iyy", "iyz", "izz")
@@ -78,7 +72,6 @@ DRIVE_NUMBERS = {"armature": "IA", "damping": "FV", "friction": "FS", "offset": 
 """A drive as simulators hold it, and the parameter it is: kg m^2 or kg, N·m·s/rad or N·s/m, N·m or N, N·m or N."""
 SIGNED = ("armature", "damping", "friction")
 """Numbers of a drive that are not negative."""
-_NONE = Origin("prior", (), 0.0)
 
 
 class Labelled(NamedTuple):
@@ -89,7 +82,7 @@ class Labelled(NamedTuple):
     """
 
     value: float
-    origin: Origin = _NONE
+    origin: Origin = Origin()
     sigma: float | None = None
     interval: tuple[float, float] | None = None
     bound: bool = False
@@ -169,15 +162,16 @@ class WholeRobot:
 
     def negative(self) -> tuple[str, ...]:
         """Names of numbers that no drive can have, as a description may hold them: ``joint1 damping``."""
-        return tuple(name for name, label in self._signed() if label.value < 0.0)
+        return self._signed(lambda label: label.value < 0.0)
 
     def at_bound(self) -> tuple[str, ...]:
         """Numbers of drives at the bound of what can exist: ``joint3 armature``."""
-        return tuple(name for name, label in self._signed() if label.bound)
+        return self._signed(lambda label: label.bound)
 
-    def _signed(self) -> Iterator[tuple[str, Labelled]]:
-        for name, drive in (*zip(self.joint_names, self.drives, strict=True), ("coupled drive", self.coupled)):
-            yield from ((f"{name} {quantity}", drive[quantity]) for quantity in SIGNED if quantity in drive)
+    def _signed(self, chosen: Callable[[Labelled], bool]) -> tuple[str, ...]:
+        drives = (*zip(self.joint_names, self.drives, strict=True), ("coupled drive", self.coupled))
+        there = ((name, quantity, drive) for name, drive in drives for quantity in SIGNED if quantity in drive)
+        return tuple(f"{name} {quantity}" for name, quantity, drive in there if chosen(drive[quantity]))
 
     def heavier_than_the_arm(self) -> tuple[str, ...]:
         """Links that weigh more than the maker says the whole arm does, in text."""
@@ -210,17 +204,15 @@ def _labelling(
         for column, row in enumerate(slopes):
             gradients[[index[name] for name in row], column] = list(row.values())
         by_base = np.asarray(np.linalg.lstsq(base.grouping.T, gradients, rcond=None)[0].T, dtype=float)
-        spread = errors.mapped(by_base, tuple(map(str, range(len(numbers)))))
         # To first order the free estimate's own number, for what can exist may be moved away from it.
-        free = np.asarray(numbers) + by_base @ moved
-        half = np.diff(spread.interval95)[:, 0] / 2.0
-        intervals = np.column_stack([free - half, free + half]).tolist()
-        labelled = zip(numbers, origins_of(robot, base, gradients), spread.sigma.tolist(), intervals, strict=True)
+        free = errors.mapped(by_base, tuple(map(str, range(len(numbers)))))
+        middle = np.asarray(numbers) + by_base @ moved
+        ends = middle[:, None] + free.interval95 - free.values[:, None]
+        data = zip(free.sigma.tolist(), ends.tolist(), strict=True)
+        every = zip(numbers, origins_of(robot, base, gradients), data, strict=True)
         return [
-            Labelled(number, origin, sigma, (low, high))
-            if origin.kind == "identified"
-            else Labelled(number, origin)
-            for number, origin, sigma, (low, high) in labelled
+            Labelled(number, origin, sigma, (low, high)) if origin.share == 1.0 else Labelled(number, origin)
+            for number, origin, (sigma, (low, high)) in every
         ]
 
     return labels

@@ -312,7 +312,9 @@ class PossibleRobotDocument(Document, frozen=True):
                 PossibleParameter(
                     name,
                     value,
-                    **result.origins[name]._asdict(),
+                    kind=result.origins[name].kind,
+                    base=result.origins[name].base,
+                    share=result.origins[name].share,
                     decided_by=result.origins[name].decided_by(),
                     prior=told.get(name, UNSET),
                 )

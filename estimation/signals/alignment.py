@@ -59,11 +59,7 @@ def aligned(
 
 
 def check_mismatch(pair: AlignedPair, max_mismatch: float) -> None:
-    """Refuse a pair whose positions differ by more than that, rms of the worst joint [rad or m].
-
-    Raises:
-        InputError: if the trajectories are not the same.
-    """
+    """Refuse a pair whose positions differ by more than that, rms of the worst joint [rad or m]."""
     if pair.rms_mismatch <= max_mismatch:
         return
     joint = int(np.argmax(np.hypot(pair.constant, pair.changing)))
@@ -86,9 +82,6 @@ def best_aligned(
         loaded: recording with payload, on the same trajectory.
         rate: even rate to resample to [Hz]; None takes the loaded recording's mean rate.
         near: the lag [s] to a sample, where it is known; searched for by default.
-
-    Raises:
-        InputError: if they overlap by less than half.
     """
     loaded = resampled(loaded, rate)
     step = float(loaded.t[1] - loaded.t[0])

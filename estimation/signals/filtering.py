@@ -70,9 +70,6 @@ def measured(recording: Recording, processing: Processing) -> Measurement:
 
     Accelerations are central differences of the filtered speeds, speeds of the filtered positions where the
     controller writes none. The filter runs forward and backward, so that nothing is delayed.
-
-    Raises:
-        InputError: if the recording is too short or the cut-off too high for its rate.
     """
     even = resampled(recording, grid_rate(recording, processing))
     step = float(even.t[1] - even.t[0])
@@ -98,11 +95,7 @@ _made: dict[tuple[int, float | None, float | None], Measurement] = {}
 
 
 def measurement(recording: Recording, processing: Processing) -> Measurement:
-    """The recording even in time and filtered, as ``measured`` makes it; remembered as long as the recording lives.
-
-    Raises:
-        InputError: as ``measured``.
-    """
+    """The recording even in time and filtered, as by ``measured``; remembered as long as the recording lives."""
     key = id(recording), grid_rate(recording, processing), processing.cutoff
     if key not in _made:
         _made[key] = measured(recording, processing)
@@ -121,9 +114,6 @@ def resampled(recording: Recording, rate: float | None) -> Recording:
     Args:
         rate: wanted rate [Hz]; None keeps a recording that is even already, and gives an uneven one its mean
             rate.
-
-    Raises:
-        InputError: if the rate is far above the recorded one, or leaves too few samples.
     """
     times, count = recording.t, len(recording.t)
     mean = float(times[-1] - times[0]) / (count - 1)
@@ -162,11 +152,7 @@ def on_grid(recording: Recording, t: Array) -> Recording:
 
 
 def lowpass(signals: Array, step: float, cutoff: float | None, source: str) -> Array:
-    """Zero-phase Butterworth filter of signals (N, k), ``step`` [s] apart; no cut-off [Hz] leaves them as they are.
-
-    Raises:
-        InputError: names the source if the cut-off does not suit it.
-    """
+    """Zero-phase Butterworth filter of signals (N, k), ``step`` [s] apart; without a cut-off [Hz] as they are."""
     if cutoff is None:
         return signals
     if cutoff * step >= 0.5:

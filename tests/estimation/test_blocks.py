@@ -5,12 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from dynident.common.arrays import Array
-from dynident.estimation.equations.correlation import autocorrelation_time
 from dynident.estimation.equations.equations import merged
-from dynident.estimation.equations.observation import Observation
-from dynident.estimation.equations.observer import Observer
+from dynident.estimation.equations.observer import Observation, Observer
 from dynident.estimation.equations.reduction import reduced
-from dynident.estimation.fit.blocks import block_edges
+from dynident.estimation.fit.blocks import autocorrelation_time, block_edges
 from dynident.estimation.fit.covariance import jackknife
 from dynident.estimation.fit.least_squares import weighted
 from dynident.estimation.payload.equations import PairedMeasurement

@@ -126,7 +126,7 @@ def test_a_program_without_an_attained_least_value_is_closed() -> None:
     """A body with a first moment of at least 1 has as little mass as its extent is large: none is the least."""
     only = np.eye(10)
     program = ConeProgram(only[9:], np.zeros(1), only[6:7], -np.ones(1), only[None])
-    closed = solve_cone(program, ball=100.0)
+    closed = solve_cone(program, [(1e5, 100.0)])
     assert np.linalg.norm(closed.z) <= 100.0 * (1.0 + 1e-6)
     assert 0.0 < closed.z[9] < 0.05
     assert InertialParameters(closed.z).min_pseudo_inertia_eigenvalue > -1e-6
@@ -136,4 +136,4 @@ def test_a_ball_that_is_far_away_changes_nothing() -> None:
     only = np.eye(10)
     target = InertialParameters.from_com(2.0, [0.1, 0.2, -0.1], 0.3 * np.eye(3)).vector
     program = ConeProgram(only, target, only[9:], np.zeros(1), only[None])
-    np.testing.assert_allclose(solve_cone(program, ball=1e3).z, target, atol=1e-5)
+    np.testing.assert_allclose(solve_cone(program, [(1e5, 1e3)]).z, target, atol=1e-5)

@@ -188,7 +188,7 @@ def test_who_decides_on_the_rx90(rx90: Robot, rx90_base: BaseParameters) -> None
     assert by_name["M3"].base == ("ZZ1R", "XX2R", "ZZ2R", "MX2R")
     assert by_name["M3"].decided_by() == "prior within ZZ1R, XX2R, ZZ2R, MX2R"
     assert (by_name["M1"].decided_by(), by_name["XY3"].decided_by()) == ("prior", "data")
-    assert by_name["M1"] == ("prior", (), 0.0)
+    assert by_name["M1"] == ((), 0.0)
     for name in ("XY3", "IA3", "FV1", "FSM6", "MX6", "ZZ6"):
         assert (by_name[name].kind, by_name[name].share) == ("identified", 1.0)
 

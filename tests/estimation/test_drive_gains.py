@@ -21,7 +21,6 @@ from dynident.estimation import (
 from dynident.estimation.equations.equations import PAYLOAD, Equations, merged
 from dynident.estimation.fit.estimate import error_model
 from dynident.estimation.fit.least_squares import weighted
-from dynident.estimation.fit.linear_problem import gain_sensitivity
 from dynident.estimation.fit.own_equations import base_problem
 from dynident.estimation.payload.constrained import constrain_payload
 from dynident.estimation.payload.methods import METHODS as SOLVERS
@@ -35,6 +34,13 @@ from numpy.typing import ArrayLike
 Recordings = Callable[[ArrayLike], tuple[Recording, Recording]]
 METHODS = (1, 2, 3, 4)
 MOTORS = [1, 4, 5]  # counted from 0; the last two of the RX90 are coupled, a spring acts on the first
+
+
+def gain_sensitivity(equations: Equations, weights: Array) -> Array:
+    """Derivatives of the weighted solution by each motor's relative error."""
+    derivatives = weighted(equations, weights).gain_sensitivity
+    assert derivatives is not None
+    return derivatives
 
 
 def rescaled_torque(robot: Robot, torque: Array, factors: ArrayLike) -> Array:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from dynident.common.arrays import Array
 from dynident.estimation.equations.equations import Equations
-from dynident.estimation.fit.linear_problem import Fixed, LinearProblem, SoftPrior
+from dynident.estimation.fit.linear_problem import Known, LinearProblem, SoftPrior
 
 NAMES = ("A", "B", "C", "D")
 TRUTH = np.array([1.0, -2.0, 0.5, 3.0])
@@ -74,7 +74,7 @@ def test_errors_that_remember_by_hand() -> None:
 def test_known_columns_bring_their_covariance_and_their_gains() -> None:
     C = np.diag([0.04, 0.09])
     own = np.array([[0.1, 0.2], [0.3, 0.4]])
-    known = Fixed(NAMES[2:], TRUTH[2:], C, 0.5 * C, gain_sensitivity=lambda: own)
+    known = Known(NAMES[2:], TRUTH[2:], C, 0.5 * C, gain_sensitivity=lambda: own)
     problem = LinearProblem(EQUATIONS, NAMES[:2], (known,))
     estimate = problem.estimate(WEIGHTS)
     left = STACKED[:, 4] - STACKED[:, 2:4] @ TRUTH[2:]

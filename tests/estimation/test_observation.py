@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from dynident.estimation.equations.observer import Observer
+from dynident.estimation.equations.observer import Observer, used
 from dynident.estimation.signals.decimation import noise_bandwidth
 from dynident.estimation.signals.rows import moving_parts
 from dynident.model import Motion, Processing, base_parameters
@@ -88,5 +88,5 @@ def test_slow_rows_are_left_out(simulated: Callable[[str], Simulator], wander: C
         fast = np.abs(motion.qd[:, j]) >= 0.2 * np.abs(motion.qd[:, j]).max()
         assert len(data.Y[j]) == fast.sum()
     partner = Motion(motion.t, motion.q, 0.0 * motion.qd, motion.qdd)
-    none = observer.observe(Measurement(motion, np.zeros_like(motion.q)), Processing(), partner)
+    none = observer.observe_rows(*used(Measurement(motion, np.zeros_like(motion.q)), Processing(), partner))
     assert sum(len(Y) for Y in none.Y) == 0

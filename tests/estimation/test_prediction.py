@@ -7,7 +7,7 @@ import pytest
 from dynident.apps.commands.demo import PAYLOAD
 from dynident.estimation import Settings, answer_payload, identify, payload_problem
 from dynident.estimation.answers.system import robot_prediction
-from dynident.estimation.equations.correlation import autocorrelation
+from dynident.estimation.fit.blocks import autocorrelation
 from dynident.estimation.fit.estimate import fit
 from dynident.estimation.fit.own_equations import base_problem
 from dynident.model import Recording, load_robot

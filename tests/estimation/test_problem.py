@@ -7,17 +7,21 @@ import pytest
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError
 from dynident.common.linear import RANK_TOLERANCE
-from dynident.estimation.equations.conditioning import check_rank
-from dynident.estimation.equations.equations import Equations, merged
-from dynident.estimation.equations.observation import Observation
+from dynident.estimation.equations.equations import Equations, checked, merged
+from dynident.estimation.equations.observer import Observation
 from dynident.estimation.equations.reduction import reduced
 from dynident.estimation.fit.essential import eliminate
-from dynident.estimation.fit.estimate import fit
-from dynident.estimation.fit.least_squares import joint_weights, ordinary, weighted
+from dynident.estimation.fit.estimate import Estimate, fit
+from dynident.estimation.fit.least_squares import weighted
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 NAMES = ("a", "b", "c", "d")
+
+
+def ordinary(problem: Equations) -> Estimate:
+    """Ordinary least squares (16)."""
+    return weighted(problem, np.ones(len(problem.rows)))
 
 
 def observation(
@@ -80,7 +84,7 @@ def test_weighted_least_squares() -> None:
     data = observation(3)
     problem = reduced(data)
     x = ordinary(problem).values
-    weights = joint_weights(problem, x)
+    weights = problem.joint_weights(x)
     spread = [np.linalg.norm(Y - W @ x) / np.sqrt(len(Y)) for W, Y in zip(data.W, data.Y, strict=True)]
     assert weights[0] / weights[1] == pytest.approx(spread[1] / spread[0])
     W = np.vstack([w * weight for w, weight in zip(data.W, weights, strict=True)])
@@ -176,11 +180,11 @@ def test_rank_is_a_matter_of_singular_values(decades: int) -> None:
     draw = np.random.default_rng(decades)
     U, V = (np.linalg.qr(draw.standard_normal((12, 12)))[0] for _ in range(2))
     R = np.linalg.qr(U * np.logspace(0.0, -decades, 12) @ V)[1]
-    names = tuple(f"x{k}" for k in range(12))
+    names, Y = tuple(f"x{k}" for k in range(12)), np.zeros((12, 1))
     singular = np.linalg.svd(R / np.linalg.norm(R, axis=0), compute_uv=False)
     if singular[-1] < RANK_TOLERANCE * singular[0]:
         with pytest.raises(InputError, match="undetermined"):
-            check_rank(R, names, 100)
+            checked(np.hstack([R, Y]), names, 100, 100.0)
     else:
-        check_rank(R, names, 100)
-        check_rank(R[::-1], names, 100)
+        checked(np.hstack([R, Y]), names, 100, 100.0)
+        checked(np.hstack([R[::-1], Y]), names, 100, 100.0)

@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 from dynident.common.errors import InputError
 from dynident.estimation.equations.equations import Equations, merged
-from dynident.estimation.equations.observation import Observation
-from dynident.estimation.equations.observer import Observer
+from dynident.estimation.equations.observer import Observation, Observer
 from dynident.estimation.equations.reduction import reduced, reduced_measurement, reduced_pieces
 from dynident.estimation.fit.least_squares import weighted
 from dynident.model import Motion, Processing, base_parameters

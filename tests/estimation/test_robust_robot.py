@@ -15,10 +15,9 @@ from dynident.common.schema import write_json
 from dynident.estimation import Identification, identify
 from dynident.estimation.answers.identification import impossible_robot
 from dynident.estimation.equations.equations import merged
-from dynident.estimation.equations.observation import Observation
-from dynident.estimation.equations.observer import Observer
+from dynident.estimation.equations.observer import Observation, Observer
 from dynident.estimation.equations.reduction import reduced
-from dynident.estimation.fit.blocks import block_edges, in_blocks, left_over, length_by_residuals
+from dynident.estimation.fit.blocks import block_edges, block_length, in_blocks, remembered
 from dynident.estimation.fit.estimate import error_model
 from dynident.estimation.fit.least_squares import weighted
 from dynident.estimation.possible.prior import robot_prior, solve_constrained_prior
@@ -89,7 +88,7 @@ def test_essential_parameters_have_their_own(exact: list[Recording], results: li
     result = results[0]
     whole = observed(result, noisy(exact, 0))
     equations = merged(reduced(recording) for recording in whole)
-    length = length_by_residuals([left_over(whole, equations)])
+    length = block_length([remembered(whole, equations)])
     blocks = in_blocks(
         equations, whole, [block_edges(recording, length) for recording in whole], length
     ).without_each()
@@ -142,9 +141,9 @@ def test_a_pause_between_two_pieces(exact: list[Recording], results: list[Identi
     )
     joined = replace(whole, W=W, Y=Y, t=t)
     opened, equations = [joined], merged(map(reduced, parts))
-    (left,) = left_over(opened, equations)
-    length = length_by_residuals([[left]])
-    blocks = in_blocks(equations, opened, [block_edges(left, length)], length)
+    load = remembered(opened, equations)
+    length = block_length([load])
+    blocks = in_blocks(equations, opened, [block_edges(load.spans[0], length)], length)
     rows = [sum(part.rows) for part in blocks.without_each()]
     everything = sum(len(t) for part in parts for t in part.t)
     assert rows.count(everything) >= 2

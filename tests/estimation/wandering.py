@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from dynident.common.arrays import Array
 from dynident.estimation.equations.equations import Equations, merged
-from dynident.estimation.equations.observation import Observation
+from dynident.estimation.equations.observer import Observation
 from dynident.estimation.equations.reduction import reduced
-from dynident.estimation.fit.blocks import in_blocks, left_over, length_by_residuals
+from dynident.estimation.fit import blocks
 from dynident.estimation.payload.equations import PairedMeasurement
 from dynident.model import InertialParameters, Motion, Processing, load_robot
 from dynident.model.motion import Measurement
@@ -58,8 +58,8 @@ def same_equations(first: Equations, second: Equations) -> None:
 
 def block_length(groups: list[list[Observation]]) -> float:
     """Block length [s] of recordings of one load each."""
-    return length_by_residuals([left_over(group, merged(map(reduced, group))) for group in groups])
+    return blocks.block_length([blocks.remembered(group, merged(map(reduced, group))) for group in groups])
 
 
 def cut(recording: Observation, edges: Array) -> Equations:
-    return in_blocks(reduced(recording), [recording], [edges], 1.0)
+    return blocks.in_blocks(reduced(recording), [recording], [edges], 1.0)

@@ -8,7 +8,7 @@ from ....common.arrays import Array
 from ....common.schema import present
 from ....estimation.payload.constant_torques import OFFSET_SHARE
 from ....estimation.payload.ripple import RIPPLE_CHANCE
-from ....estimation.possible.result import CONFLICT
+from ....estimation.possible.payload import CONFLICT
 from ....estimation.results.payload import (
     FreeEstimate,
     PayloadData,

@@ -8,7 +8,7 @@ from ....common.arrays import Array
 from ....common.schema import present
 from ....estimation.answers.system import TorquePrediction
 from ....estimation.payload.result import METHOD_NAMES
-from ....estimation.possible.result import CONFLICT
+from ....estimation.possible.payload import CONFLICT
 from ....estimation.results.payload import PayloadResult, array
 from ...export.controllers.load import is_flange
 from ...numbers import SIX, interval_digits, six, with_interval

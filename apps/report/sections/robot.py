@@ -7,7 +7,7 @@ import numpy as np
 from msgspec import UnsetType
 
 from ....common.schema import present
-from ....estimation.possible.result import CONFLICT
+from ....estimation.possible.payload import CONFLICT
 from ....estimation.results.parts import PossibleParameter
 from ....estimation.results.payload import array
 from ....estimation.results.robot import RobotResult

@@ -16,7 +16,7 @@ from dynident.estimation.payload.repeats import Repeats
 from dynident.estimation.payload.result import PayloadEstimate
 from dynident.estimation.possible.constraints import Constraint, MassBounds
 from dynident.estimation.possible.intervals import NO_INTERVALS
-from dynident.estimation.possible.result import Active, Weighing
+from dynident.estimation.possible.payload import Active, Weighing
 from dynident.estimation.signals.alignment import AlignedPair
 from dynident.model import InertialParameters, Recording, load_robot
 from dynident.model.inertia import PayloadSpread

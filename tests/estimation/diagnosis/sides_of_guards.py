@@ -5,7 +5,7 @@ from dynident.estimation.diagnosis import causes, checks, hypotheses, joints, sc
 from dynident.estimation.diagnosis.checks import INERTIA_SIGMA
 from dynident.estimation.diagnosis.evidence import KNOWN_WELL, Evidence, Gained
 from dynident.estimation.diagnosis.hypotheses import WHERE
-from dynident.estimation.possible.result import CONFLICT
+from dynident.estimation.possible.payload import CONFLICT
 from dynident.estimation.signals import alignment
 from dynident.tests.estimation.diagnosis.made import (
     MOMENTS,
