@@ -29,15 +29,15 @@ from .gains.known_load import known_mass as known_mass
 from .gains.known_load import read_known_load as read_known_load
 from .gains.problem import gain_problem as gain_problem
 from .payload.long_motion import LongMotion as LongMotion
-from .payload.long_motion import payload_problem as payload_problem
 from .payload.methods import PayloadProblem as PayloadProblem
 from .payload.methods import essential_combined as essential_combined
 from .payload.methods import payload_estimate as payload_estimate
 from .payload.methods import selected as selected
+from .payload.problem import payload_problem as payload_problem
 from .payload.result import METHOD_NAMES as METHOD_NAMES
+from .payload.result import StandIn as StandIn
 from .payload.robust import with_robust as with_robust
 from .payload.short_motion import ShortMotion as ShortMotion
-from .payload.stand_in import StandIn as StandIn
 from .payload.weighing import difference_weighing as difference_weighing
 from .payload.weighing import known_robot_weighing as known_robot_weighing
 from .possible.cone import SolverError as SolverError

@@ -8,7 +8,7 @@ from ..fit.estimate import Estimate
 from ..fit.settings import DEFAULTS, Settings
 from ..gains.known_load import KnownLoad
 from ..gains.problem import gain_problem
-from ..payload.long_motion import payload_problem
+from ..payload.problem import payload_problem
 from ..payload.weighing import difference_weighing, known_robot_weighing
 from ..possible.constraints import Constraint
 from ..possible.payload import POSSIBLE

@@ -16,11 +16,10 @@ from ..fit.least_squares import weighted
 from ..fit.own_equations import base_problem
 from ..fit.settings import Settings
 from ..payload.by_joints import payload_over_time
-from ..payload.constrained import ConstrainedPayload, constrain_payload
 from ..payload.long_motion import LongMotion
 from ..payload.methods import METHODS, PayloadProblem, essential_combined, payload_estimate, usable_methods
-from ..payload.repeats import repeats_of, widened
-from ..payload.result import PayloadEstimate, in_payload_frame
+from ..payload.repeats import repeats_of
+from ..payload.result import ConstrainedPayload, PayloadEstimate, constrain_payload, in_payload_frame, widened
 from ..payload.short_motion import ShortMotion
 from ..possible.cone import SolverError
 from ..possible.constraints import Constraint, KnownMass

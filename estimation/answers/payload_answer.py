@@ -23,15 +23,12 @@ from ..fit.essential import Elimination
 from ..fit.estimate import Estimate, Fit, error_model
 from ..fit.least_squares import Excitation, excitation
 from ..payload.by_joints import ByJoints
-from ..payload.constrained import ConstrainedPayload
 from ..payload.long_motion import LongMotion
-from ..payload.methods import PayloadProblem, combined
-from ..payload.recommended import Recommendation, recommended_method
+from ..payload.methods import PayloadProblem, combined, recommended_method
 from ..payload.repeats import Repeats
-from ..payload.result import PayloadEstimate
+from ..payload.result import ConstrainedPayload, PayloadEstimate, StandIn
 from ..payload.ripple import RIPPLE_CHANCE
 from ..payload.short_motion import ShortMotion
-from ..payload.stand_in import StandIn
 from ..possible.constraints import KnownMass
 from ..possible.result import Weighing
 from ..results.parts import (
@@ -53,7 +50,6 @@ from ..results.payload import (
     PossibleEstimate,
     Quantity,
     Recommended,
-    RepeatsDocument,
     RippleDocument,
     VisibilityDocument,
     WeighedDocument,
@@ -121,15 +117,15 @@ class PayloadAnswer(Speaks):
         """The payload in the format of a controller or a simulator, at the flange: ``PayloadResult.export``."""
         return self.result.export(to, despite_verdict)
 
-    @property
-    def recommendation(self) -> Recommendation:
-        """Which method to use, of those that found a payload that can exist, and why."""
+    @cached_property
+    def recommendation(self) -> tuple[int, str]:
+        """Method to use, of those that found a payload that can exist, and why."""
         return recommended_method(self.problem, [payload.method for payload in self.constrained or self.estimates])
 
     @property
     def recommended(self) -> ConstrainedPayload:
         """The one to use: of method 3 where a pair ran one path, else of the first of 4, 1, 2 that is there."""
-        return next(payload for payload in self.constrained if payload.method == self.recommendation.method)
+        return next(payload for payload in self.constrained if payload.method == self.recommendation[0])
 
     @property
     def possible(self) -> ConstrainedPayload | None:
@@ -139,7 +135,7 @@ class PayloadAnswer(Speaks):
     @property
     def free(self) -> PayloadEstimate:
         """The free estimate of the method to use."""
-        return next(estimate for estimate in self.estimates if estimate.method == self.recommendation.method)
+        return next(estimate for estimate in self.estimates if estimate.method == self.recommendation[0])
 
     @property
     def short(self) -> ShortMotion:
@@ -327,7 +323,7 @@ def payload_result(answer: PayloadAnswer) -> PayloadResult:
         data=_data(answer),
         estimates=_estimates(answer),
         recommended=Recommended(
-            answer.free.method, "constrained" if answer.constrained else "wls", answer.recommendation.reason
+            answer.free.method, "constrained" if answer.constrained else "wls", answer.recommendation[1]
         ),
         mass_by_joints=mass_by_joints(answer.by_joints),
         joint_that_agrees_least=worst.text if worst else None,
@@ -339,8 +335,7 @@ def payload_result(answer: PayloadAnswer) -> PayloadResult:
 
 def _weighing(answer: PayloadAnswer, short: ShortMotion) -> dict[str, Any]:
     """Collect the keys of a short motion."""
-    body, stand_in, repeats = answer.assumed, answer.stand_in, answer.repeats
-    drift, drift_sigma = (repeats.drift if repeats is not None else None) or (None, None)
+    body, stand_in = answer.assumed, answer.stand_in
     return {
         "joints": tuple(short.joints),
         "visibility": VisibilityDocument.of(short.visibility),
@@ -352,9 +347,7 @@ def _weighing(answer: PayloadAnswer, short: ShortMotion) -> dict[str, Any]:
         ),
         "mass_from_scale": answer.free.from_scale,
         "agreement": tuple(map(AgreementDocument.of, answer.agreement)),
-        "repeats": RepeatsDocument.of(repeats, drift_per_recording=drift, drift_sigma=drift_sigma)
-        if repeats is not None
-        else None,
+        "repeats": answer.repeats,
         "assumed": Assumed(stand_in.description, body.named()) if stand_in and body else None,
     }
 

@@ -14,9 +14,9 @@ from ..equations.equations import Equations
 from ..equations.observation import Observation
 from ..equations.observer import Observer
 from ..fit.own_equations import filtered
-from ..payload.equations import loaded_observer
 from ..payload.long_motion import LongMotion
 from ..payload.methods import PayloadProblem, combined, from_robot
+from ..payload.problem import loaded_observer
 from ..signals.filtering import measurement
 
 DRAWN = 3

@@ -16,7 +16,6 @@ from scipy.special import chdtrc
 from ...common.arrays import Array
 from ...common.linear import decomposed, least_squares, without
 from ...model import Processing, Robot, base_parameters
-from ...model.drives import parameter_kind
 from ...model.motion import Measurement
 from ..equations.correlation import inflation
 from ..equations.elimination import Anchor
@@ -27,6 +26,7 @@ from ..equations.reduction import reduced
 from ..fit.least_squares import joint_weights
 from ..fit.linear_problem import Fixed, SoftPrior
 from ..signals.rows import Mask
+from .under_load import joint_of
 
 FREE = "free "
 """Before the names of what is estimated anew in each recording, beside the payload."""
@@ -82,7 +82,7 @@ class HeldFriction:
         """The equations: each is what it is held at."""
         anchors = []
         for name, role in self.held.items():
-            joint = _joint(name)
+            joint = joint_of(name)
             anchors.append(Anchor(f"{FREE}{name}", joint, float(self.noise[joint] * role.weight), f"{_HELD}{name}"))
         return tuple(anchors)
 
@@ -170,7 +170,7 @@ def _free(columns: Sequence[str]) -> list[int]:
 
 
 def _held(sigmas: Mapping[str, float], noise: Array, memory: Array) -> HeldFriction:
-    joints = {name: _joint(name) for name, sigma in sigmas.items() if sigma > 0.0}
+    joints = {name: joint_of(name) for name, sigma in sigmas.items() if sigma > 0.0}
     roles = {name: SoftPrior(sigmas[name], float(memory[j])) for name, j in joints.items() if noise[j] > 0.0}
     return HeldFriction(roles, noise, memory)
 
@@ -180,11 +180,6 @@ def less_robot(recording: Observation, robot: Array) -> Observation:
     k = len(robot)
     W = tuple(part[:, k:] for part in recording.W)
     return replace(recording, columns=recording.columns[k:], W=W, Y=tuple(recording.errors(robot)))
-
-
-def _joint(name: str) -> int:
-    """Position of the joint, from 0, of "OFF2"."""
-    return int(name.removeprefix(parameter_kind(name))) - 1
 
 
 def _shortest(problem: Equations, weights: Array) -> tuple[Array, float]:

@@ -4,7 +4,7 @@ chi are the robot's base parameters, W their columns; chi_L the payload's ten, W
 (estimated beside), fixed (known, with a covariance) or held near zero or near what is known (a soft prior).
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
@@ -26,10 +26,10 @@ from ..fit.least_squares import weighted
 from ..fit.linear_problem import LinearProblem, gain_sensitivity, left_out
 from ..possible.constraints import KnownMass
 from .long_motion import LongMotion
-from .path import known_path
 from .result import PayloadEstimate, frame_change, in_payload_frame
 from .robust import Posed, with_robust
 from .short_motion import ShortMotion
+from .under_load import known_path
 
 PayloadProblem = LongMotion | ShortMotion
 _DRIVE = ("IA", *FRICTION)
@@ -89,10 +89,6 @@ class ChangeOfParameters:
             weights=after.weights,
             gain_sensitivity=self._gain_sensitivity(after, step),
         )
-
-    def values(self, weights: Array) -> Array:
-        """The ten for given weights of the loaded joints."""
-        return self._step(weighted(self._loaded, weights)).x
 
     def without_blocks(self, weights: Array, pairs: Sequence[tuple[int, int]]) -> Array:
         """The ten without a block of the loaded and one of the unloaded recordings, -1 for none."""
@@ -189,6 +185,10 @@ def global_fit(motion: LongMotion) -> LinearProblem:
     return LinearProblem(motion.beside(loaded), PAYLOAD, soft=changes, shown=loaded)
 
 
+PREFERRED = (3, 4, 1, 2)
+"""The methods in the order of their expected errors, where each can be used and a pair ran one path."""
+ONE_PATH = 2e-3
+"""rad or m: positions of a pair that differ by more, rms of the worst joint, are not of one path."""
 METHODS: dict[int, Callable[[LongMotion], Posed]] = {
     1: from_robot,
     2: from_change,
@@ -242,6 +242,32 @@ def payload_estimate(
     by_scale = problem.needed(scale) is not None
     estimate, reason = with_robust(problem, problem.posed(), rule=covariance)
     return PayloadEstimate(method, problem.resolved(estimate, scale), frame, reason, by_scale)
+
+
+def recommended_method(problem: PayloadProblem, methods: Iterable[int]) -> tuple[int, str]:
+    """The method with the least expected error, and the reason for it where there are others.
+
+    Errors of the robot's model count. On one path method 3 cancels what the model lacks, and weighs the joints by
+    what is left then; methods 1, 2 and 4 carry it. Where the paths differ, method 3 takes off what the robot itself
+    needs more on one of them, with an error that method 4, which uses every equation, does not have. Never the one
+    with the shortest interval: that would choose too short ones.
+
+    Args:
+        problem: the recordings.
+        methods: those that gave a payload, one at least.
+    """
+    there = sorted(methods, key=PREFERRED.index)
+    apart = max((pair.rms_mismatch for pair in problem.source.compared), default=float("inf"))
+    if there[:2] == [3, 4] and apart > ONE_PATH:
+        there.remove(3)
+    reason = ""
+    if len(there) > 1 and there[0] == 3:
+        unit = "mrad" if all(joint.revolute for joint in problem.robot.joints) else "mrad or mm"
+        reason = f"one path, within {max(1e3 * apart, 0.01):.2g} {unit}, so what the model lacks cancels"
+    elif len(there) > 1 and there[0] == 4 and apart > ONE_PATH:
+        which = "not every pair" if len(problem.source.compared) > 1 else "no pair"
+        reason = f"{which} ran one path, so all equations count at once"
+    return there[0], reason
 
 
 def selected(motion: LongMotion, names: Sequence[str]) -> LinearProblem:

@@ -21,9 +21,6 @@ class Posed(Protocol):
     def solved(self, weights: Array | None = None) -> Estimate:
         """The parameters asked for; weights are estimated unless they are given."""
 
-    def values(self, weights: Array) -> Array:
-        """Values of the parameters alone."""
-
     def without_blocks(self, weights: Array, pairs: Sequence[tuple[int, int]]) -> Array:
         """Values without blocks of time with and without payload, one row for each of ``left_out``."""
 
@@ -72,7 +69,7 @@ def _robust(
     ends = np.cumsum([len(group) for group in groups])[:-1]
     own = jackknife(np.split(values, ends), estimate.values, length)
     whole = _with_lasting(problem, posed, estimate, own)
-    few = isinstance(problem, LongMotion) and problem.memory.few
+    few = isinstance(problem, LongMotion) and problem.few
     few = few or (problem.corrected and own.degrees_of_freedom + 1 < FEW)
     if rule == "jackknife" or not few:
         return whole

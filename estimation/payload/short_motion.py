@@ -19,9 +19,9 @@ from ..signals.alignment import AlignedPair
 from ..signals.rows import Mask, inner_samples, least_speed, moving_parts
 from .constant_torques import FREE, HeldFriction
 from .long_motion import Source, check_blocks, check_known, known_robot, prior_of
-from .path import known_path
 from .result import in_payload_frame
 from .ripple import Wave
+from .under_load import known_path
 
 SLOW = 0.03
 """rad/s or m/s: rows of a slower joint are not used; the sign of its friction is not sure there."""

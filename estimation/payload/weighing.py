@@ -34,12 +34,11 @@ from .constant_torques import (
     less_robot,
     without_friction,
 )
-from .equations import torque_change
-from .friction import friction_sigmas
 from .long_motion import Source
-from .path import robot_of
+from .problem import torque_change
 from .ripple import Wave, ripple_of
 from .short_motion import Run, ShortMotion, at_rest, moving_joints, telling_rows
+from .under_load import friction_sigmas, robot_of
 
 
 def known_robot_weighing(

@@ -15,9 +15,9 @@ from ...common.speech import Speaks
 from ...model import INERTIAL, InertialParameters, Pose
 from ..fit.drive_gains import Gains
 from ..payload.by_joints import ByJoints, JointShare, JointsMass
-from ..payload.constrained import ConstrainedPayload
-from ..payload.recommended import PREFERRED
-from ..payload.result import PayloadEstimate
+from ..payload.methods import PREFERRED
+from ..payload.repeats import Repeats
+from ..payload.result import ConstrainedPayload, PayloadEstimate
 from .parts import (
     ActiveDocument,
     EliminationDocument,
@@ -114,7 +114,7 @@ class FreeEstimate(MethodEstimate, frozen=True, tag="wls"):
     def made(cls, result: PayloadEstimate) -> Self:
         """All ten by a method; positive definite inertia is not enough for a body that exists."""
         estimate, body = result.estimate, result.body
-        there = body.mass != 0.0
+        spread, robust, there = result.spread, result.robust_spread, body.mass != 0.0
         return cls.of(
             body,
             method=result.method,
@@ -125,11 +125,11 @@ class FreeEstimate(MethodEstimate, frozen=True, tag="wls"):
             interval95_robust=_intervals(estimate.robust_interval95),
             robust=RobustDocument.made(estimate.robust, result.without_robust),
             com=body.com if there else None,
-            com_sigma=result.sigma_com if there else None,
-            com_sigma_robust=result.sigma_com_robust if there else None,
+            com_sigma=spread.com if there else None,
+            com_sigma_robust=robust.com if robust and there else None,
             inertia_com=body.inertia_com if there else None,
-            inertia_com_sigma=result.sigma_inertia_com if there else None,
-            inertia_com_sigma_robust=result.sigma_inertia_com_robust if there else None,
+            inertia_com_sigma=spread.inertia_com if there else None,
+            inertia_com_sigma_robust=robust.inertia_com if robust and there else None,
             relative_residual=estimate.fit.relative,
             from_scale=result.from_scale or UNSET,
         )
@@ -300,19 +300,6 @@ class Quantity(Document, frozen=True):
         return float(self.value)
 
 
-class RepeatsDocument(Document, frozen=True):
-    """The mass [kg] by each recording alone, how much more it scatters than it should, and how it drifts."""
-
-    sources: tuple[str, ...]
-    masses: tuple[Number, ...]
-    sigmas: tuple[Number, ...]
-    spread: Number
-    excess: Number
-    drift_per_recording: Number
-    drift_sigma: Number
-    drifts: bool
-
-
 class ConstantTorques(Document, frozen=True):
     """Joints whose constant torque was held near zero, and by which standard deviation [N·m]."""
 
@@ -375,7 +362,7 @@ class PayloadResult(Result, frozen=True, kw_only=True, dict=True):
     quantities: dict[str, Quantity] | UnsetType = UNSET
     mass_from_scale: bool | UnsetType = UNSET
     agreement: tuple[AgreementDocument, ...] | UnsetType = UNSET
-    repeats: RepeatsDocument | UnsetType | None = UNSET
+    repeats: Repeats | UnsetType | None = UNSET
     assumed: Assumed | UnsetType | None = UNSET
     scale: tuple[float, float] | UnsetType = UNSET
 

@@ -12,8 +12,8 @@ from dynident.estimation import Gains, LongMotion, Settings, answer_gains, paylo
 from dynident.estimation.fit.least_squares import weighted
 from dynident.estimation.gains.known_load import known_mass
 from dynident.estimation.gains.problem import gain_problem, gravity_acts, rests_on
-from dynident.estimation.payload.constrained import constrain_payload
 from dynident.estimation.payload.methods import METHODS
+from dynident.estimation.payload.result import constrain_payload
 from dynident.model import InertialParameters, Motion, Processing, Recording, Robot, Spring, load_robot
 from dynident.trajectories import Simulator
 
@@ -138,7 +138,7 @@ def test_how_sure_they_are_reaches_the_payload(currents: Currents) -> None:
     unsure = Gains(identified=gains.larger_relative_covariance.tolist())
     for method in (1, 2, 3, 4):
         free = payload_estimate(at_once, method)
-        values = [METHODS[method](moved_problem).values(free.estimate.weights) for moved_problem in shifted]
+        values = [METHODS[method](moved_problem).solved(free.estimate.weights).values for moved_problem in shifted]
         J = (np.column_stack(values) - free.estimate.values[:, None]) / 1e-5
         with_gains, exact = (constrain_payload(free, gains=g) for g in (unsure, None))
         share = with_gains.result.free.covariance - exact.result.free.covariance

@@ -9,10 +9,10 @@ from dynident.common.arrays import Array
 from dynident.common.errors import InputError
 from dynident.estimation import PAYLOAD, Estimate, LongMotion, Settings, payload_estimate, payload_problem
 from dynident.estimation.fit.least_squares import weighted
-from dynident.estimation.payload.equations import PairedMeasurement, payload_equations
 from dynident.estimation.payload.long_motion import Source
 from dynident.estimation.payload.methods import combined, payload_map, usable_methods
-from dynident.model import InertialParameters, Joint, Motion, Processing, Recording, Robot, Spring, base_parameters
+from dynident.estimation.payload.problem import PairedMeasurement, long_motion
+from dynident.model import InertialParameters, Joint, Motion, Processing, Recording, Robot, Spring
 from dynident.model.motion import Measurement
 from dynident.trajectories import Simulator
 
@@ -36,11 +36,9 @@ def problem_of(robot: Robot, pairs: list[tuple[Measurement, ...]], noise: float 
         return Measurement(data.motion, data.torque + noise * draw.standard_normal(data.torque.shape))
 
     pairs = [(noisy(a), noisy(b)) for a, b in pairs]
-    base = base_parameters(robot)
     bare, loaded = zip(*pairs, strict=True)
     together = [PairedMeasurement(a, b) for a, b in pairs]
-    equations = payload_equations(robot, loaded, bare, together, Settings(EXACT, robust=False))
-    return LongMotion(robot, base, **equations._asdict(), source=Source((), (), EXACT))
+    return long_motion(robot, loaded, bare, together, Settings(EXACT, robust=False))
 
 
 @pytest.mark.parametrize("method", METHODS)

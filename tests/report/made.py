@@ -14,6 +14,7 @@ from dynident.estimation.fit.drive_gains import Fingerprints
 from dynident.estimation.fit.essential import Elimination, EliminationPath
 from dynident.estimation.fit.estimate import Fit
 from dynident.estimation.gains.known_load import Mountings, known_mass
+from dynident.estimation.payload.repeats import Repeats
 from dynident.estimation.payload.result import PayloadEstimate
 from dynident.estimation.possible.prior import PriorRobot
 from dynident.estimation.possible.robot import PossibleRobot
@@ -219,7 +220,7 @@ def payload() -> Any:
     return SimpleNamespace(
         problem=problem, validation=CHECK, robot_fit=FIT, estimates=(free,), constrained=(best,), possible=best,
         recommended=SimpleNamespace(method=3), free=SimpleNamespace(method=3), gains=GAINS, scale=None,
-        recommendation=SimpleNamespace(method=3, reason="one path"),
+        recommendation=(3, "one path"),
         assumed=None, stand_in=None, **quantities(), by_joints=by_joints(),
         elimination=elimination(), left_out={2: "no pair"}, warnings=("warned",),
         verdict=SimpleNamespace(level="mass_and_com_only", reasons=("why",), notes=()),
@@ -252,10 +253,7 @@ def weighing(possible: bool) -> Any:
         ),
     )  # fmt: skip
     best = possible_payload(free) if possible else None
-    repeats = SimpleNamespace(
-        sources=("a.csv", "b.csv"), masses=(3.03, 3.04), sigmas=(0.13, 0.14), spread=0.05, excess=1.5,
-        drift=(0.001, 0.002), drifts=False,
-    )  # fmt: skip
+    repeats = Repeats(("a.csv", "b.csv"), (3.03, 3.04), (0.13, 0.14), 0.05, 1.5, 0.001, 0.002, False)
     ten = np.full(10, np.nan)
     ten[[6, 7, 9]] = 0.03, 0.06, 3.05
     names = ("mass", "centre of mass", "inertia")
@@ -269,7 +267,7 @@ def weighing(possible: bool) -> Any:
         assumed=None if possible else body(3.05),
         stand_in=None if possible else SimpleNamespace(description="a box"),
         verdict=SimpleNamespace(level="use", reasons=(), notes=()),
-        recommendation=SimpleNamespace(method=1, reason=""),
+        recommendation=(1, ""),
     )  # fmt: skip
 
 
