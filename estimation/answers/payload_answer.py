@@ -27,7 +27,6 @@ from ..payload.long_motion import LongMotion
 from ..payload.methods import PayloadProblem, combined, recommended_method
 from ..payload.repeats import Repeats
 from ..payload.result import ConstrainedPayload, PayloadEstimate, StandIn
-from ..payload.ripple import RIPPLE_CHANCE
 from ..payload.short_motion import ShortMotion
 from ..possible.constraints import KnownMass
 from ..possible.result import Weighing
@@ -50,7 +49,6 @@ from ..results.payload import (
     PossibleEstimate,
     Quantity,
     Recommended,
-    RippleDocument,
     VisibilityDocument,
     WeighedDocument,
     mass_by_joints,
@@ -340,11 +338,7 @@ def _weighing(answer: PayloadAnswer, short: ShortMotion) -> dict[str, Any]:
         "joints": tuple(short.joints),
         "visibility": VisibilityDocument.of(short.visibility),
         "constant_torques": ConstantTorques(tuple(j + 1 for j in short.held.joints), short.held.sigma),
-        "ripple": tuple(
-            RippleDocument.of(wave, source=run.source, probability_by_noise=RIPPLE_CHANCE)
-            for run in short.runs
-            for wave in run.ripple
-        ),
+        "ripple": tuple(wave for run in short.runs for wave in run.ripple),
         "mass_from_scale": answer.free.from_scale,
         "agreement": tuple(map(AgreementDocument.of, answer.agreement)),
         "repeats": answer.repeats,

@@ -15,17 +15,13 @@ from scipy.special import chdtrc
 
 from ...common.arrays import Array
 from ...common.linear import decomposed, least_squares, without
-from ...model import Processing, Robot, base_parameters
-from ...model.motion import Measurement
 from ..equations.correlation import inflation
 from ..equations.elimination import Anchor
 from ..equations.equations import PAYLOAD, Equations, merged
 from ..equations.observation import Observation
-from ..equations.observer import Observer
 from ..equations.reduction import reduced
 from ..fit.least_squares import joint_weights
 from ..fit.linear_problem import Fixed, SoftPrior
-from ..signals.rows import Mask
 from .under_load import joint_of
 
 FREE = "free "
@@ -67,10 +63,8 @@ class HeldFriction:
     @cached_property
     def sigma(self) -> Array:
         """Standard deviations of what constant torques may be [N·m or N], shape (n,); 0 where they are free."""
-        sigma = np.zeros(len(self.noise))
-        for j in range(len(sigma)):
-            sigma[j] = self.held[f"OFF{j + 1}"].sigma if f"OFF{j + 1}" in self.held else 0.0
-        return sigma
+        held = (self.held.get(f"OFF{j}") for j in range(1, len(self.noise) + 1))
+        return np.array([role.sigma if role else 0.0 for role in held])
 
     @property
     def joints(self) -> tuple[int, ...]:
@@ -80,11 +74,8 @@ class HeldFriction:
     @property
     def anchors(self) -> tuple[Anchor, ...]:
         """The equations: each is what it is held at."""
-        anchors = []
-        for name, role in self.held.items():
-            joint = joint_of(name)
-            anchors.append(Anchor(f"{FREE}{name}", joint, float(self.noise[joint] * role.weight), f"{_HELD}{name}"))
-        return tuple(anchors)
+        noise = {name: float(self.noise[joint_of(name)] * role.weight) for name, role in self.held.items()}
+        return tuple(Anchor(f"{FREE}{name}", joint_of(name), own, f"{_HELD}{name}") for name, own in noise.items())
 
     @property
     def known(self) -> Fixed:
@@ -97,11 +88,6 @@ class HeldFriction:
     def friction_free(self, equations: Equations) -> Equations:
         """Equations of one recording less all that its constant torques, friction and ripple can explain."""
         return equations.eliminate([name for name in equations.columns if name.startswith(FREE)], self.anchors)
-
-
-def free_friction(n: int) -> HeldFriction:
-    """No equations: all is wholly free."""
-    return HeldFriction({}, np.zeros(n), np.ones(n))
 
 
 def held_friction(observations: Sequence[Observation], sigmas: Mapping[str, float]) -> HeldFriction:
@@ -134,7 +120,7 @@ def held_offsets(observations: Sequence[Observation], coulomb: Array) -> HeldFri
     rise = _shortest(bound, weights)[1] - _shortest(free, weights)[1]
     held = len(friction.joints)
     contradicted = held > 0 and chdtrc(held, max(rise, 0.0)) < _CONTRADICTED
-    return free_friction(len(noise)) if contradicted else friction
+    return HeldFriction({}, 0.0 * noise, np.ones(len(noise))) if contradicted else friction
 
 
 def _errors(observations: Sequence[Observation], plain: Sequence[Equations]) -> tuple[Array, Array]:
@@ -175,40 +161,11 @@ def _held(sigmas: Mapping[str, float], noise: Array, memory: Array) -> HeldFrict
     return HeldFriction(roles, noise, memory)
 
 
-def less_robot(recording: Observation, robot: Array) -> Observation:
-    """Equations held whole less the torque of the robot, whose columns come first."""
-    k = len(robot)
-    W = tuple(part[:, k:] for part in recording.W)
-    return replace(recording, columns=recording.columns[k:], W=W, Y=tuple(recording.errors(robot)))
-
-
 def _shortest(problem: Equations, weights: Array) -> tuple[Array, float]:
     """Shortest least-squares solution, of which the residual alone is used, and its sum of squares."""
     factor = problem.stacked(weights)
     values = least_squares(factor[:, :-1], factor[:, -1])
     return values, float(np.sum((factor[:, -1] - factor[:, :-1] @ values) ** 2))
-
-
-def without_friction(recording: Observation) -> Observation:
-    """Equations held whole less all that the free columns can explain; rows keep their times."""
-    return recording.eliminate([name for name in recording.columns if name.startswith(FREE)])
-
-
-def bare_equations(
-    robot: Robot, measured: Sequence[Measurement], masks: Sequence[Mask], processing: Processing
-) -> Equations:
-    """Equations of recordings without payload in all base parameters, constant torques among them.
-
-    Args:
-        robot: the robot, ``with_offsets(True)``.
-        measured: recordings without payload.
-        masks: their rows to be used, N x n.
-    """
-    observer = Observer(robot, base_parameters(robot).columns)
-    return merged(
-        reduced(observer.observe_rows(data, keep, processing.thinning(data.motion.rate)))
-        for data, keep in zip(measured, masks, strict=True)
-    )
 
 
 def coulomb_friction(problem: Equations) -> Array:
@@ -217,7 +174,7 @@ def coulomb_friction(problem: Equations) -> Array:
     A short motion leaves much of the robot undetermined; what it leaves has no part in friction.
 
     Args:
-        problem: ``bare_equations``.
+        problem: recordings without payload in all base parameters, constant torques among them.
     """
     n = len(problem.rows)
     weights, levels = np.ones(n), np.zeros(n)

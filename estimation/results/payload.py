@@ -18,6 +18,7 @@ from ..payload.by_joints import ByJoints, JointShare, JointsMass
 from ..payload.methods import PREFERRED
 from ..payload.repeats import Repeats
 from ..payload.result import ConstrainedPayload, PayloadEstimate
+from ..payload.ripple import Wave
 from .parts import (
     ActiveDocument,
     EliminationDocument,
@@ -263,16 +264,6 @@ class VisibilityDocument(Document, frozen=True):
     combinations: tuple[str, ...]
 
 
-class RippleDocument(Document, frozen=True):
-    """A wave over the turn of a joint in one recording, and the probability of any such wave in noise alone."""
-
-    source: str
-    joint: int
-    waves: float = field(name="waves_per_turn")
-    amplitude: float
-    probability_by_noise: float
-
-
 class Quantity(Document, frozen=True):
     """Mass, centre of mass or inertia there: whether to use it, its value, 95 % interval and standard deviation.
 
@@ -358,7 +349,7 @@ class PayloadResult(Result, frozen=True, kw_only=True, dict=True):
     joints: tuple[int, ...] | UnsetType = UNSET
     visibility: VisibilityDocument | UnsetType = UNSET
     constant_torques: ConstantTorques | UnsetType = UNSET
-    ripple: tuple[RippleDocument, ...] | UnsetType = UNSET
+    ripple: tuple[Wave, ...] | UnsetType = UNSET
     quantities: dict[str, Quantity] | UnsetType = UNSET
     mass_from_scale: bool | UnsetType = UNSET
     agreement: tuple[AgreementDocument, ...] | UnsetType = UNSET

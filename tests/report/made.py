@@ -16,6 +16,7 @@ from dynident.estimation.fit.estimate import Fit
 from dynident.estimation.gains.known_load import Mountings, known_mass
 from dynident.estimation.payload.repeats import Repeats
 from dynident.estimation.payload.result import PayloadEstimate
+from dynident.estimation.payload.ripple import Wave
 from dynident.estimation.possible.prior import PriorRobot
 from dynident.estimation.possible.robot import PossibleRobot
 from dynident.model import InertialParameters, Pose, Processing
@@ -241,7 +242,7 @@ def weighing(possible: bool) -> Any:
     determined = free.estimate if possible else estimate(("MX_L", "MY_L", "M_L"))
     payload = PayloadEstimate(1, determined, "flange: plain", "too short", not possible)
     visibility = SimpleNamespace(joints=(1, 2), rank=3, parameters={"M": "alone"}, combinations=("MZ + M",))
-    wave = SimpleNamespace(joint=2, waves=36.0, amplitude=0.75)
+    wave = Wave("a.csv", 2, 36.0, 0.75)
     problem = NonCallableMock(
         spec=ShortMotion,
         joints=(1, 2), torque_rms=np.array([11.0, 12.0, 13.0]), visibility=visibility,
