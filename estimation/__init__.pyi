@@ -1,12 +1,12 @@
 from .answers.gains import answer_gains as answer_gains
+from .answers.gains import identify_gains as identify_gains
 from .answers.identification import Identification as Identification
 from .answers.identification import identification_system as identification_system
 from .answers.identification import identify as identify
 from .answers.identification import robot_result as robot_result
-from .answers.one_call import identify_gains as identify_gains
-from .answers.one_call import identify_payload as identify_payload
-from .answers.one_call import weigh as weigh
 from .answers.payload import answer_payload as answer_payload
+from .answers.payload import identify_payload as identify_payload
+from .answers.payload import weigh as weigh
 from .answers.payload_answer import PayloadAnswer as PayloadAnswer
 from .answers.system import ObservationSystem as ObservationSystem
 from .answers.system import payload_system as payload_system

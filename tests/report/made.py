@@ -276,12 +276,15 @@ def drive_gains() -> Any:
     """The answer of ``gains``."""
     return SimpleNamespace(
         robot=ROBOT, source=source(), values=numbers(3), larger_relative_sigma=0.01 * numbers(3),
-        relative_sigma=0.01 * numbers(3),
-        relative_sigma_robust=0.01 * numbers(3), larger_relative_covariance=covariance(3), free_values=numbers(3),
-        identified=(True, True, False), identifiability=("gravity", "speed", "nothing"), fit=FIT,
+        logarithms=SimpleNamespace(
+            sigma=0.01 * numbers(3), sigma_robust=0.01 * numbers(3), fit=FIT,
+            robust=RobustCovariance(covariance(3), 9, 8, 1.25),
+        ),
+        larger_relative_covariance=covariance(3), free_values=numbers(3),
+        identified=(True, True, False), rests_on=("gravity", "speed", "nothing"),
         payloads=(body(6.0), body(6.5)), loads=(known_mass(6.1, 0.015), known_mass(6.2, 0.012)),
-        known={"M_L": 6.1, "M_L2": 6.2}, mountings=Mountings((1, 3)), disagreement=1.25,
+        mountings=Mountings((1, 3)), disagreement=1.25,
         verdict=Verdict("identified_only", (warning("motor 3"), note("a note"))),
         recordings={"unloaded": ("u0", "u1"), "loaded": ("l0",)},
-        robust=RobustCovariance(covariance(3), 9, 8, 1.25), without_robust="",
+        without_robust="",
     )  # fmt: skip
