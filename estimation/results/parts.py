@@ -16,6 +16,7 @@ from ..diagnosis.finding import Verdict
 from ..fit.covariance import RobustCovariance
 from ..fit.drive_gains import Fingerprints, Gains
 from ..fit.essential import Elimination, SigmaBound, SigmaRatio
+from ..fit.estimate import Estimate
 from ..possible.prior import PriorRobot
 from ..possible.robot import PossibleRobot
 
@@ -158,6 +159,21 @@ class ParameterDocument(Document, frozen=True):
     interval95_with_gains: Interval | UnsetType | None = UNSET
     essential: bool | UnsetType = UNSET
 
+    @classmethod
+    def rows(cls, estimate: Estimate, **columns: Any) -> tuple[Self, ...]:
+        """One row a parameter, with further columns."""
+        every: dict[str, Any] = columns | {
+            "value": estimate.values,
+            "sigma": estimate.sigma,
+            "relative_sigma_percent": estimate.relative_sigma_percent,
+            "sigma_robust": estimate.sigma_robust,
+            "sigma_by_gains": estimate.sigma_by_gains,
+        }
+        return tuple(
+            cls(**dict[str, Any]({key: None if column is None else column[k] for key, column in every.items()}))
+            for k in range(len(estimate.names))
+        )
+
 
 class EliminationStep(Document, frozen=True):
     """The parameter that a step left out, and what followed."""
@@ -190,7 +206,6 @@ class EliminationDocument(Document, frozen=True):
             labels: name of a column -> name of the parameter ("MX2" -> "MX2R").
         """
         path, rule, estimate = elimination.path, elimination.rule, elimination.estimate
-        robust, by_gains = estimate.sigma_robust, estimate.sigma_by_gains
         return cls(
             rule="ratio" if isinstance(rule, SigmaRatio) else "sigma",
             description=rule.description,
@@ -198,17 +213,7 @@ class EliminationDocument(Document, frozen=True):
             sigma_ratio=elimination.sigma_ratio,
             largest_relative_sigma_percent=100.0 * elimination.largest_relative_sigma,
             relative_residual=estimate.fit.relative,
-            parameters=tuple(
-                ParameterDocument(
-                    name=labels.get(name, name),
-                    value=estimate.values[k],
-                    sigma=estimate.sigma[k],
-                    sigma_robust=robust[k] if robust is not None else None,
-                    sigma_by_gains=by_gains[k] if by_gains is not None else None,
-                    relative_sigma_percent=estimate.relative_sigma_percent[k],
-                )
-                for k, name in enumerate(estimate.names)
-            ),
+            parameters=ParameterDocument.rows(estimate, name=[labels.get(name, name) for name in estimate.names]),
             path=tuple(
                 EliminationStep(
                     labels.get(name, name) if name else None,
