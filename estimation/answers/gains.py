@@ -18,7 +18,7 @@ from ..diagnosis.states import states_of
 from ..diagnosis.verdict import diagnose, judge
 from ..equations.equations import PAYLOAD, Equations
 from ..fit.covariance import NORMAL95, RobustCovariance, jackknife
-from ..fit.drive_gains import Fingerprints
+from ..fit.drive_gains import Fingerprints, fingerprints
 from ..fit.estimate import Estimate, Fit
 from ..fit.settings import DEFAULTS, Settings
 from ..gains.known_load import KnownLoad, Mountings, known_values
@@ -181,7 +181,7 @@ def answer_gains(problem: GainProblem, load: KnownLoad | Sequence[KnownLoad]) ->
 
         try:
             groups = [map(solve, group) for group in problem.deletions]
-            robust = jackknife(groups, -np.log(best.k), problem.block_length)
+            robust = jackknife(groups, -np.log(best.k), max(each.block_length for each in problem.posed))
         except InputError as error:
             reason = str(error)
     # The weight as the torques show it that the gains give; the gains' own errors are those of these recordings.
@@ -215,7 +215,7 @@ def answer_gains(problem: GainProblem, load: KnownLoad | Sequence[KnownLoad]) ->
         loads=loads,
         payloads=tuple(map(InertialParameters, bodies)),
         without_robust=reason,
-        recordings=problem.recordings,
+        recordings=fingerprints(problem.source.unloaded, problem.source.loaded),
         mountings=problem.mountings,
         disagreement=max((diagnosis.disagreement for diagnosis in diagnoses), default=1.0),
         posed=posed,

@@ -17,7 +17,7 @@ from ..fit.own_equations import base_problem
 from ..fit.settings import DEFAULTS, Settings
 from ..payload.by_joints import payload_over_time
 from ..payload.long_motion import LongMotion
-from ..payload.methods import METHODS, PayloadProblem, essential_combined, payload_estimate, usable_methods
+from ..payload.methods import METHODS, PayloadProblem, payload_estimate, usable_methods
 from ..payload.problem import payload_problem
 from ..payload.repeats import repeats_of
 from ..payload.result import ConstrainedPayload, PayloadEstimate, constrain_payload, in_payload_frame, widened
@@ -28,7 +28,6 @@ from ..possible.constraints import Constraint, KnownMass
 from ..possible.payload import POSSIBLE
 from ..results.payload import PayloadResult
 from ..results.robot import RobotResult
-from .identification import elimination_warnings
 from .payload_answer import PayloadAnswer
 
 
@@ -174,11 +173,7 @@ def answer_payload(
     if failures and not constrained:
         failure = next(failures[estimate.method] for estimate in free if estimate.method in failures)
         raise failure.naming(*failure.demands, *(verdict.reasons if verdict.level == "do_not_use" else ()))
-    answer = replace(answer, verdict=verdict)
-    if isinstance(problem, LongMotion) and any(payload.method == 4 for payload in constrained):
-        elimination = essential_combined(problem, problem.settings.essential)
-        answer = replace(answer, elimination=elimination, warnings=elimination_warnings(problem, elimination))
-    return answer
+    return replace(answer, verdict=verdict)
 
 
 def _identified(

@@ -24,7 +24,7 @@ from ..fit.estimate import Estimate, Fit, error_model
 from ..fit.least_squares import Excitation, excitation
 from ..payload.by_joints import ByJoints
 from ..payload.long_motion import LongMotion
-from ..payload.methods import PayloadProblem, combined, recommended_method
+from ..payload.methods import PayloadProblem, combined, essential_combined, recommended_method
 from ..payload.repeats import Repeats
 from ..payload.result import ConstrainedPayload, PayloadEstimate, StandIn
 from ..payload.short_motion import ShortMotion
@@ -54,6 +54,7 @@ from ..results.payload import (
     mass_by_joints,
     named,
 )
+from .identification import elimination_warnings
 from .system import DRAWN, TorquePrediction, payload_prediction, robot_prediction
 
 _UNKNOWN = np.full(10, np.nan)
@@ -77,8 +78,6 @@ class PayloadAnswer(Speaks):
             intervals.
         left_out: method -> why it gave no estimate.
         validation: fit of the robot's own parameters on recordings that were held out.
-        elimination: essential parameters of robot and payload together, where method 4 was used.
-        warnings: what speaks against a robot or payload with the eliminated parameters zero.
         held_out: recordings without payload of ``validation``.
         agreement: other ways to the numbers of a short motion.
         repeats: of several recordings of a short motion, each of them alone.
@@ -94,8 +93,6 @@ class PayloadAnswer(Speaks):
     scale: KnownMass | None = None
     gains: Gains | None = None
     validation: Fit | None = None
-    elimination: Elimination | None = None
-    warnings: tuple[str, ...] = ()
     held_out: tuple[Recording, ...] = ()
     agreement: tuple[Agreement, ...] = ()
     repeats: Repeats | None = None
@@ -261,6 +258,20 @@ class PayloadAnswer(Speaks):
         k, model = self.model.names.index("M_L"), self.model
         sigma = float(model.sigma[k])
         return Weighing(self.scale.mass, self.scale.sigma, float(model.values[k]), sigma, model.degrees_of_freedom)
+
+    @cached_property
+    def elimination(self) -> Elimination | None:
+        """Essential parameters of robot and payload together, where method 4 was used."""
+        if not isinstance(self.problem, LongMotion) or all(payload.method != 4 for payload in self.constrained):
+            return None
+        return essential_combined(self.problem, self.problem.settings.essential)
+
+    @cached_property
+    def warnings(self) -> tuple[str, ...]:
+        """What speaks against a robot or payload with the eliminated parameters zero."""
+        if not isinstance(self.problem, LongMotion) or self.elimination is None:
+            return ()
+        return elimination_warnings(self.problem, self.elimination)
 
     @cached_property
     def excitation(self) -> Excitation | None:

@@ -77,8 +77,13 @@ def payload_problem(
     processing, progress = settings.processing_of(robot), settings.progress
     progress("base parameters")
     base = base_parameters(robot)
-    # An arm on which no motion shows all ten is refused first.
-    check_visible(robot, base)
+    hidden = decomposed(base.effect_of(payload_columns(robot))).null
+    if hidden.size:
+        names = [kind for kind, size in zip(INERTIAL, np.abs(hidden).max(axis=1), strict=True) if size > 1e-6]
+        raise InputError(
+            f"no motion of {robot.name} shows {hidden.shape[1]} of a payload's ten directions "
+            f"({', '.join(names)}): its joints do not turn the payload in enough ways"
+        )
     for recordings in filter(None, (loaded, unloaded)):
         check_recordings(robot, recordings)
         check_lengths(recordings, processing)
@@ -199,18 +204,6 @@ def _within(pieces: _Recordings, low: float, high: float, least: float, partner:
             shorter = rows != slice(0, len(piece.t))
             return next(cut(piece, Pieces((rows,), (note,) if shorter else ())))
     return None
-
-
-def check_visible(robot: Robot, base: BaseParameters) -> None:
-    """Refuse an arm on which no motion shows all ten parameters of a payload."""
-    effect = base.effect_of(payload_columns(robot))
-    hidden = decomposed(effect).null
-    if hidden.size:
-        named = [kind for kind, size in zip(INERTIAL, np.abs(hidden).max(axis=1), strict=True) if size > 1e-6]
-        raise InputError(
-            f"no motion of {robot.name} shows {hidden.shape[1]} of a payload's ten directions "
-            f"({', '.join(named)}): its joints do not turn the payload in enough ways"
-        )
 
 
 def loaded_observer(robot: Robot, base: BaseParameters) -> Observer:
