@@ -7,6 +7,7 @@ from functools import cached_property
 import numpy as np
 
 from ...common.arrays import Array
+from ...common.brief import Brief
 from ...common.errors import InputError
 from ...common.linear import least_squares
 from ...model import BaseParameters, Recording, Robot, standard_columns, standard_regressor
@@ -25,8 +26,8 @@ _SHOWN = 0.05  # of a joint's squared residual: what a payload that is there tak
 _USUAL = 10.0  # N·m/A: the size of an arm's gains, so that checks of torques see torques; divided out again
 
 
-@dataclass(frozen=True)
-class GainProblem:
+@dataclass(frozen=True, repr=False)
+class GainProblem(Brief):
     """Equations i_j = k_j (W_j chi + W_Lj chi_L) + rho_j, motor by motor, k_j = 1 / K_j.
 
     Of coupled drives W_j are the rows of the motors on the joint side; a known spring is a column of W whose

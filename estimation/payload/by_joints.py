@@ -12,6 +12,7 @@ import numpy as np
 from scipy.linalg import block_diag
 
 from ...common.arrays import Array
+from ...common.brief import Brief
 from ...common.errors import InputError
 from ...common.linear import decomposed
 from ..equations.equations import PAYLOAD
@@ -30,8 +31,8 @@ WITHOUT_BLOCKS = 4.0
 too small."""
 
 
-@dataclass(frozen=True)
-class JointsMass:
+@dataclass(frozen=True, repr=False)
+class JointsMass(Brief):
     """The mass by the equations of some joints alone, all ten parameters of the payload unknown.
 
     Attributes:
@@ -80,8 +81,8 @@ class JointShare:
     sigma: float = float("nan")
 
 
-@dataclass(frozen=True)
-class ByJoints:
+@dataclass(frozen=True, repr=False)
+class ByJoints(Brief):
     """The payload as single joints see it.
 
     Attributes:

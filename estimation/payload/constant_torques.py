@@ -14,6 +14,7 @@ import numpy as np
 from scipy.special import chdtrc
 
 from ...common.arrays import Array
+from ...common.brief import Brief
 from ...common.linear import decomposed, least_squares, without
 from ..equations.correlation import inflation
 from ..equations.elimination import Anchor
@@ -46,8 +47,8 @@ _HIDDEN = 1e-6
 """Share of a friction in undetermined directions above which it is not known."""
 
 
-@dataclass(frozen=True, eq=False)
-class HeldFriction:
+@dataclass(frozen=True, eq=False, repr=False)
+class HeldFriction(Brief):
     """Equations that hold what is free in each recording near zero.
 
     Attributes:

@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ...common.brief import Brief
 from ...common.errors import InputError
 from ...model import BaseParameters, Processing, Recording, Robot
 from ..equations.equations import Equations, merged
@@ -45,8 +46,8 @@ class Source(NamedTuple):
     rate: float | None = None
 
 
-@dataclass(frozen=True)
-class LongMotion:
+@dataclass(frozen=True, repr=False)
+class LongMotion(Brief):
     """Reduced equations of recordings in which every joint moves.
 
     With blocks of time, those of a pair of recordings are the same stretches of one motion.

@@ -7,6 +7,7 @@ from functools import cached_property
 import numpy as np
 
 from ...common.arrays import Array
+from ...common.brief import Brief
 from ...common.errors import InputError
 from ...model import BaseParameters, Motion, Processing, Robot
 from ...model.motion import Measurement
@@ -29,8 +30,8 @@ _SHARE = 0.1  # of the moving time: a joint that moves less is held
 _AT_REST = 5e-3  # rad or m: a held joint's positions spread no more; a wider one went to another pose
 
 
-@dataclass(frozen=True, eq=False)
-class Run:
+@dataclass(frozen=True, eq=False, repr=False)
+class Run(Brief):
     """One recording with payload.
 
     Attributes:
@@ -50,8 +51,8 @@ class Run:
         return self.equations.select([name for name in self.equations.columns if not name.startswith(FREE)])
 
 
-@dataclass(frozen=True, eq=False)
-class ShortMotion:
+@dataclass(frozen=True, eq=False, repr=False)
+class ShortMotion(Brief):
     """Recordings of a short motion, friction free in each, and what they show of the ten.
 
     Method 3, (29), where the torque without payload was subtracted; else method 1, (22) and (23), beside a robot

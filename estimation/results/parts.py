@@ -111,37 +111,28 @@ class VerdictDocument(Document, frozen=True):
         return cls(verdict.level, verdict.reasons, verdict.notes or UNSET)
 
 
-class GainErrorsDocument(Document, frozen=True):
+class GainErrorsDocument(Document, frozen=True, omit_defaults=True):
     """Relative errors of drive gains; of identified ones also covariance, recordings and payload."""
 
     per_joint: tuple[_Share, ...]
     common: _Share
-    identified: tuple[tuple[float, ...], ...] | UnsetType = UNSET
-    recordings: Fingerprints | UnsetType = UNSET
-    mass: Number | UnsetType = UNSET
-    notes: tuple[str, ...] | UnsetType = UNSET
-    assumed: bool | UnsetType = UNSET
+    identified: tuple[tuple[float, ...], ...] = ()
+    recordings: Fingerprints = field(default_factory=dict)
+    mass: Number = None
+    notes: tuple[str, ...] = ()
+    assumed: bool = False
 
     @classmethod
     def made(cls, gains: Gains) -> Self:
         """Errors of gains; of identified ones their covariance, recordings and payload too."""
         known = any(gains.recordings.values())
-        return cls.of(
-            gains,
-            identified=gains.identified or UNSET,
-            recordings=gains.recordings if known else UNSET,
-            mass=gains.mass if known else UNSET,
-            notes=gains.notes or UNSET,
-            assumed=gains.assumed or UNSET,
-        )
+        return cls.of(gains, recordings=gains.recordings if known else {}, mass=gains.mass if known else None)
 
     @property
     def gains(self) -> Gains:
         """The errors as estimators take them."""
-        known = present(self.recordings) or {}, present(self.mass), present(self.notes) or ()
-        return Gains(
-            self.per_joint, self.common, present(self.identified) or (), *known, assumed=bool(self.assumed)
-        )
+        own = self.per_joint, self.common, self.identified, self.recordings, self.mass, self.notes
+        return Gains(*own, assumed=self.assumed)
 
 
 class ParameterDocument(Document, frozen=True):
