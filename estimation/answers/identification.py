@@ -45,7 +45,7 @@ from ..results.parts import (
     VerdictDocument,
 )
 from ..results.robot import RobotData, RobotResult
-from .system import DRAWN, ObservationSystem, TorquePrediction, joined, observed, robot_prediction
+from .system import DRAWN, ObservationSystem, TorquePrediction, joined, robot_prediction
 
 _UNLIKELY = 0.01
 """A smaller p-value says that the data contradict everything possible with these zeros."""
@@ -296,9 +296,8 @@ def identification_system(
         result: of ``identify`` with these recordings and settings.
         recordings: without payload.
     """
-    observations = observed(Observer(result.robot, result.base.columns), recordings, processing)
-    loaded = [False] * len(recordings)
-    return joined(observations, recordings, loaded, result.estimate.weights, result.problem)
+    observer, loaded = Observer(result.robot, result.base.columns), [False] * len(recordings)
+    return joined(observer, recordings, loaded, result.estimate.weights, result.problem, processing)
 
 
 def robot_result(

@@ -69,14 +69,10 @@ def weigh(
     """Identify what a short motion near one pose shows of a payload, and judge each quantity.
 
     Torque differences answer where there are recordings without payload; the robot's parameters, where they are
-    known too, are compared with them.
+    known too, are compared with them. Other arguments as of ``identify_payload``.
 
     Args:
-        loaded: recordings of the motion with the payload.
-        unloaded: without it; one for all, or one for each of ``loaded`` in the same order.
-        known: the robot's parameters from an earlier identification, instead of ``unloaded`` or beside them: its
-            result, or the estimate of the same robot's base parameters.
-        constraints: what is known of the payload; that it can exist is always demanded.
+        unloaded: recordings without payload; one for all, or one for each of ``loaded`` in the same order.
 
     Raises:
         InputError: if the recordings cannot be used, or nothing shows the mass.

@@ -208,12 +208,6 @@ class LongMotion(Brief):
         """Shortest length of a block [s], unless a whole recording is shorter."""
         return self.loaded.blocks.length
 
-    @property
-    def no_blocks(self) -> str:
-        """Why there are no blocks of time although they were asked for."""
-        formula_only = self.settings.robust and self.known is not None and self.known.robust is None
-        return FORMULA_ONLY if formula_only else ""
-
 
 def check_blocks(*counts: int) -> None:
     """Refuse so few blocks of time that none can be left out."""

@@ -239,9 +239,9 @@ def payload_estimate(
         return PayloadEstimate(method, estimate, frame, reason)
     if method != problem.method:
         raise InputError(f"method {method} cannot be used: this short motion is one for method {problem.method}")
-    by_scale = problem.needed(scale) is not None
+    scale = problem.needed(scale)
     estimate, reason = with_robust(problem, problem.posed(), rule=covariance)
-    return PayloadEstimate(method, problem.resolved(estimate, scale), frame, reason, by_scale)
+    return PayloadEstimate(method, problem.resolved(estimate, scale), frame, reason, scale is not None)
 
 
 def recommended_method(problem: PayloadProblem, methods: Iterable[int]) -> tuple[int, str]:

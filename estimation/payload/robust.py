@@ -44,7 +44,9 @@ def with_robust(
     if rule == "formula":
         return estimate, ""
     if isinstance(problem, LongMotion) and not problem.loaded.blocks:
-        return estimate, problem.no_blocks
+        known = problem.known  # of which no robust covariance is known, nothing was cut into blocks
+        formula_only = problem.settings.robust and known is not None and known.robust is None
+        return estimate, FORMULA_ONLY if formula_only else ""
     try:
         return replace(estimate, robust=_robust(problem, posed, estimate, rule)), ""
     except InputError as error:

@@ -124,11 +124,6 @@ class ShortMotion(Brief):
         factors = in_payload_frame(self.robot, self.loaded).select(PAYLOAD).factors
         return visibility_of(np.vstack(factors)[:, :-1], self.joints)
 
-    @property
-    def chosen(self) -> tuple[str, ...]:
-        """Which of ``PAYLOAD`` stand for all that can be seen."""
-        return tuple(PAYLOAD[k] for k in self.visibility.chosen)
-
     def posed(self, wanted: Sequence[str] | None = None) -> LinearProblem:
         """(29): Y_T - Y_wL = W_L chi_L, or (23): Y_T - W chi = W_L chi_L.
 
@@ -137,9 +132,9 @@ class ShortMotion(Brief):
         held.
 
         Args:
-            wanted: of the ten; ``chosen`` by default.
+            wanted: of the ten; by default those that stand for all that can be seen.
         """
-        wanted = self.chosen if wanted is None else tuple(wanted)
+        wanted = tuple(wanted or (PAYLOAD[k] for k in self.visibility.chosen))
 
         def shown(equations: Equations) -> Equations:
             columns = [name for name in equations.columns if name in wanted or name not in PAYLOAD]
@@ -210,13 +205,12 @@ class ShortMotion(Brief):
         return scale
 
     def resolved(self, estimate: Estimate, scale: KnownMass | None) -> Estimate:
-        """The parameters that are determined, from the ``chosen`` ones; a scale makes others follow from sums.
+        """The parameters that are determined, from those posed; a ``needed`` scale makes others follow from sums.
 
         Nothing that the torques leave open is filled in.
         """
-        used = self.needed(scale)
-        places, A, by_mass = self.visibility.resolved(used is not None)
-        mass, variance = (used.mass, used.sigma**2) if used is not None else (0.0, 0.0)
+        places, A, by_mass = self.visibility.resolved(scale is not None)
+        mass, variance = (scale.mass, scale.sigma**2) if scale is not None else (0.0, 0.0)
         payload = estimate.mapped(A, [PAYLOAD[k] for k in places], by_mass * mass)
         shared = variance * np.outer(by_mass, by_mass)
         robust = payload.robust
