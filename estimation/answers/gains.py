@@ -88,16 +88,6 @@ class DriveGains(Speaks):
         return np.exp(self.logarithms.values)
 
     @property
-    def robust(self) -> RobustCovariance | None:
-        """Covariance of ln K that holds for autocorrelated noise."""
-        return self.logarithms.robust
-
-    @property
-    def relative_sigma(self) -> Array:
-        """Relative standard deviations by the formula, shape (n,)."""
-        return self.logarithms.sigma
-
-    @property
     def larger_relative_sigma(self) -> Array:
         """The larger of both, times ``disagreement``, shape (n,)."""
         return self.disagreement * self.logarithms.larger_sigma
@@ -108,23 +98,21 @@ class DriveGains(Speaks):
 
         The correlations are the robust ones where the robust deviations are the larger.
         """
-        if self.robust is None:
+        robust = self.logarithms.robust
+        if robust is None:
             return self.disagreement**2 * self.logarithms.covariance
-        own = self.robust.covariance
-        stretch = self.larger_relative_sigma / self.robust.sigma
-        return np.asarray(own * np.outer(stretch, stretch))
+        stretch = self.larger_relative_sigma / robust.sigma
+        return np.asarray(robust.covariance * np.outer(stretch, stretch))
 
     @cached_property
     def predictions(self) -> tuple[TorquePrediction, ...]:
         """Torques of a few recordings, current times gain, and what robot and weight predict: all were used."""
-        predictions = []
-        for problem, body in zip(self.posed, self.payloads[: len(self.posed)], strict=True):
-            settings = problem.source.processing
-            predictions += [
-                payload_prediction(problem, body, recording, settings, False)
-                for recording in problem.source.loaded[:DRAWN]
-            ]
-        return tuple(predictions[:DRAWN])
+        chosen = [
+            (problem, body, recording, problem.source.processing)
+            for problem, body in zip(self.posed, self.payloads, strict=False)
+            for recording in problem.source.loaded
+        ]
+        return tuple(payload_prediction(*one, held_out=False) for one in chosen[:DRAWN])
 
     @property
     def identified(self) -> tuple[bool, ...]:

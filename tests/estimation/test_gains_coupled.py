@@ -71,12 +71,12 @@ def test_truth_within_the_stated_sigma(currents: Currents, name: str, spring: st
         problem = gain_problem(robot, [bare], [loaded], Settings(SETTINGS), load=load)
         gains = answer_gains(replace(problem, deletions=() if seed else problem.deletions), load)
         assert gains.values == pytest.approx(TRUTH, rel=0.02)
-        assert gains.relative_sigma.max() < 0.01
-        errors.append(np.log(gains.values / TRUTH) / gains.relative_sigma)
+        assert gains.logarithms.sigma.max() < 0.01
+        errors.append(np.log(gains.values / TRUTH) / gains.logarithms.sigma)
         if not seed:
-            assert gains.robust is not None
-            assert (gains.robust.sigma / gains.relative_sigma).min() > 0.4
-            assert (gains.robust.sigma / gains.relative_sigma).max() < 2.5
+            assert gains.logarithms.robust is not None
+            assert (gains.logarithms.robust.sigma / gains.logarithms.sigma).min() > 0.4
+            assert (gains.logarithms.robust.sigma / gains.logarithms.sigma).max() < 2.5
     assert 0.3 < np.sqrt(np.mean(np.square(errors))) < 1.7
     assert np.abs(errors).max() < 4.5
 
@@ -88,7 +88,7 @@ def test_a_coupling_that_is_not_told_spoils_the_gains(currents: Currents) -> Non
     uncoupled = replace(robot, drives=replace(robot.drives, coupling=None))
     problem = gain_problem(uncoupled, [bare], [loaded], Settings(SETTINGS))
     gains = answer_gains(replace(problem, deletions=()), known_mass(6.0))
-    assert abs(np.log(gains.values / TRUTH) / gains.relative_sigma)[4] > 10.0
+    assert abs(np.log(gains.values / TRUTH) / gains.logarithms.sigma)[4] > 10.0
 
 
 def test_words_tell_what_a_gain_rests_on() -> None:
