@@ -9,9 +9,11 @@ from dynident.common.arrays import Array
 from dynident.common.errors import InputError
 from dynident.estimation import PAYLOAD, Estimate, LongMotion, Settings, payload_estimate, payload_problem
 from dynident.estimation.fit.least_squares import weighted
+from dynident.estimation.payload.by_joints import payload_by_joints
 from dynident.estimation.payload.long_motion import Source
-from dynident.estimation.payload.methods import combined, payload_map, usable_methods
+from dynident.estimation.payload.methods import combined, from_change, payload_map, usable_methods
 from dynident.estimation.payload.problem import PairedMeasurement, long_motion
+from dynident.estimation.payload.result import constrain_payload
 from dynident.model import InertialParameters, Joint, Motion, Processing, Recording, Robot, Spring
 from dynident.model.motion import Measurement
 from dynident.trajectories import Simulator
@@ -237,3 +239,14 @@ def test_an_arm_that_cannot_show_a_payload_says_so(wander: Callable[..., Motion]
     recording = Recording(motion.t, motion.q, np.array(motion.q))
     with pytest.raises(InputError, match=r"no motion of planar shows \d of a payload's ten directions \(.*MZ"):
         payload_problem(planar, [recording], [recording], settings=Settings(robust=False))
+
+
+def test_what_holds_equations_is_shown_in_a_few_lines(
+    simulated: Callable[[str], Simulator], exact_pair: Callable[..., tuple[Measurement, ...]]
+) -> None:
+    """Eight lines of a screen, however much they hold."""
+    simulator = simulated("rx90")
+    problem = problem_of(simulator.robot, [exact_pair(simulator)], 0.1)
+    free = payload_estimate(problem, 4)
+    shown = (problem, free, from_change(problem), constrain_payload(free), payload_by_joints(problem, np.ones(6)))
+    assert all("\n" not in repr(value) and len(repr(value)) <= 640 for value in shown)
