@@ -108,10 +108,6 @@ class PayloadAnswer(Speaks):
         """What it comes to, as ``--json`` writes it: ``answer.result.mass.low``."""
         return payload_result(self).made_by(self)
 
-    def export(self, to: str, despite_verdict: bool = False) -> str:
-        """The payload in the format of a controller or a simulator, at the flange: ``PayloadResult.export``."""
-        return self.result.export(to, despite_verdict)
-
     @cached_property
     def recommendation(self) -> tuple[int, str]:
         """Method to use, of those that found a payload that can exist, and why."""

@@ -132,9 +132,9 @@ def test_a_frame_holds_numbers(answers: dict[str, PayloadAnswer]) -> None:
 
 
 def test_a_payload_in_a_controllers_format(answers: dict[str, PayloadAnswer]) -> None:
-    assert "set_target_payload" in answers["payload"].export("ur", despite_verdict=True)
+    assert "set_target_payload" in answers["payload"].result.export("ur", despite_verdict=True)
     with pytest.raises(InputError, match="there is no format 'abc'"):
-        answers["payload"].export("abc")
+        answers["payload"].result.export("abc")
 
 
 def test_the_line_for_the_controller_stands_at_the_flange(answers: dict[str, PayloadAnswer]) -> None:
