@@ -16,8 +16,7 @@ import numpy as np
 from dynident.apps.commands.demo import PAYLOAD
 from dynident.common.arrays import Array
 from dynident.estimation import LongMotion, Settings, payload_estimate
-from dynident.estimation.payload.equations import PairedMeasurement, payload_equations
-from dynident.estimation.payload.long_motion import Source
+from dynident.estimation.payload.problem import PairedMeasurement, long_motion
 from dynident.estimation.signals.filtering import measurement
 from dynident.model import INERTIAL, InertialParameters, Motion, Recording, base_parameters, load_robot
 from dynident.trajectories import RX90_NOISE, Simulator, random_via_points
@@ -43,7 +42,7 @@ class Experiment:
 
     def problem(self, seed: int) -> LongMotion:
         """One run: recordings with and without payload, processed and reduced."""
-        robot, base, processing = self.robot, self.base, self.robot.processing
+        robot, processing = self.robot, self.robot.processing
         measured = [
             [
                 measurement(self.recording(motion, load, [seed, k, side]), processing)
@@ -53,9 +52,8 @@ class Experiment:
         ]
         bares, loadeds = ([pair[side] for pair in measured] for side in (0, 1))
         pairs = [PairedMeasurement(bare, loaded) for bare, loaded in measured]
-        equations = payload_equations(robot, loadeds, bares, pairs, Settings(processing, robust=self.robust))
-        source, settings = Source((), (), processing), Settings(friction_change=0.0)
-        return LongMotion(robot, base, **equations._asdict(), source=source, settings=settings)
+        settings = Settings(processing, robust=self.robust, friction_change=0.0)
+        return long_motion(robot, loadeds, bares, pairs, settings)
 
     def recording(self, motion: Motion, load: InertialParameters | None, seed: list[int]) -> Recording:
         """A recording with the noise that was asked for."""

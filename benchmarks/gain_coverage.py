@@ -91,11 +91,11 @@ def run(arm_name: str, runs: int, noise: Noise, name: str) -> None:
         problem = gain_problem(arm(arm_name), pair[:1], pair[1:], Settings(SETTINGS), load=load)
         gains = answer_gains(problem, load)
         error = np.abs(np.log(gains.values / truth))
-        inside["formula"].append(error < 1.96 * gains.relative_sigma)
-        if gains.robust is None:
+        inside["formula"].append(error < 1.96 * gains.logarithms.sigma)
+        if gains.logarithms.robust is None:
             print(f"{arm_name}, {name}, run {seed}: {gains.without_robust}")
         else:
-            inside["jackknife"].append(error < gains.robust.quantile95 * gains.robust.sigma)
+            inside["jackknife"].append(error < gains.logarithms.robust.quantile95 * gains.logarithms.robust.sigma)
         known = np.array([1.0 if parameter_kind(c) == SPRING else 0.0 for c in problem.equations.columns])
         known[-1] = 6.0
         free = [k for k, value in enumerate(known) if value == 0.0]

@@ -20,9 +20,8 @@ import numpy as np
 from dynident.benchmarks import invented
 from dynident.common.arrays import Array
 from dynident.estimation import payload_estimate, payload_problem
-from dynident.estimation.payload.constrained import constrain_payload
-from dynident.estimation.payload.methods import usable_methods
-from dynident.estimation.payload.recommended import recommended_method
+from dynident.estimation.payload.methods import recommended_method, usable_methods
+from dynident.estimation.payload.result import constrain_payload
 from dynident.model import InertialParameters, Motion
 from dynident.model.drives import FRICTION, parameter_kind
 from rich.console import Console
@@ -120,7 +119,7 @@ def run(case: tuple[str, str, int], other_path: bool = False) -> dict[str, Seen]
         low, high = np.vstack([found.intervals.parameters[9:], found.intervals.com]).T
         held = (low <= (truth := np.append(payload.mass, payload.com))) & (truth <= high)
         seen[str(method)] = Seen(found.mass / payload.mass - 1.0, bool(held[0]), float(held[1:].mean()))
-    return seen | {"recommended": seen[str(recommended_method(problem, map(int, seen)).method)]}
+    return seen | {"recommended": seen[str(recommended_method(problem, map(int, seen))[0])]}
 
 
 def table(done: dict[tuple[str, str, int], dict[str, Seen]]) -> Table:

@@ -12,13 +12,12 @@ from typing import NamedTuple
 import numpy as np
 from dynident.apps.commands.demo import PAYLOAD as PAPER_PAYLOAD
 from dynident.common.arrays import Array
-from dynident.estimation import PAYLOAD, Estimate, LongMotion, Settings, payload_estimate
+from dynident.estimation import PAYLOAD, Estimate, Settings, payload_estimate
 from dynident.estimation.equations.observer import Observation
 from dynident.estimation.fit.blocks import autocorrelation_time, block_edges, span
 from dynident.estimation.fit.covariance import RobustCovariance
 from dynident.estimation.fit.estimate import Fit
-from dynident.estimation.payload.equations import PairedMeasurement, loaded_observer, payload_equations
-from dynident.estimation.payload.long_motion import Source
+from dynident.estimation.payload.problem import PairedMeasurement, loaded_observer, long_motion
 from dynident.estimation.signals.decimation import decimated
 from dynident.estimation.signals.filtering import measurement
 from dynident.model import InertialParameters, Motion, base_parameters, load_robot
@@ -170,13 +169,11 @@ class Experiment:
 
     def by_the_library(self, memory: float, seed: int, body: str) -> dict[int, Estimate]:
         """Methods 3 and 4 the long way: recordings, blocks, QR."""
-        robot, base, processing, noise = self.robot, self.base, self.processing, self.noise(memory, seed)
+        robot, processing, noise = self.robot, self.processing, self.noise(memory, seed)
         bares = [self.measured(motion, None, e) for motion, e in zip(self.motions, noise[0], strict=True)]
         loadeds = [self.measured(motion, BODIES[body], e) for motion, e in zip(self.motions, noise[1], strict=True)]
         pairs = [PairedMeasurement(*pair) for pair in zip(bares, loadeds, strict=True)]
-        equations = payload_equations(robot, loadeds, bares, pairs, Settings(processing))
-        source, settings = Source((), (), processing), Settings(friction_change=0.0)
-        problem = LongMotion(robot, base, **equations._asdict(), source=source, settings=settings)
+        problem = long_motion(robot, loadeds, bares, pairs, Settings(processing, friction_change=0.0))
         return {method: payload_estimate(problem, method).estimate for method in (3, 4)}
 
 

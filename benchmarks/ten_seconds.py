@@ -20,8 +20,7 @@ from dynident.common.arrays import Array
 from dynident.estimation import Estimate, Gains, identify, payload_estimate, payload_problem
 from dynident.estimation.diagnosis.joints import disagreement
 from dynident.estimation.payload.by_joints import payload_by_joints
-from dynident.estimation.payload.constrained import constrain_payload
-from dynident.estimation.payload.repeats import widened
+from dynident.estimation.payload.result import constrain_payload, widened
 from dynident.estimation.payload.weighing import known_robot_weighing
 from dynident.model import InertialParameters, Motion, Recording, Robot, load_robot
 from dynident.trajectories import Simulator, random_via_points

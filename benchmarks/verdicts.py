@@ -82,9 +82,9 @@ def run(seed: int) -> Run:
 def expected(answer: PayloadAnswer) -> str:
     """Level by the robust standard deviation of the inertia at the centre of mass."""
     payload = answer.recommended
-    sigma = payload.free.sigma_inertia_com_robust
-    assert sigma is not None
-    relative = np.diag(sigma) / np.maximum(np.diag(payload.body.inertia_com), 1e-12)
+    spread = payload.free.robust_spread
+    assert spread is not None
+    relative = spread.moments / np.maximum(np.diag(payload.body.inertia_com), 1e-12)
     return "use" if relative.max() < LIMIT else "mass_and_com_only"
 
 

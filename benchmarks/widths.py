@@ -21,7 +21,7 @@ from dynident.common.arrays import Array
 from dynident.common.errors import InputError
 from dynident.estimation import SolverError, answer_payload, payload_estimate, payload_problem
 from dynident.estimation.diagnosis.joints import disagreement
-from dynident.estimation.payload.constrained import constrain_payload
+from dynident.estimation.payload.result import constrain_payload
 from dynident.model import InertialParameters, Motion, Recording, Robot
 from dynident.trajectories import Simulator
 from rich.console import Console

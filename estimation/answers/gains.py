@@ -7,10 +7,10 @@ from functools import cached_property
 import numpy as np
 from msgspec import UNSET
 
-from ...common.arrays import Array, frozen_array
+from ...common.arrays import Array
 from ...common.errors import InputError
 from ...common.speech import Speaks
-from ...model import InertialParameters, Robot
+from ...model import InertialParameters, Recording, Robot
 from ..diagnosis.causes import likely_causes
 from ..diagnosis.evidence import KNOWN_WELL, Diagnosis, Evidence, Gained, KnownWeight
 from ..diagnosis.finding import Verdict
@@ -18,11 +18,12 @@ from ..diagnosis.states import states_of
 from ..diagnosis.verdict import diagnose, judge
 from ..equations.equations import PAYLOAD, Equations
 from ..fit.covariance import NORMAL95, RobustCovariance, jackknife
-from ..fit.drive_gains import Fingerprints
+from ..fit.drive_gains import Fingerprints, fingerprints
 from ..fit.estimate import Estimate, Fit
+from ..fit.settings import DEFAULTS, Settings
 from ..gains.known_load import KnownLoad, Mountings, known_values
 from ..gains.possible import possible_gains
-from ..gains.problem import GainProblem, free_gains, gravity_acts, rests_on
+from ..gains.problem import GainProblem, free_gains, gain_problem, rests_on
 from ..payload.by_joints import ByJoints
 from ..payload.long_motion import LongMotion, Source
 from ..payload.methods import payload_estimate
@@ -30,6 +31,7 @@ from ..payload.result import PayloadEstimate
 from ..results.parts import ProcessingDocument, ResidualDocument, RobustDocument, VerdictDocument
 from ..results.payload import named
 from ..results.robot import GainsResult, GainsTable, LoadDocument, MountingDocument
+from .payload import check_lists
 from .system import DRAWN, TorquePrediction, payload_prediction
 
 
@@ -42,7 +44,6 @@ class DriveGains(Speaks):
         logarithms: ln K of gains [N·m/A or N/A] for bodies that can exist, its fit that of the currents [A]. Both
             covariances, by the formula and the robust one, hold the sigma of the mass.
         free_values: gains without constraints, shape (n,).
-        gravity: per motor, whether gravity acts on it in some pose.
         rests_on: per motor, in words, which torques its gain rests on.
         loads: what was known of the payload in each mounting.
         payloads: its ten in each mounting as identified, known ones as given.
@@ -59,7 +60,6 @@ class DriveGains(Speaks):
     robot: Robot
     logarithms: Estimate
     free_values: Array
-    gravity: tuple[bool, ...]
     rests_on: tuple[str, ...]
     loads: tuple[KnownLoad, ...]
     payloads: tuple[InertialParameters, ...]
@@ -71,10 +71,6 @@ class DriveGains(Speaks):
     posed: tuple[LongMotion, ...] = ()
     by_joints: tuple[ByJoints, ...] = ()
     source: Source | None = None
-
-    def __post_init__(self) -> None:
-        """Lock the array."""
-        object.__setattr__(self, "free_values", frozen_array(self.free_values, (len(self.gravity),), "free gains"))
 
     @property
     def headline(self) -> str:
@@ -92,31 +88,6 @@ class DriveGains(Speaks):
         return np.exp(self.logarithms.values)
 
     @property
-    def known(self) -> dict[str, float]:
-        """What was known of the payload, by name: of the first mounting as in ``PAYLOAD``, then XX_L2 .. M_L2."""
-        return known_values(self.loads)
-
-    @property
-    def fit(self) -> Fit:
-        """How well the currents [A] are explained."""
-        return self.logarithms.fit
-
-    @property
-    def robust(self) -> RobustCovariance | None:
-        """Covariance of ln K that holds for autocorrelated noise."""
-        return self.logarithms.robust
-
-    @property
-    def relative_sigma(self) -> Array:
-        """Relative standard deviations by the formula, shape (n,)."""
-        return self.logarithms.sigma
-
-    @property
-    def relative_sigma_robust(self) -> Array | None:
-        """Relative standard deviations that hold for autocorrelated noise, where there is enough data for them."""
-        return self.logarithms.sigma_robust
-
-    @property
     def larger_relative_sigma(self) -> Array:
         """The larger of both, times ``disagreement``, shape (n,)."""
         return self.disagreement * self.logarithms.larger_sigma
@@ -127,36 +98,49 @@ class DriveGains(Speaks):
 
         The correlations are the robust ones where the robust deviations are the larger.
         """
-        if self.robust is None:
+        robust = self.logarithms.robust
+        if robust is None:
             return self.disagreement**2 * self.logarithms.covariance
-        own = self.robust.covariance
-        stretch = self.larger_relative_sigma / self.robust.sigma
-        return np.asarray(own * np.outer(stretch, stretch))
+        stretch = self.larger_relative_sigma / robust.sigma
+        return np.asarray(robust.covariance * np.outer(stretch, stretch))
 
     @cached_property
     def predictions(self) -> tuple[TorquePrediction, ...]:
         """Torques of a few recordings, current times gain, and what robot and weight predict: all were used."""
-        predictions = []
-        for problem, body in zip(self.posed, self.payloads[: len(self.posed)], strict=True):
-            settings = problem.source.processing
-            predictions += [
-                payload_prediction(problem, body, recording, settings, False)
-                for recording in problem.source.loaded[:DRAWN]
-            ]
-        return tuple(predictions[:DRAWN])
+        chosen = [
+            (problem, body, recording, problem.source.processing)
+            for problem, body in zip(self.posed, self.payloads, strict=False)
+            for recording in problem.source.loaded
+        ]
+        return tuple(payload_prediction(*one, held_out=False) for one in chosen[:DRAWN])
 
     @property
     def identified(self) -> tuple[bool, ...]:
         """Per joint, whether its gain is known to 5 % (1 sigma)."""
         return tuple(bool(sigma <= KNOWN_WELL) for sigma in self.larger_relative_sigma)
 
-    @property
-    def identifiability(self) -> tuple[str, ...]:
-        """Per joint, in words, what its gain rests on and whether that is enough."""
-        return tuple(
-            words + ("" if good else f"; too little, known to {100 * sigma:.0f} % only: keep the maker's gain")
-            for words, good, sigma in zip(self.rests_on, self.identified, self.larger_relative_sigma, strict=True)
-        )
+
+def identify_gains(
+    robot: Robot,
+    loaded: Sequence[Recording],
+    unloaded: Sequence[Recording],
+    load: KnownLoad | Sequence[KnownLoad],
+    mounting: Sequence[int] = (),
+    settings: Settings = DEFAULTS,
+) -> GainsResult:
+    """Identify drive gains from motor currents without and with a weight that is known, and judge them.
+
+    Args:
+        loaded: recordings with the weight, whose ``torque`` holds motor currents [A].
+        unloaded: the same without it.
+        load: the weight, or that of each mounting.
+        mounting: one number for each of ``loaded``; recordings with equal numbers share a centre of mass.
+
+    Raises:
+        InputError: if the recordings do not determine the gains.
+    """
+    check_lists(loaded, unloaded)
+    return answer_gains(gain_problem(robot, unloaded, loaded, settings, load, mounting), load).result
 
 
 def answer_gains(problem: GainProblem, load: KnownLoad | Sequence[KnownLoad]) -> DriveGains:
@@ -185,7 +169,7 @@ def answer_gains(problem: GainProblem, load: KnownLoad | Sequence[KnownLoad]) ->
 
         try:
             groups = [map(solve, group) for group in problem.deletions]
-            robust = jackknife(groups, -np.log(best.k), problem.block_length)
+            robust = jackknife(groups, -np.log(best.k), max(each.block_length for each in problem.posed))
         except InputError as error:
             reason = str(error)
     # The weight as the torques show it that the gains give; the gains' own errors are those of these recordings.
@@ -215,12 +199,11 @@ def answer_gains(problem: GainProblem, load: KnownLoad | Sequence[KnownLoad]) ->
         robot=problem.description,
         logarithms=logarithms,
         free_values=1.0 / free.k,
-        gravity=gravity_acts(problem.robot),
         rests_on=rests_on(problem.robot),
         loads=loads,
         payloads=tuple(map(InertialParameters, bodies)),
         without_robust=reason,
-        recordings=problem.recordings,
+        recordings=fingerprints(problem.source.unloaded, problem.source.loaded),
         mountings=problem.mountings,
         disagreement=max((diagnosis.disagreement for diagnosis in diagnoses), default=1.0),
         posed=posed,
@@ -254,32 +237,39 @@ def _evidence(
 def gains_result(gains: DriveGains) -> GainsResult:
     """Collect what ``gains`` answers."""
     processing = gains.source.processing if gains.source else gains.robot.processing
-    tens = [named(body.vector) for body in gains.payloads]
+    own, sigma, tens = (
+        gains.logarithms,
+        gains.larger_relative_sigma,
+        [named(body.vector) for body in gains.payloads],
+    )
     mountings = tuple(MountingDocument(name, ten) for name, ten in zip(gains.mountings.names, tens, strict=True))
     return GainsResult(
         robot=gains.robot.name,
         robot_title=gains.robot.title or UNSET,
         processing=ProcessingDocument.made(gains.robot, processing, ()),
         load=LoadDocument(
-            known=gains.known,
+            known=known_values(gains.loads),
             mass_sigma=max(load.mass_sigma for load in gains.loads),
             identified=tens[0],
             mountings=mountings if len(mountings) > 1 else UNSET,
         ),
         drive_gains=GainsTable(
             values=gains.values,
-            sigma=gains.values * gains.larger_relative_sigma,
-            relative_sigma=gains.larger_relative_sigma,
-            relative_sigma_formula=gains.relative_sigma,
-            relative_sigma_robust=gains.relative_sigma_robust,
+            sigma=gains.values * sigma,
+            relative_sigma=sigma,
+            relative_sigma_formula=own.sigma,
+            relative_sigma_robust=own.sigma_robust,
             relative_covariance=gains.larger_relative_covariance,
             without_constraints=gains.free_values,
             identified=gains.identified,
-            rests_on=tuple(gains.identifiability),
+            rests_on=tuple(
+                text + ("" if good else f"; too little, known to {100 * one:.0f} % only: keep the maker's gain")
+                for text, good, one in zip(gains.rests_on, gains.identified, sigma, strict=True)
+            ),
         ),
         fingerprints=gains.recordings,
-        robust=RobustDocument.made(gains.robust, gains.without_robust),
-        relative_residual=ResidualDocument.of(gains.fit),
+        robust=RobustDocument.made(own.robust, gains.without_robust),
+        relative_residual=ResidualDocument.of(own.fit),
         disagreement=gains.disagreement,
         verdict=VerdictDocument.made(gains.verdict),
     ).made_by(gains)

@@ -7,7 +7,6 @@ XX = 0 says that all mass lies on the x axis, and ZZ6 = 0 while YZ6 is not that 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 from msgspec import UNSET
@@ -45,7 +44,7 @@ from ..results.parts import (
     VerdictDocument,
 )
 from ..results.robot import RobotData, RobotResult
-from .system import DRAWN, ObservationSystem, TorquePrediction, joined, observed, robot_prediction
+from .system import DRAWN, ObservationSystem, TorquePrediction, joined, robot_prediction
 
 _UNLIKELY = 0.01
 """A smaller p-value says that the data contradict everything possible with these zeros."""
@@ -155,7 +154,6 @@ class Identification(Speaks):
         without_robust: why there are no robust standard deviations although they were asked for.
         gains: uncertainty of the drive gains; None where they are taken as exact.
         recordings: what was fitted.
-        unseen: equations of recordings that were not used.
     """
 
     robot: Robot
@@ -163,13 +161,12 @@ class Identification(Speaks):
     problem: Equations
     estimate: Estimate
     elimination: Elimination
-    validation: Fit | None
+    processing: Processing
     without_robust: str = ""
     gains: Gains | None = None
+    validation: Fit | None = None
     recordings: tuple[Recording, ...] = ()
     held_out: tuple[Recording, ...] = ()
-    processing: Processing | None = None
-    unseen: Equations | None = None
 
     @property
     def headline(self) -> str:
@@ -189,7 +186,7 @@ class Identification(Speaks):
     @cached_property
     def verdict(self) -> Verdict:
         """Whether the parameters may be used, and why not."""
-        source = Source((), self.recordings, self.processing or self.robot.processing)
+        source = Source((), self.recordings, self.processing)
         return robot_verdict(self.robot, source, self.problem, self.estimate)
 
     @cached_property
@@ -205,11 +202,10 @@ class Identification(Speaks):
     @cached_property
     def predictions(self) -> tuple[TorquePrediction, ...]:
         """Torques as the parameters predict them: of what was held out, else of what was fitted; a few."""
-        chosen = (self.held_out or self.recordings)[:DRAWN]
-        settings, held_out = self.processing or self.robot.processing, bool(self.held_out)
-        values = self.estimate.values
+        values, held_out = self.estimate.values, bool(self.held_out)
         return tuple(
-            robot_prediction(self.robot, self.base, values, recording, settings, held_out) for recording in chosen
+            robot_prediction(self.robot, self.base, values, recording, self.processing, held_out)
+            for recording in (self.held_out or self.recordings)[:DRAWN]
         )
 
 
@@ -239,28 +235,6 @@ def identify(
     problem = base_problem(robot, base, recordings, settings)
     gains = settings.gains if gains is None else gains
     gains = usual_gains(robot, recordings) if gains is None else gains
-    result = identified(robot, base, problem, settings, gains)
-    unseen = None
-    if validation:
-        unseen = base_problem(robot, base, validation, replace(settings, robust=False), check=False)
-    return replace(
-        result,
-        validation=fit(unseen, result.estimate.values) if unseen is not None else None,
-        recordings=tuple(recordings),
-        held_out=tuple(validation),
-        processing=settings.processing_of(robot),
-        unseen=unseen,
-    )
-
-
-def identified(
-    robot: Robot,
-    base: BaseParameters,
-    problem: Equations,
-    settings: Settings = DEFAULTS,
-    gains: Gains | None = None,
-) -> Identification:
-    """Identify from equations that are reduced already, in blocks of time where ``robust``; else as there."""
     covariance = gains.covariance(len(problem.factors)) if gains is not None else None
     estimate = replace(weighted(problem), gain_covariance=covariance)
     elimination, reason = eliminate(problem, estimate, settings.essential), ""
@@ -271,7 +245,23 @@ def identified(
             estimate, part = (_with_robust(problem, one) for one in (estimate, part))
         except InputError as error:
             reason = str(error)
-    return Identification(robot, base, problem, estimate, replace(elimination, estimate=part), None, reason, gains)
+    check = None
+    if validation:
+        unseen = base_problem(robot, base, validation, replace(settings, robust=False), check=False)
+        check = fit(unseen, estimate.values)
+    return Identification(
+        robot=robot,
+        base=base,
+        problem=problem,
+        estimate=estimate,
+        elimination=replace(elimination, estimate=part),
+        processing=settings.processing_of(robot),
+        without_robust=reason,
+        gains=gains,
+        validation=check,
+        recordings=tuple(recordings),
+        held_out=tuple(validation),
+    )
 
 
 def _with_robust(problem: Equations, estimate: Estimate) -> Estimate:
@@ -297,9 +287,8 @@ def identification_system(
         result: of ``identify`` with these recordings and settings.
         recordings: without payload.
     """
-    observations = observed(Observer(result.robot, result.base.columns), recordings, processing)
-    loaded = [False] * len(recordings)
-    return joined(observations, recordings, loaded, result.estimate.weights, result.problem)
+    observer, loaded = Observer(result.robot, result.base.columns), [False] * len(recordings)
+    return joined(observer, recordings, loaded, result.estimate.weights, result.problem, processing)
 
 
 def robot_result(
@@ -315,29 +304,12 @@ def robot_result(
     raw, scaled = problem.condition_numbers()
     labels = dict(zip(estimate.names, base.names, strict=True))
     used = result.recordings[0].gains if result.recordings else ()
-    columns: dict[str, Any] = {
-        "name": base.names,
-        "grouping": base.groupings(),
-        "value": estimate.values,
-        "sigma": estimate.sigma,
-        "relative_sigma_percent": estimate.relative_sigma_percent,
-        "sigma_robust": estimate.sigma_robust,
-        "interval95": estimate.interval95,
-        "interval95_robust": estimate.robust_interval95,
-        "sigma_by_gains": estimate.sigma_by_gains,
-        "interval95_with_gains": estimate.interval95_with_gains,
-        "essential": [name in result.essential for name in estimate.names],
-    }
-    rows: list[dict[str, Any]] = [
-        {key: None if column is None else column[k] for key, column in columns.items()}
-        for k in range(len(estimate.names))
-    ]
     return RobotResult(
         robot=robot.name,
         robot_title=robot.title or UNSET,
         joints=tuple(joint.kind for joint in robot.joints),
         fingerprint=robot.fingerprint,
-        processing=ProcessingDocument.made(robot, result.processing or robot.processing, used),
+        processing=ProcessingDocument.made(robot, result.processing, used),
         data=RobotData(
             rows_per_joint=problem.rows,
             degrees_of_freedom=estimate.degrees_of_freedom,
@@ -350,7 +322,15 @@ def robot_result(
         covariance=estimate.covariance,
         covariance_robust=estimate.robust.covariance if estimate.robust else None,
         robust=RobustDocument.made(estimate.robust, result.without_robust),
-        base_parameters=tuple(ParameterDocument(**row) for row in rows),
+        base_parameters=ParameterDocument.rows(
+            estimate,
+            name=base.names,
+            grouping=base.groupings(),
+            interval95=estimate.interval95,
+            interval95_robust=estimate.robust_interval95,
+            interval95_with_gains=estimate.interval95_with_gains,
+            essential=[name in result.essential for name in estimate.names],
+        ),
         elimination=EliminationDocument.made(result.elimination, result.warnings, labels),
         constrained=PossibleRobotDocument.made(constrained, base) if constrained is not None else None,
         chi2_by="formula" if estimate.robust is None else "jackknife",

@@ -4,28 +4,92 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from ...common.errors import InputError
-from ...model import Recording
+from ...model import Recording, Robot
 from ..diagnosis.evidence import Agreement, Diagnosis, Evidence, Weighed
 from ..diagnosis.finding import Verdict
 from ..diagnosis.verdict import allowing as allowing_for
 from ..diagnosis.verdict import by_all_recordings, diagnose, judge
 from ..equations.equations import PAYLOAD, merged
 from ..fit.drive_gains import Gains, usual_gains
-from ..fit.estimate import fit
+from ..fit.estimate import Estimate, fit
 from ..fit.least_squares import weighted
 from ..fit.own_equations import base_problem
-from ..fit.settings import Settings
-from ..payload.constrained import ConstrainedPayload, constrain_payload
+from ..fit.settings import DEFAULTS, Settings
 from ..payload.long_motion import LongMotion
-from ..payload.methods import METHODS, PayloadProblem, essential_combined, payload_estimate, usable_methods
-from ..payload.repeats import repeats_of, widened
-from ..payload.result import PayloadEstimate, in_payload_frame
+from ..payload.methods import METHODS, PayloadProblem, payload_estimate, usable_methods
+from ..payload.problem import payload_problem
+from ..payload.repeats import repeats_of
+from ..payload.result import ConstrainedPayload, PayloadEstimate, constrain_payload, in_payload_frame, widened
 from ..payload.short_motion import ShortMotion
+from ..payload.weighing import difference_weighing, known_robot_weighing
 from ..possible.cone import SolverError
 from ..possible.constraints import Constraint, KnownMass
 from ..possible.payload import POSSIBLE
-from .identification import elimination_warnings
+from ..results.payload import PayloadResult
+from ..results.robot import RobotResult
 from .payload_answer import PayloadAnswer
+
+
+def identify_payload(
+    robot: Robot,
+    loaded: Sequence[Recording],
+    unloaded: Sequence[Recording] = (),
+    known: RobotResult | Estimate | None = None,
+    constraints: Sequence[Constraint] = POSSIBLE,
+    settings: Settings = DEFAULTS,
+) -> PayloadResult:
+    """Identify a payload from motions of every joint, by the paper's four methods (22) to (30), and judge it.
+
+    Args:
+        loaded: recordings with the payload.
+        unloaded: recordings without; the k-th of the same trajectory as the k-th of ``loaded`` for method 3.
+        known: the robot's parameters from an earlier identification, instead of ``unloaded`` or beside them: its
+            result, or the estimate of the same robot's base parameters.
+        constraints: what is known of the payload; that it can exist is always demanded.
+
+    Raises:
+        InputError: if the recordings cannot be used, or show no payload.
+        SolverError: if no body that holds the constraints comes near the data.
+    """
+    check_lists(loaded, unloaded)
+    robot, stored = _described(robot, known)
+    problem = payload_problem(robot, loaded, unloaded, stored, settings)
+    return answer_payload(problem, constraints=constraints).result
+
+
+def weigh(
+    robot: Robot,
+    loaded: Sequence[Recording],
+    unloaded: Sequence[Recording] = (),
+    known: RobotResult | Estimate | None = None,
+    constraints: Sequence[Constraint] = POSSIBLE,
+    settings: Settings = DEFAULTS,
+) -> PayloadResult:
+    """Identify what a short motion near one pose shows of a payload, and judge each quantity.
+
+    Torque differences answer where there are recordings without payload; the robot's parameters, where they are
+    known too, are compared with them. Other arguments as of ``identify_payload``.
+
+    Args:
+        unloaded: recordings without payload; one for all, or one for each of ``loaded`` in the same order.
+
+    Raises:
+        InputError: if the recordings cannot be used, or nothing shows the mass.
+        SolverError: if no body that holds the constraints comes near the data.
+    """
+    check_lists(loaded, unloaded)
+    problems, (robot, stored) = [], _described(robot, known)
+    if unloaded:
+        problems.append(difference_weighing(robot, loaded, unloaded, settings))
+    if stored is not None:
+        problems.append(known_robot_weighing(robot, loaded, stored, settings))
+    if not problems:
+        raise InputError(
+            "give recordings without payload or the robot's parameters: without either nothing can be compared"
+        )
+    settings.progress("estimating")
+    first, *others = problems
+    return answer_payload(first, constraints=constraints, gains=settings.gains, others=others).result
 
 
 def answer_payload(
@@ -104,11 +168,7 @@ def answer_payload(
     if failures and not constrained:
         failure = next(failures[estimate.method] for estimate in free if estimate.method in failures)
         raise failure.naming(*failure.demands, *(verdict.reasons if verdict.level == "do_not_use" else ()))
-    answer = replace(answer, verdict=verdict)
-    if isinstance(problem, LongMotion) and any(payload.method == 4 for payload in constrained):
-        elimination = essential_combined(problem, problem.settings.essential)
-        answer = replace(answer, elimination=elimination, warnings=elimination_warnings(problem, elimination))
-    return answer
+    return replace(answer, verdict=verdict)
 
 
 def _identified(
@@ -179,3 +239,18 @@ def _without_friction(problem: PayloadProblem) -> list[Agreement]:
     except InputError:
         return []
     return [Agreement("friction not freed", float(values[9]), values[6:9] / values[9], counts=False)]
+
+
+def check_lists(*groups: Sequence[Recording]) -> None:
+    """Refuse a recording where a list of them is meant."""
+    if any(isinstance(group, Recording) for group in groups):
+        raise InputError("a single recording: give a list of recordings, [recording]")
+
+
+def _described(robot: Robot, known: RobotResult | Estimate | None) -> tuple[Robot, Estimate | None]:
+    """The robot as an earlier identification described it, which must be of this one, and its parameters."""
+    if isinstance(known, RobotResult):
+        return known.applied_to(robot), known.estimate
+    if known is not None and not isinstance(known, Estimate):
+        raise InputError(f"known: give the result or the estimate of an identification, not {type(known).__name__}")
+    return robot, known

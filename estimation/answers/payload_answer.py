@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 from msgspec import UNSET
@@ -23,15 +23,11 @@ from ..fit.essential import Elimination
 from ..fit.estimate import Estimate, Fit, error_model
 from ..fit.least_squares import Excitation, excitation
 from ..payload.by_joints import ByJoints
-from ..payload.constrained import ConstrainedPayload
 from ..payload.long_motion import LongMotion
-from ..payload.methods import PayloadProblem, combined
-from ..payload.recommended import Recommendation, recommended_method
+from ..payload.methods import PayloadProblem, combined, essential_combined, recommended_method
 from ..payload.repeats import Repeats
-from ..payload.result import PayloadEstimate
-from ..payload.ripple import RIPPLE_CHANCE
+from ..payload.result import ConstrainedPayload, PayloadEstimate, StandIn
 from ..payload.short_motion import ShortMotion
-from ..payload.stand_in import StandIn
 from ..possible.constraints import KnownMass
 from ..possible.payload import Weighing
 from ..results.parts import (
@@ -53,13 +49,12 @@ from ..results.payload import (
     PossibleEstimate,
     Quantity,
     Recommended,
-    RepeatsDocument,
-    RippleDocument,
     VisibilityDocument,
     WeighedDocument,
     mass_by_joints,
     named,
 )
+from .identification import elimination_warnings
 from .system import DRAWN, TorquePrediction, payload_prediction, robot_prediction
 
 _UNKNOWN = np.full(10, np.nan)
@@ -83,8 +78,6 @@ class PayloadAnswer(Speaks):
             intervals.
         left_out: method -> why it gave no estimate.
         validation: fit of the robot's own parameters on recordings that were held out.
-        elimination: essential parameters of robot and payload together, where method 4 was used.
-        warnings: what speaks against a robot or payload with the eliminated parameters zero.
         held_out: recordings without payload of ``validation``.
         agreement: other ways to the numbers of a short motion.
         repeats: of several recordings of a short motion, each of them alone.
@@ -100,8 +93,6 @@ class PayloadAnswer(Speaks):
     scale: KnownMass | None = None
     gains: Gains | None = None
     validation: Fit | None = None
-    elimination: Elimination | None = None
-    warnings: tuple[str, ...] = ()
     held_out: tuple[Recording, ...] = ()
     agreement: tuple[Agreement, ...] = ()
     repeats: Repeats | None = None
@@ -117,19 +108,15 @@ class PayloadAnswer(Speaks):
         """What it comes to, as ``--json`` writes it: ``answer.result.mass.low``."""
         return payload_result(self).made_by(self)
 
-    def export(self, to: str, despite_verdict: bool = False) -> str:
-        """The payload in the format of a controller or a simulator, at the flange: ``PayloadResult.export``."""
-        return self.result.export(to, despite_verdict)
-
-    @property
-    def recommendation(self) -> Recommendation:
-        """Which method to use, of those that found a payload that can exist, and why."""
+    @cached_property
+    def recommendation(self) -> tuple[int, str]:
+        """Method to use, of those that found a payload that can exist, and why."""
         return recommended_method(self.problem, [payload.method for payload in self.constrained or self.estimates])
 
     @property
     def recommended(self) -> ConstrainedPayload:
         """The one to use: of method 3 where a pair ran one path, else of the first of 4, 1, 2 that is there."""
-        return next(payload for payload in self.constrained if payload.method == self.recommendation.method)
+        return next(payload for payload in self.constrained if payload.method == self.recommendation[0])
 
     @property
     def possible(self) -> ConstrainedPayload | None:
@@ -139,7 +126,7 @@ class PayloadAnswer(Speaks):
     @property
     def free(self) -> PayloadEstimate:
         """The free estimate of the method to use."""
-        return next(estimate for estimate in self.estimates if estimate.method == self.recommendation.method)
+        return next(estimate for estimate in self.estimates if estimate.method == self.recommendation[0])
 
     @property
     def short(self) -> ShortMotion:
@@ -269,6 +256,20 @@ class PayloadAnswer(Speaks):
         return Weighing(self.scale.mass, self.scale.sigma, float(model.values[k]), sigma, model.degrees_of_freedom)
 
     @cached_property
+    def elimination(self) -> Elimination | None:
+        """Essential parameters of robot and payload together, where method 4 was used."""
+        if not isinstance(self.problem, LongMotion) or all(payload.method != 4 for payload in self.constrained):
+            return None
+        return essential_combined(self.problem, self.problem.settings.essential)
+
+    @cached_property
+    def warnings(self) -> tuple[str, ...]:
+        """What speaks against a robot or payload with the eliminated parameters zero."""
+        if not isinstance(self.problem, LongMotion) or self.elimination is None:
+            return ()
+        return elimination_warnings(self.problem, self.elimination)
+
+    @cached_property
     def excitation(self) -> Excitation | None:
         """How well robot and payload are excited together (30); None without the robot's own equations."""
         if not isinstance(self.problem, LongMotion) or self.problem.unloaded is None:
@@ -300,98 +301,80 @@ class PayloadAnswer(Speaks):
 def payload_result(answer: PayloadAnswer) -> PayloadResult:
     """Collect what ``payload`` and ``weigh`` answer; a number that was not determined is nan or None."""
     problem, flange, source = answer.problem, answer.problem.robot.flange_pose, answer.problem.source
-    robot, processing = problem.robot, source.processing
-    more: dict[str, Any] = {}
-    if isinstance(problem, ShortMotion):
-        more = _weighing(answer, problem)
-    else:
-        # Of robot and payload together, as in Table 2, where method 4 was used.
-        names, steps = dict(zip(problem.base.columns, problem.base.names, strict=True)), answer.elimination
-        more["essential"] = EliminationDocument.made(steps, answer.warnings, names) if steps else None
-        more["left_out"] = {str(method): reason for method, reason in answer.left_out.items()}
-    if flange is not None:
-        degrees = np.degrees(flange.rpy) + 0.0
-        more["flange_in_payload_frame"] = FlangeDocument(flange.p, degrees, robot.sources.get("flange", ""))
-    if answer.gains is not None:
-        more["gain_sigma"] = GainErrorsDocument.made(answer.gains)
-    if answer.scale is not None:
-        more["scale"] = answer.scale.mass, answer.scale.sigma
-    worst = worst_joint(answer.by_joints, answer.mass)
+    robot, gains, worst = problem.robot, answer.gains, worst_joint(answer.by_joints, answer.mass)
+    place = robot.sources.get("flange", "")
     return PayloadResult(
         robot=robot.name,
         robot_title=robot.title or UNSET,
         frame=robot.payload_frame,
+        flange_in_payload_frame=FlangeDocument(flange.p, np.degrees(flange.rpy) + 0.0, place) if flange else UNSET,
         rated_payload_kg=robot.rated_payload,
-        processing=ProcessingDocument.made(robot, processing, source.loaded[0].gains),
-        relative_residual=_residual(answer),
-        data=_data(answer),
+        processing=ProcessingDocument.made(robot, source.processing, source.loaded[0].gains),
         estimates=_estimates(answer),
         recommended=Recommended(
-            answer.free.method, "constrained" if answer.constrained else "wls", answer.recommendation.reason
+            answer.free.method, "constrained" if answer.constrained else "wls", answer.recommendation[1]
         ),
+        gain_sigma=GainErrorsDocument.made(gains) if gains is not None else UNSET,
         mass_by_joints=mass_by_joints(answer.by_joints),
         joint_that_agrees_least=worst.text if worst else None,
         quantities=_quantities(answer),
         verdict=VerdictDocument.made(answer.verdict),
-        **more,
+        scale=(answer.scale.mass, answer.scale.sigma) if answer.scale is not None else UNSET,
+        **(_of_long(answer, problem) if isinstance(problem, LongMotion) else _of_short(answer, problem)),
     )
 
 
-def _weighing(answer: PayloadAnswer, short: ShortMotion) -> dict[str, Any]:
-    """Collect the keys of a short motion."""
-    body, stand_in, repeats = answer.assumed, answer.stand_in, answer.repeats
-    drift, drift_sigma = (repeats.drift if repeats is not None else None) or (None, None)
+def _of_long(answer: PayloadAnswer, long: LongMotion) -> dict[str, Any]:
+    """Keys of a long motion: the residual is that of the robot's own parameters."""
+    fit, check, steps, bare = answer.robot_fit, answer.validation, answer.elimination, long.unloaded
+    differing = {3, 4} | ({1} if long.corrected and not long.settings.free_friction else set())
+    differs = bool(long.friction) and any(estimate.method in differing for estimate in answer.estimates)
+    # Of robot and payload together, as in Table 2, where method 4 was used.
+    names = dict(zip(long.base.columns, long.base.names, strict=True))
     return {
+        "relative_residual": ResidualDocument(
+            fit.relative if fit else None,
+            fit.relative_per_joint if fit else None,
+            ResidualDocument.of(check) if check else None,
+        ),
+        "data": _data(
+            long,
+            bare,
+            equations=(bare or long.loaded).equations,
+            equations_loaded=long.loaded.equations,
+            base_parameters=len(long.base.columns),
+            friction="may differ" if differs else "own",
+        ),
+        "essential": EliminationDocument.made(steps, answer.warnings, names) if steps else None,
+        "left_out": {str(method): reason for method, reason in answer.left_out.items()},
+    }
+
+
+def _of_short(answer: PayloadAnswer, short: ShortMotion) -> dict[str, Any]:
+    """Keys of a short motion: the residual is the payload's."""
+    body, stand_in, loaded = answer.assumed, answer.stand_in, short.loaded
+    friction = "free" if short.known is None else "may differ" if short.held.held else "own"
+    unexplained = answer.free.unexplained(short.torque_rms)
+    return {
+        "relative_residual": ResidualDocument(answer.free.estimate.fit.relative, unexplained, None),
+        "data": _data(short, loaded.select(PAYLOAD), equations=loaded.equations, friction=friction),
         "joints": tuple(short.joints),
         "visibility": VisibilityDocument.of(short.visibility),
         "constant_torques": ConstantTorques(tuple(j + 1 for j in short.held.joints), short.held.sigma),
-        "ripple": tuple(
-            RippleDocument.of(wave, source=run.source, probability_by_noise=RIPPLE_CHANCE)
-            for run in short.runs
-            for wave in run.ripple
-        ),
+        "ripple": tuple(wave for run in short.runs for wave in run.ripple),
         "mass_from_scale": answer.free.from_scale,
         "agreement": tuple(map(AgreementDocument.of, answer.agreement)),
-        "repeats": RepeatsDocument.of(repeats, drift_per_recording=drift, drift_sigma=drift_sigma)
-        if repeats is not None
-        else None,
+        "repeats": answer.repeats,
         "assumed": Assumed(stand_in.description, body.named()) if stand_in and body else None,
     }
 
 
-def _residual(answer: PayloadAnswer) -> ResidualDocument:
-    """Residual of the robot's own parameters; of a short motion, the payload's."""
-    check, fit, problem = answer.validation, answer.robot_fit, answer.problem
-    if isinstance(problem, ShortMotion):
-        own = answer.free.estimate.fit
-        return ResidualDocument(own.relative, answer.free.unexplained(problem.torque_rms), None)
-    return ResidualDocument(
-        fit.relative if fit else None,
-        fit.relative_per_joint if fit else None,
-        ResidualDocument.of(check) if check else None,
-    )
-
-
-def _data(answer: PayloadAnswer) -> PayloadData:
+def _data(problem: PayloadProblem, solved: Equations | None, **more: Any) -> PayloadData:
     """The equations of the robot; of a short motion, of the payload."""
-    problem, pairs = answer.problem, answer.problem.pairs
+    pairs = problem.pairs
     worst = max(pairs, key=lambda pair: pair.max_mismatch, default=None)
-    solved: Equations | None
-    friction: Literal["own", "may differ", "free"] = "own"
-    if isinstance(problem, ShortMotion):
-        solved, count, more = problem.loaded.select(PAYLOAD), problem.loaded.equations, dict[str, int]()
-        differs = bool(problem.held.held)
-        friction = "free" if problem.known is None else "may differ" if differs else "own"
-    else:
-        solved, loaded = problem.unloaded, problem.loaded.equations
-        count = solved.equations if solved else loaded
-        more = {"equations_loaded": loaded, "base_parameters": len(problem.base.columns)}
-        differing = {3, 4} | ({1} if problem.corrected and not problem.settings.free_friction else set())
-        differs = bool(problem.friction) and any(estimate.method in differing for estimate in answer.estimates)
-        friction = "may differ" if differs else "own"
     raw, scaled = solved.condition_numbers() if solved else (None, None)
     return PayloadData(
-        equations=count,
         rate=problem.source.rate,
         cutoff=problem.source.processing.cutoff,
         lag_s=pairs[0].lag if pairs else None,
@@ -400,7 +383,6 @@ def _data(answer: PayloadAnswer) -> PayloadData:
         rms_position_mismatch_rad=worst.rms_mismatch if worst else None,
         condition_number=raw,
         condition_number_scaled=scaled,
-        friction=friction,
         **more,
     )
 

@@ -9,13 +9,13 @@ from numpy.typing import NDArray
 from ...common.arrays import Array
 from ...common.brief import Brief
 from ...model import BaseParameters, InertialParameters, Processing, Recording, Robot
-from ..equations.equations import Equations
+from ..equations.equations import PAYLOAD, Equations
 from ..equations.observer import Observation, Observer
 from ..fit.blocks import autocorrelation
 from ..fit.own_equations import filtered
-from ..payload.equations import loaded_observer
 from ..payload.long_motion import LongMotion
 from ..payload.methods import PayloadProblem, combined, from_robot
+from ..payload.problem import loaded_observer
 from ..signals.filtering import measurement
 
 DRAWN = 3
@@ -191,42 +191,39 @@ def payload_system(
         problem: of ``payload_problem`` with these recordings and settings.
         unloaded: recordings without; their rows have zeros in the payload's columns.
     """
-    robot, base, columns = problem.robot, problem.base, problem.loaded.columns
-    observer = loaded_observer(robot, base)
-    own, more = observed(observer.only(base.columns), unloaded, processing), len(columns) - len(base.columns)
-    observations = [
-        replace(one, columns=columns, W=tuple(np.pad(part, ((0, 0), (0, more))) for part in one.W)) for one in own
-    ]
-    observations += observed(observer, loaded, processing)
-    flags = [False] * len(unloaded) + [True] * len(loaded)
     reduced, known = problem.loaded, problem.known
     if problem.unloaded is not None:
         weights, known = combined(problem).weights, None
         reduced = problem.both
     else:
         weights = from_robot(problem).weights()
-    system = joined(observations, [*unloaded, *loaded], flags, weights, reduced)
+    observer = loaded_observer(problem.robot, problem.base)
+    recordings, flags = [*unloaded, *loaded], [False] * len(unloaded) + [True] * len(loaded)
+    system = joined(observer, recordings, flags, weights, reduced, processing)
     return replace(system, known=known.values if known is not None else None)
 
 
-def observed(observer: Observer, recordings: Sequence[Recording], processing: Processing) -> list[Observation]:
-    """The equations of recordings, each held whole."""
-    return [observer.observe(data, processing) for data in filtered(recordings, processing)]
-
-
 def joined(
-    observations: Sequence[Observation],
+    observer: Observer,
     recordings: Sequence[Recording],
     loaded: Sequence[bool],
     weights: Array,
     reduced: Equations,
+    processing: Processing,
 ) -> ObservationSystem:
-    """The system of recordings one after the other; ``loaded``: whether each is with payload."""
+    """The system of recordings one after the other, each held whole; ``loaded``: whether each is with payload."""
+    observations = [observer.observe(data, processing) for data in filtered(recordings, processing)]
+    bare = np.array([name not in PAYLOAD for name in reduced.columns], dtype=float)
+    W = [
+        part if heavy else part * bare
+        for observation, heavy in zip(observations, loaded, strict=True)
+        for part in observation.W
+    ]
     counts = [[len(Y) for Y in observation.Y] for observation in observations]
     totals = [sum(rows) for rows in counts]
     return ObservationSystem(
         columns=reduced.columns,
-        W=np.concatenate([W for observation in observations for W in observation.W]),
+        W=np.concatenate(W),
         Y=np.concatenate([Y for observation in observations for Y in observation.Y]),
         joint=np.concatenate([np.repeat(np.arange(1, len(rows) + 1), rows) for rows in counts]),
         recording=np.repeat(np.arange(len(totals)), totals),

@@ -321,9 +321,9 @@ def drift(evidence: Evidence) -> Iterator[Finding]:
     A trend with p below 0.05 that leaves the mass's interval: spoils all; noted within.
     """
     repeats = evidence.weighed.repeats if evidence.weighed is not None else None
-    if repeats is None or not repeats.drifts or repeats.drift is None:
+    step, sigma = (repeats.drift_per_recording, repeats.drift_sigma) if repeats is not None else (None, None)
+    if repeats is None or not repeats.drifts or step is None or sigma is None:
         return
-    step, sigma = repeats.drift
     text = f"the mass drifts by {step:+.3g} ± {sigma:.2g} kg from recording to recording: warm the robot up first"
     across = abs(step) * (len(repeats.masses) - 1)
     if evidence.spread is not None and across <= 2.0 * NORMAL95 * evidence.spread.mass:

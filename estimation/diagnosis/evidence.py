@@ -10,10 +10,9 @@ from ...model.inertia import PayloadSpread
 from ..fit.estimate import Estimate, Fit
 from ..gains.current_side import RelativeScales
 from ..payload.by_joints import ByJoints
-from ..payload.constrained import ConstrainedPayload
 from ..payload.long_motion import Source
 from ..payload.repeats import Repeats
-from ..payload.result import PayloadEstimate
+from ..payload.result import ConstrainedPayload, PayloadEstimate
 from ..signals.alignment import AlignedPair
 from .engine import Effect
 

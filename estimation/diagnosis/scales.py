@@ -48,7 +48,7 @@ def scales(problem: LongMotion, weights: Array) -> tuple[Effect, ...]:
         weights: of the joints.
     """
     bare, loaded = problem.unloaded, problem.loaded
-    if problem.scale is not None or problem.bare is None or bare is None or not loaded.blocks:
+    if problem.settings.scale_sigma > 0.0 or problem.bare is None or bare is None or not loaded.blocks:
         return ()
     names, robot = bare.columns, problem.bare.values
     b, c, n = len(names), len(names) + len(PAYLOAD), problem.robot.n

@@ -18,8 +18,7 @@ from ..fit.estimate import Estimate
 from ..payload.by_joints import payload_by_joints
 from ..payload.long_motion import LongMotion, Source
 from ..payload.methods import PayloadProblem
-from ..payload.repeats import moved, reaching, widened
-from ..payload.result import PayloadEstimate
+from ..payload.result import PayloadEstimate, moved, reaching, widened
 from ..payload.short_motion import ShortMotion
 from . import checks
 from .causes import SUSPICIOUS, alternatives, likely_causes, other_readings

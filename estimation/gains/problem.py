@@ -7,6 +7,7 @@ from functools import cached_property
 import numpy as np
 
 from ...common.arrays import Array
+from ...common.brief import Brief
 from ...common.errors import InputError
 from ...common.linear import least_squares
 from ...model import BaseParameters, Recording, Robot, standard_columns, standard_regressor
@@ -14,9 +15,9 @@ from ...model.base.rank import random_states
 from ...model.drives import SPRING, parameter_kind
 from ...model.kernel.kernel import Kernel
 from ..equations.equations import Equations, merged
-from ..fit.drive_gains import Fingerprints, fingerprints
 from ..fit.settings import DEFAULTS, Settings
-from ..payload.long_motion import LongMotion, Source, check_blocks, payload_problem
+from ..payload.long_motion import LongMotion, Source, check_blocks
+from ..payload.problem import payload_problem
 from ..payload.result import in_payload_frame
 from .current_side import CurrentFit, current_weights, gauss_newton
 from .known_load import KnownLoad, Mountings, known_mass, known_values, payload_columns
@@ -25,8 +26,8 @@ _SHOWN = 0.05  # of a joint's squared residual: what a payload that is there tak
 _USUAL = 10.0  # N·m/A: the size of an arm's gains, so that checks of torques see torques; divided out again
 
 
-@dataclass(frozen=True)
-class GainProblem:
+@dataclass(frozen=True, repr=False)
+class GainProblem(Brief):
     """Equations i_j = k_j (W_j chi + W_Lj chi_L) + rho_j, motor by motor, k_j = 1 / K_j.
 
     Of coupled drives W_j are the rows of the motors on the joint side; a known spring is a column of W whose
@@ -68,40 +69,27 @@ class GainProblem:
         """Per joint, one over the standard deviation of its current's error [1/A]."""
         return current_weights(self.equations)
 
-    @property
-    def block_length(self) -> float:
-        """Shortest length of the blocks of time [s]."""
-        return max(problem.block_length for problem in self.posed)
-
-    @property
-    def recordings(self) -> Fingerprints:
-        """By which later recordings are known for the same."""
-        return fingerprints(self.source.unloaded, self.source.loaded)
-
     def posed_by(self, K: Array) -> tuple[LongMotion, ...]:
         """Each mounting's payload problem with torques that gains K give."""
-        ratio, posed = K / np.array(self.posed_with), []
-        for problem in self.posed:
-            source = problem.source
-            rescaled = replace(
+        ratio, coupling = K / np.array(self.posed_with), self.robot.coupling
+
+        def rescaled(recordings: Sequence[Recording]) -> tuple[Recording, ...]:
+            """Recordings of joint torques, each motor's torque times its ratio."""
+            motors = (replace(r, torque=coupling.motor_torques(r.torque)) if coupling else r for r in recordings)
+            return tuple(_with_gains(self.robot, recording, ratio) for recording in motors)
+
+        return tuple(
+            replace(
                 problem,
                 loaded=_times(problem.loaded, ratio),
                 unloaded=_times(problem.unloaded, ratio) if problem.unloaded else None,
                 difference=_times(problem.difference, ratio) if problem.difference else None,
-                stretches=tuple(_times(stretch, ratio) for stretch in problem.stretches),
-                source=source._replace(
-                    loaded=tuple(self._rescaled(recording, ratio) for recording in source.loaded),
-                    unloaded=tuple(self._rescaled(recording, ratio) for recording in source.unloaded),
+                source=problem.source._replace(
+                    loaded=rescaled(problem.source.loaded), unloaded=rescaled(problem.source.unloaded)
                 ),
             )
-            posed.append(rescaled)
-        return tuple(posed)
-
-    def _rescaled(self, recording: Recording, ratio: Array) -> Recording:
-        """A recording of joint torques, each motor's torque times its ratio."""
-        coupling = self.robot.coupling
-        motors = coupling.motor_torques(recording.torque) if coupling else recording.torque
-        return _with_gains(self.robot, replace(recording, torque=motors), ratio)
+            for problem in self.posed
+        )
 
 
 def gain_problem(
@@ -136,14 +124,15 @@ def gain_problem(
         """The payload problem of each mounting, with joint torques that gains K would give."""
         with_load = [_with_gains(robot, recording, K) for recording in loaded]
         without = [_with_gains(robot, recording, K) for recording in unloaded]
-        problems = []
-        for group in mountings.groups:
-            own, others = (
+        return tuple(
+            payload_problem(
+                robot,
                 [with_load[k] for k in group],
                 [without[k] for k in group] if mountings.paired else without,
+                settings=replace(settings, robust=robust),
             )
-            problems.append(payload_problem(robot, own, others, settings=replace(settings, robust=robust)))
-        return tuple(problems)
+            for group in mountings.groups
+        )
 
     K = np.full(robot.n, _USUAL)
     equations = _times(merged(_together(posed(K, robust=False), mountings)), 1.0 / K)

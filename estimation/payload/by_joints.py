@@ -5,15 +5,16 @@ By torque differences (29) where there are pairs, otherwise by the loaded torque
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 from typing import NamedTuple
 
 import numpy as np
 from scipy.linalg import block_diag
 
 from ...common.arrays import Array
+from ...common.brief import Brief
 from ...common.errors import InputError
-from ...common.linear import Decomposition, decomposed
+from ...common.linear import decomposed
 from ..equations.equations import PAYLOAD
 from ..fit.covariance import jackknife, student95
 from ..fit.linear_problem import LinearProblem
@@ -24,109 +25,13 @@ _BLURRED = 0.05
 """Share of noise in the torque that the other joints' payload predicts, above which a factor on it says nothing."""
 _HIDDEN = 1e-6
 """Share of the mass in undetermined directions above which it is not visible."""
-
-
-class Number(NamedTuple):
-    """``variance`` by the formula; ``lasting``: the part of it that no block of time shows."""
-
-    value: float
-    variance: float
-    lasting: float = 0.0
-
-
-class JointEquations(NamedTuple):
-    """Per joint weighted factors [W_L Y] of the payload, and W of what was taken off.
-
-    ``covariance`` of the parameters taken off; ``lasting``: of them, what no block of time shows.
-    """
-
-    payload: tuple[Array, ...]
-    taken: tuple[Array, ...]
-    covariance: Array
-    lasting: Array
-    rows: tuple[float, ...]
-
-    @staticmethod
-    def of(problem: LinearProblem, weights: Array) -> "JointEquations":
-        """The payload's ten alone, for weights of the joints."""
-        unknown = problem.unknown.select(PAYLOAD)
-        factors = problem.equations.whole.select([name for group in problem.fixed for name in group.names]).factors
-        lasting = _together([group.lasting for group in problem.fixed])
-        # What an earlier identification's jackknife says counts instead of its formula.
-        covariance = _together(
-            [group.lasting if group.lasting.any() else group.covariance for group in problem.fixed]
-        )
-        return JointEquations(
-            tuple(w * factor for w, factor in zip(weights, unknown.factors, strict=True)),
-            tuple(w * factor[:, :-1] for w, factor in zip(weights, factors, strict=True)),
-            covariance,
-            lasting,
-            unknown.effective_rows,
-        )
-
-
-def _together(covariances: Sequence[Array]) -> Array:
-    """Covariance of independent groups of parameters."""
-    return np.asarray(block_diag(*covariances)) if covariances else np.zeros((0, 0))
-
-
-def mass_of(joints: Sequence[int]) -> Callable[[JointEquations], Number | None]:
-    """Gives the mass by the equations of some joints (from 1); none where they leave it undetermined."""
-    places = [joint - 1 for joint in joints]
-
-    def mass(equations: JointEquations) -> Number | None:
-        factor = np.vstack([equations.payload[j] for j in places])
-        parts = decomposed(factor[:, :-1])
-        return _number(equations, places, factor, parts, -1) if parts.hidden[-1] <= _HIDDEN else None
-
-    return mass
-
-
-def share_of(joint: int) -> Callable[[JointEquations], Number | None]:
-    """Gives the share of the payload that a joint (from 1) shows; none where the others determine it too badly."""
-    own = joint - 1
-
-    def share(equations: JointEquations) -> Number | None:
-        others = [j for j in range(len(equations.payload)) if j != own]
-        factor = np.vstack([equations.payload[j] for j in others])
-        parts = decomposed(factor[:, :-1])
-        if parts.hidden.max() > _HIDDEN:
-            return None
-        inverse = parts.inverse
-        x = inverse @ factor[:, -1]
-        A, y = equations.payload[own][:, :-1], equations.payload[own][:, -1]
-        predicted = A @ x
-        # Errors of the others' payload are part of the error of what is predicted; large ones bias the factor.
-        noise = A @ inverse @ inverse.T @ A.T
-        if not np.trace(noise) < _BLURRED * float(predicted @ predicted):
-            return None
-        whitened = np.linalg.solve(np.eye(len(A)) + noise, predicted)
-        size = float(whitened @ predicted)
-        return Number(float(whitened @ y) / size, 1.0 / size)
-
-    return share
-
-
-def _number(
-    equations: JointEquations, places: Sequence[int], factor: Array, parts: Decomposition, k: int
-) -> Number:
-    """Parameter k of [A Y], A decomposed, with the variance of the residual and of the parameters taken off."""
-    Y, row = factor[:, -1], parts.inverse[k]
-    error = Y - factor[:, :-1] @ parts.solution(Y)
-    spare = max(sum(equations.rows[j] for j in places) - parts.rank, 1.0)
-    gain = row @ np.vstack([equations.taken[j] for j in places])
-    own = float(error @ error) / spare * float(row @ row)
-    lasting = float(gain @ equations.lasting @ gain)
-    return Number(float(row @ Y), own + float(gain @ equations.covariance @ gain), lasting)
-
-
 WITHOUT_BLOCKS = 4.0
 """Factor on the formula's standard deviations where no jackknife is possible: on real data they are up to 4.1 times
 too small."""
 
 
-@dataclass(frozen=True)
-class JointsMass:
+@dataclass(frozen=True, repr=False)
+class JointsMass(Brief):
     """The mass by the equations of some joints alone, all ten parameters of the payload unknown.
 
     Attributes:
@@ -175,8 +80,8 @@ class JointShare:
     sigma: float = float("nan")
 
 
-@dataclass(frozen=True)
-class ByJoints:
+@dataclass(frozen=True, repr=False)
+class ByJoints(Brief):
     """The payload as single joints see it.
 
     Attributes:
@@ -210,6 +115,23 @@ def moving_groups(joints: Sequence[int]) -> tuple[tuple[int, ...], ...]:
     return tuple(dict.fromkeys([*alone, *(part for part in parts if len(part) > 1)]))
 
 
+class _JointEquations(NamedTuple):
+    """Per joint weighted factors [W_L Y] of the payload, and W of what was taken off.
+
+    ``covariance`` of the parameters taken off; ``lasting``: of them, what no block of time shows.
+    """
+
+    payload: tuple[Array, ...]
+    taken: tuple[Array, ...]
+    covariance: Array
+    lasting: Array
+    rows: tuple[float, ...]
+
+
+_Number = tuple[float, float, float] | None
+"""Its value, variance by the formula, and the part of it that no block of time shows; None where undetermined."""
+
+
 def payload_by_joints(problem: PayloadProblem, weights: Array) -> ByJoints:
     """Mass and share by joints, all ten unknown, with standard deviations that hold for autocorrelated noise.
 
@@ -227,15 +149,12 @@ def payload_by_joints(problem: PayloadProblem, weights: Array) -> ByJoints:
     whole = replace(whole, fixed=whole.given, prior=None)
 
     without = [tuple(other for other in joints if other != joint) for joint in joints if len(joints) > 1]
-    sought: list[Callable[[JointEquations], Number | None]] = [mass_of(group) for group in (*groups, *without)]
-    sought += [share_of(joint) for joint in joints]
-    equations = JointEquations.of(whole, weights)
+    sought: list[Callable[[_JointEquations], _Number]] = [partial(_mass, group) for group in (*groups, *without)]
+    sought += [partial(_share, joint) for joint in joints]
+    equations = _equations(whole, weights)
     numbers = [number(equations) for number in sought]
     variance, dof = _variances(sought, numbers, whole, weights)
-    pairs = [
-        (number.value if number else None, float(sigma))
-        for number, sigma in zip(numbers, np.sqrt(variance), strict=True)
-    ]
+    pairs = [(number and number[0], float(sigma)) for number, sigma in zip(numbers, np.sqrt(variance), strict=True)]
     masses = [
         JointsMass(group, mass, sigma, dof) if mass is not None else JointsMass(group, None)
         for group, (mass, sigma) in zip((*groups, *without), pairs, strict=False)
@@ -244,9 +163,58 @@ def payload_by_joints(problem: PayloadProblem, weights: Array) -> ByJoints:
     return ByJoints(tuple(masses[: len(groups)]), tuple(shares), tuple(masses[len(groups) :]))
 
 
+def _equations(problem: LinearProblem, weights: Array) -> _JointEquations:
+    """The payload's ten alone, for weights of the joints."""
+    unknown = problem.unknown.select(PAYLOAD)
+    factors = problem.equations.whole.select([name for group in problem.fixed for name in group.names]).factors
+    none, lasting = np.zeros((0, 0)), [group.lasting for group in problem.fixed]
+    # What an earlier identification's jackknife says counts instead of its formula.
+    covariance = [group.lasting if group.lasting.any() else group.covariance for group in problem.fixed]
+    return _JointEquations(
+        tuple(w * factor for w, factor in zip(weights, unknown.factors, strict=True)),
+        tuple(w * factor[:, :-1] for w, factor in zip(weights, factors, strict=True)),
+        np.asarray(block_diag(none, *covariance)),
+        np.asarray(block_diag(none, *lasting)),
+        unknown.effective_rows,
+    )
+
+
+def _mass(joints: Sequence[int], equations: _JointEquations) -> _Number:
+    """The mass by the equations of some joints (from 1)."""
+    places = [joint - 1 for joint in joints]
+    factor = np.vstack([equations.payload[j] for j in places])
+    parts, Y = decomposed(factor[:, :-1]), factor[:, -1]
+    if parts.hidden[-1] > _HIDDEN:
+        return None
+    row, error = parts.inverse[-1], Y - factor[:, :-1] @ parts.solution(Y)
+    spare = max(sum(equations.rows[j] for j in places) - parts.rank, 1.0)
+    # Errors of the parameters that were taken off carry over.
+    gain = row @ np.vstack([equations.taken[j] for j in places])
+    own = float(error @ error) / spare * float(row @ row)
+    return float(row @ Y), own + float(gain @ equations.covariance @ gain), float(gain @ equations.lasting @ gain)
+
+
+def _share(joint: int, equations: _JointEquations) -> _Number:
+    """The share of the payload that a joint (from 1) shows; None where the others determine it too badly."""
+    factor = np.vstack([equations.payload[j] for j in range(len(equations.payload)) if j != joint - 1])
+    parts = decomposed(factor[:, :-1])
+    if parts.hidden.max() > _HIDDEN:
+        return None
+    inverse = parts.inverse
+    A, y = equations.payload[joint - 1][:, :-1], equations.payload[joint - 1][:, -1]
+    predicted = A @ (inverse @ factor[:, -1])
+    # Errors of the others' payload are part of the error of what is predicted; large ones bias the factor.
+    noise = A @ inverse @ inverse.T @ A.T
+    if not np.trace(noise) < _BLURRED * float(predicted @ predicted):
+        return None
+    whitened = np.linalg.solve(np.eye(len(A)) + noise, predicted)
+    size = float(whitened @ predicted)
+    return float(whitened @ y) / size, 1.0 / size, 0.0
+
+
 def _variances(
-    sought: Sequence[Callable[[JointEquations], Number | None]],
-    numbers: Sequence[Number | None],
+    sought: Sequence[Callable[[_JointEquations], _Number]],
+    numbers: Sequence[_Number],
     whole: LinearProblem,
     weights: Array,
 ) -> tuple[Array, float]:
@@ -254,17 +222,14 @@ def _variances(
 
     The larger of the formula's and the jackknife's; without blocks the formula's, widened.
     """
-    table: Array = np.array(
-        [(number.variance, number.lasting, number.value) if number else (np.nan, np.nan, 0.0) for number in numbers]
-    )
-    variance, lasting, values = table[:, 0], table[:, 1], table[:, 2]
+    values, variance, lasting = np.array([number or (0.0, np.nan, np.nan) for number in numbers]).T
 
     def again(part: LinearProblem) -> Array:
         """The numbers by what is left; one that it leaves undetermined counts as unchanged."""
-        left, anew = JointEquations.of(part, weights), values.copy()
-        for k in [k for k, number in enumerate(numbers) if number is not None]:
-            number = sought[k](left)
-            anew[k] = number.value if number else values[k]
+        left, anew = _equations(part, weights), np.array(values)
+        for k, known in enumerate(numbers):
+            if known is not None and (number := sought[k](left)) is not None:
+                anew[k] = number[0]
         return anew
 
     try:
@@ -272,14 +237,9 @@ def _variances(
         groups = [whole.without_each()]
         for k, group in enumerate(whole.fixed):
             if (left := group.left_out()) is not None:
-                others = whole.fixed[:k], whole.fixed[k + 1 :]
-                groups.append(
-                    [replace(whole, fixed=(*others[0], group._replace(values=x), *others[1])) for x in left]
-                )
+                before, after = whole.fixed[:k], whole.fixed[k + 1 :]
+                groups.append([replace(whole, fixed=(*before, group._replace(values=x), *after)) for x in left])
         robust = jackknife([map(again, group) for group in groups], values, 0.0)
     except InputError:  # too few blocks
         return WITHOUT_BLOCKS**2 * variance, float("inf")
-    return (
-        np.maximum(variance, np.diag(robust.covariance) + lasting),
-        max(float(robust.degrees_of_freedom), 1.0),
-    )
+    return np.maximum(variance, np.diag(robust.covariance) + lasting), max(float(robust.degrees_of_freedom), 1.0)

@@ -14,16 +14,14 @@ import numpy as np
 from scipy.special import chdtrc
 
 from ...common.arrays import Array
+from ...common.brief import Brief
 from ...common.linear import decomposed, least_squares, without
-from ...model import Processing, Robot, base_parameters
-from ...model.drives import parameter_kind
-from ...model.motion import Measurement
 from ..equations.equations import PAYLOAD, Anchor, Equations, merged
-from ..equations.observer import Observation, Observer
+from ..equations.observer import Observation
 from ..equations.reduction import reduced
 from ..fit.blocks import inflation
 from ..fit.linear_problem import Known, SoftPrior
-from ..signals.rows import Mask
+from .under_load import joint_of
 
 FREE = "free "
 """Before the names of what is estimated anew in each recording, beside the payload."""
@@ -47,8 +45,8 @@ _HIDDEN = 1e-6
 """Share of a friction in undetermined directions above which it is not known."""
 
 
-@dataclass(frozen=True, eq=False)
-class HeldFriction:
+@dataclass(frozen=True, eq=False, repr=False)
+class HeldFriction(Brief):
     """Equations that hold what is free in each recording near zero.
 
     Attributes:
@@ -64,10 +62,8 @@ class HeldFriction:
     @cached_property
     def sigma(self) -> Array:
         """Standard deviations of what constant torques may be [N·m or N], shape (n,); 0 where they are free."""
-        sigma = np.zeros(len(self.noise))
-        for j in range(len(sigma)):
-            sigma[j] = self.held[f"OFF{j + 1}"].sigma if f"OFF{j + 1}" in self.held else 0.0
-        return sigma
+        held = (self.held.get(f"OFF{j}") for j in range(1, len(self.noise) + 1))
+        return np.array([role.sigma if role else 0.0 for role in held])
 
     @property
     def joints(self) -> tuple[int, ...]:
@@ -77,11 +73,8 @@ class HeldFriction:
     @property
     def anchors(self) -> tuple[Anchor, ...]:
         """The equations: each is what it is held at."""
-        anchors = []
-        for name, role in self.held.items():
-            joint = _joint(name)
-            anchors.append(Anchor(f"{FREE}{name}", joint, float(self.noise[joint] * role.weight), f"{_HELD}{name}"))
-        return tuple(anchors)
+        noise = {name: float(self.noise[joint_of(name)] * role.weight) for name, role in self.held.items()}
+        return tuple(Anchor(f"{FREE}{name}", joint_of(name), own, f"{_HELD}{name}") for name, own in noise.items())
 
     @property
     def known(self) -> Known:
@@ -94,11 +87,6 @@ class HeldFriction:
     def friction_free(self, equations: Equations) -> Equations:
         """Equations of one recording less all that its constant torques, friction and ripple can explain."""
         return equations.eliminate([name for name in equations.columns if name.startswith(FREE)], self.anchors)
-
-
-def free_friction(n: int) -> HeldFriction:
-    """No equations: all is wholly free."""
-    return HeldFriction({}, np.zeros(n), np.ones(n))
 
 
 def held_friction(observations: Sequence[Observation], sigmas: Mapping[str, float]) -> HeldFriction:
@@ -131,7 +119,7 @@ def held_offsets(observations: Sequence[Observation], coulomb: Array) -> HeldFri
     rise = _shortest(bound, weights)[1] - _shortest(free, weights)[1]
     held = len(friction.joints)
     contradicted = held > 0 and chdtrc(held, max(rise, 0.0)) < _CONTRADICTED
-    return free_friction(len(noise)) if contradicted else friction
+    return HeldFriction({}, 0.0 * noise, np.ones(len(noise))) if contradicted else friction
 
 
 def _errors(observations: Sequence[Observation], plain: Sequence[Equations]) -> tuple[Array, Array]:
@@ -167,21 +155,9 @@ def _free(columns: Sequence[str]) -> list[int]:
 
 
 def _held(sigmas: Mapping[str, float], noise: Array, memory: Array) -> HeldFriction:
-    joints = {name: _joint(name) for name, sigma in sigmas.items() if sigma > 0.0}
+    joints = {name: joint_of(name) for name, sigma in sigmas.items() if sigma > 0.0}
     roles = {name: SoftPrior(sigmas[name], float(memory[j])) for name, j in joints.items() if noise[j] > 0.0}
     return HeldFriction(roles, noise, memory)
-
-
-def less_robot(recording: Observation, robot: Array) -> Observation:
-    """Equations held whole less the torque of the robot, whose columns come first."""
-    k = len(robot)
-    W = tuple(part[:, k:] for part in recording.W)
-    return replace(recording, columns=recording.columns[k:], W=W, Y=tuple(recording.errors(robot)))
-
-
-def _joint(name: str) -> int:
-    """Position of the joint, from 0, of "OFF2"."""
-    return int(name.removeprefix(parameter_kind(name))) - 1
 
 
 def _shortest(problem: Equations, weights: Array) -> tuple[Array, float]:
@@ -191,35 +167,13 @@ def _shortest(problem: Equations, weights: Array) -> tuple[Array, float]:
     return values, float(np.sum((factor[:, -1] - factor[:, :-1] @ values) ** 2))
 
 
-def without_friction(recording: Observation) -> Observation:
-    """Equations held whole less all that the free columns can explain; rows keep their times."""
-    return recording.eliminate([name for name in recording.columns if name.startswith(FREE)])
-
-
-def bare_equations(
-    robot: Robot, measured: Sequence[Measurement], masks: Sequence[Mask], processing: Processing
-) -> Equations:
-    """Equations of recordings without payload in all base parameters, constant torques among them.
-
-    Args:
-        robot: the robot, ``with_offsets(True)``.
-        measured: recordings without payload.
-        masks: their rows to be used, N x n.
-    """
-    observer = Observer(robot, base_parameters(robot).columns)
-    return merged(
-        reduced(observer.observe_rows(data, keep, processing.thinning(data.motion.rate)))
-        for data, keep in zip(measured, masks, strict=True)
-    )
-
-
 def coulomb_friction(problem: Equations) -> Array:
     """Coulomb friction of each joint [N·m or N], shape (n,); 0 where the motion, or the model, does not show it.
 
     A short motion leaves much of the robot undetermined; what it leaves has no part in friction.
 
     Args:
-        problem: ``bare_equations``.
+        problem: recordings without payload in all base parameters, constant torques among them.
     """
     n = len(problem.rows)
     weights, levels = np.ones(n), np.zeros(n)

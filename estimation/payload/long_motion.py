@@ -1,31 +1,23 @@
 """A payload moved by every joint: the equations that the four methods of section V take, and what they are of."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 
+from ...common.brief import Brief
 from ...common.errors import InputError
-from ...common.linear import decomposed
-from ...model import INERTIAL, BaseParameters, Processing, Recording, Robot, base_parameters
-from ...model.motion import Measurement
-from ...model.regressors import payload_columns
+from ...model import BaseParameters, Processing, Recording, Robot
 from ..equations.equations import Equations, merged
 from ..fit.estimate import Estimate, error_model
 from ..fit.least_squares import weighted
 from ..fit.linear_problem import Known, SoftPrior, left_out
-from ..fit.own_equations import check_lengths, check_moving, filtered
 from ..fit.settings import DEFAULTS, Settings
-from ..signals.alignment import AlignedPair, best_aligned, check_mismatch
-from ..signals.filtering import grid_rate, measurement
-from ..signals.plausibility import check_apart, check_recordings
-from .equations import Memory, PairedMeasurement, payload_equations
-from .friction import friction_changes, with_changes
-from .loaded_scale import LoadedScale, loaded_scale, with_scale
-from .pairing import cut_alike
+from ..signals.alignment import AlignedPair
 from .result import in_payload_frame
+from .under_load import friction_changes, with_changes, with_scale
 
 FORMULA_ONLY = (
     "the stored robot parameters have the formula's standard deviations only: identify the robot again, by a "
@@ -54,8 +46,8 @@ class Source(NamedTuple):
     rate: float | None = None
 
 
-@dataclass(frozen=True)
-class LongMotion:
+@dataclass(frozen=True, repr=False)
+class LongMotion(Brief):
     """Reduced equations of recordings in which every joint moves.
 
     With blocks of time, those of a pair of recordings are the same stretches of one motion.
@@ -63,23 +55,24 @@ class LongMotion:
     Attributes:
         base: the robot's base parameters; their columns make up W.
         loaded: equations [W W_L] of (22) with payload in frame n; columns base, then ``PAYLOAD``.
-        stretches: the loaded recordings once more, in a few long pieces.
         source: the recordings themselves, in which the verdict looks for causes.
         unloaded: equations W without payload, for methods 1, 2 and 4.
         difference: equations W_L of (29) for method 3, if a pair on one trajectory is there.
         known: the robot's parameters from an earlier identification, for method 1, beside ``unloaded`` too.
+        inflation: by how much the memory of each joint's errors under load raises variances; none without blocks.
+        few: whether blocks as long as that memory asks for would be too few, so that shorter ones were cut.
     """
 
     robot: Robot
     base: BaseParameters
     loaded: Equations
-    stretches: tuple[Equations, ...]
-    memory: Memory
     source: Source
     unloaded: Equations | None = None
     difference: Equations | None = None
     known: Estimate | None = None
-    settings: Settings = Settings()
+    settings: Settings = DEFAULTS
+    inflation: tuple[float, ...] = ()
+    few: bool = False
 
     def __post_init__(self) -> None:
         """Refuse another model's robot, and blocks of one motion that are not as many."""
@@ -93,11 +86,6 @@ class LongMotion:
     def paired(self) -> bool:
         """Whether the blocks with and without payload are of one motion."""
         return self.difference is not None and len(self.difference.blocks) > 0
-
-    @property
-    def inflation(self) -> tuple[float, ...]:
-        """By how much the memory of each joint's errors under load raises variances."""
-        return self.memory.inflation
 
     @property
     def pairs(self) -> tuple[AlignedPair, ...]:
@@ -162,12 +150,12 @@ class LongMotion:
         return friction_changes(robot, self.inflation, self.settings.friction_change)
 
     @cached_property
-    def scale(self) -> LoadedScale | None:
-        """Of the loaded torques, where it may be another one."""
+    def scaled(self) -> tuple[Equations, dict[str, SoftPrior]]:
+        """[W W_L], where the scale of the loaded torques may be another one with a column for it, and its role."""
         if not self.settings.scale_sigma > 0.0:
-            return None
+            return self.loaded, {}
         role = SoftPrior(self.settings.scale_sigma, max(self.inflation, default=1.0))
-        return loaded_scale(self.loaded, self.robot_known, role)
+        return with_scale(self.loaded, self.robot_known, role)
 
     def under_load(self, friction: bool = True) -> tuple[Equations, dict[str, SoftPrior]]:
         """[W W_L], the payload in its frame, and columns near zero for all that may be another one under load.
@@ -175,7 +163,7 @@ class LongMotion:
         Args:
             friction: with the changes of friction; else of the scale alone.
         """
-        scaled, near = with_scale(self.loaded, {}, self.scale)
+        scaled, near = self.scaled
         loaded, changes = with_changes(in_payload_frame(self.robot, scaled), self.friction if friction else {})
         return loaded, near | changes
 
@@ -217,97 +205,6 @@ class LongMotion:
     def block_length(self) -> float:
         """Shortest length of a block [s], unless a whole recording is shorter."""
         return self.loaded.blocks.length
-
-    @property
-    def no_blocks(self) -> str:
-        """Why there are no blocks of time although they were asked for."""
-        formula_only = self.settings.robust and self.known is not None and self.known.robust is None
-        return FORMULA_ONLY if formula_only else ""
-
-
-def payload_problem(
-    robot: Robot,
-    loaded: Sequence[Recording],
-    unloaded: Sequence[Recording] = (),
-    known: Estimate | None = None,
-    settings: Settings = DEFAULTS,
-) -> LongMotion:
-    """Process recordings with and without payload and reduce them.
-
-    Args:
-        unloaded: recordings without; for method 3 the k-th file is the same trajectory as the k-th of ``loaded``.
-        known: the robot's identified parameters, instead of or beside ``unloaded``; without robust standard
-            deviations of its own there are none of the payload.
-
-    Raises:
-        InputError: if a recording cannot be used.
-    """
-    processing, progress = settings.processing_of(robot), settings.progress
-    progress("base parameters")
-    base = base_parameters(robot)
-    # An arm on which no motion shows all ten is refused first.
-    check_visible(robot, base)
-    for recordings in filter(None, (loaded, unloaded)):
-        check_recordings(robot, recordings)
-        check_lengths(recordings, processing)
-        check_moving(robot, base, recordings)
-    check_apart(loaded, unloaded)
-    loaded, unloaded, lags = cut_alike(loaded, unloaded, processing)
-    bare, heavy = filtered(unloaded, processing, progress), filtered(loaded, processing, progress)
-    progress("aligning recordings with and without payload")
-    compared, together, reason = _together(loaded, unloaded, lags, heavy, processing)
-    progress("cutting into blocks" if settings.robust else "reducing")
-    robust = settings.robust and not (known is not None and known.robust is None)
-    equations = payload_equations(robot, heavy, bare, together, replace(settings, robust=robust), known)
-    if equations.unloaded and equations.unloaded.equations == 0:
-        raise InputError(f"{unloaded[0].source}: no joint moves: nothing can be compared")
-    source = Source(tuple(loaded), tuple(unloaded), processing, compared, reason, heavy[0].motion.rate)
-    return LongMotion(robot, base, **equations._asdict(), source=source, known=known, settings=settings)
-
-
-def _together(
-    loaded: Sequence[Recording],
-    unloaded: Sequence[Recording],
-    lags: Sequence[float | None],
-    measured: Sequence[Measurement],
-    processing: Processing,
-) -> tuple[tuple[AlignedPair, ...], list[PairedMeasurement], str]:
-    """Recordings side by side, and those of one trajectory filtered for method 3; none, and why not."""
-    pairs = tuple[AlignedPair, ...]()
-    if not unloaded:
-        return (), [], "no recordings without payload"
-    try:
-        if len(loaded) != len(unloaded):
-            raise InputError(
-                f"{len(unloaded)} recordings without and {len(loaded)} with payload do not form pairs: method 3 "
-                "needs each trajectory once without and once with it, in the same order"
-            )
-        pairs = tuple(
-            best_aligned(a, b, grid_rate(b, processing), lag)
-            for a, b, lag in zip(unloaded, loaded, lags, strict=True)
-        )
-        together = []
-        for pair, heavy in zip(pairs, measured, strict=True):
-            check_mismatch(pair, processing.max_mismatch)
-            # The loaded recording was filtered already, unless it was cut to what both have in common.
-            whole = len(pair.loaded.t) == len(heavy.motion.t)
-            heavy = heavy if whole else measurement(pair.loaded, processing)
-            together.append(PairedMeasurement(measurement(pair.unloaded, processing), heavy, pair.lag))
-        return pairs, together, ""
-    except InputError as error:
-        return pairs, [], str(error)
-
-
-def check_visible(robot: Robot, base: BaseParameters) -> None:
-    """Refuse an arm on which no motion shows all ten parameters of a payload."""
-    effect = base.effect_of(payload_columns(robot))
-    hidden = decomposed(effect).null
-    if hidden.size:
-        named = [kind for kind, size in zip(INERTIAL, np.abs(hidden).max(axis=1), strict=True) if size > 1e-6]
-        raise InputError(
-            f"no motion of {robot.name} shows {hidden.shape[1]} of a payload's ten directions "
-            f"({', '.join(named)}): its joints do not turn the payload in enough ways"
-        )
 
 
 def check_blocks(*counts: int) -> None:

@@ -4,14 +4,13 @@ chi are the robot's base parameters, W their columns; chi_L the payload's ten, W
 (estimated beside), fixed (known, with a covariance) or held near zero or near what is known (a soft prior).
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
-from functools import cached_property
-from typing import NamedTuple
 
 import numpy as np
 
 from ...common.arrays import Array
+from ...common.brief import Brief
 from ...common.errors import InputError
 from ...common.linear import decomposed
 from ...model.drives import FRICTION, parameter_kind
@@ -25,10 +24,10 @@ from ..fit.least_squares import weighted
 from ..fit.linear_problem import LinearProblem, left_out
 from ..possible.constraints import KnownMass
 from .long_motion import LongMotion
-from .path import known_path
 from .result import PayloadEstimate, frame_change, in_payload_frame
 from .robust import Posed, with_robust
 from .short_motion import ShortMotion
+from .under_load import known_path
 
 PayloadProblem = LongMotion | ShortMotion
 _DRIVE = ("IA", *FRICTION)
@@ -52,59 +51,53 @@ def from_robot(motion: LongMotion) -> LinearProblem:
     return LinearProblem(loaded, PAYLOAD, (robot.part(rigid) if free_friction else robot,), scale)
 
 
-class _Step(NamedTuple):
-    """Generalised least squares of G x = change: ``x``, its ``covariance``, ``inverse``: x = inverse @ change."""
-
-    x: Array
-    covariance: Array
-    inverse: Array
-
-
-@dataclass(frozen=True, eq=False)
-class ChangeOfParameters:
+@dataclass(frozen=True, eq=False, repr=False)
+class ChangeOfParameters(Brief):
     """Method 2, (24): Y_a = W chi and Y_T = W chi_T, two identifications; (25)-(28): chi_T - chi = G_L chi_L.
 
     Wanted: chi_L. G_L (N_b x 10) holds the last link's columns of the grouping matrix; on the RX90 its rows are
     (25)-(28). Solved by least squares weighted by the covariance of chi_T - chi. Drive parameters take no part:
     friction may change under load.
+
+    Attributes:
+        before: chi, by the equations ``unloaded``.
+        loaded: equations W chi_T; ``both``: the same in chi and chi_L.
+        places: of the inertial parameters among chi.
+        G: their rows of G_L, the payload in its frame.
     """
 
-    motion: LongMotion
     before: Estimate
+    unloaded: Equations
+    loaded: Equations
+    both: Equations
+    places: list[int]
+    G: Array
 
     def solved(self, weights: Array | None = None) -> Estimate:
         """The payload's ten parameters."""
-        after = weighted(self._loaded, weights)
-        step = self._step(after)
+        after = weighted(self.loaded, weights)
+        x, covariance, inverse = self._step(after)
         return Estimate(
             names=PAYLOAD,
-            values=step.x,
-            covariance=step.covariance,
+            values=x,
+            covariance=covariance,
             degrees_of_freedom=min(self.before.degrees_of_freedom, after.degrees_of_freedom),
-            fit=fit(
-                in_payload_frame(self.motion.robot, self.motion.loaded),
-                np.concatenate([self.before.values, step.x]),
-            ),
+            fit=fit(self.both, np.concatenate([self.before.values, x])),
             weights=after.weights,
-            gain_sensitivity=self._gain_sensitivity(after, step),
+            gain_sensitivity=inverse @ self._change_by_gains(after, x),
         )
-
-    def values(self, weights: Array) -> Array:
-        """The ten for given weights of the loaded joints."""
-        return self._step(weighted(self._loaded, weights)).x
 
     def without_blocks(self, weights: Array, pairs: Sequence[tuple[int, int]]) -> Array:
         """The ten without a block of the loaded and one of the unloaded recordings, -1 for none."""
-        assert self.motion.unloaded is not None
-        columns = self.motion.base.columns
-        places = [columns.index(name) for name in self._inertial]
-        after = left_out(self._loaded, columns, weights)
-        before = left_out(self.motion.unloaded, columns, self.before.weights)
-        (chi_a, C_a), (chi_b, C_b) = (
-            (part.values[:, places, 0], part.variance[:, :, None] * part.covariance[:, places][:, :, places])
-            for part in (before, after)
+        k = self.places
+        parts = (
+            left_out(equations, self.before.names, own)
+            for equations, own in ((self.unloaded, self.before.weights), (self.loaded, weights))
         )
-        return np.array([_generalised(self._map, chi_b[b] - chi_a[a], C_a[a] + C_b[b]).x for b, a in pairs])
+        (chi_a, C_a), (chi_b, C_b) = (
+            (part.values[:, k, 0], part.variance[:, :, None] * part.covariance[:, k][:, :, k]) for part in parts
+        )
+        return np.array([_generalised(self.G, chi_b[b] - chi_a[a], C_a[a] + C_b[b])[0] for b, a in pairs])
 
     def lasting(self, weights: Array) -> Array:
         """Blocks of time hold all recordings that it uses."""
@@ -112,57 +105,55 @@ class ChangeOfParameters:
 
     def sandwich(self, weights: Array, inflation: Sequence[float]) -> Array:
         """Covariance where errors remember: the formula's, by the middle joint's memory."""
-        covariance = self._step(weighted(self._loaded, weights)).covariance
-        return np.asarray(float(np.median(inflation)) * covariance)
+        return np.asarray(float(np.median(inflation)) * self._step(weighted(self.loaded, weights))[1])
 
-    @cached_property
-    def _loaded(self) -> Equations:
-        return self.motion.loaded.select(self.motion.base.columns)
+    def _step(self, after: Estimate) -> tuple[Array, Array, Array]:
+        C = (self.before.covariance + after.covariance)[np.ix_(self.places, self.places)]
+        return _generalised(self.G, (after.values - self.before.values)[self.places], C)
 
-    @cached_property
-    def _inertial(self) -> tuple[str, ...]:
-        return tuple(name for name in self.motion.base.columns if parameter_kind(name) not in _DRIVE)
-
-    @cached_property
-    def _map(self) -> Array:
-        """G_L: how the inertial base parameters change with the payload's ten, in the payload's frame."""
-        columns, robot = self.motion.base.columns, self.motion.robot
-        change = payload_map(self.motion)[[columns.index(name) for name in self._inertial]]
-        return change if robot.flange.is_identity else change @ frame_change(robot.flange)
-
-    def _step(self, after: Estimate) -> _Step:
-        chi_a, C_a = self.before.select(self._inertial)
-        chi_b, C_b = after.select(self._inertial)
-        return _generalised(self._map, chi_b - chi_a, C_a + C_b)
-
-    def _gain_sensitivity(self, after: Estimate, step: _Step) -> Array:
-        """Derivatives of the ten by the motors' errors, joints' weights fixed.
+    def _change_by_gains(self, after: Estimate, x: Array) -> Array:
+        """Derivatives of chi_T - chi by the motors' errors, joints' weights fixed.
 
         Beside the parameters, the variances of both identifications change, and with them what each counts for:
         with x = (G'C^-1G)^-1 G'C^-1 d, dx = inverse (dd - dC C^-1 (d - G x)).
         """
-        assert self.motion.unloaded is not None
-        places = [self.motion.base.columns.index(name) for name in self._inertial]
-        chi_a, C_a = self.before.select(self._inertial)
-        chi_b, C_b = after.select(self._inertial)
-        rest = chi_b - chi_a - self._map @ step.x
-        change = np.zeros((len(rest), self.motion.robot.n))
-        pull = np.linalg.solve(C_a + C_b, rest)
-        for equations, estimate, C, sign in (
-            (self.motion.unloaded, self.before, C_a, -1.0),
-            (self._loaded, after, C_b, 1.0),
-        ):
+        at = np.ix_(self.places, self.places)
+        rest = (after.values - self.before.values)[self.places] - self.G @ x
+        pull = np.linalg.solve((self.before.covariance + after.covariance)[at], rest)
+        change = np.zeros((len(rest), len(after.weights)))
+        for equations, estimate, sign in ((self.unloaded, self.before, -1.0), (self.loaded, after, 1.0)):
             assert estimate.gain_sensitivity is not None
-            change += sign * estimate.gain_sensitivity[places]
-            change -= np.outer(C @ pull, _growth(equations, estimate))
-        return np.asarray(step.inverse @ change)
+            change += sign * estimate.gain_sensitivity[self.places]
+            # The residual's variance grows as its errors do with each motor's torque.
+            chi = np.append(-estimate.values, 1.0)
+            errors = [w * factor @ chi for w, factor in zip(estimate.weights, equations.factors, strict=True)]
+            size = max(sum(float(error @ error) for error in errors), np.finfo(float).tiny)
+            every = zip(errors, estimate.weights, equations.by_motor(), strict=True)
+            grown = 2.0 * sum(error @ (w * torques) for error, w, torques in every) / size
+            change -= np.outer(estimate.covariance[at] @ pull, grown)
+        return change
+
+
+def _generalised(G: Array, change: Array, C: Array) -> tuple[Array, Array, Array]:
+    """Generalised least squares of G x = change with covariance C: x, its covariance, x by the change."""
+    scale = np.sqrt(np.diag(C))
+    L = np.linalg.cholesky(C / np.outer(scale, scale))
+    parts = decomposed(np.asarray(np.linalg.solve(L, G / scale[:, None])))
+    if parts.null.size:
+        raise InputError("the base parameters of this robot do not show all ten parameters of a payload")
+    inverse = np.linalg.solve(L.T, parts.inverse.T).T / scale
+    return parts.solution(np.asarray(np.linalg.solve(L, change / scale))), parts.covariance, inverse
 
 
 def from_change(motion: LongMotion) -> ChangeOfParameters:
     """Method 2, (24)-(28), where there are recordings without payload."""
-    if motion.bare is None:
+    if motion.bare is None or motion.unloaded is None:
         raise InputError("method 2 needs a recording without payload")
-    return ChangeOfParameters(motion, motion.bare)
+    columns, flange = motion.base.columns, motion.robot.flange
+    places = [k for k, name in enumerate(columns) if parameter_kind(name) not in _DRIVE]
+    G, both = payload_map(motion)[places], in_payload_frame(motion.robot, motion.loaded)
+    G = G if flange.is_identity else G @ frame_change(flange)
+    return ChangeOfParameters(motion.bare, motion.unloaded, motion.loaded.select(columns), both, places, G)
 
 
 def from_difference(motion: LongMotion) -> LinearProblem:
@@ -189,6 +180,10 @@ def global_fit(motion: LongMotion) -> LinearProblem:
     return LinearProblem(motion.beside(loaded), PAYLOAD, soft=changes, shown=loaded)
 
 
+PREFERRED = (3, 4, 1, 2)
+"""The methods in the order of their expected errors, where each can be used and a pair ran one path."""
+ONE_PATH = 2e-3
+"""rad or m: positions of a pair that differ by more, rms of the worst joint, are not of one path."""
 METHODS: dict[int, Callable[[LongMotion], Posed]] = {
     1: from_robot,
     2: from_change,
@@ -239,9 +234,35 @@ def payload_estimate(
         return PayloadEstimate(method, estimate, frame, reason)
     if method != problem.method:
         raise InputError(f"method {method} cannot be used: this short motion is one for method {problem.method}")
-    by_scale = problem.needed(scale) is not None
+    scale = problem.needed(scale)
     estimate, reason = with_robust(problem, problem.posed(), rule=covariance)
-    return PayloadEstimate(method, problem.resolved(estimate, scale), frame, reason, by_scale)
+    return PayloadEstimate(method, problem.resolved(estimate, scale), frame, reason, scale is not None)
+
+
+def recommended_method(problem: PayloadProblem, methods: Iterable[int]) -> tuple[int, str]:
+    """The method with the least expected error, and the reason for it where there are others.
+
+    Errors of the robot's model count. On one path method 3 cancels what the model lacks, and weighs the joints by
+    what is left then; methods 1, 2 and 4 carry it. Where the paths differ, method 3 takes off what the robot itself
+    needs more on one of them, with an error that method 4, which uses every equation, does not have. Never the one
+    with the shortest interval: that would choose too short ones.
+
+    Args:
+        problem: the recordings.
+        methods: those that gave a payload, one at least.
+    """
+    there = sorted(methods, key=PREFERRED.index)
+    apart = max((pair.rms_mismatch for pair in problem.source.compared), default=float("inf"))
+    if there[:2] == [3, 4] and apart > ONE_PATH:
+        there.remove(3)
+    reason = ""
+    if len(there) > 1 and there[0] == 3:
+        unit = "mrad" if all(joint.revolute for joint in problem.robot.joints) else "mrad or mm"
+        reason = f"one path, within {max(1e3 * apart, 0.01):.2g} {unit}, so what the model lacks cancels"
+    elif len(there) > 1 and there[0] == 4 and apart > ONE_PATH:
+        which = "not every pair" if len(problem.source.compared) > 1 else "no pair"
+        reason = f"{which} ran one path, so all equations count at once"
+    return there[0], reason
 
 
 def selected(motion: LongMotion, names: Sequence[str]) -> LinearProblem:
@@ -262,23 +283,3 @@ def essential_combined(motion: LongMotion, rule: StopRule | None = None) -> Elim
 def payload_map(motion: LongMotion) -> Array:
     """G_L: how the base parameters change with the payload's ten in frame n; N_b x 10."""
     return motion.base.effect_of(payload_columns(motion.robot))
-
-
-def _growth(equations: Equations, estimate: Estimate) -> Array:
-    """Relative derivatives of the residual's variance by the motors' errors, shape (n,)."""
-    x = np.append(-estimate.values, 1.0)
-    errors = [w * factor @ x for w, factor in zip(estimate.weights, equations.factors, strict=True)]
-    size = max(sum(float(error @ error) for error in errors), np.finfo(float).tiny)
-    every = zip(errors, estimate.weights, equations.by_motor(), strict=True)
-    return np.asarray(2.0 * sum(error @ (w * torques) for error, w, torques in every) / size)
-
-
-def _generalised(G: Array, change: Array, C: Array) -> _Step:
-    """Generalised least squares of G x = change with covariance C."""
-    scale = np.sqrt(np.diag(C))
-    L = np.linalg.cholesky(C / np.outer(scale, scale))
-    parts = decomposed(np.asarray(np.linalg.solve(L, G / scale[:, None])))
-    if parts.null.size:
-        raise InputError("the base parameters of this robot do not show all ten parameters of a payload")
-    inverse = np.linalg.solve(L.T, parts.inverse.T).T / scale
-    return _Step(parts.solution(np.asarray(np.linalg.solve(L, change / scale))), parts.covariance, inverse)

@@ -1,83 +1,74 @@
 """Several recordings of one payload: their spread, their drift, and what both mean for the common answer."""
 
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Self
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ...common.arrays import Array
 from ...common.errors import InputError
 from ...common.linear import decomposed
-from ..fit.covariance import NORMAL95, birge, student95
+from ...common.schema import Document
+from ..fit.covariance import birge
 from ..fit.estimate import error_model
 from ..possible.constraints import KnownMass
 from ..possible.payload import rise_p_value
 from .methods import PayloadProblem, payload_estimate
-from .result import PayloadEstimate
 from .short_motion import ShortMotion
 
 _DRIFTS = 0.05
 """Probability below which a trend is called a drift."""
 
 
-@dataclass(frozen=True)
-class Repeats:
-    """The mass by each recording alone, in the order they were given.
+class Repeats(Document, frozen=True):
+    """The mass [kg] by each recording alone, how much more it scatters than it should, and how it drifts.
 
     Attributes:
-        sources: of the recordings.
-        masses: [kg], shape (R,); nan where a recording alone does not show it.
-        sigmas: their standard deviations [kg], shape (R,).
+        sources: of the recordings, in the order they were given.
+        masses: nan where a recording alone does not show it.
+        sigmas: their standard deviations.
+        spread: standard deviation from recording to recording; nan with fewer than two.
+        excess: by how much they scatter more than their own standard deviations say (Birge ratio), at least 1.
+        drift_per_recording: change from one recording to the next; None with fewer than three.
+        drifts: whether the mass changes steadily, which a payload does not: the drives warm up, or a gain drifts.
     """
 
     sources: tuple[str, ...]
-    masses: tuple[float, ...]
-    sigmas: tuple[float, ...]
+    masses: tuple[float | None, ...]
+    sigmas: tuple[float | None, ...]
+    spread: float | None
+    excess: float
+    drift_per_recording: float | None
+    drift_sigma: float | None
+    drifts: bool
 
-    @property
-    def seen(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Numbers (from 0), masses and standard deviations of the recordings that show the mass."""
-        k = np.flatnonzero(np.isfinite(self.masses))
-        return k, np.array(self.masses)[k], np.array(self.sigmas)[k]
+    @classmethod
+    def made(cls, sources: Sequence[str], masses: Sequence[float], sigmas: Sequence[float]) -> Self:
+        """Of the mass by each recording and its standard deviation."""
+        k = np.flatnonzero(np.isfinite(masses))
+        seen, own = np.array(masses)[k], np.array(sigmas)[k]
+        step, sigma = _drift(k, seen, own) if len(k) > 2 else (None, None)
+        return cls(
+            tuple(sources),
+            tuple(masses),
+            tuple(sigmas),
+            spread=float(np.std(seen, ddof=1)) if len(k) > 1 else float("nan"),
+            excess=birge(seen, own),
+            drift_per_recording=step,
+            drift_sigma=sigma,
+            drifts=bool(sigma and step and rise_p_value((step / sigma) ** 2, 1, float(len(k) - 2)) < _DRIFTS),
+        )
 
-    @property
-    def spread(self) -> float:
-        """Standard deviation from recording to recording [kg]; nan with fewer than two."""
-        masses = self.seen[1]
-        return float(np.std(masses, ddof=1)) if len(masses) > 1 else float("nan")
 
-    @property
-    def excess(self) -> float:
-        """By how much they scatter more than their own standard deviations say (Birge ratio), at least 1."""
-        _, masses, sigmas = self.seen
-        return birge(masses, sigmas)
-
-    @property
-    def drift(self) -> tuple[float, float] | None:
-        """Change from one recording to the next [kg], and its standard deviation; None with fewer than three."""
-        k, masses, sigmas = self.seen
-        if len(masses) < 3:
-            return None
-        A = np.column_stack([np.ones(len(k)), k]) / sigmas[:, None]
-        parts = decomposed(A)
-        slope = parts.solution(masses / sigmas)
-        left = float(np.sum((masses / sigmas - A @ slope) ** 2)) / max(len(k) - 2, 1)
-        C = parts.covariance * max(left, 1.0)
-        return float(slope[1]), float(np.sqrt(C[1, 1]))
-
-    @property
-    def drifts(self) -> bool:
-        """Whether the mass changes steadily, which a payload does not: the drives warm up, or a gain drifts."""
-        drift = self.drift
-        if drift is None:
-            return False
-        return rise_p_value((drift[0] / drift[1]) ** 2, 1, float(len(self.seen[0]) - 2)) < _DRIFTS
-
-    def half_width(self) -> float:
-        """Half of the 95 % interval of their mean by their scatter alone [kg]."""
-        masses = self.seen[1]
-        if len(masses) < 2:
-            return float("nan")
-        return student95(len(masses) - 1) * self.spread / float(np.sqrt(len(masses)))
+def _drift(k: NDArray[np.intp], masses: Array, sigmas: Array) -> tuple[float, float]:
+    """Slope of masses over the recordings' numbers, and its standard deviation by their scatter."""
+    A = np.column_stack([np.ones(len(k)), k]) / sigmas[:, None]
+    parts = decomposed(A)
+    slope = parts.solution(masses / sigmas)
+    left = float(np.sum((masses / sigmas - A @ slope) ** 2)) / max(len(k) - 2, 1)
+    return float(slope[1]), float(np.sqrt((parts.covariance * max(left, 1.0))[1, 1]))
 
 
 def repeats_of(problem: PayloadProblem, scale: KnownMass | None) -> Repeats | None:
@@ -97,36 +88,4 @@ def repeats_of(problem: PayloadProblem, scale: KnownMass | None) -> Repeats | No
                 mass, sigma = model["M_L"], float(model.sigma[model.names.index("M_L")])
         masses.append(mass)
         sigmas.append(sigma)
-    return Repeats(tuple(run.source for run in problem.runs), tuple(masses), tuple(sigmas))
-
-
-def widened(estimate: PayloadEstimate, factor: float) -> PayloadEstimate:
-    """With standard deviations ``factor`` times as large."""
-    if factor == 1.0:
-        return estimate
-    robust = estimate.estimate.robust
-    if robust is not None:
-        robust = replace(robust, covariance=robust.covariance * factor**2)
-    covariance = estimate.estimate.covariance * factor**2
-    return replace(estimate, estimate=replace(estimate.estimate, covariance=covariance, robust=robust))
-
-
-def reaching(estimate: PayloadEstimate, change: Array) -> PayloadEstimate:
-    """With standard deviations that let the intervals reach values moved by a change of the ten, shape (10,)."""
-    step = change / NORMAL95
-    return moved(estimate, 0.0 * change, np.outer(step, step))
-
-
-def moved(estimate: PayloadEstimate, change: Array, more: Array) -> PayloadEstimate:
-    """With other values of the ten and a larger covariance: the changes, shapes (10,) and 10 x 10."""
-    places, robust = list(estimate.places), estimate.estimate.robust
-    more = more[np.ix_(places, places)]
-    if robust is not None:
-        robust = replace(robust, covariance=robust.covariance + more)
-    widened_values = replace(
-        estimate.estimate,
-        values=estimate.estimate.values + change[places],
-        covariance=estimate.estimate.covariance + more,
-        robust=robust,
-    )
-    return replace(estimate, estimate=widened_values)
+    return Repeats.made([run.source for run in problem.runs], masses, sigmas)

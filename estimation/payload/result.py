@@ -1,22 +1,32 @@
-"""What every payload method returns, and the frame in which it is given."""
+"""A payload by one method, free and as it should be used: one that can exist, with intervals that hold."""
 
-from dataclasses import dataclass
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 
 import numpy as np
 
 from ...common.arrays import Array, frozen_array
-from ...model import INERTIAL, InertialParameters, Pose, Robot
+from ...common.brief import Brief
+from ...common.errors import InputError
+from ...model import InertialParameters, Pose, Robot
 from ...model.inertia import PayloadSpread, payload_spread
 from ..equations.equations import PAYLOAD, Equations
-from ..fit.estimate import Estimate
+from ..fit.covariance import NORMAL95
+from ..fit.drive_gains import Gains
+from ..fit.estimate import Estimate, error_model
+from ..possible.constraints import Constraint
+from ..possible.intervals import NO_INTERVALS, Intervals, profile_intervals
+from ..possible.payload import CONFLICT, POSSIBLE, Active, Possible, Weighing, solve_constrained, tested
 
 METHOD_NAMES = {1: "known-robot", 2: "change", 3: "difference", 4: "global"}
 """The paper's methods, by number, in a word."""
+_FORM = re.compile(r"(box|cylinder):([0-9.]+(?:x[0-9.]+)*)")
 
 
-@dataclass(frozen=True)
-class PayloadEstimate:
+@dataclass(frozen=True, repr=False)
+class PayloadEstimate(Brief):
     """A payload as one method sees it: all ten parameters, or those that a short motion determines.
 
     Attributes:
@@ -67,34 +77,189 @@ class PayloadEstimate:
         return self.body.mass
 
     @cached_property
-    def sigma_com(self) -> Array:
-        """Standard deviations of the centre of mass [m], shape (3,), by the full covariance."""
-        return self._spread(self.estimate.covariance).com
+    def spread(self) -> PayloadSpread:
+        """Standard deviations of mass, centre of mass and inertia there by the formula's covariance."""
+        return payload_spread(self.ten, self.estimate.covariance, self.places)
 
     @cached_property
-    def sigma_inertia_com(self) -> Array:
-        """Standard deviations of the inertia at the centre of mass [kg m^2], 3 x 3, by the full covariance."""
-        return self._spread(self.estimate.covariance).inertia_com
-
-    @cached_property
-    def sigma_com_robust(self) -> Array | None:
-        """Standard deviations that hold for autocorrelated noise [m], where it was asked for."""
+    def robust_spread(self) -> PayloadSpread | None:
+        """Those that hold for autocorrelated noise, where they were asked for."""
         robust = self.estimate.robust
-        return self._spread(robust.covariance).com if robust else None
+        return payload_spread(self.ten, robust.covariance, self.places) if robust else None
 
-    @cached_property
-    def sigma_inertia_com_robust(self) -> Array | None:
-        """Standard deviations that hold for autocorrelated noise [kg m^2], 3 x 3, where it was asked for."""
-        robust = self.estimate.robust
-        return self._spread(robust.covariance).inertia_com if robust else None
-
-    @cached_property
+    @property
     def larger_sigma(self) -> Array:
         """The larger of the formula's and the robust standard deviation of each parameter, shape (10,)."""
         return self.estimate.larger_sigma
 
-    def _spread(self, covariance: Array) -> PayloadSpread:
-        return payload_spread(self.estimate.values, covariance, range(len(INERTIAL)))
+
+def moved(estimate: PayloadEstimate, change: Array, more: Array, factor: float = 1.0) -> PayloadEstimate:
+    """With other values, sigmas ``factor`` times as large and ``more`` covariance; of the ten, (10,), 10 x 10."""
+    places, own = list(estimate.places), estimate.estimate
+
+    def larger(covariance: Array) -> Array:
+        return np.asarray(covariance * factor**2 + more[np.ix_(places, places)])
+
+    robust = own.robust and replace(own.robust, covariance=larger(own.robust.covariance))
+    values, covariance = own.values + change[places], larger(own.covariance)
+    return replace(estimate, estimate=replace(own, values=values, covariance=covariance, robust=robust))
+
+
+def widened(estimate: PayloadEstimate, factor: float) -> PayloadEstimate:
+    """With standard deviations ``factor`` times as large."""
+    return estimate if factor == 1.0 else moved(estimate, np.zeros(10), np.zeros((10, 10)), factor)
+
+
+def reaching(estimate: PayloadEstimate, change: Array) -> PayloadEstimate:
+    """With standard deviations that let the intervals reach values moved by a change of the ten, shape (10,)."""
+    step = change / NORMAL95
+    return moved(estimate, 0.0 * change, np.outer(step, step))
+
+
+@dataclass(frozen=True, repr=False)
+class ConstrainedPayload(Brief):
+    """The payload nearest to one method's estimate among those that hold the constraints.
+
+    Attributes:
+        free: the method's own estimate.
+        result: the constrained one. Its ``free`` holds the same values with the covariance and the degrees of
+            freedom by which distance, p-value and intervals go: those of ``error_model``.
+        intervals: 95 %; nan where a constraint contradicts the data.
+        gains: uncertainty of the drive gains that is part of the covariance; None where they are taken as exact.
+        tested: active constraints with the probability of what each costs.
+    """
+
+    free: PayloadEstimate
+    result: Possible
+    intervals: Intervals
+    gains: Gains | None
+    tested: tuple[Active, ...]
+
+    @property
+    def method(self) -> int:
+        """1 to 4."""
+        return self.free.method
+
+    @property
+    def body(self) -> InertialParameters:
+        """The payload as a body that can exist."""
+        return self.result.body
+
+    @property
+    def mass(self) -> float:
+        """Mass [kg]."""
+        return self.body.mass
+
+    @property
+    def sigma(self) -> Array:
+        """Standard deviations of the free ten behind the intervals, gains included, shape (10,)."""
+        return self.result.free.sigma
+
+    @cached_property
+    def principal_moments(self) -> Array:
+        """Principal moments of inertia at the centre of mass, rising [kg m^2], shape (3,)."""
+        return np.asarray(np.linalg.eigvalsh(self.body.inertia_com))
+
+    @property
+    def p_value(self) -> float:
+        """Probability of all constraints together; if small, they, or the model, contradict the data."""
+        return self.result.p_value
+
+    @property
+    def weighings(self) -> tuple[Weighing, ...]:
+        """Weighed masses beside the identified one."""
+        return self.result.weighings
+
+    @property
+    def conflicts(self) -> tuple[Active, ...]:
+        """Active constraints that contradict the data."""
+        return tuple(constraint for constraint in self.tested if constraint.conflict)
+
+    @property
+    def conflict(self) -> bool:
+        """Whether a constraint or a weighed mass, or all of them together, contradict the data."""
+        apart = any(weighing.conflict for weighing in self.weighings)
+        return apart or bool(self.conflicts) or self.p_value < CONFLICT
+
+
+def constrain_payload(
+    free: PayloadEstimate, constraints: Sequence[Constraint] = POSSIBLE, gains: Gains | None = None
+) -> ConstrainedPayload:
+    """The nearest payload that holds the constraints, with intervals.
+
+    Args:
+        free: a method's result, all ten determined.
+        constraints: what is known beforehand; that the body can exist is always demanded.
+        gains: uncertainty of the drive gains; taken as exact by default.
+
+    Raises:
+        InputError: if the covariance does not determine every parameter, or what the result owes to the drive gains
+            is not known.
+        SolverError: for anything but a clean solve, as when no body holds all constraints.
+    """
+    result = solve_constrained(error_model(free.estimate, gains), constraints)
+    tests = tested(result)
+    contradicted = result.p_value < CONFLICT or any(test.conflict for test in tests)
+    intervals = NO_INTERVALS if contradicted else profile_intervals(result)
+    return ConstrainedPayload(free, result, intervals, gains, tests)
+
+
+@dataclass(frozen=True)
+class StandIn:
+    """A usable inertia where none was measured: that of an evenly filled body. Assumed, and called so.
+
+    Attributes:
+        kind: "box" or "cylinder".
+        sizes: of a box along x, y, z [m]; diameter, and length along z, of a cylinder [m].
+    """
+
+    kind: str
+    sizes: tuple[float, ...]
+
+    def __post_init__(self) -> None:
+        """Refuse sizes that no body has."""
+        count = {"box": 3, "cylinder": 2}.get(self.kind, 0)
+        if len(self.sizes) != count or not all(0.0 < size < np.inf for size in self.sizes):
+            raise InputError(
+                f"an assumed inertia of {self.kind} {self.sizes}: give box:AxBxC (along x, y, z) or cylinder:DxL "
+                "(diameter, and length along z), in mm"
+            )
+
+    @staticmethod
+    def parse(text: str) -> "StandIn":
+        """From "box:60x60x350" or "cylinder:80x200", in mm.
+
+        Raises:
+            InputError: for anything else.
+        """
+        match = _FORM.fullmatch(text.strip().lower())
+        try:
+            sizes = tuple(1e-3 * float(size) for size in match[2].split("x")) if match else ()
+        except ValueError:
+            sizes = ()
+        if match is None or not sizes:
+            raise InputError(f"--inertia {text!r}: write box:60x60x350 or cylinder:80x200, in mm")
+        return StandIn(match[1], sizes)
+
+    @property
+    def description(self) -> str:
+        """In words, with its sizes in mm."""
+        sizes = " x ".join(f"{1e3 * size:g}" for size in self.sizes)
+        along = "along x, y, z" if self.kind == "box" else "(diameter, length along z)"
+        return f"evenly filled {self.kind} of {sizes} mm {along} about the centre of mass"
+
+    def inertia(self, mass: float) -> Array:
+        """Inertia at the centre of mass of that mass [kg m^2], 3 x 3."""
+        if self.kind == "box":
+            squares = np.square(self.sizes)
+            return np.diag(mass / 12.0 * (squares.sum() - squares))
+        diameter, length = self.sizes
+        across = mass * (3.0 * (diameter / 2.0) ** 2 + length**2) / 12.0
+        return np.diag([across, across, mass * diameter**2 / 8.0])
+
+    def body(self, mass: float, com: Array) -> InertialParameters:
+        """The payload with this inertia."""
+        return InertialParameters.from_com(mass, com, self.inertia(mass))
 
 
 def in_payload_frame(robot: Robot, equations: Equations) -> Equations:

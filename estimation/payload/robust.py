@@ -21,9 +21,6 @@ class Posed(Protocol):
     def solved(self, weights: Array | None = None) -> Estimate:
         """The parameters asked for; weights are estimated unless they are given."""
 
-    def values(self, weights: Array) -> Array:
-        """Values of the parameters alone."""
-
     def without_blocks(self, weights: Array, pairs: Sequence[tuple[int, int]]) -> Array:
         """Values without blocks of time with and without payload, one row for each of ``left_out``."""
 
@@ -47,7 +44,9 @@ def with_robust(
     if rule == "formula":
         return estimate, ""
     if isinstance(problem, LongMotion) and not problem.loaded.blocks:
-        return estimate, problem.no_blocks
+        known = problem.known  # of which no robust covariance is known, nothing was cut into blocks
+        formula_only = problem.settings.robust and known is not None and known.robust is None
+        return estimate, FORMULA_ONLY if formula_only else ""
     try:
         return replace(estimate, robust=_robust(problem, posed, estimate, rule)), ""
     except InputError as error:
@@ -58,67 +57,43 @@ def _robust(
     problem: LongMotion | ShortMotion, posed: Posed, estimate: Estimate, rule: Rule | None
 ) -> RobustCovariance:
     """By the rule asked for, weights fixed at those of the result."""
-    length = problem.block_length
-    if rule == "sandwich":
-        return _sandwich(problem, posed, estimate)
-    try:
-        groups = problem.left_out
-        with naming_blocks(length):
-            values = posed.without_blocks(estimate.weights, list(chain.from_iterable(groups)))
-    except InputError:
-        if rule == "jackknife" or isinstance(problem, ShortMotion) or not problem.inflation:
-            raise
-        return _sandwich(problem, posed, estimate)
-    ends = np.cumsum([len(group) for group in groups])[:-1]
-    own = jackknife(np.split(values, ends), estimate.values, length)
-    whole = _with_lasting(problem, posed, estimate, own)
-    few = isinstance(problem, LongMotion) and problem.memory.few
-    few = few or (problem.corrected and own.degrees_of_freedom + 1 < FEW)
-    if rule == "jackknife" or not few:
-        return whole
-    return _sandwich(problem, posed, estimate, replace(whole, blocks=own.blocks))
-
-
-def _sandwich(
-    problem: LongMotion | ShortMotion, posed: Posed, estimate: Estimate, robust: RobustCovariance | None = None
-) -> RobustCovariance:
-    """By how much each joint's errors remember; the jackknife's standard deviations count where they are larger.
-
-    Of a robot that the recordings correct the jackknife is left out: a few seconds say next to nothing of it.
-
-    Args:
-        robust: the jackknife's, of few blocks; None without.
-    """
+    weights, length, known, robust = estimate.weights, problem.block_length, problem.known, None
+    if rule != "sandwich":
+        try:
+            groups = problem.left_out
+            with naming_blocks(length):
+                values = posed.without_blocks(weights, list(chain.from_iterable(groups)))
+            ends = np.cumsum([len(group) for group in groups])[:-1]
+            robust = jackknife(np.split(values, ends), estimate.values, length)
+        except InputError:
+            if rule == "jackknife" or isinstance(problem, ShortMotion) or not problem.inflation:
+                raise
+    blocks = robust.blocks if robust is not None else 0
+    if robust is not None:
+        few = isinstance(problem, LongMotion) and problem.few
+        few = few or (problem.corrected and robust.degrees_of_freedom + 1 < FEW)
+        share = posed.lasting(weights)  # what no block shows; none where the method does without anything known
+        if share.any():
+            # A robot that was identified earlier adds its own robust covariance, propagated: its blocks were left
+            # out one at a time as well.
+            own = known.robust if known is not None else None
+            if known is not None and own is None and isinstance(problem, LongMotion):
+                raise InputError(FORMULA_ONLY)
+            robust = RobustCovariance(
+                robust.covariance + share,
+                blocks + (own.blocks if own else 0),
+                min(robust.degrees_of_freedom, own.degrees_of_freedom) if own else robust.degrees_of_freedom,
+                max(length, own.block_length) if own else length,
+            )
+        if rule == "jackknife" or not few:
+            return robust
+    # By how much each joint's errors remember; the jackknife's standard deviations count where they are larger.
     if not problem.inflation:
         raise InputError("a sandwich needs recordings in blocks of time: how long errors remember is not known")
-    covariance = posed.sandwich(estimate.weights, problem.inflation)
+    covariance = posed.sandwich(weights, problem.inflation)
+    # Of a robot that the recordings correct a few seconds say next to nothing: its jackknife is left out.
     if robust is not None and not problem.corrected:
         wider = np.maximum(robust.sigma / np.sqrt(np.diag(covariance)), 1.0)
         covariance = covariance * np.outer(wider, wider)
-    blocks, degrees = robust.blocks if robust is not None else 0, max(int(estimate.degrees_of_freedom), 1)
-    return RobustCovariance(covariance, blocks, degrees, problem.block_length, by_memory=True)
-
-
-def _with_lasting(
-    problem: LongMotion | ShortMotion, posed: Posed, estimate: Estimate, robust: RobustCovariance
-) -> RobustCovariance:
-    """The jackknife's, and what no block shows.
-
-    A robot that was identified earlier adds its own robust covariance, propagated: its blocks were left out one at
-    a time as well.
-    """
-    share = posed.lasting(estimate.weights)
-    if not share.any():
-        return robust  # the method does without anything known earlier
-    widened = replace(robust, covariance=robust.covariance + share)
-    own = problem.known.robust if problem.known is not None else None
-    if problem.known is not None and own is None and isinstance(problem, LongMotion):
-        raise InputError(FORMULA_ONLY)
-    if own is None:
-        return widened
-    return RobustCovariance(
-        widened.covariance,
-        robust.blocks + own.blocks,
-        min(robust.degrees_of_freedom, own.degrees_of_freedom),
-        max(robust.block_length, own.block_length),
-    )
+    degrees = max(int(estimate.degrees_of_freedom), 1)
+    return RobustCovariance(covariance, blocks, degrees, length, by_memory=True)

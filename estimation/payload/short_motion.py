@@ -7,6 +7,7 @@ from functools import cached_property
 import numpy as np
 
 from ...common.arrays import Array
+from ...common.brief import Brief
 from ...common.errors import InputError
 from ...model import BaseParameters, Motion, Processing, Robot
 from ...model.motion import Measurement
@@ -19,9 +20,9 @@ from ..signals.alignment import AlignedPair
 from ..signals.rows import Mask, inner_samples, least_speed, moving_parts
 from .constant_torques import FREE, HeldFriction
 from .long_motion import Source, check_blocks, check_known, known_robot, prior_of
-from .path import known_path
 from .result import in_payload_frame
 from .ripple import Wave
+from .under_load import known_path
 
 SLOW = 0.03
 """rad/s or m/s: rows of a slower joint are not used; the sign of its friction is not sure there."""
@@ -29,8 +30,8 @@ _SHARE = 0.1  # of the moving time: a joint that moves less is held
 _AT_REST = 5e-3  # rad or m: a held joint's positions spread no more; a wider one went to another pose
 
 
-@dataclass(frozen=True, eq=False)
-class Run:
+@dataclass(frozen=True, eq=False, repr=False)
+class Run(Brief):
     """One recording with payload.
 
     Attributes:
@@ -50,8 +51,8 @@ class Run:
         return self.equations.select([name for name in self.equations.columns if not name.startswith(FREE)])
 
 
-@dataclass(frozen=True, eq=False)
-class ShortMotion:
+@dataclass(frozen=True, eq=False, repr=False)
+class ShortMotion(Brief):
     """Recordings of a short motion, friction free in each, and what they show of the ten.
 
     Method 3, (29), where the torque without payload was subtracted; else method 1, (22) and (23), beside a robot
@@ -123,11 +124,6 @@ class ShortMotion:
         factors = in_payload_frame(self.robot, self.loaded).select(PAYLOAD).factors
         return visibility_of(np.vstack(factors)[:, :-1], self.joints)
 
-    @property
-    def chosen(self) -> tuple[str, ...]:
-        """Which of ``PAYLOAD`` stand for all that can be seen."""
-        return tuple(PAYLOAD[k] for k in self.visibility.chosen)
-
     def posed(self, wanted: Sequence[str] | None = None) -> LinearProblem:
         """(29): Y_T - Y_wL = W_L chi_L, or (23): Y_T - W chi = W_L chi_L.
 
@@ -136,9 +132,9 @@ class ShortMotion:
         held.
 
         Args:
-            wanted: of the ten; ``chosen`` by default.
+            wanted: of the ten; by default those that stand for all that can be seen.
         """
-        wanted = self.chosen if wanted is None else tuple(wanted)
+        wanted = tuple(wanted or (PAYLOAD[k] for k in self.visibility.chosen))
 
         def shown(equations: Equations) -> Equations:
             columns = [name for name in equations.columns if name in wanted or name not in PAYLOAD]
@@ -209,13 +205,12 @@ class ShortMotion:
         return scale
 
     def resolved(self, estimate: Estimate, scale: KnownMass | None) -> Estimate:
-        """The parameters that are determined, from the ``chosen`` ones; a scale makes others follow from sums.
+        """The parameters that are determined, from those posed; a ``needed`` scale makes others follow from sums.
 
         Nothing that the torques leave open is filled in.
         """
-        used = self.needed(scale)
-        places, A, by_mass = self.visibility.resolved(used is not None)
-        mass, variance = (used.mass, used.sigma**2) if used is not None else (0.0, 0.0)
+        places, A, by_mass = self.visibility.resolved(scale is not None)
+        mass, variance = (scale.mass, scale.sigma**2) if scale is not None else (0.0, 0.0)
         payload = estimate.mapped(A, [PAYLOAD[k] for k in places], by_mass * mass)
         shared = variance * np.outer(by_mass, by_mass)
         robust = payload.robust

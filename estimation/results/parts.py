@@ -16,6 +16,7 @@ from ..diagnosis.finding import Verdict
 from ..fit.covariance import RobustCovariance
 from ..fit.drive_gains import Fingerprints, Gains
 from ..fit.essential import Elimination, SigmaBound, SigmaRatio
+from ..fit.estimate import Estimate
 from ..possible.prior import PriorRobot
 from ..possible.robot import PossibleRobot
 
@@ -110,37 +111,28 @@ class VerdictDocument(Document, frozen=True):
         return cls(verdict.level, verdict.reasons, verdict.notes or UNSET)
 
 
-class GainErrorsDocument(Document, frozen=True):
+class GainErrorsDocument(Document, frozen=True, omit_defaults=True):
     """Relative errors of drive gains; of identified ones also covariance, recordings and payload."""
 
     per_joint: tuple[_Share, ...]
     common: _Share
-    identified: tuple[tuple[float, ...], ...] | UnsetType = UNSET
-    recordings: Fingerprints | UnsetType = UNSET
-    mass: Number | UnsetType = UNSET
-    notes: tuple[str, ...] | UnsetType = UNSET
-    assumed: bool | UnsetType = UNSET
+    identified: tuple[tuple[float, ...], ...] = ()
+    recordings: Fingerprints = field(default_factory=dict)
+    mass: Number = None
+    notes: tuple[str, ...] = ()
+    assumed: bool = False
 
     @classmethod
     def made(cls, gains: Gains) -> Self:
         """Errors of gains; of identified ones their covariance, recordings and payload too."""
         known = any(gains.recordings.values())
-        return cls.of(
-            gains,
-            identified=gains.identified or UNSET,
-            recordings=gains.recordings if known else UNSET,
-            mass=gains.mass if known else UNSET,
-            notes=gains.notes or UNSET,
-            assumed=gains.assumed or UNSET,
-        )
+        return cls.of(gains, recordings=gains.recordings if known else {}, mass=gains.mass if known else None)
 
     @property
     def gains(self) -> Gains:
         """The errors as estimators take them."""
-        known = present(self.recordings) or {}, present(self.mass), present(self.notes) or ()
-        return Gains(
-            self.per_joint, self.common, present(self.identified) or (), *known, assumed=bool(self.assumed)
-        )
+        own = self.per_joint, self.common, self.identified, self.recordings, self.mass, self.notes
+        return Gains(*own, assumed=self.assumed)
 
 
 class ParameterDocument(Document, frozen=True):
@@ -157,6 +149,21 @@ class ParameterDocument(Document, frozen=True):
     sigma_by_gains: Number | UnsetType = UNSET
     interval95_with_gains: Interval | UnsetType | None = UNSET
     essential: bool | UnsetType = UNSET
+
+    @classmethod
+    def rows(cls, estimate: Estimate, **columns: Any) -> tuple[Self, ...]:
+        """One row a parameter, with further columns."""
+        every: dict[str, Any] = columns | {
+            "value": estimate.values,
+            "sigma": estimate.sigma,
+            "relative_sigma_percent": estimate.relative_sigma_percent,
+            "sigma_robust": estimate.sigma_robust,
+            "sigma_by_gains": estimate.sigma_by_gains,
+        }
+        return tuple(
+            cls(**dict[str, Any]({key: None if column is None else column[k] for key, column in every.items()}))
+            for k in range(len(estimate.names))
+        )
 
 
 class EliminationStep(Document, frozen=True):
@@ -190,7 +197,6 @@ class EliminationDocument(Document, frozen=True):
             labels: name of a column -> name of the parameter ("MX2" -> "MX2R").
         """
         path, rule, estimate = elimination.path, elimination.rule, elimination.estimate
-        robust, by_gains = estimate.sigma_robust, estimate.sigma_by_gains
         return cls(
             rule="ratio" if isinstance(rule, SigmaRatio) else "sigma",
             description=rule.description,
@@ -198,17 +204,7 @@ class EliminationDocument(Document, frozen=True):
             sigma_ratio=elimination.sigma_ratio,
             largest_relative_sigma_percent=100.0 * elimination.largest_relative_sigma,
             relative_residual=estimate.fit.relative,
-            parameters=tuple(
-                ParameterDocument(
-                    name=labels.get(name, name),
-                    value=estimate.values[k],
-                    sigma=estimate.sigma[k],
-                    sigma_robust=robust[k] if robust is not None else None,
-                    sigma_by_gains=by_gains[k] if by_gains is not None else None,
-                    relative_sigma_percent=estimate.relative_sigma_percent[k],
-                )
-                for k, name in enumerate(estimate.names)
-            ),
+            parameters=ParameterDocument.rows(estimate, name=[labels.get(name, name) for name in estimate.names]),
             path=tuple(
                 EliminationStep(
                     labels.get(name, name) if name else None,

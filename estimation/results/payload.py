@@ -15,9 +15,10 @@ from ...common.speech import Speaks
 from ...model import INERTIAL, InertialParameters, Pose
 from ..fit.drive_gains import Gains
 from ..payload.by_joints import ByJoints, JointShare, JointsMass
-from ..payload.constrained import ConstrainedPayload
-from ..payload.recommended import PREFERRED
-from ..payload.result import PayloadEstimate
+from ..payload.methods import PREFERRED
+from ..payload.repeats import Repeats
+from ..payload.result import ConstrainedPayload, PayloadEstimate
+from ..payload.ripple import Wave
 from .parts import (
     ActiveDocument,
     EliminationDocument,
@@ -114,7 +115,7 @@ class FreeEstimate(MethodEstimate, frozen=True, tag="wls"):
     def made(cls, result: PayloadEstimate) -> Self:
         """All ten by a method; positive definite inertia is not enough for a body that exists."""
         estimate, body = result.estimate, result.body
-        there = body.mass != 0.0
+        spread, robust, there = result.spread, result.robust_spread, body.mass != 0.0
         return cls.of(
             body,
             method=result.method,
@@ -125,11 +126,11 @@ class FreeEstimate(MethodEstimate, frozen=True, tag="wls"):
             interval95_robust=_intervals(estimate.robust_interval95),
             robust=RobustDocument.made(estimate.robust, result.without_robust),
             com=body.com if there else None,
-            com_sigma=result.sigma_com if there else None,
-            com_sigma_robust=result.sigma_com_robust if there else None,
+            com_sigma=spread.com if there else None,
+            com_sigma_robust=robust.com if robust and there else None,
             inertia_com=body.inertia_com if there else None,
-            inertia_com_sigma=result.sigma_inertia_com if there else None,
-            inertia_com_sigma_robust=result.sigma_inertia_com_robust if there else None,
+            inertia_com_sigma=spread.inertia_com if there else None,
+            inertia_com_sigma_robust=robust.inertia_com if robust and there else None,
             relative_residual=estimate.fit.relative,
             from_scale=result.from_scale or UNSET,
         )
@@ -263,16 +264,6 @@ class VisibilityDocument(Document, frozen=True):
     combinations: tuple[str, ...]
 
 
-class RippleDocument(Document, frozen=True):
-    """A wave over the turn of a joint in one recording, and the probability of any such wave in noise alone."""
-
-    source: str
-    joint: int
-    waves: float = field(name="waves_per_turn")
-    amplitude: float
-    probability_by_noise: float
-
-
 class Quantity(Document, frozen=True):
     """Mass, centre of mass or inertia there: whether to use it, its value, 95 % interval and standard deviation.
 
@@ -298,19 +289,6 @@ class Quantity(Document, frozen=True):
     def __float__(self) -> float:
         """The mass alone."""
         return float(self.value)
-
-
-class RepeatsDocument(Document, frozen=True):
-    """The mass [kg] by each recording alone, how much more it scatters than it should, and how it drifts."""
-
-    sources: tuple[str, ...]
-    masses: tuple[Number, ...]
-    sigmas: tuple[Number, ...]
-    spread: Number
-    excess: Number
-    drift_per_recording: Number
-    drift_sigma: Number
-    drifts: bool
 
 
 class ConstantTorques(Document, frozen=True):
@@ -371,11 +349,11 @@ class PayloadResult(Result, frozen=True, kw_only=True, dict=True):
     joints: tuple[int, ...] | UnsetType = UNSET
     visibility: VisibilityDocument | UnsetType = UNSET
     constant_torques: ConstantTorques | UnsetType = UNSET
-    ripple: tuple[RippleDocument, ...] | UnsetType = UNSET
+    ripple: tuple[Wave, ...] | UnsetType = UNSET
     quantities: dict[str, Quantity] | UnsetType = UNSET
     mass_from_scale: bool | UnsetType = UNSET
     agreement: tuple[AgreementDocument, ...] | UnsetType = UNSET
-    repeats: RepeatsDocument | UnsetType | None = UNSET
+    repeats: Repeats | UnsetType | None = UNSET
     assumed: Assumed | UnsetType | None = UNSET
     scale: tuple[float, float] | UnsetType = UNSET
 

@@ -23,7 +23,7 @@ from dynident.common.progress import Progress
 from dynident.estimation import PAYLOAD as TEN
 from dynident.estimation import Estimate, Identification, PayloadAnswer, Settings, answer_payload, identify
 from dynident.estimation.fit.estimate import Fit, fit
-from dynident.estimation.payload.equations import payload_equations
+from dynident.estimation.payload.problem import long_motion
 from dynident.estimation.payload.result import PayloadEstimate
 from dynident.estimation.signals.filtering import measurement
 from dynident.model import INERTIAL
@@ -195,7 +195,7 @@ def compared(experiment: Experiment, progress: Progress) -> list[Table | Notes]:
     answer = answer_payload(problem, held_out=[bare])
     joint, essential = robust_joint(problem), essential_joint(problem)
     measured = measurement(loaded, robot.processing)
-    rows = payload_equations(robot, [measured], [], [], Settings(robot.processing, robust=False)).loaded
+    rows = long_motion(robot, [measured], settings=Settings(robot.processing, robust=False)).loaded
     return [
         *table1(answer, paper),
         table2(joint, essential, true_values(experiment, problem), paper),

@@ -11,7 +11,7 @@ from dynident.estimation.equations.reduction import reduced
 from dynident.estimation.fit.blocks import autocorrelation_time, block_edges
 from dynident.estimation.fit.covariance import jackknife
 from dynident.estimation.fit.least_squares import weighted
-from dynident.estimation.payload.equations import PairedMeasurement
+from dynident.estimation.payload.problem import PairedMeasurement
 from dynident.model import base_parameters
 from dynident.tests.estimation.wandering import SETTINGS, block_length, cut, same_equations
 from dynident.tests.estimation.wandering import pair as pair

@@ -10,7 +10,6 @@ from dynident.estimation import PAYLOAD, LongMotion, Settings, answer_payload, p
 from dynident.estimation.equations.equations import Equations
 from dynident.estimation.fit.least_squares import weighted
 from dynident.estimation.payload.by_joints import ByJoints, joint_groups, payload_by_joints
-from dynident.estimation.payload.equations import Memory
 from dynident.tests.estimation import mistakes
 
 
@@ -26,7 +25,7 @@ def seen(problem: LongMotion) -> ByJoints:
 
 
 def without_blocks(problem: LongMotion) -> LongMotion:
-    return replace(problem, loaded=problem.loaded.whole, difference=None, stretches=())
+    return replace(problem, loaded=problem.loaded.whole, difference=None)
 
 
 @pytest.fixture(scope="module")
@@ -81,7 +80,7 @@ def test_a_wrong_gain_shows_as_that_joints_share(name: str, joint: int, factor: 
 def test_a_known_robot_and_other_trajectories_give_the_same_masses(problems: dict[str, LongMotion]) -> None:
     problem = problems["rx90"]
     assert problem.unloaded is not None
-    known = replace(without_blocks(problem), unloaded=None, known=weighted(problem.unloaded), memory=Memory())
+    known = replace(without_blocks(problem), unloaded=None, known=weighted(problem.unloaded), inflation=())
     apart = without_blocks(problem)
     truth = mistakes.good("rx90")[3].mass
     for group, other_group in zip(seen(known).masses, seen(apart).masses, strict=True):

@@ -22,11 +22,10 @@ from dynident.estimation import (
     solve_constrained,
 )
 from dynident.estimation.equations.equations import merged
-from dynident.estimation.payload.equations import payload_equations
-from dynident.estimation.payload.long_motion import Source
 from dynident.estimation.payload.methods import combined
+from dynident.estimation.payload.problem import long_motion
 from dynident.estimation.possible.cone import ConeProgram, solve_cone
-from dynident.model import InertialParameters, base_parameters, load_robot
+from dynident.model import InertialParameters, load_robot
 from dynident.model.motion import Measurement
 from dynident.tests.estimation.estimates import EXACT, TABLES, all_ten, estimate_of, random_estimate
 from dynident.trajectories import Simulator
@@ -162,9 +161,7 @@ def noisy(simulated: Callable[[str], Simulator], exact_pair: Callable[..., tuple
         Measurement(data.motion, data.torque + 20.0 * draw.standard_normal(data.torque.shape))
         for data in exact_pair(simulator)
     )
-    base = base_parameters(robot)
-    equations = payload_equations(robot, [loaded], [bare], [], Settings(EXACT, robust=False))
-    return LongMotion(robot, base, **equations._asdict(), source=Source((), (), EXACT))
+    return long_motion(robot, [loaded], [bare], settings=Settings(EXACT, robust=False))
 
 
 def test_joint_problem_gives_the_same(noisy: LongMotion) -> None:

@@ -22,9 +22,8 @@ from dynident.estimation.equations.equations import PAYLOAD, Equations, merged
 from dynident.estimation.fit.estimate import error_model
 from dynident.estimation.fit.least_squares import weighted
 from dynident.estimation.fit.own_equations import base_problem
-from dynident.estimation.payload.constrained import constrain_payload
 from dynident.estimation.payload.methods import METHODS as SOLVERS
-from dynident.estimation.payload.result import PayloadEstimate
+from dynident.estimation.payload.result import PayloadEstimate, constrain_payload
 from dynident.estimation.payload.weighing import difference_weighing
 from dynident.model import InertialParameters, Motion, Processing, Recording, Robot, Spring, base_parameters
 from dynident.tests.estimation.payload.recordings import short
@@ -129,7 +128,7 @@ def test_it_is_what_rescaled_recordings_give(
         variant = replace(rescaled[factors.tobytes()])
         assert variant.unloaded is not None
         vars(variant)["bare"] = weighted(variant.unloaded, robot_weights)
-        return solver(variant).values(estimate.weights)
+        return solver(variant).solved(estimate.weights).values
 
     expected = brute(solved)
     size = np.linalg.norm(expected, axis=1)[:, None]

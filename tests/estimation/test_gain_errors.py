@@ -21,7 +21,7 @@ from dynident.estimation import (
 )
 from dynident.estimation.fit.drive_gains import usual_gains
 from dynident.estimation.fit.estimate import error_model
-from dynident.estimation.payload.constrained import constrain_payload
+from dynident.estimation.payload.result import constrain_payload
 from dynident.estimation.possible.robot import solve_constrained_base
 from dynident.model import InertialParameters, Motion, Processing, Recording, Robot, load_robot, robot_names
 from dynident.trajectories import Simulator

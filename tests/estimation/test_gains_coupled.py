@@ -12,8 +12,8 @@ from dynident.estimation import Gains, LongMotion, Settings, answer_gains, paylo
 from dynident.estimation.fit.least_squares import weighted
 from dynident.estimation.gains.known_load import known_mass
 from dynident.estimation.gains.problem import gain_problem, gravity_acts, rests_on
-from dynident.estimation.payload.constrained import constrain_payload
 from dynident.estimation.payload.methods import METHODS
+from dynident.estimation.payload.result import constrain_payload
 from dynident.model import InertialParameters, Motion, Processing, Recording, Robot, Spring, load_robot
 from dynident.trajectories import Simulator
 
@@ -71,12 +71,12 @@ def test_truth_within_the_stated_sigma(currents: Currents, name: str, spring: st
         problem = gain_problem(robot, [bare], [loaded], Settings(SETTINGS), load=load)
         gains = answer_gains(replace(problem, deletions=() if seed else problem.deletions), load)
         assert gains.values == pytest.approx(TRUTH, rel=0.02)
-        assert gains.relative_sigma.max() < 0.01
-        errors.append(np.log(gains.values / TRUTH) / gains.relative_sigma)
+        assert gains.logarithms.sigma.max() < 0.01
+        errors.append(np.log(gains.values / TRUTH) / gains.logarithms.sigma)
         if not seed:
-            assert gains.robust is not None
-            assert (gains.robust.sigma / gains.relative_sigma).min() > 0.4
-            assert (gains.robust.sigma / gains.relative_sigma).max() < 2.5
+            assert gains.logarithms.robust is not None
+            assert (gains.logarithms.robust.sigma / gains.logarithms.sigma).min() > 0.4
+            assert (gains.logarithms.robust.sigma / gains.logarithms.sigma).max() < 2.5
     assert 0.3 < np.sqrt(np.mean(np.square(errors))) < 1.7
     assert np.abs(errors).max() < 4.5
 
@@ -88,7 +88,7 @@ def test_a_coupling_that_is_not_told_spoils_the_gains(currents: Currents) -> Non
     uncoupled = replace(robot, drives=replace(robot.drives, coupling=None))
     problem = gain_problem(uncoupled, [bare], [loaded], Settings(SETTINGS))
     gains = answer_gains(replace(problem, deletions=()), known_mass(6.0))
-    assert abs(np.log(gains.values / TRUTH) / gains.relative_sigma)[4] > 10.0
+    assert abs(np.log(gains.values / TRUTH) / gains.logarithms.sigma)[4] > 10.0
 
 
 def test_words_tell_what_a_gain_rests_on() -> None:
@@ -138,7 +138,7 @@ def test_how_sure_they_are_reaches_the_payload(currents: Currents) -> None:
     unsure = Gains(identified=gains.larger_relative_covariance.tolist())
     for method in (1, 2, 3, 4):
         free = payload_estimate(at_once, method)
-        values = [METHODS[method](moved_problem).values(free.estimate.weights) for moved_problem in shifted]
+        values = [METHODS[method](moved_problem).solved(free.estimate.weights).values for moved_problem in shifted]
         J = (np.column_stack(values) - free.estimate.values[:, None]) / 1e-5
         with_gains, exact = (constrain_payload(free, gains=g) for g in (unsure, None))
         share = with_gains.result.free.covariance - exact.result.free.covariance

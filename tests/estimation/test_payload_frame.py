@@ -170,7 +170,7 @@ def test_gain_errors_move_along(rx90: Robot, payload: InertialParameters, wander
     np.testing.assert_allclose(tool.result.free.covariance, expected, atol=1e-7 * np.abs(expected).max())
     assert plain.sigma[9] == pytest.approx(tool.sigma[9], rel=1e-6)
     assert plain.mass == pytest.approx(tool.mass, rel=1e-6)
-    assert tool.frame == "tool 1"
+    assert tool.free.frame == "tool 1"
 
 
 def test_frame_change_is_that_of_a_body(payload: InertialParameters) -> None:

@@ -9,10 +9,12 @@ from dynident.common.arrays import Array
 from dynident.common.errors import InputError
 from dynident.estimation import PAYLOAD, Estimate, LongMotion, Settings, payload_estimate, payload_problem
 from dynident.estimation.fit.least_squares import weighted
-from dynident.estimation.payload.equations import PairedMeasurement, payload_equations
+from dynident.estimation.payload.by_joints import payload_by_joints
 from dynident.estimation.payload.long_motion import Source
-from dynident.estimation.payload.methods import combined, payload_map, usable_methods
-from dynident.model import InertialParameters, Joint, Motion, Processing, Recording, Robot, Spring, base_parameters
+from dynident.estimation.payload.methods import combined, from_change, payload_map, usable_methods
+from dynident.estimation.payload.problem import PairedMeasurement, long_motion
+from dynident.estimation.payload.result import constrain_payload
+from dynident.model import InertialParameters, Joint, Motion, Processing, Recording, Robot, Spring
 from dynident.model.motion import Measurement
 from dynident.trajectories import Simulator
 
@@ -36,11 +38,9 @@ def problem_of(robot: Robot, pairs: list[tuple[Measurement, ...]], noise: float 
         return Measurement(data.motion, data.torque + noise * draw.standard_normal(data.torque.shape))
 
     pairs = [(noisy(a), noisy(b)) for a, b in pairs]
-    base = base_parameters(robot)
     bare, loaded = zip(*pairs, strict=True)
     together = [PairedMeasurement(a, b) for a, b in pairs]
-    equations = payload_equations(robot, loaded, bare, together, Settings(EXACT, robust=False))
-    return LongMotion(robot, base, **equations._asdict(), source=Source((), (), EXACT))
+    return long_motion(robot, loaded, bare, together, Settings(EXACT, robust=False))
 
 
 @pytest.mark.parametrize("method", METHODS)
@@ -239,3 +239,14 @@ def test_an_arm_that_cannot_show_a_payload_says_so(wander: Callable[..., Motion]
     recording = Recording(motion.t, motion.q, np.array(motion.q))
     with pytest.raises(InputError, match=r"no motion of planar shows \d of a payload's ten directions \(.*MZ"):
         payload_problem(planar, [recording], [recording], settings=Settings(robust=False))
+
+
+def test_what_holds_equations_is_shown_in_a_few_lines(
+    simulated: Callable[[str], Simulator], exact_pair: Callable[..., tuple[Measurement, ...]]
+) -> None:
+    """Eight lines of a screen, however much they hold."""
+    simulator = simulated("rx90")
+    problem = problem_of(simulator.robot, [exact_pair(simulator)], 0.1)
+    free = payload_estimate(problem, 4)
+    shown = (problem, free, from_change(problem), constrain_payload(free), payload_by_joints(problem, np.ones(6)))
+    assert all("\n" not in repr(value) and len(repr(value)) <= 640 for value in shown)

@@ -15,10 +15,10 @@ from dynident.estimation import LongMotion, Settings, identify, payload_estimate
 from dynident.estimation.equations.equations import Blocks
 from dynident.estimation.fit.covariance import RobustCovariance, Rule, jackknife
 from dynident.estimation.fit.least_squares import weighted
-from dynident.estimation.payload.equations import Memory, PairedMeasurement, payload_equations
 from dynident.estimation.payload.long_motion import Source
 from dynident.estimation.payload.methods import METHODS, usable_methods
-from dynident.model import InertialParameters, base_parameters, load_robot
+from dynident.estimation.payload.problem import PairedMeasurement, long_motion
+from dynident.model import InertialParameters, load_robot
 from dynident.tests.estimation.wandering import SETTINGS, Wander, later, noisy, rows_out, same_equations
 from dynident.tests.estimation.wandering import pair as pair
 from dynident.tests.estimation.wandering import simulator as simulator
@@ -34,11 +34,9 @@ def problem(simulator: Simulator, pair: PairedMeasurement) -> LongMotion:
 
 def problem_of(simulator: Simulator, pairs: list[PairedMeasurement], paired: bool = True) -> LongMotion:
     robot = simulator.robot
-    base = base_parameters(robot)
     loaded, bare = [pair.loaded for pair in pairs], [pair.unloaded for pair in pairs]
-    equations = payload_equations(robot, loaded, bare, pairs if paired else [], Settings(SETTINGS))
-    settings = Settings(friction_change=0.0)
-    return LongMotion(robot, base, **equations._asdict(), source=NO_SOURCE, settings=settings)
+    settings = Settings(SETTINGS, friction_change=0.0)
+    return long_motion(robot, loaded, bare, pairs if paired else [], settings)
 
 
 def weighing_robot(problem: LongMotion, weights: Array) -> LongMotion:
@@ -51,9 +49,9 @@ def weighing_robot(problem: LongMotion, weights: Array) -> LongMotion:
 
 def test_blocks_of_one_motion_are_cut_at_the_same_points(simulator: Simulator, pair: PairedMeasurement) -> None:
     """Whatever the unloaded recording's own clock shows."""
-    robot, base = simulator.robot, base_parameters(simulator.robot)
-    plain = payload_equations(robot, [pair.loaded], [pair.unloaded], [pair], Settings(SETTINGS))
-    shifted = payload_equations(
+    robot = simulator.robot
+    plain = long_motion(robot, [pair.loaded], [pair.unloaded], [pair], Settings(SETTINGS))
+    shifted = long_motion(
         robot, [pair.loaded], [later(pair.unloaded, -7.5)], [pair._replace(lag=7.5)], Settings(SETTINGS)
     )
     bare, moved = plain.unloaded, shifted.unloaded
@@ -66,7 +64,7 @@ def test_blocks_of_one_motion_are_cut_at_the_same_points(simulator: Simulator, p
         assert np.abs(rows_out(bare, a) - rows_out(plain.loaded, heavy)).max() <= 1
     fewer = replace(bare, blocks=Blocks.of(bare.parts()[1:]))
     with pytest.raises(ValueError, match="as many"):
-        LongMotion(robot, base, **plain._replace(unloaded=fewer)._asdict(), source=NO_SOURCE)
+        replace(plain, unloaded=fewer)
 
 
 @pytest.mark.parametrize("method", METHODS)
@@ -74,9 +72,9 @@ def test_fixed_weights_repeat_the_result(method: int, problem: LongMotion) -> No
     assert problem.unloaded is not None
     estimate = METHODS[method](problem).solved()
     fixed = METHODS[method](weighing_robot(problem, weighted(problem.unloaded).weights))
-    assert np.allclose(fixed.values(estimate.weights), estimate.values, rtol=1e-12)
+    assert np.allclose(fixed.solved(estimate.weights).values, estimate.values, rtol=1e-12)
     weights = estimate.weights * np.array([1.0, 2.0, 3.0, 1.0, 2.0, 3.0])
-    assert not np.allclose(fixed.values(weights), estimate.values, rtol=1e-6)
+    assert not np.allclose(fixed.solved(weights).values, estimate.values, rtol=1e-6)
 
 
 @pytest.mark.parametrize("method", METHODS)
@@ -95,7 +93,7 @@ def test_payload_without_a_block_by_hand(method: int, problem: LongMotion) -> No
         part = weighing_robot(
             replace(problem, loaded=loaded, unloaded=unloaded, difference=difference), robot_weights
         )
-        changes.append(METHODS[method](part).values(estimate.weights) - estimate.values)
+        changes.append(METHODS[method](part).solved(estimate.weights).values - estimate.values)
     expected = (count - 1) / count * np.array(changes).T @ np.array(changes)
     assert estimate.robust is not None
     size = np.sqrt(np.outer(np.diag(expected), np.diag(expected)))
@@ -130,7 +128,7 @@ def test_blocks_of_two_motions_are_two_groups(
         expected = np.zeros((10, 10))
         for group in groups:
             parts = [METHODS[method](weighing_robot(part, robot.weights)) for part in group]
-            changes = np.array([part.values(estimate.weights) - estimate.values for part in parts])
+            changes = np.array([part.solved(estimate.weights).values - estimate.values for part in parts])
             expected += (1.0 - 1.0 / len(group)) * changes.T @ changes
         assert estimate.robust is not None
         assert np.diag(estimate.robust.covariance) == pytest.approx(np.diag(expected), rel=1e-6)
@@ -156,16 +154,14 @@ def test_what_an_estimate_tells(problem: LongMotion) -> None:
     assert estimate.robust_interval95 is not None
     half = robust.quantile95 * robust.sigma
     assert np.allclose(estimate.robust_interval95, estimate.values[:, None] + half[:, None] * np.array([-1, 1]))
-    assert result.sigma_com_robust is not None
-    assert result.sigma_inertia_com_robust is not None
+    assert result.robust_spread is not None
     scaled = replace(result, estimate=replace(estimate, robust=replace(robust, covariance=4 * estimate.covariance)))
-    assert scaled.sigma_com_robust is not None
-    assert scaled.sigma_inertia_com_robust is not None
-    assert np.allclose(scaled.sigma_com_robust, 2.0 * result.sigma_com)
-    assert np.allclose(scaled.sigma_inertia_com_robust, 2.0 * result.sigma_inertia_com)
+    assert scaled.robust_spread is not None
+    assert np.allclose(scaled.robust_spread.com, 2.0 * result.spread.com)
+    assert np.allclose(scaled.robust_spread.inertia_com, 2.0 * result.spread.inertia_com)
     plain = payload_estimate(replace(problem, loaded=problem.loaded.whole), 3)
     assert (plain.estimate.sigma_robust, plain.estimate.robust_interval95) == (None, None)
-    assert (plain.sigma_com_robust, plain.sigma_inertia_com_robust, plain.without_robust) == (None, None, "")
+    assert (plain.robust_spread, plain.without_robust) == (None, "")
     with pytest.raises(ValueError, match="10 x 10"):
         replace(estimate, robust=RobustCovariance(np.eye(3), 20, 19, 1.0))
 
@@ -183,7 +179,7 @@ def test_a_rule_for_variances_is_asked_by_name(method: int, problem: LongMotion)
     expected = METHODS[method](problem).sandwich(usual.weights, problem.inflation)
     assert by_memory.robust.by_memory
     assert by_memory.robust.covariance == pytest.approx(expected, rel=1e-9)
-    without = payload_estimate(replace(problem, memory=Memory()), method, covariance="sandwich")
+    without = payload_estimate(replace(problem, inflation=(), few=False), method, covariance="sandwich")
     assert "how long errors remember is not known" in without.without_robust
 
 
@@ -244,7 +240,7 @@ def test_too_short_for_blocks_says_so_and_still_answers(
     assert result.estimate.robust is not None
     assert result.estimate.robust.by_memory
     assert "blocks are too few for a jackknife" in result.estimate.robust.warning
-    assert "two blocks" in payload_estimate(replace(single, memory=Memory()), 3).without_robust
+    assert "two blocks" in payload_estimate(replace(single, inflation=(), few=False), 3).without_robust
     assert result.mass == pytest.approx(payload.mass, abs=0.5)
     with pytest.raises(InputError, match="two blocks"):
         single.loaded.without_each()

@@ -9,7 +9,7 @@ from dynident.estimation.equations.equations import Equations, merged
 from dynident.estimation.equations.observer import Observation
 from dynident.estimation.equations.reduction import reduced
 from dynident.estimation.fit import blocks
-from dynident.estimation.payload.equations import PairedMeasurement
+from dynident.estimation.payload.problem import PairedMeasurement
 from dynident.model import InertialParameters, Motion, Processing, load_robot
 from dynident.model.motion import Measurement
 from dynident.trajectories import Simulator

@@ -14,7 +14,9 @@ from dynident.estimation.fit.drive_gains import Fingerprints
 from dynident.estimation.fit.essential import Elimination, EliminationPath
 from dynident.estimation.fit.estimate import Fit
 from dynident.estimation.gains.known_load import Mountings, known_mass
+from dynident.estimation.payload.repeats import Repeats
 from dynident.estimation.payload.result import PayloadEstimate
+from dynident.estimation.payload.ripple import Wave
 from dynident.estimation.possible.prior import PriorRobot
 from dynident.estimation.possible.robot import PossibleRobot
 from dynident.model import InertialParameters, Pose, Processing
@@ -219,7 +221,7 @@ def payload() -> Any:
     return SimpleNamespace(
         problem=problem, validation=CHECK, robot_fit=FIT, estimates=(free,), constrained=(best,), possible=best,
         recommended=SimpleNamespace(method=3), free=SimpleNamespace(method=3), gains=GAINS, scale=None,
-        recommendation=SimpleNamespace(method=3, reason="one path"),
+        recommendation=(3, "one path"),
         assumed=None, stand_in=None, **quantities(), by_joints=by_joints(),
         elimination=elimination(), left_out={2: "no pair"}, warnings=("warned",),
         verdict=SimpleNamespace(level="mass_and_com_only", reasons=("why",), notes=()),
@@ -240,7 +242,7 @@ def weighing(possible: bool) -> Any:
     determined = free.estimate if possible else estimate(("MX_L", "MY_L", "M_L"))
     payload = PayloadEstimate(1, determined, "flange: plain", "too short", not possible)
     visibility = SimpleNamespace(joints=(1, 2), rank=3, parameters={"M": "alone"}, combinations=("MZ + M",))
-    wave = SimpleNamespace(joint=2, waves=36.0, amplitude=0.75)
+    wave = Wave("a.csv", 2, 36.0, 0.75)
     problem = NonCallableMock(
         spec=ShortMotion,
         joints=(1, 2), torque_rms=np.array([11.0, 12.0, 13.0]), visibility=visibility,
@@ -252,10 +254,7 @@ def weighing(possible: bool) -> Any:
         ),
     )  # fmt: skip
     best = possible_payload(free) if possible else None
-    repeats = SimpleNamespace(
-        sources=("a.csv", "b.csv"), masses=(3.03, 3.04), sigmas=(0.13, 0.14), spread=0.05, excess=1.5,
-        drift=(0.001, 0.002), drifts=False,
-    )  # fmt: skip
+    repeats = Repeats(("a.csv", "b.csv"), (3.03, 3.04), (0.13, 0.14), 0.05, 1.5, 0.001, 0.002, False)
     ten = np.full(10, np.nan)
     ten[[6, 7, 9]] = 0.03, 0.06, 3.05
     names = ("mass", "centre of mass", "inertia")
@@ -269,7 +268,7 @@ def weighing(possible: bool) -> Any:
         assumed=None if possible else body(3.05),
         stand_in=None if possible else SimpleNamespace(description="a box"),
         verdict=SimpleNamespace(level="use", reasons=(), notes=()),
-        recommendation=SimpleNamespace(method=1, reason=""),
+        recommendation=(1, ""),
     )  # fmt: skip
 
 
@@ -277,12 +276,15 @@ def drive_gains() -> Any:
     """The answer of ``gains``."""
     return SimpleNamespace(
         robot=ROBOT, source=source(), values=numbers(3), larger_relative_sigma=0.01 * numbers(3),
-        relative_sigma=0.01 * numbers(3),
-        relative_sigma_robust=0.01 * numbers(3), larger_relative_covariance=covariance(3), free_values=numbers(3),
-        identified=(True, True, False), identifiability=("gravity", "speed", "nothing"), fit=FIT,
+        logarithms=SimpleNamespace(
+            sigma=0.01 * numbers(3), sigma_robust=0.01 * numbers(3), fit=FIT,
+            robust=RobustCovariance(covariance(3), 9, 8, 1.25),
+        ),
+        larger_relative_covariance=covariance(3), free_values=numbers(3),
+        identified=(True, True, False), rests_on=("gravity", "speed", "nothing"),
         payloads=(body(6.0), body(6.5)), loads=(known_mass(6.1, 0.015), known_mass(6.2, 0.012)),
-        known={"M_L": 6.1, "M_L2": 6.2}, mountings=Mountings((1, 3)), disagreement=1.25,
+        mountings=Mountings((1, 3)), disagreement=1.25,
         verdict=Verdict("identified_only", (warning("motor 3"), note("a note"))),
         recordings={"unloaded": ("u0", "u1"), "loaded": ("l0",)},
-        robust=RobustCovariance(covariance(3), 9, 8, 1.25), without_robust="",
+        without_robust="",
     )  # fmt: skip

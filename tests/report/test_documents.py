@@ -81,7 +81,7 @@ def test_the_table_shows_the_larger_standard_deviation_of_each_entry() -> None:
     cells = [free_cells(payload(3, mixed)), free_cells(payload(3, None))]
     assert [str(column[9]) for column in cells] == ["3.000±0.010", "3.000±0.010"]
     assert [str(column[8]) for column in cells] == ["0.300±0.040", "0.300±0.010"]
-    assert result.sigma_com_robust is not None
-    assert result.sigma_com_robust[2] > result.sigma_com[2]
-    assert cells[0][12] == with_sigma(0.1, result.sigma_com_robust[2])
-    assert cells[1][12] == with_sigma(0.1, result.sigma_com[2])
+    assert result.robust_spread is not None
+    assert result.robust_spread.com[2] > result.spread.com[2]
+    assert cells[0][12] == with_sigma(0.1, result.robust_spread.com[2])
+    assert cells[1][12] == with_sigma(0.1, result.spread.com[2])

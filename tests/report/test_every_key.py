@@ -259,6 +259,7 @@ def test_a_rate_of_equations_stands_in_the_place_of_a_factor() -> None:
 def test_gains(tmp_path: Path) -> None:
     gains = made.drive_gains()
     document = gains_result(gains)
+    known = f"known to {100 * gains.larger_relative_sigma[2]:.0f}"
     same(
         document,
         {
@@ -280,19 +281,19 @@ def test_gains(tmp_path: Path) -> None:
                 "values": gains.values,
                 "sigma": gains.values * gains.larger_relative_sigma,
                 "relative_sigma": gains.larger_relative_sigma,
-                "relative_sigma_formula": gains.relative_sigma,
-                "relative_sigma_robust": gains.relative_sigma_robust,
+                "relative_sigma_formula": gains.logarithms.sigma,
+                "relative_sigma_robust": gains.logarithms.sigma_robust,
                 "relative_covariance": gains.larger_relative_covariance,
                 "without_constraints": gains.free_values,
                 "identified": [True, True, False],
-                "rests_on": ["gravity", "speed", "nothing"],
+                "rests_on": ["gravity", "speed", f"nothing; too little, {known} % only: keep the maker's gain"],
             },
             "recordings": {"unloaded": ["u0", "u1"], "loaded": ["l0"]},
             "robust": {
                 "blocks": 9,
                 "block_length_s": 1.25,
                 "degrees_of_freedom": 8,
-                "warning": gains.robust.warning,
+                "warning": gains.logarithms.robust.warning,
             },
             "relative_residual": residual(made.FIT),
             "disagreement": 1.25,

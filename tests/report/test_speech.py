@@ -48,7 +48,7 @@ def drive_gains(robot: Robot) -> DriveGains:
     names, sigma = tuple(f"K{j}" for j in range(1, 7)), np.array([0.01] * 5 + [0.2])
     logarithms = Estimate(names, np.log(np.arange(10.0, 16.0)), np.diag(sigma**2), 5000, fit, np.ones(6))
     rests_on = ("gravity",) * 6
-    return DriveGains(robot, logarithms, np.arange(10.0, 16.0), (True,) * 6, rests_on, (known_mass(7.0),), (LOAD,))
+    return DriveGains(robot, logarithms, np.arange(10.0, 16.0), rests_on, (known_mass(7.0),), (LOAD,))
 
 
 KINDS = ("payload", "robot", "gains", "log")
@@ -132,9 +132,9 @@ def test_a_frame_holds_numbers(answers: dict[str, PayloadAnswer]) -> None:
 
 
 def test_a_payload_in_a_controllers_format(answers: dict[str, PayloadAnswer]) -> None:
-    assert "set_target_payload" in answers["payload"].export("ur", despite_verdict=True)
+    assert "set_target_payload" in answers["payload"].result.export("ur", despite_verdict=True)
     with pytest.raises(InputError, match="there is no format 'abc'"):
-        answers["payload"].export("abc")
+        answers["payload"].result.export("abc")
 
 
 def test_the_line_for_the_controller_stands_at_the_flange(answers: dict[str, PayloadAnswer]) -> None:

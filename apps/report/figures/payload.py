@@ -7,12 +7,12 @@ import numpy as np
 from ....common.arrays import Array
 from ....common.schema import present
 from ....estimation.fit.covariance import NORMAL95
+from ....estimation.payload.repeats import Repeats
 from ....estimation.results.payload import (
     FreeEstimate,
     JointsMassDocument,
     PayloadResult,
     PossibleEstimate,
-    RepeatsDocument,
     array,
     bounds,
 )
@@ -150,14 +150,14 @@ def _intervals(estimate: PossibleEstimate) -> Array:
     return np.vstack([bounds(estimate.interval95)[9:], array(estimate.com_interval95, 3, 2)])
 
 
-def seen(repeats: RepeatsDocument) -> tuple[list[int], Array, Array]:
+def seen(repeats: Repeats) -> tuple[list[int], Array, Array]:
     """Numbers (from 0), masses and standard deviations of the recordings that show the mass."""
     masses, sigmas = np.array(repeats.masses, dtype=float), np.array(repeats.sigmas, dtype=float)
     k = np.flatnonzero(np.isfinite(masses)).tolist()
     return k, masses[k], sigmas[k]
 
 
-def repeats_figure(repeats: RepeatsDocument, mass: float, interval: tuple[float, float]) -> Drawing | None:
+def repeats_figure(repeats: Repeats, mass: float, interval: tuple[float, float]) -> Drawing | None:
     """Mass by each recording in the order they were given; None where fewer than two show it.
 
     Args:
@@ -176,7 +176,7 @@ def repeats_figure(repeats: RepeatsDocument, mass: float, interval: tuple[float,
     return Drawing("repeats", caption, f"{caption} {each}.", lambda: _draw_repeats(repeats, mass, interval))
 
 
-def _draw_repeats(repeats: RepeatsDocument, mass: float, interval: tuple[float, float]) -> Figure:
+def _draw_repeats(repeats: Repeats, mass: float, interval: tuple[float, float]) -> Figure:
     places, masses, sigmas = seen(repeats)
     names = [f"{k}: {source[-_NAME:]}" for k, source in enumerate(repeats.sources, 1)]
     edges = (0.25 + 0.085 * max(map(len, names)), 0.1, 0.1, 0.5)

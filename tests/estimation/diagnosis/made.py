@@ -10,10 +10,9 @@ from dynident.estimation.diagnosis.evidence import Diagnosis, Evidence, Judged, 
 from dynident.estimation.equations.equations import PAYLOAD
 from dynident.estimation.fit.estimate import Estimate, Fit
 from dynident.estimation.payload.by_joints import ByJoints, JointShare, JointsMass
-from dynident.estimation.payload.constrained import ConstrainedPayload
 from dynident.estimation.payload.long_motion import Source
 from dynident.estimation.payload.repeats import Repeats
-from dynident.estimation.payload.result import PayloadEstimate
+from dynident.estimation.payload.result import ConstrainedPayload, PayloadEstimate
 from dynident.estimation.possible.constraints import Constraint, MassBounds
 from dynident.estimation.possible.intervals import NO_INTERVALS
 from dynident.estimation.possible.payload import Active, Weighing
@@ -93,7 +92,7 @@ def of_possible(*payloads: ConstrainedPayload, **more: Any) -> Evidence:
     """Evidence on possible payloads, the last of them to be used."""
     estimates = tuple(payload.free for payload in payloads)
     free = payloads[-1].free
-    spread = PayloadSpread(float(free.larger_sigma[9]), free.sigma_com, free.sigma_inertia_com)
+    spread = PayloadSpread(float(free.larger_sigma[9]), free.spread.com, free.spread.inertia_com)
     more = {"spread": spread} | more
     body = payloads[-1].body
     judged = {
@@ -192,6 +191,4 @@ def drifting(z: float, spread: PayloadSpread | None = None) -> Evidence:
     """Six weighings whose mass rises by this many standard deviations of the rise."""
     scatter = 0.01 * np.array([1.0, -2.0, 1.0, 1.0, -2.0, 1.0])  # without a slope of its own
     rise = z * 0.01 * np.sqrt(3.0 / 17.5) * np.arange(6)
-    return of_weighing(
-        repeats=Repeats(tuple("abcdef"), tuple((5.0 + rise + scatter).tolist()), (0.01,) * 6), spread=spread
-    )
+    return of_weighing(repeats=Repeats.made("abcdef", (5.0 + rise + scatter).tolist(), (0.01,) * 6), spread=spread)

@@ -130,7 +130,7 @@ def test_one_weights_mass_is_taken_on_trust() -> None:
     bare, heavy, mass = made.pair("irb120", 1)
     right, wrong = (made.answered("irb120", bare, heavy, factor * mass) for factor in (1.0, 1.1))
     assert np.log(wrong.values / right.values) == pytest.approx(np.log(1.1), abs=1e-4)
-    assert wrong.fit.relative == pytest.approx(right.fit.relative, rel=1e-3)
+    assert wrong.logarithms.fit.relative == pytest.approx(right.logarithms.fit.relative, rel=1e-3)
     assert wrong.verdict.level == right.verdict.level
 
 

@@ -42,7 +42,7 @@ def problem_of(seed: int) -> LongMotion:
 
 def few(problem: LongMotion) -> LongMotion:
     """With blocks that are taken for too few."""
-    return replace(problem, memory=problem.memory._replace(few=True))
+    return replace(problem, few=True)
 
 
 def off(estimate: Estimate) -> tuple[float, float]:
@@ -55,7 +55,7 @@ def off(estimate: Estimate) -> tuple[float, float]:
 def test_blocks_that_are_too_few_are_cut_shorter_and_the_memory_counts() -> None:
     """On both sides: 12 s of the loaded recording, and all of it."""
     whole = payload_problem(ROBOT, recordings(0, 0.0)[1:], recordings(0, 0.0)[:1])
-    assert not whole.memory.few
+    assert not whole.few
     assert len(whole.loaded.blocks) >= FEWEST
     short = few(problem_of(0))
     for method in (1, 3, 4) if short.difference is not None else (1, 4):
@@ -65,7 +65,7 @@ def test_blocks_that_are_too_few_are_cut_shorter_and_the_memory_counts() -> None
         assert estimate.robust.by_memory
         memory = posed.sandwich(estimate.weights, short.inflation)
         assert (estimate.robust.sigma >= 0.999999 * np.sqrt(np.diag(memory))).all()
-        alone = payload_estimate(replace(short, memory=short.memory._replace(few=False)), method).estimate.robust
+        alone = payload_estimate(replace(short, few=False), method).estimate.robust
         assert alone is not None
         if not alone.by_memory:
             assert estimate.robust.sigma == pytest.approx(

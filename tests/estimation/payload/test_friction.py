@@ -10,8 +10,8 @@ from dynident.common.arrays import Array
 from dynident.estimation import FRICTION_CHANGE, Estimate, LongMotion, Settings, payload_estimate, payload_problem
 from dynident.estimation.fit.covariance import student95
 from dynident.estimation.fit.linear_problem import SoftPrior
-from dynident.estimation.payload.friction import friction_changes
 from dynident.estimation.payload.methods import METHODS, combined, global_fit
+from dynident.estimation.payload.under_load import friction_changes
 from dynident.model import InertialParameters, Recording
 from dynident.tests.estimation.diagnosis.made import fit_of
 from dynident.trajectories import Simulator, random_via_points

@@ -5,7 +5,7 @@ from collections.abc import Callable
 import pytest
 from dynident.estimation import Settings, payload_problem
 from dynident.estimation.payload.methods import payload_estimate
-from dynident.estimation.payload.pairing import cut_alike
+from dynident.estimation.payload.problem import cut_alike
 from dynident.estimation.signals.rows import cut, pieces
 from dynident.model import InertialParameters, Motion, Processing, Recording, Robot
 from dynident.trajectories import Simulator

@@ -8,7 +8,7 @@ import pytest
 from dynident.estimation import answer_payload, payload_estimate, payload_problem
 from dynident.estimation.fit.settings import FRICTION_CHANGE, Settings
 from dynident.estimation.payload.long_motion import LongMotion
-from dynident.estimation.payload.recommended import ONE_PATH, recommended_method
+from dynident.estimation.payload.methods import ONE_PATH, recommended_method
 from dynident.model import InertialParameters, Motion, Processing
 from dynident.trajectories import Simulator
 
@@ -68,7 +68,7 @@ def test_method_3_frees_no_friction_where_none_may_change(name: str, paired: Pro
 def test_one_path_is_answered_by_method_3(paired: Problem) -> None:
     answer = answer_payload(paired())
     assert answer.recommended.method == answer.free.method == 3
-    assert "one path, within 0.0" in answer.recommendation.reason
+    assert "one path, within 0.0" in answer.recommendation[1]
 
 
 def test_a_path_that_sags_is_answered_by_method_4(paired: Problem) -> None:
@@ -76,8 +76,8 @@ def test_a_path_that_sags_is_answered_by_method_4(paired: Problem) -> None:
     assert problem.difference is not None
     method, reason = recommended_method(problem, (1, 2, 3, 4))
     assert (method, reason[:11]) == (4, "no pair ran")
-    assert recommended_method(paired(apart=0.5 * ONE_PATH), (1, 2, 3, 4)).method == 3
-    assert recommended_method(problem, (1, 2, 3)).method == 3
+    assert recommended_method(paired(apart=0.5 * ONE_PATH), (1, 2, 3, 4))[0] == 3
+    assert recommended_method(problem, (1, 2, 3))[0] == 3
 
 
 def test_another_path_is_answered_by_method_4(paired: Problem) -> None:

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from dynident.estimation import ShortMotion, payload_estimate
-from dynident.estimation.payload.constant_torques import OFFSET_SHARE, free_friction
+from dynident.estimation.payload.constant_torques import OFFSET_SHARE, HeldFriction
 from dynident.estimation.payload.weighing import difference_weighing
 from dynident.tests.estimation.payload.recordings import LOAD, Pair, Record, short, weighed
 from dynident.trajectories import Simulator
@@ -41,7 +41,7 @@ def test_a_constant_torque_within_the_allowance_is_in_the_interval(
         moved_pair = difference_weighing(simulator.robot, [replace(pair.loaded, torque=torque)], [pair.bare])
         moved_payload = payload_estimate(moved_pair, 3)
         moved += (moved_payload.ten - payload.ten) ** 2
-    free = replace(motion, held=free_friction(6))
+    free = replace(motion, held=HeldFriction({}, np.zeros(6), np.ones(6)))
     assert payload_estimate(free, 3).ten == pytest.approx(payload.ten, abs=5.0 * np.max(payload.estimate.sigma))
     assert payload.estimate.robust is not None
     assert moved[9] > 0.0

@@ -58,7 +58,7 @@ def test_in_how_many_parts_it_is_looked_for_does_not_matter(
         ripples.append(short(difference_weighing(simulator.robot, [pair.loaded], [pair.bare])).runs[0].ripple)
     assert len(ripples[0]) >= 2
     for again in ripples[1:]:
-        assert [wave[:2] for wave in again] == [wave[:2] for wave in ripples[0]]
+        assert [(w.joint, w.waves) for w in again] == [(w.joint, w.waves) for w in ripples[0]]
         assert [wave.amplitude for wave in again] == pytest.approx(
             [wave.amplitude for wave in ripples[0]], rel=1e-12
         )
@@ -69,9 +69,9 @@ def test_a_long_search_takes_little_memory() -> None:
     samples = 100_000
     t = np.asarray(1e-3 * np.arange(samples), dtype=np.float64)
     torque = np.random.default_rng(0).standard_normal(samples)
-    rows = ripple._Rows(np.sin(t), np.ones(samples, dtype=bool), 1, 1e-3)
+    search = ripple._Search(np.sin(t), np.ones(samples, dtype=bool), 1, 1e-3)
     tracemalloc.start()
-    ripple._search(np.column_stack([np.sin(t), np.cos(t)]), torque, t, rows)
+    search.waves(np.column_stack([np.sin(t), np.cos(t)]), torque, t)
     peak = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
     assert peak < 60 * 8 * samples

@@ -1,0 +1,123 @@
+"""What may be another one under load: the path, friction, the scale of the torques.
+
+An arm that sags does not run the motion it ran without payload. The difference of the torques then holds
+Phi(q_L) chi - Phi(q_U) chi of the robot itself, about 100 N·m/rad at the second joint, and repeats with the motion:
+no block of time shows it. It is taken off by parameters fitted to the recording without payload, and a quarter of
+what it changes is part of the uncertainty: alignment takes part of a sag for a delay.
+
+Friction changes by the day, by temperature and with the load. Left as it was, what it changed by goes into the
+payload; wholly free, it takes most of what a motion tells of the mass. So it may change as far as friction of real
+arms does.
+
+A scale of the loaded torques wrong by 1 % (drives warm up, sensors drift) moves the mass by several percent, for
+the arm weighs more than its payload. Where it is asked for, it is one more unknown near 1, as far as it is said to
+be sure.
+"""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from ...common.arrays import Array
+from ...model.drives import FRICTION, parameter_kind
+from ..equations.equations import PAYLOAD, Equations
+from ..equations.observer import PATH
+from ..fit.estimate import Estimate
+from ..fit.linear_problem import Known, LinearProblem, SoftPrior
+
+_UNSURE = 0.25
+"""Share of the path's correction that may be wrong (1 sigma)."""
+_SMALL = 1e-3
+"""Of the largest singular value, columns scaled: smaller ones the recording without payload does not show."""
+_OFFSETS = 0.012
+"""Standard deviation of a constant torque's change, as a share of the arm's largest Coulomb friction: 0.2 N·m on a
+UR10e."""
+_CHANGE = " under load"
+"""Behind the name of a friction: how much more it is with payload."""
+_NONE = 1e-9
+"""Share of the arm's largest friction below which a joint has none."""
+_SCALE = "scale under load"
+
+
+def robot_of(unloaded: Equations) -> Array:
+    """The robot's parameters by a recording without payload, as far as it shows them, friction zero; shape (c,).
+
+    Joints weigh by their torques: weights by residuals would fall for a joint that is explained by chance.
+    """
+    rms = unloaded.torque_norms / np.sqrt(np.maximum(unloaded.rows, 1))
+    factor = unloaded.stacked(np.divide(1.0, rms, out=np.zeros_like(rms), where=rms > 0.0))
+    W, Y = factor[:, :-1], factor[:, -1]
+    scale = np.linalg.norm(W, axis=0)
+    scale[scale == 0.0] = 1.0
+    U, singular, V = np.linalg.svd(W / scale, full_matrices=False)
+    significant = singular > _SMALL * singular.max(initial=0.0)
+    values = (V[significant].T @ ((U[:, significant].T @ Y) / singular[significant])) / scale
+    return np.where([parameter_kind(name) in FRICTION for name in unloaded.columns], 0.0, values)
+
+
+def known_path(columns: Sequence[str], joints: int) -> tuple[Known, ...]:
+    """The torque of paths that differ: nothing of it is left, but for a quarter."""
+    if PATH not in columns:
+        return ()
+    zero, derivatives = np.zeros((1, 1)), np.zeros((1, joints))
+    return (Known((PATH,), zero[0], zero, zero + _UNSURE**2, gain_sensitivity=lambda: derivatives),)
+
+
+def friction_sigmas(robot: Estimate, share: float) -> dict[str, float]:
+    """Which frictions may change, and how far (1 sigma); those that there are none of cannot.
+
+    Args:
+        robot: its own parameters, friction among them.
+        share: standard deviation over friction; 0 for none at all.
+    """
+    kinds = {name: parameter_kind(name) for name in robot.names}
+    largest = max((abs(robot[name]) for name, kind in kinds.items() if kind == "FS"), default=0.0)
+    sigmas = {name: share * abs(robot[name]) for name, kind in kinds.items() if kind in ("FS", "FV", "FSM", "FVM")}
+    if share > 0.0:
+        sigmas |= {name: _OFFSETS * largest for name, kind in kinds.items() if kind == "OFF"}
+    return {name: sigma for name, sigma in sigmas.items() if sigma > _NONE * largest}
+
+
+def friction_changes(robot: Estimate, inflation: Sequence[float], share: float) -> dict[str, SoftPrior]:
+    """How frictions are held near the robot's own; arguments as of ``friction_sigmas``.
+
+    Args:
+        inflation: of each joint's errors, by their memory.
+    """
+    sigmas = friction_sigmas(robot, share)
+    return {name: SoftPrior(sigma, inflation[joint_of(name)]) for name, sigma in sigmas.items()}
+
+
+def joint_of(name: str) -> int:
+    """Place of the joint, from 0, of a friction such as "OFF2"."""
+    return int(name.removeprefix(parameter_kind(name))) - 1
+
+
+def with_changes(equations: Equations, roles: Mapping[str, SoftPrior]) -> tuple[Equations, dict[str, SoftPrior]]:
+    """Equations under load with one more column for each friction that may change, and how these are held."""
+    names, own = [f"{name}{_CHANGE}" for name in roles], equations.columns
+    M = np.eye(len(own))[:, [*range(len(own)), *map(own.index, roles)]]
+    return equations.transformed(M, (*own, *names)), dict(zip(names, roles.values(), strict=True))
+
+
+def with_scale(loaded: Equations, robot: Known, role: SoftPrior) -> tuple[Equations, dict[str, SoftPrior]]:
+    """Equations under load with one more column for the scale, and how it is held.
+
+    It scales the torque of robot and payload, without friction; the payload's own is therefore found first.
+
+    Args:
+        loaded: equations with payload, in frame n.
+        robot: its parameters.
+        role: how the scale's difference from 1 is held near zero.
+    """
+
+    def beside(scaled: Mapping[str, float]) -> Equations:
+        column = [scaled.get(name, 0.0) for name in loaded.columns]
+        return loaded.transformed(np.column_stack([np.eye(len(column)), column]), (*loaded.columns, _SCALE))
+
+    every = zip(robot.names, robot.values.tolist(), strict=True)
+    rigid = {name: value for name, value in every if parameter_kind(name) not in FRICTION}
+    near = {_SCALE: role}
+    values = LinearProblem(beside(rigid), (*PAYLOAD, _SCALE), (robot,), near).solved().values
+    payload = values[:-1] / (1.0 + values[-1])
+    return beside(rigid | dict(zip(PAYLOAD, payload.tolist(), strict=True))), near
