@@ -1,4 +1,4 @@
-"""Tables, words and figures as values; ``terminal`` and ``html`` decide how each looks."""
+"""What an answer shows, as values: ``terminal`` prints it, ``page`` renders it by templates."""
 
 from __future__ import annotations
 
@@ -6,26 +6,12 @@ from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from math import isfinite
-from typing import TYPE_CHECKING, Literal, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from ..numbers import interval_digits
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-
-
-class Spread(NamedTuple):
-    """A number and its standard deviation, each with the digits to print."""
-
-    value: str
-    sigma: str
-
-    def __str__(self) -> str:
-        """Both in one cell."""
-        return f"{self.value}±{self.sigma}"
-
-
-Cell = str | Spread
 
 
 class Column(NamedTuple):
@@ -53,15 +39,16 @@ class Table:
         columns: c of them.
         rows: c cells each.
         ends: names of the rows after which a section of the table ends.
-        style: "roomy" with space between columns; "bare" without headings; "plain" of long texts; "quantities" with
-            a last column whose words hold for their whole section; "tight" without any line between rows.
+        merged: the last column's words hold for their whole section and stand there once, beside all its rows.
+        spare: names of rows that the first screen leaves out.
     """
 
     title: str
     columns: tuple[Column, ...]
-    rows: Sequence[tuple[Cell, ...]]
+    rows: Sequence[tuple[str, ...]]
     ends: Collection[str] = ()
-    style: Literal["", "roomy", "bare", "plain", "quantities", "tight"] = ""
+    merged: bool = False
+    spare: Collection[str] = ()
 
     def __post_init__(self) -> None:
         """Every row fits the headings.
@@ -73,9 +60,9 @@ class Table:
             raise ValueError(f"{self.title!r}: every row needs {len(self.columns)} cells")
 
     @property
-    def sections(self) -> list[list[tuple[Cell, ...]]]:
+    def sections(self) -> list[list[tuple[str, ...]]]:
         """The rows, parted where sections end."""
-        parts: list[list[tuple[Cell, ...]]] = [[]]
+        parts: list[list[tuple[str, ...]]] = [[]]
         for row in self.rows:
             parts[-1].append(row)
             if row[0] in self.ends:
@@ -84,10 +71,10 @@ class Table:
 
 
 class Text(NamedTuple):
-    """A paragraph, a remark in small print, or a heading within a section."""
+    """A paragraph, or a heading within a section, which pages alone have."""
 
     words: str
-    kind: Literal["paragraph", "note", "heading"] = "paragraph"
+    heading: bool = False
 
 
 class Notes(NamedTuple):
@@ -108,21 +95,6 @@ class Banner(NamedTuple):
     words: str
 
 
-class Code(NamedTuple):
-    """Text to be copied; ``name``: its identifier in the page."""
-
-    name: str
-    text: str
-
-
-class Details(NamedTuple):
-    """Blocks below a summary, to be opened."""
-
-    summary: str
-    blocks: Sequence[Block]
-    opened: bool = False
-
-
 class Pair(NamedTuple):
     """Blocks side by side where there is room."""
 
@@ -130,20 +102,47 @@ class Pair(NamedTuple):
     right: Sequence[Block]
 
 
+class Code(NamedTuple):
+    """Text to be copied from a page; ``name``: its identifier there."""
+
+    name: str
+    text: str
+
+
+class Details(NamedTuple):
+    """Blocks of a page below a summary, to be opened."""
+
+    summary: str
+    blocks: Sequence[Block]
+    opened: bool = False
+
+
+@dataclass(frozen=True, eq=False)
+class OnPage:
+    """Blocks that only a page shows: they are made when there is one."""
+
+    make: Callable[[], Sequence[Block]]
+
+    @cached_property
+    def blocks(self) -> Sequence[Block]:
+        """The blocks, made once."""
+        return self.make()
+
+
 @dataclass(frozen=True, eq=False)
 class Drawing:
-    """A figure and what is said about it; it is drawn when it is first looked at.
+    """A figure of a page and what is said about it; it is drawn when it is first looked at.
 
     Attributes:
         name: of its file and of its place in the page.
-        text: what it shows, in words, for those who do not see it.
+        text: what it shows, in words, for those who do not see it; the caption if empty.
         draw: makes the figure.
     """
 
     name: str
     caption: str
-    text: str
     draw: Callable[[], Figure]
+    text: str = ""
 
     @cached_property
     def figure(self) -> Figure:
@@ -151,59 +150,41 @@ class Drawing:
         return self.draw()
 
 
-Block = Table | Text | Notes | Banner | Code | Details | Pair | Drawing
+Block = Table | Text | Notes | Banner | Pair | Code | Details | OnPage | Drawing
 
 
 class Section(NamedTuple):
-    """A part of a page: its identifier, its heading, and what stands in it."""
+    """A part of a report: its identifier, its heading, and what stands in it."""
 
     name: str
     title: str
     blocks: Sequence[Block]
 
 
-class Screen(NamedTuple):
-    """The output of a command: first what to do, on one screen; the details where they are asked for.
+@dataclass(frozen=True)
+class Report:
+    """An answer as it is shown: the same blocks make its screen and its page.
 
     Attributes:
-        first: fits on a terminal of 25 lines of 80 columns.
-        details: what it rests on.
+        title: of the page.
+        first: what to do; what of it can be printed fits on a screen of 25 lines of 80 columns.
+        sections: what it rests on: the page's sections, and on a terminal the details.
         more: what the details hold, in words.
+        subtitle: below the title: what was done.
+        notes: on the data, at the end.
     """
 
-    first: Sequence[Block]
-    details: Sequence[Block] = ()
-    more: str = ""
-
-    @property
-    def blocks(self) -> list[Block]:
-        """All of it."""
-        return [*self.first, *self.details]
-
-
-class Page(NamedTuple):
-    """A whole report: what leads, then sections; ``subtitle`` and ``foot`` are single lines."""
-
     title: str
-    subtitle: str
-    lead: Sequence[Block]
-    sections: Sequence[Section]
-    foot: str
-
-    def blocks(self) -> Iterator[Block]:
-        """Every block, those within others too."""
-        yield from _within(self.lead)
-        for section in self.sections:
-            yield from _within(section.blocks)
+    first: Sequence[Block]
+    sections: Sequence[Section] = ()
+    more: str = ""
+    subtitle: str = ""
+    notes: Sequence[str] = ()
 
     def drawings(self) -> list[Drawing]:
         """Every figure, in order."""
-        return [block for block in self.blocks() if isinstance(block, Drawing)]
-
-
-def tables_of(blocks: Iterable[Block]) -> list[Table]:
-    """The tables among blocks, in order."""
-    return [block for block in blocks if isinstance(block, Table)]
+        blocks = (*self.first, *(block for section in self.sections for block in section.blocks))
+        return [block for block in _within(blocks) if isinstance(block, Drawing)]
 
 
 def _within(blocks: Iterable[Block]) -> Iterator[Block]:
@@ -211,13 +192,13 @@ def _within(blocks: Iterable[Block]) -> Iterator[Block]:
         yield block
         if isinstance(block, Pair):
             yield from _within((*block.left, *block.right))
-        elif isinstance(block, Details):
+        elif isinstance(block, Details | OnPage):
             yield from _within(block.blocks)
 
 
-def with_sigma(value: float, sigma: float) -> Cell:
-    """Two digits of sigma, the value to the same place."""
+def with_sigma(value: float, sigma: float) -> str:
+    """Value and standard deviation in one cell: two digits of sigma, the value to the same place."""
     if not isfinite(sigma) or sigma <= 0.0:
         return f"{value:.6g}"
     digits = interval_digits(2.0 * sigma)
-    return Spread(f"{value:.{digits}f}", f"{sigma:.{digits}f}")
+    return f"{value:.{digits}f}±{sigma:.{digits}f}"

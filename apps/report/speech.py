@@ -4,29 +4,30 @@ from __future__ import annotations
 
 import json
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ...common.errors import InputError
-from ...common.files import checksum, write_text
+from ...common.files import checksum
 from ...common.schema import json_text
 from ...common.versions import versions
 from ...estimation.results.payload import PayloadResult, Quantity, array
 from ...estimation.results.robot import GainsResult, RobotResult
+from ...model import Recording
 from ...trajectories import Design
 from ..export.controllers import FORMATS, load_of
 from ..logs.log_check import LogCheck
 from ..numbers import SIX
-from .blocks import Page, Screen, Table
+from . import page
+from .blocks import OnPage, Report
 from .documents import JudgedMotion, Look, check_document, design_document
-from .html import blocks_html, page_html
 from .provenance import Provenance, SourceFile, now
-from .sections.check import check_page, check_screen
-from .sections.gains import gains_page, gains_screen
-from .sections.motion import design_page, design_screen
-from .sections.payload import payload_page, payload_screen
-from .sections.robot import robot_page, robot_screen
+from .sections.check import check_report, log_report
+from .sections.gains import gains_report
+from .sections.motion import design_report
+from .sections.payload import payload_report
+from .sections.robot import robot_report
 from .terminal import screen_text
 
 if TYPE_CHECKING:
@@ -38,27 +39,18 @@ _RATE = 100.0  # Hz, of a motion in figures
 class _Shown(NamedTuple):
     """Functions that show one kind of result.
 
-    ``rows``: of its data frame, numbers as numbers.
+    ``rows``: of its data frame, numbers as numbers; ``recordings``: that a page names as its files.
     """
 
-    screen: Callable[[Any], Screen]
+    report: Callable[[Any], Report]
     document: Callable[[Any], Any]
-    page: Callable[[Any], Page]
     rows: Callable[[Any], list[dict[str, Any]]]
+    recordings: Callable[[Any], Iterable[Recording]]
 
 
 def _itself(result: Any) -> Any:
     """A result is its own document."""
     return result
-
-
-def _payload_page(result: PayloadResult) -> Page:
-    made = result.working
-    source = made.problem.source
-    recordings = (*(source.unloaded if source else ()), *(source.loaded if source else ()), *made.held_out)
-    predictions = () if result.short else made.predictions
-    others = (len(source.loaded) if source else 0) + len(made.held_out) - len(predictions)
-    return payload_page(result, _provenance(recordings), predictions, max(others, 0))
 
 
 def _payload_rows(result: PayloadResult) -> list[dict[str, Any]]:
@@ -78,12 +70,6 @@ def _payload_rows(result: PayloadResult) -> list[dict[str, Any]]:
     ]
 
 
-def _robot_page(result: RobotResult) -> Page:
-    made = result.working
-    others = len(made.held_out or made.recordings) - len(made.predictions)
-    return robot_page(result, _provenance((*made.recordings, *made.held_out)), others)
-
-
 def _robot_rows(result: RobotResult) -> list[dict[str, Any]]:
     return [
         {
@@ -100,11 +86,6 @@ def _robot_rows(result: RobotResult) -> list[dict[str, Any]]:
 def _judged(answer: Design) -> JudgedMotion:
     title = f"Motion of {answer.problem.robot.title or answer.problem.robot.name}"
     return JudgedMotion(title, answer.score, answer.motion(_RATE), design=answer)
-
-
-def _gains_page(result: GainsResult) -> Page:
-    source = result.working.source
-    return gains_page(result, _provenance((*source.unloaded, *source.loaded) if source else ()))
 
 
 def _gains_rows(result: GainsResult) -> list[dict[str, Any]]:
@@ -131,21 +112,37 @@ def _log_rows(answer: LogCheck) -> list[dict[str, Any]]:
     ]
 
 
+def _pair_of(result: PayloadResult | GainsResult) -> Iterable[Recording]:
+    made = result.working
+    source = made.problem.source if isinstance(result, PayloadResult) else made.source
+    held_out = made.held_out if isinstance(result, PayloadResult) else ()
+    return (*source.unloaded, *source.loaded, *held_out) if source else held_out
+
+
+def _check_look(check: LogCheck) -> list[Look]:
+    return [Look(check.recording.source, check)]
+
+
 _SHOWN: dict[type, _Shown] = {
-    PayloadResult: _Shown(payload_screen, _itself, _payload_page, _payload_rows),
-    RobotResult: _Shown(robot_screen, _itself, _robot_page, _robot_rows),
-    GainsResult: _Shown(gains_screen, _itself, _gains_page, _gains_rows),
+    PayloadResult: _Shown(payload_report, _itself, _payload_rows, _pair_of),
+    RobotResult: _Shown(
+        robot_report,
+        _itself,
+        _robot_rows,
+        lambda result: (*result.working.recordings, *result.working.held_out),
+    ),
+    GainsResult: _Shown(gains_report, _itself, _gains_rows, _pair_of),
     Design: _Shown(
-        lambda answer: design_screen(_judged(answer)),
+        lambda answer: design_report(_judged(answer)),
         lambda answer: design_document(_judged(answer)),
-        lambda answer: design_page(_judged(answer), _provenance(())),
         lambda answer: [{"parameter": name, "sigma": sigma} for name, sigma in answer.learnt.sigma.items()],
+        lambda answer: (),
     ),
     LogCheck: _Shown(
-        check_screen,
-        lambda check: check_document(check.robot, [Look(check.recording.source, check)]),
-        lambda check: check_page([Look(check.recording.source, check)], _provenance((check.recording,))),
+        log_report,
+        lambda check: check_document(check.robot, _check_look(check)),
         _log_rows,
+        lambda check: (check.recording,),
     ),
 }
 
@@ -159,15 +156,13 @@ def _shown(answer: object) -> tuple[Any, _Shown]:
 def summary(answer: object, details: bool) -> str:
     """The screen as text."""
     result, shown = _shown(answer)
-    return screen_text(shown.screen(result), details)
+    return screen_text(shown.report(result), details)
 
 
 def first_block(answer: object) -> str:
-    """The first table of the screen and the lines above it, as HTML."""
+    """The first screen as HTML."""
     result, shown = _shown(answer)
-    first = shown.screen(result).first
-    place = next((k for k, block in enumerate(first) if isinstance(block, Table)), len(first))
-    return blocks_html(first[: place + 1])
+    return page.blocks_html([block for block in shown.report(result).first if not isinstance(block, OnPage)])
 
 
 def plain(answer: object) -> dict[str, Any]:
@@ -192,8 +187,8 @@ def frame(answer: object) -> Any:
     return pandas.DataFrame(rows).set_index(next(iter(rows[0]))) if rows else pandas.DataFrame()
 
 
-def _page(answer: object) -> Page:
-    """The page.
+def _drawn(answer: object) -> tuple[Report, Provenance]:
+    """The report with its figures, and what it was made from: the program that ran, the recordings' files.
 
     Raises:
         InputError: of a result that was read from a file, without what a page draws.
@@ -201,12 +196,15 @@ def _page(answer: object) -> Page:
     result, shown = _shown(answer)
     if getattr(result, "working", result) is None:
         raise InputError("a result that was read from a file has no recordings to draw: identify again")
-    return shown.page(result)
+    made = check_report(_check_look(result)) if isinstance(result, LogCheck) else shown.report(result)
+    paths = dict.fromkeys(recording.source for recording in shown.recordings(result))
+    files = tuple(SourceFile("recording", path, checksum(path)) for path in paths if Path(path).is_file())
+    return made, Provenance(f"python {sys.argv[0] or '(interactive)'}", now(), files, versions())
 
 
 def write_report(answer: object, path: str | Path) -> None:
     """Write the page."""
-    write_text(path, page_html(_page(answer)))
+    page.write_report(path, *_drawn(answer))
 
 
 def figure(answer: object, name: str | None) -> Figure:
@@ -215,7 +213,7 @@ def figure(answer: object, name: str | None) -> Figure:
     Raises:
         InputError: if there is no such figure.
     """
-    drawings = {drawing.name: drawing for drawing in _page(answer).drawings()}
+    drawings = {drawing.name: drawing for drawing in _drawn(answer)[0].drawings()}
     if name is None and drawings:
         return next(iter(drawings.values())).figure
     if name not in drawings:
@@ -239,10 +237,3 @@ def export(result: PayloadResult, to: str, despite_verdict: bool) -> str:
     if at_flange is None:
         raise InputError(f"the payload's frame is {load.frame!r}, not the flange: identify it there (with_tool)")
     return FORMATS[to].text(at_flange)
-
-
-def _provenance(recordings: Any) -> Provenance:
-    """A report from Python: the program that ran, and the files of the recordings."""
-    paths = dict.fromkeys(recording.source for recording in recordings)
-    files = tuple(SourceFile("recording", path, checksum(path)) for path in paths if Path(path).is_file())
-    return Provenance(f"python {sys.argv[0] or '(interactive)'}", now(), files, versions())

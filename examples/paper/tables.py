@@ -18,7 +18,7 @@ from dynident.apps.commands.demo import (
 )
 from dynident.apps.commands.progress import bar, status
 from dynident.apps.commands.values import share, whole
-from dynident.apps.report import Cell, Notes, Spread, Table, columns, print_blocks, residual_text
+from dynident.apps.report import Notes, Table, columns, print_blocks, residual_text
 from dynident.common.progress import Progress
 from dynident.estimation import PAYLOAD as TEN
 from dynident.estimation import Estimate, Identification, PayloadAnswer, Settings, answer_payload, identify
@@ -75,7 +75,7 @@ def table2(joint: Estimate, essential: Estimate, truth: Mapping[str, float], pap
 
 def paper_payload_table(estimates: Sequence[PayloadEstimate], paper: PaperTables) -> Table:
     """Simulated payload: truth, the methods with two sigma, and the paper's Tables 1 and 2."""
-    rows: list[tuple[Cell, ...]] = []
+    rows: list[tuple[str, ...]] = []
     for k, kind in enumerate(INERTIAL):
         cells = [short_value(e.estimate.values[k], 2.0 * e.estimate.sigma[k]) for e in estimates]
         printed = [paper.table1.get(kind), paper.table2.get(kind)]
@@ -88,7 +88,7 @@ def paper_payload_table(estimates: Sequence[PayloadEstimate], paper: PaperTables
 
 def constrained_table(answer: PayloadAnswer) -> Table:
     """The payload that can exist, by each method: value ± half its 95 % interval."""
-    rows: list[tuple[Cell, ...]] = []
+    rows: list[tuple[str, ...]] = []
     for k, kind in enumerate(INERTIAL):
         halves = [0.5 * float(np.ptp(bounded.intervals.parameters[k])) for bounded in answer.constrained]
         cells = [
@@ -140,13 +140,13 @@ def experiment_notes(
     return lines
 
 
-def short_value(value: float, spread: float) -> Cell:
+def short_value(value: float, spread: float) -> str:
     """Three decimals, as the paper prints; a spread that they do not show is left out."""
     text = f"{round(value, 3) + 0.0:.3f}"
     if spread < 0.0005:
         return text
     parts = (text, f"{spread:.3f}")
-    return Spread(*(part.replace("0.", ".", 1) if part.lstrip("-").startswith("0.") else part for part in parts))
+    return "±".join(part.replace("0.", ".", 1) if part.lstrip("-").startswith("0.") else part for part in parts)
 
 
 def _own(estimate: Estimate, k: int, truth: float) -> tuple[str, ...]:

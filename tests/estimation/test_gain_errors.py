@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from dynident.apps.report.sections.evidence import gain_error_notes
 from dynident.apps.report.sections.robot import robot_table
-from dynident.apps.report.sections.verdict import gain_error_notes
 from dynident.apps.results import read_stored_robot
 from dynident.common.schema import write_json
 from dynident.estimation import (

@@ -38,12 +38,8 @@ _NARROW = 30.0
 
 def matplotlib() -> Any:
     """The package with what figures are made of, imported when the first one is drawn."""
-    import matplotlib.axis
     import matplotlib.backends.backend_agg
-    import matplotlib.figure
-    import matplotlib.patches
-    import matplotlib.text
-    import matplotlib.ticker
+    import matplotlib.figure  # with it text, ticks and patches
 
     return matplotlib
 

@@ -27,9 +27,9 @@ _STYLES = ((BLUE, "-"), (ORANGE, "--"), (GREY, ":"), ("black", "-."))
 _VIEWS = (("from the side", 0, 2), ("from the front", 1, 2), ("from above", 0, 1))
 
 
-def motion_figure(problem: DesignProblem, motion: Motion, title: str, words: str = _MOTION) -> Drawing:
+def motion_figure(problem: DesignProblem, motion: Motion, title: str) -> Drawing:
     """Positions, speeds and torques of every joint between their limits: a row a joint, a column a quantity."""
-    return Drawing("motion", words, words, lambda: _draw_motion(problem, motion, title))
+    return Drawing("motion", _MOTION, lambda: _draw_motion(problem, motion, title))
 
 
 def _draw_motion(problem: DesignProblem, motion: Motion, title: str) -> Figure:
@@ -65,7 +65,7 @@ def sigma_figure(
         labels: how to call parameters ("ZZ1R"), by their names.
     """
     draw = partial(_draw_sigma, score, title, reference or {}, labels or {})
-    return Drawing("predicted_sigma", _SIGMA, _SIGMA, draw)
+    return Drawing("predicted_sigma", _SIGMA, draw)
 
 
 def _draw_sigma(score: Score, title: str, reference: Mapping[str, float], labels: Mapping[str, str]) -> Figure:
@@ -133,7 +133,7 @@ def rollout_figure(rollout: Rollout, name: str, unit: tuple[str, float]) -> Draw
         f"Distance of predicted from measured motion on {rollout.source}, root mean square over the joints: median "
         "of the starts, shaded up to 90 %."
     )
-    return Drawing(name, caption, caption, lambda: _draw_rollout(rollout, unit))
+    return Drawing(name, caption, lambda: _draw_rollout(rollout, unit))
 
 
 def _draw_rollout(rollout: Rollout, unit: tuple[str, float]) -> Figure:

@@ -34,7 +34,7 @@ def excitation_figure(excitation: Excitation, labels: Mapping[str, str] | None =
         "other parameters can imitate (dot). One over the dot is the relative standard deviation by (20), (21)."
     )
     known = f"Relative sigma above 10 %: {', '.join(weak)}." if weak else "All relative sigmas are below 10 %."
-    return Drawing("excitation", caption, f"{caption} {known}", lambda: _draw_excitation(excitation, names))
+    return Drawing("excitation", caption, lambda: _draw_excitation(excitation, names), f"{caption} {known}")
 
 
 def _draw_excitation(excitation: Excitation, names: Sequence[str]) -> Figure:
@@ -81,7 +81,7 @@ def essential_figure(elimination: EliminationDocument, title: str) -> Drawing:
         "Parameters are eliminated from left to right, each time the one with the largest relative standard "
         "deviation. Filled marks are steps that were taken."
     )
-    return Drawing("essential_path", caption, text, lambda: _draw_path(elimination, title))
+    return Drawing("essential_path", caption, lambda: _draw_path(elimination, title), text)
 
 
 def _draw_path(elimination: EliminationDocument, title: str) -> Figure:

@@ -26,7 +26,7 @@ def signals_figure(recording: Recording, unit: str, name: str) -> Drawing:
     source = Path(recording.source).name
     loads = "currents" if unit == "A" else "torques"
     caption = f"Positions and {loads} of {source} as they were understood, joint side."
-    return Drawing(name, caption, caption, lambda: _draw_signals(recording, unit, source))
+    return Drawing(name, caption, lambda: _draw_signals(recording, unit, source))
 
 
 def _draw_signals(recording: Recording, unit: str, title: str) -> Figure:
@@ -68,7 +68,7 @@ def worst_joint_figure(prediction: TorquePrediction) -> Drawing:
         f"Joint {j + 1}, the one that the model explains worst: residual {100.0 * share:.1f} % of its torque, on "
         f"{words_of(prediction)}. Pauses and slow rows are left out."
     )
-    return Drawing("worst_joint", caption, caption, lambda: _one_joint(prediction, j))
+    return Drawing("worst_joint", caption, lambda: _one_joint(prediction, j))
 
 
 def _one_joint(prediction: TorquePrediction, j: int) -> Figure:
@@ -91,7 +91,7 @@ def prediction_figure(prediction: TorquePrediction, name: str) -> Drawing:
         "lines hold 95 % of it if the noise were white."
     )
     text = f"{caption} Relative residuals of the joints in percent: {joints}."
-    return Drawing(name, caption, text, lambda: _every_joint(prediction))
+    return Drawing(name, caption, lambda: _every_joint(prediction), text)
 
 
 def _every_joint(prediction: TorquePrediction) -> Figure:
@@ -187,7 +187,7 @@ def _parted(prediction: TorquePrediction, j: int, values: Array) -> tuple[Array,
 def following_figure(change: FollowingChange, unit: str, scale: float) -> Drawing:
     """Root mean square of each joint before and after, in a unit of which ``scale`` make one of SI."""
     caption = f"Root mean square of the {change.kind} before and after the number was entered, with 95 % intervals."
-    return Drawing("following", caption, caption, lambda: _draw_following(change, unit, scale))
+    return Drawing("following", caption, lambda: _draw_following(change, unit, scale))
 
 
 def _draw_following(change: FollowingChange, unit: str, scale: float) -> Figure:

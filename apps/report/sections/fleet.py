@@ -1,6 +1,6 @@
 """A fleet's recordings and nights, and recordings of one robot side by side."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import PurePath
 
 import numpy as np
@@ -9,9 +9,8 @@ from ...fleet import Fleet
 from ...fleet.comparing import CHANCE, Compared
 from ...fleet.nights import CHANGED, FEWEST, Series
 from ...fleet.reduction import ReducedDocument
-from ..blocks import Banner, Block, Notes, Page, Screen, Section, Table, Text, columns
+from ..blocks import Banner, Block, Notes, OnPage, Report, Section, Table, Text, columns
 from ..figures.fleet import fleet_figures
-from ..provenance import Provenance, report_page
 
 _WORDS = (
     "z is the last night's value less the median of the nights before, over their spread (1.4826 median absolute "
@@ -25,7 +24,7 @@ _LINES = 12
 """Recordings that have a column of their own."""
 
 
-def reduced_screen(reduced: ReducedDocument) -> Screen:
+def reduced_report(reduced: ReducedDocument) -> Report:
     """Count the recordings in the store, and list what was refused, and why."""
     total, refused = reduced.new + reduced.known, [(bad.file, bad.reason) for bad in reduced.refused]
     lines = [
@@ -36,42 +35,39 @@ def reduced_screen(reduced: ReducedDocument) -> Screen:
         Notes(lines),
         Notes([f"{PurePath(file).name}: {reason}" for file, reason in refused], optional=True),
     ]
-    details: list[Block] = [Table("Refused", columns(("log",), (), ("why",)), refused)] if refused else []
-    return Screen(first, details, "all that was refused")
+    return Report("The store", first, _refused(refused), "all that was refused")
 
 
-def fleet_screen(fleet: Fleet, refused: Mapping[str, str]) -> Screen:
-    """List the changes, the clearest first; then a line an arm."""
-    first: list[Block] = [Notes(_head(fleet, refused))]
-    if fleet.changed:
-        first.append(_changed(fleet))
-    first.append(Notes(_twins(fleet), optional=True))
-    return Screen(first, [_arms(fleet)], "a line an arm")
-
-
-def fleet_page(fleet: Fleet, refused: Mapping[str, str], provenance: Provenance) -> Page:
-    """The report of a fleet: what changed last night on top, a line an arm, small multiples."""
-    robot, nights = len(fleet.arms), sum(len(arm.days) for arm in fleet.arms)
+def fleet_report(fleet: Fleet, refused: Mapping[str, str]) -> Report:
+    """What changed last night, the clearest first; then a line an arm, and small multiples."""
     last = max(arm.days[-1] for arm in fleet.arms)
-    banner = Banner("do_not_use" if fleet.changed else "use", _headline(fleet))
-    lead: list[Block] = [banner, Notes(_head(fleet, refused))]
-    if fleet.changed:
-        lead.append(_changed(fleet))
-    drawings: list[Block] = [
-        *fleet_figures(fleet, "FS", "coulomb", "Coulomb friction"),
-        *fleet_figures(fleet, "FV", "viscous", "Viscous friction"),
-        *fleet_figures(fleet, "mass", "mass", "Payload less what the controller was told"),
-        *fleet_figures(fleet, "scale", "scale", "Scale of each drive's torque"),
+    kinds = (
+        ("FS", "coulomb", "Coulomb friction"),
+        ("FV", "viscous", "Viscous friction"),
+        ("mass", "mass", "Payload less what the controller was told"),
+        ("scale", "scale", "Scale of each drive's torque"),
+    )
+    headline, *others = _head(fleet, refused)
+    first: list[Block] = [
+        Banner("do_not_use" if fleet.changed else "use", headline),
+        Notes(others),
+        *([_changed(fleet)] if fleet.changed else []),
+        Notes(_twins(fleet), optional=True),
     ]
-    bad: list[Block] = [Table("", columns(("log",), (), ("why",)), sorted(refused.items()), style="plain")]
+    drawings = [drawing for kind in kinds for drawing in fleet_figures(fleet, *kind)]
     sections = [
         Section("arms", "Every arm", [_arms(fleet)]),
-        Section("multiples", "Day by day", [Text(_WORDS), *drawings]),
-        Section("twins", "Twins", [Notes(_twins(fleet))]),
-        *([Section("refused", "Logs that were refused", bad)] if refused else []),
+        Section("multiples", "Day by day", [OnPage(lambda: [Text(_WORDS), *drawings])]),
+        *_refused(sorted(refused.items())),
     ]
-    subtitle = f"{robot} arms, {nights} recordings, {fleet.first} to {last}"
-    return report_page("The fleet", subtitle, lead, sections, [], provenance)
+    nights = sum(len(arm.days) for arm in fleet.arms)
+    subtitle = f"{len(fleet.arms)} arms, {nights} recordings, {fleet.first} to {last}"
+    return Report("The fleet", first, sections, "a line an arm", subtitle)
+
+
+def _refused(refused: Sequence[tuple[str, str]]) -> list[Section]:
+    table = Table("Refused", columns((), (), ("log", "why")), refused)
+    return [Section("refused", "Logs that were refused", [table])] if refused else []
 
 
 def _headline(fleet: Fleet) -> str:
@@ -96,7 +92,7 @@ def _changed(fleet: Fleet) -> Table:
          f"{len(line.values) - 1}")
         for line in fleet.changed
     ]  # fmt: skip
-    return Table("What changed", columns(("arm", "quantity"), ("by", "z", "nights before")), rows, style="tight")
+    return Table("What changed", columns(("arm", "quantity"), ("by", "z", "nights before")), rows)
 
 
 def _amount(series: Series) -> str:
@@ -134,7 +130,7 @@ def _arms(fleet: Fleet) -> Table:
              farthest.quantity, _amount(farthest), str(count or ""))
         )  # fmt: skip
     headings = ("nights", "last", "told [kg]", "less told [kg]", "friction", "by", "changes")
-    return Table("Every arm", columns(("arm",), headings), rows, style="tight")
+    return Table("Every arm", columns(("arm",), headings), rows)
 
 
 def _twins(fleet: Fleet) -> list[str]:
@@ -151,17 +147,16 @@ def _twins(fleet: Fleet) -> list[str]:
     return lines or [f"No arm differs from its twins beyond {twins.bound:.1f} sigma (chance {CHANCE:g})."]
 
 
-def compared_screen(compared: Compared) -> Screen:
+def compared_report(compared: Compared) -> Report:
     """The parameters in which recordings differ most; then all of them."""
     order = np.argsort(-compared.scatter, kind="stable")
-    details: list[Block] = [_compared_table(compared, "All parameters", range(len(compared.parameters)))]
+    most = sorted(order[:_MOST_SHOWN].tolist())
     first: list[Block] = [
-        _compared_table(
-            compared, "Where the recordings differ most (SI units)", sorted(order[:_MOST_SHOWN].tolist())
-        ),
+        _compared_table(compared, "Where the recordings differ most (SI units)", most),
         Notes(odd_lines(compared), optional=True),
     ]
-    return Screen(first, details, "all parameters")
+    every = _compared_table(compared, "All parameters", range(len(compared.parameters)))
+    return Report("Recordings side by side", first, [Section("all", "All parameters", [every])], "all parameters")
 
 
 def odd_lines(compared: Compared) -> list[str]:
@@ -176,7 +171,7 @@ def odd_lines(compared: Compared) -> list[str]:
     ]
 
 
-def _compared_table(compared: Compared, title: str, chosen: "range | list[int]") -> Table:
+def _compared_table(compared: Compared, title: str, chosen: Sequence[int]) -> Table:
     shown = compared.recordings if len(compared.recordings) <= _LINES else ()
     labels = [_short(source) for source in shown]
     rows = []
@@ -190,7 +185,7 @@ def _compared_table(compared: Compared, title: str, chosen: "range | list[int]")
              f"{low:.4g}", f"{high:.4g}")
         )  # fmt: skip
     headings = [*labels, "spread", "own sigma", "pooled", "95 % from", "to"]
-    return Table(title, columns(("parameter",), headings), rows, style="tight")
+    return Table(title, columns(("parameter",), headings), rows)
 
 
 def _short(source: str) -> str:

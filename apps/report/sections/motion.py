@@ -15,10 +15,9 @@ from ....trajectories.design.floor import Floor
 from ....trajectories.design.full_trajectory import Rung
 from ....trajectories.design.score import holding_torques
 from ...export.motions.written import assumed_line, rests_on
-from ..blocks import Banner, Block, Notes, Page, Pair, Screen, Section, Table, Text, columns, tables_of
+from ..blocks import Banner, Block, Notes, OnPage, Report, Section, Table, Text, columns
 from ..documents.design import JudgedMotion, NearResult
 from ..figures.motion import motion_figure, sigma_figure
-from ..provenance import Provenance, report_page
 from .robot import assumed_notes
 
 _MOST_SHOWN = 12
@@ -35,7 +34,6 @@ _GROUPS = (
     ("constant torques", "N·m or N", ("OFF",)),
 )
 """Kinds of parameters in words, their unit, and the letters they are called by."""
-_MOTION = "Positions and speeds of every joint between its limits, and torques where they are known, over time."
 
 
 def payload_notes(problem: DesignProblem, score: Score) -> list[str]:
@@ -81,26 +79,45 @@ def holding_tables(problem: DesignProblem, score: Score) -> list[Table]:
     return [Table("Torque that brakes have to hold, N·m or N, with the worst payload", headings, rows)]
 
 
-def design_screen(judged: JudgedMotion) -> Screen:
-    """Show which limits hold, what the motion would teach, what to do next; then every parameter."""
+def design_report(judged: JudgedMotion) -> Report:
+    """Which limits hold, what the motion would teach, what to do next; then every parameter and the motion."""
     score, problem, floor = judged.score, judged.score.problem, judged.floor
-    kind = problem.criterion.kind
+    kind, title = problem.criterion.kind, problem.robot.title or problem.robot.name
     notes = [replay_note(kind, judged.replay)] if judged.replay is not None else []
     notes += payload_notes(problem, score)
     notes += assumed_notes(problem.robot, *rests_on(problem))
     notes += [floor_note(kind, floor)] if floor is not None else []
-    lines = [f"Criterion {criterion_text(kind, score.value)}."]
     after = "Next: add --samples, --ros2, --urscript or --val3, run it, then 'dynident check LOG'."
     first: list[Block] = [
-        Notes([f"{judged.title}: {limits_in_words(score)}"]),
+        _motion_banner(judged.title, score),
         limits_table(score),
         taught_table(problem, score),
-        Notes([*lines, *([after] if judged.design is not None else [])]),
+        Notes([f"Criterion {criterion_text(kind, score.value)}.", *([after] if judged.design is not None else [])]),
         Notes(notes, optional=True),
     ]
+    if judged.design is not None:
+        writers, answers = "--samples, --ros2, --urscript or --val3", "dynident payload --unloaded A --loaded B"
+        first.append(_how_to_run(score.duration, writers, answers))
+    known = bool(np.isfinite(list(score.learnt.sigma.values())).all())
+    words = f"{title}: what the motion would teach"
     brakes = holding_tables(problem, score)
-    details = [score_table(problem, score), *sigma_tables(score, judged.reference, judged.labels), *brakes]
-    return Screen(first, details, f"condition numbers, every parameter{', what brakes hold' if brakes else ''}")
+    blocks: list[Block] = [
+        score_table(problem, score),
+        *sigma_tables(score, judged.reference, judged.labels),
+        *brakes,
+        motion_figure(problem, judged.motion, f"{title}: motion between its limits"),
+        *([sigma_figure(score, words, judged.reference, judged.labels)] if known else []),
+    ]
+    more = f"condition numbers, every parameter{', what brakes hold' if brakes else ''}"
+    sections = [Section("motion", "Motion and what it would teach", blocks)]
+    return Report(f"Motion for the {title}", first, sections, more)
+
+
+def _motion_banner(title: str, score: Score) -> Banner:
+    """Say whether the motion may be run."""
+    words = limits_in_words(score)
+    level = "do_not_use" if not score.feasible else "mass_and_com_only" if "NOT checked" in words else "use"
+    return Banner(level, f"{title}: {words}")
 
 
 def limits_in_words(score: Score) -> str:
@@ -126,8 +143,8 @@ def limits_table(score: Score) -> Table:
         )
         for limit in score.limits
     ]
-    headings = (*columns(("limit",), ("comes to", "limit")), *columns(("at", "")))
-    return Table(f"Nearest to its limits, SI units, in {score.duration:.4g} s", headings, rows, style="tight")
+    headings = (*columns(("",), ("comes to", "limit")), *columns(("at", "kept")))
+    return Table(f"Nearest to its limits, SI units, in {score.duration:.4g} s", headings, rows)
 
 
 def taught_table(problem: DesignProblem, score: Score) -> Table:
@@ -152,8 +169,8 @@ def taught_table(problem: DesignProblem, score: Score) -> Table:
         sigma = [s for name, s in learnt.sigma.items() if parameter_kind(name) in kinds]
         if sigma:
             rows.append((words, str(len(sigma)), f"{np.median(sigma):.2g}", f"{max(sigma):.2g}", unit))
-    headings = (*columns(("",), ("number", "median", "largest")), *columns(("",)))
-    return Table(f"From {recorded}, of the robot, 1 sigma", headings, rows, style="tight")
+    headings = (*columns(("",), ("number", "median", "largest")), *columns(("unit",)))
+    return Table(f"From {recorded}, of the robot, 1 sigma", headings, rows)
 
 
 def _spread_table(title: str, spread: PayloadSpread) -> Table:
@@ -162,7 +179,7 @@ def _spread_table(title: str, spread: PayloadSpread) -> Table:
     sigmas += [(f"centre of mass {axis}", "mm", 1e3 * x) for axis, x in zip("xyz", spread.com, strict=True)]
     sigmas += [(f"inertia {a}{a} at com", "kg m²", x) for a, x in zip("XYZ", spread.moments, strict=True)]
     rows = [(name, unit, f"{x:.2g}" if np.isfinite(x) else "not visible") for name, unit, x in sigmas]
-    return Table(title, columns(("", "unit"), ("1 sigma",)), rows, style="tight")
+    return Table(title, columns(("", "unit"), ("1 sigma",)), rows)
 
 
 def criterion_text(kind: str, value: float) -> str:
@@ -182,7 +199,7 @@ def score_table(problem: DesignProblem, score: Score) -> Table:
     recorded = f"{length:g} s of data, the motion repeated" if length else "recorded once"
     together = (
         ("condition number", learnt.condition_number, "of W in SI units"),
-        ("", learnt.condition_number_scaled, "columns scaled to norm 1"),
+        ("the same, scaled", learnt.condition_number_scaled, "columns scaled to norm 1"),
         ("log det", learnt.log_det, "of the information matrix"),
     )
     rows = [
@@ -190,7 +207,7 @@ def score_table(problem: DesignProblem, score: Score) -> Table:
         ("parameters", str(len(problem.names)), f"criterion {problem.criterion.kind}"),
         *((name, f"{x:.4g}" if np.isfinite(x) else "rank-deficient", words) for name, x, words in together),
     ]
-    return Table("Parameters together", columns(("",), ("value",), ("",)), rows, style="tight")
+    return Table("Parameters together", columns(("",), ("value",), ("remark",)), rows)
 
 
 def sigma_tables(score: Score, reference: Mapping[str, float], labels: Mapping[str, str]) -> list[Table]:
@@ -232,31 +249,7 @@ def replay_note(kind: str, replay: Score) -> str:
     )
 
 
-def design_page(judged: JudgedMotion, provenance: Provenance) -> Page:
-    """Show the motion between its limits, and what it would teach."""
-    score, problem = judged.score, judged.score.problem
-    title = problem.robot.title or problem.robot.name
-    drawings: list[Block] = [motion_figure(problem, judged.motion, f"{title}: motion between its limits")]
-    if np.isfinite(list(score.learnt.sigma.values())).all():
-        words = f"{title}: what the motion would teach"
-        drawings.append(sigma_figure(score, words, judged.reference, judged.labels))
-    blocks = [*design_screen(judged).blocks, *drawings]
-    section = Section("motion", "Motion and what it would teach", blocks)
-    writers, answers = "--samples, --ros2, --urscript or --val3", "dynident payload --unloaded A --loaded B"
-    how = _how_to_run(score.duration, writers, answers) if judged.design is not None else []
-    lead = [*_motion_lead(score, [taught_table(problem, score)]), *how]
-    return report_page(f"Motion for the {title}", provenance.day, lead, [section], (), provenance)
-
-
-def _motion_lead(score: Score, taught: Sequence[Block]) -> list[Block]:
-    """Say whether the motion may be run, how near its limits come, and what it will teach."""
-    words = limits_in_words(score)
-    level = "do_not_use" if not score.feasible else "mass_and_com_only" if "NOT checked" in words else "use"
-    shown = Pair([limits_table(score)], [Text("What it will teach", "heading"), *taught])
-    return [Banner(level, f"The motion {words}"), shown]
-
-
-def _how_to_run(duration: float, writers: str, answers: str) -> list[Block]:
+def _how_to_run(duration: float, writers: str, answers: str) -> OnPage:
     """From the file to the payload.
 
     Args:
@@ -271,7 +264,7 @@ def _how_to_run(duration: float, writers: str, answers: str) -> list[Block]:
         "same program.",
         f"Look at each recording by 'dynident check LOG', then '{answers}'.",
     ]
-    return [Text("How to run it", "heading"), Notes(steps)]
+    return OnPage(lambda: [Text("How to run it", heading=True), Notes(steps)])
 
 
 def visibility_table(visibility: PayloadVisibility) -> Table:
@@ -282,28 +275,36 @@ def visibility_table(visibility: PayloadVisibility) -> Table:
     return Table(title, columns(("parameter", "visible", "as part of")), rows)
 
 
-def near_screen(result: NearResult, expected: InertialParameters, hints: Sequence[str]) -> Screen:
-    """Show what the motion will tell of a payload, and what to do next; then what can be seen at all.
+def near_report(result: NearResult, expected: InertialParameters, hints: Sequence[str], motion: Motion) -> Report:
+    """What the motion will tell of a payload, and what to do next; then what can be seen at all, and the motion.
 
     Args:
         expected: about what the payload is.
         hints: what else could be done.
+        motion: to be drawn.
     """
-    title = result.robot.title or result.robot.name
-    joints = ", ".join(map(str, result.shape.joints))
-    limits = limits_in_words(result.design.score)
+    robot, problem, score = result.robot, result.design.problem, result.design.score
+    title, joints = robot.title or robot.name, ", ".join(map(str, result.shape.joints))
     after = "Next: add --samples, --ros2 or --urscript, run it without and with the payload, then 'dynident weigh'."
     place = ", ".join(f"{1e3 * x:g}" for x in expected.com)
+    writers, answers = "--samples, --ros2 or --urscript", "dynident weigh --unloaded A --loaded B"
     first: list[Block] = [
-        Notes([f"Motion of joints {joints} of {title}: {limits}"]),
+        _motion_banner(f"Motion of joints {joints} of {title}", score),
         _spread_table(f"Predicted for {expected.mass:g} kg at ({place}) mm", result.spread),
         *ladder_tables(result.ladder),
         Notes([after]),
         Notes([*hints, *near_notes(result)], optional=True),
+        OnPage(lambda: [limits_table(score)]),
+        _how_to_run(result.motion.duration, writers, answers),
     ]
-    brakes = holding_tables(result.design.problem, result.design.score)
+    brakes = holding_tables(problem, score)
+    drawn = motion_figure(problem, motion, f"Motion that weighs a payload: {title}")
+    sections = [
+        Section("payload", "What it shows of a payload", [visibility_table(result.visibility), *brakes]),
+        Section("motion", "The motion between its limits", [drawn]),
+    ]
     details = f"which parameters these joints show{', what brakes hold' if brakes else ''}"
-    return Screen(first, [visibility_table(result.visibility), *brakes], details)
+    return Report(f"Motion that weighs a payload: {title}", first, sections, details)
 
 
 def near_notes(result: NearResult) -> list[str]:
@@ -338,7 +339,7 @@ def ladder_tables(ladder: Sequence[Rung]) -> list[Table]:
     ]
     headings = columns(("step",), ("speed %", "bears kg", "then at most kg"))
     title = "Ladder: go on only if the run before shows at most what the next one bears"
-    return [Table(title, headings, rows, style="tight")] if rows else []
+    return [Table(title, headings, rows)] if rows else []
 
 
 def near_head(result: NearResult, speed: float) -> tuple[str, ...]:
@@ -364,26 +365,3 @@ def second_pose_note(first: Array, second: Array) -> str:
     return (
         f"A second wrist pose ({joints}) would tell clearly more: add --second-pose auto if the robot may go there."
     )
-
-
-def near_page(result: NearResult, motion: Motion, screen: Screen, provenance: Provenance) -> Page:
-    """Show what the motion will tell of a payload, and the motion between its limits.
-
-    Args:
-        screen: what the terminal shows of it.
-    """
-    robot, plan = result.robot, result.motion
-    title = f"Motion that weighs a payload: {robot.title or robot.name}"
-    joints = ", ".join(map(str, result.shape.joints))
-    writers, answers = "--samples, --ros2 or --urscript", "dynident weigh --unloaded A --loaded B"
-    lead: list[Block] = [
-        *_motion_lead(result.design.score, tables_of(screen.first)),
-        Text(f"{plan.duration:.1f} s; joints {joints} move, the others are held."),
-        *_how_to_run(plan.duration, writers, answers),
-    ]
-    drawn = motion_figure(result.design.problem, motion, title, _MOTION)
-    sections = [
-        Section("payload", "What it shows of a payload", screen.blocks),
-        Section("motion", "The motion between its limits", [drawn]),
-    ]
-    return report_page(title, provenance.day, lead, sections, (), provenance)

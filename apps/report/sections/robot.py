@@ -17,30 +17,19 @@ from ....model.frames import frames_at
 from ....model.robot import SOURCED
 from ...numbers import percent
 from ...rollout import Rollout
-from ..blocks import (
-    Banner,
-    Block,
-    Cell,
-    Column,
-    Notes,
-    Page,
-    Screen,
-    Section,
-    Table,
-    columns,
-    with_sigma,
-)
-from ..provenance import Provenance, report_page
+from ..blocks import Banner, Block, Column, Notes, Report, Section, Table, columns, with_sigma
 from .evidence import (
-    elimination_notes,
+    MEND,
     essential_section,
     excitation_section,
+    gain_error_notes,
+    reason_blocks,
     residual_text,
     torques_section,
+    verdict_notes,
     worst_torque,
 )
-from .rollout import rollout_blocks, rollout_line, rollout_section
-from .verdict import MEND, gain_error_notes, reason_lines, verdict_notes
+from .rollout import rollout_line, rollout_section
 
 _NUMBERS = ("alpha", "d", "theta", "r", "from", "to", "speed", "accel.", "torque")
 _MOST_NAMED = 8
@@ -121,25 +110,36 @@ def _vector(values: list[float]) -> str:
     return "(" + ", ".join(f"{value + 0.0:.5g}" for value in values) + ")"
 
 
-def robot_screen(result: RobotResult, rollouts: Sequence[Rollout] = (), document: str | None = None) -> Screen:
-    """Show how well the model explains the torques, joint by joint; then every parameter."""
-    verdict = result.judged
+def robot_report(result: RobotResult, rollouts: Sequence[Rollout] = (), document: str | None = None) -> Report:
+    """How well the model explains the torques, joint by joint; then every parameter, torques and excitation.
+
+    Args:
+        rollouts: predicted motion of recordings.
+        document: JSON file that it was written to.
+    """
+    verdict, made = result.judged, result.working
     after = f"'dynident payload --robot-parameters {document or 'robot.json'} --loaded LOG'"
     following = MEND if verdict.reasons else f"Next: {'' if document else 'add --json robot.json, then '}{after}."
-    first: list[Block] = [
-        Notes([f"Verdict: {_BAD if verdict.reasons else _GOOD}"]),
-        Notes(reason_lines(verdict), optional=True),
+    labels = dict(zip(made.base.columns, made.base.names, strict=True)) if made else {}
+    count = len(made.held_out or made.recordings) if made else 0
+    notes = [*verdict_notes(verdict), *gain_error_notes(result.processing, result.gains)]
+    first = [
+        Banner("do_not_use" if verdict.reasons else "use", f"Verdict: {_BAD if verdict.reasons else _GOOD}"),
+        *reason_blocks(verdict),
         joint_table(result),
         Notes([*_known(result), following]),
-        Notes([*map(rollout_line, rollouts), *_known_besides(result)], optional=True),
+        Notes([*map(rollout_line, rollouts), *notes], optional=True),
+        worst_torque(lambda: made.predictions),
     ]
-    lines = [*robot_notes(result), *elimination_notes(present(result.elimination))]
-    details = [*robot_section(result).blocks, Notes(lines), *rollout_blocks(rollouts)]
-    return Screen(first, details, "every base parameter, residuals, what is essential")
-
-
-def _known_besides(result: RobotResult) -> list[str]:
-    return [*verdict_notes(result.judged), *gain_error_notes(result.processing, result.gains)]
+    sections = (
+        robot_section(result),
+        *([rollout_section(rollouts)] if rollouts else []),
+        torques_section(lambda: made.predictions, count),
+        excitation_section(lambda: made.excitation, labels),
+        essential_section(present(result.elimination), result.title),
+    )
+    title, more = f"Dynamic parameters of the {result.title}", "every base parameter, residuals, what is essential"
+    return Report(title, first, sections, more, "Identified from recordings without payload", robot_notes(result))
 
 
 def joint_table(result: RobotResult) -> Table:
@@ -159,10 +159,10 @@ def joint_table(result: RobotResult) -> Table:
     fits = ("unexplained", *(["held out"] if held_out is not None else []))
     headings = (
         *columns(("",), (*fits, "Coulomb friction")),
-        *columns(("",), ("viscous friction",)),
-        *columns(("",)),
+        *columns(("unit",), ("viscous friction",)),
+        *columns(("unit",)),
     )
-    return Table(f"Torques of {result.title}", headings, rows, style="tight")
+    return Table(f"Torques of {result.title}", headings, rows)
 
 
 def _known(result: RobotResult) -> list[str]:
@@ -192,7 +192,7 @@ def robot_table(result: RobotResult) -> Table:
     nearest = [parameter.value for parameter in constrained] if constrained else None
     beside = [("by gains", estimate.sigma_by_gains, ".2g"), ("constrained", nearest, ".4g")]
     shown = [(heading, values, form) for heading, values, form in beside if values is not None]
-    rows: list[tuple[Cell, ...]] = []
+    rows: list[tuple[str, ...]] = []
     for k, parameter in enumerate(result.base_parameters):
         name, grouping = parameter.name or estimate.names[k], parameter.grouping or ""
         value, sigma = estimate.values[k], estimate.total_sigma[k]
@@ -282,36 +282,6 @@ def constrained_notes(result: RobotResult) -> list[str]:
         "combinations of standard parameters (the JSON lists them)."
     )
     return lines
-
-
-def robot_page(
-    result: RobotResult, provenance: Provenance, others: int = 0, rollouts: Sequence[Rollout] = ()
-) -> Page:
-    """Verdict and residuals first, then parameters, torques and excitation.
-
-    Args:
-        result: with its working.
-        others: number of recordings that are not drawn.
-        rollouts: predicted motion of recordings.
-    """
-    made, against = result.working, result.judged.reasons
-    labels = dict(zip(made.base.columns, made.base.names, strict=True))
-    lead: list[Block] = [
-        Banner("do_not_use", _BAD) if against else Banner("use", _GOOD),
-        Notes([*against, *_known(result), *_known_besides(result)]),
-        joint_table(result),
-        *worst_torque(made.predictions),
-    ]
-    sections = (
-        robot_section(result),
-        *([rollout_section(rollouts)] if rollouts else []),
-        torques_section(made.predictions, others),
-        excitation_section(made.excitation, labels),
-        essential_section(present(result.elimination), result.title),
-    )
-    subtitle = f"Identified from recordings without payload, {provenance.day}"
-    head = f"Dynamic parameters of the {result.title}"
-    return report_page(head, subtitle, lead, sections, robot_notes(result), provenance)
 
 
 def robot_section(result: RobotResult) -> Section:

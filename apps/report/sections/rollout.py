@@ -5,9 +5,8 @@ from math import pi
 from pathlib import PurePath
 
 from ...rollout import CONSTANT, GROWTH_TIME, IDENTIFIED, Rollout
-from ..blocks import Block, Notes, Page, Screen, Section, Table, Text, columns
+from ..blocks import Block, Notes, Report, Section, Table, Text, columns
 from ..figures.motion import rollout_figure
-from ..provenance import Provenance, report_page
 
 _GROWS = 10.0
 """An error of the start that grows by more within half a second hides what the parameters do."""
@@ -18,23 +17,17 @@ _WORDS = (
 )
 
 
-def rollout_screen(rollouts: Sequence[Rollout]) -> Screen:
-    """Errors by horizon and the replay of the first recording, a line of each other; then all of them."""
+def rollout_report(rollouts: Sequence[Rollout], title: str) -> Report:
+    """Errors by horizon and the replay of the first recording, a line of each other; then all of them.
+
+    ``title``: of the robot.
+    """
     first, *others = rollouts
-    blocks: list[Block] = [
-        _tables(first)[0],
-        Notes(rollout_notes(first)),
-        Notes([*map(rollout_line, others)], optional=True),
-    ]
-    return Screen(blocks, rollout_blocks(rollouts), "every recording, starts at rest")
-
-
-def rollout_blocks(rollouts: Sequence[Rollout]) -> list[Block]:
-    """Tables of every recording, and their notes."""
-    blocks: list[Block] = []
-    for rollout in rollouts:
-        blocks += [*_tables(rollout), Notes([*rollout_notes(rollout), ""])]
-    return blocks
+    lines = [*rollout_notes(first), *map(rollout_line, others)]
+    blocks: list[Block] = [_tables(first)[0], Notes(lines, optional=True)]
+    words = "Of recordings that were not fitted"
+    sections = [rollout_section(rollouts)]
+    return Report(f"Predicted motion of the {title}", blocks, sections, "every recording, starts at rest", words)
 
 
 def rollout_line(rollout: Rollout) -> str:
@@ -78,15 +71,6 @@ def rollout_section(rollouts: Sequence[Rollout]) -> Section:
     return Section("rollout", "Predicted motion", blocks)
 
 
-def rollout_page(rollouts: Sequence[Rollout], title: str, provenance: Provenance) -> Page:
-    """The report of ``rollout``; ``title``: of the robot."""
-    head = f"Predicted motion of the {title}"
-    subtitle = f"Of recordings that were not fitted, {provenance.day}"
-    first = rollouts[0]
-    lead: list[Block] = [*_tables(first), Notes(rollout_notes(first))]
-    return report_page(head, subtitle, lead, [rollout_section(rollouts)], [], provenance)
-
-
 def _tables(rollout: Rollout) -> list[Table]:
     resting = int(rollout.resting.sum())
     kinds = ((False, len(rollout.resting) - resting, "in motion"), (True, resting, "at rest"))
@@ -103,7 +87,7 @@ def _table(rollout: Rollout, resting: bool, starts: str) -> Table:
         rows.append((f"{seconds:g} s", *cells))
     headings = [heading for by in names for heading in (by, "90 %")]
     title = f"{PurePath(rollout.source).name}: error [{unit}], median and 90 % of {starts}"
-    return Table(title, columns(("after",), headings), rows, style="tight")
+    return Table(title, columns(("after",), headings), rows)
 
 
 def _unit(rollout: Rollout) -> tuple[str, float]:
