@@ -33,6 +33,11 @@ def _intervals(axis: Axes, rows: Iterable[float], values: Array, ends: Array, ma
         axis.plot(value, row, marker, color=BLUE, markersize=6)
 
 
+def _recommended(axis: Axes, mass: float, interval: tuple[float, float]) -> None:
+    mark_interval(axis, *interval)
+    axis.axvline(mass, color="black", linestyle="--", linewidth=1.0)
+
+
 def _named_rows(axis: Axes, names: Sequence[str]) -> None:
     axis.set_yticks(range(len(names)), names)
     axis.set_ylim(len(names) - 0.5, -0.5)
@@ -47,14 +52,7 @@ def _missing(axis: Axes, text: str, x: float, y: float) -> None:
 def joints_figure(
     masses: Sequence[JointsMassDocument], mass: float, interval: tuple[float, float], name: str = "by_joints"
 ) -> Drawing | None:
-    """Mass by groups of joints, and the share of the payload that each joint shows; None where no joint sees it.
-
-    Args:
-        masses: by some joints.
-        mass: recommended [kg].
-        interval: its 95 % interval [kg]; nan where there is none.
-        name: of the drawing.
-    """
+    """Mass [kg] by groups of joints, and each joint's share of the payload; None where none sees it."""
     if all(group.mass is None for group in masses):
         return None
     text = "; ".join(
@@ -72,8 +70,7 @@ def joints_figure(
 def _draw_joints(masses: Sequence[JointsMassDocument], mass: float, interval: tuple[float, float]) -> Figure:
     size, edges = (9.0, 0.32 * len(masses) + 1.2), (0.85, 0.1, 0.3, 0.3)
     figure, ((left, right),) = panels(size, 1, 2, edges, (0.85, 0.0), width_ratios=(3, 2))
-    mark_interval(left, *interval)
-    left.axvline(mass, color="black", linestyle="--", linewidth=1.0)
+    _recommended(left, mass, interval)
     reaches = []
     for row, group in enumerate(masses):
         if group.mass is None or group.interval95 is None:
@@ -149,14 +146,8 @@ def seen(repeats: RepeatsDocument) -> tuple[list[int], Array, Array]:
 
 
 def repeats_figure(repeats: RepeatsDocument, mass: float, interval: tuple[float, float]) -> Drawing | None:
-    """Mass by each recording in the order they were given; None where fewer than two show it.
-
-    Args:
-        repeats: the recordings.
-        mass: by all of them [kg].
-        interval: its 95 % interval [kg]; nan where there is none.
-    """
-    places, masses, _ = seen(repeats)
+    """Mass [kg] by each recording in the order they were given; None where fewer than two show it."""
+    places, masses, sigmas = seen(repeats)
     if len(places) < 2:
         return None
     caption = (
@@ -164,21 +155,19 @@ def repeats_figure(repeats: RepeatsDocument, mass: float, interval: tuple[float,
         "are the answer by all of them."
     )
     each = "; ".join(f"recording {k + 1} {m:.4g} kg" for k, m in zip(places, masses, strict=True))
-    return Drawing("repeats", caption, lambda: _draw_repeats(repeats, mass, interval), f"{caption} {each}.")
 
+    def draw() -> Figure:
+        names = [f"{k}: {source[-_NAME:]}" for k, source in enumerate(repeats.sources, 1)]
+        edges = (0.25 + 0.085 * max(map(len, names)), 0.1, 0.1, 0.5)
+        figure, ((axis,),) = panels((7.0, 0.32 * len(names) + 1.0), edges=edges)
+        _recommended(axis, mass, interval)
+        half = NORMAL95 * sigmas
+        _intervals(axis, places, masses, np.stack([masses - half, masses + half], axis=1))
+        axis.set_xlabel("mass [kg]")
+        _named_rows(axis, names)
+        return figure
 
-def _draw_repeats(repeats: RepeatsDocument, mass: float, interval: tuple[float, float]) -> Figure:
-    places, masses, sigmas = seen(repeats)
-    names = [f"{k}: {source[-_NAME:]}" for k, source in enumerate(repeats.sources, 1)]
-    edges = (0.25 + 0.085 * max(map(len, names)), 0.1, 0.1, 0.5)
-    figure, ((axis,),) = panels((7.0, 0.32 * len(names) + 1.0), edges=edges)
-    mark_interval(axis, *interval)
-    axis.axvline(mass, color="black", linestyle="--", linewidth=1.0)
-    half = NORMAL95 * sigmas
-    _intervals(axis, places, masses, np.stack([masses - half, masses + half], axis=1))
-    axis.set_xlabel("mass [kg]")
-    _named_rows(axis, names)
-    return figure
+    return Drawing("repeats", caption, draw, f"{caption} {each}.")
 
 
 def flange_figure(payload: PossibleEstimate, inertia: bool, flange: bool) -> Drawing:
