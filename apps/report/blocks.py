@@ -59,14 +59,12 @@ class Table:
         if any(len(row) != len(self.columns) for row in self.rows):
             raise ValueError(f"{self.title!r}: every row needs {len(self.columns)} cells")
 
-    @property
-    def sections(self) -> list[list[tuple[str, ...]]]:
-        """The rows, parted where sections end."""
+    def sections(self, spare: Collection[str] = ()) -> list[list[tuple[str, ...]]]:
+        """The rows without ``spare`` ones, parted where sections end."""
         parts: list[list[tuple[str, ...]]] = [[]]
         for row in self.rows:
-            parts[-1].append(row)
-            if row[0] in self.ends:
-                parts.append([])
+            parts[-1] += [row] if row[0] not in spare else []
+            parts += [[]] if row[0] in self.ends else []
         return [part for part in parts if part]
 
 
@@ -78,11 +76,7 @@ class Text(NamedTuple):
 
 
 class Notes(NamedTuple):
-    """Lines of words: a list in a page, line by line on a terminal.
-
-    Attributes:
-        optional: whether a screen shows as many as fit, the first ones first; with the details it shows all.
-    """
+    """Lines of words, a list in a page; of ``optional`` ones the first screen shows as many as fit."""
 
     lines: Sequence[str]
     optional: bool = False
@@ -103,7 +97,7 @@ class Pair(NamedTuple):
 
 
 class Code(NamedTuple):
-    """Text to be copied from a page; ``name``: its identifier there."""
+    """Text of a page that is to be copied; ``name``: its identifier there."""
 
     name: str
     text: str
@@ -131,13 +125,7 @@ class OnPage:
 
 @dataclass(frozen=True, eq=False)
 class Drawing:
-    """A figure of a page and what is said about it; it is drawn when it is first looked at.
-
-    Attributes:
-        name: of its file and of its place in the page.
-        text: what it shows, in words, for those who do not see it; the caption if empty.
-        draw: makes the figure.
-    """
+    """A figure of a page, drawn when it is first looked at; ``text``: the caption for those who do not see it."""
 
     name: str
     caption: str
@@ -166,11 +154,9 @@ class Report:
     """An answer as it is shown: the same blocks make its screen and its page.
 
     Attributes:
-        title: of the page.
-        first: what to do; what of it can be printed fits on a screen of 25 lines of 80 columns.
+        first: what to do, on a screen of 25 lines of 80 columns, and at the head of the page.
         sections: what it rests on: the page's sections, and on a terminal the details.
         more: what the details hold, in words.
-        subtitle: below the title: what was done.
         notes: on the data, at the end.
     """
 

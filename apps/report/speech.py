@@ -12,7 +12,7 @@ from ...common.errors import InputError
 from ...common.files import checksum
 from ...common.schema import json_text
 from ...common.versions import versions
-from ...estimation.results.payload import PayloadResult, Quantity, array
+from ...estimation.results.payload import PayloadResult
 from ...estimation.results.robot import GainsResult, RobotResult
 from ...model import Recording
 from ...trajectories import Design
@@ -37,15 +37,11 @@ _RATE = 100.0  # Hz, of a motion in figures
 
 
 class _Shown(NamedTuple):
-    """Functions that show one kind of result.
-
-    ``rows``: of its data frame, numbers as numbers; ``recordings``: that a page names as its files.
-    """
+    """Functions that show one kind of result; ``rows``: of its data frame, named like the document's keys."""
 
     report: Callable[[Any], Report]
     document: Callable[[Any], Any]
     rows: Callable[[Any], list[dict[str, Any]]]
-    recordings: Callable[[Any], Iterable[Recording]]
 
 
 def _itself(result: Any) -> Any:
@@ -54,33 +50,20 @@ def _itself(result: Any) -> Any:
 
 
 def _payload_rows(result: PayloadResult) -> list[dict[str, Any]]:
-    places: dict[str, tuple[str, Quantity, tuple[int, ...]]] = {"mass": ("kg", result.mass, ())}
-    places |= {f"com {axis}": ("m", result.com, (k,)) for k, axis in enumerate("xyz")}
-    places |= {f"inertia {'xyz'[i]}{'xyz'[j]}": ("kg m^2", result.inertia, (i, j)) for i, j in SIX}
+    parts: list[tuple[str, str, Any, Any]] = [("mass", "kg", result.mass, ())]
+    parts += [(f"com {axis}", "m", result.com, k) for k, axis in enumerate("xyz")]
+    parts += [(f"inertia {'xyz'[i]}{'xyz'[j]}", "kg m^2", result.inertia, (i, j)) for i, j in SIX]
     return [
-        {
-            "quantity": name,
-            "value": float(told.value[at]),
-            "low": float(told.low[at]),
-            "high": float(told.high[at]),
-            "unit": unit,
-            "use": told.use,
-        }
-        for name, (unit, told, at) in places.items()
-    ]
+        {"quantity": name, **{key: float(getattr(of, key)[at]) for key in ("value", "low", "high")}, "unit": unit,
+         "use": of.use}
+        for name, unit, of, at in parts
+    ]  # fmt: skip
 
 
-def _robot_rows(result: RobotResult) -> list[dict[str, Any]]:
-    return [
-        {
-            "parameter": parameter.name,
-            "value": parameter.value,
-            "sigma": float(sigma),
-            "essential": parameter.essential,
-            "grouping": parameter.grouping,
-        }
-        for parameter, sigma in zip(result.base_parameters, result.estimate.total_sigma, strict=True)
-    ]
+def _gains_rows(result: GainsResult) -> list[dict[str, Any]]:
+    table, keys = plain(result)["drive_gains"], ("values", "sigma", "identified", "rests_on")
+    columns = {"motor": range(1, len(table["values"]) + 1), **{key: table[key] for key in keys if table.get(key)}}
+    return [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
 
 
 def _judged(answer: Design) -> JudgedMotion:
@@ -88,61 +71,23 @@ def _judged(answer: Design) -> JudgedMotion:
     return JudgedMotion(title, answer.score, answer.motion(_RATE), design=answer)
 
 
-def _gains_rows(result: GainsResult) -> list[dict[str, Any]]:
-    told = result.drive_gains
-    columns = zip(told.values, array(told.sigma, 0), told.identified or (), told.rests_on or (), strict=True)
-    return [
-        {"motor": motor, "gain": float(gain), "sigma": float(sigma), "identified": good, "rests on": words}
-        for motor, (gain, sigma, good, words) in enumerate(columns, 1)
-    ]
-
-
-def _log_rows(answer: LogCheck) -> list[dict[str, Any]]:
-    return [
-        {
-            "joint": number,
-            "moves": facts.moves,
-            "from": facts.position[0],
-            "to": facts.position[1],
-            "speed": facts.speed,
-            "torque from": facts.torque[0],
-            "torque to": facts.torque[1],
-        }
-        for number, facts in enumerate(answer.joints, 1)
-    ]
-
-
-def _pair_of(result: PayloadResult | GainsResult) -> Iterable[Recording]:
-    made = result.working
-    source = made.problem.source if isinstance(result, PayloadResult) else made.source
-    held_out = made.held_out if isinstance(result, PayloadResult) else ()
-    return (*source.unloaded, *source.loaded, *held_out) if source else held_out
-
-
-def _check_look(check: LogCheck) -> list[Look]:
+def _look(check: LogCheck) -> list[Look]:
     return [Look(check.recording.source, check)]
 
 
 _SHOWN: dict[type, _Shown] = {
-    PayloadResult: _Shown(payload_report, _itself, _payload_rows, _pair_of),
-    RobotResult: _Shown(
-        robot_report,
-        _itself,
-        _robot_rows,
-        lambda result: (*result.working.recordings, *result.working.held_out),
-    ),
-    GainsResult: _Shown(gains_report, _itself, _gains_rows, _pair_of),
+    PayloadResult: _Shown(payload_report, _itself, _payload_rows),
+    RobotResult: _Shown(robot_report, _itself, lambda result: plain(result)["base_parameters"]),
+    GainsResult: _Shown(gains_report, _itself, _gains_rows),
     Design: _Shown(
         lambda answer: design_report(_judged(answer)),
         lambda answer: design_document(_judged(answer)),
         lambda answer: [{"parameter": name, "sigma": sigma} for name, sigma in answer.learnt.sigma.items()],
-        lambda answer: (),
     ),
     LogCheck: _Shown(
         log_report,
-        lambda check: check_document(check.robot, _check_look(check)),
-        _log_rows,
-        lambda check: (check.recording,),
+        lambda check: check_document(check.robot, _look(check)),
+        lambda check: [{"joint": j, **facts} for j, facts in enumerate(plain(check)["logs"][0]["joints"], 1)],
     ),
 }
 
@@ -187,8 +132,8 @@ def frame(answer: object) -> Any:
     return pandas.DataFrame(rows).set_index(next(iter(rows[0]))) if rows else pandas.DataFrame()
 
 
-def _drawn(answer: object) -> tuple[Report, Provenance]:
-    """The report with its figures, and what it was made from: the program that ran, the recordings' files.
+def _drawn(answer: object) -> Report:
+    """The report with its figures.
 
     Raises:
         InputError: of a result that was read from a file, without what a page draws.
@@ -196,15 +141,27 @@ def _drawn(answer: object) -> tuple[Report, Provenance]:
     result, shown = _shown(answer)
     if getattr(result, "working", result) is None:
         raise InputError("a result that was read from a file has no recordings to draw: identify again")
-    made = check_report(_check_look(result)) if isinstance(result, LogCheck) else shown.report(result)
-    paths = dict.fromkeys(recording.source for recording in shown.recordings(result))
-    files = tuple(SourceFile("recording", path, checksum(path)) for path in paths if Path(path).is_file())
-    return made, Provenance(f"python {sys.argv[0] or '(interactive)'}", now(), files, versions())
+    return check_report(_look(result)) if isinstance(result, LogCheck) else shown.report(result)
+
+
+def _recordings(result: Any) -> Iterable[Recording]:
+    """The recordings that a result rests on."""
+    if isinstance(result, RobotResult):
+        return (*result.working.recordings, *result.working.held_out)
+    if isinstance(result, PayloadResult | GainsResult):
+        source = getattr(result.working, "problem", result.working).source
+        held_out = getattr(result.working, "held_out", ())
+        return (*source.unloaded, *source.loaded, *held_out) if source else held_out
+    return (result.recording,) if isinstance(result, LogCheck) else ()
 
 
 def write_report(answer: object, path: str | Path) -> None:
-    """Write the page."""
-    page.write_report(path, *_drawn(answer))
+    """Write the page, made by the program that runs from the recordings' files."""
+    report = _drawn(answer)
+    paths = dict.fromkeys(recording.source for recording in _recordings(_shown(answer)[0]))
+    files = tuple(SourceFile("recording", name, checksum(name)) for name in paths if Path(name).is_file())
+    origin = Provenance(f"python {sys.argv[0] or '(interactive)'}", now(), files, versions())
+    page.write_report(path, report, origin)
 
 
 def figure(answer: object, name: str | None) -> Figure:
@@ -213,9 +170,8 @@ def figure(answer: object, name: str | None) -> Figure:
     Raises:
         InputError: if there is no such figure.
     """
-    drawings = {drawing.name: drawing for drawing in _drawn(answer)[0].drawings()}
-    if name is None and drawings:
-        return next(iter(drawings.values())).figure
+    drawings = {drawing.name: drawing for drawing in _drawn(answer).drawings()}
+    name = next(iter(drawings), None) if name is None else name
     if name not in drawings:
         raise InputError(f"there is no figure {name!r}: there are {', '.join(drawings) or 'none'}")
     return drawings[name].figure

@@ -20,42 +20,31 @@ from .blocks import Banner, Block, Notes, Pair, Report, Table, Text
 
 LINES, COLUMNS = 25, 80
 """A screen."""
-_NARROWEST = 14
-"""Letters that a column of words needs at least."""
-_MERGED = 24
-"""Letters of words that stand beside several rows."""
-_LONGEST = 3
-"""Lines of one remark that the first screen shows."""
+_NARROWEST = 14  # letters that a column of words needs at least
+_MERGED = 24  # letters of words that stand beside several rows
+_LONGEST = 3  # lines of one remark that the first screen shows
 _CUT = " .."
-_FEWEST = 20
-"""Columns of the narrowest terminal that is laid out."""
+_FEWEST = 20  # columns of the narrowest terminal that is laid out
 
 
 def print_blocks(blocks: Sequence[Block], stream: IO[str] | None = None) -> None:
     """Print tables and lines; a table wider than the terminal is printed in parts, one below the other."""
-    terminal = _terminal(stream)
-    with _read(terminal):
+    with _opened(stream) as terminal:
         for block in _printed(blocks):
             _print_lines(terminal, _lines(terminal, block, ()))
 
 
 def print_report(report: Report, details: bool = False, stream: IO[str] | None = None) -> None:
     """Print what fits on a screen of 25 lines, or all of it, with ``details``."""
-    if details:
-        print_blocks([*report.first, *_details(report)], stream)
+    if not details:
+        with _opened(stream) as terminal:
+            _print_first(terminal, report)
         return
-    terminal = _terminal(stream)
-    with _read(terminal):
-        _print_first(terminal, report)
-
-
-def _details(report: Report) -> Iterator[Block]:
-    """What can be printed of the sections, below their headings, and the notes."""
+    blocks = [*report.first]
     for section in report.sections:
-        if printed := list(_printed(section.blocks)):
-            yield from (Notes(["", section.title.upper()]), *printed)
-    if report.notes:
-        yield Notes(["", *report.notes])
+        if any(_printed(section.blocks)):
+            blocks += [Notes(["", section.title.upper()]), *section.blocks]
+    print_blocks([*blocks, *([Notes(["", *report.notes])] if report.notes else [])], stream)
 
 
 def screen_text(report: Report, details: bool = False) -> str:
@@ -105,19 +94,17 @@ class _Console(Console):
 
 
 @contextmanager
-def _read(terminal: Console) -> Iterator[None]:
-    """Print as long as somebody reads: `| head` has seen enough, files that were asked for are still written."""
+def _opened(stream: IO[str] | None) -> Iterator[Console]:
+    """A terminal, written as long as somebody reads: `| head` has seen enough, files are still written."""
+    terminal = _Console(file=stream)
+    if isinstance(stream, StringIO):
+        terminal = _Console(file=stream, width=COLUMNS, force_terminal=False, color_system=None)
+    elif terminal.width < _FEWEST:
+        terminal = _Console(file=stream, width=_FEWEST)
     try:
-        yield
+        yield terminal
     except BrokenPipeError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), terminal.file.fileno())
-
-
-def _terminal(stream: IO[str] | None) -> Console:
-    if isinstance(stream, StringIO):
-        return _Console(file=stream, width=COLUMNS, force_terminal=False, color_system=None)
-    terminal = _Console(file=stream)
-    return terminal if terminal.width >= _FEWEST else _Console(file=stream, width=_FEWEST)
 
 
 def _print_lines(terminal: Console, lines: Sequence[str]) -> None:
@@ -151,8 +138,8 @@ def _brief(lines: list[str], width: int, most: int = _LONGEST) -> list[str]:
 
 def _table_lines(terminal: Console, table: Table, spare: Collection[str]) -> list[str]:
     """Title and rows, in parts that repeat the names of the rows where the table is too wide."""
-    sections = [[row for row in section if row[0] not in spare] for section in table.sections]
-    rows = [row for section in sections for row in (_merged(section) if table.merged else section)]
+    parted = table.sections(spare)
+    rows = [row for section in parted for row in (_merged(section) if table.merged else section)]
     names = next((k for k, column in enumerate(table.columns) if column.numeric), len(table.columns))
     names = min(max(names, 1), len(table.columns) - 1) if len(table.columns) > 1 else 1
     parts: list[list[int]] = [[*range(names)]]

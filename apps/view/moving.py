@@ -63,11 +63,7 @@ class ShownPayload:
 
 
 def view_of(
-    robot: Robot,
-    motion: Motion,
-    *,
-    problem: DesignProblem | None = None,
-    payload: ShownPayload | None = None,
+    robot: Robot, motion: Motion, *, problem: DesignProblem | None = None, payload: ShownPayload | None = None
 ) -> View:
     """The arm along a motion.
 

@@ -9,12 +9,7 @@ from ....estimation import Gains
 from ....estimation.answers.system import TorquePrediction
 from ....estimation.fit.estimate import Fit
 from ....estimation.fit.least_squares import Excitation
-from ....estimation.results.parts import (
-    EliminationDocument,
-    ProcessingDocument,
-    ResidualDocument,
-    VerdictDocument,
-)
+from ....estimation.results.parts import EliminationDocument, ProcessingDocument, ResidualDocument, VerdictDocument
 from ....estimation.results.payload import JointsMassDocument, array
 from ...numbers import percent, with_interval
 from ..blocks import Block, Details, Notes, OnPage, Section, Table, Text, columns, with_sigma

@@ -6,15 +6,7 @@ from ....common.schema import present
 from ....estimation.results.payload import array, mass_by_joints, numbers
 from ....estimation.results.robot import GainsResult, MountingDocument
 from ..blocks import Banner, Notes, Report, Table, columns
-from .evidence import (
-    MEND,
-    VERDICTS,
-    joints_section,
-    reason_blocks,
-    torques_section,
-    verdict_notes,
-    worst_torque,
-)
+from .evidence import MEND, VERDICTS, joints_section, reason_blocks, torques_section, verdict_notes, worst_torque
 
 
 def gains_report(gains: GainsResult, document: str | None = None) -> Report:

@@ -36,25 +36,113 @@ _GROUPS = (
 """Kinds of parameters in words, their unit, and the letters they are called by."""
 
 
-def payload_notes(problem: DesignProblem, score: Score) -> list[str]:
+def design_report(judged: JudgedMotion) -> Report:
+    """Which limits hold, what the motion would teach, what to do next; then every parameter and the motion."""
+    score, problem, floor = judged.score, judged.score.problem, judged.floor
+    kind, title = problem.criterion.kind, problem.robot.title or problem.robot.name
+    notes = [_replay_note(kind, judged.replay)] if judged.replay is not None else []
+    notes += [*_payload_notes(problem, score), *assumed_notes(problem.robot, *rests_on(problem))]
+    notes += [_floor_note(kind, floor)] if floor is not None else []
+    writers = "--samples, --ros2, --urscript or --val3"
+    criterion, after = f"Criterion {criterion_text(kind, score.value)}.", list[str]()
+    if judged.design is not None:
+        after = [f"Next: add {writers}, run it, then 'dynident check LOG'."]
+    first: list[Block] = [
+        _motion_banner(judged.title, score),
+        _limits_table(score),
+        _taught_table(problem, score),
+        Notes([criterion, *after]),
+        Notes(notes, optional=True),
+        *([_how_to_run(score.duration, writers, "payload")] if after else []),
+    ]
+    brakes = _holding_tables(problem, score)
+    blocks: list[Block] = [
+        _score_table(problem, score),
+        *_sigma_tables(score, judged.reference, judged.labels),
+        *brakes,
+        motion_figure(problem, judged.motion, f"{title}: motion between its limits"),
+    ]
+    if np.isfinite(list(score.learnt.sigma.values())).all():
+        words = f"{title}: what the motion would teach"
+        blocks.append(sigma_figure(score, words, judged.reference, judged.labels))
+    more = f"condition numbers, every parameter{', what brakes hold' if brakes else ''}"
+    return Report(
+        f"Motion for the {title}", first, [Section("motion", "Motion and what it would teach", blocks)], more
+    )
+
+
+def near_report(result: NearResult, expected: InertialParameters, hints: Sequence[str], motion: Motion) -> Report:
+    """What the motion will tell of a payload, and what to do next; then what can be seen at all, and the motion.
+
+    Args:
+        expected: about what the payload is.
+        hints: what else could be done.
+        motion: to be drawn.
+    """
+    robot, problem, score = result.robot, result.design.problem, result.design.score
+    title, joints = robot.title or robot.name, ", ".join(map(str, result.shape.joints))
+    place = ", ".join(f"{1e3 * x:g}" for x in expected.com)
+    writers = "--samples, --ros2 or --urscript"
+    first: list[Block] = [
+        _motion_banner(f"Motion of joints {joints} of {title}", score),
+        _spread_table(f"Predicted for {expected.mass:g} kg at ({place}) mm", result.spread),
+        *ladder_tables(result.ladder),
+        Notes([f"Next: add {writers}, run it without and with the payload, then 'dynident weigh'."]),
+        Notes([*hints, *_near_notes(result)], optional=True),
+        OnPage(lambda: [_limits_table(score)]),
+        _how_to_run(result.motion.duration, writers, "weigh"),
+    ]
+    brakes = _holding_tables(problem, score)
+    drawn = motion_figure(problem, motion, f"Motion that weighs a payload: {title}")
+    sections = [
+        Section("payload", "What it shows of a payload", [visibility_table(result.visibility), *brakes]),
+        Section("motion", "The motion between its limits", [drawn]),
+    ]
+    more = f"which parameters these joints show{', what brakes hold' if brakes else ''}"
+    return Report(f"Motion that weighs a payload: {title}", first, sections, more)
+
+
+def _motion_banner(title: str, score: Score) -> Banner:
+    """Say whether the motion keeps its limits, and which were not checked."""
+    names = dict.fromkeys(limit.name for limit in score.limits)
+    missing = [kind for kind in _KINDS if not any(name.startswith(kind) for name in names)]
+    missed = dict.fromkeys(limit.name for limit in score.limits if str(limit) in score.violations)
+    level, words = "mass_and_com_only" if missing else "use", f"every limit{' that was checked' * bool(missing)}"
+    keeps = f"keeps {words}" if score.feasible else f"does NOT keep {', '.join(missed)}"
+    unchecked = f" NOT checked: {', '.join(missing)}." if missing else ""
+    return Banner(level if score.feasible else "do_not_use", f"{title}: {keeps}.{unchecked}")
+
+
+def _how_to_run(duration: float, writers: str, command: str) -> OnPage:
+    """From the file to the payload: options that write the motion, and the command that takes both recordings."""
+    steps = [
+        f"Write it for the controller: add {writers} to the command below.",
+        "Run it slowly first, and look at cables, fixtures and people: nothing here knows of them.",
+        f"Record {duration:.3g} s of positions and torques or currents, without and with the payload, by the "
+        "same program.",
+        f"Look at each recording by 'dynident check LOG', then 'dynident {command} --unloaded A --loaded B'.",
+    ]
+    return OnPage(lambda: [Text("How to run it", heading=True), Notes(steps)])
+
+
+def _payload_notes(problem: DesignProblem, score: Score) -> list[str]:
     """The set of payloads, and the largest share of a torque limit that brakes hold; nothing without a set."""
     payloads = problem.payloads
     if payloads is None:
         return []
     missed = any(limit.name.startswith("torque") and str(limit) in score.violations for limit in score.limits)
-    hold = "do NOT hold" if missed else "hold"
     shares = holding_torques(problem, score.samples.q) / problem.bounds.torque
     joint = int(np.argmax(shares))
     bounds = f"up to {payloads.mass:g} kg {_region(payloads)}, down to none"
     return [
-        f"Torque limits {hold} for every payload {bounds}.",
+        f"Torque limits {'do NOT hold' if missed else 'hold'} for every payload {bounds}.",
         f"Power cut on the way: the brake of joint {joint + 1} then holds up to {100 * shares[joint]:.0f} % of its "
         "torque limit.",
     ]
 
 
 def _region(payloads: PayloadSet) -> str:
-    """Describe where the bodies lie in the last link's frame."""
+    """Where the bodies lie in the last link's frame."""
     x, y, z = 1e3 * payloads.centre + 0.0
     half = 1e3 * payloads.half
     axes = ", ".join(f"{length:.4g}" for length in half)
@@ -66,7 +154,7 @@ def _region(payloads: PayloadSet) -> str:
     return f"in an ellipsoid of half axes {axes} mm {place}"
 
 
-def holding_tables(problem: DesignProblem, score: Score) -> list[Table]:
+def _holding_tables(problem: DesignProblem, score: Score) -> list[Table]:
     """Torque that holds the arm still, joint by joint, with its worst payload; nothing without a set."""
     if problem.payloads is None:
         return []
@@ -79,60 +167,7 @@ def holding_tables(problem: DesignProblem, score: Score) -> list[Table]:
     return [Table("Torque that brakes have to hold, N·m or N, with the worst payload", headings, rows)]
 
 
-def design_report(judged: JudgedMotion) -> Report:
-    """Which limits hold, what the motion would teach, what to do next; then every parameter and the motion."""
-    score, problem, floor = judged.score, judged.score.problem, judged.floor
-    kind, title = problem.criterion.kind, problem.robot.title or problem.robot.name
-    notes = [replay_note(kind, judged.replay)] if judged.replay is not None else []
-    notes += payload_notes(problem, score)
-    notes += assumed_notes(problem.robot, *rests_on(problem))
-    notes += [floor_note(kind, floor)] if floor is not None else []
-    after = "Next: add --samples, --ros2, --urscript or --val3, run it, then 'dynident check LOG'."
-    first: list[Block] = [
-        _motion_banner(judged.title, score),
-        limits_table(score),
-        taught_table(problem, score),
-        Notes([f"Criterion {criterion_text(kind, score.value)}.", *([after] if judged.design is not None else [])]),
-        Notes(notes, optional=True),
-    ]
-    if judged.design is not None:
-        writers, answers = "--samples, --ros2, --urscript or --val3", "dynident payload --unloaded A --loaded B"
-        first.append(_how_to_run(score.duration, writers, answers))
-    known = bool(np.isfinite(list(score.learnt.sigma.values())).all())
-    words = f"{title}: what the motion would teach"
-    brakes = holding_tables(problem, score)
-    blocks: list[Block] = [
-        score_table(problem, score),
-        *sigma_tables(score, judged.reference, judged.labels),
-        *brakes,
-        motion_figure(problem, judged.motion, f"{title}: motion between its limits"),
-        *([sigma_figure(score, words, judged.reference, judged.labels)] if known else []),
-    ]
-    more = f"condition numbers, every parameter{', what brakes hold' if brakes else ''}"
-    sections = [Section("motion", "Motion and what it would teach", blocks)]
-    return Report(f"Motion for the {title}", first, sections, more)
-
-
-def _motion_banner(title: str, score: Score) -> Banner:
-    """Say whether the motion may be run."""
-    words = limits_in_words(score)
-    level = "do_not_use" if not score.feasible else "mass_and_com_only" if "NOT checked" in words else "use"
-    return Banner(level, f"{title}: {words}")
-
-
-def limits_in_words(score: Score) -> str:
-    """Say whether the motion keeps its limits, and which were not checked."""
-    checked = [limit.name for limit in score.limits]
-    missing = [kind for kind in _KINDS if not any(name.startswith(kind) for name in checked)]
-    unchecked = f" NOT checked: {', '.join(missing)}." if missing else ""
-    if score.feasible:
-        return f"keeps every limit{' that was checked' if missing else ''}.{unchecked}"
-    missed = dict.fromkeys(limit.name for limit in score.limits if str(limit) in score.violations)
-    return f"does NOT keep {', '.join(missed)}.{unchecked}"
-
-
-def limits_table(score: Score) -> Table:
-    """Tabulate how near each limit comes, SI units."""
+def _limits_table(score: Score) -> Table:
     rows = [
         (
             limit.name,
@@ -147,18 +182,17 @@ def limits_table(score: Score) -> Table:
     return Table(f"Nearest to its limits, SI units, in {score.duration:.4g} s", headings, rows)
 
 
-def taught_table(problem: DesignProblem, score: Score) -> Table:
-    """Tabulate the standard deviations that one run of the motion would leave, in units of the answer.
+def _taught_table(problem: DesignProblem, score: Score) -> Table:
+    """Standard deviations that one run of the motion would leave, in units of the answer.
 
     Of a payload mass, centre of mass and inertia there, of one of the rated mass 100 mm from the flange; of a robot
     its parameters kind by kind.
     """
-    learnt, last = score.learnt, str(problem.robot.n)
-    length = problem.goal.data_length
+    learnt, length = score.learnt, problem.goal.data_length
     recorded = f"{length:g} s of data" if length else "one run"
     if learnt.covariance is None:
         return Table(f"From {recorded}: not every parameter can be told", columns(("",)), [])
-    if tuple(problem.names) == tuple(f"{kind}{last}" for kind in INERTIAL):
+    if tuple(problem.names) == tuple(f"{kind}{problem.robot.n}" for kind in INERTIAL):
         # A payload of the rated mass stands for those to come.
         mass = problem.robot.rated_payload if np.isfinite(problem.robot.rated_payload) else _MASS
         body = InertialParameters.from_com(mass, [0.0, 0.0, _ARM], _GYRATION**2 * mass * np.eye(3))
@@ -193,15 +227,15 @@ def criterion_text(kind: str, value: float) -> str:
     return f"{kind}: condition number {np.exp(value):.4g}"
 
 
-def score_table(problem: DesignProblem, score: Score) -> Table:
-    """Tabulate how well the parameters are determined together."""
+def _score_table(problem: DesignProblem, score: Score) -> Table:
+    """How well the parameters are determined together."""
     learnt, length = score.learnt, problem.goal.data_length
-    recorded = f"{length:g} s of data, the motion repeated" if length else "recorded once"
     together = (
         ("condition number", learnt.condition_number, "of W in SI units"),
         ("the same, scaled", learnt.condition_number_scaled, "columns scaled to norm 1"),
         ("log det", learnt.log_det, "of the information matrix"),
     )
+    recorded = f"{length:g} s of data, the motion repeated" if length else "recorded once"
     rows = [
         ("duration", f"{score.duration:.4g}", f"s; {recorded}"),
         ("parameters", str(len(problem.names)), f"criterion {problem.criterion.kind}"),
@@ -210,16 +244,13 @@ def score_table(problem: DesignProblem, score: Score) -> Table:
     return Table("Parameters together", columns(("",), ("value",), ("remark",)), rows)
 
 
-def sigma_tables(score: Score, reference: Mapping[str, float], labels: Mapping[str, str]) -> list[Table]:
+def _sigma_tables(score: Score, reference: Mapping[str, float], labels: Mapping[str, str]) -> list[Table]:
     """Predicted standard deviations; of many parameters the least known. None where not all can be told."""
-    sigma = score.learnt.sigma
-    if not np.isfinite(list(sigma.values())).all():
-        return []
-    relative = score.relative_sigma(dict(reference))
+    sigma, relative = score.learnt.sigma, score.relative_sigma(dict(reference))
     shown = list(sigma)
     if len(sigma) > _MOST_SHOWN:
         shown = sorted(sigma, key=lambda name: -relative.get(name, 0.0))[: _SHOWN if relative else 0]
-    if not shown:
+    if not shown or not np.isfinite(list(sigma.values())).all():
         return []
     rows = []
     for name in shown:
@@ -230,8 +261,8 @@ def sigma_tables(score: Score, reference: Mapping[str, float], labels: Mapping[s
     return [Table(f"Predicted sigma{least}", columns(("",), ("sigma", "value", "%")), rows)]
 
 
-def floor_note(kind: str, floor: Floor) -> str:
-    """Say how far a motion is from the best that states within the limits allow."""
+def _floor_note(kind: str, floor: Floor) -> str:
+    """How far a motion is from the best that states within the limits allow."""
     what = {"d": "uncertainty", "a": "relative sigma"}.get(kind, "condition number")
     times = np.exp(0.5 * floor.gap if kind == "d" else floor.gap)
     return (
@@ -240,31 +271,13 @@ def floor_note(kind: str, floor: Floor) -> str:
     )
 
 
-def replay_note(kind: str, replay: Score) -> str:
-    """Say how the motion changes where a controller moves between the via points by its own profiles."""
+def _replay_note(kind: str, replay: Score) -> str:
+    """How the motion changes where a controller moves between the via points by its own profiles."""
     limits = f"but {'; '.join(replay.violations)}" if replay.violations else "every limit met"
     return (
         f"Replayed by trapezoidal moves as --val3 asks for: {criterion_text(kind, replay.value)} in "
         f"{replay.duration:.4g} s, {limits}. Score the controller's log by 'dynident score'."
     )
-
-
-def _how_to_run(duration: float, writers: str, answers: str) -> OnPage:
-    """From the file to the payload.
-
-    Args:
-        duration: of one run [s].
-        writers: options that write the motion for a controller.
-        answers: the command that takes both recordings.
-    """
-    steps = [
-        f"Write it for the controller: add {writers} to the command below.",
-        "Run it slowly first, and look at cables, fixtures and people: nothing here knows of them.",
-        f"Record {duration:.3g} s of positions and torques or currents, without and with the payload, by the "
-        "same program.",
-        f"Look at each recording by 'dynident check LOG', then '{answers}'.",
-    ]
-    return OnPage(lambda: [Text("How to run it", heading=True), Notes(steps)])
 
 
 def visibility_table(visibility: PayloadVisibility) -> Table:
@@ -275,60 +288,27 @@ def visibility_table(visibility: PayloadVisibility) -> Table:
     return Table(title, columns(("parameter", "visible", "as part of")), rows)
 
 
-def near_report(result: NearResult, expected: InertialParameters, hints: Sequence[str], motion: Motion) -> Report:
-    """What the motion will tell of a payload, and what to do next; then what can be seen at all, and the motion.
-
-    Args:
-        expected: about what the payload is.
-        hints: what else could be done.
-        motion: to be drawn.
-    """
-    robot, problem, score = result.robot, result.design.problem, result.design.score
-    title, joints = robot.title or robot.name, ", ".join(map(str, result.shape.joints))
-    after = "Next: add --samples, --ros2 or --urscript, run it without and with the payload, then 'dynident weigh'."
-    place = ", ".join(f"{1e3 * x:g}" for x in expected.com)
-    writers, answers = "--samples, --ros2 or --urscript", "dynident weigh --unloaded A --loaded B"
-    first: list[Block] = [
-        _motion_banner(f"Motion of joints {joints} of {title}", score),
-        _spread_table(f"Predicted for {expected.mass:g} kg at ({place}) mm", result.spread),
-        *ladder_tables(result.ladder),
-        Notes([after]),
-        Notes([*hints, *near_notes(result)], optional=True),
-        OnPage(lambda: [limits_table(score)]),
-        _how_to_run(result.motion.duration, writers, answers),
-    ]
-    brakes = holding_tables(problem, score)
-    drawn = motion_figure(problem, motion, f"Motion that weighs a payload: {title}")
-    sections = [
-        Section("payload", "What it shows of a payload", [visibility_table(result.visibility), *brakes]),
-        Section("motion", "The motion between its limits", [drawn]),
-    ]
-    details = f"which parameters these joints show{', what brakes hold' if brakes else ''}"
-    return Report(f"Motion that weighs a payload: {title}", first, sections, details)
-
-
-def near_notes(result: NearResult) -> list[str]:
+def _near_notes(result: NearResult) -> list[str]:
     """Duration, speeds, limits; where the prediction comes from."""
     motion, problem = result.motion, result.design.problem
-    two = (
-        f", at {len(motion.poses)} poses, {motion.transfer:.1f} s from one to the other" if motion.transfer else ""
-    )
+    two = f", at {len(motion.poses)} poses, {motion.transfer:.1f} s from one to the other" * bool(motion.transfer)
     periods = "one period" if motion.repeats == 1 else f"{motion.repeats} periods"
     slower = ", ".join(f"{rung.motion.duration:.0f}" for rung in result.ladder if rung.speed < 1.0)
     before = f"the rehearsal, once at a tenth of the speed, takes {motion.slowed(0.1).duration:.0f} s"
     if result.ladder:
         before = f"the slower runs before it take {slower} s" if slower else "the first run may be at full speed"
-    lines = [
+    unchecked = (
+        "Torque limits are NOT checked: the description has no torque limits or no parameters (--robot-parameters or "
+        "--arm-mass); the rehearsal does not show them either."
+    )
+    return [
         f"{motion.duration:.1f} s: {periods} of {motion.period:.2f} s{two}; {before}.",
         "Sigma by (17)-(19) for white torque noise; constant torques and Coulomb friction are estimated too. Real "
         "recordings have 1.6 to 4 times as much.",
+        *([] if problem.torque_limited else [unchecked]),
+        *_payload_notes(problem, result.design.score),
+        *assumed_notes(problem.robot, *rests_on(problem)),
     ]
-    if not problem.torque_limited:
-        lines.append(
-            "Torque limits are NOT checked: the description has no torque limits or no parameters "
-            "(--robot-parameters or --arm-mass); the rehearsal does not show them either."
-        )
-    return [*lines, *payload_notes(problem, result.design.score), *assumed_notes(problem.robot, *rests_on(problem))]
 
 
 def ladder_tables(ladder: Sequence[Rung]) -> list[Table]:
@@ -346,16 +326,17 @@ def near_head(result: NearResult, speed: float) -> tuple[str, ...]:
     """Lines of plain ASCII at the head of a motion's file."""
     shape, motion = result.shape, result.motion if speed == 1.0 else result.motion.slowed(speed)
     kind = "Motion that weighs a payload" if speed == 1.0 else f"REHEARSAL at {100 * speed:g} % of the speed"
-    joints = ", ".join(map(str, shape.joints))
     name = (result.robot.title or result.robot.name).encode("ascii", "replace").decode("ascii")
-    lines = [f"{kind}: {name}, by dynident {__version__}.", f"Joints {joints} move, the others are held."]
-    for k, pose in enumerate(shape.poses, 1):
-        lines.append(f"Pose {k} [rad or m]: {', '.join(f'{x:.5f}' for x in pose)}.")
-    lines.append(f"Range to either side [rad or m]: {', '.join(f'{x:.5f}' for x in shape.ranges)}.")
-    lines.append(f"Duration {motion.duration:.6g} s; seed {result.design.seed}.")
-    if not result.design.problem.torque_limited:
-        lines.append("Torque limits were not checked.")
-    return (*lines, *assumed_line(result.design.problem))
+    unchecked = [] if result.design.problem.torque_limited else ["Torque limits were not checked."]
+    return (
+        f"{kind}: {name}, by dynident {__version__}.",
+        f"Joints {', '.join(map(str, shape.joints))} move, the others are held.",
+        *(f"Pose {k} [rad or m]: {', '.join(f'{x:.5f}' for x in pose)}." for k, pose in enumerate(shape.poses, 1)),
+        f"Range to either side [rad or m]: {', '.join(f'{x:.5f}' for x in shape.ranges)}.",
+        f"Duration {motion.duration:.6g} s; seed {result.design.seed}.",
+        *unchecked,
+        *assumed_line(result.design.problem),
+    )
 
 
 def second_pose_note(first: Array, second: Array) -> str:
