@@ -7,7 +7,6 @@ from . import sections as sections
 from .blocks import Notes as Notes
 from .blocks import Report as Report
 from .blocks import Table as Table
-from .blocks import columns as columns
 from .documents.design import NearResult as NearResult
 from .figures.canvas import legend as legend
 from .figures.canvas import panels as panels

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from math import isfinite
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Literal, NamedTuple
 
 from ..numbers import interval_digits
 
@@ -14,29 +15,16 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-class Column(NamedTuple):
-    """A column of a table: ``numeric`` ones are set to the right, long words fold where it ``folds``."""
-
-    heading: str
-    numeric: bool = False
-    folds: bool = False
-
-
-def columns(names: Sequence[str], numbers: Sequence[str] = (), words: Sequence[str] = ()) -> tuple[Column, ...]:
-    """Headings of names at the left, of numbers, and of words that fold."""
-    return (
-        *(Column(heading) for heading in names),
-        *(Column(heading, numeric=True) for heading in numbers),
-        *(Column(heading, folds=True) for heading in words),
-    )
+_NUMBER = re.compile(r"[<>≤~]?[-+−±]?\.?\d[\d.,:e+-]*(±\S+)?( ?%| to .*|$)|-$|not visible$")
+_WORDS = 24  # letters: longer texts fold
 
 
 @dataclass(frozen=True, eq=False)
 class Table:
-    """Rows under headings; the first cell names its row.
+    """Rows under headings; the first cell names its row, and columns of numbers are set to the right.
 
     Attributes:
-        columns: c of them.
+        headings: c of them.
         rows: c cells each.
         ends: names of the rows after which a section of the table ends.
         merged: the last column's words hold for their whole section and stand there once, beside all its rows.
@@ -44,7 +32,7 @@ class Table:
     """
 
     title: str
-    columns: tuple[Column, ...]
+    headings: Sequence[str]
     rows: Sequence[tuple[str, ...]]
     ends: Collection[str] = ()
     merged: bool = False
@@ -56,8 +44,21 @@ class Table:
         Raises:
             ValueError: if one does not.
         """
-        if any(len(row) != len(self.columns) for row in self.rows):
-            raise ValueError(f"{self.title!r}: every row needs {len(self.columns)} cells")
+        if any(len(row) != len(self.headings) for row in self.rows):
+            raise ValueError(f"{self.title!r}: every row needs {len(self.headings)} cells")
+
+    @cached_property
+    def looks(self) -> list[Literal["number", "words", "name"]]:
+        """The look of each column: of numbers, of words that fold, of short texts."""
+        cells = [[row[k] for row in self.rows if row[k]] for k in range(len(self.headings))]
+        return [
+            "number"
+            if k and texts and all(map(_NUMBER.match, texts))
+            else "words"
+            if any(len(text) > _WORDS for text in texts)
+            else "name"
+            for k, texts in enumerate(cells)
+        ]
 
     def sections(self, spare: Collection[str] = ()) -> list[list[tuple[str, ...]]]:
         """The rows without ``spare`` ones, parted where sections end."""

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from ... import __version__
 from ...common.errors import InputError
-from .blocks import Table, columns
+from .blocks import Table
 
 
 class SourceFile(NamedTuple):
@@ -49,7 +49,7 @@ class Provenance:
             ("Settings", ("value",), list(self.settings.items())),
             ("Versions", ("version",), list(self.versions.items())),
         )
-        return [Table(title, columns(("",), (), words), rows) for title, words, rows in parts if rows]
+        return [Table(title, ("", *words), rows) for title, words, rows in parts if rows]
 
     @property
     def foot(self) -> str:

@@ -140,10 +140,10 @@ def _table_lines(terminal: Console, table: Table, spare: Collection[str]) -> lis
     """Title and rows, in parts that repeat the names of the rows where the table is too wide."""
     parted = table.sections(spare)
     rows = [row for section in parted for row in (_merged(section) if table.merged else section)]
-    names = next((k for k, column in enumerate(table.columns) if column.numeric), len(table.columns))
-    names = min(max(names, 1), len(table.columns) - 1) if len(table.columns) > 1 else 1
+    names = next((k for k, look in enumerate(table.looks) if look == "number"), len(table.headings))
+    names = min(max(names, 1), len(table.headings) - 1) if len(table.headings) > 1 else 1
     parts: list[list[int]] = [[*range(names)]]
-    for k in range(names, len(table.columns)):
+    for k in range(names, len(table.headings)):
         if len(parts[-1]) > names and _width(table, rows, [*parts[-1], k]) > terminal.width:
             parts.append([*range(names)])
         parts[-1].append(k)
@@ -169,19 +169,19 @@ def _width(table: Table, rows: Sequence[tuple[str, ...]], part: Sequence[int]) -
     """Columns of the terminal that those of the table need."""
     needed = 1
     for k in part:
-        widest = max(cell_len(text) for text in (table.columns[k].heading, *(row[k] for row in rows)))
-        needed += (min(widest, _NARROWEST) if table.columns[k].folds else widest) + 1
+        widest = max(cell_len(text) for text in (table.headings[k], *(row[k] for row in rows)))
+        needed += (min(widest, _NARROWEST) if table.looks[k] == "words" else widest) + 1
     return needed
 
 
 def _grid(table: Table, rows: Sequence[tuple[str, ...]], part: Sequence[int], folds: bool) -> Grid:
     """Some columns as rich prints them; ``folds``: even they are too wide."""
-    grid = Grid(box=None, padding=(0, 1, 0, 0), show_header=any(table.columns[k].heading for k in part))
-    for column in (table.columns[k] for k in part):
+    grid = Grid(box=None, padding=(0, 1, 0, 0), show_header=any(table.headings[k] for k in part))
+    for k in part:
         grid.add_column(
-            Line(printable(column.heading)),
-            justify="right" if column.numeric else "left",
-            no_wrap=not (column.folds or folds),
+            Line(printable(table.headings[k])),
+            justify="right" if table.looks[k] == "number" else "left",
+            no_wrap=not (table.looks[k] == "words" or folds),
             overflow="fold",
         )
     for row in rows:

@@ -18,7 +18,7 @@ from dynident.apps.commands.demo import (
 )
 from dynident.apps.commands.progress import bar, status
 from dynident.apps.commands.values import share, whole
-from dynident.apps.report import Notes, Table, columns, print_blocks, residual_text
+from dynident.apps.report import Notes, Table, print_blocks, residual_text
 from dynident.common.progress import Progress
 from dynident.estimation import PAYLOAD as TEN
 from dynident.estimation import Estimate, Identification, PayloadAnswer, Settings, answer_payload, identify
@@ -47,7 +47,7 @@ def _table1(estimate: Estimate, paper: PaperTables) -> Table:
         for k, kind in enumerate(INERTIAL)
     ]
     title = "Table 1: payload by method 3, simulated and as printed (SI units)"
-    return Table(title, columns(("",), (*_OWN, *_PAPER)), rows)
+    return Table(title, ("", *_OWN, *_PAPER), rows)
 
 
 def table2(joint: Estimate, essential: Estimate, truth: Mapping[str, float], paper: PaperTables) -> Table:
@@ -70,7 +70,7 @@ def table2(joint: Estimate, essential: Estimate, truth: Mapping[str, float], pap
     last_of_robot = [name for name, after in pairwise(names) if name not in TEN and after in TEN]
     largest = essential.relative_sigma_percent.max()
     title = f"Table 2: essential parameters (relative sigma up to {largest:.1f} %) by method 4, and as printed (SI)"
-    return Table(title, columns(("",), (*_OWN, "all parameters", *_PAPER)), rows, last_of_robot)
+    return Table(title, ("", *_OWN, "all parameters", *_PAPER), rows, last_of_robot)
 
 
 def paper_payload_table(estimates: Sequence[PayloadEstimate], paper: PaperTables) -> Table:
@@ -83,7 +83,7 @@ def paper_payload_table(estimates: Sequence[PayloadEstimate], paper: PaperTables
         rows.append((kind, f"{PAYLOAD.vector[k]:.3f}", *cells))
     headings = ["truth", *(f"method {e.method}" for e in estimates), "Table 1", "Table 2"]
     title = "Payload: simulated truth, identified ± 2 sigma, the paper's tables (SI)"
-    return Table(title, columns(("",), headings), rows)
+    return Table(title, ("", *headings), rows)
 
 
 def constrained_table(answer: PayloadAnswer) -> Table:
@@ -98,7 +98,7 @@ def constrained_table(answer: PayloadAnswer) -> Table:
         rows.append((kind, f"{PAYLOAD.vector[k]:.3f}", *cells))
     headings = ["truth", *(f"method {bounded.method}" for bounded in answer.constrained)]
     title = "Payload that can exist (constrained): value ± half the 95 % interval (SI units)"
-    return Table(title, columns(("",), headings), rows)
+    return Table(title, ("", *headings), rows)
 
 
 def experiment_notes(

@@ -3,16 +3,14 @@
 import re
 
 import pytest
-from dynident.apps.report.blocks import Block, Column, Notes, Report, Section, Table, columns
+from dynident.apps.report.blocks import Block, Notes, Report, Section, Table
 from dynident.apps.report.terminal import COLUMNS, LINES, print_blocks, screen_text
 from rich.cells import cell_len
 
 LONG = "a reason that goes on and on, " * 40
-WIDE = Table("wide", columns(("", "unit"), [f"method {k}" for k in range(20)]), [("M", "kg", *["-1234.567"] * 20)])
-FOLDING = Table(
-    "words", (*columns(("",), ("value",)), Column("rests on", folds=True)), [("joint 1", "1.25", "gravity " * 40)]
-)
-SEVEN = Table("seven", columns(("",), ("value",)), [(f"row {k}", "1.0") for k in range(7)])
+WIDE = Table("wide", ("", "unit", *(f"method {k}" for k in range(20))), [("M", "kg", *["-1234.567"] * 20)])
+FOLDING = Table("words", ("", "value", "rests on"), [("joint 1", "1.25", "gravity " * 40)])
+SEVEN = Table("seven", ("", "value"), [(f"row {k}", "1.0") for k in range(7)])
 
 
 def within(text: str) -> bool:
@@ -73,7 +71,7 @@ def test_parts_of_a_table_repeat_the_names_of_its_rows() -> None:
 @pytest.mark.parametrize("name", ["[/x]", "[bold]x", ":warning:", "[red", "a\\[b", "{x}"])
 def test_names_are_text(name: str) -> None:
     """Brackets and colons of names of robots and files are no markup."""
-    table = Table(f"Robot {name}", (Column(name), Column(f"[{name}]", numeric=True)), [(name, "1")])
+    table = Table(f"Robot {name}", (name, f"[{name}]"), [(name, "1")])
     shown = screen_text(
         Report("", [Notes([f"{name}: read"]), Notes([f"note of {name}"], optional=True), table], [], name)
     )
@@ -83,7 +81,7 @@ def test_names_are_text(name: str) -> None:
 def test_text_is_printed_as_it_is(capsys: pytest.CaptureFixture[str]) -> None:
     """Brackets are no markup, neither in titles nor in cells nor in notes; a section ends with a line."""
     rows = [("MY3R", "-1.5e-05", "<5", "2"), ("\\_^&", "2", "", 'k, "m"')]
-    table = Table("Other [things], 95 %", columns(("",), ("value", "%", "%")), rows, ends=("MY3R",))
+    table = Table("Other [things], 95 %", ("", "value", "%", "%"), rows, ends=("MY3R",))
     print_blocks([table, Notes(["[red]x[/red]"])])
     out = capsys.readouterr().out
     assert "Other [things], 95 %" in out
@@ -93,7 +91,7 @@ def test_text_is_printed_as_it_is(capsys: pytest.CaptureFixture[str]) -> None:
 
 def test_words_of_several_rows_stand_beside_all_of_them() -> None:
     rows = [("mass", "1", "use"), *((f"com {x}", "2", "not measured well enough, by far") for x in "xyz")]
-    table = Table("t", columns(("",), ("value",), ("use",)), rows, ends=("mass",), merged=True, spare=("com z",))
+    table = Table("t", ("", "value", "use"), rows, ends=("mass",), merged=True, spare=("com z",))
     _, _, mass, *com = screen_text(Report("", [table]), details=True).split("\n")
     assert mass.split() == ["mass", "1", "use"]
     assert [line.split()[3] for line in com] == ["┐", "│", "┘"]

@@ -11,7 +11,7 @@ from ....estimation.diagnosis.kinematics import PoseCheck, Readings
 from ....model import Pose, Robot
 from ...logs.following import FollowingChange
 from ...logs.log_check import LogCheck, RobotFits
-from ..blocks import Banner, Block, Column, Notes, OnPage, Report, Section, Table, columns
+from ..blocks import Banner, Block, Notes, OnPage, Report, Section, Table
 from ..documents.check import Look
 from ..figures.signals import following_figure, signals_figure
 from .robot import robot_description
@@ -120,7 +120,7 @@ def _joints(check: LogCheck) -> Table:
             )
         )
     load = "current A" if check.currents else "torque N·m"
-    return Table("", columns(("joint", "moves"), ("position", "speed", "of limit", load)), rows)
+    return Table("", ("joint", "moves", "position", "speed", "of limit", load), rows)
 
 
 def _resolution(check: LogCheck) -> Table:
@@ -130,13 +130,13 @@ def _resolution(check: LogCheck) -> Table:
         for j, facts in enumerate(check.joints, 1)
     ]
     torque = "current" if check.currents else "torque"
-    numbers = ("step of position", f"of {torque}", f"{torque} at extreme")
-    return Table("Steps of the signals", columns(("joint",), numbers), rows)
+    headings = ("joint", "step of position", f"of {torque}", f"{torque} at extreme")
+    return Table("Steps of the signals", headings, rows)
 
 
 def _excitation(check: LogCheck) -> Table:
     rows = [(entry.name, f"{entry.relative_sigma_percent:.3g} %") for entry in check.excitation]
-    return Table("Excitation: each base parameter from this log", columns(("",), ("relative sigma",)), rows)
+    return Table("Excitation: each base parameter from this log", ("", "relative sigma"), rows)
 
 
 def _step(step: float) -> str:
@@ -160,7 +160,7 @@ def readings_report(robot: Robot, poses: Sequence[PoseCheck], readings: Readings
     for source, ranked in [*((check.source, check.readings) for check in poses), ("torques", readings)]:
         if ranked:
             rows = [(one.described(), f"{left:.4g}") for one, left in islice(ranked.residuals.items(), _RANKED)]
-            headings = (Column("reading", folds=True), Column(f"residual, {ranked.unit}", numeric=True))
+            headings = ("reading", f"residual, {ranked.unit}")
             tables.append(Table(f"By {source}: the best of {len(ranked.residuals)} readings", headings, rows))
     sections = [
         Section("readings", "Readings of the joint columns, best first", tables),
@@ -234,7 +234,7 @@ def following_report(change: FollowingChange, robot: Robot) -> Report:
         numbers = [f"{scale * x:.3g}" for x in (joint.before, joint.after)]
         low, high = (f"{100 * x:.1f}" for x in joint.interval)
         rows.append((joint.name, *numbers, f"{100 * joint.fall:.1f}", f"{low} to {high}", joint.clear))
-    headings = (*columns(("",), ("before", "after", "fell by %", "95 % interval")), Column("change"))
+    headings = ("", "before", "after", "fell by %", "95 % interval", "change")
     title = f"Root mean square of the {change.kind} [{unit}; mm or N where a joint slides]"
     words, *others = _following_notes(change)
     level = _LEVELS[change.total.clear] if change.tells else "mass_and_com_only"

@@ -21,7 +21,7 @@ from ....estimation.results.payload import (
 )
 from ....model import INERTIAL
 from ...numbers import SIX, interval_digits, or_dash, six, with_interval
-from ..blocks import Block, Notes, Section, Table, Text, columns, with_sigma
+from ..blocks import Block, Notes, Section, Table, Text, with_sigma
 from ..figures.payload import methods_figure
 from .evidence import residual_text
 
@@ -78,9 +78,16 @@ def parameters_table(result: PayloadResult) -> Table:
         ends = np.vstack([bounds(best.interval95), *map(array, parts, *zip(*shapes, strict=True))])
     others = [estimate for estimate in result.possible if estimate is not result.best]
     with_gains, visibility = numbers(best.sigma_with_gains), present(result.visibility)
-    headings = [f"method {result.method}", "95 % interval", *(f"method {each.method}" for each in others)]
+    headings = [
+        "",
+        "unit",
+        f"method {result.method}",
+        "95 % interval",
+        *(f"method {each.method}" for each in others),
+    ]
     headings += [f"method {each.method} free" for each in result.free]
     headings += ["sigma with gains"] if result.gain_sigma else []
+    headings += ["by these joints"] if visibility is not None else []
     free = [free_cells(each) for each in result.free]
     shown = [_values(each) for each in (best, *others)]
     rows = []
@@ -94,8 +101,7 @@ def parameters_table(result: PayloadResult) -> Table:
             row.append(f"{with_gains[k]:.2g}" if k < len(INERTIAL) and np.isfinite(with_gains[k]) else "")
         row += [visibility.parameters.get(name, "")] if visibility is not None else []
         rows.append(tuple(row))
-    last = columns(["by these joints"] if visibility is not None else [])
-    return Table(f"Every parameter in {result.frame}", (*columns(("", "unit"), headings), *last), rows, _ENDS)
+    return Table(f"Every parameter in {result.frame}", headings, rows, _ENDS)
 
 
 def free_cells(estimate: FreeEstimate) -> list[str]:
@@ -131,13 +137,13 @@ def _consistency(result: PayloadResult) -> list[Block]:
         )
         for estimate in result.possible
     ]
-    headings = ("free exists", "eigenvalue free", "constrained", "chi2 rise", "p", "constraints")
+    headings = ("", "free exists", "eigenvalue free", "constrained", "chi2 rise", "p", "constraints")
     words = (
         "A body can exist if the 4 x 4 pseudo-inertia has no negative eigenvalue; positive moments alone are not "
         "enough. A small p says that the data contradict the constraints."
     )
     constraints = f"Constraints: {'; '.join(present(result.best.constraints) or ())}."
-    return [Table("Physical consistency", columns(("",), headings), rows), Notes([words, constraints])]
+    return [Table("Physical consistency", headings, rows), Notes([words, constraints])]
 
 
 def method_notes(result: PayloadResult) -> list[str]:

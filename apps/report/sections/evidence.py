@@ -12,7 +12,7 @@ from ....estimation.fit.least_squares import Excitation
 from ....estimation.results.parts import EliminationDocument, ProcessingDocument, ResidualDocument, VerdictDocument
 from ....estimation.results.payload import JointsMassDocument, array
 from ...numbers import percent, with_interval
-from ..blocks import Block, Details, Notes, OnPage, Section, Table, Text, columns, with_sigma
+from ..blocks import Block, Details, Notes, OnPage, Section, Table, Text, with_sigma
 from ..figures.parameters import essential_figure, excitation_figure
 from ..figures.payload import joints_figure
 from ..figures.signals import prediction_figure, words_of, worst_joint_figure
@@ -97,7 +97,7 @@ def torques_section(predictions: Predictions, recordings: int = 0) -> Section:
             words += f" {recordings - len(shown)} more recordings were used and are not drawn."
         rows = [(words_of(each), *(percent(float(share)) for share in each.relative_per_joint)) for each in shown]
         joints = [f"joint {j}" for j in range(1, len(shown[0].t) + 1)] if shown else []
-        headings = columns(("norm of the residual over norm of the torque",), joints)
+        headings = ("norm of the residual over norm of the torque", *joints)
         drawings = [prediction_figure(each, f"torques_{k}") for k, each in enumerate(shown, 1)]
         return [Text(words), Table("Relative residual", headings, rows), *drawings]
 
@@ -128,7 +128,7 @@ def joints_section(
         "the robot's description is wrong. Share: its torque over what the other joints' payload demands."
     )
     number = "" if mounting is None else f"_{mounting}"
-    headings = columns(("", "unit"), ("mass", "95 % interval", "share"))
+    headings = ("", "unit", "mass", "95 % interval", "share")
     drawn = joints_figure(masses, mass, interval, f"by_joints{number}")
     blocks: list[Block] = [Text(words), Table("Mass by joints", headings, rows), *([drawn] if drawn else [])]
     return Section(f"joints{number}", "The payload as each joint sees it", blocks)
@@ -161,7 +161,7 @@ def excitation_section(make: Callable[[], Excitation | None], labels: Mapping[st
             "imitates it. Sigmas here are the formula's, for white noise; a small value of a parameter makes them "
             "large too."
         )
-        headings = columns(("",), ("torque over noise", "its own part", "share", "relative sigma"))
+        headings = ("", "torque over noise", "its own part", "share", "relative sigma")
         table = Details("Numbers", [Table("Excitation", headings, rows)])
         return [Text(words), excitation_figure(excitation, labels), table]
 

@@ -9,7 +9,7 @@ from ...fleet import Fleet
 from ...fleet.comparing import CHANCE, Compared
 from ...fleet.nights import CHANGED, FEWEST, Series
 from ...fleet.reduction import ReducedDocument
-from ..blocks import Banner, Block, Notes, OnPage, Report, Section, Table, Text, columns
+from ..blocks import Banner, Block, Notes, OnPage, Report, Section, Table, Text
 from ..figures.fleet import fleet_figures
 
 _WORDS = (
@@ -66,7 +66,7 @@ def fleet_report(fleet: Fleet, refused: Mapping[str, str]) -> Report:
 
 
 def _refused(refused: Sequence[tuple[str, str]]) -> list[Section]:
-    table = Table("Refused", columns((), (), ("log", "why")), refused)
+    table = Table("Refused", ("log", "why"), refused)
     return [Section("refused", "Logs that were refused", [table])] if refused else []
 
 
@@ -92,7 +92,7 @@ def _changed(fleet: Fleet) -> Table:
          f"{len(line.values) - 1}")
         for line in fleet.changed
     ]  # fmt: skip
-    return Table("What changed", columns(("arm", "quantity"), ("by", "z", "nights before")), rows)
+    return Table("What changed", ("arm", "quantity", "by", "z", "nights before"), rows)
 
 
 def _amount(series: Series) -> str:
@@ -129,8 +129,8 @@ def _arms(fleet: Fleet) -> Table:
              f"{mass.values[-1]:+.2f}±{mass.sigma[-1]:.2g}",
              farthest.quantity, _amount(farthest), str(count or ""))
         )  # fmt: skip
-    headings = ("nights", "last", "told [kg]", "less told [kg]", "friction", "by", "changes")
-    return Table("Every arm", columns(("arm",), headings), rows)
+    headings = ("arm", "nights", "last", "told [kg]", "less told [kg]", "friction", "by", "changes")
+    return Table("Every arm", headings, rows)
 
 
 def _twins(fleet: Fleet) -> list[str]:
@@ -184,8 +184,8 @@ def _compared_table(compared: Compared, title: str, chosen: Sequence[int]) -> Ta
             (compared.parameters[k], *values, f"{spread:.2g}", f"{own:.2g}", f"{compared.pooled[k]:.4g}",
              f"{low:.4g}", f"{high:.4g}")
         )  # fmt: skip
-    headings = [*labels, "spread", "own sigma", "pooled", "95 % from", "to"]
-    return Table(title, columns(("parameter",), headings), rows)
+    headings = ["parameter", *labels, "spread", "own sigma", "pooled", "95 % from", "to"]
+    return Table(title, headings, rows)
 
 
 def _short(source: str) -> str:

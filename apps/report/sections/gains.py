@@ -5,7 +5,7 @@ import numpy as np
 from ....common.schema import present
 from ....estimation.results.payload import array, mass_by_joints, numbers
 from ....estimation.results.robot import GainsResult, MountingDocument
-from ..blocks import Banner, Notes, Report, Table, columns
+from ..blocks import Banner, Notes, Report, Table
 from .evidence import MEND, VERDICTS, joints_section, reason_blocks, torques_section, verdict_notes, worst_torque
 
 
@@ -42,7 +42,7 @@ def gains_report(gains: GainsResult, document: str | None = None) -> Report:
 
 def gains_table(gains: GainsResult) -> Table:
     """Gains with standard deviations, what of the current is left unexplained, and what each rests on."""
-    headings = columns(("motor",), ("N·m/A", "sigma", "%", "residual %"), ("rests on",))
+    headings = ("motor", "N·m/A", "sigma", "%", "residual %", "rests on")
     told, residual = gains.drive_gains, present(gains.relative_residual)
     sigma, n = np.sqrt(np.diag(told.relative_covariance)), len(told.values)
     unexplained = array(residual.relative_per_joint if residual else None, n)

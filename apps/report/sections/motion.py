@@ -15,7 +15,7 @@ from ....trajectories.design.floor import Floor
 from ....trajectories.design.full_trajectory import Rung
 from ....trajectories.design.score import holding_torques
 from ...export.motions.written import assumed_line, rests_on
-from ..blocks import Banner, Block, Notes, OnPage, Report, Section, Table, Text, columns
+from ..blocks import Banner, Block, Notes, OnPage, Report, Section, Table, Text
 from ..documents.design import JudgedMotion, NearResult
 from ..figures.motion import motion_figure, sigma_figure
 from .robot import assumed_notes
@@ -163,7 +163,7 @@ def _holding_tables(problem: DesignProblem, score: Score) -> list[Table]:
         (f"joint {j}", f"{round(first, 6):.4g}", f"{round(most, 6):.4g}", f"{limit:.4g}")
         for j, (first, most, limit) in enumerate(zip(start, worst, problem.bounds.torque, strict=True), 1)
     ]
-    headings = columns(("power cut",), ("at the start", "on the way at most", "limit"))
+    headings = ("power cut", "at the start", "on the way at most", "limit")
     return [Table("Torque that brakes have to hold, N·m or N, with the worst payload", headings, rows)]
 
 
@@ -178,7 +178,7 @@ def _limits_table(score: Score) -> Table:
         )
         for limit in score.limits
     ]
-    headings = (*columns(("",), ("comes to", "limit")), *columns(("at", "kept")))
+    headings = ("", "comes to", "limit", "at", "kept")
     return Table(f"Nearest to its limits, SI units, in {score.duration:.4g} s", headings, rows)
 
 
@@ -191,7 +191,7 @@ def _taught_table(problem: DesignProblem, score: Score) -> Table:
     learnt, length = score.learnt, problem.goal.data_length
     recorded = f"{length:g} s of data" if length else "one run"
     if learnt.covariance is None:
-        return Table(f"From {recorded}: not every parameter can be told", columns(("",)), [])
+        return Table(f"From {recorded}: not every parameter can be told", ("",), [])
     if tuple(problem.names) == tuple(f"{kind}{problem.robot.n}" for kind in INERTIAL):
         # A payload of the rated mass stands for those to come.
         mass = problem.robot.rated_payload if np.isfinite(problem.robot.rated_payload) else _MASS
@@ -203,7 +203,7 @@ def _taught_table(problem: DesignProblem, score: Score) -> Table:
         sigma = [s for name, s in learnt.sigma.items() if parameter_kind(name) in kinds]
         if sigma:
             rows.append((words, str(len(sigma)), f"{np.median(sigma):.2g}", f"{max(sigma):.2g}", unit))
-    headings = (*columns(("",), ("number", "median", "largest")), *columns(("unit",)))
+    headings = ("", "number", "median", "largest", "unit")
     return Table(f"From {recorded}, of the robot, 1 sigma", headings, rows)
 
 
@@ -213,7 +213,7 @@ def _spread_table(title: str, spread: PayloadSpread) -> Table:
     sigmas += [(f"centre of mass {axis}", "mm", 1e3 * x) for axis, x in zip("xyz", spread.com, strict=True)]
     sigmas += [(f"inertia {a}{a} at com", "kg m²", x) for a, x in zip("XYZ", spread.moments, strict=True)]
     rows = [(name, unit, f"{x:.2g}" if np.isfinite(x) else "not visible") for name, unit, x in sigmas]
-    return Table(title, columns(("", "unit"), ("1 sigma",)), rows)
+    return Table(title, ("", "unit", "1 sigma"), rows)
 
 
 def criterion_text(kind: str, value: float) -> str:
@@ -241,7 +241,7 @@ def _score_table(problem: DesignProblem, score: Score) -> Table:
         ("parameters", str(len(problem.names)), f"criterion {problem.criterion.kind}"),
         *((name, f"{x:.4g}" if np.isfinite(x) else "rank-deficient", words) for name, x, words in together),
     ]
-    return Table("Parameters together", columns(("",), ("value",), ("remark",)), rows)
+    return Table("Parameters together", ("", "value", "remark"), rows)
 
 
 def _sigma_tables(score: Score, reference: Mapping[str, float], labels: Mapping[str, str]) -> list[Table]:
@@ -258,7 +258,7 @@ def _sigma_tables(score: Score, reference: Mapping[str, float], labels: Mapping[
         percent = f"{100.0 * relative[name]:.2g}" if name in relative else ""
         rows.append((labels.get(name, name), f"{sigma[name]:.3g}", value, percent))
     least = f", the {len(shown)} least known of {len(sigma)}" if len(shown) < len(sigma) else ""
-    return [Table(f"Predicted sigma{least}", columns(("",), ("sigma", "value", "%")), rows)]
+    return [Table(f"Predicted sigma{least}", ("", "sigma", "value", "%"), rows)]
 
 
 def _floor_note(kind: str, floor: Floor) -> str:
@@ -285,7 +285,7 @@ def visibility_table(visibility: PayloadVisibility) -> Table:
     joints = ", ".join(map(str, visibility.joints))
     rows = [(kind, visibility.parameters[kind], visibility.combination(kind)) for kind in INERTIAL]
     title = f"Visible to joint{'s' * (len(visibility.joints) > 1)} {joints}: {visibility.rank} of 10"
-    return Table(title, columns(("parameter", "visible", "as part of")), rows)
+    return Table(title, ("parameter", "visible", "as part of"), rows)
 
 
 def _near_notes(result: NearResult) -> list[str]:
@@ -298,8 +298,8 @@ def _near_notes(result: NearResult) -> list[str]:
     if result.ladder:
         before = f"the slower runs before it take {slower} s" if slower else "the first run may be at full speed"
     unchecked = (
-        "Torque limits are NOT checked: the description has no torque limits or no parameters (--robot-parameters or "
-        "--arm-mass); the rehearsal does not show them either."
+        "Torque limits are NOT checked: the description has no torque limits or no parameters (--robot-parameters "
+        "or --arm-mass); the rehearsal does not show them either."
     )
     return [
         f"{motion.duration:.1f} s: {periods} of {motion.period:.2f} s{two}; {before}.",
@@ -317,7 +317,7 @@ def ladder_tables(ladder: Sequence[Rung]) -> list[Table]:
         (f"run {k}", f"{100.0 * rung.speed:.0f}", f"{rung.mass:.2f}", f"{rung.bound:.2f}")
         for k, rung in enumerate(ladder, 1)
     ]
-    headings = columns(("step",), ("speed %", "bears kg", "then at most kg"))
+    headings = ("step", "speed %", "bears kg", "then at most kg")
     title = "Ladder: go on only if the run before shows at most what the next one bears"
     return [Table(title, headings, rows)] if rows else []
 

@@ -15,7 +15,7 @@ from ....estimation.results.payload import PayloadResult, array
 from ...export.controllers import FORMATS, ControllerFormat, ControllerLoad, load_of
 from ...export.controllers.load import is_flange
 from ...numbers import SIX, interval_digits, six, with_interval
-from ..blocks import Banner, Block, Code, Details, Notes, OnPage, Pair, Report, Section, Table, Text, columns
+from ..blocks import Banner, Block, Code, Details, Notes, OnPage, Pair, Report, Section, Table, Text
 from ..figures.payload import flange_figure, repeats_figure, seen
 from .estimates import data_notes, methods_section
 from .evidence import (
@@ -110,7 +110,7 @@ def quantities_table(result: PayloadResult) -> Table:
         (name, unit, *(with_interval(float(x), *ends.tolist()) if np.isfinite(x) else ("-", "-")), use)
         for name, unit, x, ends, use in numbers
     ]
-    headings = columns(("", "unit"), ("value", "95 % interval"), ("use",))
+    headings = ("", "unit", "value", "95 % interval", "use")
     ends_at = ("mass", "centre of mass z")
     return Table(f"Payload in {result.frame}", headings, rows, ends_at, merged=True, spare=names[3:])
 

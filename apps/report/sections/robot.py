@@ -17,7 +17,7 @@ from ....model.frames import frames_at
 from ....model.robot import SOURCED
 from ...numbers import percent
 from ...rollout import Rollout
-from ..blocks import Banner, Block, Column, Notes, Report, Section, Table, columns, with_sigma
+from ..blocks import Banner, Block, Notes, Report, Section, Table, with_sigma
 from .evidence import (
     MEND,
     essential_section,
@@ -31,7 +31,7 @@ from .evidence import (
 )
 from .rollout import rollout_line, rollout_section
 
-_NUMBERS = ("alpha", "d", "theta", "r", "from", "to", "speed", "accel.", "torque")
+_HEADINGS = ("joint", "kind", "alpha", "d", "theta", "r", "from", "to", "speed", "accel.", "torque")
 _MOST_NAMED = 8
 _GOOD = "The model explains the torques: the parameters can be used."
 _BAD = "Do not use these parameters: the model does not explain the torques."
@@ -65,7 +65,7 @@ def robot_description(robot: Robot) -> list[Block]:
         *(f"Note: {note}" for note in robot.snapped),
     ]
     title = f"{robot.title or robot.name}: modified DH (Khalil-Kleinfinger), degrees and m"
-    return [Table(title, columns(("joint", "kind"), _NUMBERS), rows), Notes(lines)]
+    return [Table(title, _HEADINGS, rows), Notes(lines)]
 
 
 def _drives(drives: Drives) -> str:
@@ -157,11 +157,7 @@ def joint_table(result: RobotResult) -> Table:
         )
         rows.append((f"joint {j}", *shares, coulomb, unit, viscous, f"{unit}·s"))
     fits = ("unexplained", *(["held out"] if held_out is not None else []))
-    headings = (
-        *columns(("",), (*fits, "Coulomb friction")),
-        *columns(("unit",), ("viscous friction",)),
-        *columns(("unit",)),
-    )
+    headings = ("", *fits, "Coulomb friction", "unit", "viscous friction", "unit")
     return Table(f"Torques of {result.title}", headings, rows)
 
 
@@ -201,8 +197,7 @@ def robot_table(result: RobotResult) -> Table:
         more = (format(values[k], form) for _, values, form in shown)
         essential = "yes" if parameter.essential is True else ""
         rows.append((name, with_sigma(value, sigma), f"{share:.3g}", *more, essential, grouped))
-    headings = columns(("",), ("value", "%", *(heading for heading, *_ in shown)), ("grouping",))
-    headings = (*headings[:-1], Column("essential"), headings[-1])
+    headings = ("", "value", "%", *(heading for heading, *_ in shown), "essential", "grouping")
     return Table(f"Base parameters of {result.title}, SI units", headings, rows)
 
 
@@ -219,7 +214,7 @@ def standard_table(parameters: Sequence[PossibleParameter], title: str) -> Table
         for parameter in parameters
     ]
     ends = [parameter.name for parameter in parameters if parameter_kind(parameter.name) == INERTIAL[-1]]
-    headings = columns(("",), ("value", "prior", "data"), ("decided by",))
+    headings = ("", "value", "prior", "data", "decided by")
     return Table(f"Standard parameters of {title}, SI units", headings, rows, ends)
 
 

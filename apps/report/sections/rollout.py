@@ -5,7 +5,7 @@ from math import pi
 from pathlib import PurePath
 
 from ...rollout import CONSTANT, GROWTH_TIME, IDENTIFIED, Rollout
-from ..blocks import Block, Notes, Report, Section, Table, Text, columns
+from ..blocks import Block, Notes, Report, Section, Table, Text
 from ..figures.motion import rollout_figure
 
 _GROWS = 10.0
@@ -87,7 +87,7 @@ def _table(rollout: Rollout, resting: bool, starts: str) -> Table:
         rows.append((f"{seconds:g} s", *cells))
     headings = [heading for by in names for heading in (by, "90 %")]
     title = f"{PurePath(rollout.source).name}: error [{unit}], median and 90 % of {starts}"
-    return Table(title, columns(("after",), headings), rows)
+    return Table(title, ("after", *headings), rows)
 
 
 def _unit(rollout: Rollout) -> tuple[str, float]:

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from dynident.apps.numbers import with_interval
-from dynident.apps.report.blocks import Block, Code, Drawing, Notes, Report, Section, Table, Text, columns
+from dynident.apps.report.blocks import Block, Code, Drawing, Notes, Report, Section, Table, Text
 from dynident.apps.report.figures.canvas import new_figure
 from dynident.apps.report.figures.signals import prediction_figure, worst_joint_figure
 from dynident.apps.report.page import blocks_html, page_html, write_plots
@@ -49,7 +49,7 @@ def test_files_named_like_scripts_are_harmless() -> None:
     """In tables, captions, descriptions of figures, the command and the title."""
     files = (SourceFile("with payload", EVIL, "0" * 64),)
     provenance = Provenance(f"dynident payload --loaded {EVIL}", DATE, files, {EVIL: EVIL}, {EVIL: EVIL})
-    shown = Table("plain", columns(("",), (EVIL,)), [(EVIL, EVIL)])
+    shown = Table("plain", ("", EVIL), [(EVIL, EVIL)])
     drawings = [worst_joint_figure(evil_prediction()), prediction_figure(evil_prediction(), "torques_1")]
     text = page_html(report_of([shown, Notes([EVIL]), *drawings]), provenance)
     page = read(text)
@@ -81,7 +81,7 @@ def test_two_figures_share_no_identifier() -> None:
 
 
 def test_tables_have_heads_and_named_rows() -> None:
-    headings = columns(("",), ("value",))
+    headings = ("", "value")
     page = read(blocks_html([Table("Words", headings, [("a", "1"), ("b", "2")])]))
     assert (page.count["caption"], page.count["thead"], page.count["tbody"]) == (1, 1, 1)
     assert [value for tag_, key, value in page.attributes if key == "scope"] == ["col", "col", "row", "row"]
@@ -91,7 +91,7 @@ def test_tables_have_heads_and_named_rows() -> None:
 
 def test_rows_fit_their_headings() -> None:
     with pytest.raises(ValueError, match="needs 2 cells"):
-        Table("t", columns(("",), ("value",)), [("a", "1", "2")])
+        Table("t", ("", "value"), [("a", "1", "2")])
 
 
 def test_figures_wait_until_they_are_looked_at() -> None:

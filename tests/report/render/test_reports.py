@@ -90,13 +90,13 @@ def test_numbers_of_the_first_page(payload_report: Made, short_logs: Path, tmp_p
     )
     rows = dict(
         re.findall(
-            r'<th scope="row">([^<]+)</th>\s*<td>[^<]*</td>\s*<td class="number">([^<]+)</td>', payload_report.text
+            r'<th scope="row">([^<]+)</th>\s*<td[^>]*>[^<]*</td>\s*<td class="number">([^<]+)</td>', payload_report.text
         )
     )
     assert float(rows["mass"]) == pytest.approx(best["parameters"]["M"], abs=0.02)
     low, high = best["interval95"]["M"]
     interval = re.search(
-        r"mass</th>\s*<td>kg</td>\s*<td[^>]*>[^<]*</td>\s*<td[^>]*>([\d.]+) to ([\d.]+)<", payload_report.text
+        r"mass</th>\s*<td[^>]*>kg</td>\s*<td[^>]*>[^<]*</td>\s*<td[^>]*>([\d.]+) to ([\d.]+)<", payload_report.text
     )
     assert interval is not None
     assert [float(part) for part in interval.groups()] == pytest.approx([low, high], abs=2e-3)
