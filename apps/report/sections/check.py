@@ -33,11 +33,13 @@ def log_report(check: LogCheck) -> Report:
     worst = [f.text for severity in ("error", "warning") for f in check.findings if f.severity == severity]
     last = "Good: nothing is to be mended." if check.findings else "Good: nothing looks wrong."
     mend = f"Mend first: {worst[0]}." if worst else last
-    first: list[Block] = [Notes(_understood(check)), *([_joints(check)] if check.joints else [])]
-    details = [*([_resolution(check)] if check.joints else []), *([_excitation(check)] if check.excitation else [])]
+    motion, steps = _joint_tables(check) if check.joints else (None, None)
+    sigma = [(entry.name, f"{entry.relative_sigma_percent:.3g} %") for entry in check.excitation]
+    excitation = Table("Excitation: each base parameter from this log", ("", "relative sigma"), sigma)
+    details = [*([steps] if steps else []), *([excitation] if sigma else [])]
     return Report(
         check.recording.source,
-        [*first, Notes(lines, optional=True), Notes([mend])],
+        [Notes(_understood(check)), *([motion] if motion else []), Notes(lines, optional=True), Notes([mend])],
         [Section("signals", "Signals", details)],
         "steps of the signals, each parameter's excitation",
     )
@@ -104,51 +106,25 @@ def _understood(check: LogCheck) -> list[str]:
     return lines
 
 
-def _joints(check: LogCheck) -> Table:
-    """Tabulate each joint's motion and torque."""
-    rows = []
+def _joint_tables(check: LogCheck) -> tuple[Table, Table]:
+    """Each joint's motion and torque; steps of the signals, and how often a torque stands at its extreme."""
+    moved, steps = [], []
     for j, (joint, facts) in enumerate(zip(check.robot.joints, check.joints, strict=True), 1):
         share = f"{100 * facts.speed / joint.limits.speed:.0f} %" if np.isfinite(joint.limits.speed) else ""
-        rows.append(
-            (
-                str(j),
-                "yes" if facts.moves else "no",
-                f"{facts.position[0]:.3f} to {facts.position[1]:.3f}",
-                f"{facts.speed:.3g}",
-                share,
-                f"{facts.torque[0]:.4g} to {facts.torque[1]:.4g}",
-            )
-        )
-    load = "current A" if check.currents else "torque N·m"
-    return Table("", ("joint", "moves", "position", "speed", "of limit", load), rows)
-
-
-def _resolution(check: LogCheck) -> Table:
-    """Steps of the signals, and how often a torque stands at its extreme."""
-    rows = [
-        (str(j), _step(facts.position_step), _step(facts.torque_step), f"{100 * facts.saturated:.2f} %")
-        for j, facts in enumerate(check.joints, 1)
-    ]
-    torque = "current" if check.currents else "torque"
-    headings = ("joint", "step of position", f"of {torque}", f"{torque} at extreme")
-    return Table("Steps of the signals", headings, rows)
-
-
-def _excitation(check: LogCheck) -> Table:
-    rows = [(entry.name, f"{entry.relative_sigma_percent:.3g} %") for entry in check.excitation]
-    return Table("Excitation: each base parameter from this log", ("", "relative sigma"), rows)
-
-
-def _step(step: float) -> str:
-    return f"{step:.2g}" if step > 0.0 else ""
+        position, torque = "{:.3f} to {:.3f}".format(*facts.position), "{:.4g} to {:.4g}".format(*facts.torque)
+        moved.append((str(j), "yes" if facts.moves else "no", position, f"{facts.speed:.3g}", share, torque))
+        sizes = (f"{step:.2g}" if step > 0.0 else "" for step in (facts.position_step, facts.torque_step))
+        steps.append((str(j), *sizes, f"{100 * facts.saturated:.2f} %"))
+    load, unit = ("current", "A") if check.currents else ("torque", "N·m")
+    motion = Table("", ("joint", "moves", "position", "speed", "of limit", f"{load} {unit}"), moved)
+    headings = ("joint", "step of position", f"of {load}", f"{load} at extreme")
+    return motion, Table("Steps of the signals", headings, steps)
 
 
 def readings_report(robot: Robot, poses: Sequence[PoseCheck], readings: Readings | None) -> Report:
     """Whether the description agrees with the recordings; then every reading that was tried, and the description.
 
-    Args:
-        poses: each log with tool poses.
-        readings: ranked by torques; None without torques.
+    ``readings`` are ranked by torques; None without torques.
     """
     faithful = readings_agree(poses, readings)
     words = "agrees with the recordings" if faithful else "does NOT agree with the recordings as they are read"
@@ -223,11 +199,7 @@ def _reading_lines(readings: Readings) -> list[str]:
 
 
 def following_report(change: FollowingChange, robot: Robot) -> Report:
-    """Whether the number entered helps, joint by joint, and how both recordings were compared.
-
-    Args:
-        robot: whose recordings they are.
-    """
+    """Whether the number entered helps, joint by joint, and how both recordings were compared."""
     unit, scale = _UNITS[change.kind]
     rows = []
     for joint in (*change.joints, change.total):

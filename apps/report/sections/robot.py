@@ -1,7 +1,7 @@
 """A robot: its description, and its identified parameters."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from msgspec import UnsetType
@@ -12,7 +12,7 @@ from ....estimation.results.parts import PossibleParameter
 from ....estimation.results.payload import array
 from ....estimation.results.robot import RobotResult
 from ....model import INERTIAL, Robot
-from ....model.drives import Drives, parameter_kind
+from ....model.drives import parameter_kind
 from ....model.frames import frames_at
 from ....model.robot import SOURCED
 from ...numbers import percent
@@ -48,27 +48,24 @@ def robot_description(robot: Robot) -> list[Block]:
         known = (f"{x:.5g}" if math.isfinite(x) else "" for x in (*motion, limits.torque))
         rows.append((name, joint.kind, *(f"{value:.6g}" for value in geometry), *known))
     flange = frames_at(robot, [0.0] * robot.n)[-1]
-    by_source: dict[str, list[str]] = {}
-    for part, words in SOURCED.items():
-        if part in robot.sources:
-            by_source.setdefault(robot.sources[part], []).append(words)
-    sources = {source: ", ".join(names) for source, names in by_source.items()}
+    parts = {part: source for part, source in robot.sources.items() if part in SOURCED}
     lines = [
         f"Payloads are given in: {robot.payload_frame}",
         f"At the zero pose that frame stands at {_vector(flange.p.tolist())} m in the base, "
         f"z along {_vector(flange.R[:, 2].tolist())}, x along {_vector(flange.R[:, 0].tolist())}.",
         f"Gravity in frame 0: {_vector(list(robot.gravity))} m/s^2.",
-        _drives(robot.drives),
-        *_known_of(robot),
+        *_properties(robot),
         *(f"Joints are also called {', '.join(names)}." for names in robot.joint_names),
-        *(f"{names[0].upper()}{names[1:]}: {source}." for source, names in sources.items()),
+        *(f"{names[0].upper()}{names[1:]}: {source}." for source, names in _grouped(parts).items()),
         *(f"Note: {note}" for note in robot.snapped),
     ]
     title = f"{robot.title or robot.name}: modified DH (Khalil-Kleinfinger), degrees and m"
     return [Table(title, _HEADINGS, rows), Notes(lines)]
 
 
-def _drives(drives: Drives) -> str:
+def _properties(robot: Robot) -> list[str]:
+    """What is known of the drives, and what only some descriptions say."""
+    drives, lines = robot.drives, list[str]()
     parts = {
         "rotor inertia": drives.rotor_inertia,
         "friction": drives.friction,
@@ -77,12 +74,7 @@ def _drives(drives: Drives) -> str:
         "a gravity spring": drives.spring is not None,
     }
     known = ", ".join(word for word, there in parts.items() if there) or "none of their parameters"
-    return f"Drives: {known}{'; torque sensors on the link side' if drives.side == 'link' else ''}."
-
-
-def _known_of(robot: Robot) -> list[str]:
-    """List properties that only some descriptions have."""
-    lines = []
+    lines.append(f"Drives: {known}{'; torque sensors on the link side' if drives.side == 'link' else ''}.")
     if math.isfinite(robot.rated_payload):
         lines.append(f"Rated payload: {robot.rated_payload:g} kg.")
     if robot.links is not None:
@@ -90,20 +82,24 @@ def _known_of(robot: Robot) -> list[str]:
     if robot.mass is not None:
         lines.append(f"Mass of the arm, base and all: {robot.mass:g} kg.")
     if robot.flange_pose is not None:
-        x, y, z = (1e3 * value for value in robot.flange_pose.origin)
+        place = ", ".join(f"{1e3 * value:g}" for value in robot.flange_pose.origin)
         turn = ", ".join(f"{math.degrees(angle) + 0.0:g}" for angle in robot.flange_pose.rpy)
-        lines.append(
-            f"The maker's flange stands at ({x:g}, {y:g}, {z:g}) mm, rpy ({turn}) deg in the payload's frame."
-        )
+        lines.append(f"The maker's flange stands at ({place}) mm, rpy ({turn}) deg in the payload's frame.")
     return lines
 
 
 def assumed_notes(robot: Robot, *parts: str) -> list[str]:
-    """List assumptions about a robot; ``parts``: of ``model.robot.SOURCED``, all of them by default."""
-    by_assumption: dict[str, list[str]] = {}
-    for name, how in robot.assumed(*parts).items():
-        by_assumption.setdefault(how, []).append(SOURCED[name])
-    return [f"Assumed, not published: {', '.join(names)} ({how})." for how, names in by_assumption.items()]
+    """Assumptions about a robot; ``parts``: of ``model.robot.SOURCED``, all of them by default."""
+    grouped = _grouped(robot.assumed(*parts))
+    return [f"Assumed, not published: {names} ({how})." for how, names in grouped.items()]
+
+
+def _grouped(parts: Mapping[str, str]) -> dict[str, str]:
+    """Parts of a robot in words, by what is said of them."""
+    said: dict[str, list[str]] = {}
+    for part in sorted(parts, key=list(SOURCED).index):
+        said.setdefault(parts[part], []).append(SOURCED[part])
+    return {text: ", ".join(names) for text, names in said.items()}
 
 
 def _vector(values: list[float]) -> str:
@@ -113,9 +109,7 @@ def _vector(values: list[float]) -> str:
 def robot_report(result: RobotResult, rollouts: Sequence[Rollout] = (), document: str | None = None) -> Report:
     """How well the model explains the torques, joint by joint; then every parameter, torques and excitation.
 
-    Args:
-        rollouts: predicted motion of recordings.
-        document: JSON file that it was written to.
+    ``rollouts`` are predicted motions of recordings, ``document`` the JSON file that it was written to.
     """
     verdict, made = result.judged, result.working
     after = f"'dynident payload --robot-parameters {document or 'robot.json'} --loaded LOG'"
@@ -139,7 +133,7 @@ def robot_report(result: RobotResult, rollouts: Sequence[Rollout] = (), document
         essential_section(present(result.elimination), result.title),
     )
     title, more = f"Dynamic parameters of the {result.title}", "every base parameter, residuals, what is essential"
-    return Report(title, first, sections, more, "Identified from recordings without payload", robot_notes(result))
+    return Report(title, first, sections, more, "Identified from recordings without payload", _data_notes(result))
 
 
 def joint_table(result: RobotResult) -> Table:
@@ -218,17 +212,16 @@ def standard_table(parameters: Sequence[PossibleParameter], title: str) -> Table
     return Table(f"Standard parameters of {title}, SI units", headings, rows, ends)
 
 
-def robot_notes(result: RobotResult) -> list[str]:
-    """Lines below the robot's table."""
+def _data_notes(result: RobotResult) -> list[str]:
     raw, scaled = (float(array(number)) for number in (result.condition_number, result.condition_number_scaled))
-    lines = [
+    held_out = result.validation
+    return [
         f"{result.data.equations} equations, {len(result.columns)} parameters; "
         f"condition number {raw:.4g} (SI units, unweighted), {scaled:.3g} with columns scaled.",
         f"Relative residual: {residual_text(result.estimate.fit)}",
+        *([f"On the validation recording: {residual_text(held_out)}"] if held_out else []),
+        *robot_sigma_notes(result),
     ]
-    if result.validation:
-        lines.append(f"On the validation recording: {residual_text(result.validation)}")
-    return [*lines, *robot_sigma_notes(result)]
 
 
 def robot_sigma_notes(result: RobotResult) -> list[str]:
@@ -236,8 +229,8 @@ def robot_sigma_notes(result: RobotResult) -> list[str]:
     estimate, robust = result.estimate, result.estimate.robust
     if robust is None:
         why = result.robust.unavailable if result.robust else None
-        return ["± one standard deviation by (17)-(19), for white torque noise.",
-                *([f"± by the formula alone: {why}"] if why else [])]  # fmt: skip
+        alone = [f"± by the formula alone: {why}"] if why else []
+        return ["± one standard deviation by (17)-(19), for white torque noise.", *alone]
     low, middle, high = np.quantile(robust.sigma / np.maximum(estimate.sigma, 1e-300), (0.0, 0.5, 1.0))
     return [
         "± and % by the larger of the formula's (17)-(19) and the block jackknife's standard deviation; what is "
