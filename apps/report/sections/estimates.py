@@ -124,19 +124,16 @@ def _consistency(result: PayloadResult) -> list[Block]:
     """Smallest eigenvalue of the pseudo-inertia by every method, free and constrained, and the price."""
     if result.best is None:
         return []
-    free = {estimate.method: estimate for estimate in result.free}
-    rows = [
-        (
-            f"method {estimate.method}",
-            "yes" if free[estimate.method].physically_consistent else "no",
-            f"{array(free[estimate.method].min_pseudo_inertia_eigenvalue):.2g}",
-            f"{array(estimate.min_pseudo_inertia_eigenvalue):.2g}",
-            f"{array(estimate.chi2_rise):.3g}",
-            f"{array(estimate.p_value):.2g}",
-            "contradict the data" if estimate.conflict else "hold",
+    free, rows = {estimate.method: estimate for estimate in result.free}, []
+    for each in result.possible:
+        own = free[each.method]
+        eigenvalues = (f"{array(of.min_pseudo_inertia_eigenvalue):.2g}" for of in (own, each))
+        price = (f"{array(each.chi2_rise):.3g}", f"{array(each.p_value):.2g}")
+        exists, hold = (
+            "yes" if own.physically_consistent else "no",
+            "contradict the data" if each.conflict else "hold",
         )
-        for estimate in result.possible
-    ]
+        rows.append((f"method {each.method}", exists, *eigenvalues, *price, hold))
     headings = ("", "free exists", "eigenvalue free", "constrained", "chi2 rise", "p", "constraints")
     words = (
         "A body can exist if the 4 x 4 pseudo-inertia has no negative eigenvalue; positive moments alone are not "
@@ -148,43 +145,37 @@ def _consistency(result: PayloadResult) -> list[Block]:
 
 def method_notes(result: PayloadResult) -> list[str]:
     """Say where intervals and sigma come from, what constraints cost and which methods contradict them."""
-    best, lines = result.best, list[str]()
+    best, robust, lines = result.best, present(result.best_free.robust), list[str]()
     if best is not None:
+        how = (
+            "by the formula (17)-(19) alone, for white torque noise: on real robots they are too short by a factor "
+        )
+        how += "of about 1.5 to 4"
+        if robust is not None and robust.blocks is not None:
+            told = (
+                f": {robust.warning}" if robust.by_memory else f", by the block jackknife ({robust.blocks} blocks)"
+            )
+            how = f"over bodies that hold all constraints{told}"
+        if np.isnan(bounds(best.interval95)).any():
+            lines.append("No intervals: constraints contradict the data, so that none would hold.")
+        else:
+            lines.append(f"95 % intervals {how}.")
         price = "No constraint is active: the free estimate can exist as it is."
         if best.active:
             held = "; ".join(str(active.constraint) for active in best.active)
             rise, p_value = array(best.chi2_rise), array(best.p_value)
             price = f"Active: {held}. Their price: chi2 rises by {rise:.3g} (p {p_value:.2g})."
-        lines = [_interval_note(best, result.best_free), price, *_conflict_notes(result.possible)]
+        lines.append(price)
+    against: dict[str, dict[int, float]] = {}  # p values by method of each constraint that is contradicted
+    for estimate in result.possible if best is not None else ():
+        for active in estimate.active or ():
+            if (p := float(array(active.p_value))) < CONFLICT:
+                against.setdefault(str(active.constraint), {})[estimate.method] = p
+    for text, methods in against.items():
+        numbers_of = ", ".join(map(str, methods))
+        lines.append(f"Contradicted by method {numbers_of}: {text} (p {max(methods.values()):.1g}).")
     left_out = (present(result.left_out) or {}).items()
     return [*lines, *sigma_notes(result.free), *(f"Method {method} left out: {why}" for method, why in left_out)]
-
-
-def _interval_note(estimate: PossibleEstimate, free: FreeEstimate) -> str:
-    robust = present(free.robust)
-    if np.isnan(bounds(estimate.interval95)).any():
-        return "No intervals: constraints contradict the data, so that none would hold."
-    if robust is None or robust.blocks is None:
-        return (
-            "95 % intervals by the formula (17)-(19) alone, for white torque noise: on real robots they are too "
-            "short by a factor of about 1.5 to 4."
-        )
-    how = f": {robust.warning}" if robust.by_memory else f", by the block jackknife ({robust.blocks} blocks)"
-    return f"95 % intervals over bodies that hold all constraints{how}."
-
-
-def _conflict_notes(estimates: Sequence[PossibleEstimate]) -> list[str]:
-    """One line for each constraint that any method contradicts."""
-    against: dict[str, dict[int, float]] = {}
-    for estimate in estimates:
-        for active in estimate.active or ():
-            p_value = float(array(active.p_value))
-            if p_value < CONFLICT:
-                against.setdefault(str(active.constraint), {})[estimate.method] = p_value
-    return [
-        f"Contradicted by method {', '.join(map(str, methods))}: {text} (p {max(methods.values()):.1g})."
-        for text, methods in against.items()
-    ]
 
 
 def sigma_notes(estimates: Sequence[FreeEstimate]) -> list[str]:
@@ -220,16 +211,15 @@ def data_notes(result: PayloadResult) -> list[str]:
     if data is None:
         return []
     lines = (_short_notes if result.short else _long_notes)(result, data)
-    if not data.lags_s:
-        return lines
-    lags = sorted(round(lag, 4) + 0.0 for lag in data.lags_s)
-    shift = f"{lags[0]:.4f}" if lags[0] == lags[-1] else f"{lags[0]:.4f} to {lags[-1]:.4f}"
-    aligned = (
-        f"{len(lags)} pair{'s' * (len(lags) > 1)} aligned by {shift} s; positions then differ by at most "
-        f"{1e3 * array(data.max_position_mismatch_rad):.2f} mrad "
-        f"(rms {1e3 * array(data.rms_position_mismatch_rad):.3f})."
-    )
-    return [*lines, aligned]
+    if data.lags_s:
+        ends = dict.fromkeys(f"{round(lag, 4) + 0.0:.4f}" for lag in (min(data.lags_s), max(data.lags_s)))
+        pairs = f"{len(data.lags_s)} pair{'s' * (len(data.lags_s) > 1)}"
+        largest, rms = (1e3 * array(x) for x in (data.max_position_mismatch_rad, data.rms_position_mismatch_rad))
+        lines.append(
+            f"{pairs} aligned by {' to '.join(ends)} s; positions then differ by at most {largest:.2f} mrad (rms "
+            f"{rms:.3f})."
+        )
+    return lines
 
 
 def _long_notes(result: PayloadResult, data: PayloadData) -> list[str]:

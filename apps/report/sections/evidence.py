@@ -107,13 +107,9 @@ def torques_section(predictions: Predictions, recordings: int = 0) -> Section:
 def joints_section(
     masses: Sequence[JointsMassDocument], mass: float, interval: tuple[float, float], mounting: int | None = None
 ) -> Section:
-    """Mass by groups of joints with intervals, and each joint's share of the payload that the others show.
+    """Mass by groups of joints, beside that by all [kg], and each joint's share of what the others show.
 
-    Args:
-        masses: by some joints.
-        mass: by all [kg].
-        interval: its 95 % interval [kg]; nan where there is none.
-        mounting: number of a known weight, where there are such.
+    ``mounting`` is the number of a known weight, where there are such.
     """
     rows = []
     for group in masses:
@@ -146,16 +142,10 @@ def excitation_section(make: Callable[[], Excitation | None], labels: Mapping[st
             )
             return [Text(words)]
         numbers = zip(excitation.names, excitation.signal, excitation.independent, excitation.share, strict=True)
-        rows = [
-            (
-                labels.get(name, name),
-                f"{signal:.3g}",
-                f"{own:.3g}",
-                percent(float(share)),
-                percent(1.0 / float(own) if own else float("inf")),
-            )
-            for name, signal, own, share in numbers
-        ]
+        rows = []
+        for name, signal, own, share in numbers:
+            parts = (percent(float(share)), percent(1.0 / float(own) if own else float("inf")))
+            rows.append((labels.get(name, name), f"{signal:.3g}", f"{own:.3g}", *parts))
         words = (
             "A parameter is well known where its torque is large against the noise and no combination of others "
             "imitates it. Sigmas here are the formula's, for white noise; a small value of a parameter makes them "

@@ -18,10 +18,17 @@ _WORDS = (
     "before. Friction also follows the temperature, which is part of the spread."
 )
 
-_MOST_SHOWN = 10
-"""Parameters on the first screen."""
-_LINES = 12
-"""Recordings that have a column of their own."""
+_QUANTITIES = {
+    "FS": "Coulomb friction",
+    "FV": "viscous friction",
+    "FSM": "Coulomb friction of motor",
+    "FVM": "viscous friction of motor",
+    "OFF": "constant torque",
+    "scale": "torque scale",
+    "mass": "payload less what was told",
+}
+_MOST_SHOWN = 10  # parameters on the first screen
+_LINES = 12  # recordings that have a column of their own
 
 
 def reduced_report(reduced: ReducedDocument) -> Report:
@@ -70,28 +77,23 @@ def _refused(refused: Sequence[tuple[str, str]]) -> list[Section]:
     return [Section("refused", "Logs that were refused", [table])] if refused else []
 
 
-def _headline(fleet: Fleet) -> str:
-    return f"{len(fleet.changed)} changes last night" if fleet.changed else "nothing changed last night"
-
-
 def _head(fleet: Fleet, refused: Mapping[str, str]) -> list[str]:
-    lines = [f"{len(fleet.arms)} arms: {_headline(fleet)}."]
-    few = [arm.name for arm in fleet.arms if len(arm.days) <= FEWEST]
+    changes = f"{len(fleet.changed)} changes last night" if fleet.changed else "nothing changed last night"
+    lines, few = (
+        [f"{len(fleet.arms)} arms: {changes}."],
+        [arm.name for arm in fleet.arms if len(arm.days) <= FEWEST],
+    )
     if few:
-        lines.append(
-            f"Too few nights to tell a change yet: {', '.join(few[:6])}{' and more' if len(few) > 6 else ''}."
-        )
-    if refused:
-        lines.append(f"{len(refused)} logs were refused; see index.json of the store.")
-    return lines
+        more = " and more" if len(few) > 6 else ""
+        lines.append(f"Too few nights to tell a change yet: {', '.join(few[:6])}{more}.")
+    return [*lines, *([f"{len(refused)} logs were refused; see index.json of the store."] if refused else [])]
 
 
 def _changed(fleet: Fleet) -> Table:
     rows = [
-        (line.arm, meaning(line.quantity), _amount(line), f"{line.z:+.1f}",
-         f"{len(line.values) - 1}")
+        (line.arm, meaning(line.quantity), _amount(line), f"{line.z:+.1f}", str(len(line.values) - 1))
         for line in fleet.changed
-    ]  # fmt: skip
+    ]
     return Table("What changed", ("arm", "quantity", "by", "z", "nights before"), rows)
 
 
@@ -104,17 +106,8 @@ def _amount(series: Series) -> str:
 
 def meaning(quantity: str) -> str:
     """A quantity in words."""
-    kind, number = quantity.rstrip("0123456789").strip(), quantity[len(quantity.rstrip("0123456789")) :]
-    words = {
-        "FS": "Coulomb friction",
-        "FV": "viscous friction",
-        "FSM": "Coulomb friction of motor",
-        "FVM": "viscous friction of motor",
-        "OFF": "constant torque",
-        "scale": "torque scale",
-        "mass": "payload less what was told",
-    }
-    return f"{words[kind]} {number}".strip()
+    kind = quantity.rstrip("0123456789")
+    return f"{_QUANTITIES[kind.strip()]} {quantity[len(kind) :]}".strip()
 
 
 def _arms(fleet: Fleet) -> Table:
@@ -149,44 +142,32 @@ def _twins(fleet: Fleet) -> list[str]:
 
 def compared_report(compared: Compared) -> Report:
     """The parameters in which recordings differ most; then all of them."""
+    odd = [
+        f"{PurePath(each.recording).name} is the odd one in {each.parameter}: {each.sigmas:+.1f} sigma from the "
+        "others."
+        for each in compared.odd
+    ]
+    nothing = f"No recording differs from the others beyond {compared.bound:.1f} sigma (chance {CHANCE:g})."
     order = np.argsort(-compared.scatter, kind="stable")
     most = sorted(order[:_MOST_SHOWN].tolist())
     first: list[Block] = [
         _compared_table(compared, "Where the recordings differ most (SI units)", most),
-        Notes(odd_lines(compared), optional=True),
+        Notes(odd or [nothing], optional=True),
     ]
     every = _compared_table(compared, "All parameters", range(len(compared.parameters)))
     return Report("Recordings side by side", first, [Section("all", "All parameters", [every])], "all parameters")
 
 
-def odd_lines(compared: Compared) -> list[str]:
-    """Name the recordings that are odd, and the parameters in which they are."""
-    odd = compared.odd
-    if not odd:
-        return [f"No recording differs from the others beyond {compared.bound:.1f} sigma (chance {CHANCE:g})."]
-    return [
-        f"{PurePath(one.recording).name} is the odd one in {one.parameter}: {one.sigmas:+.1f} sigma from the "
-        "others."
-        for one in odd
-    ]
-
-
 def _compared_table(compared: Compared, title: str, chosen: Sequence[int]) -> Table:
     shown = compared.recordings if len(compared.recordings) <= _LINES else ()
-    labels = [_short(source) for source in shown]
+    labels = [PurePath(source.split(", ")[0]).name.split(".")[0][-12:] for source in shown]
     rows = []
     for k in chosen:
         low, high = compared.pooled_interval95[k]
         own = float(np.sqrt(np.mean(compared.sigma[:, k] ** 2)))
         spread = float(np.std(compared.values[:, k], ddof=1))
         values = [f"{compared.values[i, k]:.4g}" for i in range(len(shown))]
-        rows.append(
-            (compared.parameters[k], *values, f"{spread:.2g}", f"{own:.2g}", f"{compared.pooled[k]:.4g}",
-             f"{low:.4g}", f"{high:.4g}")
-        )  # fmt: skip
-    headings = ["parameter", *labels, "spread", "own sigma", "pooled", "95 % from", "to"]
+        pooled = (f"{compared.pooled[k]:.4g}", f"{low:.4g} to {high:.4g}")
+        rows.append((compared.parameters[k], *values, f"{spread:.2g}", f"{own:.2g}", *pooled))
+    headings = ["parameter", *labels, "spread", "own sigma", "pooled", "95 % interval"]
     return Table(title, headings, rows)
-
-
-def _short(source: str) -> str:
-    return PurePath(source.split(", ")[0]).name.split(".")[0][-12:]

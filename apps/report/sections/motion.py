@@ -72,12 +72,9 @@ def design_report(judged: JudgedMotion) -> Report:
 
 
 def near_report(result: NearResult, expected: InertialParameters, hints: Sequence[str], motion: Motion) -> Report:
-    """What the motion will tell of a payload, and what to do next; then what can be seen at all, and the motion.
+    """What a motion will tell of a payload as expected, and what to do next; then what can be seen, and the motion.
 
-    Args:
-        expected: about what the payload is.
-        hints: what else could be done.
-        motion: to be drawn.
+    ``hints`` say what else could be done.
     """
     robot, problem, score = result.robot, result.design.problem, result.design.score
     title, joints = robot.title or robot.name, ", ".join(map(str, result.shape.joints))
@@ -168,18 +165,12 @@ def _holding_tables(problem: DesignProblem, score: Score) -> list[Table]:
 
 
 def _limits_table(score: Score) -> Table:
-    rows = [
-        (
-            limit.name,
-            f"{limit.value:.4g}",
-            f"{limit.limit:.4g}",
-            limit.worst,
-            f"violated by {limit.violation:.4g}" if str(limit) in score.violations else "met",
-        )
-        for limit in score.limits
-    ]
-    headings = ("", "comes to", "limit", "at", "kept")
-    return Table(f"Nearest to its limits, SI units, in {score.duration:.4g} s", headings, rows)
+    rows = []
+    for limit in score.limits:
+        kept = f"violated by {limit.violation:.4g}" if str(limit) in score.violations else "met"
+        rows.append((limit.name, f"{limit.value:.4g}", f"{limit.limit:.4g}", limit.worst, kept))
+    title = f"Nearest to its limits, SI units, in {score.duration:.4g} s"
+    return Table(title, ("", "comes to", "limit", "at", "kept"), rows)
 
 
 def _taught_table(problem: DesignProblem, score: Score) -> Table:

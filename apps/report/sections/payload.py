@@ -12,7 +12,7 @@ from ....estimation.answers.system import TorquePrediction
 from ....estimation.payload.result import METHOD_NAMES
 from ....estimation.possible.result import CONFLICT
 from ....estimation.results.payload import PayloadResult, array
-from ...export.controllers import FORMATS, ControllerFormat, ControllerLoad, load_of
+from ...export.controllers import FORMATS, load_of
 from ...export.controllers.load import is_flange
 from ...numbers import SIX, interval_digits, six, with_interval
 from ..blocks import Banner, Block, Code, Details, Notes, OnPage, Pair, Report, Section, Table, Text
@@ -41,9 +41,7 @@ _MAKERS = {"abb": "abb", "kuka": "kuka", "universal robots": "ur", "fanuc": "fan
 def payload_report(result: PayloadResult, document: str | None = None, notes: Sequence[str] = ()) -> Report:
     """Verdict, what to type into the controller, quantities, reasons, the worst joint; then what it rests on.
 
-    Args:
-        document: JSON file that it was written to.
-        notes: more of them.
+    ``document`` is the JSON file that it was written to.
     """
     best, made, method, level = result.best, result.working, result.method, result.verdict.level
     mass, interval = float(result.mass), tuple(result.mass.interval95.tolist())
@@ -205,12 +203,7 @@ def _numbers(values: Array, intervals: Array) -> str:
 
 
 def controller_blocks(result: PayloadResult, name: str, title: str) -> list[Block]:
-    """The recommended payload in the formats of controllers; the robot's own maker's is open.
-
-    Args:
-        name: what the formats call its source.
-        title: of the robot, in which its maker is looked for.
-    """
+    """The recommended payload in the formats of controllers; that of the robot's maker, by its title, is open."""
     try:
         load = load_of(result, name)
     except InputError as error:
@@ -227,18 +220,18 @@ def controller_blocks(result: PayloadResult, name: str, title: str) -> list[Bloc
         return [Text(where), Code("controller-plain", controller_line(result))]
     load = replace(at_flange, reasons=())  # which stand beside it
     maker = next((form for word, form in _MAKERS.items() if word in title.lower()), None)
-    formats: list[Block] = [_format(FORMATS[form], load, False) for form in _SHOWN if form != maker]
+
+    def written(form: str) -> Details:
+        try:
+            block: Block = Code(f"controller-{form}", FORMATS[form].text(load).rstrip("\n"))
+        except InputError as error:
+            block = Text(f"This controller would refuse it: {error}.")
+        return Details(FORMATS[form].title, [block], form == maker)
+
+    formats: list[Block] = [written(form) for form in _SHOWN if form != maker]
     more = ", ".join(form for form in FORMATS if form not in _SHOWN)
     formats.append(Text(f"'dynident export --to' also writes {more}."))
     return [
-        *([_format(FORMATS[maker], load, True)] if maker else []),
+        *([written(maker)] if maker else []),
         Details("Other controllers and files" if maker else "Controllers and files", formats),
     ]
-
-
-def _format(form: ControllerFormat, load: ControllerLoad, opened: bool) -> Details:
-    try:
-        text = form.text(load)
-    except InputError as error:
-        return Details(form.title, [Text(f"This controller would refuse it: {error}.")])
-    return Details(form.title, [Code(f"controller-{form.name}", text.rstrip("\n"))], opened)

@@ -197,16 +197,11 @@ def robot_table(result: RobotResult) -> Table:
 
 def standard_table(parameters: Sequence[PossibleParameter], title: str) -> Table:
     """Standard parameters of the robot nearest to the prior, and who decides each."""
-    rows = [
-        (
-            parameter.name,
-            f"{parameter.value:.4g}",
-            "" if isinstance(parameter.prior, UnsetType) else f"{parameter.prior + 0.0:.4g}",
-            f"{100.0 * array(parameter.share):.0f} %",
-            parameter.decided_by or "",
-        )
-        for parameter in parameters
-    ]
+    rows = []
+    for each in parameters:
+        prior = "" if isinstance(each.prior, UnsetType) else f"{each.prior + 0.0:.4g}"
+        share = f"{100.0 * array(each.share):.0f} %"
+        rows.append((each.name, f"{each.value:.4g}", prior, share, each.decided_by or ""))
     ends = [parameter.name for parameter in parameters if parameter_kind(parameter.name) == INERTIAL[-1]]
     headings = ("", "value", "prior", "data", "decided by")
     return Table(f"Standard parameters of {title}, SI units", headings, rows, ends)
