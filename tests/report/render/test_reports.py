@@ -90,7 +90,8 @@ def test_numbers_of_the_first_page(payload_report: Made, short_logs: Path, tmp_p
     )
     rows = dict(
         re.findall(
-            r'<th scope="row">([^<]+)</th>\s*<td[^>]*>[^<]*</td>\s*<td class="number">([^<]+)</td>', payload_report.text
+            r'<th scope="row">([^<]+)</th>\s*<td[^>]*>[^<]*</td>\s*<td class="number">([^<]+)</td>',
+            payload_report.text,
         )
     )
     assert float(rows["mass"]) == pytest.approx(best["parameters"]["M"], abs=0.02)

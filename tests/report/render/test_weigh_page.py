@@ -56,7 +56,9 @@ def test_the_first_screen_leads_with_what_to_do() -> None:
     uses = re.findall(r'<td class="words merged"[^>]*>([^<]+)</td>', first)
     assert uses == [answer.judged[name].use for name in ("mass", "centre of mass", "inertia")]
     low, high = answer.mass_interval
-    cells = re.search(r"mass</th>\s*<td[^>]*>kg</td>\s*<td[^>]*>([\d.]+)</td>\s*<td[^>]*>([\d.]+) to ([\d.]+)<", first)
+    cells = re.search(
+        r"mass</th>\s*<td[^>]*>kg</td>\s*<td[^>]*>([\d.]+)</td>\s*<td[^>]*>([\d.]+) to ([\d.]+)<", first
+    )
     assert cells is not None
     assert [float(x) for x in cells.groups()] == pytest.approx([answer.mass, low, high], abs=5e-3)
 
