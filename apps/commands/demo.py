@@ -132,7 +132,8 @@ def run(*, demo: _Demo, pages: _Pages) -> int:
         "errors of the drive gains": f"{100.0 * experiment.disturbances.gain_error:g} %",
     }
     pages.write_page(shown, setup.in_words() | simulated)
-    report.save_figure(shown.drawings()[0].figure, folder / "torques.png")
+    torques = next(drawing for drawing in shown.drawings() if drawing.name == "worst_joint")
+    report.save_figure(torques.figure, folder / "torques.png")
     pages.show(shown)
     return ANSWERED
 

@@ -68,14 +68,6 @@ def payload_report(result: PayloadResult, document: str | None = None, notes: Se
             excitation_section(lambda: made.excitation, labels),
             essential_section(present(result.essential), result.title),
         ]
-    why: list[Block] = [
-        *reason_blocks(result.verdict),
-        Notes([*answer_notes(result), *notes], optional=True),
-        worst_torque(predictions),
-    ]
-    if best is not None:
-        drawing = flange_figure(best, result.inertia.use == "use", is_flange(result.frame))
-        why = [Pair(why, [drawing])]
     to_do = [MEND]
     if level != "do_not_use":
         export = f"'dynident export {document or 'P.json'} --to ur' (abb, kuka, fanuc, ..)"
@@ -86,10 +78,14 @@ def payload_report(result: PayloadResult, document: str | None = None, notes: Se
         Notes(to_do),
         OnPage(lambda: controller_blocks(result, "this report", result.title)),
     ]
-    first = [
+    if best is not None:
+        controller.append(flange_figure(best, result.inertia.use == "use", is_flange(result.frame)))
+    first: list[Block] = [
         Banner(level, f"Verdict: {VERDICTS[level]} (method {method}, {METHOD_NAMES[method]})."),
         Pair(controller, [quantities_table(result)]),
-        *why,
+        *reason_blocks(result.verdict),
+        Notes([*answer_notes(result), *notes], optional=True),
+        worst_torque(predictions),
     ]
     more = "every method, all parameters, joints, residuals"
     return Report(f"Payload on the {result.title}", first, sections, more, subtitle, data_notes(result))

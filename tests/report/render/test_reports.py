@@ -12,8 +12,8 @@ from .conftest import Made, payload_command, read
 
 SECTIONS = ["methods", "joints", "torques", "excitation", "essential", "data"]
 FIGURES = [
-    "worst_joint",
     "flange",
+    "worst_joint",
     "methods",
     "by_joints",
     "torques_1",
