@@ -20,7 +20,7 @@ from ..export.controllers import FORMATS, load_of
 from ..logs.log_check import LogCheck
 from ..numbers import SIX
 from . import page
-from .blocks import OnPage, Report
+from .blocks import Report
 from .documents import JudgedMotion, Look, check_document, design_document
 from .provenance import Provenance, SourceFile, now
 from .sections.check import check_report, log_report
@@ -28,7 +28,7 @@ from .sections.gains import gains_report
 from .sections.motion import design_report
 from .sections.payload import payload_report
 from .sections.robot import robot_report
-from .terminal import screen_text
+from .terminal import printed, screen_text
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -107,7 +107,7 @@ def summary(answer: object, details: bool) -> str:
 def first_block(answer: object) -> str:
     """The first screen as HTML."""
     result, shown = _shown(answer)
-    return page.blocks_html([block for block in shown.report(result).first if not isinstance(block, OnPage)])
+    return page.blocks_html(list(printed(shown.report(result).first)))
 
 
 def plain(answer: object) -> dict[str, Any]:

@@ -30,7 +30,7 @@ _FEWEST = 20  # columns of the narrowest terminal that is laid out
 def print_blocks(blocks: Sequence[Block], stream: IO[str] | None = None) -> None:
     """Print tables and lines; a table wider than the terminal is printed in parts, one below the other."""
     with _opened(stream) as terminal:
-        for block in _printed(blocks):
+        for block in printed(blocks):
             _print_lines(terminal, _lines(terminal, block, ()))
 
 
@@ -42,7 +42,7 @@ def print_report(report: Report, details: bool = False, stream: IO[str] | None =
         return
     blocks = [*report.first]
     for section in report.sections:
-        if any(_printed(section.blocks)):
+        if any(printed(section.blocks)):
             blocks += [Notes(["", section.title.upper()]), *section.blocks]
     print_blocks([*blocks, *([Notes(["", *report.notes])] if report.notes else [])], stream)
 
@@ -54,18 +54,18 @@ def screen_text(report: Report, details: bool = False) -> str:
     return stream.getvalue().rstrip("\n")
 
 
-def _printed(blocks: Sequence[Block]) -> Iterator[Table | Text | Notes | Banner]:
+def printed(blocks: Sequence[Block]) -> Iterator[Table | Text | Notes | Banner]:
     """Blocks that are text; figures, headings and what is to be copied are for pages."""
     for block in blocks:
         if isinstance(block, Pair):
-            yield from _printed((*block.left, *block.right))
+            yield from printed((*block.left, *block.right))
         elif isinstance(block, Table | Notes | Banner) or (isinstance(block, Text) and not block.heading):
             yield block
 
 
 def _print_first(terminal: Console, report: Report) -> None:
     """Print what fits on a screen, and say how much is left out."""
-    left_out, width, blocks = 0, terminal.width, list(_printed(report.first))
+    left_out, width, blocks = 0, terminal.width, list(printed(report.first))
     must = [block for block in blocks if not (isinstance(block, Notes) and block.optional)]
     shown = {id(block): _lines(terminal, block, block.spare if isinstance(block, Table) else ()) for block in must}
     room = LINES - 1 - sum(map(len, shown.values()))

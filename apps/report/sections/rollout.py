@@ -69,7 +69,7 @@ def _tables(rollout: Rollout) -> list[Table]:
     """Errors by horizon, of starts in motion and at rest."""
     (unit, size), resting = _unit(rollout), int(rollout.resting.sum())
     names = [IDENTIFIED, *(by for by in rollout.errors if by != IDENTIFIED)]
-    headings = ("after", *(heading for by in names for heading in (by, "90 %")))
+    headings = ("after", *(heading for by in names for heading in (by, f"{by}, 90 %")))
     tables = []
     for at_rest, count in ((False, len(rollout.resting) - resting), (True, resting)):
         rows = []
