@@ -92,7 +92,7 @@ def slow_currents() -> Shown:
     words = (
         "Drive gains from currents and a weight of 7 kg on a slow motion: gravity does not show that of motor 1."
     )
-    return Shown("identified_only", words, answer, "")
+    return Shown("identified_only", words, answer, "by_joints_1")
 
 
 def main() -> None:

@@ -129,7 +129,8 @@ def test_estimation_waits_with_what_is_slow() -> None:
     assert not loaded & {"cvxpy", "matplotlib", "scipy.signal", "scipy.interpolate", "rich"}
 
 
-SLOW = {"clarabel", "cvxpy", "distributed", "matplotlib", "mujoco", "pandas", "pyarrow", "rich", "scipy", "viser"}
+SLOW = {"clarabel", "cvxpy", "distributed", "jinja2", "matplotlib", "mujoco", "pandas", "pyarrow", "rich", "scipy",
+        "viser"}  # fmt: skip
 """Packages that take long to import, or are an extra: a function may import them where it uses them."""
 
 

@@ -39,8 +39,7 @@ def run(
     setup = processing.setup(robot.load()) if robot.robot else None
     looks = [_looked(path, setup, processing, files) for path in data]
     files.write_json(lambda: report.documents.check_document(setup.robot if setup else None, looks))
-    words = setup.in_words() if setup else {}
-    files.write_page(lambda: report.check_page(looks, files.provenance(words)))
+    files.write_page(report.check_report(looks), setup.in_words() if setup else {})
     return ANSWERED if all(look.check and look.check.usable for look in looks) else DO_NOT_USE
 
 
@@ -51,7 +50,7 @@ def _looked(
     fits = None
     if setup is None:
         fits = robot_fits(path, processing.how())
-        files.show(report.fits_screen(fits))
+        files.show(report.fits_report(fits))
         if fits.fault:
             return report.documents.Look(path, None, fits)
         setup = processing.setup(model.load_robot(fits.fitting[0].robot))
@@ -65,5 +64,5 @@ def _looked(
     if len(pieces) > 1:
         text = f"Rows are missing: of {len(pieces)} pieces the longest is looked at; record without losing rows"
         check = check.with_findings(estimation.Finding("note", "recording", text))
-    files.show(report.check_screen(check))
+    files.show(report.log_report(check))
     return report.documents.Look(path, check, fits)

@@ -36,6 +36,6 @@ def run(
             results.append(result)
             progress(k / len(data))
     compared = fleet.compared(data, results)
-    files.show(report.compared_screen(compared))
+    files.show(report.compared_report(compared))
     files.write_json(lambda: report.documents.ComparedDocument.of(compared))
     return ANSWERED

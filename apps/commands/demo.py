@@ -120,12 +120,21 @@ def run(*, demo: _Demo, pages: _Pages) -> int:
         robot, answer = identified(experiment, progress)
     report.documents.write_json(folder / "payload.json", answer.result)
     report.documents.write_json(folder / "robot.json", robot.result)
-    page = _page(experiment, robot, answer, demo.noise, pages)
     pages = replace(pages, report=pages.report or str(folder / "report.html"))
-    pages.write_page(lambda: page)
-    report.save_figure(page.drawings()[0].figure, folder / "torques.png")
     written = (*(folder / name for name in ("payload.json", "robot.json", "torques.png")), pages.report)
-    pages.show(_screen(answer, str(folder / "payload.json"), ", ".join(map(str, written))))
+    shown = _shown(answer, robot, str(folder / "payload.json"), ", ".join(map(str, written)))
+    arm = experiment.robot
+    setup = Setup(arm, arm.processing, None, None, LogMap(source="simulated"))
+    simulated = {
+        "recordings": f"simulated: {len(experiment.runs)} runs, the last trajectory held out",
+        "seed": str(experiment.seed),
+        "noise": demo.noise,
+        "errors of the drive gains": f"{100.0 * experiment.disturbances.gain_error:g} %",
+    }
+    pages.write_page(shown, setup.in_words() | simulated)
+    torques = next(drawing for drawing in shown.drawings() if drawing.name == "worst_joint")
+    report.save_figure(torques.figure, folder / "torques.png")
+    pages.show(shown)
     return ANSWERED
 
 
@@ -141,39 +150,15 @@ def identified(
     return robot, estimation.answer_payload(problem, held_out=[last])
 
 
-def _screen(answer: estimation.PayloadAnswer, document: str, written: str) -> report.Screen:
-    """The payload beside the truth, and what to type into a controller."""
-    screen = report.payload_screen(answer.result, document)
+def _shown(
+    answer: estimation.PayloadAnswer, robot: estimation.Identification, document: str, written: str
+) -> report.Report:
+    """The payload beside the truth, and what to type into a controller; the robot's parameters below."""
+    shown = report.payload_report(answer.result, document)
     place = ", ".join(f"{1e3 * x:g}" for x in PAYLOAD.com)
     head = (
         f"The paper's experiment on a simulated RX90; it carries {PAYLOAD.mass:g} kg at ({place}) mm, which the "
         "identification is not told."
     )
-    first = [report.Notes([head]), *screen.first, report.Notes([f"Written: {written}"])]
-    return screen._replace(first=first)
-
-
-def _page(
-    experiment: trajectories.Experiment,
-    identified: estimation.Identification,
-    answer: estimation.PayloadAnswer,
-    noise: str,
-    pages: PageOptions,
-) -> report.Page:
-    """The payload's report, the robot's parameters below."""
-    robot = answer.problem.robot
-    setup = Setup(robot, robot.processing, None, None, LogMap(source="simulated"))
-    simulated = {
-        "recordings": f"simulated: {len(experiment.runs)} runs, the last trajectory held out",
-        "seed": str(experiment.seed),
-        "noise": noise,
-        "errors of the drive gains": f"{100.0 * experiment.disturbances.gain_error:g} %",
-    }
-    return report.payload_page(
-        answer.result,
-        pages.provenance(setup.in_words() | simulated),
-        [answer.prediction(experiment.runs[-1].recording, True), *identified.predictions],
-        others=len(experiment.runs) - 2,
-        extra=(report.robot_section(identified.result),),
-        origin="The paper's experiment on a simulated robot",
-    )
+    first = [report.Notes([head]), *shown.first, report.Notes([f"Written: {written}"])]
+    return replace(shown, first=first, sections=[*shown.sections, report.robot_section(robot.result)])

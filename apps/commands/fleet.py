@@ -66,7 +66,7 @@ def run_reduce(
         )
     if reduced.workers_lost:
         note(f"workers were lost {reduced.workers_lost} times and replaced: nothing is lost, nothing counts twice")
-    files.show(report.reduced_screen(reduced))
+    files.show(report.reduced_report(reduced))
     files.write_json(lambda: reduced)
     return ANSWERED if reduced.new or reduced.known else DO_NOT_USE
 
@@ -94,8 +94,8 @@ def run_report(
             done += len(arms[-1].days)
             progress(done / len(logs))
     history, refused = fleet.fleet_of(arms), {bad.file: bad.reason for bad in index.refused}
-    files.show(report.fleet_screen(history, refused))
+    shown = report.fleet_report(history, refused)
+    files.show(shown)
     files.write_json(lambda: report.documents.fleet_document(history, refused))
-    words = {"robot": history.arms[0].name}
-    files.write_page(lambda: report.fleet_page(history, refused, files.provenance(words)))
+    files.write_page(shown, {"robot": history.arms[0].name})
     return ANSWERED

@@ -126,14 +126,9 @@ def run(
             values = possible.values if possible is not None else result.estimate.values
             rollouts = rollout.roll_out_all(result.robot, values, held_out, setup.processing, progress=progress)
     told = estimation.robot_result(result, possible, tuple(map(report.documents.rollout_document, rollouts)))
-    files.show(report.robot_screen(told, rollouts, files.document))
+    shown = report.robot_report(told, rollouts, files.document)
+    files.show(shown)
     files.write_json(lambda: told)
-
-    def page() -> report.Page:
-        provenance = files.provenance(setup.in_words())
-        others = len(held_out or recordings) - len(result.predictions)
-        return report.robot_page(told, provenance, others, rollouts)
-
-    files.write_page(page)
+    files.write_page(shown, setup.in_words())
     files.write_equations(lambda: estimation.identification_system(result, recordings, setup.processing))
     return answered(result.verdict.level)

@@ -128,9 +128,10 @@ def floor_of(
 
 def show(files: PageOptions, judged: report.documents.JudgedMotion) -> None:
     """Print the score, and write it in the forms asked for."""
-    files.show(report.design_screen(judged))
+    shown = report.design_report(judged)
+    files.show(shown)
     files.write_json(lambda: report.documents.design_document(judged))
-    files.write_page(lambda: report.design_page(judged, files.provenance({})))
+    files.write_page(shown, {})
 
 
 @options(FILES)

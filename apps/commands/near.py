@@ -164,7 +164,7 @@ def run(
     try:
         trajectories.check_mass_visible(visibility, options.sigma is not None, "near this pose")
     except InputError:  # what joints show is printed all the same
-        files.show(report.Screen([report.visibility_table(visibility)]))
+        files.show(report.Report("", [report.visibility_table(visibility)]))
         raise
     limited, loads = _torques(known, bounds, limits, options, payload)
     scene = limits.read_scene()
@@ -190,13 +190,13 @@ def run(
             )
     result = report.NearResult(design, shape, visibility, goal.predicted(robot, design.plan, shape.joints), ladder)
     hints = [report.second_pose_note(shape.poses[0], hint)] if hint is not None else []
-    screen = report.near_screen(result, options.expected, hints)
+    samples = design.motion(FIGURE_RATE)
+    shown = report.near_report(result, options.expected, hints, samples)
     written = export.motions.WrittenMotion(robot, result.motion, bounds, report.near_head(result, 1.0))
     files.check_replays(limits.whole(design.problem), written)
-    files.show(screen)
+    files.show(shown)
     files.write_all(result, written)
-    samples = design.motion(FIGURE_RATE)
-    files.write_page(lambda: report.near_page(result, samples, screen, files.provenance({})))
+    files.write_page(shown, {})
     view.write_view(lambda: views.view_of(robot, samples, problem=design.problem))
     return ANSWERED
 

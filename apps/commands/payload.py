@@ -121,13 +121,10 @@ def run(
             )
         answer = estimation.answer_payload(problem, methods, held_out, constraints, gains)
 
-    def page() -> report.Page:
-        others = len(loaded) + len(held_out) - len(answer.predictions)
-        return report.payload_page(answer.result, files.provenance(setup.in_words()), answer.predictions, others)
-
-    files.show(report.payload_screen(answer.result, files.document))
+    shown = report.payload_report(answer.result, files.document)
+    files.show(shown)
     files.write_json(lambda: answer.result)
-    files.write_page(page)
+    files.write_page(shown, setup.in_words())
     files.write_equations(lambda: estimation.payload_system(problem, loaded, unloaded, setup.processing))
     view.write_view(lambda: views.view_of_answer(setup.robot, loaded[0], answer.result))
     return answered(answer.verdict.level)

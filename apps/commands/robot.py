@@ -85,10 +85,10 @@ def run_check(*, arm: RobotOptions, data: tuple[DataFile, ...], processing: Filt
         with_torques = [path for path in data if not poses or logs.holds_torques(path, robot, setup.log_map)]
         recordings = setup.read(with_torques)
         readings = estimation.rank_readings(robot, recordings, setup.processing, progress) if recordings else None
-    files.show(report.readings_screen(poses, readings))
+    shown = report.readings_report(robot, poses, readings)
+    files.show(shown)
     files.write_json(lambda: report.documents.robot_check_document(robot, poses, readings))
-    words = setup.in_words()
-    files.write_page(lambda: report.readings_page(robot, poses, readings, files.provenance(words)))
+    files.write_page(shown, setup.in_words())
     return ANSWERED if report.readings_agree(poses, readings) else DO_NOT_USE
 
 

@@ -65,8 +65,8 @@ def run(*, arm: RobotOptions, request: _Rollout, processing: FilterOptions, file
             request.models(setup.robot),
             progress,
         )
-    files.show(report.rollout_screen(rollouts))
+    shown = report.rollout_report(rollouts, setup.robot.title or setup.robot.name)
+    files.show(shown)
     files.write_json(lambda: report.documents.rollouts_document(setup.robot.name, rollouts))
-    title = setup.robot.title or setup.robot.name
-    files.write_page(lambda: report.rollout_page(rollouts, title, files.provenance(setup.in_words())))
+    files.write_page(shown, setup.in_words())
     return ANSWERED

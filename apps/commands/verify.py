@@ -30,7 +30,8 @@ def run(*, arm: ArmOptions, pair: _Pair, logs: LogOptions, files: PageOptions) -
     gains, _ = logs.gains(robot)
     before, after = (read_following(path, robot, gains, how) for path in (pair.before, pair.after))
     change = following_change(before, after, robot.processing.still_speed)
-    files.show(report.following_screen(change))
+    shown = report.following_report(change, robot)
+    files.show(shown)
     files.write_json(lambda: change)
-    files.write_page(lambda: report.following_page(change, robot, files.provenance({})))
+    files.write_page(shown, {})
     return DO_NOT_USE if change.tells and change.total.clear == "rose" else ANSWERED

@@ -69,15 +69,13 @@ def run(
         if stand_in is not None:
             answer = answer.assuming(stand_in)
 
-    def page() -> report.Page:
-        made = report.payload_page(answer.result, files.provenance(setup.in_words()))
-        if files.plots and not made.drawings():
-            raise InputError("--plots: no joints see the mass, there is nothing to draw")
-        return made
-
+    spare = "--inertia is not needed: the inertia was measured well enough."
     measured = stand_in is not None and answer.stand_in is None
-    files.show(report.payload_screen(answer.result, files.document, measured))
+    shown = report.payload_report(answer.result, files.document, [spare] if measured else [])
+    files.show(shown)
     files.write_json(lambda: answer.result)
-    files.write_page(page)
+    if files.plots and not shown.drawings():
+        raise InputError("--plots: no joints see the mass, there is nothing to draw")
+    files.write_page(shown, setup.in_words())
     view.write_view(lambda: views.view_of_answer(robot, loaded[0], answer.result))
     return answered(answer.verdict.level)

@@ -1,7 +1,8 @@
-"""Tables, words and figures as values; ``terminal`` and ``html`` decide how each looks."""
+"""What an answer shows, as values: ``terminal`` prints it, ``page`` renders it by templates."""
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -14,54 +15,28 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-class Spread(NamedTuple):
-    """A number and its standard deviation, each with the digits to print."""
-
-    value: str
-    sigma: str
-
-    def __str__(self) -> str:
-        """Both in one cell."""
-        return f"{self.value}±{self.sigma}"
-
-
-Cell = str | Spread
-
-
-class Column(NamedTuple):
-    """A column of a table: ``numeric`` ones are set to the right, long words fold where it ``folds``."""
-
-    heading: str
-    numeric: bool = False
-    folds: bool = False
-
-
-def columns(names: Sequence[str], numbers: Sequence[str] = (), words: Sequence[str] = ()) -> tuple[Column, ...]:
-    """Headings of names at the left, of numbers, and of words that fold."""
-    return (
-        *(Column(heading) for heading in names),
-        *(Column(heading, numeric=True) for heading in numbers),
-        *(Column(heading, folds=True) for heading in words),
-    )
+_NUMBER = re.compile(r"[<>≤~]?[-+−±]?\.?\d[\d.,:e+-]*(±\S+)?( ?%| to .*|$)|-$|not visible$")
+_WORDS = 24  # letters: longer texts fold
 
 
 @dataclass(frozen=True, eq=False)
 class Table:
-    """Rows under headings; the first cell names its row.
+    """Rows under headings; the first cell names its row, and columns of numbers are set to the right.
 
     Attributes:
-        columns: c of them.
+        headings: c of them.
         rows: c cells each.
         ends: names of the rows after which a section of the table ends.
-        style: "roomy" with space between columns; "bare" without headings; "plain" of long texts; "quantities" with
-            a last column whose words hold for their whole section; "tight" without any line between rows.
+        merged: the last column's words hold for their whole section and stand there once, beside all its rows.
+        spare: names of rows that the first screen leaves out.
     """
 
     title: str
-    columns: tuple[Column, ...]
-    rows: Sequence[tuple[Cell, ...]]
+    headings: Sequence[str]
+    rows: Sequence[tuple[str, ...]]
     ends: Collection[str] = ()
-    style: Literal["", "roomy", "bare", "plain", "quantities", "tight"] = ""
+    merged: bool = False
+    spare: Collection[str] = ()
 
     def __post_init__(self) -> None:
         """Every row fits the headings.
@@ -69,33 +44,40 @@ class Table:
         Raises:
             ValueError: if one does not.
         """
-        if any(len(row) != len(self.columns) for row in self.rows):
-            raise ValueError(f"{self.title!r}: every row needs {len(self.columns)} cells")
+        if any(len(row) != len(self.headings) for row in self.rows):
+            raise ValueError(f"{self.title!r}: every row needs {len(self.headings)} cells")
 
-    @property
-    def sections(self) -> list[list[tuple[Cell, ...]]]:
-        """The rows, parted where sections end."""
-        parts: list[list[tuple[Cell, ...]]] = [[]]
+    @cached_property
+    def looks(self) -> list[Literal["number", "words", "name"]]:
+        """The look of each column: of numbers, of words that fold, of short texts."""
+        cells = [[row[k] for row in self.rows if row[k]] for k in range(len(self.headings))]
+        return [
+            "number"
+            if k and texts and all(map(_NUMBER.match, texts))
+            else "words"
+            if any(len(text) > _WORDS for text in texts)
+            else "name"
+            for k, texts in enumerate(cells)
+        ]
+
+    def sections(self, spare: Collection[str] = ()) -> list[list[tuple[str, ...]]]:
+        """The rows without ``spare`` ones, parted where sections end."""
+        parts: list[list[tuple[str, ...]]] = [[]]
         for row in self.rows:
-            parts[-1].append(row)
-            if row[0] in self.ends:
-                parts.append([])
+            parts[-1] += [row] if row[0] not in spare else []
+            parts += [[]] if row[0] in self.ends else []
         return [part for part in parts if part]
 
 
 class Text(NamedTuple):
-    """A paragraph, a remark in small print, or a heading within a section."""
+    """A paragraph, or a heading within a section, which pages alone have."""
 
     words: str
-    kind: Literal["paragraph", "note", "heading"] = "paragraph"
+    heading: bool = False
 
 
 class Notes(NamedTuple):
-    """Lines of words: a list in a page, line by line on a terminal.
-
-    Attributes:
-        optional: whether a screen shows as many as fit, the first ones first; with the details it shows all.
-    """
+    """Lines of words, a list in a page; of ``optional`` ones the first screen shows as many as fit."""
 
     lines: Sequence[str]
     optional: bool = False
@@ -108,21 +90,6 @@ class Banner(NamedTuple):
     words: str
 
 
-class Code(NamedTuple):
-    """Text to be copied; ``name``: its identifier in the page."""
-
-    name: str
-    text: str
-
-
-class Details(NamedTuple):
-    """Blocks below a summary, to be opened."""
-
-    summary: str
-    blocks: Sequence[Block]
-    opened: bool = False
-
-
 class Pair(NamedTuple):
     """Blocks side by side where there is room."""
 
@@ -130,20 +97,41 @@ class Pair(NamedTuple):
     right: Sequence[Block]
 
 
+class Code(NamedTuple):
+    """Text of a page that is to be copied; ``name``: its identifier there."""
+
+    name: str
+    text: str
+
+
+class Details(NamedTuple):
+    """Blocks of a page below a summary, to be opened."""
+
+    summary: str
+    blocks: Sequence[Block]
+    opened: bool = False
+
+
+@dataclass(frozen=True, eq=False)
+class OnPage:
+    """Blocks that only a page shows: they are made when there is one."""
+
+    make: Callable[[], Sequence[Block]]
+
+    @cached_property
+    def blocks(self) -> Sequence[Block]:
+        """The blocks, made once."""
+        return self.make()
+
+
 @dataclass(frozen=True, eq=False)
 class Drawing:
-    """A figure and what is said about it; it is drawn when it is first looked at.
-
-    Attributes:
-        name: of its file and of its place in the page.
-        text: what it shows, in words, for those who do not see it.
-        draw: makes the figure.
-    """
+    """A figure of a page, drawn when it is first looked at; ``text``: the caption for those who do not see it."""
 
     name: str
     caption: str
-    text: str
     draw: Callable[[], Figure]
+    text: str = ""
 
     @cached_property
     def figure(self) -> Figure:
@@ -151,59 +139,39 @@ class Drawing:
         return self.draw()
 
 
-Block = Table | Text | Notes | Banner | Code | Details | Pair | Drawing
+Block = Table | Text | Notes | Banner | Pair | Code | Details | OnPage | Drawing
 
 
 class Section(NamedTuple):
-    """A part of a page: its identifier, its heading, and what stands in it."""
+    """A part of a report: its identifier, its heading, and what stands in it."""
 
     name: str
     title: str
     blocks: Sequence[Block]
 
 
-class Screen(NamedTuple):
-    """The output of a command: first what to do, on one screen; the details where they are asked for.
+@dataclass(frozen=True)
+class Report:
+    """An answer as it is shown: the same blocks make its screen and its page.
 
     Attributes:
-        first: fits on a terminal of 25 lines of 80 columns.
-        details: what it rests on.
+        first: what to do, on a screen of 25 lines of 80 columns, and at the head of the page.
+        sections: what it rests on: the page's sections, and on a terminal the details.
         more: what the details hold, in words.
+        notes: on the data, at the end.
     """
 
-    first: Sequence[Block]
-    details: Sequence[Block] = ()
-    more: str = ""
-
-    @property
-    def blocks(self) -> list[Block]:
-        """All of it."""
-        return [*self.first, *self.details]
-
-
-class Page(NamedTuple):
-    """A whole report: what leads, then sections; ``subtitle`` and ``foot`` are single lines."""
-
     title: str
-    subtitle: str
-    lead: Sequence[Block]
-    sections: Sequence[Section]
-    foot: str
-
-    def blocks(self) -> Iterator[Block]:
-        """Every block, those within others too."""
-        yield from _within(self.lead)
-        for section in self.sections:
-            yield from _within(section.blocks)
+    first: Sequence[Block]
+    sections: Sequence[Section] = ()
+    more: str = ""
+    subtitle: str = ""
+    notes: Sequence[str] = ()
 
     def drawings(self) -> list[Drawing]:
         """Every figure, in order."""
-        return [block for block in self.blocks() if isinstance(block, Drawing)]
-
-
-def tables_of(blocks: Iterable[Block]) -> list[Table]:
-    """The tables among blocks, in order."""
-    return [block for block in blocks if isinstance(block, Table)]
+        blocks = (*self.first, *(block for section in self.sections for block in section.blocks))
+        return [block for block in _within(blocks) if isinstance(block, Drawing)]
 
 
 def _within(blocks: Iterable[Block]) -> Iterator[Block]:
@@ -211,13 +179,13 @@ def _within(blocks: Iterable[Block]) -> Iterator[Block]:
         yield block
         if isinstance(block, Pair):
             yield from _within((*block.left, *block.right))
-        elif isinstance(block, Details):
+        elif isinstance(block, Details | OnPage):
             yield from _within(block.blocks)
 
 
-def with_sigma(value: float, sigma: float) -> Cell:
-    """Two digits of sigma, the value to the same place."""
+def with_sigma(value: float, sigma: float) -> str:
+    """Value and standard deviation in one cell: two digits of sigma, the value to the same place."""
     if not isfinite(sigma) or sigma <= 0.0:
         return f"{value:.6g}"
     digits = interval_digits(2.0 * sigma)
-    return Spread(f"{value:.{digits}f}", f"{sigma:.{digits}f}")
+    return f"{value:.{digits}f}±{sigma:.{digits}f}"

@@ -1,14 +1,14 @@
-"""The origin of a report (command, files with checksums, date, versions), and the page that ends with it."""
+"""The origin of a report: command, files with checksums, date, versions."""
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from typing import NamedTuple
 
 from ... import __version__
 from ...common.errors import InputError
-from .blocks import Block, Code, Notes, Page, Section, Table, Text, columns
+from .blocks import Table
 
 
 class SourceFile(NamedTuple):
@@ -42,6 +42,16 @@ class Provenance:
         return self.date.strftime("%Y-%m-%d %H:%M UTC")
 
     @property
+    def tables(self) -> list[Table]:
+        """What it was made from, as far as there is any."""
+        parts = (
+            ("Files that were read", ("file", "SHA-256"), self.files),
+            ("Settings", ("value",), list(self.settings.items())),
+            ("Versions", ("version",), list(self.versions.items())),
+        )
+        return [Table(title, ("", *words), rows) for title, words, rows in parts if rows]
+
+    @property
     def foot(self) -> str:
         """The last line of a page."""
         return f"dynident {__version__}, {self.day}"
@@ -60,32 +70,3 @@ def now() -> datetime:
         return datetime.fromtimestamp(int(fixed), UTC)
     except (ValueError, OverflowError, OSError):
         raise InputError(f"SOURCE_DATE_EPOCH {fixed!r} is not a time: give seconds since 1970") from None
-
-
-def report_page(
-    title: str,
-    subtitle: str,
-    lead: Sequence[Block],
-    sections: Sequence[Section],
-    notes: Sequence[str],
-    provenance: Provenance,
-) -> Page:
-    """A page with what leads, sections, and what it was made from.
-
-    Args:
-        lead: the answer, before everything else.
-        notes: on the data.
-    """
-    data: list[Block] = [Notes(notes)]
-    if provenance.files:
-        rows = [tuple(file) for file in provenance.files]
-        data.append(Table("Files that were read", columns(("",), ("file", "SHA-256")), rows, style="plain"))
-    for name, heading, words in (
-        ("Settings", "value", provenance.settings),
-        ("Versions", "version", provenance.versions),
-    ):
-        if words:
-            data.append(Table(name, columns(("",), (heading,)), list(words.items()), style="plain"))
-    data += [Text("Command that repeats it", "heading"), Code("command", provenance.command)]
-    last = Section("data", "Data, settings and how to repeat it", data)
-    return Page(title, subtitle, lead, [*sections, last], provenance.foot)

@@ -18,24 +18,18 @@ SIMULATED = ("position", "speed", "acceleration", "torque", "parameters")
 """Names of ``model.robot.SOURCED`` that a simulation rests on."""
 
 
-def recording_text(recording: Recording) -> str:
-    """Time, positions and torques as CSV, in the columns that ``dynident payload`` and ``identify`` read.
+def write_recording(path: str | Path, recording: Recording) -> None:
+    """Write time, positions and torques as CSV, in the columns that ``dynident payload`` and ``identify`` read.
 
     Where something is said of the torques' scale, a remark before the header says so.
     """
-    n = recording.q.shape[1]
-    header = ["t", *(f"{kind}{j}" for kind in ("q", "tau") for j in range(1, n + 1))]
-    text = io.StringIO()
+    kinds, text = ("q", "tau"), io.StringIO()
+    header = ["t", *(f"{kind}{j}" for kind in kinds for j in range(1, recording.q.shape[1] + 1))]
     if recording.gain_sigma is not None:
         text.write(f"# gain_sigma = {recording.gain_sigma:g}\n")
     table = np.column_stack([recording.t, recording.q, recording.torque])
     np.savetxt(text, table, delimiter=",", header=",".join(header), comments="", fmt="%.12g")
-    return text.getvalue()
-
-
-def write_recording(path: str | Path, recording: Recording) -> None:
-    """Write a recording as CSV; see ``recording_text``."""
-    write_text(path, recording_text(recording))
+    write_text(path, text.getvalue())
 
 
 def write_truth(

@@ -4,30 +4,31 @@ from __future__ import annotations
 
 import json
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ...common.errors import InputError
-from ...common.files import checksum, write_text
+from ...common.files import checksum
 from ...common.schema import json_text
 from ...common.versions import versions
-from ...estimation.results.payload import PayloadResult, Quantity, array
+from ...estimation.results.payload import PayloadResult
 from ...estimation.results.robot import GainsResult, RobotResult
+from ...model import Recording
 from ...trajectories import Design
 from ..export.controllers import FORMATS, load_of
 from ..logs.log_check import LogCheck
 from ..numbers import SIX
-from .blocks import Page, Screen, Table
+from . import page
+from .blocks import Report
 from .documents import JudgedMotion, Look, check_document, design_document
-from .html import blocks_html, page_html
 from .provenance import Provenance, SourceFile, now
-from .sections.check import check_page, check_screen
-from .sections.gains import gains_page, gains_screen
-from .sections.motion import design_page, design_screen
-from .sections.payload import payload_page, payload_screen
-from .sections.robot import robot_page, robot_screen
-from .terminal import screen_text
+from .sections.check import check_report, log_report
+from .sections.gains import gains_report
+from .sections.motion import design_report
+from .sections.payload import payload_report
+from .sections.robot import robot_report
+from .terminal import printed, screen_text
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -36,14 +37,10 @@ _RATE = 100.0  # Hz, of a motion in figures
 
 
 class _Shown(NamedTuple):
-    """Functions that show one kind of result.
+    """Functions that show one kind of result; ``rows``: of its data frame, named like the document's keys."""
 
-    ``rows``: of its data frame, numbers as numbers.
-    """
-
-    screen: Callable[[Any], Screen]
+    report: Callable[[Any], Report]
     document: Callable[[Any], Any]
-    page: Callable[[Any], Page]
     rows: Callable[[Any], list[dict[str, Any]]]
 
 
@@ -52,49 +49,21 @@ def _itself(result: Any) -> Any:
     return result
 
 
-def _payload_page(result: PayloadResult) -> Page:
-    made = result.working
-    source = made.problem.source
-    recordings = (*(source.unloaded if source else ()), *(source.loaded if source else ()), *made.held_out)
-    predictions = () if result.short else made.predictions
-    others = (len(source.loaded) if source else 0) + len(made.held_out) - len(predictions)
-    return payload_page(result, _provenance(recordings), predictions, max(others, 0))
-
-
 def _payload_rows(result: PayloadResult) -> list[dict[str, Any]]:
-    places: dict[str, tuple[str, Quantity, tuple[int, ...]]] = {"mass": ("kg", result.mass, ())}
-    places |= {f"com {axis}": ("m", result.com, (k,)) for k, axis in enumerate("xyz")}
-    places |= {f"inertia {'xyz'[i]}{'xyz'[j]}": ("kg m^2", result.inertia, (i, j)) for i, j in SIX}
+    parts: list[tuple[str, str, Any, Any]] = [("mass", "kg", result.mass, ())]
+    parts += [(f"com {axis}", "m", result.com, k) for k, axis in enumerate("xyz")]
+    parts += [(f"inertia {'xyz'[i]}{'xyz'[j]}", "kg m^2", result.inertia, (i, j)) for i, j in SIX]
     return [
-        {
-            "quantity": name,
-            "value": float(told.value[at]),
-            "low": float(told.low[at]),
-            "high": float(told.high[at]),
-            "unit": unit,
-            "use": told.use,
-        }
-        for name, (unit, told, at) in places.items()
-    ]
+        {"quantity": name, **{key: float(getattr(of, key)[at]) for key in ("value", "low", "high")}, "unit": unit,
+         "use": of.use}
+        for name, unit, of, at in parts
+    ]  # fmt: skip
 
 
-def _robot_page(result: RobotResult) -> Page:
-    made = result.working
-    others = len(made.held_out or made.recordings) - len(made.predictions)
-    return robot_page(result, _provenance((*made.recordings, *made.held_out)), others)
-
-
-def _robot_rows(result: RobotResult) -> list[dict[str, Any]]:
-    return [
-        {
-            "parameter": parameter.name,
-            "value": parameter.value,
-            "sigma": float(sigma),
-            "essential": parameter.essential,
-            "grouping": parameter.grouping,
-        }
-        for parameter, sigma in zip(result.base_parameters, result.estimate.total_sigma, strict=True)
-    ]
+def _gains_rows(result: GainsResult) -> list[dict[str, Any]]:
+    table, keys = plain(result)["drive_gains"], ("values", "sigma", "identified", "rests_on")
+    columns = {"motor": range(1, len(table["values"]) + 1), **{key: table[key] for key in keys if table.get(key)}}
+    return [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
 
 
 def _judged(answer: Design) -> JudgedMotion:
@@ -102,50 +71,23 @@ def _judged(answer: Design) -> JudgedMotion:
     return JudgedMotion(title, answer.score, answer.motion(_RATE), design=answer)
 
 
-def _gains_page(result: GainsResult) -> Page:
-    source = result.working.source
-    return gains_page(result, _provenance((*source.unloaded, *source.loaded) if source else ()))
-
-
-def _gains_rows(result: GainsResult) -> list[dict[str, Any]]:
-    told = result.drive_gains
-    columns = zip(told.values, array(told.sigma, 0), told.identified or (), told.rests_on or (), strict=True)
-    return [
-        {"motor": motor, "gain": float(gain), "sigma": float(sigma), "identified": good, "rests on": words}
-        for motor, (gain, sigma, good, words) in enumerate(columns, 1)
-    ]
-
-
-def _log_rows(answer: LogCheck) -> list[dict[str, Any]]:
-    return [
-        {
-            "joint": number,
-            "moves": facts.moves,
-            "from": facts.position[0],
-            "to": facts.position[1],
-            "speed": facts.speed,
-            "torque from": facts.torque[0],
-            "torque to": facts.torque[1],
-        }
-        for number, facts in enumerate(answer.joints, 1)
-    ]
+def _look(check: LogCheck) -> list[Look]:
+    return [Look(check.recording.source, check)]
 
 
 _SHOWN: dict[type, _Shown] = {
-    PayloadResult: _Shown(payload_screen, _itself, _payload_page, _payload_rows),
-    RobotResult: _Shown(robot_screen, _itself, _robot_page, _robot_rows),
-    GainsResult: _Shown(gains_screen, _itself, _gains_page, _gains_rows),
+    PayloadResult: _Shown(payload_report, _itself, _payload_rows),
+    RobotResult: _Shown(robot_report, _itself, lambda result: plain(result)["base_parameters"]),
+    GainsResult: _Shown(gains_report, _itself, _gains_rows),
     Design: _Shown(
-        lambda answer: design_screen(_judged(answer)),
+        lambda answer: design_report(_judged(answer)),
         lambda answer: design_document(_judged(answer)),
-        lambda answer: design_page(_judged(answer), _provenance(())),
         lambda answer: [{"parameter": name, "sigma": sigma} for name, sigma in answer.learnt.sigma.items()],
     ),
     LogCheck: _Shown(
-        check_screen,
-        lambda check: check_document(check.robot, [Look(check.recording.source, check)]),
-        lambda check: check_page([Look(check.recording.source, check)], _provenance((check.recording,))),
-        _log_rows,
+        log_report,
+        lambda check: check_document(check.robot, _look(check)),
+        lambda check: [{"joint": j, **facts} for j, facts in enumerate(plain(check)["logs"][0]["joints"], 1)],
     ),
 }
 
@@ -159,15 +101,13 @@ def _shown(answer: object) -> tuple[Any, _Shown]:
 def summary(answer: object, details: bool) -> str:
     """The screen as text."""
     result, shown = _shown(answer)
-    return screen_text(shown.screen(result), details)
+    return screen_text(shown.report(result), details)
 
 
 def first_block(answer: object) -> str:
-    """The first table of the screen and the lines above it, as HTML."""
+    """The first screen as HTML."""
     result, shown = _shown(answer)
-    first = shown.screen(result).first
-    place = next((k for k, block in enumerate(first) if isinstance(block, Table)), len(first))
-    return blocks_html(first[: place + 1])
+    return page.blocks_html(list(printed(shown.report(result).first)))
 
 
 def plain(answer: object) -> dict[str, Any]:
@@ -192,8 +132,8 @@ def frame(answer: object) -> Any:
     return pandas.DataFrame(rows).set_index(next(iter(rows[0]))) if rows else pandas.DataFrame()
 
 
-def _page(answer: object) -> Page:
-    """The page.
+def _drawn(answer: object) -> Report:
+    """The report with its figures.
 
     Raises:
         InputError: of a result that was read from a file, without what a page draws.
@@ -201,12 +141,27 @@ def _page(answer: object) -> Page:
     result, shown = _shown(answer)
     if getattr(result, "working", result) is None:
         raise InputError("a result that was read from a file has no recordings to draw: identify again")
-    return shown.page(result)
+    return check_report(_look(result)) if isinstance(result, LogCheck) else shown.report(result)
+
+
+def _recordings(result: Any) -> Iterable[Recording]:
+    """The recordings that a result rests on."""
+    if isinstance(result, RobotResult):
+        return (*result.working.recordings, *result.working.held_out)
+    if isinstance(result, PayloadResult | GainsResult):
+        source = getattr(result.working, "problem", result.working).source
+        held_out = getattr(result.working, "held_out", ())
+        return (*source.unloaded, *source.loaded, *held_out) if source else held_out
+    return (result.recording,) if isinstance(result, LogCheck) else ()
 
 
 def write_report(answer: object, path: str | Path) -> None:
-    """Write the page."""
-    write_text(path, page_html(_page(answer)))
+    """Write the page, made by the program that runs from the recordings' files."""
+    report = _drawn(answer)
+    paths = dict.fromkeys(recording.source for recording in _recordings(_shown(answer)[0]))
+    files = tuple(SourceFile("recording", name, checksum(name)) for name in paths if Path(name).is_file())
+    origin = Provenance(f"python {sys.argv[0] or '(interactive)'}", now(), files, versions())
+    page.write_report(path, report, origin)
 
 
 def figure(answer: object, name: str | None) -> Figure:
@@ -215,9 +170,8 @@ def figure(answer: object, name: str | None) -> Figure:
     Raises:
         InputError: if there is no such figure.
     """
-    drawings = {drawing.name: drawing for drawing in _page(answer).drawings()}
-    if name is None and drawings:
-        return next(iter(drawings.values())).figure
+    drawings = {drawing.name: drawing for drawing in _drawn(answer).drawings()}
+    name = next(iter(drawings), None) if name is None else name
     if name not in drawings:
         raise InputError(f"there is no figure {name!r}: there are {', '.join(drawings) or 'none'}")
     return drawings[name].figure
@@ -239,10 +193,3 @@ def export(result: PayloadResult, to: str, despite_verdict: bool) -> str:
     if at_flange is None:
         raise InputError(f"the payload's frame is {load.frame!r}, not the flange: identify it there (with_tool)")
     return FORMATS[to].text(at_flange)
-
-
-def _provenance(recordings: Any) -> Provenance:
-    """A report from Python: the program that ran, and the files of the recordings."""
-    paths = dict.fromkeys(recording.source for recording in recordings)
-    files = tuple(SourceFile("recording", path, checksum(path)) for path in paths if Path(path).is_file())
-    return Provenance(f"python {sys.argv[0] or '(interactive)'}", now(), files, versions())

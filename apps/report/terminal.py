@@ -1,94 +1,89 @@
-"""Blocks on a terminal: tables by rich, lines as they are; nothing is wider than the terminal.
+"""Reports on a terminal: tables by rich, lines as they are; nothing is wider than the terminal.
 
 What is printed is text: no letter in it is taken for markup.
 """
 
 import os
 import textwrap
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from contextlib import contextmanager
 from io import StringIO
 from typing import IO
 
-from rich import box
 from rich.cells import cell_len
 from rich.console import Console
 from rich.table import Table as Grid
-from rich.text import Text
+from rich.text import Text as Line
 
 from ...common.errors import printable
-from .blocks import Banner, Block, Cell, Column, Notes, Screen, Table
-from .blocks import Text as Words
+from .blocks import Banner, Block, Notes, Pair, Report, Table, Text
 
 LINES, COLUMNS = 25, 80
 """A screen."""
-_NARROWEST = 14
-"""Letters that a column of words needs at least."""
-_LONGEST = 3
-"""Lines of one remark that the first screen shows."""
+_NARROWEST = 14  # letters that a column of words needs at least
+_MERGED = 24  # letters of words that stand beside several rows
+_LONGEST = 3  # lines of one remark that the first screen shows
 _CUT = " .."
-_FEWEST = 20
-"""Columns of the narrowest terminal that is laid out."""
+_FEWEST = 20  # columns of the narrowest terminal that is laid out
 
 
 def print_blocks(blocks: Sequence[Block], stream: IO[str] | None = None) -> None:
     """Print tables and lines; a table wider than the terminal is printed in parts, one below the other."""
-    terminal = _terminal(stream)
-    with _read(terminal):
-        for block in blocks:
-            _print(terminal, block)
+    with _opened(stream) as terminal:
+        for block in printed(blocks):
+            _print_lines(terminal, _lines(terminal, block, ()))
 
 
-def print_screen(screen: Screen, details: bool = False, stream: IO[str] | None = None) -> None:
-    """Print what fits on a screen of 25 lines, or all of it.
-
-    Args:
-        screen: what a command answers.
-        details: print the second part too, and the first one whole.
-        stream: where to; standard output by default.
-    """
-    if details:
-        print_blocks(screen.blocks, stream)
+def print_report(report: Report, details: bool = False, stream: IO[str] | None = None) -> None:
+    """Print what fits on a screen of 25 lines, or all of it, with ``details``."""
+    if not details:
+        with _opened(stream) as terminal:
+            _print_first(terminal, report)
         return
-    terminal = _terminal(stream)
-    with _read(terminal):
-        _print_first(terminal, screen)
+    blocks = [*report.first]
+    for section in report.sections:
+        if any(printed(section.blocks)):
+            blocks += [Notes(["", section.title.upper()]), *section.blocks]
+    print_blocks([*blocks, *([Notes(["", *report.notes])] if report.notes else [])], stream)
 
 
-def _print_first(terminal: Console, screen: Screen) -> None:
+def screen_text(report: Report, details: bool = False) -> str:
+    """The screen as text, 80 columns wide."""
+    stream = StringIO()
+    print_report(report, details, stream)
+    return stream.getvalue().rstrip("\n")
+
+
+def printed(blocks: Sequence[Block]) -> Iterator[Table | Text | Notes | Banner]:
+    """Blocks that are text; figures, headings and what is to be copied are for pages."""
+    for block in blocks:
+        if isinstance(block, Pair):
+            yield from printed((*block.left, *block.right))
+        elif isinstance(block, Table | Notes | Banner) or (isinstance(block, Text) and not block.heading):
+            yield block
+
+
+def _print_first(terminal: Console, report: Report) -> None:
     """Print what fits on a screen, and say how much is left out."""
-    left_out = 0
-    room = LINES - 1 - sum(_height(terminal, block) for block in screen.first if not _optional(block))
-    for block in screen.first:
-        if not _optional(block):
-            _print(terminal, block)
+    left_out, width, blocks = 0, terminal.width, list(printed(report.first))
+    must = [block for block in blocks if not (isinstance(block, Notes) and block.optional)]
+    shown = {id(block): _lines(terminal, block, block.spare if isinstance(block, Table) else ()) for block in must}
+    room = LINES - 1 - sum(map(len, shown.values()))
+    for block in blocks:
+        if id(block) in shown:
+            _print_lines(terminal, shown[id(block)])
             continue
-        for line in _lines(block):
-            wrapped = _brief(_wrapped(line, terminal.width), terminal.width)
+        for line in block.lines if isinstance(block, Notes) else ():
+            wrapped = _brief(_wrapped(line, width), width)
             if len(wrapped) > room:
                 left_out += 1
                 continue
             room -= len(wrapped)
             _print_lines(terminal, wrapped)
-    if screen.more or left_out:
-        _print_lines(terminal, _brief(_wrapped(_more(screen.more, left_out), terminal.width), terminal.width, 1))
-
-
-def _optional(block: Block) -> bool:
-    return isinstance(block, Notes) and block.optional
-
-
-def screen_text(screen: Screen, details: bool = False) -> str:
-    """The screen as text, 80 columns wide."""
-    stream = StringIO()
-    print_screen(screen, details, stream)
-    return stream.getvalue().rstrip("\n")
-
-
-def _more(content: str, left_out: int) -> str:
-    """The last line of a screen."""
     notes = f"{left_out} more note{'s' * (left_out > 1)}" if left_out else ""
-    return f"--details: {'; '.join(text for text in (notes, content) if text)}"
+    if notes or report.more:
+        last = f"--details: {'; '.join(text for text in (notes, report.more) if text)}"
+        _print_lines(terminal, _brief(_wrapped(last, width), width, 1))
 
 
 class _Console(Console):
@@ -99,41 +94,30 @@ class _Console(Console):
 
 
 @contextmanager
-def _read(terminal: Console) -> Iterator[None]:
-    """Print as long as somebody reads: `| head` has seen enough, files that were asked for are still written."""
+def _opened(stream: IO[str] | None) -> Iterator[Console]:
+    """A terminal, written as long as somebody reads: `| head` has seen enough, files are still written."""
+    terminal = _Console(file=stream)
+    if isinstance(stream, StringIO):
+        terminal = _Console(file=stream, width=COLUMNS, force_terminal=False, color_system=None)
+    elif terminal.width < _FEWEST:
+        terminal = _Console(file=stream, width=_FEWEST)
     try:
-        yield
+        yield terminal
     except BrokenPipeError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), terminal.file.fileno())
 
 
-def _terminal(stream: IO[str] | None) -> Console:
-    if isinstance(stream, StringIO):
-        return _Console(file=stream, width=COLUMNS, force_terminal=False, color_system=None)
-    terminal = _Console(file=stream)
-    return terminal if terminal.width >= _FEWEST else _Console(file=stream, width=_FEWEST)
-
-
-def _print(terminal: Console, block: Block) -> None:
-    if isinstance(block, Table):
-        if block.title:
-            terminal.print(Text(printable(block.title), style="table.title"))
-        for grid in _grids(block, terminal.width):
-            terminal.print(grid)
-    else:
-        _print_lines(terminal, [part for line in _lines(block) for part in _wrapped(line, terminal.width)])
-
-
-def _lines(block: Block) -> Sequence[str]:
-    """Lines of what is no table; figures and code are for pages."""
-    if isinstance(block, Notes):
-        return block.lines
-    return (block.words,) if isinstance(block, Banner | Words) else ()
-
-
 def _print_lines(terminal: Console, lines: Sequence[str]) -> None:
     for line in lines:
-        terminal.print(Text(printable(line)), soft_wrap=True)
+        terminal.print(Line(printable(line)), soft_wrap=True)
+
+
+def _lines(terminal: Console, block: Table | Text | Notes | Banner, spare: Collection[str]) -> list[str]:
+    """The block as wide as the terminal, a table without its ``spare`` rows."""
+    if isinstance(block, Table):
+        return _table_lines(terminal, block, spare)
+    lines = block.lines if isinstance(block, Notes) else (block.words,)
+    return [part for line in lines for part in _wrapped(line, terminal.width)]
 
 
 def _wrapped(line: str, width: int) -> list[str]:
@@ -143,7 +127,7 @@ def _wrapped(line: str, width: int) -> list[str]:
 
 
 def _brief(lines: list[str], width: int, most: int = _LONGEST) -> list[str]:
-    """First lines of a cell, the last one cut at a word; where one is left out, that is seen."""
+    """First lines of a remark, the last one cut at a word; where one is left out, that is seen."""
     if len(lines) <= most:
         return lines
     last, room = lines[most - 1], width - len(_CUT)
@@ -152,60 +136,56 @@ def _brief(lines: list[str], width: int, most: int = _LONGEST) -> list[str]:
     return [*lines[: most - 1], f"{last.rstrip(' ,;:')}{_CUT}"]
 
 
-def _height(terminal: Console, block: Block) -> int:
-    """Lines that a block takes."""
-    if isinstance(block, Table):
-        title = len(textwrap.wrap(block.title, terminal.width))
-        return title + sum(len(terminal.render_lines(grid)) for grid in _grids(block, terminal.width))
-    return sum(len(_wrapped(line, terminal.width)) for line in _lines(block))
-
-
-def _grids(table: Table, width: int) -> list[Grid]:
-    """The table, in parts that repeat the names of its rows where it is too wide."""
-    names = next((k for k, column in enumerate(table.columns) if column.numeric), len(table.columns))
-    names = min(max(names, 1), len(table.columns) - 1) if len(table.columns) > 1 else 1
+def _table_lines(terminal: Console, table: Table, spare: Collection[str]) -> list[str]:
+    """Title and rows, in parts that repeat the names of the rows where the table is too wide."""
+    parted = table.sections(spare)
+    rows = [row for section in parted for row in (_merged(section) if table.merged else section)]
+    names = next((k for k, look in enumerate(table.looks) if look == "number"), len(table.headings))
+    names = min(max(names, 1), len(table.headings) - 1) if len(table.headings) > 1 else 1
     parts: list[list[int]] = [[*range(names)]]
-    for k in range(names, len(table.columns)):
-        if len(parts[-1]) > names and _width(table, [*parts[-1], k]) > width:
+    for k in range(names, len(table.headings)):
+        if len(parts[-1]) > names and _width(table, rows, [*parts[-1], k]) > terminal.width:
             parts.append([*range(names)])
         parts[-1].append(k)
-    return [_grid(table, part, _width(table, part) > width) for part in parts]
+    lines = textwrap.wrap(printable(table.title), terminal.width)
+    for part in parts:
+        grid = _grid(table, rows, part, _width(table, rows, part) > terminal.width)
+        lines += ["".join(piece.text for piece in line).rstrip() for line in terminal.render_lines(grid, pad=False)]
+    return lines
 
 
-def _width(table: Table, part: Sequence[int]) -> int:
+def _merged(section: Sequence[tuple[str, ...]]) -> list[tuple[str, ...]]:
+    """Rows whose last words stand beside all of them, behind a bracket."""
+    if len(section) == 1:
+        return list(section)
+    count = len(section)
+    words = textwrap.wrap(section[0][-1], _MERGED) or [""]
+    words = [*words[: count - 1], " ".join(words[count - 1 :])] + [""] * (count - len(words))
+    marks = ["┐", *["│"] * (count - 2), "┘"]
+    return [(*row[:-1], f"{mark} {text}") for row, mark, text in zip(section, marks, words, strict=False)]
+
+
+def _width(table: Table, rows: Sequence[tuple[str, ...]], part: Sequence[int]) -> int:
     """Columns of the terminal that those of the table need."""
-    between = 3 if table.style == "roomy" else 2 if table.style == "bare" else 1
-    needed = 0
+    needed = 1
     for k in part:
-        cells = [table.columns[k].heading, *(str(row[k]) for row in table.rows)]
-        widest = max(map(cell_len, cells))
-        needed += (min(widest, _NARROWEST) if table.columns[k].folds else widest) + between
-    return needed + 1
+        widest = max(cell_len(text) for text in (table.headings[k], *(row[k] for row in rows)))
+        needed += (min(widest, _NARROWEST) if table.looks[k] == "words" else widest) + 1
+    return needed
 
 
-def _grid(table: Table, part: Sequence[int], folds: bool) -> Grid:
+def _grid(table: Table, rows: Sequence[tuple[str, ...]], part: Sequence[int], folds: bool) -> Grid:
     """Some columns as rich prints them; ``folds``: even they are too wide."""
-    grid = Grid(
-        box=None if table.style in ("bare", "tight", "quantities") else box.SIMPLE_HEAD,
-        padding=_padding(table.style),
-        show_header=table.style != "bare",
-    )
-    columns: list[Column] = [table.columns[k] for k in part]
-    for column in columns:
-        wraps = column.folds or folds
+    grid = Grid(box=None, padding=(0, 1, 0, 0), show_header=any(table.headings[k] for k in part))
+    for k in part:
         grid.add_column(
-            Text(printable(column.heading)),
-            justify="right" if column.numeric else "left",
+            Line(printable(table.headings[k])),
+            justify="right" if table.looks[k] == "number" else "left",
+            no_wrap=not (table.looks[k] == "words" or folds),
             overflow="fold",
-            no_wrap=not wraps,
         )
-    for row in table.rows:
-        cells: list[Cell] = [row[k] for k in part]
-        grid.add_row(*(Text(printable(str(cell))) for cell in cells), end_section=row[0] in table.ends)
+    for row in rows:
+        grid.add_row(*(Line(printable(row[k])) for k in part))
+        if row[0] in table.ends and row is not rows[-1] and not table.merged:
+            grid.add_row()
     return grid
-
-
-def _padding(style: str) -> tuple[int, int] | tuple[int, int, int, int]:
-    if style in ("tight", "quantities"):
-        return 0, 1, 0, 0
-    return (0, 1) if style in ("roomy", "bare") else (0, 0)

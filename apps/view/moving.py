@@ -13,7 +13,8 @@ from ...model import Motion, Pose, Recording, Robot
 from ...model.frames import frames_at, step
 from ...model.many_states import point_at
 from ...model.stand_in import cylinder_radius
-from ...trajectories import DesignProblem, PayloadSet, Scene
+from ...trajectories import DesignProblem, Scene
+from ...trajectories.design.scene import HalfSpace
 from ...trajectories.design.score import room_over_time, taught_over_time
 from .shapes import Colour, Line, Shape, box, capsule, ellipsoid, inertia_axes, looks_of, plane
 
@@ -33,10 +34,9 @@ class View:
     """An arm in motion as a viewer shows it.
 
     Attributes:
-        title: in words.
         times: [s], shape (N,).
         frames: poses of frames 0 to n and the payload's, in the base, at each time.
-        shapes, paths: what is fixed to the frames, and lines in the base.
+        paths: lines in the base.
         legend: colours and their words, of what is not the arm itself.
         notes: what could not be shown as it looks.
         ground: height of the plane that the arm stands on, in the base [m].
@@ -63,18 +63,11 @@ class ShownPayload:
 
 
 def view_of(
-    robot: Robot,
-    motion: Motion,
-    *,
-    problem: DesignProblem | None = None,
-    payload: ShownPayload | None = None,
+    robot: Robot, motion: Motion, *, problem: DesignProblem | None = None, payload: ShownPayload | None = None
 ) -> View:
-    """The arm along a motion.
+    """The arm along a motion, or at its single sample.
 
-    Args:
-        motion: its samples, or a single one.
-        problem: whose scene, limits and payloads are shown too, and what each second teaches.
-        payload: that was identified.
+    Of a ``problem`` scene, limits and payloads are shown too, and what each second teaches.
 
     Raises:
         InputError: for positions that are not finite.
@@ -84,11 +77,13 @@ def view_of(
     picked = _picked(motion)
     frames = tuple(frames_at(robot, q.tolist()) for q in motion.q[picked])
     meshes, drawn_links, notes = looks_of(robot, _LINK)
+    touched = None  # joints at a limit between the shown times, (N, n)
+    if problem is not None:
+        touched = np.logical_or.reduceat(room_over_time(problem, motion) < _TOUCHED, picked, axis=0)
     stand_ins = [shape for shape in _links(robot) if shape.frame not in drawn_links]
-    shapes = [*stand_ins, *meshes, *_axes(robot, _touched(problem, motion, picked))]
+    shapes = [*stand_ins, *meshes, *_axes(robot, touched)]
     if problem is not None:
         shapes += _surroundings(problem, robot)
-        shapes += _bounds(problem.payloads, robot.n) if problem.payloads is not None else []
     shapes += _payload(payload, robot.n + 1) if payload is not None else []
     height, foot = ground_of(robot, frames, problem.scene if problem is not None else None)
     shapes += foot
@@ -120,23 +115,16 @@ def view_of_answer(robot: Robot, recording: Recording, result: PayloadResult) ->
 def ground_of(robot: Robot, frames: Sequence[tuple[Pose, ...]], scene: Scene | None) -> tuple[float, list[Shape]]:
     """Height of the scene's floor, and what the arm stands on there, in frame 0.
 
-    Without a floor it is the base's own plane, or the lowest place of the arm that is below it.
-
-    Args:
-        robot: the robot; its description does not say what it is bolted to.
-        frames: poses of frames 0 to n and the payload's, in the base, at each time.
-        scene: with a floor, or without.
+    Without a floor it is the base's own plane, or the lowest place of the arm that is below it; no description says
+    what an arm is bolted to.
     """
-    first = frames[0][0]
-    radius = cylinder_radius(robot)
+    first, radius = frames[0][0], cylinder_radius(robot)
     lowest = min(float(pose.p[2]) for poses in frames for pose in poses)
-    heights = []  # of the scene's level surfaces under the base's origin
-    for surface in scene.surfaces if scene is not None else ():
-        up = first.R @ (np.array(surface.normal) / np.linalg.norm(surface.normal))
-        level = surface.offset + float(up @ first.p)
-        if up[2] > 1.0 - _LEVEL and level <= 0.0:
-            heights.append(level)
-    floor = max(heights, default=None)
+    ups = [
+        (first.R @ surface.normal / np.linalg.norm(surface.normal), surface.offset) for surface in _surfaces(scene)
+    ]
+    levels = [offset + float(up @ first.p) for up, offset in ups if up[2] > 1.0 - _LEVEL]
+    floor = max((level for level in levels if level <= 0.0), default=None)  # under the base's origin
     height = floor if floor is not None else lowest - radius if lowest < -radius else 0.0
     if height > -radius:
         return height, []
@@ -203,32 +191,22 @@ def _axes(robot: Robot, touched: NDArray[np.bool_] | None) -> list[Shape]:
     return shapes
 
 
-def _touched(problem: DesignProblem | None, motion: Motion, picked: NDArray[np.intp]) -> NDArray[np.bool_] | None:
-    """Tell which joints are at a limit between the shown times, (N, n)."""
-    if problem is None:
-        return None
-    near = room_over_time(problem, motion) < _TOUCHED
-    return np.asarray(np.logical_or.reduceat(near, picked, axis=0))
-
-
 def _surroundings(problem: DesignProblem, robot: Robot) -> list[Shape]:
-    """Floor, walls and bodies of the scene."""
-    scene, shapes = problem.scene, []
-    if scene is None:
-        return []
-    half = 12.0 * cylinder_radius(robot)
-    for surface in scene.surfaces:
+    """Floor, walls and bodies of the scene, and the region in which payloads lie."""
+    half, payloads, shapes = 12.0 * cylinder_radius(robot), problem.payloads, list[Shape]()
+    for surface in _surfaces(problem.scene):
         shapes.append(Shape(surface.name, 0, *plane(surface.normal, surface.offset, half), _FLOOR, 0.6))
-    for body in scene.bodies:
+    for body in problem.scene.bodies if problem.scene is not None else ():
         ends = np.array(body.start), np.array(body.start if body.end is None else body.end)
         shapes.append(Shape(body.name, body.link, *capsule(*ends, body.radius), _BODY, 0.4))
+    if payloads is not None:
+        mesh = (box if payloads.region == "cube" else ellipsoid)(payloads.centre, payloads.axes)
+        shapes.append(Shape("payloads within bounds", robot.n, *mesh, _BALL, 0.25))
     return shapes
 
 
-def _bounds(payloads: PayloadSet, frame: int) -> list[Shape]:
-    """The region in which payloads lie."""
-    mesh = (box if payloads.region == "cube" else ellipsoid)(payloads.centre, payloads.axes)
-    return [Shape("payloads within bounds", frame, *mesh, _BALL, 0.25)]
+def _surfaces(scene: Scene | None) -> Sequence[HalfSpace]:
+    return scene.surfaces if scene is not None else ()
 
 
 def _payload(payload: ShownPayload, frame: int) -> list[Shape]:

@@ -27,15 +27,13 @@ Colour = tuple[int, int, int]
 
 @dataclass(frozen=True, eq=False)
 class Shape:
-    """Triangles in a frame.
+    """Triangles in a frame; its name is unique in a view.
 
     Attributes:
-        name: unique in a view.
         frame: number of the frame it is fixed to; 0 is the base's.
         vertices: [m], shape (k, 3).
         faces: corners of each triangle, shape (m, 3).
         colour: red, green, blue, 0 to 255.
-        opacity: 0 to 1.
         shown: at which of the view's times; always if None.
     """
 
@@ -50,13 +48,7 @@ class Shape:
 
 @dataclass(frozen=True, eq=False)
 class Line:
-    """A line through points in the base's frame, coloured piece by piece.
-
-    Attributes:
-        name: unique in a view.
-        points: [m], shape (k, 3).
-        colours: of the pieces, shape (k - 1, 3), 0 to 255.
-    """
+    """A line through points (k, 3) in the base's frame [m], with a colour for each of its k - 1 pieces."""
 
     name: str
     points: Array
@@ -186,10 +178,7 @@ def _placed(mesh: Mesh) -> tuple[Array, NDArray[np.uint32]]:
 def coarse(vertices: Array, faces: NDArray[np.uint32], most: int) -> tuple[Array, NDArray[np.uint32]]:
     """At most so many triangles: corners that share a cell of a grid become one, at their mean (Rossignac 1993).
 
-    Args:
-        vertices: shape (k, 3).
-        faces: corners of each triangle, shape (m, 3).
-        most: triangles; the coarsest grid may leave more.
+    The coarsest grid may leave more.
     """
     if len(faces) <= most:
         return vertices, faces

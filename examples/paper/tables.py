@@ -18,7 +18,7 @@ from dynident.apps.commands.demo import (
 )
 from dynident.apps.commands.progress import bar, status
 from dynident.apps.commands.values import share, whole
-from dynident.apps.report import Cell, Notes, Spread, Table, columns, print_blocks, residual_text
+from dynident.apps.report import Notes, Table, print_blocks, residual_text
 from dynident.common.progress import Progress
 from dynident.estimation import PAYLOAD as TEN
 from dynident.estimation import Estimate, Identification, PayloadAnswer, Settings, answer_payload, identify
@@ -47,7 +47,7 @@ def _table1(estimate: Estimate, paper: PaperTables) -> Table:
         for k, kind in enumerate(INERTIAL)
     ]
     title = "Table 1: payload by method 3, simulated and as printed (SI units)"
-    return Table(title, columns(("",), (*_OWN, *_PAPER)), rows)
+    return Table(title, ("", *_OWN, *_PAPER), rows)
 
 
 def table2(joint: Estimate, essential: Estimate, truth: Mapping[str, float], paper: PaperTables) -> Table:
@@ -70,12 +70,12 @@ def table2(joint: Estimate, essential: Estimate, truth: Mapping[str, float], pap
     last_of_robot = [name for name, after in pairwise(names) if name not in TEN and after in TEN]
     largest = essential.relative_sigma_percent.max()
     title = f"Table 2: essential parameters (relative sigma up to {largest:.1f} %) by method 4, and as printed (SI)"
-    return Table(title, columns(("",), (*_OWN, "all parameters", *_PAPER)), rows, last_of_robot)
+    return Table(title, ("", *_OWN, "all parameters", *_PAPER), rows, last_of_robot)
 
 
 def paper_payload_table(estimates: Sequence[PayloadEstimate], paper: PaperTables) -> Table:
     """Simulated payload: truth, the methods with two sigma, and the paper's Tables 1 and 2."""
-    rows: list[tuple[Cell, ...]] = []
+    rows: list[tuple[str, ...]] = []
     for k, kind in enumerate(INERTIAL):
         cells = [short_value(e.estimate.values[k], 2.0 * e.estimate.sigma[k]) for e in estimates]
         printed = [paper.table1.get(kind), paper.table2.get(kind)]
@@ -83,12 +83,12 @@ def paper_payload_table(estimates: Sequence[PayloadEstimate], paper: PaperTables
         rows.append((kind, f"{PAYLOAD.vector[k]:.3f}", *cells))
     headings = ["truth", *(f"method {e.method}" for e in estimates), "Table 1", "Table 2"]
     title = "Payload: simulated truth, identified ± 2 sigma, the paper's tables (SI)"
-    return Table(title, columns(("",), headings), rows)
+    return Table(title, ("", *headings), rows)
 
 
 def constrained_table(answer: PayloadAnswer) -> Table:
     """The payload that can exist, by each method: value ± half its 95 % interval."""
-    rows: list[tuple[Cell, ...]] = []
+    rows: list[tuple[str, ...]] = []
     for k, kind in enumerate(INERTIAL):
         halves = [0.5 * float(np.ptp(bounded.intervals.parameters[k])) for bounded in answer.constrained]
         cells = [
@@ -98,7 +98,7 @@ def constrained_table(answer: PayloadAnswer) -> Table:
         rows.append((kind, f"{PAYLOAD.vector[k]:.3f}", *cells))
     headings = ["truth", *(f"method {bounded.method}" for bounded in answer.constrained)]
     title = "Payload that can exist (constrained): value ± half the 95 % interval (SI units)"
-    return Table(title, columns(("",), headings), rows)
+    return Table(title, ("", *headings), rows)
 
 
 def experiment_notes(
@@ -140,13 +140,13 @@ def experiment_notes(
     return lines
 
 
-def short_value(value: float, spread: float) -> Cell:
+def short_value(value: float, spread: float) -> str:
     """Three decimals, as the paper prints; a spread that they do not show is left out."""
     text = f"{round(value, 3) + 0.0:.3f}"
     if spread < 0.0005:
         return text
     parts = (text, f"{spread:.3f}")
-    return Spread(*(part.replace("0.", ".", 1) if part.lstrip("-").startswith("0.") else part for part in parts))
+    return "±".join(part.replace("0.", ".", 1) if part.lstrip("-").startswith("0.") else part for part in parts)
 
 
 def _own(estimate: Estimate, k: int, truth: float) -> tuple[str, ...]:

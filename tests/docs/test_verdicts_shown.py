@@ -2,7 +2,7 @@
 
 import re
 
-from dynident.apps.report.sections.verdict import VERDICTS
+from dynident.apps.report.sections.evidence import VERDICTS
 from dynident.tests.docs.pages import ROOT
 
 PAGE = ROOT / "docs/gallery.md"
@@ -13,6 +13,6 @@ def test_every_level_is_shown_with_its_screen_and_its_figure() -> None:
     levels = [part.partition("`\n")[0].strip("`") for part in parts]
     assert levels == list(VERDICTS)
     for level, part in zip(levels, parts, strict=True):
-        assert f"Verdict: {VERDICTS[level].words}" in part
+        assert f"Verdict: {VERDICTS[level]}" in part
         (picture,) = re.findall(r"\]\((gallery/\w+\.png)\)", part)
         assert (ROOT / "docs" / picture).stat().st_size < 150_000

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from dynident.apps.report.sections.evidence import gain_error_notes
 from dynident.apps.report.sections.robot import robot_table
-from dynident.apps.report.sections.verdict import gain_error_notes
 from dynident.apps.results import read_stored_robot
 from dynident.common.schema import write_json
 from dynident.estimation import (
@@ -129,9 +129,7 @@ def test_parameters_say_what_they_owe_to_the_gains(robot: Robot, recorders: tupl
     assert half == pytest.approx(estimate.robust.quantile95 * total)
     part = identification.elimination.estimate
     assert part.sigma_by_gains == pytest.approx(0.03 * np.abs(part.values), rel=1e-6)
-    headings = [
-        [column.heading for column in robot_table(result.result).columns] for result in (exact, identification)
-    ]
+    headings = [list(robot_table(result.result).headings) for result in (exact, identification)]
     assert "by gains" not in headings[0]
     assert "by gains" in headings[1]
     notes = [

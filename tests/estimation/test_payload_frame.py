@@ -6,7 +6,7 @@ from math import radians
 
 import numpy as np
 import pytest
-from dynident.apps.report.sections.verdict import gain_error_notes
+from dynident.apps.report.sections.evidence import gain_error_notes
 from dynident.estimation import (
     Gains,
     KnownMass,

@@ -71,8 +71,8 @@ def test_a_payload_that_was_told_is_no_change(history: fleet.Fleet) -> None:
 
 
 def test_the_page_names_it(history: fleet.Fleet, tmp_path: Path) -> None:
-    page = report.fleet_page(history, {"bad.csv": "time runs back"}, Provenance("dynident", now()))
-    report.write_report(tmp_path / "fleet.html", page)
+    shown = report.fleet_report(history, {"bad.csv": "time runs back"})
+    report.write_report(tmp_path / "fleet.html", shown, Provenance("dynident", now()))
     text = (tmp_path / "fleet.html").read_text()
     assert all(words in text for words in ("worn", "laden", "still", "Coulomb friction 2", "time runs back"))
     document = fleet_document(history, {"bad.csv": "time runs back"})

@@ -82,7 +82,7 @@ def test_predicted_sigma(score: Score) -> None:
     assert [bar.get_height() for bar in bars(below)] == pytest.approx(
         [value for name, value in sigma.items() if name not in reference]
     )
-    assert len(sigma_figure(score, "title").figure.axes) == 1
+    assert len(sigma_figure(score, "title", {}, {}).figure.axes) == 1
 
 
 def bars(axis: Any) -> list[Any]:

@@ -4,9 +4,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from dynident.apps.report.blocks import Notes
 from dynident.apps.report.figures.canvas import save_figure
 from dynident.apps.report.figures.parameters import essential_figure
-from dynident.apps.report.sections.evidence import elimination_notes
+from dynident.apps.report.sections.evidence import essential_section
 from dynident.apps.report.sections.robot import constrained_notes, standard_table
 from dynident.estimation import Estimate, RobotResult, SigmaBound, SigmaRatio
 from dynident.estimation.fit.essential import Elimination, EliminationPath, StopRule
@@ -82,9 +83,10 @@ def test_documents_of_elimination() -> None:
     assert [entry["name"] for entry in document["parameters"]] == ["cR", "d", "e", "f"]
     assert document["parameters"][0]["relative_sigma_percent"] == pytest.approx(10.0)
     assert written(told(elimination(SigmaBound())))["rule"] == "sigma"
-    first, second = elimination_notes(told(result))
-    assert "4 of 6 parameters essential" in first
-    assert second == "  - warned"
+    notes = essential_section(told(result), "robot").blocks[0]
+    assert isinstance(notes, Notes)
+    assert "4 of 6 parameters essential" in notes.lines[0]
+    assert notes.lines[2] == "  - warned"
 
 
 def test_who_decides_is_told_in_table_and_document() -> None:

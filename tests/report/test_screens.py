@@ -3,16 +3,14 @@
 import re
 
 import pytest
-from dynident.apps.report.blocks import Column, Notes, Screen, Table, columns
+from dynident.apps.report.blocks import Block, Notes, Report, Section, Table
 from dynident.apps.report.terminal import COLUMNS, LINES, print_blocks, screen_text
 from rich.cells import cell_len
 
 LONG = "a reason that goes on and on, " * 40
-WIDE = Table("wide", columns(("", "unit"), [f"method {k}" for k in range(20)]), [("M", "kg", *["-1234.567"] * 20)])
-FOLDING = Table(
-    "words", (*columns(("",), ("value",)), Column("rests on", folds=True)), [("joint 1", "1.25", "gravity " * 40)]
-)
-SEVEN = Table("seven", columns(("",), ("value",)), [(f"row {k}", "1.0") for k in range(7)], style="tight")
+WIDE = Table("wide", ("", "unit", *(f"method {k}" for k in range(20))), [("M", "kg", *["-1234.567"] * 20)])
+FOLDING = Table("words", ("", "value", "rests on"), [("joint 1", "1.25", "gravity " * 40)])
+SEVEN = Table("seven", ("", "value"), [(f"row {k}", "1.0") for k in range(7)])
 
 
 def within(text: str) -> bool:
@@ -22,11 +20,13 @@ def within(text: str) -> bool:
 @pytest.mark.parametrize("count", [0, 1, 5, 40])
 @pytest.mark.parametrize("line", ["short", LONG, "/a/path/" + "x" * 200])
 def test_a_screen_never_grows_beyond_its_lines(count: int, line: str) -> None:
-    screen = Screen(
-        [Notes(["Verdict: use."]), Notes([line] * count, optional=True), SEVEN, Notes(["Next: go."])],
-        [WIDE],
-        "more",
-    )
+    first: list[Block] = [
+        Notes(["Verdict: use."]),
+        Notes([line] * count, optional=True),
+        SEVEN,
+        Notes(["Next: go."]),
+    ]
+    screen = Report("", first, [Section("wide", "Wide", [WIDE])], "more")
     lines = screen_text(screen).split("\n")
     assert len(lines) <= LINES
     assert within("\n".join(lines))
@@ -35,7 +35,7 @@ def test_a_screen_never_grows_beyond_its_lines(count: int, line: str) -> None:
 
 
 def test_what_is_left_out_is_counted() -> None:
-    screen = Screen([Notes([LONG] * 40, optional=True)])
+    screen = Report("", [Notes([LONG] * 40, optional=True)])
     shown = screen_text(screen)
     left_out = int(re.search(r"--details: (\d+) more notes", shown)[1])  # type: ignore[index]
     assert shown.count("a reason that goes") - 2 * (40 - left_out) <= 40
@@ -43,7 +43,8 @@ def test_what_is_left_out_is_counted() -> None:
 
 
 def test_details_hold_every_word() -> None:
-    screen = Screen([Notes([f"{LONG} {k}" for k in range(40)], optional=True)], [WIDE])
+    first = [Notes([f"{LONG} {k}" for k in range(40)], optional=True)]
+    screen = Report("", first, [Section("wide", "Wide", [WIDE])])
     words = screen_text(screen, details=True).split()
     assert words.count("goes") == 40 * 40
     assert words.count("-1234.567") == 20
@@ -51,9 +52,8 @@ def test_details_hold_every_word() -> None:
 
 
 @pytest.mark.parametrize("table", [WIDE, FOLDING, SEVEN], ids=["wide", "folding", "narrow"])
-@pytest.mark.parametrize("style", ["", "roomy", "bare", "tight"])
-def test_a_table_is_as_wide_as_the_terminal_at_most(table: Table, style: str) -> None:
-    shown = screen_text(Screen([Table(table.title, table.columns, table.rows, style=style)]))  # type: ignore[arg-type]
+def test_a_table_is_as_wide_as_the_terminal_at_most(table: Table) -> None:
+    shown = screen_text(Report("", [table]))
     assert within(shown)
     for row in table.rows:
         for cell in row:
@@ -62,7 +62,7 @@ def test_a_table_is_as_wide_as_the_terminal_at_most(table: Table, style: str) ->
 
 
 def test_parts_of_a_table_repeat_the_names_of_its_rows() -> None:
-    lines = screen_text(Screen([WIDE])).split("\n")
+    lines = screen_text(Report("", [WIDE])).split("\n")
     parts = [line for line in lines if "-1234.567" in line]
     assert len(parts) > 1
     assert all(line.split()[:2] == ["M", "kg"] for line in parts)
@@ -71,9 +71,9 @@ def test_parts_of_a_table_repeat_the_names_of_its_rows() -> None:
 @pytest.mark.parametrize("name", ["[/x]", "[bold]x", ":warning:", "[red", "a\\[b", "{x}"])
 def test_names_are_text(name: str) -> None:
     """Brackets and colons of names of robots and files are no markup."""
-    table = Table(f"Robot {name}", (Column(name), Column(f"[{name}]", numeric=True)), [(name, "1")])
+    table = Table(f"Robot {name}", (name, f"[{name}]"), [(name, "1")])
     shown = screen_text(
-        Screen([Notes([f"{name}: read"]), Notes([f"note of {name}"], optional=True), table], [], name)
+        Report("", [Notes([f"{name}: read"]), Notes([f"note of {name}"], optional=True), table], [], name)
     )
     assert shown.count(name) == 7
 
@@ -81,9 +81,19 @@ def test_names_are_text(name: str) -> None:
 def test_text_is_printed_as_it_is(capsys: pytest.CaptureFixture[str]) -> None:
     """Brackets are no markup, neither in titles nor in cells nor in notes; a section ends with a line."""
     rows = [("MY3R", "-1.5e-05", "<5", "2"), ("\\_^&", "2", "", 'k, "m"')]
-    table = Table("Other [things], 95 %", columns(("",), ("value", "%", "%")), rows, ends=("MY3R",))
+    table = Table("Other [things], 95 %", ("", "value", "%", "%"), rows, ends=("MY3R",))
     print_blocks([table, Notes(["[red]x[/red]"])])
     out = capsys.readouterr().out
     assert "Other [things], 95 %" in out
     assert "[red]x[/red]" in out
     assert [line.split()[0] for line in out.splitlines() if line.strip()[:2] in ("MY", "\\_")] == ["MY3R", "\\_^&"]
+
+
+def test_words_of_several_rows_stand_beside_all_of_them() -> None:
+    rows = [("mass", "1", "use"), *((f"com {x}", "2", "not measured well enough, by far") for x in "xyz")]
+    table = Table("t", ("", "value", "use"), rows, ends=("mass",), merged=True, spare=("com z",))
+    _, _, mass, *com = screen_text(Report("", [table]), details=True).split("\n")
+    assert mass.split() == ["mass", "1", "use"]
+    assert [line.split()[3] for line in com] == ["┐", "│", "┘"]
+    assert " ".join(word for line in com for word in line.split()[4:]) == "not measured well enough, by far"
+    assert len(screen_text(Report("", [table])).split("\n")) == 5, "the first screen leaves a row out"

@@ -20,7 +20,7 @@ from ..progress import note, quiet, status
 from ..values import NewFile, NewFolder, NewPage, Reads, Stream
 
 if TYPE_CHECKING:
-    from ...report import Page, Provenance, Screen
+    from ...report import Provenance, Report
     from ...view.moving import View
 
 
@@ -44,10 +44,10 @@ class ResultOptions(Options):
         """The file that the JSON is written to."""
         return None if self.json == "-" else self.json
 
-    def show(self, screen: Screen) -> None:
-        """Print a screen, or all of it; beside standard output where that takes the JSON."""
+    def show(self, shown: Report) -> None:
+        """Print the screen, or all of it; beside standard output where that takes the JSON."""
         if not quiet():
-            report.print_screen(screen, self.details, sys.stderr if self.json == "-" else None)
+            report.print_report(shown, self.details, sys.stderr if self.json == "-" else None)
 
     def write_json(self, document: Callable[[], Any]) -> None:
         """Write the document; it is made only if it was asked for."""
@@ -66,17 +66,14 @@ class PageOptions(ResultOptions):
     plots: NewFolder | None = None
     """Write its figures as PNG, SVG and PDF; made if missing."""
 
-    def write_page(self, page: Callable[[], Page]) -> None:
-        """Write report and figures; the page is made only if one of them was asked for."""
-        if not (self.report or self.plots):
-            return
-        content = page()
+    def write_page(self, shown: Report, settings_text: Mapping[str, str]) -> None:
+        """Write page and figures, as far as they were asked for; ``settings_text``: of processing."""
         if self.report:
-            report.write_report(self.report, content)
+            report.write_report(self.report, shown, self.provenance(settings_text))
             if (path := CALL.get().settings_file(self.report)) is not None:
                 write_text(path, settings().settings_text(CALL.get()))
         if self.plots:
-            report.write_plots(self.plots, content)
+            report.write_plots(self.plots, shown)
 
     def provenance(self, settings: Mapping[str, str]) -> Provenance:
         """What the report was made from.

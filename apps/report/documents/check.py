@@ -132,16 +132,10 @@ def _ranked(readings: Readings | None) -> ReadingsDocument | None:
     """Tell the best twenty ways to read the joint columns."""
     if readings is None:
         return None
-    ranked = (
-        ReadingDocument(
-            residual,
-            tuple(column + 1 for column in reading.order),
-            reading.sign,
-            tuple(90 * quarter for quarter in reading.quarters),
-            reading.torque,
-        )
-        for reading, residual in islice(readings.residuals.items(), 20)
-    )
+    ranked = []
+    for reading, residual in islice(readings.residuals.items(), 20):
+        order, zeros = (column + 1 for column in reading.order), (90 * quarter for quarter in reading.quarters)
+        ranked.append(ReadingDocument(residual, tuple(order), reading.sign, tuple(zeros), reading.torque))
     suggested = readings.suggested.described() if readings.suggested else None
     return ReadingsDocument(readings.unit, readings.as_recorded, suggested, tuple(ranked))
 

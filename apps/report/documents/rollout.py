@@ -27,16 +27,15 @@ def rollout_document(rollout: Rollout) -> RolloutDocument:
         starts_in_motion=len(rollout.resting) - resting,
         starts_at_rest=resting,
         diverged=rollout.diverged,
-        horizons=tuple(_horizon(rollout, seconds) for seconds in rollout.horizons),
+        horizons=tuple(
+            HorizonDocument(seconds, *(_spreads(rollout, seconds, resting) for resting in (False, True)))
+            for seconds in rollout.horizons
+        ),
         growth=rollout.growth,
         replay_relative=replay.relative,
         replay_joints=replay.joints,
         replay_strayed=replay.strayed,
     )
-
-
-def _horizon(rollout: Rollout, seconds: float) -> HorizonDocument:
-    return HorizonDocument(seconds, _spreads(rollout, seconds, False), _spreads(rollout, seconds, True))
 
 
 def _spreads(rollout: Rollout, seconds: float, resting: bool) -> dict[str, tuple[Number, Number]] | None:

@@ -4,7 +4,7 @@ import io
 from collections.abc import Callable, Iterable, Sequence
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
@@ -19,31 +19,24 @@ Axes: TypeAlias = "_axes.Axes"
 Figure: TypeAlias = "_figure.Figure"
 GREY, BLUE, ORANGE = "0.62", "#0072b2", "#d55e00"
 """Colours that differ in lightness too; every curve has its own line or marker as well."""
+# Entries that would differ from one day to the next are left out.
 _METADATA: dict[str, dict[str, Any]] = {
     ".png": {"Software": None},
     ".svg": {"Date": None},
     ".pdf": {"CreationDate": None},
 }
-"""Entries that would differ from one day to the next are left out."""
 Scale: TypeAlias = Callable[[Array | float], Array]
 """From a row's values to places in a panel."""
 _GRID: dict[str, Any] = {"color": "0.9", "linewidth": 0.6, "zorder": 0.5}
-_NUMBERS = 4
-"""Steps of a row's scale, at most."""
-_INSET = 0.06
-"""This part of a row's height is left free above and below."""
-_NARROW = 30.0
-"""A logarithmic scale that spans less than this has three numbers a decade."""
+_NUMBERS = 4  # steps of a row's scale, at most
+_INSET = 0.06  # part of a row's height that is left free above and below
+_NARROW = 30.0  # a logarithmic scale that spans less than this has three numbers a decade
 
 
 def matplotlib() -> Any:
     """The package with what figures are made of, imported when the first one is drawn."""
-    import matplotlib.axis
     import matplotlib.backends.backend_agg
-    import matplotlib.figure
-    import matplotlib.patches
-    import matplotlib.text
-    import matplotlib.ticker
+    import matplotlib.figure  # with it text, ticks and patches
 
     return matplotlib
 
@@ -68,8 +61,6 @@ def panels(
 
     Args:
         size: width and height of the figure [inches].
-        rows: of panels.
-        columns: of panels.
         edges: room at the left, the right, above and below all panels [inches].
         gaps: between columns and between rows [inches].
         options: of matplotlib's ``subplots``.
@@ -83,21 +74,18 @@ def panels(
     return figure, figure.subplots(rows, columns, squeeze=False, gridspec_kw=place, **options)
 
 
-def legend(
-    figure: Figure, axes: Iterable[Axes], at: Literal["upper center", "lower center"], **options: Any
-) -> None:
-    """One legend for several panels, each name once, at an edge of the figure."""
+def legend(figure: Figure, axes: Iterable[Axes], at: str, **options: Any) -> None:
+    """One legend for several panels, each name once, at an edge of the figure: "upper center" or "lower center"."""
     entries = [pair for axis in axes for pair in zip(*axis.get_legend_handles_labels(), strict=True)]
     handles = {label: handle for handle, label in entries}
-    options = {"ncols": len(handles), "frameon": False, "borderaxespad": 0.2} | options
-    figure.legend(list(handles.values()), list(handles), loc=at, **options)
+    look: dict[str, Any] = {"ncols": len(handles), "frameon": False, "borderaxespad": 0.2, "loc": at} | options
+    figure.legend(list(handles.values()), list(handles), **look)
 
 
 def log_scale(axis: Axes) -> None:
     """A logarithmic scale with plain numbers, for what is drawn already."""
     axis.set_yscale("log")
-    low, high = axis.get_ylim()
-    ticker = matplotlib().ticker
+    (low, high), ticker = axis.get_ylim(), matplotlib().ticker
     axis.yaxis.set_major_locator(ticker.LogLocator(subs=(1.0, 2.0, 5.0) if high < _NARROW * low else (1.0,)))
     axis.yaxis.set_major_formatter(ticker.FormatStrFormatter("%g"))
     axis.yaxis.set_minor_locator(ticker.NullLocator())
@@ -139,19 +127,18 @@ def bands(axis: Axes, ranges: Sequence[tuple[float, float]]) -> list[Scale]:
     floors = range(len(ranges) - 1, -1, -1)
     scales: list[Scale] = [partial(_placed, floor, *ends) for floor, ends in zip(floors, ranges, strict=True)]
     ticks = [[float(y) for y in locator.tick_values(*ends) if ends[0] <= y <= ends[1]] for ends in ranges]
-    places = [float(place(y)) for place, values in zip(scales, ticks, strict=True) for y in values]
+    places = {float(place(y)): y for place, values in zip(scales, ticks, strict=True) for y in values}
     axis.set_ylim(0.0, float(len(ranges)))
     axis.set_xmargin(0.02)
     axis.set_yticks([])
     axis.yaxis.labelpad = 36.0
     plain(axis)
-    for place, number in zip(places, [f"{y:g}" for values in ticks for y in values], strict=True):
-        text = number.replace("-", "\N{MINUS SIGN}")
-        axis.annotate(
-            text, (0.0, place), (-4, 0), axis.get_yaxis_transform(), "offset points", ha="right", va="center"
-        )
-    axis.hlines(places, 0.0, 1.0, transform=axis.get_yaxis_transform(), **_GRID)
-    axis.hlines(floors[:-1], 0.0, 1.0, color="0.3", linewidth=0.8, transform=axis.get_yaxis_transform())
+    across = axis.get_yaxis_transform()
+    for place, y in places.items():
+        text = f"{y:g}".replace("-", "\N{MINUS SIGN}")
+        axis.annotate(text, (0.0, place), (-4, 0), across, "offset points", ha="right", va="center")
+    axis.hlines(list(places), 0.0, 1.0, transform=across, **_GRID)
+    axis.hlines(floors[:-1], 0.0, 1.0, color="0.3", linewidth=0.8, transform=across)
     return scales
 
 
@@ -167,30 +154,25 @@ def mark_interval(axis: Axes, low: float, high: float) -> None:
 
 def save_figure(figure: Figure, path: str | Path, dpi: int = 130) -> None:
     """Write a figure as PNG, SVG or PDF by the path's ending; the same figure gives the same bytes."""
-    ending, content = Path(path).suffix.lower(), io.BytesIO()
-    _names_are_text(figure)
-    with matplotlib().rc_context({"svg.hashsalt": "dynident", "text.parse_math": False}):
-        figure.savefig(content, format=ending[1:], dpi=dpi, metadata=_METADATA.get(ending))
-    write_bytes(path, content.getvalue())
+    ending = Path(path).suffix.lower()
+    settings = {"svg.hashsalt": "dynident"}
+    write_bytes(path, _saved(figure, settings, format=ending[1:], dpi=dpi, metadata=_METADATA.get(ending)))
 
 
 def svg_text(figure: Figure, name: str) -> str:
     """A figure as an SVG document whose text stays text; ``name`` makes its identifiers its own."""
-    stream = io.StringIO()
-    _names_are_text(figure)
-    settings = {"svg.hashsalt": name, "svg.fonttype": "none", "axes.unicode_minus": True, "text.parse_math": False}
-    with matplotlib().rc_context(settings):
-        figure.savefig(stream, format="svg", metadata=dict.fromkeys(("Date", "Creator", "Format", "Type")))
-    return stream.getvalue()
+    settings = {"svg.hashsalt": name, "svg.fonttype": "none", "axes.unicode_minus": True}
+    metadata = dict.fromkeys(("Date", "Creator", "Format", "Type"))
+    return _saved(figure, settings, format="svg", metadata=metadata).decode()
 
 
-def _names_are_text(figure: Figure) -> None:
-    """Names of robots and files are no formulas, whatever dollars they hold.
+def _saved(figure: Figure, settings: dict[str, Any], **options: Any) -> bytes:
+    """A figure as a file; names of robots and files are no formulas, whatever dollars they hold.
 
     Ticks that are not there yet are left to be made when they are drawn: to ask for all takes a fifth of a page's
     time.
     """
-    package = matplotlib()
+    package, content = matplotlib(), io.BytesIO()
     artists: list[Any] = [figure]
     while artists:
         artist = artists.pop()
@@ -201,3 +183,6 @@ def _names_are_text(figure: Figure) -> None:
             artists += [artist.label, *(label for tick in ticks for label in (tick.label1, tick.label2))]
         else:
             artists += artist.get_children()
+    with package.rc_context({**settings, "text.parse_math": False}):
+        figure.savefig(content, **options)
+    return content.getvalue()

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from datetime import datetime, timedelta
+from functools import partial
 
 from ...fleet import Fleet
 from ...fleet.nights import CHANGED, Series
@@ -22,16 +23,12 @@ def fleet_figures(fleet: Fleet, kind: str, name: str, words: str) -> list[Drawin
         words: what the quantity is.
     """
     arms = [arm.name for arm in fleet.arms]
-    parts = [arms[k : k + _LINES] for k in range(0, len(arms), _LINES)]
-    return [_drawing(fleet, part, kind, f"{name}_{k}", words) for k, part in enumerate(parts, 1)]
-
-
-def _drawing(fleet: Fleet, arms: Sequence[str], kind: str, name: str, words: str) -> Drawing:
     caption = (
         f"{words}: a line an arm, a panel a quantity, day by day, less the median of the nights before the last. "
         "The band is what varies anyway (2 sigma); orange is a change."
     )
-    return Drawing(name, caption, caption, lambda: _multiples(fleet, arms, kind))
+    parts = enumerate((arms[k : k + _LINES] for k in range(0, len(arms), _LINES)), 1)
+    return [Drawing(f"{name}_{k}", caption, partial(_multiples, fleet, part, kind)) for k, part in parts]
 
 
 def _multiples(fleet: Fleet, arms: Sequence[str], kind: str) -> Figure:
@@ -44,14 +41,14 @@ def _multiples(fleet: Fleet, arms: Sequence[str], kind: str) -> Figure:
     figure, axes = panels(size, len(arms), columns, (1.0, 0.1, 0.3, 0.25), (0.1, 0.08), sharex=True, sharey="col")
     for line, (arm, row) in zip(axes, rows.items(), strict=True):
         for axis, series in zip(line, row, strict=False):
-            _spark(axis, series, series.z is not None and abs(series.z) > CHANGED)
+            _spark(axis, series)
         line[0].set_ylabel(arm, rotation=0, ha="right", va="center", fontsize=8)
     for axis, series in zip(axes[0], rows[arms[0]], strict=False):
         axis.set_title(series.quantity, fontsize=8)
     return figure
 
 
-def _spark(axis: Axes, series: Series, changed: bool) -> None:
+def _spark(axis: Axes, series: Series) -> None:
     """One quantity of one arm: points, a band, and the last night where it changed."""
     size = 100.0 if series.relative else 1.0
     values, band = size * series.changes, 2.0 * size * series.spread
@@ -60,9 +57,8 @@ def _spark(axis: Axes, series: Series, changed: bool) -> None:
     axis.axhspan(-band, band, color="0.92", linewidth=0)
     axis.plot(days, values, color=GREY, linewidth=0.6)
     axis.plot(days, values, ".", color=BLUE, markersize=2)
-    if changed:
+    if series.z is not None and abs(series.z) > CHANGED:
         axis.plot(days[-1:], values[-1:], "s", color=ORANGE, markersize=2.5)
     axis.set_xticks([])
     axis.set_yticks([])
-    for spine in axis.spines.values():
-        spine.set_visible(False)
+    axis.spines[:].set_visible(False)

@@ -19,36 +19,27 @@ _CURVES = ((BLUE, "--", 1.3), (ORANGE, ":", 1.3), ("black", "-.", 1.0))
 
 
 def signals_figure(recording: Recording, unit: str, name: str) -> Drawing:
-    """Positions and torques of every joint over time; ``unit`` of the torques, "N·m" or "A".
+    """Positions and torques of every joint over time; ``unit`` of the torques, "N·m" or "A"."""
+    title, n = Path(recording.source).name, recording.q.shape[1]
 
-    ``name``: of the drawing. Of long recordings the extremes of short stretches are drawn.
-    """
-    source = Path(recording.source).name
-    loads = "currents" if unit == "A" else "torques"
-    caption = f"Positions and {loads} of {source} as they were understood, joint side."
-    return Drawing(name, caption, caption, lambda: _draw_signals(recording, unit, source))
-
-
-def _draw_signals(recording: Recording, unit: str, title: str) -> Figure:
-    n = recording.q.shape[1]
-    figure, axes = panels((11.0, 1.5 * n + 0.8), n, 2, (0.8, 0.1, 0.4, 0.5), (0.8, 0.2), sharex=True)
-    for j in range(n):
-        for axis, values, label in zip(
-            axes[j],
-            (recording.q, recording.torque),
-            (f"q{j + 1} [rad or m]", f"joint {j + 1} [{unit}]"),
-            strict=True,
+    def draw() -> Figure:
+        figure, axes = panels((11.0, 1.5 * n + 0.8), n, 2, (0.8, 0.1, 0.4, 0.5), (0.8, 0.2), sharex=True)
+        for k, (values, label) in enumerate(
+            ((recording.q, "q{} [rad or m]"), (recording.torque, f"joint {{}} [{unit}]"))
         ):
-            axis.plot(*_thinned(recording.t, values[:, j]), linewidth=0.8)
-            axis.set_ylabel(label)
-            axis.grid(visible=True, alpha=0.3)
-    for axis in axes[-1]:
-        axis.set_xlabel("time [s]")
-    figure.suptitle(title)
-    return figure
+            for j, axis in enumerate(axes[:, k]):
+                axis.plot(*_extremes(recording.t, values[:, j]), linewidth=0.8)
+                axis.set_ylabel(label.format(j + 1))
+                axis.grid(visible=True, alpha=0.3)
+            axes[-1, k].set_xlabel("time [s]")
+        figure.suptitle(title)
+        return figure
+
+    loads = "currents" if unit == "A" else "torques"
+    return Drawing(name, f"Positions and {loads} of {title} as they were understood, joint side.", draw)
 
 
-def _thinned(t: Array, values: Array) -> tuple[Array, Array]:
+def _extremes(t: Array, values: Array) -> tuple[Array, Array]:
     """Smallest and largest value of each of some thousand stretches, in the order of time."""
     size = len(t) // _STRETCHES
     if size < 4:
@@ -63,62 +54,58 @@ def _thinned(t: Array, values: Array) -> tuple[Array, Array]:
 def worst_joint_figure(prediction: TorquePrediction) -> Drawing:
     """The joint that the model explains worst: torques above, residual below on the same scale."""
     j = prediction.worst
-    share = prediction.relative_per_joint[j]
+
+    def draw() -> Figure:
+        figure, axes = panels((5.8, 3.2), 2, edges=(0.8, 0.1, 0.3, 0.5), sharex=True, height_ratios=(2, 1))
+        above, below = axes[:, 0]
+        _torques(above, prediction, [j])
+        above.set_ylabel(f"joint {j + 1} [N·m]")
+        legend(figure, [above], "upper center", fontsize=9)
+        _residuals(below, prediction, [j])
+        below.set_ylabel("residual")
+        below.set_xlabel("time [s]")
+        return figure
+
     caption = (
-        f"Joint {j + 1}, the one that the model explains worst: residual {100.0 * share:.1f} % of its torque, on "
-        f"{words_of(prediction)}. Pauses and slow rows are left out."
+        f"Joint {j + 1}, the one that the model explains worst: residual "
+        f"{100.0 * prediction.relative_per_joint[j]:.1f} % of its torque, on {words_of(prediction)}. Pauses and "
+        "slow rows are left out."
     )
-    return Drawing("worst_joint", caption, caption, lambda: _one_joint(prediction, j))
-
-
-def _one_joint(prediction: TorquePrediction, j: int) -> Figure:
-    figure, axes = panels((5.8, 3.2), 2, edges=(0.8, 0.1, 0.3, 0.5), sharex=True, height_ratios=(2, 1))
-    above, below = axes[:, 0]
-    _torques(above, prediction, [j])
-    above.set_ylabel(f"joint {j + 1} [N·m]")
-    legend(figure, [above], "upper center", fontsize=9)
-    _residuals(below, prediction, [j])
-    below.set_ylabel("residual")
-    below.set_xlabel("time [s]")
-    return figure
+    return Drawing("worst_joint", caption, draw)
 
 
 def prediction_figure(prediction: TorquePrediction, name: str) -> Drawing:
-    """Torques, residual and its autocorrelation of every joint, a row each; ``name``: of the drawing."""
+    """Torques, residual and its autocorrelation of every joint, a row each."""
     joints = ", ".join(f"{100.0 * share:.1f}" for share in prediction.relative_per_joint)
     caption = (
         f"Every joint on {words_of(prediction)}: torque, residual, and the residual's autocorrelation; the dashed "
         "lines hold 95 % of it if the noise were white."
     )
     text = f"{caption} Relative residuals of the joints in percent: {joints}."
-    return Drawing(name, caption, text, lambda: _every_joint(prediction))
+    return Drawing(name, caption, lambda: _every_joint(prediction), text)
 
 
 def _every_joint(prediction: TorquePrediction) -> Figure:
     n = len(prediction.t)
-    figure, ((left, middle, right),) = panels(
-        (10.0, 1.75 * n + 0.6), 1, 3, (0.8, 0.1, 0.6, 0.5), width_ratios=(5, 3, 2)
-    )
+    size, edges = (10.0, 1.75 * n + 0.6), (0.8, 0.1, 0.6, 0.5)
+    figure, ((left, middle, right),) = panels(size, 1, 3, edges, width_ratios=(5, 3, 2))
     _torques(left, prediction, range(n))
     _residuals(middle, prediction, range(n))
-    _correlations(right, prediction, range(n))
-    for j in range(n):
-        middle_of_row = (n - j - 0.5) / n
-        left.text(
-            -0.14,
-            middle_of_row,
-            f"joint {j + 1} [N·m]",
-            rotation=90,
-            va="center",
-            ha="center",
-            transform=left.transAxes,
-        )
+    correlations = [prediction.autocorrelation(j) for j in range(n)]
+    rows = bands(right, [(min(-0.5, 1.1 * float(rho.min())), 1.05) for _, rho in correlations])
+    for j, ((lags, rho), row) in enumerate(zip(correlations, rows, strict=True)):
+        right.plot(lags, row(rho), color="black", linewidth=1.0)
+        right.axhline(float(row(0.0)), color="0.4", linewidth=0.6)
+        for level in (-1.96, 1.96):
+            band = float(row(level / np.sqrt(max(len(prediction.t[j]), 1))))
+            right.axhline(band, color="0.4", linestyle="--", linewidth=0.8)
+        look: dict[str, Any] = {"rotation": 90, "va": "center", "ha": "center", "transform": left.transAxes}
+        left.text(-0.14, (n - j - 0.5) / n, f"joint {j + 1} [N·m]", **look)
         share = f"{100.0 * prediction.relative_per_joint[j]:.1f} %"
         middle.text(0.99, (n - j - 0.03) / n, share, ha="right", va="top", fontsize=9, transform=middle.transAxes)
-    titles, labels = ("torque", "residual", "its autocorrelation"), ("time [s]", "time [s]", "lag [s]")
-    for axis, title, label in zip((left, middle, right), titles, labels, strict=True):
+    for axis, title in ((left, "torque"), (middle, "residual"), (right, "its autocorrelation")):
         axis.set_title(title, fontsize=10)
-        axis.set_xlabel(label)
+        axis.set_xlabel("lag [s]" if axis is right else "time [s]")
     legend(figure, [left], "upper center")
     return figure
 
@@ -132,19 +119,18 @@ def words_of(prediction: TorquePrediction) -> str:
 
 
 def _torques(axis: Axes, prediction: TorquePrediction, joints: Sequence[int]) -> None:
-    """A row for each joint."""
-    curves: list[tuple[Sequence[Array], str, dict[str, Any]]]
-    curves = [(prediction.measured, "measured", {"color": GREY, "linewidth": 2.6})]
-    for k, (label, torques) in enumerate(prediction.curves.items()):
-        looks: dict[str, Any] = dict(
-            zip(("color", "linestyle", "linewidth"), _CURVES[k % len(_CURVES)], strict=True)
-        )
-        curves.append((torques, label, looks))
-    rows = bands(axis, [_range([torque[j] for torque, _, _ in curves]) for j in joints])
-    for torque, label, looks in curves:
+    """Measured and predicted torques, a row for each joint."""
+    curves: list[tuple[str, Sequence[Array], tuple[str, str, float]]]
+    curves = [("measured", prediction.measured, (GREY, "-", 2.6))]
+    curves += [
+        (label, torques, _CURVES[k % len(_CURVES)]) for k, (label, torques) in enumerate(prediction.curves.items())
+    ]
+    rows = bands(axis, [_range([torques[j] for _, torques, _ in curves]) for j in joints])
+    for label, torques, (colour, line, width) in curves:
         for first, (j, row) in enumerate(zip(joints, rows, strict=True)):
-            t, values = _parted(prediction, j, torque[j])
-            axis.plot(t, row(values), label="" if first else label, **looks)
+            t, values = _parted(prediction, j, torques[j])
+            own = "" if first else label
+            axis.plot(t, row(values), label=own, color=colour, linestyle=line, linewidth=width)
 
 
 def _residuals(axis: Axes, prediction: TorquePrediction, joints: Sequence[int]) -> None:
@@ -154,17 +140,6 @@ def _residuals(axis: Axes, prediction: TorquePrediction, joints: Sequence[int]) 
         t, values = _parted(prediction, j, residual)
         axis.axhline(float(row(0.0)), color="0.4", linewidth=0.6)
         axis.plot(t, row(values), color="black", linewidth=0.8)
-
-
-def _correlations(axis: Axes, prediction: TorquePrediction, joints: Sequence[int]) -> None:
-    correlations = [prediction.autocorrelation(j) for j in joints]
-    rows = bands(axis, [(min(-0.5, 1.1 * float(rho.min())), 1.05) for _, rho in correlations])
-    for j, (lags, rho), row in zip(joints, correlations, rows, strict=True):
-        axis.plot(lags, row(rho), color="black", linewidth=1.0)
-        axis.axhline(float(row(0.0)), color="0.4", linewidth=0.6)
-        band = 1.96 / np.sqrt(max(len(prediction.t[j]), 1))
-        for level in (-band, band):
-            axis.axhline(float(row(level)), color="0.4", linestyle="--", linewidth=0.8)
 
 
 def _range(curves: Sequence[Array]) -> tuple[float, float]:
@@ -186,22 +161,22 @@ def _parted(prediction: TorquePrediction, j: int, values: Array) -> tuple[Array,
 
 def following_figure(change: FollowingChange, unit: str, scale: float) -> Drawing:
     """Root mean square of each joint before and after, in a unit of which ``scale`` make one of SI."""
+
+    def draw() -> Figure:
+        figure, axes = panels((6.4, 3.2), edges=(0.75, 0.15, 0.35, 0.5))
+        axis, rows = axes[0, 0], (*change.joints, change.total)
+        places = np.arange(len(rows))
+        before, after = (scale * np.array([getattr(row, when) for row in rows]) for when in ("before", "after"))
+        # The interval is that of the share by which it fell.
+        ends = before * (1.0 - np.array([row.interval for row in rows])).T
+        reach = np.nan_to_num(np.maximum([after - ends[1], ends[0] - after], 0.0))
+        axis.bar(places - 0.2, before, 0.38, color=GREY, label="before")
+        axis.bar(places + 0.2, after, 0.38, color=BLUE, hatch="//", label="after", yerr=reach, capsize=3)
+        axis.set_xticks(places, [row.name for row in rows])
+        axis.set_ylabel(f"root mean square [{unit}]")
+        axis.legend(fontsize=9, frameon=False)
+        plain(axis)
+        return figure
+
     caption = f"Root mean square of the {change.kind} before and after the number was entered, with 95 % intervals."
-    return Drawing("following", caption, caption, lambda: _draw_following(change, unit, scale))
-
-
-def _draw_following(change: FollowingChange, unit: str, scale: float) -> Figure:
-    figure, axes = panels((6.4, 3.2), edges=(0.75, 0.15, 0.35, 0.5))
-    axis, rows = axes[0, 0], (*change.joints, change.total)
-    places = np.arange(len(rows))
-    before, after = (scale * np.array([getattr(row, when) for row in rows]) for when in ("before", "after"))
-    # The interval is that of the share by which it fell.
-    ends = before * (1.0 - np.array([row.interval for row in rows])).T
-    reach = np.nan_to_num(np.maximum([after - ends[1], ends[0] - after], 0.0))
-    axis.bar(places - 0.2, before, 0.38, color=GREY, label="before")
-    axis.bar(places + 0.2, after, 0.38, color=BLUE, hatch="//", label="after", yerr=reach, capsize=3)
-    axis.set_xticks(places, [row.name for row in rows])
-    axis.set_ylabel(f"root mean square [{unit}]")
-    axis.legend(fontsize=9, frameon=False)
-    plain(axis)
-    return figure
+    return Drawing("following", caption, draw)

@@ -1,6 +1,7 @@
 """A look at recordings: at one log, at its joint columns beside the kinematics, at two around a payload's entry."""
 
 import math
+import re
 from collections.abc import Sequence
 from itertools import islice
 
@@ -10,14 +11,12 @@ from ....estimation.diagnosis.kinematics import PoseCheck, Readings
 from ....model import Pose, Robot
 from ...logs.following import FollowingChange
 from ...logs.log_check import LogCheck, RobotFits
-from ..blocks import Banner, Block, Column, Notes, Page, Screen, Section, Table, columns
+from ..blocks import Banner, Block, Notes, OnPage, Report, Section, Table
 from ..documents.check import Look
 from ..figures.signals import following_figure, signals_figure
-from ..provenance import Provenance, report_page
 from .robot import robot_description
 
 _MARKS = {"error": "ERROR", "warning": "warning", "note": "note"}
-_A_ROW = 4  # parameters side by side
 _UNEVEN = 0.05  # of the mean time step: larger deviations are jitter
 _MOST = 12  # columns that are listed
 _SHOWN = 6
@@ -28,29 +27,30 @@ _LEVELS = {"fell": "use", "rose": "do_not_use", "no clear change": "mass_and_com
 _UNITS = {"following error": ("mrad", 1e3), "unpredicted torque": ("N·m", 1.0), "torque": ("N·m", 1.0)}
 
 
-def check_screen(check: LogCheck) -> Screen:
-    """Show how a log was understood, its joints and what looks wrong; then steps and the excitation."""
-    first: list[Block] = [Notes(_understood(check))]
-    details: list[Block] = []
-    if check.joints:
-        first.append(_joints(check))
-        details.append(_resolution(check))
-    if check.excitation:
-        details.append(_excitation(check))
+def log_report(check: LogCheck) -> Report:
+    """How a log was understood, its joints and what looks wrong; then steps, the excitation, the signals."""
     lines = [f"{_MARKS[finding.severity]}: {finding.text}" for finding in check.findings]
     worst = [f.text for severity in ("error", "warning") for f in check.findings if f.severity == severity]
     last = "Good: nothing is to be mended." if check.findings else "Good: nothing looks wrong."
     mend = f"Mend first: {worst[0]}." if worst else last
-    more = "steps of the signals, each parameter's excitation"
-    return Screen([*first, Notes(lines, optional=True), Notes([mend])], details, more)
+    motion, steps = _joint_tables(check) if check.joints else (None, None)
+    sigma = [(entry.name, f"{entry.relative_sigma_percent:.3g} %") for entry in check.excitation]
+    excitation = Table("Excitation: each base parameter from this log", ("", "relative sigma"), sigma)
+    details = [*([steps] if steps else []), *([excitation] if sigma else [])]
+    return Report(
+        check.recording.source,
+        [Notes(_understood(check)), *([motion] if motion else []), Notes(lines, optional=True), Notes([mend])],
+        [Section("signals", "Signals", details)],
+        "steps of the signals, each parameter's excitation",
+    )
 
 
-def fits_screen(fits: RobotFits) -> Screen:
-    """Name the shipped robots that a log can be of; without one, its columns and what to mend first."""
+def fits_report(fits: RobotFits) -> Report:
+    """The shipped robots that a log can be of; without one, its columns and what to mend first."""
     if fits.fault:
         more = len(fits.columns) - _MOST
         shown = ", ".join(fits.columns[:_MOST]) + (f" and {more} more" if more > 0 else "")
-        return Screen([Notes([f"{fits.source}: columns {shown}", f"Mend first: {fits.fault}"])])
+        return Report(fits.source, [Notes([f"{fits.source}: columns {shown}", f"Mend first: {fits.fault}"])])
     fitting = [
         fit.robot if fit.residual is None else f"{fit.robot} ({100 * fit.residual:.3g} %)" for fit in fits.fitting
     ]
@@ -59,33 +59,29 @@ def fits_screen(fits: RobotFits) -> Screen:
     ]
     if fits.others:
         lines.append(f"Not of {', '.join(fits.others)}: positions, speeds or torques are beyond them")
-    return Screen([Notes([*lines, f"Looked at as {fits.fitting[0].robot}; name the right one by --robot:"])])
+    return Report(
+        fits.source, [Notes([*lines, f"Looked at as {fits.fitting[0].robot}; name the right one by --robot:"])]
+    )
 
 
-def check_page(looks: Sequence[Look], provenance: Provenance) -> Page:
-    """Say whether the logs can be used, then show each with its signals.
-
-    Args:
-        looks: one a log.
-    """
+def check_report(looks: Sequence[Look]) -> Report:
+    """Whether the logs can be used, then each with its signals."""
     unusable = [look.path for look in looks if not (look.check and look.check.usable)]
     words = (
         f"To be mended first: {', '.join(unusable)}." if unusable else "Nothing speaks against using these logs."
     )
-    lead = [Banner("do_not_use" if unusable else "use", words)]
-    sections = [_log_section(number, look) for number, look in enumerate(looks, 1)]
-    return report_page("A look at recordings", provenance.day, lead, sections, (), provenance)
-
-
-def _log_section(number: int, look: Look) -> Section:
-    """All that the terminal shows of a log, and its signals."""
-    blocks = fits_screen(look.fits).blocks if look.fits else []
-    stem = look.path.replace("\\", "/").rstrip("/").rsplit("/", 1)[-1].split(".")[0]
-    if look.check:
-        unit = "A" if look.check.currents else "N·m"
-        blocks += check_screen(look.check).blocks
-        blocks.append(signals_figure(look.check.recording, unit, f"{number:02d}_{stem}"))
-    return Section(f"log_{number}", look.path, blocks)
+    sections = []
+    for number, look in enumerate(looks, 1):
+        reports = [fits_report(look.fits)] if look.fits else []
+        reports += [log_report(look.check)] if look.check else []
+        blocks = [block for report in reports for block in report.first]
+        blocks += [block for report in reports for section in report.sections for block in section.blocks]
+        if look.check:
+            stem = re.sub(r"\W+", "_", look.path.replace("\\", "/").rstrip("/").rsplit("/", 1)[-1].split(".")[0])
+            unit = "A" if look.check.currents else "N·m"
+            blocks.append(signals_figure(look.check.recording, unit, f"{number:02d}_{stem}"))
+        sections.append(Section(f"log_{number}", look.path, blocks))
+    return Report("A look at recordings", [Banner("do_not_use" if unusable else "use", words)], sections)
 
 
 def _understood(check: LogCheck) -> list[str]:
@@ -110,87 +106,44 @@ def _understood(check: LogCheck) -> list[str]:
     return lines
 
 
-def _joints(check: LogCheck) -> Table:
-    """Tabulate each joint's motion and torque."""
-    rows = []
+def _joint_tables(check: LogCheck) -> tuple[Table, Table]:
+    """Each joint's motion and torque; steps of the signals, and how often a torque stands at its extreme."""
+    moved, steps = [], []
     for j, (joint, facts) in enumerate(zip(check.robot.joints, check.joints, strict=True), 1):
         share = f"{100 * facts.speed / joint.limits.speed:.0f} %" if np.isfinite(joint.limits.speed) else ""
-        rows.append(
-            (
-                str(j),
-                "yes" if facts.moves else "no",
-                f"{facts.position[0]:.3f} to {facts.position[1]:.3f}",
-                f"{facts.speed:.3g}",
-                share,
-                f"{facts.torque[0]:.4g} to {facts.torque[1]:.4g}",
-            )
-        )
-    load = "current A" if check.currents else "torque N·m"
-    return Table("", columns(("joint", "moves"), ("position", "speed", "of limit", load)), rows, style="tight")
+        position, torque = "{:.3f} to {:.3f}".format(*facts.position), "{:.4g} to {:.4g}".format(*facts.torque)
+        moved.append((str(j), "yes" if facts.moves else "no", position, f"{facts.speed:.3g}", share, torque))
+        sizes = (f"{step:.2g}" if step > 0.0 else "" for step in (facts.position_step, facts.torque_step))
+        steps.append((str(j), *sizes, f"{100 * facts.saturated:.2f} %"))
+    load, unit = ("current", "A") if check.currents else ("torque", "N·m")
+    motion = Table("", ("joint", "moves", "position", "speed", "of limit", f"{load} {unit}"), moved)
+    headings = ("joint", "step of position", f"of {load}", f"{load} at extreme")
+    return motion, Table("Steps of the signals", headings, steps)
 
 
-def _resolution(check: LogCheck) -> Table:
-    """Steps of the signals, and how often a torque stands at its extreme."""
-    rows = [
-        (str(j), _step(facts.position_step), _step(facts.torque_step), f"{100 * facts.saturated:.2f} %")
-        for j, facts in enumerate(check.joints, 1)
-    ]
-    torque = "current" if check.currents else "torque"
-    numbers = ("step of position", f"of {torque}", f"{torque} at extreme")
-    return Table("Steps of the signals", columns(("joint",), numbers), rows, style="tight")
+def readings_report(robot: Robot, poses: Sequence[PoseCheck], readings: Readings | None) -> Report:
+    """Whether the description agrees with the recordings; then every reading that was tried, and the description.
 
-
-def _excitation(check: LogCheck) -> Table:
-    """Some parameters a row."""
-    cells = [(entry.name, f"{entry.relative_sigma_percent:.3g}") for entry in check.excitation]
-    cells += [("", "")] * (-len(cells) % _A_ROW)
-    rows = [
-        tuple(text for pair in cells[start : start + _A_ROW] for text in pair)
-        for start in range(0, len(cells), _A_ROW)
-    ]
-    title = "Excitation: relative sigma of each base parameter from this log, %"
-    return Table(title, columns(("",), ("",)) * _A_ROW, rows, style="bare")
-
-
-def _step(step: float) -> str:
-    return f"{step:.2g}" if step > 0.0 else ""
-
-
-def readings_screen(poses: Sequence[PoseCheck], readings: Readings | None) -> Screen:
-    """Compare the columns with forward kinematics and torques; then list every reading that was tried.
-
-    Args:
-        poses: each log with tool poses.
-        readings: ranked by torques; None without torques.
+    ``readings`` are ranked by torques; None without torques.
     """
+    faithful = readings_agree(poses, readings)
+    words = "agrees with the recordings" if faithful else "does NOT agree with the recordings as they are read"
+    first: list[Block] = [
+        Banner("use" if faithful else "do_not_use", f"The robot's description {words}."),
+        Notes(_kinematics_lines(poses, readings), optional=True),
+    ]
     tables: list[Block] = []
     for source, ranked in [*((check.source, check.readings) for check in poses), ("torques", readings)]:
         if ranked:
             rows = [(one.described(), f"{left:.4g}") for one, left in islice(ranked.residuals.items(), _RANKED)]
-            headings = (Column("reading", folds=True), Column(f"residual, {ranked.unit}", numeric=True))
-            title = f"By {source}: the best of {len(ranked.residuals)} readings"
-            tables.append(Table(title, headings, rows, style="tight"))
-    more = "the readings, best first" if tables else ""
-    return Screen([Notes(_kinematics_lines(poses, readings), optional=True)], tables, more)
-
-
-def readings_page(
-    robot: Robot, poses: Sequence[PoseCheck], readings: Readings | None, provenance: Provenance
-) -> Page:
-    """Say whether the description agrees with the recordings; then show the readings and the description."""
-    faithful = readings_agree(poses, readings)
-    words = "agrees with the recordings" if faithful else "does NOT agree with the recordings as they are read"
-    lead: list[Block] = [
-        Banner("use" if faithful else "do_not_use", f"The robot's description {words}."),
-        Notes([line.strip() for line in _kinematics_lines(poses, readings)]),
-    ]
-    tables = readings_screen(poses, readings).details
+            headings = ("reading", f"residual, {ranked.unit}")
+            tables.append(Table(f"By {source}: the best of {len(ranked.residuals)} readings", headings, rows))
     sections = [
         Section("readings", "Readings of the joint columns, best first", tables),
-        Section("robot", "The robot as described", robot_description(robot)),
+        Section("robot", "The robot as described", [OnPage(lambda: robot_description(robot))]),
     ]
-    title = f"Kinematics of the {robot.title or robot.name}"
-    return report_page(title, provenance.day, lead, sections, (), provenance)
+    more = "the readings, best first" if tables else ""
+    return Report(f"Kinematics of the {robot.title or robot.name}", first, sections, more)
 
 
 def readings_agree(poses: Sequence[PoseCheck], readings: Readings | None) -> bool:
@@ -245,41 +198,31 @@ def _reading_lines(readings: Readings) -> list[str]:
     return lines
 
 
-def following_screen(change: FollowingChange) -> Screen:
-    """Say whether the number entered helps, then show it joint by joint."""
+def following_report(change: FollowingChange, robot: Robot) -> Report:
+    """Whether the number entered helps, joint by joint, and how both recordings were compared."""
     unit, scale = _UNITS[change.kind]
     rows = []
     for joint in (*change.joints, change.total):
         numbers = [f"{scale * x:.3g}" for x in (joint.before, joint.after)]
-        shares = [f"{100 * x:.1f}" for x in (joint.fall, *joint.interval)]
-        rows.append((joint.name, *numbers, *shares, joint.clear))
-    headings = (*columns(("",), ("before", "after", "fell by %", "95 %", "interval")), Column(""))
+        low, high = (f"{100 * x:.1f}" for x in joint.interval)
+        rows.append((joint.name, *numbers, f"{100 * joint.fall:.1f}", f"{low} to {high}", joint.clear))
+    headings = ("", "before", "after", "fell by %", "95 % interval", "change")
     title = f"Root mean square of the {change.kind} [{unit}; mm or N where a joint slides]"
-    first: list[Block] = [Notes(_following_notes(change)), Table(title, headings, rows, style="tight")]
+    words, *others = _following_notes(change)
+    level = _LEVELS[change.total.clear] if change.tells else "mass_and_com_only"
     compared = [
         f"The second recording's clock shows {1e3 * change.lag:+.3g} ms more; samples of one place on the motion "
         "are compared.",
         "The 95 % intervals rest on the spread over blocks of 1 s, each left out in its turn; a change is clear if "
         "the interval does not hold 0.",
     ]
-    return Screen(first, [Notes(compared)], "how both recordings were compared")
-
-
-def following_page(change: FollowingChange, robot: Robot, provenance: Provenance) -> Page:
-    """Say whether the number entered helps, joint by joint, and how both recordings were compared.
-
-    Args:
-        robot: whose recordings they are.
-    """
-    screen = following_screen(change)
-    words, *others = _following_notes(change)
-    level = _LEVELS[change.total.clear] if change.tells else "mass_and_com_only"
-    lead: list[Block] = [Banner(level, words), Notes(others)]
-    unit, scale = _UNITS[change.kind]
-    blocks: list[Block] = [*screen.first[1:], following_figure(change, unit, scale), *screen.details]
-    sections = [Section("joints", "Joint by joint", blocks)]
-    title = f"Before and after a payload was entered: {robot.title or robot.name}"
-    return report_page(title, provenance.day, lead, sections, (), provenance)
+    figure = following_figure(change, unit, scale)
+    return Report(
+        f"Before and after a payload was entered: {robot.title or robot.name}",
+        [Banner(level, words), Notes(others), Table(title, headings, rows)],
+        [Section("joints", "Joint by joint", [figure, Notes(compared)])],
+        "how both recordings were compared",
+    )
 
 
 def _following_notes(change: FollowingChange) -> list[str]:

@@ -7,6 +7,7 @@ import numpy as np
 from ....common.arrays import Array
 from ....common.schema import present
 from ....estimation.payload.constant_torques import OFFSET_SHARE
+from ....estimation.payload.result import METHOD_NAMES
 from ....estimation.payload.ripple import RIPPLE_CHANCE
 from ....estimation.possible.payload import CONFLICT
 from ....estimation.results.payload import (
@@ -19,36 +20,45 @@ from ....estimation.results.payload import (
     numbers,
 )
 from ....model import INERTIAL
-from ...numbers import interval_digits, or_dash
-from ..blocks import Block, Cell, Column, Notes, Section, Table, Text, columns, with_sigma
+from ...numbers import SIX, interval_digits, or_dash, six, with_interval
+from ..blocks import Block, Notes, Section, Table, Text, with_sigma
 from ..figures.payload import methods_figure
 from .evidence import residual_text
 
-_PAIRS = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
-"""Places of the inertia matrix's six entries."""
 _UNITS = dict.fromkeys(INERTIAL[:6], "kg m²") | dict.fromkeys(INERTIAL[6:9], "kg m") | {"M": "kg"}
 _ROWS = (
     *((kind, _UNITS[kind]) for kind in INERTIAL),
     *((f"com {axis}", "m") for axis in "xyz"),
-    *((f"{'XYZ'[i]}{'XYZ'[j]} at com", "kg m²") for i, j in _PAIRS),
+    *((f"{'XYZ'[i]}{'XYZ'[j]} at com", "kg m²") for i, j in SIX),
     *((f"{which} moment", "kg m²") for which in ("smallest", "middle", "largest")),
 )
 """The ten parameters, the centre of mass, the inertia and its principal moments there, with units."""
-_ENDS = ("M", "com z", "ZZ at com")
+_ENDS = ("M", "com z", "YZ at com")
+_HOW = {
+    1: "the loaded torques less those of the robot as it was identified",
+    2: "the change of the robot's base parameters",
+    3: "the difference of the torques on one trajectory",
+    4: "robot and payload at once, from all recordings",
+}
+"""Each method in words."""
+_WORDS = (
+    "XY is the entry of the inertia matrix: minus the integral of x y dm. Methods 3 and 4 on the same trajectories "
+    "use the same equations: that they agree confirms nothing. Methods 1 and 2 go through the robot's own "
+    "parameters."
+)
 
 
 def methods_section(result: PayloadResult) -> Section:
     """Every method's payload, with constraints and without, whether it can exist, and where sigma comes from."""
-    words = (
-        "XY is the entry of the inertia matrix: minus the integral of x y dm. Methods 3 and 4 on the same "
-        "trajectories use the same equations: that they agree confirms nothing. Methods 1 and 2 go through the "
-        "robot's own parameters."
-    )
-    blocks: list[Block] = [Text(words)]
-    if result.possible:
-        blocks.append(methods_figure(result))
-    blocks += [parameters_table(result), *consistency_blocks(result)]
-    blocks.append(Notes(method_notes(result)))
+    methods = sorted({estimate.method for estimate in result.free})
+    blocks: list[Block] = [
+        Notes([f"Method {number}, {METHOD_NAMES[number]}: {_HOW[number]}." for number in methods]),
+        *([methods_figure(result)] if result.possible else []),
+        parameters_table(result),
+        Text(_WORDS),
+        *_consistency(result),
+        Notes(method_notes(result)),
+    ]
     return Section("methods", "Every parameter, and the methods side by side", blocks)
 
 
@@ -58,145 +68,114 @@ def parameters_table(result: PayloadResult) -> Table:
     Free estimates stand with the larger of the formula's and the robust standard deviation. More columns hold the
     standard deviations with errors of the drive gains, where they are allowed for, and what a short motion shows.
     """
-    values, ends = _reported(result)
+    best = result.best or result.best_free
+    ends = np.vstack([result.mass.interval95, result.com.interval95])
+    ends = np.vstack([np.full((9, 2), np.nan), ends, np.full((9, 2), np.nan)])
+    if isinstance(best, PossibleEstimate):
+        of_inertia = array(best.inertia_com_interval95, 3, 3, 2)
+        parts = (best.com_interval95, [of_inertia[pair] for pair in SIX], best.principal_moments_interval95)
+        shapes = ((3, 2), (6, 2), (3, 2))
+        ends = np.vstack([bounds(best.interval95), *map(array, parts, *zip(*shapes, strict=True))])
     others = [estimate for estimate in result.possible if estimate is not result.best]
-    shown = [values, *ends.T, *map(_all_numbers, others)]
-    free = [free_cells(estimate) for estimate in result.free]
-    with_gains, visibility = numbers((result.best or result.best_free).sigma_with_gains), present(result.visibility)
-    rows: list[tuple[Cell, ...]] = []
+    with_gains, visibility = numbers(best.sigma_with_gains), present(result.visibility)
+    headings = [
+        "",
+        "unit",
+        f"method {result.method}",
+        "95 % interval",
+        *(f"method {each.method}" for each in others),
+    ]
+    headings += [f"method {each.method} free" for each in result.free]
+    headings += ["sigma with gains"] if result.gain_sigma else []
+    headings += ["by these joints"] if visibility is not None else []
+    free = [free_cells(each) for each in result.free]
+    shown = [_values(each) for each in (best, *others)]
+    rows = []
     for k, (name, unit) in enumerate(_ROWS):
+        value, *by_others = (float(column[k]) for column in shown)
         digits = interval_digits(ends[k, 1] - ends[k, 0])
-        # Zero has no sign.
-        cells = [or_dash(np.round(column[k], digits) + 0.0, f".{digits}f") for column in shown]
-        row: list[Cell] = [name, unit, *cells, *(column[k] for column in free)]
+        row = [name, unit, *(with_interval(value, *ends[k].tolist()) if np.isfinite(value) else ("-", "-"))]
+        row += [or_dash(round(x, digits) + 0.0 if np.isfinite(x) else x, f".{digits}f") for x in by_others]
+        row += [column[k] for column in free]
         if result.gain_sigma:
             row.append(f"{with_gains[k]:.2g}" if k < len(INERTIAL) and np.isfinite(with_gains[k]) else "")
-        if visibility is not None:
-            row.append(visibility.parameters.get(name, ""))
+        row += [visibility.parameters.get(name, "")] if visibility is not None else []
         rows.append(tuple(row))
-    methods = [f"method {estimate.method}" for estimate in others]
-    methods += [f"method {estimate.method} free" for estimate in result.free]
-    headings = [f"method {result.method}", "95 %", "interval", *methods]
-    headings += ["sigma with gains"] if result.gain_sigma else []
-    last = (Column("by these joints"),) if visibility is not None else ()
-    title = f"Every parameter in {result.frame}"
-    return Table(title, (*columns(("", "unit"), headings), *last), rows, _ENDS)
+    return Table(f"Every parameter in {result.frame}", headings, rows, _ENDS)
 
 
-def free_cells(estimate: FreeEstimate) -> list[Cell]:
-    """Least squares alone: the ten, the centre of mass and the inertia there, as far as they are determined."""
-    values, sigma = estimate.ten, estimate.larger_sigma
-    if present(estimate.inertia_com) is not None:
-        values = np.concatenate([values, array(estimate.com, 3), _six(estimate.inertia_com)])
-        coms = [array(of, 3) for of in (estimate.com_sigma, estimate.com_sigma_robust)]
-        inertias = [_six(of) for of in (estimate.inertia_com_sigma, estimate.inertia_com_sigma_robust)]
-        sigma = np.concatenate([sigma, np.fmax(*coms), np.fmax(*inertias)])
-    cells = [
-        with_sigma(float(value), float(s)) if np.isfinite(value) else "-"
-        for value, s in zip(values, sigma, strict=True)
-    ]
-    return [*cells, *["-"] * (len(_ROWS) - len(cells))]
+def free_cells(estimate: FreeEstimate) -> list[str]:
+    """Least squares alone, a cell a row of the table, as far as it is determined."""
+    coms = [array(of, 3) for of in (estimate.com_sigma, estimate.com_sigma_robust)]
+    inertias = [six(array(of, 3, 3)) for of in (estimate.inertia_com_sigma, estimate.inertia_com_sigma_robust)]
+    sigma = np.concatenate([estimate.larger_sigma, np.fmax(*coms), np.fmax(*inertias), np.full(3, np.nan)])
+    pairs = zip(_values(estimate).tolist(), sigma.tolist(), strict=True)
+    return [with_sigma(value, s) if np.isfinite(value) else "-" for value, s in pairs]
 
 
-def _reported(result: PayloadResult) -> tuple[Array, Array]:
-    """Values and 95 % intervals of the rows, shapes (22,) and (22, 2); nan where there are none."""
-    best, values, ends = result.best, np.full(len(_ROWS), np.nan), np.full((len(_ROWS), 2), np.nan)
-    if best is not None:
-        inertia = array(best.inertia_com_interval95, 3, 3, 2)
-        intervals = (
-            bounds(best.interval95),
-            array(best.com_interval95, 3, 2),
-            [inertia[pair] for pair in _PAIRS],
-            array(best.principal_moments_interval95, 3, 2),
-        )
-        return _all_numbers(best), np.vstack(intervals)
-    values[:13] = *result.best_free.ten, *array(result.best_free.com, 3)
-    ends[9:13] = result.mass.interval95, *result.com.interval95
-    return values, ends
+def _values(estimate: FreeEstimate | PossibleEstimate) -> Array:
+    """The numbers of the rows, nan where there is none."""
+    moments = estimate.principal_moments if isinstance(estimate, PossibleEstimate) else None
+    inertia = six(array(estimate.inertia_com, 3, 3))
+    return np.concatenate([estimate.ten, array(estimate.com, 3), inertia, array(moments, 3)])
 
 
-def _all_numbers(estimate: PossibleEstimate) -> Array:
-    com, moments = array(estimate.com, 3), array(estimate.principal_moments, 3)
-    return np.concatenate([estimate.ten, com, _six(estimate.inertia_com), moments])
-
-
-def _six(matrix: object) -> Array:
-    values = array(matrix, 3, 3)
-    return np.array([values[pair] for pair in _PAIRS])
-
-
-def consistency_blocks(result: PayloadResult) -> list[Block]:
+def _consistency(result: PayloadResult) -> list[Block]:
     """Smallest eigenvalue of the pseudo-inertia by every method, free and constrained, and the price."""
     if result.best is None:
         return []
-    headings = ("free exists", "eigenvalue free", "constrained", "chi2 rise", "p", "constraints")
-    free = {estimate.method: estimate for estimate in result.free}
-    rows = [
-        (
-            f"method {estimate.method}",
-            "yes" if free[estimate.method].physically_consistent else "no",
-            f"{array(free[estimate.method].min_pseudo_inertia_eigenvalue):.2g}",
-            f"{array(estimate.min_pseudo_inertia_eigenvalue):.2g}",
-            f"{array(estimate.chi2_rise):.3g}",
-            f"{array(estimate.p_value):.2g}",
-            "contradict the data" if estimate.conflict else "hold",
+    free, rows = {estimate.method: estimate for estimate in result.free}, []
+    for each in result.possible:
+        own = free[each.method]
+        eigenvalues = (f"{array(of.min_pseudo_inertia_eigenvalue):.2g}" for of in (own, each))
+        price = (f"{array(each.chi2_rise):.3g}", f"{array(each.p_value):.2g}")
+        exists, hold = (
+            "yes" if own.physically_consistent else "no",
+            "contradict the data" if each.conflict else "hold",
         )
-        for estimate in result.possible
-    ]
+        rows.append((f"method {each.method}", exists, *eigenvalues, *price, hold))
+    headings = ("", "free exists", "eigenvalue free", "constrained", "chi2 rise", "p", "constraints")
     words = (
         "A body can exist if the 4 x 4 pseudo-inertia has no negative eigenvalue; positive moments alone are not "
         "enough. A small p says that the data contradict the constraints."
     )
-    return [
-        Table("Physical consistency", columns(("",), headings), rows),
-        Text(words),
-        Text(f"Constraints: {'; '.join(present(result.best.constraints) or ())}."),
-    ]
+    constraints = f"Constraints: {'; '.join(present(result.best.constraints) or ())}."
+    return [Table("Physical consistency", headings, rows), Notes([words, constraints])]
 
 
 def method_notes(result: PayloadResult) -> list[str]:
     """Say where intervals and sigma come from, what constraints cost and which methods contradict them."""
-    best, lines = result.best, list[str]()
+    best, robust, lines = result.best, present(result.best_free.robust), list[str]()
     if best is not None:
-        lines = [_interval_note(best, result.best_free), _cost_note(best), *_conflict_notes(result.possible)]
+        how = (
+            "by the formula (17)-(19) alone, for white torque noise: on real robots they are too short by a factor "
+        )
+        how += "of about 1.5 to 4"
+        if robust is not None and robust.blocks is not None:
+            told = (
+                f": {robust.warning}" if robust.by_memory else f", by the block jackknife ({robust.blocks} blocks)"
+            )
+            how = f"over bodies that hold all constraints{told}"
+        if np.isnan(bounds(best.interval95)).any():
+            lines.append("No intervals: constraints contradict the data, so that none would hold.")
+        else:
+            lines.append(f"95 % intervals {how}.")
+        price = "No constraint is active: the free estimate can exist as it is."
+        if best.active:
+            held = "; ".join(str(active.constraint) for active in best.active)
+            rise, p_value = array(best.chi2_rise), array(best.p_value)
+            price = f"Active: {held}. Their price: chi2 rises by {rise:.3g} (p {p_value:.2g})."
+        lines.append(price)
+    against: dict[str, dict[int, float]] = {}  # p values by method of each constraint that is contradicted
+    for estimate in result.possible if best is not None else ():
+        for active in estimate.active or ():
+            if (p := float(array(active.p_value))) < CONFLICT:
+                against.setdefault(str(active.constraint), {})[estimate.method] = p
+    for text, methods in against.items():
+        numbers_of = ", ".join(map(str, methods))
+        lines.append(f"Contradicted by method {numbers_of}: {text} (p {max(methods.values()):.1g}).")
     left_out = (present(result.left_out) or {}).items()
     return [*lines, *sigma_notes(result.free), *(f"Method {method} left out: {why}" for method, why in left_out)]
-
-
-def _interval_note(estimate: PossibleEstimate, free: FreeEstimate) -> str:
-    robust = present(free.robust)
-    if np.isnan(bounds(estimate.interval95)).any():
-        return "No intervals: constraints contradict the data, so that none would hold."
-    if robust is None or robust.blocks is None:
-        return (
-            "95 % intervals by the formula (17)-(19) alone, for white torque noise: on real robots they are too "
-            "short by a factor of about 1.5 to 4."
-        )
-    if robust.by_memory:
-        return f"95 % intervals over bodies that hold all constraints: {robust.warning}."
-    return f"95 % intervals by the block jackknife ({robust.blocks} blocks), over bodies that hold all constraints."
-
-
-def _cost_note(estimate: PossibleEstimate) -> str:
-    if not estimate.active:
-        return "No constraint is active: the free estimate can exist as it is."
-    held = "; ".join(str(active.constraint) for active in estimate.active)
-    rise, p_value = array(estimate.chi2_rise), array(estimate.p_value)
-    return f"Active: {held}. Their price: chi2 rises by {rise:.3g} (p {p_value:.2g})."
-
-
-def _conflict_notes(estimates: Sequence[PossibleEstimate]) -> list[str]:
-    """One line for each constraint that any method contradicts."""
-    against: dict[str, dict[int, float]] = {}
-    for estimate in estimates:
-        for active in estimate.active or ():
-            p_value = float(array(active.p_value))
-            if p_value < CONFLICT:
-                against.setdefault(str(active.constraint), {})[estimate.method] = p_value
-    return [
-        f"Contradicted by method {', '.join(map(str, methods))}: {text} (p {max(methods.values()):.1g})."
-        for text, methods in against.items()
-    ]
 
 
 def sigma_notes(estimates: Sequence[FreeEstimate]) -> list[str]:
@@ -204,16 +183,18 @@ def sigma_notes(estimates: Sequence[FreeEstimate]) -> list[str]:
     robust = [(e, e.robust) for e in estimates if e.robust and e.robust.blocks is not None]
     lines = ["± one standard deviation by (17)-(19): for white torque noise, the torques' scale taken as exact."]
     if robust:
-        by_blocks, by_memory = "the block jackknife's standard deviation", "that by the memory of the errors"
         first = robust[0][1]
-        blocks = f"{first.blocks} blocks of {array(present(first.block_length)):.2g} s or more"
-        how = "memory" if first.by_memory else f"jackknife over {blocks}"
+        other, how = "that by the memory of the errors", "memory"
+        if not first.by_memory:
+            length = array(present(first.block_length))
+            other = "the block jackknife's standard deviation"
+            how = f"jackknife over {first.blocks} blocks of {length:.2g} s or more"
+        lines = [f"± the larger of the formula's (17)-(19) and {other}."]
         ratios = [
             f"method {e.method} {numbers(e.sigma_robust)[-1] / numbers(e.sigma)[-1]:.2f}"
             for e, _ in robust
             if not e.from_scale
         ]
-        lines = [f"± the larger of the formula's (17)-(19) and {by_memory if first.by_memory else by_blocks}."]
         if ratios:
             lines.append(f"Mass, sigma_robust/sigma ({how} to formula): {', '.join(ratios)}.")
     by_formula: dict[str, list[str]] = {}
@@ -230,16 +211,15 @@ def data_notes(result: PayloadResult) -> list[str]:
     if data is None:
         return []
     lines = (_short_notes if result.short else _long_notes)(result, data)
-    if not data.lags_s:
-        return lines
-    lags = sorted(round(lag, 4) + 0.0 for lag in data.lags_s)
-    shift = f"{lags[0]:.4f}" if lags[0] == lags[-1] else f"{lags[0]:.4f} to {lags[-1]:.4f}"
-    aligned = (
-        f"{len(lags)} pair{'s' * (len(lags) > 1)} aligned by {shift} s; positions then differ by at most "
-        f"{1e3 * array(data.max_position_mismatch_rad):.2f} mrad "
-        f"(rms {1e3 * array(data.rms_position_mismatch_rad):.3f})."
-    )
-    return [*lines, aligned]
+    if data.lags_s:
+        ends = dict.fromkeys(f"{round(lag, 4) + 0.0:.4f}" for lag in (min(data.lags_s), max(data.lags_s)))
+        pairs = f"{len(data.lags_s)} pair{'s' * (len(data.lags_s) > 1)}"
+        largest, rms = (1e3 * array(x) for x in (data.max_position_mismatch_rad, data.rms_position_mismatch_rad))
+        lines.append(
+            f"{pairs} aligned by {' to '.join(ends)} s; positions then differ by at most {largest:.2f} mrad (rms "
+            f"{rms:.3f})."
+        )
+    return lines
 
 
 def _long_notes(result: PayloadResult, data: PayloadData) -> list[str]:
@@ -266,10 +246,17 @@ def _short_notes(result: PayloadResult, data: PayloadData) -> list[str]:
     residual, visibility = present(result.relative_residual), present(result.visibility)
     unexplained = array(residual.relative_per_joint, 0) if residual else np.zeros(0)
     own = array(residual.relative if residual else None)
-    joints = " ".join("-" if not np.isfinite(ratio) else f"{100 * ratio:.1f}" for ratio in unexplained)
-    friction = "Friction is the robot's own."
+    joints = " ".join(or_dash(100 * ratio, ".1f") for ratio in unexplained)
+    friction, constant = "Friction is the robot's own.", present(result.constant_torques)
     if data.friction == "free":
-        friction = f"Coulomb friction is free in each recording; {_offsets(result)}"
+        offsets = "constant torques are free too."
+        if constant is not None and constant.joints:
+            sigmas = ", ".join(f"{constant.sigma[j - 1]:.2g}" for j in constant.joints)
+            offsets = (
+                f"constant torques of joint {', '.join(map(str, constant.joints))} may change by {sigmas} N·m or N "
+                f"(1 sigma, {100 * OFFSET_SHARE:.1f} % of Coulomb friction), which the intervals allow for."
+            )
+        friction = f"Coulomb friction is free in each recording; {offsets}"
     elif data.friction == "may differ":
         friction = (
             "Friction may differ from the robot's own (--friction-change), and the robot from what was identified "
@@ -284,18 +271,6 @@ def _short_notes(result: PayloadResult, data: PayloadData) -> list[str]:
         *_ripple_notes(result),
         *(f"Visible only as a sum: {sums}." for sums in (visibility.combinations if visibility else ())),
     ]
-
-
-def _offsets(result: PayloadResult) -> str:
-    constant = present(result.constant_torques)
-    if constant is None or not constant.joints:
-        return "constant torques are free too."
-    joints = ", ".join(map(str, constant.joints))
-    sigmas = ", ".join(f"{constant.sigma[j - 1]:.2g}" for j in constant.joints)
-    return (
-        f"constant torques of joint {joints} may change by {sigmas} N·m or N (1 sigma, {100 * OFFSET_SHARE:.1f} % "
-        "of Coulomb friction), which the intervals allow for."
-    )
 
 
 def _ripple_notes(result: PayloadResult) -> list[str]:

@@ -1,18 +1,62 @@
-"""Sections that show what an answer rests on: torques, joints, excitation, essential parameters."""
+"""Parts that several reports share: verdict, torques, joints, excitation, essential parameters."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+
+import numpy as np
 
 from ....common.schema import present
+from ....estimation import Gains
 from ....estimation.answers.system import TorquePrediction
 from ....estimation.fit.estimate import Fit
 from ....estimation.fit.least_squares import Excitation
-from ....estimation.results.parts import EliminationDocument, ResidualDocument
+from ....estimation.results.parts import EliminationDocument, ProcessingDocument, ResidualDocument, VerdictDocument
 from ....estimation.results.payload import JointsMassDocument, array
 from ...numbers import percent, with_interval
-from ..blocks import Block, Cell, Details, Notes, Section, Table, Text, columns, with_sigma
+from ..blocks import Block, Details, Notes, OnPage, Section, Table, Text, with_sigma
 from ..figures.parameters import essential_figure, excitation_figure
 from ..figures.payload import joints_figure
 from ..figures.signals import prediction_figure, words_of, worst_joint_figure
+
+MEND = "Next: mend what the reasons name, record again, and look at the logs by 'dynident check'."
+"""It follows an answer that is not to be used."""
+VERDICTS = {
+    "use": "use mass, centre of mass and inertia",
+    "mass_and_com_only": "use mass and centre of mass",
+    "identified_only": "use the gains that are identified",
+    "do_not_use": "do not use",
+}
+"""Each level in words, after "Verdict:"."""
+
+
+def reason_blocks(verdict: VerdictDocument) -> list[Block]:
+    """The reasons for the verdict."""
+    reasons = [f"  - {reason}" for reason in verdict.reasons]
+    nothing = Notes(["No check found anything against the numbers."], optional=True)
+    return [Text("Reasons for the verdict", heading=True), Notes(reasons, optional=True) if reasons else nothing]
+
+
+def verdict_notes(verdict: VerdictDocument) -> list[str]:
+    """The notes of a verdict."""
+    return [f"Note: {text}." for text in present(verdict.notes) or ()]
+
+
+def gain_error_notes(processing: ProcessingDocument, gains: Gains | None) -> list[str]:
+    """Lines on the errors of the drive gains that intervals allow for, and on the gains themselves."""
+    # Torque sensors on the link side have scales, motors have gains.
+    scales = "scales of the torque sensors" if processing.torque_side == "link" else "drive gains"
+    each = "motor" if processing.coulomb else "joint"
+    if gains is None or not (gains.identified or any((*gains.per_joint, gains.common))):
+        return [f"{scales.capitalize()} are taken as exact: no residual shows their errors."]
+    if gains.identified:
+        sigmas = np.sqrt(np.diag(gains.covariance(len(gains.identified))))
+        percents = ", ".join(f"{100.0 * sigma:.2g}" for sigma in sigmas)
+        line = f"Intervals include errors of the drive gains as they were identified: {percents} % per {each}."
+    else:
+        percents = ", ".join(f"{100.0 * sigma:g}" for sigma in gains.per_joint)
+        common = f" and {100.0 * gains.common:g} % common to all joints" if gains.common else ""
+        source = ", as is usual: nothing is said of them (--gain-sigma)" if gains.assumed else ""
+        line = f"Intervals include errors of the {scales}: {percents} % per {each}{common}{source}."
+    return [line, *gains.notes]
 
 
 def residual_text(fit: Fit | ResidualDocument) -> str:
@@ -21,116 +65,97 @@ def residual_text(fit: Fit | ResidualDocument) -> str:
     return f"{100.0 * float(array(fit.relative)):.2f} % (joints {joints} %)"
 
 
-def worst_torque(predictions: Sequence[TorquePrediction]) -> list[Block]:
+Predictions = Callable[[], Sequence[TorquePrediction]]
+"""Recordings to draw, computed when a page asks for them."""
+
+
+def worst_torque(predictions: Predictions) -> OnPage:
     """The worst joint's torque, for the first page: held out before fitted, with payload before without."""
-    shown = min(predictions, key=lambda each: (not each.held_out, not each.loaded), default=None)
-    return [Text("The worst joint", "heading"), worst_joint_figure(shown)] if shown else []
+
+    def drawn() -> list[Block]:
+        shown = min(predictions(), key=lambda each: (not each.held_out, not each.loaded), default=None)
+        return [Text("The worst joint", heading=True), worst_joint_figure(shown)] if shown else []
+
+    return OnPage(drawn)
 
 
-def torques_section(predictions: Sequence[TorquePrediction], others: int = 0) -> Section:
-    """Residuals of every recording as a table, and a figure of each.
+def torques_section(predictions: Predictions, recordings: int = 0) -> Section:
+    """Residuals of some recordings as a table, and a figure of each; ``recordings``: so many were used."""
 
-    Args:
-        predictions: recordings to draw.
-        others: number of recordings that were used and are not drawn.
-    """
-    joints = range(1, len(predictions[0].t) + 1) if predictions else ()
-    rows = [
-        (words_of(prediction), *(percent(float(share)) for share in prediction.relative_per_joint))
-        for prediction in predictions
-    ]
-    words = (
-        "Residual: measured less predicted torque. A residual that repeats or lasts, seen in the autocorrelation, "
-        "is an error of the model; white noise would stay within the dashed lines."
-    )
-    if not any(prediction.held_out for prediction in predictions):
-        words += (
-            " No recording was held out (--validate): these are the data that were fitted, and look better than "
-            "others would."
+    def drawn() -> list[Block]:
+        shown = predictions()
+        words = (
+            "Residual: measured less predicted torque. A residual that repeats or lasts, seen in the "
+            "autocorrelation, is an error of the model; white noise would stay within the dashed lines."
         )
-    if others:
-        words += f" {others} more recordings were used and are not drawn."
-    headings = columns(("norm of the residual over norm of the torque",), [f"joint {j}" for j in joints])
-    drawings = [prediction_figure(each, f"torques_{k}") for k, each in enumerate(predictions, 1)]
-    blocks: list[Block] = [Text(words), Table("Relative residual", headings, rows), *drawings]
-    return Section("torques", "Measured and predicted torques", blocks)
+        if not any(prediction.held_out for prediction in shown):
+            words += (
+                " No recording was held out (--validate): these are the data that were fitted, and look better "
+                "than others would."
+            )
+        if recordings > len(shown):
+            words += f" {recordings - len(shown)} more recordings were used and are not drawn."
+        rows = [(words_of(each), *(percent(float(share)) for share in each.relative_per_joint)) for each in shown]
+        joints = [f"joint {j}" for j in range(1, len(shown[0].t) + 1)] if shown else []
+        headings = ("norm of the residual over norm of the torque", *joints)
+        drawings = [prediction_figure(each, f"torques_{k}") for k, each in enumerate(shown, 1)]
+        return [Text(words), Table("Relative residual", headings, rows), *drawings]
 
-
-def by_joints_table(masses: Sequence[JointsMassDocument]) -> Table:
-    """The mass by groups of joints with intervals, and each joint's share of the payload that the others show."""
-    rows: list[tuple[Cell, ...]] = []
-    for group in masses:
-        mass: tuple[str, str] = ("not visible", "-")
-        if group.mass is not None:
-            mass = with_interval(group.mass, *array(group.interval95, 2).tolist())
-        share = present(group.share)
-        ratio: Cell = "-" if share is None else with_sigma(share, float(array(group.share_sigma)))
-        rows.append((group.name, "kg", *mass, ratio))
-    title = "The mass as each joint sees it, and its torque over what the other joints' payload demands"
-    return Table(title, columns(("", "unit"), ("mass", "95 % interval", "share")), rows, style="tight")
+    return Section("torques", "Measured and predicted torques", [OnPage(drawn)])
 
 
 def joints_section(
     masses: Sequence[JointsMassDocument], mass: float, interval: tuple[float, float], mounting: int | None = None
 ) -> Section:
-    """Mass by groups of joints, and each joint's share, beside the mass by all of them.
+    """Mass by groups of joints, beside that by all [kg], and each joint's share of what the others show.
 
-    Args:
-        masses: by some joints.
-        mass: by all [kg].
-        interval: its 95 % interval [kg]; nan where there is none.
-        mounting: number of a known weight, where there are such.
+    ``mounting`` is the number of a known weight, where there are such.
     """
+    rows = []
+    for group in masses:
+        cells: tuple[str, str] = ("not visible", "-")
+        if group.mass is not None:
+            cells = with_interval(group.mass, *array(group.interval95, 2).tolist())
+        share = present(group.share)
+        ratio = "-" if share is None else with_sigma(share, float(array(group.share_sigma)))
+        rows.append((group.name, "kg", *cells, ratio))
     words = (
         "Each joint weighs the payload with its own torque: where they differ, a drive gain, a friction model or "
-        "the robot's description is wrong."
+        "the robot's description is wrong. Share: its torque over what the other joints' payload demands."
     )
     number = "" if mounting is None else f"_{mounting}"
+    headings = ("", "unit", "mass", "95 % interval", "share")
     drawn = joints_figure(masses, mass, interval, f"by_joints{number}")
-    blocks: list[Block] = [Text(words), by_joints_table(masses), *([drawn] if drawn else [])]
+    blocks: list[Block] = [Text(words), Table("Mass by joints", headings, rows), *([drawn] if drawn else [])]
     return Section(f"joints{number}", "The payload as each joint sees it", blocks)
 
 
-def excitation_section(excitation: Excitation | None, labels: Mapping[str, str]) -> Section:
-    """A figure, and the numbers to be opened."""
-    title = "Excitation of each parameter"
-    if excitation is None:
+def excitation_section(make: Callable[[], Excitation | None], labels: Mapping[str, str]) -> Section:
+    """A figure, and the numbers to be opened; ``labels``: names of parameters as the page calls them."""
+
+    def drawn() -> list[Block]:
+        excitation = make()
+        if excitation is None:
+            words = (
+                "The robot's parameters were read from a file, without the equations they come from: what its "
+                "motion excited stands in the report of that identification."
+            )
+            return [Text(words)]
+        numbers = zip(excitation.names, excitation.signal, excitation.independent, excitation.share, strict=True)
+        rows = []
+        for name, signal, own, share in numbers:
+            parts = (percent(float(share)), percent(1.0 / float(own) if own else float("inf")))
+            rows.append((labels.get(name, name), f"{signal:.3g}", f"{own:.3g}", *parts))
         words = (
-            "The robot's parameters were read from a file, without the equations they come from: what its motion "
-            "excited stands in the report of that identification."
+            "A parameter is well known where its torque is large against the noise and no combination of others "
+            "imitates it. Sigmas here are the formula's, for white noise; a small value of a parameter makes them "
+            "large too."
         )
-        return Section("excitation", title, [Text(words)])
-    numbers = zip(excitation.names, excitation.signal, excitation.independent, excitation.share, strict=True)
-    rows = [
-        (
-            labels.get(name, name),
-            f"{signal:.3g}",
-            f"{independent:.3g}",
-            percent(float(share)),
-            percent(1.0 / float(independent) if independent else float("inf")),
-        )
-        for name, signal, independent, share in numbers
-    ]
-    headings = columns(("",), ("torque over noise", "its own part", "share", "relative sigma"))
-    words = (
-        "A parameter is well known where its torque is large against the noise and no combination of others "
-        "imitates it. Sigmas here are the formula's, for white noise; a small value of a parameter makes them "
-        "large too."
-    )
-    table = Details("Numbers", [Table("Excitation", headings, rows)])
-    return Section("excitation", title, [Text(words), excitation_figure(excitation, labels), table])
+        headings = ("", "torque over noise", "its own part", "share", "relative sigma")
+        table = Details("Numbers", [Table("Excitation", headings, rows)])
+        return [Text(words), excitation_figure(excitation, labels), table]
 
-
-def elimination_notes(elimination: EliminationDocument | None, prefix: str = "") -> list[str]:
-    """Lines on essential parameters; none where nothing was eliminated."""
-    if elimination is None:
-        return []
-    line = (
-        f"{prefix}{elimination.essential} of {len(elimination.path) - 1} parameters essential "
-        f"({elimination.description}): error's sigma {elimination.sigma_ratio:.4f} times, largest relative "
-        f"sigma {elimination.largest_relative_sigma_percent:.3g} %."
-    )
-    return [line, *(f"  - {warning}" for warning in elimination.warnings)]
+    return Section("excitation", "Excitation of each parameter", [OnPage(drawn)])
 
 
 def essential_section(elimination: EliminationDocument | None, title: str) -> Section:
@@ -138,12 +163,12 @@ def essential_section(elimination: EliminationDocument | None, title: str) -> Se
     heading = "Essential parameters"
     if elimination is None:
         words = "Parameters are eliminated for method 4 only, robot and payload together; it was not used here."
-        return Section("essential", heading, [Text(words)])
-    names = ", ".join(str(parameter.name) for parameter in elimination.parameters)
-    blocks: list[Block] = [
-        Text(elimination_notes(elimination)[0]),
-        Text(f"Essential: {names}."),
-        Notes(elimination.warnings),
-        essential_figure(elimination, title),
+        return Section("essential", heading, [OnPage(lambda: [Text(words)])])
+    lines = [
+        f"{elimination.essential} of {len(elimination.path) - 1} parameters essential "
+        f"({elimination.description}): error's sigma {elimination.sigma_ratio:.4f} times, largest relative "
+        f"sigma {elimination.largest_relative_sigma_percent:.3g} %.",
+        f"Essential: {', '.join(str(parameter.name) for parameter in elimination.parameters)}.",
+        *(f"  - {warning}" for warning in elimination.warnings),
     ]
-    return Section("essential", heading, blocks)
+    return Section("essential", heading, [Notes(lines), essential_figure(elimination, title)])

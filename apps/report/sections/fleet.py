@@ -1,6 +1,6 @@
 """A fleet's recordings and nights, and recordings of one robot side by side."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import PurePath
 
 import numpy as np
@@ -9,9 +9,8 @@ from ...fleet import Fleet
 from ...fleet.comparing import CHANCE, Compared
 from ...fleet.nights import CHANGED, FEWEST, Series
 from ...fleet.reduction import ReducedDocument
-from ..blocks import Banner, Block, Notes, Page, Screen, Section, Table, Text, columns
+from ..blocks import Banner, Block, Notes, OnPage, Report, Section, Table, Text
 from ..figures.fleet import fleet_figures
-from ..provenance import Provenance, report_page
 
 _WORDS = (
     "z is the last night's value less the median of the nights before, over their spread (1.4826 median absolute "
@@ -19,13 +18,20 @@ _WORDS = (
     "before. Friction also follows the temperature, which is part of the spread."
 )
 
-_MOST_SHOWN = 10
-"""Parameters on the first screen."""
-_LINES = 12
-"""Recordings that have a column of their own."""
+_QUANTITIES = {
+    "FS": "Coulomb friction",
+    "FV": "viscous friction",
+    "FSM": "Coulomb friction of motor",
+    "FVM": "viscous friction of motor",
+    "OFF": "constant torque",
+    "scale": "torque scale",
+    "mass": "payload less what was told",
+}
+_MOST_SHOWN = 10  # parameters on the first screen
+_LINES = 12  # recordings that have a column of their own
 
 
-def reduced_screen(reduced: ReducedDocument) -> Screen:
+def reduced_report(reduced: ReducedDocument) -> Report:
     """Count the recordings in the store, and list what was refused, and why."""
     total, refused = reduced.new + reduced.known, [(bad.file, bad.reason) for bad in reduced.refused]
     lines = [
@@ -36,67 +42,59 @@ def reduced_screen(reduced: ReducedDocument) -> Screen:
         Notes(lines),
         Notes([f"{PurePath(file).name}: {reason}" for file, reason in refused], optional=True),
     ]
-    details: list[Block] = [Table("Refused", columns(("log",), (), ("why",)), refused)] if refused else []
-    return Screen(first, details, "all that was refused")
+    return Report("The store", first, _refused(refused), "all that was refused")
 
 
-def fleet_screen(fleet: Fleet, refused: Mapping[str, str]) -> Screen:
-    """List the changes, the clearest first; then a line an arm."""
-    first: list[Block] = [Notes(_head(fleet, refused))]
-    if fleet.changed:
-        first.append(_changed(fleet))
-    first.append(Notes(_twins(fleet), optional=True))
-    return Screen(first, [_arms(fleet)], "a line an arm")
-
-
-def fleet_page(fleet: Fleet, refused: Mapping[str, str], provenance: Provenance) -> Page:
-    """The report of a fleet: what changed last night on top, a line an arm, small multiples."""
-    robot, nights = len(fleet.arms), sum(len(arm.days) for arm in fleet.arms)
+def fleet_report(fleet: Fleet, refused: Mapping[str, str]) -> Report:
+    """What changed last night, the clearest first; then a line an arm, and small multiples."""
     last = max(arm.days[-1] for arm in fleet.arms)
-    banner = Banner("do_not_use" if fleet.changed else "use", _headline(fleet))
-    lead: list[Block] = [banner, Notes(_head(fleet, refused))]
-    if fleet.changed:
-        lead.append(_changed(fleet))
-    drawings: list[Block] = [
-        *fleet_figures(fleet, "FS", "coulomb", "Coulomb friction"),
-        *fleet_figures(fleet, "FV", "viscous", "Viscous friction"),
-        *fleet_figures(fleet, "mass", "mass", "Payload less what the controller was told"),
-        *fleet_figures(fleet, "scale", "scale", "Scale of each drive's torque"),
+    kinds = (
+        ("FS", "coulomb", "Coulomb friction"),
+        ("FV", "viscous", "Viscous friction"),
+        ("mass", "mass", "Payload less what the controller was told"),
+        ("scale", "scale", "Scale of each drive's torque"),
+    )
+    headline, *others = _head(fleet, refused)
+    first: list[Block] = [
+        Banner("do_not_use" if fleet.changed else "use", headline),
+        Notes(others),
+        *([_changed(fleet)] if fleet.changed else []),
+        Notes(_twins(fleet), optional=True),
     ]
-    bad: list[Block] = [Table("", columns(("log",), (), ("why",)), sorted(refused.items()), style="plain")]
+    drawings = [drawing for kind in kinds for drawing in fleet_figures(fleet, *kind)]
     sections = [
         Section("arms", "Every arm", [_arms(fleet)]),
-        Section("multiples", "Day by day", [Text(_WORDS), *drawings]),
-        Section("twins", "Twins", [Notes(_twins(fleet))]),
-        *([Section("refused", "Logs that were refused", bad)] if refused else []),
+        Section("multiples", "Day by day", [OnPage(lambda: [Text(_WORDS), *drawings])]),
+        *_refused(sorted(refused.items())),
     ]
-    subtitle = f"{robot} arms, {nights} recordings, {fleet.first} to {last}"
-    return report_page("The fleet", subtitle, lead, sections, [], provenance)
+    nights = sum(len(arm.days) for arm in fleet.arms)
+    subtitle = f"{len(fleet.arms)} arms, {nights} recordings, {fleet.first} to {last}"
+    return Report("The fleet", first, sections, "a line an arm", subtitle)
 
 
-def _headline(fleet: Fleet) -> str:
-    return f"{len(fleet.changed)} changes last night" if fleet.changed else "nothing changed last night"
+def _refused(refused: Sequence[tuple[str, str]]) -> list[Section]:
+    table = Table("Refused", ("log", "why"), refused)
+    return [Section("refused", "Logs that were refused", [table])] if refused else []
 
 
 def _head(fleet: Fleet, refused: Mapping[str, str]) -> list[str]:
-    lines = [f"{len(fleet.arms)} arms: {_headline(fleet)}."]
-    few = [arm.name for arm in fleet.arms if len(arm.days) <= FEWEST]
+    changes = f"{len(fleet.changed)} changes last night" if fleet.changed else "nothing changed last night"
+    lines, few = (
+        [f"{len(fleet.arms)} arms: {changes}."],
+        [arm.name for arm in fleet.arms if len(arm.days) <= FEWEST],
+    )
     if few:
-        lines.append(
-            f"Too few nights to tell a change yet: {', '.join(few[:6])}{' and more' if len(few) > 6 else ''}."
-        )
-    if refused:
-        lines.append(f"{len(refused)} logs were refused; see index.json of the store.")
-    return lines
+        more = " and more" if len(few) > 6 else ""
+        lines.append(f"Too few nights to tell a change yet: {', '.join(few[:6])}{more}.")
+    return [*lines, *([f"{len(refused)} logs were refused; see index.json of the store."] if refused else [])]
 
 
 def _changed(fleet: Fleet) -> Table:
     rows = [
-        (line.arm, meaning(line.quantity), _amount(line), f"{line.z:+.1f}",
-         f"{len(line.values) - 1}")
+        (line.arm, meaning(line.quantity), _amount(line), f"{line.z:+.1f}", str(len(line.values) - 1))
         for line in fleet.changed
-    ]  # fmt: skip
-    return Table("What changed", columns(("arm", "quantity"), ("by", "z", "nights before")), rows, style="tight")
+    ]
+    return Table("What changed", ("arm", "quantity", "by", "z", "nights before"), rows)
 
 
 def _amount(series: Series) -> str:
@@ -108,17 +106,8 @@ def _amount(series: Series) -> str:
 
 def meaning(quantity: str) -> str:
     """A quantity in words."""
-    kind, number = quantity.rstrip("0123456789").strip(), quantity[len(quantity.rstrip("0123456789")) :]
-    words = {
-        "FS": "Coulomb friction",
-        "FV": "viscous friction",
-        "FSM": "Coulomb friction of motor",
-        "FVM": "viscous friction of motor",
-        "OFF": "constant torque",
-        "scale": "torque scale",
-        "mass": "payload less what was told",
-    }
-    return f"{words[kind]} {number}".strip()
+    kind = quantity.rstrip("0123456789")
+    return f"{_QUANTITIES[kind.strip()]} {quantity[len(kind) :]}".strip()
 
 
 def _arms(fleet: Fleet) -> Table:
@@ -133,8 +122,8 @@ def _arms(fleet: Fleet) -> Table:
              f"{mass.values[-1]:+.2f}±{mass.sigma[-1]:.2g}",
              farthest.quantity, _amount(farthest), str(count or ""))
         )  # fmt: skip
-    headings = ("nights", "last", "told [kg]", "less told [kg]", "friction", "by", "changes")
-    return Table("Every arm", columns(("arm",), headings), rows, style="tight")
+    headings = ("arm", "nights", "last", "told [kg]", "less told [kg]", "friction", "by", "changes")
+    return Table("Every arm", headings, rows)
 
 
 def _twins(fleet: Fleet) -> list[str]:
@@ -151,47 +140,34 @@ def _twins(fleet: Fleet) -> list[str]:
     return lines or [f"No arm differs from its twins beyond {twins.bound:.1f} sigma (chance {CHANCE:g})."]
 
 
-def compared_screen(compared: Compared) -> Screen:
+def compared_report(compared: Compared) -> Report:
     """The parameters in which recordings differ most; then all of them."""
-    order = np.argsort(-compared.scatter, kind="stable")
-    details: list[Block] = [_compared_table(compared, "All parameters", range(len(compared.parameters)))]
-    first: list[Block] = [
-        _compared_table(
-            compared, "Where the recordings differ most (SI units)", sorted(order[:_MOST_SHOWN].tolist())
-        ),
-        Notes(odd_lines(compared), optional=True),
-    ]
-    return Screen(first, details, "all parameters")
-
-
-def odd_lines(compared: Compared) -> list[str]:
-    """Name the recordings that are odd, and the parameters in which they are."""
-    odd = compared.odd
-    if not odd:
-        return [f"No recording differs from the others beyond {compared.bound:.1f} sigma (chance {CHANCE:g})."]
-    return [
-        f"{PurePath(one.recording).name} is the odd one in {one.parameter}: {one.sigmas:+.1f} sigma from the "
+    odd = [
+        f"{PurePath(each.recording).name} is the odd one in {each.parameter}: {each.sigmas:+.1f} sigma from the "
         "others."
-        for one in odd
+        for each in compared.odd
     ]
+    nothing = f"No recording differs from the others beyond {compared.bound:.1f} sigma (chance {CHANCE:g})."
+    order = np.argsort(-compared.scatter, kind="stable")
+    most = sorted(order[:_MOST_SHOWN].tolist())
+    first: list[Block] = [
+        _compared_table(compared, "Where the recordings differ most (SI units)", most),
+        Notes(odd or [nothing], optional=True),
+    ]
+    every = _compared_table(compared, "All parameters", range(len(compared.parameters)))
+    return Report("Recordings side by side", first, [Section("all", "All parameters", [every])], "all parameters")
 
 
-def _compared_table(compared: Compared, title: str, chosen: "range | list[int]") -> Table:
+def _compared_table(compared: Compared, title: str, chosen: Sequence[int]) -> Table:
     shown = compared.recordings if len(compared.recordings) <= _LINES else ()
-    labels = [_short(source) for source in shown]
+    labels = [PurePath(source.split(", ")[0]).name.split(".")[0][-12:] for source in shown]
     rows = []
     for k in chosen:
         low, high = compared.pooled_interval95[k]
         own = float(np.sqrt(np.mean(compared.sigma[:, k] ** 2)))
         spread = float(np.std(compared.values[:, k], ddof=1))
         values = [f"{compared.values[i, k]:.4g}" for i in range(len(shown))]
-        rows.append(
-            (compared.parameters[k], *values, f"{spread:.2g}", f"{own:.2g}", f"{compared.pooled[k]:.4g}",
-             f"{low:.4g}", f"{high:.4g}")
-        )  # fmt: skip
-    headings = [*labels, "spread", "own sigma", "pooled", "95 % from", "to"]
-    return Table(title, columns(("parameter",), headings), rows, style="tight")
-
-
-def _short(source: str) -> str:
-    return PurePath(source.split(", ")[0]).name.split(".")[0][-12:]
+        pooled = (f"{compared.pooled[k]:.4g}", f"{low:.4g} to {high:.4g}")
+        rows.append((compared.parameters[k], *values, f"{spread:.2g}", f"{own:.2g}", *pooled))
+    headings = ["parameter", *labels, "spread", "own sigma", "pooled", "95 % interval"]
+    return Table(title, headings, rows)

@@ -1,68 +1,57 @@
-"""Drive gains: what the terminal prints, and the report."""
+"""Drive gains: the verdict, one row a joint, the next command; then what it rests on."""
 
 import numpy as np
 
 from ....common.schema import present
 from ....estimation.results.payload import array, mass_by_joints, numbers
 from ....estimation.results.robot import GainsResult, MountingDocument
-from ..blocks import Banner, Block, Notes, Page, Screen, Table, columns
-from ..provenance import Provenance, report_page
-from .evidence import joints_section, torques_section
-from .verdict import MEND, VERDICTS, reason_blocks, reason_lines, verdict_notes
+from ..blocks import Banner, Notes, Report, Table
+from .evidence import MEND, VERDICTS, joints_section, reason_blocks, torques_section, verdict_notes, worst_torque
 
 
-def gains_screen(gains: GainsResult, document: str | None = None) -> Screen:
-    """The verdict, one row a joint, the next command; then what it rests on.
+def gains_report(gains: GainsResult, document: str | None = None) -> Report:
+    """Gains with their verdict, the weight as each joint sees it, and the torques that the gains give.
 
     ``document``: the JSON file that was written, if any.
     """
-    verdict, words = gains.judged, VERDICTS[gains.judged.level].words
+    level, made = gains.judged.level, gains.working
     ask = "" if document else "add --json gains.json, then "
     after = f"Next: {ask}give --drive-gains {document or 'gains.json'} to 'dynident payload'."
-    first: list[Block] = [
-        Notes([f"Verdict: {'use every gain' if verdict.level == 'use' else words}."]),
-        Notes(reason_lines(verdict), optional=True),
+    first = [
+        Banner(level, f"Verdict: {'use every gain' if level == 'use' else VERDICTS[level]}."),
         gains_table(gains),
-        Notes([after if verdict.level != "do_not_use" else MEND]),
-        Notes(verdict_notes(verdict), optional=True),
+        Notes([after if level != "do_not_use" else MEND]),
+        *reason_blocks(gains.judged),
+        Notes(verdict_notes(gains.judged), optional=True),
+        worst_torque(lambda: made.predictions),
     ]
-    return Screen(first, [Notes(_notes(gains))], "the payload, residuals, where sigma comes from")
-
-
-def gains_table(gains: GainsResult) -> Table:
-    """Gains with standard deviations, what of the current is left unexplained, and what each rests on."""
-    headings = columns(("motor",), ("N·m/A", "sigma", "%", "residual %"), ("rests on",))
-    told, residual = gains.drive_gains, present(gains.relative_residual)
-    sigma, n = np.sqrt(np.diag(told.relative_covariance)), len(told.values)
-    unexplained = array(residual.relative_per_joint if residual else None, n)
-    words = told.rests_on or ("",) * n
-    rows = [
-        (str(j), f"{value:.3f}", f"{value * share:.2g}", f"{100 * share:.2g}", f"{100 * left:.1f}", word)
-        for j, (value, share, left, word) in enumerate(
-            zip(told.values, sigma, unexplained, words, strict=True), start=1
-        )
-    ]
-    return Table(f"Drive gains of {gains.robot}", headings, rows, style="tight")
-
-
-def gains_page(gains: GainsResult, provenance: Provenance) -> Page:
-    """Verdict and gains first, then the weight as each joint sees it, and the torques that the gains give."""
-    verdict, level, made = gains.judged, gains.judged.level, gains.working
-    sentence = "Every gain can be used." if level == "use" else VERDICTS[level].sentence
-    why = [*reason_blocks(verdict), Notes(verdict_notes(verdict))]
-    lead: list[Block] = [Banner(level, sentence), gains_table(gains), *why]
     # Of recordings that were not looked at joint by joint there is none.
-    mounted = zip(made.mountings.names, made.loads, made.by_joints, strict=True) if made.by_joints else ()
+    mounted = zip(made.mountings.names, made.loads, made.by_joints, strict=True) if made and made.by_joints else ()
     weights = [
         joints_section(mass_by_joints(by_joints), load.mass, (load.mass, load.mass), name)._replace(
             title=f"The known weight as each joint sees it{_mounted(gains, name)}"
         )
         for name, load, by_joints in mounted
     ]
-    sections = (*weights, torques_section(made.predictions))
-    subtitle = f"Identified from recordings of motor currents with a known weight, {provenance.day}"
-    title = f"Drive gains of the {gains.robot_title or gains.robot}"
-    return report_page(title, subtitle, lead, sections, _notes(gains), provenance)
+    sections = (*weights, torques_section(lambda: made.predictions))
+    subtitle = "Identified from recordings of motor currents with a known weight"
+    more = "the payload, residuals, where sigma comes from"
+    return Report(f"Drive gains of the {gains.robot_title or gains.robot}", first, sections, more, subtitle,
+                  _notes(gains))  # fmt: skip
+
+
+def gains_table(gains: GainsResult) -> Table:
+    """Gains with standard deviations, what of the current is left unexplained, and what each rests on."""
+    headings = ("motor", "N·m/A", "sigma", "%", "residual %", "rests on")
+    told, residual = gains.drive_gains, present(gains.relative_residual)
+    sigma, n = np.sqrt(np.diag(told.relative_covariance)), len(told.values)
+    unexplained = array(residual.relative_per_joint if residual else None, n)
+    parts = zip(told.values, sigma, unexplained, told.rests_on or ("",) * n, strict=True)
+    rows = [
+        (str(j), f"{value:.3f}", f"{value * share:.2g}", f"{100 * share:.2g}", f"{100 * left:.1f}", word)
+        for j, (value, share, left, word) in enumerate(parts, start=1)
+    ]
+    return Table(f"Drive gains of {gains.robot}", headings, rows)
 
 
 def _mounted(gains: GainsResult, name: int) -> str:

@@ -15,10 +15,9 @@ from ....trajectories.design.floor import Floor
 from ....trajectories.design.full_trajectory import Rung
 from ....trajectories.design.score import holding_torques
 from ...export.motions.written import assumed_line, rests_on
-from ..blocks import Banner, Block, Notes, Page, Pair, Screen, Section, Table, Text, columns, tables_of
+from ..blocks import Banner, Block, Notes, OnPage, Report, Section, Table, Text
 from ..documents.design import JudgedMotion, NearResult
 from ..figures.motion import motion_figure, sigma_figure
-from ..provenance import Provenance, report_page
 from .robot import assumed_notes
 
 _MOST_SHOWN = 12
@@ -35,28 +34,112 @@ _GROUPS = (
     ("constant torques", "N·m or N", ("OFF",)),
 )
 """Kinds of parameters in words, their unit, and the letters they are called by."""
-_MOTION = "Positions and speeds of every joint between its limits, and torques where they are known, over time."
 
 
-def payload_notes(problem: DesignProblem, score: Score) -> list[str]:
+def design_report(judged: JudgedMotion) -> Report:
+    """Which limits hold, what the motion would teach, what to do next; then every parameter and the motion."""
+    score, problem, floor = judged.score, judged.score.problem, judged.floor
+    kind, title = problem.criterion.kind, problem.robot.title or problem.robot.name
+    notes = [_replay_note(kind, judged.replay)] if judged.replay is not None else []
+    notes += [*_payload_notes(problem, score), *assumed_notes(problem.robot, *rests_on(problem))]
+    notes += [_floor_note(kind, floor)] if floor is not None else []
+    writers = "--samples, --ros2, --urscript or --val3"
+    criterion, after = f"Criterion {criterion_text(kind, score.value)}.", list[str]()
+    if judged.design is not None:
+        after = [f"Next: add {writers}, run it, then 'dynident check LOG'."]
+    first: list[Block] = [
+        _motion_banner(judged.title, score),
+        _limits_table(score),
+        _taught_table(problem, score),
+        Notes([criterion, *after]),
+        Notes(notes, optional=True),
+        *([_how_to_run(score.duration, writers, "payload")] if after else []),
+    ]
+    brakes = _holding_tables(problem, score)
+    blocks: list[Block] = [
+        _score_table(problem, score),
+        *_sigma_tables(score, judged.reference, judged.labels),
+        *brakes,
+        motion_figure(problem, judged.motion, f"{title}: motion between its limits"),
+    ]
+    if np.isfinite(list(score.learnt.sigma.values())).all():
+        words = f"{title}: what the motion would teach"
+        blocks.append(sigma_figure(score, words, judged.reference, judged.labels))
+    more = f"condition numbers, every parameter{', what brakes hold' if brakes else ''}"
+    return Report(
+        f"Motion for the {title}", first, [Section("motion", "Motion and what it would teach", blocks)], more
+    )
+
+
+def near_report(result: NearResult, expected: InertialParameters, hints: Sequence[str], motion: Motion) -> Report:
+    """What a motion will tell of a payload as expected, and what to do next; then what can be seen, and the motion.
+
+    ``hints`` say what else could be done.
+    """
+    robot, problem, score = result.robot, result.design.problem, result.design.score
+    title, joints = robot.title or robot.name, ", ".join(map(str, result.shape.joints))
+    place = ", ".join(f"{1e3 * x:g}" for x in expected.com)
+    writers = "--samples, --ros2 or --urscript"
+    first: list[Block] = [
+        _motion_banner(f"Motion of joints {joints} of {title}", score),
+        _spread_table(f"Predicted for {expected.mass:g} kg at ({place}) mm", result.spread),
+        *ladder_tables(result.ladder),
+        Notes([f"Next: add {writers}, run it without and with the payload, then 'dynident weigh'."]),
+        Notes([*hints, *_near_notes(result)], optional=True),
+        OnPage(lambda: [_limits_table(score)]),
+        _how_to_run(result.motion.duration, writers, "weigh"),
+    ]
+    brakes = _holding_tables(problem, score)
+    drawn = motion_figure(problem, motion, f"Motion that weighs a payload: {title}")
+    sections = [
+        Section("payload", "What it shows of a payload", [visibility_table(result.visibility), *brakes]),
+        Section("motion", "The motion between its limits", [drawn]),
+    ]
+    more = f"which parameters these joints show{', what brakes hold' if brakes else ''}"
+    return Report(f"Motion that weighs a payload: {title}", first, sections, more)
+
+
+def _motion_banner(title: str, score: Score) -> Banner:
+    """Say whether the motion keeps its limits, and which were not checked."""
+    names = dict.fromkeys(limit.name for limit in score.limits)
+    missing = [kind for kind in _KINDS if not any(name.startswith(kind) for name in names)]
+    missed = dict.fromkeys(limit.name for limit in score.limits if str(limit) in score.violations)
+    level, words = "mass_and_com_only" if missing else "use", f"every limit{' that was checked' * bool(missing)}"
+    keeps = f"keeps {words}" if score.feasible else f"does NOT keep {', '.join(missed)}"
+    unchecked = f" NOT checked: {', '.join(missing)}." if missing else ""
+    return Banner(level if score.feasible else "do_not_use", f"{title}: {keeps}.{unchecked}")
+
+
+def _how_to_run(duration: float, writers: str, command: str) -> OnPage:
+    """From the file to the payload: options that write the motion, and the command that takes both recordings."""
+    steps = [
+        f"Write it for the controller: add {writers} to the command below.",
+        "Run it slowly first, and look at cables, fixtures and people: nothing here knows of them.",
+        f"Record {duration:.3g} s of positions and torques or currents, without and with the payload, by the "
+        "same program.",
+        f"Look at each recording by 'dynident check LOG', then 'dynident {command} --unloaded A --loaded B'.",
+    ]
+    return OnPage(lambda: [Text("How to run it", heading=True), Notes(steps)])
+
+
+def _payload_notes(problem: DesignProblem, score: Score) -> list[str]:
     """The set of payloads, and the largest share of a torque limit that brakes hold; nothing without a set."""
     payloads = problem.payloads
     if payloads is None:
         return []
     missed = any(limit.name.startswith("torque") and str(limit) in score.violations for limit in score.limits)
-    hold = "do NOT hold" if missed else "hold"
     shares = holding_torques(problem, score.samples.q) / problem.bounds.torque
     joint = int(np.argmax(shares))
     bounds = f"up to {payloads.mass:g} kg {_region(payloads)}, down to none"
     return [
-        f"Torque limits {hold} for every payload {bounds}.",
+        f"Torque limits {'do NOT hold' if missed else 'hold'} for every payload {bounds}.",
         f"Power cut on the way: the brake of joint {joint + 1} then holds up to {100 * shares[joint]:.0f} % of its "
         "torque limit.",
     ]
 
 
 def _region(payloads: PayloadSet) -> str:
-    """Describe where the bodies lie in the last link's frame."""
+    """Where the bodies lie in the last link's frame."""
     x, y, z = 1e3 * payloads.centre + 0.0
     half = 1e3 * payloads.half
     axes = ", ".join(f"{length:.4g}" for length in half)
@@ -68,7 +151,7 @@ def _region(payloads: PayloadSet) -> str:
     return f"in an ellipsoid of half axes {axes} mm {place}"
 
 
-def holding_tables(problem: DesignProblem, score: Score) -> list[Table]:
+def _holding_tables(problem: DesignProblem, score: Score) -> list[Table]:
     """Torque that holds the arm still, joint by joint, with its worst payload; nothing without a set."""
     if problem.payloads is None:
         return []
@@ -77,71 +160,30 @@ def holding_tables(problem: DesignProblem, score: Score) -> list[Table]:
         (f"joint {j}", f"{round(first, 6):.4g}", f"{round(most, 6):.4g}", f"{limit:.4g}")
         for j, (first, most, limit) in enumerate(zip(start, worst, problem.bounds.torque, strict=True), 1)
     ]
-    headings = columns(("power cut",), ("at the start", "on the way at most", "limit"))
+    headings = ("power cut", "at the start", "on the way at most", "limit")
     return [Table("Torque that brakes have to hold, N·m or N, with the worst payload", headings, rows)]
 
 
-def design_screen(judged: JudgedMotion) -> Screen:
-    """Show which limits hold, what the motion would teach, what to do next; then every parameter."""
-    score, problem, floor = judged.score, judged.score.problem, judged.floor
-    kind = problem.criterion.kind
-    notes = [replay_note(kind, judged.replay)] if judged.replay is not None else []
-    notes += payload_notes(problem, score)
-    notes += assumed_notes(problem.robot, *rests_on(problem))
-    notes += [floor_note(kind, floor)] if floor is not None else []
-    lines = [f"Criterion {criterion_text(kind, score.value)}."]
-    after = "Next: add --samples, --ros2, --urscript or --val3, run it, then 'dynident check LOG'."
-    first: list[Block] = [
-        Notes([f"{judged.title}: {limits_in_words(score)}"]),
-        limits_table(score),
-        taught_table(problem, score),
-        Notes([*lines, *([after] if judged.design is not None else [])]),
-        Notes(notes, optional=True),
-    ]
-    brakes = holding_tables(problem, score)
-    details = [score_table(problem, score), *sigma_tables(score, judged.reference, judged.labels), *brakes]
-    return Screen(first, details, f"condition numbers, every parameter{', what brakes hold' if brakes else ''}")
+def _limits_table(score: Score) -> Table:
+    rows = []
+    for limit in score.limits:
+        kept = f"violated by {limit.violation:.4g}" if str(limit) in score.violations else "met"
+        rows.append((limit.name, f"{limit.value:.4g}", f"{limit.limit:.4g}", limit.worst, kept))
+    title = f"Nearest to its limits, SI units, in {score.duration:.4g} s"
+    return Table(title, ("", "comes to", "limit", "at", "kept"), rows)
 
 
-def limits_in_words(score: Score) -> str:
-    """Say whether the motion keeps its limits, and which were not checked."""
-    checked = [limit.name for limit in score.limits]
-    missing = [kind for kind in _KINDS if not any(name.startswith(kind) for name in checked)]
-    unchecked = f" NOT checked: {', '.join(missing)}." if missing else ""
-    if score.feasible:
-        return f"keeps every limit{' that was checked' if missing else ''}.{unchecked}"
-    missed = dict.fromkeys(limit.name for limit in score.limits if str(limit) in score.violations)
-    return f"does NOT keep {', '.join(missed)}.{unchecked}"
-
-
-def limits_table(score: Score) -> Table:
-    """Tabulate how near each limit comes, SI units."""
-    rows = [
-        (
-            limit.name,
-            f"{limit.value:.4g}",
-            f"{limit.limit:.4g}",
-            limit.worst,
-            f"violated by {limit.violation:.4g}" if str(limit) in score.violations else "met",
-        )
-        for limit in score.limits
-    ]
-    headings = (*columns(("limit",), ("comes to", "limit")), *columns(("at", "")))
-    return Table(f"Nearest to its limits, SI units, in {score.duration:.4g} s", headings, rows, style="tight")
-
-
-def taught_table(problem: DesignProblem, score: Score) -> Table:
-    """Tabulate the standard deviations that one run of the motion would leave, in units of the answer.
+def _taught_table(problem: DesignProblem, score: Score) -> Table:
+    """Standard deviations that one run of the motion would leave, in units of the answer.
 
     Of a payload mass, centre of mass and inertia there, of one of the rated mass 100 mm from the flange; of a robot
     its parameters kind by kind.
     """
-    learnt, last = score.learnt, str(problem.robot.n)
-    length = problem.goal.data_length
+    learnt, length = score.learnt, problem.goal.data_length
     recorded = f"{length:g} s of data" if length else "one run"
     if learnt.covariance is None:
-        return Table(f"From {recorded}: not every parameter can be told", columns(("",)), [])
-    if tuple(problem.names) == tuple(f"{kind}{last}" for kind in INERTIAL):
+        return Table(f"From {recorded}: not every parameter can be told", ("",), [])
+    if tuple(problem.names) == tuple(f"{kind}{problem.robot.n}" for kind in INERTIAL):
         # A payload of the rated mass stands for those to come.
         mass = problem.robot.rated_payload if np.isfinite(problem.robot.rated_payload) else _MASS
         body = InertialParameters.from_com(mass, [0.0, 0.0, _ARM], _GYRATION**2 * mass * np.eye(3))
@@ -152,8 +194,8 @@ def taught_table(problem: DesignProblem, score: Score) -> Table:
         sigma = [s for name, s in learnt.sigma.items() if parameter_kind(name) in kinds]
         if sigma:
             rows.append((words, str(len(sigma)), f"{np.median(sigma):.2g}", f"{max(sigma):.2g}", unit))
-    headings = (*columns(("",), ("number", "median", "largest")), *columns(("",)))
-    return Table(f"From {recorded}, of the robot, 1 sigma", headings, rows, style="tight")
+    headings = ("", "number", "median", "largest", "unit")
+    return Table(f"From {recorded}, of the robot, 1 sigma", headings, rows)
 
 
 def _spread_table(title: str, spread: PayloadSpread) -> Table:
@@ -162,7 +204,7 @@ def _spread_table(title: str, spread: PayloadSpread) -> Table:
     sigmas += [(f"centre of mass {axis}", "mm", 1e3 * x) for axis, x in zip("xyz", spread.com, strict=True)]
     sigmas += [(f"inertia {a}{a} at com", "kg m²", x) for a, x in zip("XYZ", spread.moments, strict=True)]
     rows = [(name, unit, f"{x:.2g}" if np.isfinite(x) else "not visible") for name, unit, x in sigmas]
-    return Table(title, columns(("", "unit"), ("1 sigma",)), rows, style="tight")
+    return Table(title, ("", "unit", "1 sigma"), rows)
 
 
 def criterion_text(kind: str, value: float) -> str:
@@ -176,33 +218,30 @@ def criterion_text(kind: str, value: float) -> str:
     return f"{kind}: condition number {np.exp(value):.4g}"
 
 
-def score_table(problem: DesignProblem, score: Score) -> Table:
-    """Tabulate how well the parameters are determined together."""
+def _score_table(problem: DesignProblem, score: Score) -> Table:
+    """How well the parameters are determined together."""
     learnt, length = score.learnt, problem.goal.data_length
-    recorded = f"{length:g} s of data, the motion repeated" if length else "recorded once"
     together = (
         ("condition number", learnt.condition_number, "of W in SI units"),
-        ("", learnt.condition_number_scaled, "columns scaled to norm 1"),
+        ("the same, scaled", learnt.condition_number_scaled, "columns scaled to norm 1"),
         ("log det", learnt.log_det, "of the information matrix"),
     )
+    recorded = f"{length:g} s of data, the motion repeated" if length else "recorded once"
     rows = [
         ("duration", f"{score.duration:.4g}", f"s; {recorded}"),
         ("parameters", str(len(problem.names)), f"criterion {problem.criterion.kind}"),
         *((name, f"{x:.4g}" if np.isfinite(x) else "rank-deficient", words) for name, x, words in together),
     ]
-    return Table("Parameters together", columns(("",), ("value",), ("",)), rows, style="tight")
+    return Table("Parameters together", ("", "value", "remark"), rows)
 
 
-def sigma_tables(score: Score, reference: Mapping[str, float], labels: Mapping[str, str]) -> list[Table]:
+def _sigma_tables(score: Score, reference: Mapping[str, float], labels: Mapping[str, str]) -> list[Table]:
     """Predicted standard deviations; of many parameters the least known. None where not all can be told."""
-    sigma = score.learnt.sigma
-    if not np.isfinite(list(sigma.values())).all():
-        return []
-    relative = score.relative_sigma(dict(reference))
+    sigma, relative = score.learnt.sigma, score.relative_sigma(dict(reference))
     shown = list(sigma)
     if len(sigma) > _MOST_SHOWN:
         shown = sorted(sigma, key=lambda name: -relative.get(name, 0.0))[: _SHOWN if relative else 0]
-    if not shown:
+    if not shown or not np.isfinite(list(sigma.values())).all():
         return []
     rows = []
     for name in shown:
@@ -210,11 +249,11 @@ def sigma_tables(score: Score, reference: Mapping[str, float], labels: Mapping[s
         percent = f"{100.0 * relative[name]:.2g}" if name in relative else ""
         rows.append((labels.get(name, name), f"{sigma[name]:.3g}", value, percent))
     least = f", the {len(shown)} least known of {len(sigma)}" if len(shown) < len(sigma) else ""
-    return [Table(f"Predicted sigma{least}", columns(("",), ("sigma", "value", "%")), rows)]
+    return [Table(f"Predicted sigma{least}", ("", "sigma", "value", "%"), rows)]
 
 
-def floor_note(kind: str, floor: Floor) -> str:
-    """Say how far a motion is from the best that states within the limits allow."""
+def _floor_note(kind: str, floor: Floor) -> str:
+    """How far a motion is from the best that states within the limits allow."""
     what = {"d": "uncertainty", "a": "relative sigma"}.get(kind, "condition number")
     times = np.exp(0.5 * floor.gap if kind == "d" else floor.gap)
     return (
@@ -223,8 +262,8 @@ def floor_note(kind: str, floor: Floor) -> str:
     )
 
 
-def replay_note(kind: str, replay: Score) -> str:
-    """Say how the motion changes where a controller moves between the via points by its own profiles."""
+def _replay_note(kind: str, replay: Score) -> str:
+    """How the motion changes where a controller moves between the via points by its own profiles."""
     limits = f"but {'; '.join(replay.violations)}" if replay.violations else "every limit met"
     return (
         f"Replayed by trapezoidal moves as --val3 asks for: {criterion_text(kind, replay.value)} in "
@@ -232,102 +271,35 @@ def replay_note(kind: str, replay: Score) -> str:
     )
 
 
-def design_page(judged: JudgedMotion, provenance: Provenance) -> Page:
-    """Show the motion between its limits, and what it would teach."""
-    score, problem = judged.score, judged.score.problem
-    title = problem.robot.title or problem.robot.name
-    drawings: list[Block] = [motion_figure(problem, judged.motion, f"{title}: motion between its limits")]
-    if np.isfinite(list(score.learnt.sigma.values())).all():
-        words = f"{title}: what the motion would teach"
-        drawings.append(sigma_figure(score, words, judged.reference, judged.labels))
-    blocks = [*design_screen(judged).blocks, *drawings]
-    section = Section("motion", "Motion and what it would teach", blocks)
-    writers, answers = "--samples, --ros2, --urscript or --val3", "dynident payload --unloaded A --loaded B"
-    how = _how_to_run(score.duration, writers, answers) if judged.design is not None else []
-    lead = [*_motion_lead(score, [taught_table(problem, score)]), *how]
-    return report_page(f"Motion for the {title}", provenance.day, lead, [section], (), provenance)
-
-
-def _motion_lead(score: Score, taught: Sequence[Block]) -> list[Block]:
-    """Say whether the motion may be run, how near its limits come, and what it will teach."""
-    words = limits_in_words(score)
-    level = "do_not_use" if not score.feasible else "mass_and_com_only" if "NOT checked" in words else "use"
-    shown = Pair([limits_table(score)], [Text("What it will teach", "heading"), *taught])
-    return [Banner(level, f"The motion {words}"), shown]
-
-
-def _how_to_run(duration: float, writers: str, answers: str) -> list[Block]:
-    """From the file to the payload.
-
-    Args:
-        duration: of one run [s].
-        writers: options that write the motion for a controller.
-        answers: the command that takes both recordings.
-    """
-    steps = [
-        f"Write it for the controller: add {writers} to the command below.",
-        "Run it slowly first, and look at cables, fixtures and people: nothing here knows of them.",
-        f"Record {duration:.3g} s of positions and torques or currents, without and with the payload, by the "
-        "same program.",
-        f"Look at each recording by 'dynident check LOG', then '{answers}'.",
-    ]
-    return [Text("How to run it", "heading"), Notes(steps)]
-
-
 def visibility_table(visibility: PayloadVisibility) -> Table:
     """Each of the ten, before any motion."""
     joints = ", ".join(map(str, visibility.joints))
     rows = [(kind, visibility.parameters[kind], visibility.combination(kind)) for kind in INERTIAL]
     title = f"Visible to joint{'s' * (len(visibility.joints) > 1)} {joints}: {visibility.rank} of 10"
-    return Table(title, columns(("parameter", "visible", "as part of")), rows)
+    return Table(title, ("parameter", "visible", "as part of"), rows)
 
 
-def near_screen(result: NearResult, expected: InertialParameters, hints: Sequence[str]) -> Screen:
-    """Show what the motion will tell of a payload, and what to do next; then what can be seen at all.
-
-    Args:
-        expected: about what the payload is.
-        hints: what else could be done.
-    """
-    title = result.robot.title or result.robot.name
-    joints = ", ".join(map(str, result.shape.joints))
-    limits = limits_in_words(result.design.score)
-    after = "Next: add --samples, --ros2 or --urscript, run it without and with the payload, then 'dynident weigh'."
-    place = ", ".join(f"{1e3 * x:g}" for x in expected.com)
-    first: list[Block] = [
-        Notes([f"Motion of joints {joints} of {title}: {limits}"]),
-        _spread_table(f"Predicted for {expected.mass:g} kg at ({place}) mm", result.spread),
-        *ladder_tables(result.ladder),
-        Notes([after]),
-        Notes([*hints, *near_notes(result)], optional=True),
-    ]
-    brakes = holding_tables(result.design.problem, result.design.score)
-    details = f"which parameters these joints show{', what brakes hold' if brakes else ''}"
-    return Screen(first, [visibility_table(result.visibility), *brakes], details)
-
-
-def near_notes(result: NearResult) -> list[str]:
+def _near_notes(result: NearResult) -> list[str]:
     """Duration, speeds, limits; where the prediction comes from."""
     motion, problem = result.motion, result.design.problem
-    two = (
-        f", at {len(motion.poses)} poses, {motion.transfer:.1f} s from one to the other" if motion.transfer else ""
-    )
+    two = f", at {len(motion.poses)} poses, {motion.transfer:.1f} s from one to the other" * bool(motion.transfer)
     periods = "one period" if motion.repeats == 1 else f"{motion.repeats} periods"
     slower = ", ".join(f"{rung.motion.duration:.0f}" for rung in result.ladder if rung.speed < 1.0)
     before = f"the rehearsal, once at a tenth of the speed, takes {motion.slowed(0.1).duration:.0f} s"
     if result.ladder:
         before = f"the slower runs before it take {slower} s" if slower else "the first run may be at full speed"
-    lines = [
+    unchecked = (
+        "Torque limits are NOT checked: the description has no torque limits or no parameters (--robot-parameters "
+        "or --arm-mass); the rehearsal does not show them either."
+    )
+    return [
         f"{motion.duration:.1f} s: {periods} of {motion.period:.2f} s{two}; {before}.",
         "Sigma by (17)-(19) for white torque noise; constant torques and Coulomb friction are estimated too. Real "
         "recordings have 1.6 to 4 times as much.",
+        *([] if problem.torque_limited else [unchecked]),
+        *_payload_notes(problem, result.design.score),
+        *assumed_notes(problem.robot, *rests_on(problem)),
     ]
-    if not problem.torque_limited:
-        lines.append(
-            "Torque limits are NOT checked: the description has no torque limits or no parameters "
-            "(--robot-parameters or --arm-mass); the rehearsal does not show them either."
-        )
-    return [*lines, *payload_notes(problem, result.design.score), *assumed_notes(problem.robot, *rests_on(problem))]
 
 
 def ladder_tables(ladder: Sequence[Rung]) -> list[Table]:
@@ -336,25 +308,26 @@ def ladder_tables(ladder: Sequence[Rung]) -> list[Table]:
         (f"run {k}", f"{100.0 * rung.speed:.0f}", f"{rung.mass:.2f}", f"{rung.bound:.2f}")
         for k, rung in enumerate(ladder, 1)
     ]
-    headings = columns(("step",), ("speed %", "bears kg", "then at most kg"))
+    headings = ("step", "speed %", "bears kg", "then at most kg")
     title = "Ladder: go on only if the run before shows at most what the next one bears"
-    return [Table(title, headings, rows, style="tight")] if rows else []
+    return [Table(title, headings, rows)] if rows else []
 
 
 def near_head(result: NearResult, speed: float) -> tuple[str, ...]:
     """Lines of plain ASCII at the head of a motion's file."""
     shape, motion = result.shape, result.motion if speed == 1.0 else result.motion.slowed(speed)
     kind = "Motion that weighs a payload" if speed == 1.0 else f"REHEARSAL at {100 * speed:g} % of the speed"
-    joints = ", ".join(map(str, shape.joints))
     name = (result.robot.title or result.robot.name).encode("ascii", "replace").decode("ascii")
-    lines = [f"{kind}: {name}, by dynident {__version__}.", f"Joints {joints} move, the others are held."]
-    for k, pose in enumerate(shape.poses, 1):
-        lines.append(f"Pose {k} [rad or m]: {', '.join(f'{x:.5f}' for x in pose)}.")
-    lines.append(f"Range to either side [rad or m]: {', '.join(f'{x:.5f}' for x in shape.ranges)}.")
-    lines.append(f"Duration {motion.duration:.6g} s; seed {result.design.seed}.")
-    if not result.design.problem.torque_limited:
-        lines.append("Torque limits were not checked.")
-    return (*lines, *assumed_line(result.design.problem))
+    unchecked = [] if result.design.problem.torque_limited else ["Torque limits were not checked."]
+    return (
+        f"{kind}: {name}, by dynident {__version__}.",
+        f"Joints {', '.join(map(str, shape.joints))} move, the others are held.",
+        *(f"Pose {k} [rad or m]: {', '.join(f'{x:.5f}' for x in pose)}." for k, pose in enumerate(shape.poses, 1)),
+        f"Range to either side [rad or m]: {', '.join(f'{x:.5f}' for x in shape.ranges)}.",
+        f"Duration {motion.duration:.6g} s; seed {result.design.seed}.",
+        *unchecked,
+        *assumed_line(result.design.problem),
+    )
 
 
 def second_pose_note(first: Array, second: Array) -> str:
@@ -364,26 +337,3 @@ def second_pose_note(first: Array, second: Array) -> str:
     return (
         f"A second wrist pose ({joints}) would tell clearly more: add --second-pose auto if the robot may go there."
     )
-
-
-def near_page(result: NearResult, motion: Motion, screen: Screen, provenance: Provenance) -> Page:
-    """Show what the motion will tell of a payload, and the motion between its limits.
-
-    Args:
-        screen: what the terminal shows of it.
-    """
-    robot, plan = result.robot, result.motion
-    title = f"Motion that weighs a payload: {robot.title or robot.name}"
-    joints = ", ".join(map(str, result.shape.joints))
-    writers, answers = "--samples, --ros2 or --urscript", "dynident weigh --unloaded A --loaded B"
-    lead: list[Block] = [
-        *_motion_lead(result.design.score, tables_of(screen.first)),
-        Text(f"{plan.duration:.1f} s; joints {joints} move, the others are held."),
-        *_how_to_run(plan.duration, writers, answers),
-    ]
-    drawn = motion_figure(result.design.problem, motion, title, _MOTION)
-    sections = [
-        Section("payload", "What it shows of a payload", screen.blocks),
-        Section("motion", "The motion between its limits", [drawn]),
-    ]
-    return report_page(title, provenance.day, lead, sections, (), provenance)

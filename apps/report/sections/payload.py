@@ -1,161 +1,124 @@
-"""A payload, by a long motion or a short one: one screen and one page, first what to use and what to type in."""
+"""A payload, by a long motion or a short one: first what to use and what to type in."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from ....common.arrays import Array
+from ....common.errors import InputError
 from ....common.schema import present
 from ....estimation.answers.system import TorquePrediction
 from ....estimation.payload.result import METHOD_NAMES
 from ....estimation.possible.payload import CONFLICT
 from ....estimation.results.payload import PayloadResult, array
+from ...export.controllers import FORMATS, load_of
 from ...export.controllers.load import is_flange
 from ...numbers import SIX, interval_digits, six, with_interval
-from ..blocks import Banner, Block, Column, Notes, Page, Pair, Screen, Section, Table, Text, columns
+from ..blocks import Banner, Block, Code, Details, Notes, OnPage, Pair, Report, Section, Table, Text
 from ..figures.payload import flange_figure, repeats_figure, seen
-from ..provenance import Provenance, report_page
-from .controller import controller_blocks
-from .estimates import consistency_blocks, data_notes, method_notes, methods_section, parameters_table
+from .estimates import data_notes, methods_section
 from .evidence import (
-    by_joints_table,
-    elimination_notes,
+    MEND,
+    VERDICTS,
     essential_section,
     excitation_section,
+    gain_error_notes,
     joints_section,
+    reason_blocks,
     torques_section,
+    verdict_notes,
     worst_torque,
 )
-from .verdict import MEND, VERDICTS, gain_error_notes, reason_blocks, reason_lines, verdict_notes
 
-_HOW = {
-    1: "the loaded torques less those of the robot as it was identified",
-    2: "the change of the robot's base parameters",
-    3: "the difference of the torques on one trajectory",
-    4: "robot and payload at once, from all recordings",
-}
-"""Each method in words."""
+_SHOWN = ("abb", "kuka", "ur", "fanuc", "yaskawa", "staubli", "franka", "urdf")
+"""The formats in the page; 'dynident export' writes more."""
+_MAKERS = {"abb": "abb", "kuka": "kuka", "universal robots": "ur", "fanuc": "fanuc", "yaskawa": "yaskawa",
+           "motoman": "yaskawa", "stäubli": "staubli", "staubli": "staubli", "franka": "franka"}  # fmt: skip
+"""Word in a robot's title -> its format."""
 
 
-def payload_screen(result: PayloadResult, document: str | None = None, stand_in_unused: bool = False) -> Screen:
-    """Make the screen of ``payload`` and ``weigh``.
+def payload_report(result: PayloadResult, document: str | None = None, notes: Sequence[str] = ()) -> Report:
+    """Verdict, what to type into the controller, quantities, reasons, the worst joint; then what it rests on.
 
-    Args:
-        document: JSON file that it was written to.
-        stand_in_unused: an assumed inertia was given and is not needed.
+    ``document`` is the JSON file that it was written to.
     """
-    level, method = VERDICTS[result.verdict.level].words, result.method
-    to_do = [MEND]
-    if result.verdict.level != "do_not_use":
-        export = f"'dynident export {document or 'P.json'} --to ur' (abb, kuka, fanuc, ..)"
-        to_do = [
-            f"For the controller: {controller_line(result)}",
-            f"Next, its own format: {'' if document else 'add --json P.json, then '}{export}.",
-        ]
-    spare = ["--inertia is not needed: the inertia was measured well enough."] if stand_in_unused else []
-    first: list[Block] = [
-        Notes([f"Verdict: {level} (method {method}, {METHOD_NAMES[method]})."]),
-        Notes(reason_lines(result.verdict), optional=True),
-        quantities_table(result, 3),
-        Notes(to_do),
-        Notes([*answer_notes(result), *spare], optional=True),
-    ]
-    methods = sorted({estimate.method for estimate in result.free})
-    eliminated = elimination_notes(present(result.essential), "Method 4: ")
-    details: list[Block] = [
-        Notes(["", *(f"Method {number}, {METHOD_NAMES[number]}: {_HOW[number]}." for number in methods)]),
-        parameters_table(result),
-        Notes([*method_notes(result), ""]),
-        *consistency_blocks(result),
-        Notes([""]),
-        by_joints_table(present(result.mass_by_joints) or ()),
-        Notes([*eliminated, *data_notes(result)]),
-    ]
-    return Screen(first, details, "every method, all parameters, joints, residuals")
-
-
-def payload_page(
-    result: PayloadResult,
-    provenance: Provenance,
-    predictions: Sequence[TorquePrediction] = (),
-    others: int = 0,
-    extra: Sequence[Section] = (),
-    origin: str = "",
-) -> Page:
-    """First page for the one who types the number in, the rest for the one who asks why.
-
-    Args:
-        predictions: recordings to draw, held out or not.
-        others: number of recordings that are not drawn.
-        extra: sections to stand behind the payload's.
-        origin: what kind of data it is, below the title; recordings by default.
-    """
-    best, repeats = result.best, present(result.repeats)
+    best, made, method, level = result.best, result.working, result.method, result.verdict.level
     mass, interval = float(result.mass), tuple(result.mass.interval95.tolist())
-    sections = [
-        methods_section(result),
-        joints_section(present(result.mass_by_joints) or (), mass, interval),
-        *extra,
-    ]
+    sections = [methods_section(result), joints_section(present(result.mass_by_joints) or (), mass, interval)]
+    subtitle = "Identified from recordings of joint positions and torques"
+    repeats, joints = present(result.repeats), present(result.joints)
+    if joints:
+        subtitle = f"Weighed by a motion of joint{'s' * (len(joints) > 1)} {', '.join(map(str, joints))}"
     if repeats is not None:
         drawn = repeats_figure(repeats, mass, interval)
         words = "Each recording was weighed alone too: the scatter tells what no single one does."
         blocks: list[Block] = [Text(words), *([drawn] if drawn is not None else [])]
         sections.insert(0, Section("repeats", "From recording to recording", blocks))
-    if result.short:
-        joints = present(result.joints) or ()
-        origin = origin or f"Weighed by a motion of joint{'s' * (len(joints) > 1)} {', '.join(map(str, joints))}"
-    else:
-        origin, made = origin or "Identified from recordings of joint positions and torques", result.working
-        labels = dict(zip(made.problem.base.columns, made.problem.base.names, strict=True)) if made else {}
+
+    def predictions() -> Sequence[TorquePrediction]:
+        return () if result.short else made.predictions
+
+    if not result.short:
+        base, source = (made.problem.base, made.problem.source) if made else (None, None)
+        count = (len(source.loaded) if source else 0) + (len(made.held_out) if made else 0)
+        labels = dict(zip(base.columns, base.names, strict=True)) if base else {}
         sections += [
-            torques_section(predictions, others),
-            excitation_section(made.excitation if made else None, labels),
+            torques_section(predictions, count),
+            excitation_section(lambda: made.excitation, labels),
             essential_section(present(result.essential), result.title),
         ]
-    why: list[Block] = [
-        *reason_blocks(result.verdict),
-        *(Text(line, "note") for line in answer_notes(result)),
-        *_improvements(result, predictions),
-        *worst_torque(predictions),
+    to_do = [MEND]
+    if level != "do_not_use":
+        export = f"'dynident export {document or 'P.json'} --to ur' (abb, kuka, fanuc, ..)"
+        line = f"Its own format: {'' if document else 'add --json P.json, then '}{export}."
+        to_do = [f"For the controller: {controller_line(result)}", line]
+    controller: list[Block] = [
+        Text("What to type into the controller", heading=True),
+        Notes(to_do),
+        OnPage(lambda: controller_blocks(result, "this report", result.title)),
     ]
-    controller = controller_blocks(result, "this report", result.title)
     if best is not None:
-        why = [Pair(why, [flange_figure(best, result.inertia.use == "use", is_flange(result.frame))])]
-    lead: list[Block] = [
-        Banner(result.verdict.level, VERDICTS[result.verdict.level].sentence),
-        Pair([quantities_table(result)], [Text("What to type into the controller", "heading"), *controller]),
-        *why,
+        controller.append(flange_figure(best, result.inertia.use == "use", is_flange(result.frame)))
+    first: list[Block] = [
+        Banner(level, f"Verdict: {VERDICTS[level]} (method {method}, {METHOD_NAMES[method]})."),
+        Pair(controller, [quantities_table(result)]),
+        *reason_blocks(result.verdict),
+        Notes([*answer_notes(result), *notes], optional=True),
+        worst_torque(predictions),
     ]
-    subtitle = f"{origin}, {provenance.day}"
-    return report_page(f"Payload on the {result.title}", subtitle, lead, sections, data_notes(result), provenance)
+    more = "every method, all parameters, joints, residuals"
+    return Report(f"Payload on the {result.title}", first, sections, more, subtitle, data_notes(result))
 
 
-def quantities_table(result: PayloadResult, entries: int = 6) -> Table:
-    """Value, 95 % interval and use of mass, centre of mass and inertia there; ``entries``: of its matrix."""
+def quantities_table(result: PayloadResult) -> Table:
+    """Value, 95 % interval and use of mass, centre of mass and inertia there."""
     mass, com, inertia = result.mass, result.com, result.inertia
     numbers = [("mass", "kg", mass.value, mass.interval95, mass.use)]
-    for k, (x, ends) in enumerate(zip(com.value, com.interval95, strict=True)):
-        use = com.use if k == 0 or not np.isfinite(x) else ""
-        numbers.append((f"centre of mass {'xyz'[k]}", "mm", 1e3 * x, 1e3 * ends, use))
-    for i, j in SIX[:entries]:
-        use = inertia.use if (i, j) == (0, 0) or result.assumed else ""
-        name = f"inertia {'XYZ'[i]}{'XYZ'[j]} at com"
-        numbers.append((name, "kg m²", inertia.value[i, j], inertia.interval95[i, j], use))
+    for axis, x, ends in zip("xyz", com.value, com.interval95, strict=True):
+        numbers.append((f"centre of mass {axis}", "mm", 1e3 * x, 1e3 * ends, com.use))
+    names = [f"inertia {'XYZ'[i]}{'XYZ'[j]} at com" for i, j in SIX]
+    for name, at in zip(names, SIX, strict=True):
+        numbers.append((name, "kg m²", inertia.value[at], inertia.interval95[at], inertia.use))
     rows = [
         (name, unit, *(with_interval(float(x), *ends.tolist()) if np.isfinite(x) else ("-", "-")), use)
         for name, unit, x, ends, use in numbers
     ]
-    headings = (*columns(("", "unit"), ("value", "95 % interval")), Column("", folds=True))
-    return Table(f"Payload in {result.frame}", headings, rows, ("mass", "centre of mass z"), "quantities")
+    headings = ("", "unit", "value", "95 % interval", "use")
+    ends_at = ("mass", "centre of mass z")
+    return Table(f"Payload in {result.frame}", headings, rows, ends_at, merged=True, spare=names[3:])
 
 
 def answer_notes(result: PayloadResult) -> list[str]:
-    """Reason for the method, an assumed inertia, scale, other ways to the mass, repeats, worst joint, gains."""
-    worst, chosen = result.joint_that_agrees_least, result.recommended
-    return [
-        *([f"Method {chosen.method}: {chosen.reason}."] if chosen is not None and chosen.reason else []),
+    """Worst joint, methods side by side, an assumed inertia, scale, other ways to the mass, repeats, gains."""
+    worst, chosen, robust = result.joint_that_agrees_least, result.recommended, present(result.best_free.robust)
+    residual, masses = present(result.relative_residual), {each.method: each.ten[9] for each in result.estimates}
+    each = ", ".join(f"{method} {x:.4g}" for method, x in sorted(masses.items()) if np.isfinite(x))
+    lines = [
         *([f"Inertia ASSUMED, not measured: {result.assumed.inertia}."] if result.assumed else []),
+        f"Joint that agrees least: {worst}." if worst else "No joint can be compared with the others.",
+        *([f"Mass by method [kg]: {each}."] if len(masses) > 1 else []),
+        *([f"Method {chosen.method}: {chosen.reason}."] if chosen is not None and chosen.reason else []),
         *verdict_notes(result.verdict),
         *scale_notes(result),
         *(
@@ -164,9 +127,15 @@ def answer_notes(result: PayloadResult) -> list[str]:
             for way in present(result.agreement) or ()
         ),
         *_repeat_notes(result),
-        f"Joint that agrees least: {worst}." if worst else "No joint can be compared with the others.",
         *gain_error_notes(result.settings, result.gains),
     ]
+    if not result.short and not (residual and residual.validation):
+        lines.append("Better: keep one recording without payload out of identification (--validate).")
+    if robust and robust.unavailable:
+        lines.append(f"Better: record longer; intervals rest on white noise, because {robust.unavailable}.")
+    elif robust and robust.warning:
+        lines.append(f"Better: {robust.warning}.")
+    return lines
 
 
 def scale_notes(result: PayloadResult) -> list[str]:
@@ -229,13 +198,36 @@ def _numbers(values: Array, intervals: Array) -> str:
     )
 
 
-def _improvements(result: PayloadResult, predictions: Sequence[TorquePrediction]) -> list[Block]:
-    """List what would improve the answer, beyond a scale and the gains, of which the notes tell."""
-    lines, robust = list[str](), present(result.best_free.robust)
-    if not result.short and not any(prediction.held_out for prediction in predictions):
-        lines.append("Keep one recording without payload out of identification (--validate).")
-    if robust and robust.unavailable:
-        lines.append(f"Record longer: intervals rest on white noise, because {robust.unavailable}.")
-    elif robust and robust.warning:
-        lines.append(f"{robust.warning[:1].upper()}{robust.warning[1:]}.")
-    return [Text("How to improve it", "heading"), Notes(lines)] if lines else []
+def controller_blocks(result: PayloadResult, name: str, title: str) -> list[Block]:
+    """The recommended payload in the formats of controllers; that of the robot's maker, by its title, is open."""
+    try:
+        load = load_of(result, name)
+    except InputError as error:
+        return [Text(f"No controller takes this payload: {error}.")]
+    if load.verdict == "do_not_use":
+        return [Text("Nothing is given here: the numbers must not be used. Read the reasons and record again.")]
+    at_flange = load.in_flange()
+    if at_flange is None:
+        where = (
+            f"The payload is known in {load.frame}, not in the flange that controllers ask for. 'dynident export "
+            "payload.json --to NAME --flange-frame X Y Z RX RY RZ' writes it for a controller, given the flange's "
+            "pose in that frame. Its numbers there:"
+        )
+        return [Text(where), Code("controller-plain", controller_line(result))]
+    load = replace(at_flange, reasons=())  # which stand beside it
+    maker = next((form for word, form in _MAKERS.items() if word in title.lower()), None)
+
+    def written(form: str) -> Details:
+        try:
+            block: Block = Code(f"controller-{form}", FORMATS[form].text(load).rstrip("\n"))
+        except InputError as error:
+            block = Text(f"This controller would refuse it: {error}.")
+        return Details(FORMATS[form].title, [block], form == maker)
+
+    formats: list[Block] = [written(form) for form in _SHOWN if form != maker]
+    more = ", ".join(form for form in FORMATS if form not in _SHOWN)
+    formats.append(Text(f"'dynident export --to' also writes {more}."))
+    return [
+        *([written(maker)] if maker else []),
+        Details("Other controllers and files" if maker else "Controllers and files", formats),
+    ]

@@ -1,7 +1,7 @@
 """A robot: its description, and its identified parameters."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from msgspec import UnsetType
@@ -12,37 +12,26 @@ from ....estimation.results.parts import PossibleParameter
 from ....estimation.results.payload import array
 from ....estimation.results.robot import RobotResult
 from ....model import INERTIAL, Robot
-from ....model.drives import Drives, parameter_kind
+from ....model.drives import parameter_kind
 from ....model.frames import frames_at
 from ....model.robot import SOURCED
 from ...numbers import percent
 from ...rollout import Rollout
-from ..blocks import (
-    Banner,
-    Block,
-    Cell,
-    Column,
-    Notes,
-    Page,
-    Screen,
-    Section,
-    Table,
-    columns,
-    with_sigma,
-)
-from ..provenance import Provenance, report_page
+from ..blocks import Banner, Block, Notes, Report, Section, Table, with_sigma
 from .evidence import (
-    elimination_notes,
+    MEND,
     essential_section,
     excitation_section,
+    gain_error_notes,
+    reason_blocks,
     residual_text,
     torques_section,
+    verdict_notes,
     worst_torque,
 )
-from .rollout import rollout_blocks, rollout_line, rollout_section
-from .verdict import MEND, gain_error_notes, reason_lines, verdict_notes
+from .rollout import rollout_line, rollout_section
 
-_NUMBERS = ("alpha", "d", "theta", "r", "from", "to", "speed", "accel.", "torque")
+_HEADINGS = ("joint", "kind", "alpha", "d", "theta", "r", "from", "to", "speed", "accel.", "torque")
 _MOST_NAMED = 8
 _GOOD = "The model explains the torques: the parameters can be used."
 _BAD = "Do not use these parameters: the model does not explain the torques."
@@ -59,27 +48,24 @@ def robot_description(robot: Robot) -> list[Block]:
         known = (f"{x:.5g}" if math.isfinite(x) else "" for x in (*motion, limits.torque))
         rows.append((name, joint.kind, *(f"{value:.6g}" for value in geometry), *known))
     flange = frames_at(robot, [0.0] * robot.n)[-1]
-    by_source: dict[str, list[str]] = {}
-    for part, words in SOURCED.items():
-        if part in robot.sources:
-            by_source.setdefault(robot.sources[part], []).append(words)
-    sources = {source: ", ".join(names) for source, names in by_source.items()}
+    parts = {part: source for part, source in robot.sources.items() if part in SOURCED}
     lines = [
         f"Payloads are given in: {robot.payload_frame}",
         f"At the zero pose that frame stands at {_vector(flange.p.tolist())} m in the base, "
         f"z along {_vector(flange.R[:, 2].tolist())}, x along {_vector(flange.R[:, 0].tolist())}.",
         f"Gravity in frame 0: {_vector(list(robot.gravity))} m/s^2.",
-        _drives(robot.drives),
-        *_known_of(robot),
+        *_properties(robot),
         *(f"Joints are also called {', '.join(names)}." for names in robot.joint_names),
-        *(f"{names[0].upper()}{names[1:]}: {source}." for source, names in sources.items()),
+        *(f"{names[0].upper()}{names[1:]}: {source}." for source, names in _grouped(parts).items()),
         *(f"Note: {note}" for note in robot.snapped),
     ]
     title = f"{robot.title or robot.name}: modified DH (Khalil-Kleinfinger), degrees and m"
-    return [Table(title, columns(("joint", "kind"), _NUMBERS), rows), Notes(lines)]
+    return [Table(title, _HEADINGS, rows), Notes(lines)]
 
 
-def _drives(drives: Drives) -> str:
+def _properties(robot: Robot) -> list[str]:
+    """What is known of the drives, and what only some descriptions say."""
+    drives, lines = robot.drives, list[str]()
     parts = {
         "rotor inertia": drives.rotor_inertia,
         "friction": drives.friction,
@@ -88,12 +74,7 @@ def _drives(drives: Drives) -> str:
         "a gravity spring": drives.spring is not None,
     }
     known = ", ".join(word for word, there in parts.items() if there) or "none of their parameters"
-    return f"Drives: {known}{'; torque sensors on the link side' if drives.side == 'link' else ''}."
-
-
-def _known_of(robot: Robot) -> list[str]:
-    """List properties that only some descriptions have."""
-    lines = []
+    lines.append(f"Drives: {known}{'; torque sensors on the link side' if drives.side == 'link' else ''}.")
     if math.isfinite(robot.rated_payload):
         lines.append(f"Rated payload: {robot.rated_payload:g} kg.")
     if robot.links is not None:
@@ -101,45 +82,58 @@ def _known_of(robot: Robot) -> list[str]:
     if robot.mass is not None:
         lines.append(f"Mass of the arm, base and all: {robot.mass:g} kg.")
     if robot.flange_pose is not None:
-        x, y, z = (1e3 * value for value in robot.flange_pose.origin)
+        place = ", ".join(f"{1e3 * value:g}" for value in robot.flange_pose.origin)
         turn = ", ".join(f"{math.degrees(angle) + 0.0:g}" for angle in robot.flange_pose.rpy)
-        lines.append(
-            f"The maker's flange stands at ({x:g}, {y:g}, {z:g}) mm, rpy ({turn}) deg in the payload's frame."
-        )
+        lines.append(f"The maker's flange stands at ({place}) mm, rpy ({turn}) deg in the payload's frame.")
     return lines
 
 
 def assumed_notes(robot: Robot, *parts: str) -> list[str]:
-    """List assumptions about a robot; ``parts``: of ``model.robot.SOURCED``, all of them by default."""
-    by_assumption: dict[str, list[str]] = {}
-    for name, how in robot.assumed(*parts).items():
-        by_assumption.setdefault(how, []).append(SOURCED[name])
-    return [f"Assumed, not published: {', '.join(names)} ({how})." for how, names in by_assumption.items()]
+    """Assumptions about a robot; ``parts``: of ``model.robot.SOURCED``, all of them by default."""
+    grouped = _grouped(robot.assumed(*parts))
+    return [f"Assumed, not published: {names} ({how})." for how, names in grouped.items()]
+
+
+def _grouped(parts: Mapping[str, str]) -> dict[str, str]:
+    """Parts of a robot in words, by what is said of them."""
+    said: dict[str, list[str]] = {}
+    for part in sorted(parts, key=list(SOURCED).index):
+        said.setdefault(parts[part], []).append(SOURCED[part])
+    return {text: ", ".join(names) for text, names in said.items()}
 
 
 def _vector(values: list[float]) -> str:
     return "(" + ", ".join(f"{value + 0.0:.5g}" for value in values) + ")"
 
 
-def robot_screen(result: RobotResult, rollouts: Sequence[Rollout] = (), document: str | None = None) -> Screen:
-    """Show how well the model explains the torques, joint by joint; then every parameter."""
-    verdict = result.judged
+def robot_report(result: RobotResult, rollouts: Sequence[Rollout] = (), document: str | None = None) -> Report:
+    """How well the model explains the torques, joint by joint; then every parameter, torques and excitation.
+
+    ``rollouts`` are predicted motions of recordings, ``document`` the JSON file that it was written to.
+    """
+    verdict, made = result.judged, result.working
     after = f"'dynident payload --robot-parameters {document or 'robot.json'} --loaded LOG'"
     following = MEND if verdict.reasons else f"Next: {'' if document else 'add --json robot.json, then '}{after}."
-    first: list[Block] = [
-        Notes([f"Verdict: {_BAD if verdict.reasons else _GOOD}"]),
-        Notes(reason_lines(verdict), optional=True),
+    labels = dict(zip(made.base.columns, made.base.names, strict=True)) if made else {}
+    count = len(made.held_out or made.recordings) if made else 0
+    notes = [*verdict_notes(verdict), *gain_error_notes(result.processing, result.gains)]
+    first = [
+        Banner("do_not_use" if verdict.reasons else "use", f"Verdict: {_BAD if verdict.reasons else _GOOD}"),
+        *reason_blocks(verdict),
         joint_table(result),
         Notes([*_known(result), following]),
-        Notes([*map(rollout_line, rollouts), *_known_besides(result)], optional=True),
+        Notes([*map(rollout_line, rollouts), *notes], optional=True),
+        worst_torque(lambda: made.predictions),
     ]
-    lines = [*robot_notes(result), *elimination_notes(present(result.elimination))]
-    details = [*robot_section(result).blocks, Notes(lines), *rollout_blocks(rollouts)]
-    return Screen(first, details, "every base parameter, residuals, what is essential")
-
-
-def _known_besides(result: RobotResult) -> list[str]:
-    return [*verdict_notes(result.judged), *gain_error_notes(result.processing, result.gains)]
+    sections = (
+        robot_section(result),
+        *([rollout_section(rollouts)] if rollouts else []),
+        torques_section(lambda: made.predictions, count),
+        excitation_section(lambda: made.excitation, labels),
+        essential_section(present(result.elimination), result.title),
+    )
+    title, more = f"Dynamic parameters of the {result.title}", "every base parameter, residuals, what is essential"
+    return Report(title, first, sections, more, "Identified from recordings without payload", _data_notes(result))
 
 
 def joint_table(result: RobotResult) -> Table:
@@ -157,12 +151,8 @@ def joint_table(result: RobotResult) -> Table:
         )
         rows.append((f"joint {j}", *shares, coulomb, unit, viscous, f"{unit}·s"))
     fits = ("unexplained", *(["held out"] if held_out is not None else []))
-    headings = (
-        *columns(("",), (*fits, "Coulomb friction")),
-        *columns(("",), ("viscous friction",)),
-        *columns(("",)),
-    )
-    return Table(f"Torques of {result.title}", headings, rows, style="tight")
+    headings = ("", *fits, "Coulomb friction", "unit", "viscous friction", "unit")
+    return Table(f"Torques of {result.title}", headings, rows)
 
 
 def _known(result: RobotResult) -> list[str]:
@@ -192,7 +182,7 @@ def robot_table(result: RobotResult) -> Table:
     nearest = [parameter.value for parameter in constrained] if constrained else None
     beside = [("by gains", estimate.sigma_by_gains, ".2g"), ("constrained", nearest, ".4g")]
     shown = [(heading, values, form) for heading, values, form in beside if values is not None]
-    rows: list[tuple[Cell, ...]] = []
+    rows: list[tuple[str, ...]] = []
     for k, parameter in enumerate(result.base_parameters):
         name, grouping = parameter.name or estimate.names[k], parameter.grouping or ""
         value, sigma = estimate.values[k], estimate.total_sigma[k]
@@ -201,39 +191,32 @@ def robot_table(result: RobotResult) -> Table:
         more = (format(values[k], form) for _, values, form in shown)
         essential = "yes" if parameter.essential is True else ""
         rows.append((name, with_sigma(value, sigma), f"{share:.3g}", *more, essential, grouped))
-    headings = columns(("",), ("value", "%", *(heading for heading, *_ in shown)), ("grouping",))
-    headings = (*headings[:-1], Column("essential"), headings[-1])
+    headings = ("", "value", "%", *(heading for heading, *_ in shown), "essential", "grouping")
     return Table(f"Base parameters of {result.title}, SI units", headings, rows)
 
 
 def standard_table(parameters: Sequence[PossibleParameter], title: str) -> Table:
     """Standard parameters of the robot nearest to the prior, and who decides each."""
-    rows = [
-        (
-            parameter.name,
-            f"{parameter.value:.4g}",
-            "" if isinstance(parameter.prior, UnsetType) else f"{parameter.prior + 0.0:.4g}",
-            f"{100.0 * array(parameter.share):.0f} %",
-            parameter.decided_by or "",
-        )
-        for parameter in parameters
-    ]
+    rows = []
+    for each in parameters:
+        prior = "" if isinstance(each.prior, UnsetType) else f"{each.prior + 0.0:.4g}"
+        share = f"{100.0 * array(each.share):.0f} %"
+        rows.append((each.name, f"{each.value:.4g}", prior, share, each.decided_by or ""))
     ends = [parameter.name for parameter in parameters if parameter_kind(parameter.name) == INERTIAL[-1]]
-    headings = columns(("",), ("value", "prior", "data"), ("decided by",))
+    headings = ("", "value", "prior", "data", "decided by")
     return Table(f"Standard parameters of {title}, SI units", headings, rows, ends)
 
 
-def robot_notes(result: RobotResult) -> list[str]:
-    """Lines below the robot's table."""
+def _data_notes(result: RobotResult) -> list[str]:
     raw, scaled = (float(array(number)) for number in (result.condition_number, result.condition_number_scaled))
-    lines = [
+    held_out = result.validation
+    return [
         f"{result.data.equations} equations, {len(result.columns)} parameters; "
         f"condition number {raw:.4g} (SI units, unweighted), {scaled:.3g} with columns scaled.",
         f"Relative residual: {residual_text(result.estimate.fit)}",
+        *([f"On the validation recording: {residual_text(held_out)}"] if held_out else []),
+        *robot_sigma_notes(result),
     ]
-    if result.validation:
-        lines.append(f"On the validation recording: {residual_text(result.validation)}")
-    return [*lines, *robot_sigma_notes(result)]
 
 
 def robot_sigma_notes(result: RobotResult) -> list[str]:
@@ -241,8 +224,8 @@ def robot_sigma_notes(result: RobotResult) -> list[str]:
     estimate, robust = result.estimate, result.estimate.robust
     if robust is None:
         why = result.robust.unavailable if result.robust else None
-        return ["± one standard deviation by (17)-(19), for white torque noise.",
-                *([f"± by the formula alone: {why}"] if why else [])]  # fmt: skip
+        alone = [f"± by the formula alone: {why}"] if why else []
+        return ["± one standard deviation by (17)-(19), for white torque noise.", *alone]
     low, middle, high = np.quantile(robust.sigma / np.maximum(estimate.sigma, 1e-300), (0.0, 0.5, 1.0))
     return [
         "± and % by the larger of the formula's (17)-(19) and the block jackknife's standard deviation; what is "
@@ -282,36 +265,6 @@ def constrained_notes(result: RobotResult) -> list[str]:
         "combinations of standard parameters (the JSON lists them)."
     )
     return lines
-
-
-def robot_page(
-    result: RobotResult, provenance: Provenance, others: int = 0, rollouts: Sequence[Rollout] = ()
-) -> Page:
-    """Verdict and residuals first, then parameters, torques and excitation.
-
-    Args:
-        result: with its working.
-        others: number of recordings that are not drawn.
-        rollouts: predicted motion of recordings.
-    """
-    made, against = result.working, result.judged.reasons
-    labels = dict(zip(made.base.columns, made.base.names, strict=True))
-    lead: list[Block] = [
-        Banner("do_not_use", _BAD) if against else Banner("use", _GOOD),
-        Notes([*against, *_known(result), *_known_besides(result)]),
-        joint_table(result),
-        *worst_torque(made.predictions),
-    ]
-    sections = (
-        robot_section(result),
-        *([rollout_section(rollouts)] if rollouts else []),
-        torques_section(made.predictions, others),
-        excitation_section(made.excitation, labels),
-        essential_section(present(result.elimination), result.title),
-    )
-    subtitle = f"Identified from recordings without payload, {provenance.day}"
-    head = f"Dynamic parameters of the {result.title}"
-    return report_page(head, subtitle, lead, sections, robot_notes(result), provenance)
 
 
 def robot_section(result: RobotResult) -> Section:

@@ -5,9 +5,8 @@ from math import pi
 from pathlib import PurePath
 
 from ...rollout import CONSTANT, GROWTH_TIME, IDENTIFIED, Rollout
-from ..blocks import Block, Notes, Page, Screen, Section, Table, Text, columns
+from ..blocks import Block, Notes, Report, Section, Table, Text
 from ..figures.motion import rollout_figure
-from ..provenance import Provenance, report_page
 
 _GROWS = 10.0
 """An error of the start that grows by more within half a second hides what the parameters do."""
@@ -18,23 +17,14 @@ _WORDS = (
 )
 
 
-def rollout_screen(rollouts: Sequence[Rollout]) -> Screen:
+def rollout_report(rollouts: Sequence[Rollout], robot: str) -> Report:
     """Errors by horizon and the replay of the first recording, a line of each other; then all of them."""
     first, *others = rollouts
-    blocks: list[Block] = [
-        _tables(first)[0],
-        Notes(rollout_notes(first)),
-        Notes([*map(rollout_line, others)], optional=True),
-    ]
-    return Screen(blocks, rollout_blocks(rollouts), "every recording, starts at rest")
-
-
-def rollout_blocks(rollouts: Sequence[Rollout]) -> list[Block]:
-    """Tables of every recording, and their notes."""
-    blocks: list[Block] = []
-    for rollout in rollouts:
-        blocks += [*_tables(rollout), Notes([*rollout_notes(rollout), ""])]
-    return blocks
+    lines, more = [*_notes(first), *map(rollout_line, others)], "every recording, starts at rest"
+    blocks: list[Block] = [_tables(first)[0], Notes(lines, optional=True)]
+    sections = [rollout_section(rollouts)]
+    title = f"Predicted motion of the {robot}"
+    return Report(title, blocks, sections, more, "Of recordings that were not fitted")
 
 
 def rollout_line(rollout: Rollout) -> str:
@@ -49,7 +39,7 @@ def rollout_line(rollout: Rollout) -> str:
     )
 
 
-def rollout_notes(rollout: Rollout) -> list[str]:
+def _notes(rollout: Rollout) -> list[str]:
     """The replay, and whether open loop can judge anything."""
     replay, (unit, size) = rollout.replay, _unit(rollout)
     joints = " ".join(f"{100.0 * share:.1f}" for share in replay.joints)
@@ -57,13 +47,10 @@ def rollout_notes(rollout: Rollout) -> list[str]:
         f"Replay: torque {100.0 * replay.relative:.2g} % from the measured one (joints {joints} %), path kept to "
         f"{replay.strayed / size:.2g} {unit}."
     ]
-    if rollout.growth > _GROWS:
-        lines.append(
-            f"An error of the start grows {rollout.growth:.2g}-fold within {GROWTH_TIME:g} s: open loop judges "
-            "nothing here, whatever the parameters; go by the replay."
-        )
-    elif rollout.growth == rollout.growth:
-        lines.append(f"An error of the start grows {rollout.growth:.2g}-fold within {GROWTH_TIME:g} s.")
+    if rollout.growth == rollout.growth:
+        hides = ": open loop judges nothing here, whatever the parameters; go by the replay"
+        grows = f"An error of the start grows {rollout.growth:.2g}-fold within {GROWTH_TIME:g} s"
+        lines.append(f"{grows}{hides * (rollout.growth > _GROWS)}.")
     if rollout.diverged:
         lines.append(f"{rollout.diverged} of {len(rollout.resting)} starts of the identified robot ran away.")
     return lines
@@ -73,37 +60,27 @@ def rollout_section(rollouts: Sequence[Rollout]) -> Section:
     """Tables and figures of every recording."""
     blocks: list[Block] = [Text(_WORDS)]
     for k, rollout in enumerate(rollouts, start=1):
-        blocks += [*_tables(rollout), rollout_figure(rollout, f"rollout_{k}", _unit(rollout))]
-        blocks.append(Notes(rollout_notes(rollout)))
+        figure = rollout_figure(rollout, f"rollout_{k}", _unit(rollout))
+        blocks += [*_tables(rollout), figure, Notes(_notes(rollout))]
     return Section("rollout", "Predicted motion", blocks)
 
 
-def rollout_page(rollouts: Sequence[Rollout], title: str, provenance: Provenance) -> Page:
-    """The report of ``rollout``; ``title``: of the robot."""
-    head = f"Predicted motion of the {title}"
-    subtitle = f"Of recordings that were not fitted, {provenance.day}"
-    first = rollouts[0]
-    lead: list[Block] = [*_tables(first), Notes(rollout_notes(first))]
-    return report_page(head, subtitle, lead, [rollout_section(rollouts)], [], provenance)
-
-
 def _tables(rollout: Rollout) -> list[Table]:
-    resting = int(rollout.resting.sum())
-    kinds = ((False, len(rollout.resting) - resting, "in motion"), (True, resting, "at rest"))
-    return [_table(rollout, at_rest, f"{count} starts {where}") for at_rest, count, where in kinds if count]
-
-
-def _table(rollout: Rollout, resting: bool, starts: str) -> Table:
-    unit, size = _unit(rollout)
+    """Errors by horizon, of starts in motion and at rest."""
+    (unit, size), resting = _unit(rollout), int(rollout.resting.sum())
     names = [IDENTIFIED, *(by for by in rollout.errors if by != IDENTIFIED)]
-    rows = []
-    for seconds in rollout.horizons:
-        spreads = [rollout.spread(by, seconds, resting) for by in names]
-        cells = [f"{error / size:.3g}" for spread in spreads if spread is not None for error in spread]
-        rows.append((f"{seconds:g} s", *cells))
-    headings = [heading for by in names for heading in (by, "90 %")]
-    title = f"{PurePath(rollout.source).name}: error [{unit}], median and 90 % of {starts}"
-    return Table(title, columns(("after",), headings), rows, style="tight")
+    headings = ("after", *(heading for by in names for heading in (by, f"{by}, 90 %")))
+    tables = []
+    for at_rest, count in ((False, len(rollout.resting) - resting), (True, resting)):
+        rows = []
+        for seconds in rollout.horizons if count else ():
+            spreads = [rollout.spread(by, seconds, at_rest) for by in names]
+            cells = (f"{error / size:.3g}" for spread in spreads if spread is not None for error in spread)
+            rows.append((f"{seconds:g} s", *cells))
+        starts = f"{count} starts {'at rest' if at_rest else 'in motion'}"
+        title = f"{PurePath(rollout.source).name}: error [{unit}], median and 90 % of {starts}"
+        tables += [Table(title, headings, rows)] if count else []
+    return tables
 
 
 def _unit(rollout: Rollout) -> tuple[str, float]:

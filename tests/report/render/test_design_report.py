@@ -20,7 +20,7 @@ def test_designed_and_judged(tmp_path: Path) -> None:
     assert {"motion", "data", "figure-motion", "figure-predicted_sigma"} <= set(page.ids)
     assert page.count["svg"] == 2
     assert page.count["table"] >= 3
-    assert "The motion keeps every limit that was checked. NOT checked: torque." in page.texts["p"]
+    assert "Motion of Stäubli RX90: keeps every limit that was checked. NOT checked: torque." in page.texts["p"]
     assert not [value for _, key, value in page.attributes if key in ("src", "href") and value.startswith("http")]
 
     assert main(["score", str(samples), *QUICK[1:-4], "--report", str(judged)]) == 0

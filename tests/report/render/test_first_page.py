@@ -10,9 +10,9 @@ from typing import Any
 import pytest
 from dynident.apps.export.controllers import FORMATS, load_of
 from dynident.apps.logs.read import read_recording
-from dynident.apps.report import Provenance, payload_page
-from dynident.apps.report.html import blocks_html, page_html
-from dynident.apps.report.sections.controller import controller_blocks
+from dynident.apps.report import Provenance, payload_report
+from dynident.apps.report.page import blocks_html, page_html
+from dynident.apps.report.sections.payload import controller_blocks
 from dynident.estimation import PayloadAnswer, PayloadResult, Settings, Verdict, answer_payload, payload_problem
 from dynident.estimation.diagnosis.finding import Finding
 from dynident.model import load_robot
@@ -39,22 +39,19 @@ def document(answer: PayloadAnswer) -> PayloadResult:
 @pytest.mark.parametrize(
     ("level", "sentence", "uses"),
     [
-        ("use", "Mass, centre of mass and inertia can be used.", ["use", "use", "use"]),
-        (
-            "mass_and_com_only",
-            "Mass and centre of mass can be used; the inertia was not measured well enough.",
-            ["use", "use", "not measured well enough"],
-        ),
-        ("do_not_use", "Do not use these numbers.", ["do not use"] * 3),
+        ("use", "Verdict: use mass, centre of mass and inertia (", ["use", "use", "use"]),
+        ("mass_and_com_only", "Verdict: use mass and centre of mass (", ["use", "use", "not measured well enough"]),
+        ("do_not_use", "Verdict: do not use (", ["do not use"] * 3),
     ],
 )
 def test_verdict_quantity_by_quantity(level: Any, sentence: str, uses: list[str], answer: PayloadAnswer) -> None:
     judged = replace(answer, verdict=Verdict(level, (Finding("warning", "", "a <b>reason</b>"),)))
-    text = page_html(payload_page(judged.result, PROVENANCE))
+    text = page_html(payload_report(judged.result), PROVENANCE)
     page = read(text)
-    assert sentence in page.texts["p"]
-    assert re.findall(r'<td class="words"[^>]*>([^<]+)</td>', text) == uses
-    assert "A <b>reason</b>." in page.texts["li"]
+    assert any(words.startswith(sentence) for words in page.texts["p"])
+    merged = re.findall(r'<td class="words merged" rowspan="(\d)">([^<]+)</td>', text)
+    assert merged == list(zip("136", uses, strict=True)), "each word stands beside all rows that it is of"
+    assert "a <b>reason</b>" in page.texts["li"]
     assert ("Nothing is given here" in text) == (level == "do_not_use")
     assert ("equivalent ellipsoid" in text) == (level == "use")
     assert "No recording was held out" in text

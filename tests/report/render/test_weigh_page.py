@@ -6,8 +6,8 @@ from datetime import UTC, datetime
 
 import numpy as np
 import pytest
-from dynident.apps.report import Page, Provenance, payload_page
-from dynident.apps.report.html import page_html
+from dynident.apps.report import Provenance, payload_report
+from dynident.apps.report.page import page_html
 from dynident.estimation import KnownMass, PayloadAnswer, PossibleBody, StandIn, answer_payload
 from dynident.estimation.payload.weighing import difference_weighing
 from dynident.model import InertialParameters, Recording, Robot, load_robot
@@ -41,26 +41,24 @@ def answered(joints: Sequence[int], count: int = 1, stand_in: StandIn | None = N
     return answer if stand_in is None else answer.assuming(stand_in)
 
 
-def page_of(answer: PayloadAnswer) -> Page:
-    return payload_page(answer.result, PROVENANCE)
-
-
 def test_the_first_screen_leads_with_what_to_do() -> None:
     answer = answered((2, 3, 5, 6))
-    page = page_of(answer)
-    text = page_html(page)
+    page = payload_report(answer.result)
+    text = page_html(page, PROVENANCE)
     first = text.split("<nav", 1)[0]
     assert [drawing.name for drawing in page.drawings()] == ["flange", "methods", "by_joints"]
     assert read(text).count["svg"] == 3
-    order = ["95 % interval", "type into the controller", "Reasons for the verdict", "Scale 7.02", "agrees least"]
+    order = ["Verdict", "type into the controller", "95 % interval", "Reasons", "agrees least", "Scale 7.02"]
     places = [first.index(words) for words in order]
     assert places == sorted(places)
     assert "condition number" not in first
     assert "condition number" in text
-    uses = re.findall(r'<td class="words"[^>]*>([^<]+)</td>', first)
+    uses = re.findall(r'<td class="words merged"[^>]*>([^<]+)</td>', first)
     assert uses == [answer.judged[name].use for name in ("mass", "centre of mass", "inertia")]
     low, high = answer.mass_interval
-    cells = re.search(r"mass</th><td>kg</td><td[^>]*>([\d.]+)</td><td[^>]*>([\d.]+) to ([\d.]+)<", first)
+    cells = re.search(
+        r"mass</th>\s*<td[^>]*>kg</td>\s*<td[^>]*>([\d.]+)</td>\s*<td[^>]*>([\d.]+) to ([\d.]+)<", first
+    )
     assert cells is not None
     assert [float(x) for x in cells.groups()] == pytest.approx([answer.mass, low, high], abs=5e-3)
 
@@ -68,8 +66,8 @@ def test_the_first_screen_leads_with_what_to_do() -> None:
 @pytest.mark.long
 def test_repeats_and_an_assumed_inertia_are_told_first() -> None:
     answer = answered((2, 3, 5, 6), 3, StandIn.parse("box:60x60x350"))
-    page = page_of(answer)
-    first = page_html(page).split("<nav", 1)[0]
+    page = payload_report(answer.result)
+    first = page_html(page, PROVENANCE).split("<nav", 1)[0]
     assert "3 recordings, each alone" in first
     assert "repeats" in {drawing.name for drawing in page.drawings()}
     assert (answer.stand_in is not None) == ("ASSUMED, not measured" in first)
@@ -77,11 +75,11 @@ def test_repeats_and_an_assumed_inertia_are_told_first() -> None:
 
 def test_a_mass_from_the_scale_alone() -> None:
     answer = answered((6,))
-    page = page_of(answer)
-    text = page_html(page)
+    page = payload_report(answer.result)
+    text = page_html(page, PROVENANCE)
     read(text)
     assert answer.possible is None
     assert page.drawings() == []  # no joint sees the mass, no body is known
     assert "the torques of these joints do not contain it" in text
-    assert "Do not use these numbers." in text
+    assert "Verdict: do not use" in text
     assert "No controller takes this payload" in text

@@ -1,0 +1,85 @@
+"""A report as one self-contained HTML file, and its figures as files.
+
+The page is what ``templates/`` makes of the report: ``page.html`` is its layout, ``blocks.html`` the look of each
+kind of block, ``style.css`` colours and widths. Every text is escaped where it enters.
+"""
+
+import html
+import re
+from collections.abc import Sequence
+from functools import cache
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from ...common.files import made_folder, write_text
+from .blocks import Block, Drawing, Report
+from .figures.canvas import save_figure, svg_text
+from .provenance import Provenance
+
+if TYPE_CHECKING:
+    from jinja2 import Environment
+
+_ENDINGS = ("png", "svg", "pdf")
+_WIDE = 7.5  # inches: a wider figure scrolls where the screen is narrow
+_HEAD = re.compile(r"^.*?(?=<svg\b)", re.DOTALL)
+_METADATA = re.compile(r"<metadata>.*?</metadata>\s*", re.DOTALL)
+_FONTS = re.compile(r"(font: [^;\"]*?)'DejaVu Sans'[^;\"]*")
+
+
+def write_report(path: str | Path, report: Report, provenance: Provenance) -> None:
+    """Write the page in one step."""
+    write_text(path, page_html(report, provenance))
+
+
+def write_plots(folder: str | Path, report: Report) -> None:
+    """Write the figures as PNG, SVG and PDF; the folder is made if missing."""
+    folder = made_folder(folder)
+    for drawing in report.drawings():
+        for ending in _ENDINGS:
+            save_figure(drawing.figure, folder / f"{drawing.name}.{ending}")
+
+
+def page_html(report: Report, provenance: Provenance) -> str:
+    """The file's text."""
+    return _environment().get_template("page.html").render(report=report, provenance=provenance)
+
+
+def blocks_html(blocks: Sequence[Block]) -> str:
+    """Some blocks alone."""
+    return str(_environment().get_template("blocks.html").module.show(blocks))  # type: ignore[attr-defined]
+
+
+@cache
+def _environment() -> "Environment":
+    from jinja2 import Environment, PackageLoader, StrictUndefined
+
+    environment = Environment(
+        loader=PackageLoader(str(__package__)),
+        autoescape=True,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        undefined=StrictUndefined,
+    )
+    environment.filters["kind"] = lambda block: type(block).__name__
+    environment.filters["svg"] = _inline_svg
+    environment.tests["wide"] = lambda drawing: drawing.figure.get_figwidth() > _WIDE
+    return environment
+
+
+def _inline_svg(drawing: Drawing) -> str:
+    """The drawing alone, with a description for those who do not see it.
+
+    Text stays text, set in the reader's own fonts; the same figure gives the same text.
+    """
+    text = _HEAD.sub("", svg_text(drawing.figure, drawing.name))
+    text = re.sub(r' xmlns(?::xlink)?="[^"]*"', "", text).replace("xlink:href", "href")  # HTML needs no address
+    text = _FONTS.sub(r"\1sans-serif", _METADATA.sub("", text))
+    # Identifiers that only one figure has; those that nothing refers to go.
+    used = set(re.findall(r'(?:href="#|url\(#)([^")]+)', text))
+    text = re.sub(r' id="([^"]+)"', lambda m: f' id="{drawing.name}-{m[1]}"' if m[1] in used else "", text)
+    text = re.sub(r'(href="#|url\(#)', rf"\g<1>{drawing.name}-", text)
+    text = re.sub(r' (?:width|height)="[\d.]+pt"', "", text, count=2)
+    text = text.replace("<svg ", f'<svg role="img" aria-labelledby="{drawing.name}-text" ', 1)
+    head, _, rest = text.partition(">")
+    title = f'<title id="{drawing.name}-text">{html.escape(drawing.text or drawing.caption)}</title>'
+    return f"{head}>{title}{rest}"  # whose names of files matplotlib has escaped
