@@ -15,7 +15,8 @@ from ...common.versions import versions
 from ...estimation.results.payload import PayloadResult, Quantity, array
 from ...estimation.results.robot import GainsResult, RobotResult
 from ...trajectories import Design
-from ..export.controllers import FORMATS, load_of
+from ..export.controllers import FORMATS
+from ..export.load import load_of
 from ..logs.log_check import LogCheck
 from ..numbers import SIX
 from .blocks import Page, Screen, Table

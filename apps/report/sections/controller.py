@@ -4,7 +4,9 @@ from dataclasses import replace
 
 from ....common.errors import InputError
 from ....estimation.results.payload import PayloadResult
-from ...export.controllers import FORMATS, ControllerFormat, ControllerLoad, load_of
+from ...export.controllers import FORMATS
+from ...export.format import Format
+from ...export.load import ControllerLoad, load_of
 from ...numbers import six
 from ..blocks import Block, Code, Details, Text
 
@@ -52,7 +54,7 @@ def controller_blocks(result: PayloadResult, name: str, title: str) -> list[Bloc
     ]
 
 
-def _format(form: ControllerFormat, load: ControllerLoad, opened: bool) -> Details:
+def _format(form: Format[ControllerLoad], load: ControllerLoad, opened: bool) -> Details:
     try:
         text = form.text(load)
     except InputError as error:

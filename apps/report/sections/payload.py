@@ -10,7 +10,7 @@ from ....estimation.answers.system import TorquePrediction
 from ....estimation.payload.result import METHOD_NAMES
 from ....estimation.possible.result import CONFLICT
 from ....estimation.results.payload import PayloadResult, array
-from ...export.controllers.load import is_flange
+from ...export.load import is_flange
 from ...numbers import SIX, interval_digits, six, with_interval
 from ..blocks import Banner, Block, Column, Notes, Page, Pair, Screen, Section, Table, Text, columns
 from ..figures.payload import flange_figure, repeats_figure, seen

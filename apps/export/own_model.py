@@ -1,26 +1,24 @@
 """Identified numbers in a user's own model, matched by names of joints and moved into its frames."""
 
 import math
-import re
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
-from io import StringIO
+from collections.abc import Iterable, Iterator, Mapping
 from itertools import combinations
 from typing import Any, NamedTuple
-from xml.etree import ElementTree
-from xml.etree.ElementTree import Element, SubElement
+from xml.etree.ElementTree import Comment
 
 import numpy as np
 
-from ....common.arrays import Array
-from ....common.errors import InputError
-from ....common.schema import read_text
-from ....estimation.possible.whole_robot import WholeRobot
-from ....model import InertialParameters, Pose
-from ....model.files.tree import read_urdf
-from ....model.frames import frames_at
-from . import mjcf, urdf
-from .form import comment, link_marks, own_frame
+from ...common.arrays import Array
+from ...common.errors import InputError
+from ...estimation.possible.whole_robot import WholeRobot
+from ...model import InertialParameters, Pose
+from ...model.files.tree import read_urdf
+from ...model.frames import frames_at
+from .format import plain
+from .robot import Frames, link_marks
+from .simulators import mjcf
+from .xml import drive_attributes, element, mark_comment, mjcf_inertial, urdf_inertial
+from .xml_edits import XmlEdits
 
 
 class Placed(NamedTuple):
@@ -82,98 +80,20 @@ def _read_urdf(path: str) -> tuple[dict[str, Placed], Extra]:
     return placed, fixed
 
 
-def _elements(text: str) -> list[Element]:
-    """What a text holds, comments too."""
-    builder = ElementTree.TreeBuilder(insert_comments=True, insert_pis=True)
-    return list(ElementTree.XML(f"<all>{text}</all>", ElementTree.XMLParser(target=builder)))
-
-
-class UserXml:
-    """A user's XML of which some elements change: all else stays, comments too.
-
-    Attributes:
-        root: the outermost element.
-        above: the element that each stands in.
-    """
-
-    def __init__(self, path: str) -> None:
-        """Read a file.
-
-        Raises:
-            InputError: if it is no XML, or defines entities.
-        """
-        text = read_text(path)
-        if "<!DOCTYPE" in text or "<!ENTITY" in text:
-            raise InputError(f"{path}: <!DOCTYPE and <!ENTITY are not accepted in a model: remove them")
-        # What stands around the root is no part of the tree, nor are prefixes that no name has.
-        around = r"(?:\s|<\?(?:(?!\?>).)*\?>|<!--(?:(?!-->).)*-->)*"
-        before, after = re.match(around, text, re.DOTALL), re.search(around + r"\Z", text, re.DOTALL)
-        self._path, self._before, self._after = path, before[0] if before else "", after[0] if after else ""
-        try:
-            prefixes = dict(names for _, names in ElementTree.iterparse(StringIO(text), ["start-ns"]))
-            (self.root,) = _elements(text[len(self._before) : len(text) - len(self._after)])
-        except ElementTree.ParseError as error:
-            raise InputError(f"{path}: not valid XML: {error}") from None
-        self.above = {child: parent for parent in self.root.iter() for child in parent}
-        for prefix, space in prefixes.items():
-            if not any(
-                f"{{{space}}}" in f"{element.tag} {' '.join(element.attrib)}" for element in self.root.iter()
-            ):
-                self.root.set(f"xmlns:{prefix}", space)
-            elif not re.fullmatch(r"ns\d+", prefix):
-                ElementTree.register_namespace(prefix, space)
-
-    def named(self, tag: str, name: str) -> Element:
-        """The element of a tag and a name.
-
-        Raises:
-            InputError: if there is none.
-        """
-        for element in self.root.iter(tag):
-            if element.get("name") == name:
-                return element
-        raise InputError(
-            f"{self._path}: {tag} {name!r} does not stand in this file: give the file that it is included from"
-        )
-
-    def set_inertial(self, parent: Element, lines: list[str]) -> None:
-        """Put lines in the place of a link's inertial, or first into it."""
-        old = parent.find("inertial")
-        place, space = (0, parent.text) if old is None else (list(parent).index(old), old.tail)
-        if old is not None:
-            parent.remove(old)
-        for element in reversed(_elements("\n".join(lines))):
-            element.tail = space
-            parent.insert(place, element)
-
-    def text(self) -> str:
-        """The text with all changes."""
-        text = ElementTree.tostring(self.root, encoding="unicode")
-        # Elements without content end as MJCF and URDF have them; comments may hold anything.
-        text = re.sub(r"(<!--.*?-->)| />", lambda found: found[1] or "/>", text, flags=re.DOTALL)
-        return self._before + text + self._after
-
-
 FAR = 0.005
 """m: how far a joint's axis may lie beside the robot's own; descriptions round lengths to a millimetre."""
 TURNED = math.radians(0.5)
 """rad: by how much it may be turned."""
 
 
-@dataclass(frozen=True)
-class Changed:
-    """A model with the numbers in it.
-
-    Attributes:
-        text: of the file.
-        notes: what did not match, and what must be known.
-    """
+class Changed(NamedTuple):
+    """A model with the numbers in it: its text, what did not match, and what must be known."""
 
     text: str
     notes: tuple[str, ...]
 
 
-def into(kind: str, path: str, whole: WholeRobot, head: list[str]) -> Changed:
+def into(kind: str, path: str, whole: WholeRobot, head: Iterable[str]) -> Changed:
     """Put a robot's numbers into an MJCF or URDF file.
 
     Args:
@@ -184,53 +104,54 @@ def into(kind: str, path: str, whole: WholeRobot, head: list[str]) -> Changed:
     Raises:
         InputError: if the file cannot be used, no joint matches, or its geometry is not the robot's.
     """
-    placed, extra = _read_mjcf(path) if kind == "mjcf" else _read_urdf(path)
-    text = UserXml(path)
-    if kind == "mjcf" and any(element.get("inertiafromgeom") == "true" for element in text.root.iter()):
+    of_mujoco = kind == "mjcf"
+    placed, extra = _read_mjcf(path) if of_mujoco else _read_urdf(path)
+    model = XmlEdits(path)
+    if of_mujoco and any(spot.values.get("inertiafromgeom") == "true" for spot in model.spots):
         raise InputError(f'{path}: inertiafromgeom="true" makes MuJoCo pass over inertials: set it to auto')
     names = _matching(whole, placed, path)
     moved = _bodies(whole, names, placed, path)
-    for element in reversed(_elements("".join(comment(head)))):
-        element.tail = text.root.text
-        text.root.insert(0, element)
-    coupled = whole.robot.coupling
-    both = kind == "mjcf" and coupled is not None and {joint - 1 for joint in coupled.joints} <= names.keys()
+    root, coupled = model.spots[0], whole.robot.coupling
+    model.put(root, [Comment(f" {plain(line)} ") for line in head])
+    both = of_mujoco and coupled is not None and {joint - 1 for joint in coupled.joints} <= names.keys()
     drives = whole.drives if both else whole.apart
     for j, name in names.items():
-        lines = list(urdf.link_comment(link_marks(whole.links[j], drives[j]), ""))
-        joint = text.named("joint", name)
-        if kind == "urdf":
-            values, dynamics = urdf.drive_attributes(drives[j]), joint.find("dynamics")
-            if values and dynamics is None:
-                dynamics = SubElement(joint, "dynamics")
-            if dynamics is not None:
-                dynamics.attrib.update(values)
-            text.set_inertial(text.named("link", placed[name].body), [*lines, *urdf.inertial(moved[j])])
-            continue
-        joint.attrib.update(mjcf.drive_attributes(drives[j]))
-        if text.above[joint].tag != "body":
-            raise InputError(f"{path}: joint {name!r} stands in no body")
-        text.set_inertial(text.above[joint], [*lines, mjcf.inertial(moved[j])])
-    if kind == "mjcf":
-        text.root.extend(_elements("\n".join(_mjcf_beside(whole, names, both)) + "\n"))
+        body, joint = moved[j], model.named("joint", name)
+        marks = mark_comment(link_marks(whole.links[j], drives[j]))
+        if of_mujoco:
+            link = joint.above
+            if link is None or link.tag != "body":
+                raise InputError(f"{path}: joint {name!r} stands in no body")
+            model.set(joint, mjcf.drive_attributes(drives[j]))
+            inertial = mjcf_inertial(body.mass, body.com, body.inertia_com)
+        else:
+            link, values = model.named("link", placed[name].body), drive_attributes(drives[j])
+            inertial = urdf_inertial(body.mass, body.com, body.inertia_com)
+            if dynamics := model.within(joint, "dynamics"):
+                model.set(dynamics, values)
+            elif values:
+                model.add(joint, [element("dynamics", values)])
+        model.put(link, [marks, inertial], model.within(link, "inertial"))
+    if of_mujoco:
+        joints = tuple(names.get(j, "") for j in range(whole.robot.n))
+        tendon = [element("tendon", {}, *mjcf.coupled_tendon(whole, joints))] if both else []
+        model.add(root, [mjcf.custom(whole), *tendon])
     notes = [*_unmatched(whole, names, placed, path)]
-    for body, mass in _carried(extra, {placed[name].body for name in names.values()}):
-        nothing = ['<inertial pos="0 0 0" mass="0" diaginertia="0 0 0"/>'] if kind == "mjcf" else []
-        text.set_inertial(text.named("body" if kind == "mjcf" else "link", body), nothing)
+    for name, mass in _carried(extra, {placed[name].body for name in names.values()}):
+        nothing = [mjcf_inertial(0.0, np.zeros(3), np.zeros((3, 3)))] if of_mujoco else []
+        link = model.named("body" if of_mujoco else "link", name)
+        model.put(link, nothing, model.within(link, "inertial"))
         notes.append(
-            f"Taken out: the {mass:.4g} kg of {body}, for what is fixed to a link is part of its numbers; put them "
+            f"Taken out: the {mass:.4g} kg of {name}, for what is fixed to a link is part of its numbers; put them "
             "back if it was not there in the recording."
         )
     if coupled is not None and not both:
         notes.append("The drive that turns with two joints is not put in: each joint has its own share.")
-    return Changed(text.text(), (*notes, *_left_out(whole, names)))
-
-
-def _mjcf_beside(whole: WholeRobot, names: Mapping[int, str], coupled: bool) -> list[str]:
-    """What an MJCF file gets beside its bodies: texts, and the tendon of coupled drives."""
-    joints = tuple(names.get(j, "") for j in range(whole.robot.n))
-    tendon = ["<tendon>", *mjcf.coupled_tendon(whole, joints), "</tendon>"] if coupled else []
-    return ["<custom>", *mjcf.custom_texts(whole), "</custom>", *tendon]
+    if offsets := [name for j, name in names.items() if "offset" in whole.drives[j]]:
+        notes.append(f"Offsets of the torque are not put in ({', '.join(offsets)}): they belong to your actuators.")
+    if whole.robot.spring is not None:
+        notes.append("The spring is not put in: add it from the file that is written without --into.")
+    return Changed(model.text(), tuple(notes))
 
 
 def _unmatched(
@@ -250,14 +171,6 @@ def _carried(extra: Extra, links: set[str]) -> Iterator[tuple[str, float]]:
             fixed = extra[fixed][0]
         if fixed in links and mass > 0.0:
             yield body, mass
-
-
-def _left_out(whole: WholeRobot, names: Mapping[int, str]) -> Iterator[str]:
-    offsets = [name for j, name in names.items() if "offset" in whole.drives[j]]
-    if offsets:
-        yield f"Offsets of the torque are not put in ({', '.join(offsets)}): they belong to your actuators."
-    if whole.robot.spring is not None:
-        yield "The spring is not put in: add it from the file that is written without --into."
 
 
 def _matching(whole: WholeRobot, placed: Mapping[str, Placed], path: str) -> dict[int, str]:
@@ -300,7 +213,7 @@ def _bodies(
             )
     moved = {}
     for j, name in names.items():
-        link = frames[j + 1] @ own_frame(robot, j + 1)
+        link = frames[j + 1] @ Frames(robot).own(j + 1)
         pose = placed[name].pose
         moved[j] = whole.links[j].body.moved(pose.R.T @ R @ link.R, pose.R.T @ (R @ link.p + t - pose.p))
     return moved
