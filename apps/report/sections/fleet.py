@@ -86,7 +86,7 @@ def _head(fleet: Fleet, refused: Mapping[str, str]) -> list[str]:
             f"Too few nights to tell a change yet: {', '.join(few[:6])}{' and more' if len(few) > 6 else ''}."
         )
     if refused:
-        lines.append(f"{len(refused)} logs were refused; see index.json of the store.")
+        lines.append(f"{len(refused)} logs were refused; see logs.parquet of the store.")
     return lines
 
 
