@@ -22,7 +22,7 @@ class Replay(NamedTuple):
     advice: str
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Format(Generic[T]):
     """A format that a payload, a robot or a motion (``T``) can be written in.
 

@@ -3,7 +3,7 @@
 import math
 import re
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 from pathlib import Path
 from typing import NamedTuple
 
@@ -351,3 +351,9 @@ def number(value: float, digits: int | None = None) -> str:
 def listed(values: Array, digits: int | None = None) -> str:
     """Several of them, with commas."""
     return ", ".join(number(float(value), digits) for value in np.ravel(values))
+
+
+load_format = partial(
+    Format[ControllerLoad], head=load_head, ready=ControllerLoad.rounded, holds=frozenset({"products"})
+)
+"""Makes the format of a payload, unless told otherwise with its numbers rounded and with products of inertia."""

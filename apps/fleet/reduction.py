@@ -74,12 +74,11 @@ def reduce_fleet(
     held = {file: log for file, log in before.items() if not log.wrong}
     wanted, refused = _wanted([log if isinstance(log, Log) else Log(log, {}) for log in logs], recipe, held)
     missing = [log for log in wanted if not place.path(log.key).exists()]
+    results: Iterator[_Done | None] = (reduce_log(plan, log) for log in missing)
     if executor is not None:
         results = _by(executor, plan, missing, workers)
     elif workers > 1:
         results = _by_processes(plan, missing, workers)
-    else:
-        results = (reduce_log(plan, log) for log in missing)
     done = lost = 0
     try:
         for result in results:
@@ -107,21 +106,21 @@ def reduce_fleet(
 
 def _wanted(logs: Sequence[Log], recipe: Recipe, held: Mapping[str, Log]) -> tuple[list[Log], dict[str, str]]:
     """Logs to be in the store, by name, and those that cannot be, and why; ``held``: what the store has."""
-    again = {log.file for log in logs}
-    earlier = [log for file, log in held.items() if file not in again]
+    earlier = [log for file, log in held.items() if file not in {log.file for log in logs}]
     refused = {log.file: log.wrong for log in logs if log.wrong} | same_time([*earlier, *logs])
     wanted, first_files = list[Log](), {log.sha256: log.file for log in earlier}
-    for log in sorted((log for log in logs if log.file not in refused), key=lambda log: log.file):
+    for log in sorted(logs, key=lambda log: log.file):
+        if log.file in refused:
+            continue
         try:
             digest = checksum(log.file)
         except OSError as error:
             refused[log.file] = f"cannot be read: {error.strerror or error}"
             continue
-        if digest in first_files:
-            refused[log.file] = f"holds the same bytes as {first_files[digest]}: a recording counts once"
-            continue
-        first_files[digest] = log.file
-        wanted.append(replace(log, sha256=digest, key=recipe.key(digest, log.about)))
+        if (first := first_files.setdefault(digest, log.file)) != log.file:
+            refused[log.file] = f"holds the same bytes as {first}: a recording counts once"
+        else:
+            wanted.append(replace(log, sha256=digest, key=recipe.key(digest, log.about)))
     return wanted, refused
 
 
@@ -205,13 +204,11 @@ def process_pool(workers: int) -> Iterator[Executor]:
     """Processes with one thread of linear algebra each; what waits is dropped when the block is left."""
     before = {name: os.environ.get(name) for name in _THREADS}
     os.environ.update(dict.fromkeys(_THREADS, "1"))
+    pool = ProcessPoolExecutor(workers, multiprocessing.get_context("spawn"))
     try:
-        pool = ProcessPoolExecutor(workers, multiprocessing.get_context("spawn"))
-        try:
-            yield pool
-        finally:
-            pool.shutdown(cancel_futures=True)
+        yield pool
     finally:
+        pool.shutdown(cancel_futures=True)
         for name, value in before.items():
             os.environ.pop(name) if value is None else os.environ.update({name: value})
 

@@ -129,9 +129,8 @@ def catalog(logs: Sequence[str], pattern: str = "") -> tuple[Log, ...]:
     for path in logs:
         match = ending.search(Path(path).as_posix())
         log = Log(path, match.groupdict() if match else {})
-        found.append(
-            msgspec.structs.replace(log, wrong=log.misdescribed if match else f"its path does not end in {pattern}")
-        )
+        wrong = log.misdescribed if match else f"its path does not end in {pattern}"
+        found.append(msgspec.structs.replace(log, wrong=wrong))
     if all(log.wrong for log in found):
         raise InputError(f"--pattern {pattern!r}: no log's path ends so; {logs[0]}: {found[0].wrong}")
     return tuple(found)
@@ -139,14 +138,12 @@ def catalog(logs: Sequence[str], pattern: str = "") -> tuple[Log, ...]:
 
 def same_time(logs: Iterable[Log]) -> dict[str, str]:
     """Find logs of one arm at one time: path -> what is wrong with it."""
-    owners: dict[tuple[str, str], str] = {}
-    wrong = {}
+    owners, wrong = dict[tuple[str, str], str](), dict[str, str]()
     for log in logs:
         if not log.wrong and {"arm", "day"} <= set(log.about):
             arm, day = log.about["arm"], log.about["day"]
-            if owner := owners.get((arm, day)):
+            if (owner := owners.setdefault((arm, day), log.file)) != log.file:
                 wrong[log.file] = f"{owner} is of arm {arm!r} at {day} too: give times, or another name"
-            owners.setdefault((arm, day), log.file)
     return wrong
 
 

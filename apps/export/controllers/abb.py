@@ -7,8 +7,7 @@ load in the tool frame. Source: Technical reference manual, RAPID Instructions, 
 yumpu.com/en/document/view/5679047.
 """
 
-from ..format import Format
-from ..load import ControllerLoad, listed, load_head, number
+from ..load import ControllerLoad, listed, load_format, number
 from ..rotation import principal_axes, quaternion
 
 
@@ -21,13 +20,11 @@ def _write(load: ControllerLoad) -> str:
     )
 
 
-FORMAT = Format(
+FORMAT = load_format(
     name="abb",
     title="ABB loaddata (tload of tooldata in tool0; grip load in the tool frame)",
     source="RAPID reference manual, loaddata",
-    head=load_head,
     write=_write,
-    ready=ControllerLoad.rounded,
     holds=frozenset({"products", "tool frame"}),
     remarks=(
         "Reference: principal moments about the centre of gravity, their axes turned by aom out of the frame.",

@@ -9,8 +9,7 @@ centre).
 
 import numpy as np
 
-from ..format import Format
-from ..load import ControllerLoad, load_head, number
+from ..load import ControllerLoad, load_format, number
 
 KGF_CM_S2 = 9.80665 * 1e-2
 """One kgf cm s^2 in kg m^2: 9.80665 N times 0.01 m times s^2."""
@@ -25,13 +24,12 @@ def _write(load: ControllerLoad) -> str:
     return "\n".join(lines)
 
 
-FORMAT = Format(
+FORMAT = load_format(
     name="fanuc",
     title="Fanuc MOTION/PAYLOAD SET",
     source="HandlingTool manual, Setting payload",
-    head=load_head,
     write=_write,
-    ready=ControllerLoad.rounded,
+    holds=frozenset(),
     remarks=(
         "Reference: moments about axes through the centre of gravity parallel to the faceplate's x, y, z.",
         "Order: PAYLOAD, PAYLOAD CENTER X, Y, Z, PAYLOAD INERTIA X, Y, Z.",

@@ -5,8 +5,7 @@ m^2], column-major. It is the load beside the end effector set in Desk, not inst
 robot.h; docs.ros.org/en/humble/p/franka_msgs/srv/SetLoad.html.
 """
 
-from ..format import Format
-from ..load import ControllerLoad, listed, load_head, number
+from ..load import ControllerLoad, listed, load_format, number
 
 
 def _write(load: ControllerLoad) -> str:
@@ -16,14 +15,11 @@ def _write(load: ControllerLoad) -> str:
     )
 
 
-FORMAT = Format(
+FORMAT = load_format(
     name="franka",
     title="Franka Robot::setLoad (libfranka, C++; beside the end effector set in Desk)",
     source="libfranka, robot.h, setLoad",
-    head=load_head,
     write=_write,
-    ready=ControllerLoad.rounded,
-    holds=frozenset({"products"}),
     remarks=(
         "Reference: inertia matrix about the centre of mass, axes of the flange.",
         "Order: load_mass, F_x_Cload {x, y, z}, load_inertia column by column (Ixx Iyx Izx Ixy Iyy Izy Ixz "

@@ -12,8 +12,7 @@ import math
 import numpy as np
 
 from ....model import Pose
-from ..format import Format
-from ..load import ControllerLoad, load_head, number
+from ..load import ControllerLoad, load_format, number
 from ..rotation import principal_axes
 
 _TURNS = 4  # decimals of angles [deg] of a rounded inertia
@@ -29,14 +28,11 @@ def _write(load: ControllerLoad) -> str:
     return f"LOAD_DATA[1]={{M {number(load.mass)},{centre},J {{X {jx},Y {jy},Z {jz}}}}}"
 
 
-FORMAT = Format(
+FORMAT = load_format(
     name="kuka",
     title="KUKA LOAD_DATA (config.dat; put the number of your tool for 1)",
     source="load data in the manuals of the arms (KUKA.Load)",
-    head=load_head,
     write=_write,
-    ready=ControllerLoad.rounded,
-    holds=frozenset({"products"}),
     remarks=(
         "Reference: principal moments about the centre of mass, their axes turned by A, B, C out of the flange "
         "frame.",

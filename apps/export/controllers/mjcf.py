@@ -6,8 +6,7 @@ body/inertial.
 """
 
 from ....common.errors import InputError
-from ..format import Format
-from ..load import ControllerLoad, load_head
+from ..load import ControllerLoad, load_format
 from ..rotation import principal_axes
 from ..xml import COMMENT, element, mjcf_inertial, xml_text
 
@@ -29,14 +28,12 @@ def _ready(load: ControllerLoad) -> ControllerLoad:
     return load
 
 
-FORMAT = Format(
+FORMAT = load_format(
     name="mjcf",
     title="MJCF (copy the body payload into the body of your flange)",
     source="MuJoCo XML reference, body/inertial",
-    head=load_head,
     write=_write,
     ready=_ready,
-    holds=frozenset({"products"}),
     remarks=(
         "Reference: inertia matrix about the centre of mass, axes of the flange.",
         "Order: pos x, y, z; fullinertia M11, M22, M33, M12, M13, M23.",

@@ -8,8 +8,7 @@ UniversalRobots/Universal_Robots_ROS2_Driver, pull request 1811.
 """
 
 from ...numbers import six
-from ..format import Format
-from ..load import ControllerLoad, load_head, number
+from ..load import ControllerLoad, load_format, number
 from . import ur
 
 _SERVICE = "/io_and_status_controller/set_payload ur_msgs/srv/SetPayload"
@@ -24,14 +23,12 @@ def _write(load: ControllerLoad) -> str:
     return f'ros2 service call {_SERVICE} "{{{", ".join(fields)}}}"'
 
 
-FORMAT = Format(
+FORMAT = load_format(
     name="ros2",
     title="Universal Robots ROS 2 driver, service set_payload",
     source="ur_msgs/srv/SetPayload of 2026 (older ones lack the inertia: leave ixx to iyz out)",
-    head=load_head,
     write=_write,
     ready=ur.ready,
-    holds=frozenset({"products"}),
     remarks=(
         "Reference: inertia matrix about the centre of gravity, axes of the tool flange.",
         "Order: mass, center_of_gravity, ixx to iyz by name, entries of the matrix (ixy = -integral of x y dm).",

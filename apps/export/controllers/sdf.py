@@ -5,8 +5,7 @@ the inertia matrix there. Without them SDFormat takes 1 kg m^2, so a point mass 
 sdformat.org/spec, link/inertial (element descriptions in sdf/1.x/inertial.sdf), and gz-math, Inertial.
 """
 
-from ..format import Format
-from ..load import ControllerLoad, load_head
+from ..load import ControllerLoad, load_format
 from ..xml import COMMENT, element, sdf_inertial, xml_text
 
 
@@ -15,14 +14,11 @@ def _write(load: ControllerLoad) -> str:
     return xml_text(element("sdf", {"version": "1.7"}, element("model", {"name": "payload"}, link)))
 
 
-FORMAT = Format(
+FORMAT = load_format(
     name="sdf",
     title="SDFormat (fix the link payload to the flange of your robot, origin on origin)",
     source="sdformat.org/spec, inertial",
-    head=load_head,
     write=_write,
-    ready=ControllerLoad.rounded,
-    holds=frozenset({"products"}),
     remarks=(
         "Reference: inertia matrix about the centre of mass, axes of the flange.",
         "Order: pose x, y, z, roll, pitch, yaw; ixx, ixy, ixz, iyy, iyz, izz, entries of the matrix.",

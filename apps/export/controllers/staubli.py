@@ -6,8 +6,7 @@ be entered where the controller's own manual asks for them.
 
 import numpy as np
 
-from ..format import Format
-from ..load import ControllerLoad, load_head, number
+from ..load import ControllerLoad, load_format, number
 
 
 def _write(load: ControllerLoad) -> str:
@@ -20,14 +19,11 @@ def _write(load: ControllerLoad) -> str:
     return "\n".join(lines)
 
 
-FORMAT = Format(
+FORMAT = load_format(
     name="staubli",
     title="Staeubli: plain values (its load format is not documented publicly)",
     source="none public; see the manual of your controller",
-    head=load_head,
     write=_write,
-    ready=ControllerLoad.rounded,
-    holds=frozenset({"products"}),
     remarks=(
         "Reference: inertia matrix about the centre of mass, axes of the flange.",
         "Order: mass; com x, y, z; Ixx, Ixy, Ixz, Iyy, Iyz, Izz, entries of the matrix (Ixy = -integral of x y "

@@ -10,8 +10,7 @@ import numpy as np
 
 from ....common.errors import InputError
 from ...numbers import six
-from ..format import Format
-from ..load import ControllerLoad, listed, load_head, number
+from ..load import ControllerLoad, listed, load_format, number
 
 _MOST = 133.0  # kg m^2, of each component
 
@@ -30,14 +29,12 @@ def ready(load: ControllerLoad) -> ControllerLoad:
     return load
 
 
-FORMAT = Format(
+FORMAT = load_format(
     name="ur",
     title="Universal Robots set_target_payload",
     source="URScript manual, set_target_payload",
-    head=load_head,
     write=_write,
     ready=ready,
-    holds=frozenset({"products"}),
     remarks=(
         "Reference: inertia matrix about the centre of gravity, axes of the tool flange.",
         "Order: m, [cog x, y, z], [Ixx, Iyy, Izz, Ixy, Ixz, Iyz], entries of the matrix (Ixy = -integral of x y "

@@ -5,8 +5,7 @@ entries of the inertia matrix there in the axes of the flange (ixy = -integral o
 specification, wiki.ros.org/urdf/XML/link, and wiki.ros.org/urdf/Tutorials (inertia, sign of products).
 """
 
-from ..format import Format
-from ..load import ControllerLoad, load_head
+from ..load import ControllerLoad, load_format
 from ..xml import COMMENT, element, urdf_inertial, xml_text
 
 
@@ -21,14 +20,11 @@ def _write(load: ControllerLoad) -> str:
     return xml_text(element("robot", {"name": "payload"}, element("link", {"name": "tool0"}), joint, link))
 
 
-FORMAT = Format(
+FORMAT = load_format(
     name="urdf",
     title="URDF (copy joint and link payload into your robot, whose flange link is tool0 here)",
     source="wiki.ros.org/urdf/XML/link",
-    head=load_head,
     write=_write,
-    ready=ControllerLoad.rounded,
-    holds=frozenset({"products"}),
     remarks=(
         "Reference: inertia matrix about the centre of mass, axes of the flange.",
         "Order: ixx, ixy, ixz, iyy, iyz, izz, entries of the matrix (ixy = -integral of x y dm).",

@@ -9,8 +9,7 @@ UsdPhysics proposal on units.
 
 import math
 
-from ..format import Format
-from ..load import ControllerLoad, listed, load_head, number
+from ..load import ControllerLoad, listed, load_format, number
 from ..rotation import principal_axes, quaternion
 
 
@@ -48,13 +47,11 @@ def Xform "payload" (
 }}"""
 
 
-FORMAT = Format(
+FORMAT = load_format(
     name="usd",
     title="USD PhysicsMassAPI (stage units; copy into a stage of the same units)",
     source="OpenUSD, UsdPhysicsMassAPI",
-    head=load_head,
     write=_write,
-    ready=ControllerLoad.rounded,
     holds=frozenset({"products", "units"}),
     remarks=(
         "Reference: principal moments about the centre of mass, their axes turned by principalAxes out of the "

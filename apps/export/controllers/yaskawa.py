@@ -7,8 +7,7 @@ parallel to the flange's. Sources: NX100 instructions 9.11 "ARM Control"
 
 import numpy as np
 
-from ..format import Format
-from ..load import ControllerLoad, load_head, number
+from ..load import ControllerLoad, load_format, number
 
 
 def _write(load: ControllerLoad) -> str:
@@ -18,13 +17,12 @@ def _write(load: ControllerLoad) -> str:
     return "\n".join([*lines, *(f"I{axis}  [kg.m^2] {number(value)}" for axis, value in moments)])
 
 
-FORMAT = Format(
+FORMAT = load_format(
     name="yaskawa",
     title="Yaskawa tool load information",
     source="NX100 and YRC1000 instructions, ARM control",
-    head=load_head,
     write=_write,
-    ready=ControllerLoad.rounded,
+    holds=frozenset(),
     remarks=(
         "Reference: moments about axes through the centre of gravity parallel to the flange's x, y, z.",
         "Order: W, Xg, Yg, Zg, Ix, Iy, Iz.",

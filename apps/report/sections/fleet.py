@@ -122,19 +122,24 @@ def meaning(quantity: str) -> str:
 
 
 def _arms(fleet: Fleet) -> Table:
-    """A line an arm: its last night, payload, and the friction that is farthest from usual."""
+    """A line an arm, by its drift: its last night, and the farthest z of friction, gains and payload."""
     rows = []
-    for arm in fleet.arms:
-        farthest = max((line for line in arm.series if line.relative), key=lambda line: abs(line.z or 0.0))
+    for arm in sorted(fleet.arms, key=lambda arm: -max(abs(line.z or 0.0) for line in arm.series)):
+        gains = [line for line in arm.series if line.quantity.startswith("scale")]
+        (mass,) = payload = [line for line in arm.series if line.quantity == "mass"]
+        kinds = [[line for line in arm.series if line.relative], gains, payload]
+        farthest = [max(kind, key=lambda line: abs(line.z or 0.0)) for kind in kinds]
+        drift = [
+            f"{line.quantity.removeprefix('scale ').removeprefix('mass')} {line.z:+.1f}".strip() if line.z else "-"
+            for line in farthest
+        ]
         count = sum(line.arm == arm.name for line in fleet.changed)
-        (mass,) = (line for line in arm.series if line.quantity == "mass")
+        told = f"{mass.values[-1]:+.2f}±{mass.sigma[-1]:.2g}"
         rows.append(
-            (arm.name, f"{len(arm.days)}", arm.days[-1], f"{arm.told[-1]:g}",
-             f"{mass.values[-1]:+.2f}±{mass.sigma[-1]:.2g}",
-             farthest.quantity, _amount(farthest), str(count or ""))
-        )  # fmt: skip
-    headings = ("nights", "last", "told [kg]", "less told [kg]", "friction", "by", "changes")
-    return Table("Every arm", columns(("arm",), headings), rows, style="tight")
+            (arm.name, f"{len(arm.days)}", arm.days[-1], f"{arm.told[-1]:g}", told, *drift, str(count or ""))
+        )
+    headings = ("nights", "last", "told [kg]", "less told [kg]", "friction z", "gain z", "payload z", "changes")
+    return Table("Every arm, by its drift", columns(("arm",), headings), rows, style="tight")
 
 
 def _twins(fleet: Fleet) -> list[str]:
