@@ -133,12 +133,9 @@ def _arms(fleet: Fleet) -> Table:
             f"{line.quantity.removeprefix('scale ').removeprefix('mass')} {line.z:+.1f}".strip() if line.z else "-"
             for line in farthest
         ]
-        count = sum(line.arm == arm.name for line in fleet.changed)
         told = f"{mass.values[-1]:+.2f}±{mass.sigma[-1]:.2g}"
-        rows.append(
-            (arm.name, f"{len(arm.days)}", arm.days[-1], f"{arm.told[-1]:g}", told, *drift, str(count or ""))
-        )
-    headings = ("nights", "last", "told [kg]", "less told [kg]", "friction z", "gain z", "payload z", "changes")
+        rows.append((arm.name, f"{len(arm.days)}", arm.days[-1], f"{arm.told[-1]:g}", told, *drift))
+    headings = ("nights", "last", "told [kg]", "less told [kg]", "friction z", "gain z", "payload z")
     return Table("Every arm, by its drift", columns(("arm",), headings), rows, style="tight")
 
 
