@@ -127,9 +127,8 @@ class ControllerLoad:
     @property
     def beyond_rating(self) -> str:
         """What is told of a mass that the arm does not carry; empty for others."""
-        if not self.mass > _ALLOWED * self.rated:
-            return ""
-        return f"a mass of {self.mass:.4g} kg, the arm carries {self.rated:g} kg"
+        carried = not self.mass > _ALLOWED * self.rated
+        return "" if carried else f"a mass of {self.mass:.4g} kg, the arm carries {self.rated:g} kg"
 
     @property
     def com(self) -> Array:
@@ -143,8 +142,9 @@ class ControllerLoad:
 
     @property
     def widened(self) -> float:
-        """What is added to each moment [kg m^2] where a body is so flat or thin that rounding could make it
-        impossible; else zero. A constrained estimate often is.
+        """What is added to each moment [kg m^2] where rounding could make a flat or thin body impossible; else 0.
+
+        A constrained estimate often is so.
         """
         return self.added + self._lack
 
@@ -152,8 +152,8 @@ class ControllerLoad:
     def _lack(self) -> float:
         if self.point_mass:
             return 0.0
-        moments = np.linalg.eigvalsh(self.body.inertia_com)
-        return max(0.0, float(_EDGE * moments.sum() - _excess(self.body.inertia_com)))
+        inertia = self.body.inertia_com
+        return max(0.0, _EDGE * float(np.trace(inertia)) - _excess(inertia))
 
     def rounded(self) -> "ControllerLoad":
         """The load with as many digits as its intervals support: two of each half-width."""
@@ -163,8 +163,7 @@ class ControllerLoad:
             np.round(value, _digits(value, half))
             for value, half in ((np.array(self.mass), self.half_widths.mass), (self.com, self.half_widths.com))
         )
-        digits, added = None, 0.0
-        inertia = self.inertia
+        digits, added, inertia = None, 0.0, self.inertia
         if not self.point_mass:
             digits = _digits(inertia, self.half_widths.inertia)
             unit = 10.0**-digits
@@ -176,13 +175,7 @@ class ControllerLoad:
         return replace(self, body=body, half_widths=None, inertia_digits=digits, added=self.widened + added)
 
     def seen_from(self, rotation: Array, origin: Array, frame: str) -> "ControllerLoad":
-        """Move the load to another frame, which is given in this one.
-
-        Args:
-            rotation: 3 x 3; columns are the other frame's axes in this one.
-            origin: of the other frame in this one [m], shape (3,).
-            frame: the other frame, in words.
-        """
+        """The load in another frame, whose axes (columns, 3 x 3) and origin [m] are given in this one."""
         return replace(self, body=self.body.moved(rotation.T, -rotation.T @ origin), frame=frame, flange=None)
 
     def in_flange(self) -> "ControllerLoad | None":

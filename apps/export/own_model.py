@@ -136,7 +136,11 @@ def into(kind: str, path: str, whole: WholeRobot, head: Iterable[str]) -> Change
         joints = tuple(names.get(j, "") for j in range(whole.robot.n))
         tendon = [element("tendon", {}, *mjcf.coupled_tendon(whole, joints))] if both else []
         model.add(root, [mjcf.custom(whole), *tendon])
-    notes = [*_unmatched(whole, names, placed, path)]
+    notes = list[str]()
+    if missing := [joint for j, joint in enumerate(whole.joint_names) if j not in names]:
+        notes.append(f"Joints of {whole.robot.name} that are not in {path}: {', '.join(missing)}.")
+    if others := [name for name in placed if name not in names.values()]:
+        notes.append(f"Joints of {path} that are left alone: {', '.join(others)}.")
     for name, mass in _carried(extra, {placed[name].body for name in names.values()}):
         nothing = [mjcf_inertial(0.0, np.zeros(3), np.zeros((3, 3)))] if of_mujoco else []
         link = model.named("body" if of_mujoco else "link", name)
@@ -152,16 +156,6 @@ def into(kind: str, path: str, whole: WholeRobot, head: Iterable[str]) -> Change
     if whole.robot.spring is not None:
         notes.append("The spring is not put in: add it from the file that is written without --into.")
     return Changed(model.text(), tuple(notes))
-
-
-def _unmatched(
-    whole: WholeRobot, names: Mapping[int, str], placed: Mapping[str, Placed], path: str
-) -> Iterator[str]:
-    """What to tell of joints that only the robot or only the model has."""
-    if missing := [joint for j, joint in enumerate(whole.joint_names) if j not in names]:
-        yield f"Joints of {whole.robot.name} that are not in {path}: {', '.join(missing)}."
-    if others := [name for name in placed if name not in names.values()]:
-        yield f"Joints of {path} that are left alone: {', '.join(others)}."
 
 
 def _carried(extra: Extra, links: set[str]) -> Iterator[tuple[str, float]]:

@@ -245,15 +245,9 @@ class Client:
 
 
 def _connected(host: str, port: int, hint: str, silent: str) -> socket.socket:
-    """Open a socket to a host.
+    """Open a socket to a host; ``hint`` is said behind why there is none, ``silent`` where nothing answers.
 
     The system looks a name up for as long as it likes (30 s where the name server is silent): a thread asks it.
-
-    Args:
-        host: name or address.
-        port: of the host.
-        hint: said behind why there is no connection.
-        silent: said behind that nothing answers.
 
     Raises:
         LinkError: if the name does not resolve, or nothing answers, within 2.5 s each.
