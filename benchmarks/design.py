@@ -10,7 +10,8 @@ import argparse
 from collections.abc import Callable
 
 import numpy as np
-from dynident.apps.export.motions import WrittenMotion, val3_replay
+from dynident.apps.export.motion import WrittenMotion
+from dynident.apps.export.motions.val3 import val3_replay
 from dynident.benchmarks.design_information import information
 from dynident.benchmarks.design_peers import cma_es, random_search
 from dynident.benchmarks.design_setup import GUARDED, NOISE, ROBOT, SCENE, SEEDS, TABLE2, console, titled

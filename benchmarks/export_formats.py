@@ -14,7 +14,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from dynident.apps.export.controllers import FORMATS, ControllerLoad
+from dynident.apps.export.controllers import FORMATS
+from dynident.apps.export.load import ControllerLoad
 from dynident.common.arrays import Array
 from dynident.model import InertialParameters
 

@@ -54,7 +54,7 @@ def throughput(folder: Path, count: int) -> None:
                 clock[number].append(time.monotonic() - begin)
                 spent[number].append((sum(pool.map(used, [0.3] * 4 * number)) - before) / 4.0)
         reduced = fleet.Store.opened(store)
-        sizes = [reduced.path(log.key).stat().st_size for log in reduced.index().logs]
+        sizes = [reduced.path(log.key).stat().st_size for log in reduced.logs()]
         memory = list(resident(paths, folder))
     print(f"{count} recordings of {LENGTH:g} s at {RATE:g} Hz, six joints, {os.cpu_count()} processors")
     for number in (1, 2):

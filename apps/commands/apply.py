@@ -18,7 +18,7 @@ from .progress import note, quiet
 from .values import PayloadResultFile, Port
 
 if TYPE_CHECKING:
-    from ..export.controllers import ControllerLoad
+    from ..export.load import ControllerLoad
 
 _PATIENCE = 2.0
 """s: by then the controller shows the payload that it was given."""
@@ -46,7 +46,7 @@ def run(
         despite_verdict: Send it, inertia and all, whatever the verdict.
         script_port: Its port of scripts (default: 30002).
     """
-    load = export.controllers.read_load(payload, None, despite_verdict)
+    load = export.read_load(payload, None, despite_verdict)
     if not despite_verdict and load.verdict == "do_not_use":
         print(
             one_line(

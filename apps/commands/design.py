@@ -10,7 +10,7 @@ from cyclopts import Parameter
 
 from ... import model, trajectories
 from ...common.errors import InputError
-from ...common.files import made_folder, write_text
+from ...common.files import made_folder
 from .. import export, report
 from .. import view as views
 from . import ANSWERED
@@ -131,13 +131,16 @@ class _DesignFiles(MotionFiles):
     val3: NewFolder | None = None
     """VAL3 application of via points, best with --segments trapezoid; made if missing."""
 
-    def write(self, written: export.motions.WrittenMotion) -> None:
+    def asked(self, written: export.WrittenMotion) -> dict[str, tuple[str, export.WrittenMotion]]:
+        """The formats asked for by name, with the application's database, which the rest of it stands beside."""
+        database = {"val3": (str(Path(self.val3) / f"{written.name}.dtx"), written)} if self.val3 else {}
+        return super().asked(written) | database
+
+    def write(self, written: export.WrittenMotion) -> None:
         """Write a motion with its head in the formats asked for."""
-        super().write(written)
         if self.val3:
-            folder = made_folder(self.val3)
-            for name, text in export.motions.val3_files(written, folder.name).items():
-                write_text(folder / name, text)
+            made_folder(self.val3)
+        super().write(written)
 
 
 @command
@@ -158,7 +161,7 @@ def run(
     robot, kind = request.problem.robot, request.problem.criterion.kind
     files.check(robot)
     if files.val3:
-        export.motions.check_val3(robot, not shape.fourier, Path(files.val3).name)
+        export.check_val3(robot, not shape.fourier, Path(files.val3).name)
 
     def words(best: float | None) -> str:
         text = None if best is None else report.criterion_text(kind, best)
@@ -167,18 +170,17 @@ def run(
     design = best_motion(request.problem, search.seed, search.starts, words)
     floor = floor_of(request.problem, design.score, search.seed) if search.bound else None
     title, samples = f"Motion of {robot.title or robot.name}", design.motion(FIGURE_RATE)
-    written = export.motions.WrittenMotion(
-        robot, design.plan, request.problem.bounds, export.motions.design_head(design)
-    )
+    head, name = export.design_head(design), Path(files.val3 or "").name
+    written = export.WrittenMotion(robot, design.plan, request.problem.bounds, head, name=name)
     replay = None
     if files.val3:  # what a controller would make of the via points if its profiles are trapezoidal
-        profile = export.motions.val3_replay(written).motion(_REPLAY_RATE)
+        profile = export.val3_replay(written).motion(_REPLAY_RATE)
         replay = trajectories.score_motion(request.problem, profile)
     judged = report.documents.JudgedMotion(
         title, design.score, samples, request.reference, request.labels, design, floor, replay
     )
-    bounded = request.problem.payloads is not None
-    files.check_replays(limits.whole(request.problem), written, val3=files.has("val3") and bounded)
+    estimated = () if request.problem.payloads is not None else ("val3",)
+    files.check_replays(limits.whole(request.problem), written, *estimated)
     show(files, judged)
     files.write(written)
     view.write_view(lambda: views.view_of(robot, samples, problem=request.problem))

@@ -6,7 +6,7 @@ import math
 import sys
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 from cyclopts import Parameter
 
@@ -19,8 +19,12 @@ from .entry import command, options
 from .options import Options
 from .values import NewFile, PayloadResultFile, number, word, words
 
-Name = Literal["abb", "kuka", "ur", "ros2", "franka", "fanuc", "yaskawa", "staubli", "urdf", "sdf", "mjcf", "usd"]
-"""The formats, told again here so that ``--help`` need not load them."""
+if TYPE_CHECKING:
+    from ..export.format import Format
+
+    Name = str
+else:  # the files' names: --help need not load them
+    Name = Literal[tuple(export.controllers.FORMATS)]
 _FARTHEST = 100.0  # m
 _Pose = Annotated[tuple[float, float, float, float, float, float], words(number, "X Y Z RX RY RZ")]
 
@@ -45,17 +49,14 @@ class _Export(Options):
     despite_verdict: bool = False
     """Write it, inertia and all, whatever the verdict."""
 
-    def check(self, form: export.controllers.ControllerFormat) -> None:
+    def check(self, form: Format[export.ControllerLoad]) -> None:
         """Refuse an option that the format does not know: it would be ignored."""
-        formats = export.controllers.FORMATS.values()
-        for name, known in (
-            ("tool_frame", [candidate.name for candidate in formats if candidate.in_tool_frame]),
-            ("meters_per_unit", [candidate.name for candidate in formats if candidate.own_units]),
-        ):
-            if form.name not in known:
+        for name, held in (("tool_frame", "tool frame"), ("meters_per_unit", "units")):
+            if held not in form.holds:
+                known = [name for name, other in export.controllers.FORMATS.items() if held in other.holds]
                 self.refuse(name, f"belongs to --to {', '.join(known)}, not to {form.name}")
 
-    def placed(self, load: export.controllers.ControllerLoad) -> export.controllers.ControllerLoad:
+    def placed(self, load: export.ControllerLoad) -> export.ControllerLoad:
         """The load in the frame and the units that were asked for."""
         if self.flange_frame is not None:
             load = _seen_from("--flange-frame", load, self.flange_frame, "flange", load.frame)
@@ -83,7 +84,7 @@ def run(payload: PayloadResultFile, *, request: _Export) -> int:
     """
     form = export.controllers.FORMATS[request.to]
     request.check(form)
-    load = export.controllers.read_load(payload, request.method, request.despite_verdict)
+    load = export.read_load(payload, request.method, request.despite_verdict)
     if not request.despite_verdict and (load.verdict == "do_not_use" or load.beyond_rating):
         why = f"the verdict on {load.source} is 'do not use': {'; '.join(load.reasons)}"
         if load.verdict != "do_not_use":
@@ -100,8 +101,8 @@ def run(payload: PayloadResultFile, *, request: _Export) -> int:
 
 
 def _seen_from(
-    option: str, load: export.controllers.ControllerLoad, pose: Sequence[float], name: str, of: str
-) -> export.controllers.ControllerLoad:
+    option: str, load: export.ControllerLoad, pose: Sequence[float], name: str, of: str
+) -> export.ControllerLoad:
     """The load in a frame that stands at a pose, in metres and degrees, in the present one."""
     place, turn = (", ".join(f"{value:g}" for value in part) for part in (pose[:3], pose[3:]))
     told = f"({place}) m, ({turn}) deg"

@@ -28,9 +28,9 @@ class _Reduce(Options):
     pattern: Annotated[str, Parameter(metavar="PATH")] = ""
     """How paths end, such as '{arm}/{day}.csv', or with {payload} (told, kg); * stands for anything else."""
     workers: Count = 1
-    """Processes (default: 1, this one)."""
-    scheduler: Annotated[str | None, Parameter(metavar="ADDRESS")] = None
-    """A Dask scheduler, tcp://host:8786, or 'local' for one of --workers processes."""
+    """Processes of this machine (default: 1, this one)."""
+    cluster: Annotated[str | None, Parameter(metavar="ADDRESS")] = None
+    """A Dask scheduler, tcp://host:8786, whose workers do it."""
 
 
 @command
@@ -54,11 +54,8 @@ def run_reduce(
     gains = replace(gains, notes=()) if gains is not None else None  # notes speak of single recordings
     how = {key: entry for key, entry in given(setup.log_map).items() if key != "title"}
     recipe = fleet.Recipe(setup.processing, setup.gains, gains, json_text(how).decode() if how else "")
-    address = None if request.scheduler == "local" else request.scheduler
     cluster = (
-        fleet.reduction.dask_executor(address, request.workers)
-        if request.scheduler
-        else nullcontext((None, request.workers))
+        fleet.reduction.dask_executor(request.cluster) if request.cluster else nullcontext((None, request.workers))
     )
     with bar("reducing") as progress, cluster as (executor, workers):
         reduced = fleet.reduce_fleet(
@@ -83,8 +80,9 @@ def run_report(
         store: The --store of 'dynident fleet reduce'.
     """
     opened = fleet.Store.opened(store)
-    index = opened.index()
-    logs = sorted(index.logs, key=lambda log: log.about.get("arm", ""))
+    every = opened.logs()
+    refused = {log.file: log.wrong for log in every if log.wrong}
+    logs = sorted((log for log in every if not log.wrong), key=lambda log: log.about.get("arm", ""))
     if not logs:
         raise InputError(f"{opened.root}: no recording in it")
     arms, done = [], 0
@@ -93,7 +91,7 @@ def run_report(
             arms.append(fleet.nights.arm_of([opened.read(log.key) for log in own]))
             done += len(arms[-1].days)
             progress(done / len(logs))
-    history, refused = fleet.fleet_of(arms), {bad.file: bad.reason for bad in index.refused}
+    history = fleet.fleet_of(arms)
     shown = report.fleet_report(history, refused)
     files.show(shown)
     files.write_json(lambda: report.documents.fleet_document(history, refused))

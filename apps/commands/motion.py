@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
+from pathlib import Path
 from typing import Annotated, NamedTuple
 
 import numpy as np
@@ -165,9 +167,9 @@ class MotionFiles(PageOptions):
             if not any(self.has(need) for need in needs):
                 self.refuse(name, f"has no effect without {' or '.join(f'--{need}' for need in needs)}")
         if self.ros2:
-            export.motions.check_joint_names(self.joint_names or (), robot.n)
+            export.check_joint_names(self.joint_names or (), robot.n)
         if self.urscript:
-            export.motions.check_urscript(robot, self.servo_rate)
+            export.check_urscript(robot, self.servo_rate)
 
     @property
     def rate(self) -> float:
@@ -177,33 +179,42 @@ class MotionFiles(PageOptions):
     @property
     def servo_rate(self) -> float:
         """Cycles of a controller of Universal Robots a second [Hz]."""
-        return self.controller_rate or export.motions.CONTROLLER_RATE
+        return self.controller_rate or export.CONTROLLER_RATE
+
+    def asked(self, written: export.WrittenMotion) -> dict[str, tuple[str, export.WrittenMotion]]:
+        """The formats asked for by name: where each is to be written, and the motion at its rate."""
+        sampled = replace(written, rate=self.rate, joint_names=self.joint_names or ())
+        files = {
+            "csv": (self.samples, sampled),
+            "ros2": (self.ros2, sampled),
+            "urscript": (self.urscript, replace(written, rate=self.servo_rate)),
+        }
+        return {name: (path, motion) for name, (path, motion) in files.items() if path}
 
     def check_replays(
-        self, problem: trajectories.DesignProblem, written: export.motions.WrittenMotion, val3: bool = False
+        self, problem: trajectories.DesignProblem, written: export.WrittenMotion, *estimated: str
     ) -> None:
         """Refuse files whose controllers, by their own interpolation, break a limit or touch something.
 
         Args:
             problem: whose limits count, whole: what a design leaves free of the torques is for this.
             written: the motion.
-            val3: whether VAL3's own moves count too.
+            estimated: formats whose replay is too rough to refuse a motion for.
 
         Raises:
             InputError: says which, and by how much.
         """
-        rates = export.motions.Rates(self.rate if self.ros2 else None, self.servo_rate if self.urscript else None)
-        for replay in export.motions.controller_replays(written, rates, val3):
-            for limit in trajectories.missed_on_replay(problem, replay.plan, _REPLAY_RATE):
-                raise InputError(
-                    f"as {replay.words} the motion does not keep its limits ({limit}): {replay.advice}"
-                )
+        for name, (_, motion) in self.asked(written).items():
+            if name in estimated or (replay := export.motions.FORMATS[name].replay) is None:
+                continue
+            run = replay(motion)
+            for limit in trajectories.missed_on_replay(problem, run.plan, _REPLAY_RATE):
+                raise InputError(f"as {run.text} the motion does not keep its limits ({limit}): {run.advice}")
 
-    def write(self, written: export.motions.WrittenMotion) -> None:
+    def write(self, written: export.WrittenMotion) -> None:
         """Write a motion with its head in the formats asked for."""
-        if self.samples:
-            write_text(self.samples, export.motions.csv_text(written, self.rate))
-        if self.ros2:
-            write_text(self.ros2, export.motions.ros2_text(written, self.rate, self.joint_names or ()))
-        if self.urscript:
-            write_text(self.urscript, export.motions.urscript_text(written, self.servo_rate))
+        for name, (path, motion) in self.asked(written).items():
+            form = export.motions.FORMATS[name]
+            write_text(path, form.text(motion))
+            for beside, text in form.beside(motion).items():
+                write_text(Path(path).parent / beside, text)

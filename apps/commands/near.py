@@ -124,7 +124,7 @@ class NearFiles(MotionFiles):
     rehearsal: Annotated[NewFile | None, Parameter(metavar="F.csv")] = None
     """That way once at a tenth of the speed; F_1.csv, .. with --ladder (default: beside --samples)."""
 
-    def write_all(self, result: report.NearResult, written: export.motions.WrittenMotion) -> None:
+    def write_all(self, result: report.NearResult, written: export.WrittenMotion) -> None:
         """Write the motion, its rehearsal and the JSON."""
         self.write(written)
         beside = Path(self.samples or "none")
@@ -133,9 +133,10 @@ class NearFiles(MotionFiles):
         if result.ladder:
             speeds = [rung.speed for rung in result.ladder if rung.speed < 1.0]
         for k, speed in enumerate(speeds if self.rehearsal or self.samples else (), 1):
-            slow = replace(written, plan=result.motion.slowed(speed), head=report.near_head(result, speed))
+            head = report.near_head(result, speed)
+            slow = replace(written, plan=result.motion.slowed(speed), head=head, rate=self.rate)
             name = path.with_name(f"{path.stem}_{k}{path.suffix}") if result.ladder else path
-            write_text(name, export.motions.csv_text(slow, self.rate))
+            write_text(name, export.motions.FORMATS["csv"].text(slow))
         self.write_json(lambda: report.documents.near_document(result))
 
 
@@ -192,7 +193,7 @@ def run(
     hints = [report.second_pose_note(shape.poses[0], hint)] if hint is not None else []
     samples = design.motion(FIGURE_RATE)
     shown = report.near_report(result, options.expected, hints, samples)
-    written = export.motions.WrittenMotion(robot, result.motion, bounds, report.near_head(result, 1.0))
+    written = export.WrittenMotion(robot, result.motion, bounds, report.near_head(result, 1.0))
     files.check_replays(limits.whole(design.problem), written)
     files.show(shown)
     files.write_all(result, written)

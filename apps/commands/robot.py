@@ -127,11 +127,11 @@ def run_export(*, arm: RobotOptions, bodies: _Bodies) -> int:
         why = "; ".join(against)
         print(f"dynident: not written: {one_line(why)} (--despite-verdict writes it all the same)", file=sys.stderr)
         return DO_NOT_USE
-    notes = form.notes(whole)
+    notes = export.robot_notes(form, whole)
     if bodies.into is None:
         write_text(bodies.out, form.text(whole))
     else:
-        changed = export.simulators.into(bodies.to, bodies.into, whole, form.head(whole))
+        changed = export.into(bodies.to, bodies.into, whole, form.head(form, whole))
         write_text(bodies.out, changed.text)
         notes += changed.notes
     print_lines(f"{bodies.out}: {whole.source}. Prior: {whole.prior}.", *(f"  {line}" for line in notes))
@@ -145,5 +145,5 @@ def _numbers(bodies: _Bodies, robot: model.Robot) -> tuple[estimation.WholeRobot
         return estimation.whole_robot(robot, dict(robot.parameters), source), ()
     (path,) = bodies.robot_parameters
     stored = results.read_stored_robot(path)
-    whole = export.simulators.stored_whole_robot(robot, stored, path)
+    whole = export.stored_whole_robot(robot, stored, path)
     return whole, tuple(present(stored.reasons_against_use) or ())

@@ -1,3 +1,16 @@
 from . import controllers as controllers
 from . import motions as motions
 from . import simulators as simulators
+from .load import ControllerLoad as ControllerLoad
+from .load import load_of as load_of
+from .load import read_load as read_load
+from .motion import WrittenMotion as WrittenMotion
+from .motion import design_head as design_head
+from .motions.ros2 import check_joint_names as check_joint_names
+from .motions.urscript import CONTROLLER_RATE as CONTROLLER_RATE
+from .motions.urscript import check_urscript as check_urscript
+from .motions.val3 import check_val3 as check_val3
+from .motions.val3 import val3_replay as val3_replay
+from .own_model import into as into
+from .robot import robot_notes as robot_notes
+from .robot import stored_whole_robot as stored_whole_robot

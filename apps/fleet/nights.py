@@ -109,12 +109,7 @@ class Arm:
 
 @dataclass(frozen=True)
 class Fleet:
-    """Arms of a fleet, night by night and side by side.
-
-    Attributes:
-        arms: of one type, by name.
-        twins: the arms' inertial parameters side by side; None of fewer than three.
-    """
+    """Arms of one type, by name; ``twins``: their inertial parameters side by side; None of fewer than three."""
 
     arms: tuple[Arm, ...]
     twins: Compared | None

@@ -12,7 +12,7 @@ from pathlib import Path
 from msgspec.structs import replace
 
 from ...common.errors import InputError
-from ...common.files import checksum
+from ...common.files import checksum, write_bytes
 from ...common.schema import Document
 from ...estimation import Settings
 from ...estimation.answers.identification import identify
@@ -70,16 +70,15 @@ def reduce_fleet(
     """
     recipe = recipe or Recipe(robot.processing)
     plan, place = packed((robot, recipe, log_map or LogMap())), Store.made(store, robot, recipe)
-    before = place.index()
-    held = {log.file: log for log in before.logs}
+    before = {log.file: log for log in place.logs()}
+    held = {file: log for file, log in before.items() if not log.wrong}
     wanted, refused = _wanted([log if isinstance(log, Log) else Log(log, {}) for log in logs], recipe, held)
     missing = [log for log in wanted if not place.path(log.key).exists()]
+    results: Iterator[_Done | None] = (reduce_log(plan, log) for log in missing)
     if executor is not None:
         results = _by(executor, plan, missing, workers)
     elif workers > 1:
         results = _by_processes(plan, missing, workers)
-    else:
-        results = (reduce_log(plan, log) for log in missing)
     done = lost = 0
     try:
         for result in results:
@@ -90,7 +89,7 @@ def reduce_fleet(
             if log.wrong:
                 refused[log.file] = log.wrong
             else:
-                place.put(log.key, content)
+                write_bytes(place.path(log.key), content)
             done += 1
             progress(done / len(missing))
     except BrokenExecutor as error:
@@ -99,30 +98,29 @@ def reduce_fleet(
             "done is kept"
         ) from None
     good = {log.file: log for log in wanted if log.file not in refused}
-    kept = {file: log for file, log in held.items() if file not in refused}
-    earlier = {bad.file: bad.reason for bad in before.refused if bad.file not in held and bad.file not in good}
-    place.finish((kept | good).values(), earlier | refused)
+    bad = {file: Log(file, {}, reason) for file, reason in refused.items()}
+    place.finish((before | good | bad).values())
     known = len(wanted) - len(missing)
     return ReducedDocument(str(place.root), len(good) - known, known, refused_documents(refused), lost)
 
 
 def _wanted(logs: Sequence[Log], recipe: Recipe, held: Mapping[str, Log]) -> tuple[list[Log], dict[str, str]]:
     """Logs to be in the store, by name, and those that cannot be, and why; ``held``: what the store has."""
-    again = {log.file for log in logs}
-    earlier = [log for file, log in held.items() if file not in again]
+    earlier = [log for file, log in held.items() if file not in {log.file for log in logs}]
     refused = {log.file: log.wrong for log in logs if log.wrong} | same_time([*earlier, *logs])
     wanted, first_files = list[Log](), {log.sha256: log.file for log in earlier}
-    for log in sorted((log for log in logs if log.file not in refused), key=lambda log: log.file):
+    for log in sorted(logs, key=lambda log: log.file):
+        if log.file in refused:
+            continue
         try:
             digest = checksum(log.file)
         except OSError as error:
             refused[log.file] = f"cannot be read: {error.strerror or error}"
             continue
-        if digest in first_files:
-            refused[log.file] = f"holds the same bytes as {first_files[digest]}: a recording counts once"
-            continue
-        first_files[digest] = log.file
-        wanted.append(replace(log, sha256=digest, key=recipe.key(digest, log.about)))
+        if (first := first_files.setdefault(digest, log.file)) != log.file:
+            refused[log.file] = f"holds the same bytes as {first}: a recording counts once"
+        else:
+            wanted.append(replace(log, sha256=digest, key=recipe.key(digest, log.about)))
     return wanted, refused
 
 
@@ -136,7 +134,8 @@ def reduce_log(plan: bytes, log: Log) -> _Done:
         if wrong := log.other_day(pieces[0].origin):
             return replace(log, wrong=wrong), b""
         result = identify(robot, pieces, Settings(recipe.processing), gains=recipe.gains)
-        return log, packed(Stored(log.file, robot, result.base, result.problem, dict(log.about)))
+        stored = Stored(log.file, robot, result.base, result.problem, dict(log.about))
+        return log, stored.parquet(result.estimate)
     except (InputError, OSError) as error:
         return replace(log, wrong=" ".join(str(error).split())), b""
     except Exception as fault:  # one bad log stops nobody; it is named, and so is the fault
@@ -205,42 +204,32 @@ def process_pool(workers: int) -> Iterator[Executor]:
     """Processes with one thread of linear algebra each; what waits is dropped when the block is left."""
     before = {name: os.environ.get(name) for name in _THREADS}
     os.environ.update(dict.fromkeys(_THREADS, "1"))
+    pool = ProcessPoolExecutor(workers, multiprocessing.get_context("spawn"))
     try:
-        pool = ProcessPoolExecutor(workers, multiprocessing.get_context("spawn"))
-        try:
-            yield pool
-        finally:
-            pool.shutdown(cancel_futures=True)
+        yield pool
     finally:
+        pool.shutdown(cancel_futures=True)
         for name, value in before.items():
             os.environ.pop(name) if value is None else os.environ.update({name: value})
 
 
 @contextmanager
-def dask_executor(scheduler: str | None, workers: int) -> Iterator[tuple[Executor, int]]:
-    """The workers of a Dask cluster and their number: of a running scheduler, or of one of this machine.
-
-    Args:
-        scheduler: its address, "tcp://host:8786"; None for a cluster of one's own.
-        workers: of a cluster of one's own.
+def dask_executor(address: str) -> Iterator[tuple[Executor, int]]:
+    """The workers of a running Dask scheduler, "tcp://host:8786", and their number.
 
     Raises:
-        InputError: if Dask is not installed, no scheduler answers, it has no workers, or they have another version.
+        InputError: if Dask is not installed, no scheduler answers, or it has no workers.
     """
     try:
         import distributed
     except ModuleNotFoundError:
-        raise InputError("--scheduler needs Dask: pip install 'dynident[fleet]'") from None
+        raise InputError("--cluster needs Dask: pip install 'dynident[fleet]'") from None
     try:
-        client = (
-            distributed.Client(scheduler, timeout=10, set_as_default=False)
-            if scheduler
-            else distributed.Client(n_workers=workers, threads_per_worker=1, dashboard_address=None)
-        )
+        client = distributed.Client(address, timeout=10, set_as_default=False)
     except (OSError, TimeoutError, ValueError) as error:
-        raise InputError(f"no scheduler answers at {scheduler}: {error}") from None
+        raise InputError(f"no scheduler answers at {address}: {error}") from None
     with client:
         count = len(client.scheduler_info(n_workers=-1)["workers"])
         if not count:
-            raise InputError(f"the scheduler at {scheduler} has no workers: start 'dask worker {scheduler}'")
+            raise InputError(f"the scheduler at {address} has no workers: start 'dask worker {address}'")
         yield client.get_executor(pure=False), count

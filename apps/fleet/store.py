@@ -3,7 +3,6 @@
 import hashlib
 import json
 import re
-import zlib
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
@@ -15,20 +14,23 @@ import numpy as np
 
 from ...common.errors import InputError
 from ...common.files import made_folder, write_bytes
-from ...common.schema import Document, read_json, write_json
+from ...common.schema import Document, convert, naming, read_json, write_json
 from ...estimation.equations.equations import Equations
 from ...estimation.fit.drive_gains import Gains
+from ...estimation.fit.estimate import Estimate
 from ...model import BaseParameters, Processing, Robot
+from ..parquet import parquet_bytes, parquet_rows
 
 _Kind = TypeVar("_Kind")
 
 KNOWN = ("arm", "day", "payload")
 """Facts that may be known of a log: the arm's own name, ISO day or time, and kg that the controller was told."""
+_OWN = ("file", "wrong", "sha256", "key")
 SUFFIXES = (".csv", ".csv.gz", ".tsv", ".tsv.gz", ".npz", ".mat", ".parquet")
 """Files of a folder that are taken for logs."""
 _CLOCKS = (9.0e8, 4.1e9)  # s since 1970: 1998 to 2099
 _NIGHT = 2.0  # days that a log's clock may be beside the day told: a day without time, zones, a night's two days
-_AGAIN = "delete it and run 'dynident fleet reduce' again, what is done is kept"
+_AGAIN = "run 'dynident fleet reduce' again, what is done is kept"
 
 
 class Log(Document, frozen=True):
@@ -127,9 +129,8 @@ def catalog(logs: Sequence[str], pattern: str = "") -> tuple[Log, ...]:
     for path in logs:
         match = ending.search(Path(path).as_posix())
         log = Log(path, match.groupdict() if match else {})
-        found.append(
-            msgspec.structs.replace(log, wrong=log.misdescribed if match else f"its path does not end in {pattern}")
-        )
+        wrong = log.misdescribed if match else f"its path does not end in {pattern}"
+        found.append(msgspec.structs.replace(log, wrong=wrong))
     if all(log.wrong for log in found):
         raise InputError(f"--pattern {pattern!r}: no log's path ends so; {logs[0]}: {found[0].wrong}")
     return tuple(found)
@@ -137,14 +138,12 @@ def catalog(logs: Sequence[str], pattern: str = "") -> tuple[Log, ...]:
 
 def same_time(logs: Iterable[Log]) -> dict[str, str]:
     """Find logs of one arm at one time: path -> what is wrong with it."""
-    owners: dict[tuple[str, str], str] = {}
-    wrong = {}
+    owners, wrong = dict[tuple[str, str], str](), dict[str, str]()
     for log in logs:
         if not log.wrong and {"arm", "day"} <= set(log.about):
             arm, day = log.about["arm"], log.about["day"]
-            if owner := owners.get((arm, day)):
+            if (owner := owners.setdefault((arm, day), log.file)) != log.file:
                 wrong[log.file] = f"{owner} is of arm {arm!r} at {day} too: give times, or another name"
-            owners.setdefault((arm, day), log.file)
     return wrong
 
 
@@ -190,10 +189,22 @@ class Stored:
     equations: Equations
     about: Mapping[str, str] = field(default_factory=dict)
 
+    def parquet(self, estimate: Estimate) -> bytes:
+        """A table of one row: the log, the parameters identified by it alone, and the equations, packed."""
+        row = {
+            "file": self.name,
+            **{fact: self.about.get(fact) for fact in KNOWN},
+            "parameters": estimate.names,
+            "values": estimate.values,
+            "sigma": estimate.sigma,
+            "equations": packed(self),
+        }
+        return parquet_bytes({name: [value] for name, value in row.items()})
+
 
 def packed(value: Any) -> bytes:
     """Frozen values as bytes; the same for the same values."""
-    return zlib.compress(msgspec.msgpack.encode(value, enc_hook=_plain), 1)
+    return msgspec.msgpack.encode(value, enc_hook=_plain)
 
 
 def unpacked(content: bytes, kind: type[_Kind]) -> _Kind:
@@ -203,8 +214,8 @@ def unpacked(content: bytes, kind: type[_Kind]) -> _Kind:
         InputError: if they are not what was written.
     """
     try:
-        return msgspec.msgpack.decode(zlib.decompress(content), type=kind, dec_hook=_made)
-    except (zlib.error, ValueError, TypeError) as error:
+        return msgspec.msgpack.decode(content, type=kind, dec_hook=_made)
+    except (ValueError, TypeError) as error:
         raise InputError(f"not as it was written, or by another version ({error}): reduce it again") from None
 
 
@@ -230,11 +241,9 @@ class RefusedDocument(Document, frozen=True):
     reason: str
 
 
-class Index(Document, frozen=True):
-    """Recordings of a store and logs that were refused, each by the logs' names."""
-
-    logs: tuple[Log, ...] = ()
-    refused: tuple[RefusedDocument, ...] = ()
+def refused_documents(refused: Mapping[str, str]) -> tuple[RefusedDocument, ...]:
+    """Logs that were refused, by name."""
+    return tuple(RefusedDocument(file, reason) for file, reason in sorted(refused.items()))
 
 
 @dataclass(frozen=True)
@@ -260,7 +269,7 @@ class Store:
                 raise InputError(f"{root}: a store of another {kind} ({there.get('robot')}): give another folder")
         elif store.root.is_dir() and any(store.root.iterdir()):
             raise InputError(f"{root}: is a folder of other things: give a new one")
-        made_folder(store.root / "equations")
+        made_folder(store.root / "recordings")
         if not path.exists():
             write_json(path, labels)
         return store
@@ -275,31 +284,37 @@ class Store:
         store = Store(Path(root))
         if not (store.root / "store.json").exists():
             raise InputError(f"{root}: no store: give the --store of 'dynident fleet reduce'")
-        if not (store.root / "index.json").exists():
-            raise InputError(f"{root}: reduced in part: run 'dynident fleet reduce' again, what is done is kept")
+        if not store.index.exists():
+            raise InputError(f"{root}: reduced in part: {_AGAIN}")
         return store
 
+    @property
+    def index(self) -> Path:
+        """Table of the logs, of those that were refused too."""
+        return self.root / "logs.parquet"
+
     def path(self, key: str) -> Path:
-        """Place of a recording's equations."""
-        return self.root / "equations" / f"{key}.bin"
+        """Place of a recording."""
+        return self.root / "recordings" / f"{key}.parquet"
 
-    def put(self, key: str, content: bytes) -> None:
-        """Write a recording's equations.
+    def logs(self) -> tuple[Log, ...]:
+        """The logs, by name, ``wrong`` where one was refused; none as long as the store was never finished."""
+        if not self.index.exists():
+            return ()
+        with naming(self.index, f"delete it and {_AGAIN}"):
+            rows = [
+                {name: row.get(name) for name in _OWN}
+                | {"about": {fact: row[fact] for fact in KNOWN if row.get(fact) is not None}}
+                for row in parquet_rows(self.index)
+            ]
+            return convert(rows, tuple[Log, ...])
 
-        Raises:
-            InputError: if it cannot be written.
-        """
-        write_bytes(self.path(key), content)
-
-    def index(self) -> Index:
-        """Recordings and refused logs; none as long as the store was never finished."""
-        path = self.root / "index.json"
-        return read_json(path, Index, _AGAIN) if path.exists() else Index()
-
-    def finish(self, logs: Iterable[Log], refused: Mapping[str, str]) -> None:
+    def finish(self, logs: Iterable[Log]) -> None:
         """Write what is in it, and what was refused, and why."""
-        by_name = sorted(logs, key=lambda log: log.file)
-        write_json(self.root / "index.json", Index(tuple(by_name), refused_documents(refused)))
+        ordered = sorted(logs, key=lambda log: log.file)
+        facts = {fact: [log.about.get(fact) for log in ordered] for fact in KNOWN}
+        own = {name: [getattr(log, name) for log in ordered] for name in _OWN}
+        write_bytes(self.index, parquet_bytes(own | facts))
 
     def read(self, key: str) -> Stored:
         """Read a recording's equations.
@@ -308,14 +323,8 @@ class Store:
             InputError: if they are not as they were written.
         """
         path = self.path(key)
+        rows = parquet_rows(path, ["equations"])
         try:
-            return unpacked(path.read_bytes(), Stored)
-        except OSError as error:
-            raise InputError(f"{path}: cannot be read: {error.strerror or error}") from None
-        except InputError as error:
+            return unpacked(rows[0]["equations"], Stored)
+        except (LookupError, InputError) as error:
             raise InputError(f"{path}: {error}") from None
-
-
-def refused_documents(refused: Mapping[str, str]) -> tuple[RefusedDocument, ...]:
-    """Logs that were refused, by name."""
-    return tuple(RefusedDocument(file, reason) for file, reason in sorted(refused.items()))

@@ -11,6 +11,7 @@ import numpy as np
 from ...common.arrays import Array
 from ...common.errors import InputError
 from ...common.files import write_bytes
+from ..parquet import parquet_bytes, pyarrow_for
 from .rtde import POSITION, SAFETY, TIME, LinkError, Samples
 
 _STILL = 2.0
@@ -145,11 +146,7 @@ class Recorder:
             several = {f"{name}_{k}": column for k, column in enumerate(values.T)} if values.ndim > 1 else {}
             columns |= several or {name: values}
         if Path(path).name.lower().endswith(".parquet"):
-            import pyarrow.parquet
-
-            stream = pyarrow.BufferOutputStream()
-            pyarrow.parquet.write_table(pyarrow.table(columns), stream)
-            write_bytes(path, bytes(stream.getvalue()))
+            write_bytes(path, parquet_bytes(columns))
             return
         rows = zip(*(map(repr, column.tolist()) for column in columns.values()), strict=True)
         text = "".join(f"{','.join(row)}\n" for row in [tuple(columns), *rows]).encode()
@@ -166,7 +163,4 @@ def check_name(path: str | Path) -> None:
     if not name.endswith(SUFFIXES):
         raise InputError(f"{path}: a recording is written as {', '.join(SUFFIXES)}")
     if name.endswith(".parquet"):
-        try:
-            import pyarrow  # noqa: F401
-        except ImportError:
-            raise InputError(f"{path}: Parquet needs pyarrow: install dynident[logs], or write .csv") from None
+        pyarrow_for(f"{path}: Parquet", "install dynident[logs], or write .csv")

@@ -9,9 +9,8 @@ import struct
 import threading
 import time
 from collections import deque
-from collections.abc import Iterable, Iterator, Sequence
-from contextlib import contextmanager, suppress
-from types import TracebackType
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from typing import Any, Self
 
 import numpy as np
@@ -69,7 +68,7 @@ def split(buffer: bytearray) -> list[tuple[int, bytes]]:
     """Take whole packets from the front of a buffer, each a type and its payload; none if there is a part of one.
 
     Raises:
-        InputError: if the bytes are no packets of this protocol.
+        LinkError: if the first bytes are no packet of this protocol.
     """
     packets: list[tuple[int, bytes]] = []
     start = 0
@@ -78,7 +77,7 @@ def split(buffer: bytearray) -> list[tuple[int, bytes]]:
         if size < _HEADER.size or kind not in _KINDS:
             if packets:
                 break  # these first; the next call finds what is wrong at the front
-            raise InputError("what arrives is not RTDE: is this the right port?")
+            raise LinkError("what arrives is not RTDE: is this the right port?")
         if len(buffer) - start < size:
             break
         packets.append((kind, bytes(buffer[start + _HEADER.size : start + size])))
@@ -93,6 +92,8 @@ def available(fields: Sequence[str], types: Sequence[str]) -> tuple[str, ...]:
     Raises:
         LinkError: if a type is none of the protocol, or one of the fields that are needed is absent.
     """
+    if len(types) != len(fields):
+        raise LinkError(f"{len(types)} types for {len(fields)} fields: this is not RTDE")
     for field, kind in zip(fields, types, strict=True):
         if kind not in _FORMATS and kind != "NOT_FOUND":
             raise LinkError(f"the controller sends {field} as {kind!r}, which is no type of RTDE")
@@ -105,8 +106,6 @@ def available(fields: Sequence[str], types: Sequence[str]) -> tuple[str, ...]:
 
 class Client:
     """A connection to a controller; close it, or use it in a ``with``.
-
-    Once started a thread reads samples as they come, whatever is done with those before them.
 
     Attributes:
         host: in words, for messages.
@@ -126,43 +125,28 @@ class Client:
                 speak version 2 within 2.5 s more; within 5 s in all.
         """
         self.host = f"{host}:{port}"
-        self._buffer = bytearray()
-        self._waiting: deque[tuple[int, bytes]] = deque()
-        self._taken: deque[bytes] = deque()
-        self._over = threading.Event()
-        self._thread: threading.Thread | None = None
-        self._number, self._fault, self._ended = 0, "", False
+        self._buffer, self._waiting = bytearray(), deque[tuple[int, bytes]]()
+        self._number, self._fault, self._last = 0, "", 0.0
         latest = time.monotonic() + _AGREED
         self._socket = _connected(host, port, ": is RTDE enabled there?", "is the robot on, is the address right?")
         self._deadline = min(time.monotonic() + PATIENCE, latest)
         try:
             if self._ask(REQUEST_VERSION, struct.pack(">H", 2))[:1] != b"\x01":
-                raise LinkError(
-                    f"{self.host}: the controller does not speak version 2 of RTDE: update its software"
-                )
+                raise self._told("the controller does not speak version 2 of RTDE: update its software")
             answer = self._ask(CONTROLLER_VERSION, b"")
             if len(answer) != 16:
-                raise LinkError(f"{self.host}: the controller does not tell its version")
+                raise self._told("the controller does not tell its version")
             self.version: tuple[int, ...] = struct.unpack(">4I", answer)
         except BaseException:
-            self.close()
+            self._socket.close()
             raise
 
     def __enter__(self) -> Self:
         """Use it until the end of the block."""
         return self
 
-    def __exit__(self, *_: type[BaseException] | BaseException | TracebackType | None) -> None:
+    def __exit__(self, *_: object) -> None:
         """Close it."""
-        self.close()
-
-    def close(self) -> None:
-        """End the thread and the connection."""
-        self._ended = True
-        if self._thread is not None:
-            with suppress(OSError):  # the other side was faster
-                self._socket.shutdown(socket.SHUT_RDWR)
-            self._thread.join()
         self._socket.close()
 
     def start(self, fields: Sequence[str] = FIELDS, rate: float | None = None) -> None:
@@ -176,30 +160,23 @@ class Client:
             LinkError: if the controller refuses, or a field that is needed is absent.
         """
         self.rate = rate or (500.0 if self.version[0] >= _CB_SERIES else 125.0)
-        asked = tuple(fields)
-        while True:
+        there, asked = tuple(fields), tuple[str, ...]()
+        while there != asked:  # an absent field makes a recipe unusable
+            asked = there
             answer = self._ask(OUTPUTS, struct.pack(">d", self.rate) + ",".join(asked).encode())
             types = answer[1:].decode("ascii", errors="replace").split(",")
-            if len(types) != len(asked):
-                raise LinkError(f"{self.host}: {len(types)} types for {len(asked)} fields: this is not RTDE")
             try:
                 there = available(asked, types)
             except LinkError as fault:
-                raise LinkError(f"{self.host}: {fault}") from None
-            if there == asked:
-                break
-            asked = there  # an absent field makes a recipe unusable
+                raise self._told(str(fault)) from None
         self._number = answer[0]
         self.layout = np.dtype([(field, _FORMATS[kind]) for field, kind in zip(asked, types, strict=True)])
         if self._ask(START, b"")[:1] != b"\x01":
-            raise LinkError(f"{self.host}: the controller does not start its samples")
-        self._socket.settimeout(_SILENCE)
-        self._collect(self._waiting)
-        self._thread = threading.Thread(target=self._run, name="rtde", daemon=True)
-        self._thread.start()
+            raise self._told("the controller does not start its samples")
+        self._last = time.monotonic()
 
     def take(self, wait: float = 0.1) -> Samples:
-        """Samples that came since the last call.
+        """Samples that have come since the last call, or come now; between calls the system keeps them.
 
         Args:
             wait: for so long [s], unless the samples end before.
@@ -207,11 +184,26 @@ class Client:
         Raises:
             LinkError: when there are none left, and why no more come.
         """
-        over = self._over.wait(wait)
-        packets = [self._taken.popleft() for _ in range(len(self._taken))]
-        if over and not packets:
-            raise LinkError(self._fault)
-        return np.frombuffer(b"".join(packets), self.layout)
+        until, samples = time.monotonic() + wait, list[bytes]()
+        try:
+            while not self._fault:
+                for kind, payload in self._taken():
+                    if kind == DATA:
+                        if len(payload) != self.layout.itemsize + 1 or payload[0] != self._number:
+                            raise LinkError("a sample is not of the size or the recipe that was agreed on")
+                        samples.append(payload[1:])
+                self._receive(until - time.monotonic())
+        except TimeoutError:
+            pass
+        except (OSError, ValueError) as error:
+            self._fault = getattr(error, "strerror", None) or str(error)
+        now = time.monotonic()
+        self._last = now if samples else self._last
+        if now - self._last > _SILENCE and not self._fault:
+            self._fault = f"no sample for {_SILENCE:g} s"
+        if self._fault and not samples:
+            raise self._told(self._fault)
+        return np.frombuffer(b"".join(samples), self.layout)
 
     def _ask(self, kind: int, payload: bytes) -> bytes:
         """Send a packet and wait for its answer; messages in between are passed over."""
@@ -219,69 +211,43 @@ class Client:
             self._socket.settimeout(max(self._deadline - time.monotonic(), 0.01))
             self._socket.sendall(packed(kind, payload))
             while True:
-                while self._waiting:
-                    answered, answer = self._waiting.popleft()
+                for answered, answer in self._taken():
                     if answered == kind:
                         return answer
-                left = self._deadline - time.monotonic()
-                if left <= 0.0:
-                    raise TimeoutError
-                self._socket.settimeout(left)
-                self._waiting.extend(self._received())
+                self._receive(self._deadline - time.monotonic())
         except TimeoutError:
-            raise LinkError(f"{self.host}: connected, but no answer within {PATIENCE:g} s") from None
+            raise self._told(f"connected, but no answer within {PATIENCE:g} s") from None
         except OSError as error:
-            raise LinkError(f"{self.host}: the connection was lost: {error.strerror or error}") from None
+            raise self._told(f"the connection was lost: {error.strerror or error}") from None
         except ValueError as error:
-            raise LinkError(f"{self.host}: {error}") from None
+            raise self._told(str(error)) from None
 
-    def _received(self) -> Iterator[tuple[int, bytes]]:
-        """Packets that are whole after the next bytes came; those before a wrong one count."""
+    def _taken(self) -> Iterator[tuple[int, bytes]]:
+        """Packets that wait, one after the other; what is not taken stays."""
+        while self._waiting:
+            yield self._waiting.popleft()
+
+    def _receive(self, seconds: float) -> None:
+        """Wait so long [s] for further bytes, unless there are whole packets; those before a wrong one count."""
+        self._waiting.extend(split(self._buffer))
+        if self._waiting:
+            return
+        if seconds <= 0.0:
+            raise TimeoutError
+        self._socket.settimeout(seconds)
         received = self._socket.recv(_CHUNK)
         if not received:
             raise LinkError("the controller closed the connection")
         self._buffer += received
-        while packets := split(self._buffer):
-            yield from packets
 
-    def _run(self) -> None:
-        """Read until the connection ends; half a packet now and then does not count as a sample."""
-        last = time.monotonic()
-        try:
-            while not self._ended:
-                count, now = self._collect(self._received()), time.monotonic()
-                last = now if count else last
-                if now - last > _SILENCE:
-                    raise TimeoutError
-        except TimeoutError:
-            self._fault = f"{self.host}: no sample for {_SILENCE:g} s"
-        except (OSError, ValueError) as error:
-            self._fault = f"{self.host}: {getattr(error, 'strerror', None) or error}"
-        finally:
-            self._over.set()
-
-    def _collect(self, packets: Iterable[tuple[int, bytes]]) -> int:
-        """Keep the samples among packets, and give their number."""
-        count = 0
-        for kind, payload in packets:
-            if kind == DATA:
-                if len(payload) != self.layout.itemsize + 1 or payload[0] != self._number:
-                    raise LinkError("a sample is not of the size or the recipe that was agreed on")
-                self._taken.append(payload[1:])
-                count += 1
-        return count
+    def _told(self, fault: str) -> LinkError:
+        return LinkError(f"{self.host}: {fault}")
 
 
 def _connected(host: str, port: int, hint: str, silent: str) -> socket.socket:
-    """Open a socket to a host.
+    """Open a socket to a host; ``hint`` is said behind why there is none, ``silent`` where nothing answers.
 
     The system looks a name up for as long as it likes (30 s where the name server is silent): a thread asks it.
-
-    Args:
-        host: name or address.
-        port: of the host.
-        hint: said behind why there is no connection.
-        silent: said behind that nothing answers.
 
     Raises:
         LinkError: if the name does not resolve, or nothing answers, within 2.5 s each.

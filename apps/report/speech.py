@@ -16,7 +16,8 @@ from ...estimation.results.payload import PayloadResult
 from ...estimation.results.robot import GainsResult, RobotResult
 from ...model import Recording
 from ...trajectories import Design
-from ..export.controllers import FORMATS, load_of
+from ..export.controllers import FORMATS
+from ..export.load import load_of
 from ..logs.log_check import LogCheck
 from ..numbers import SIX
 from . import page

@@ -123,34 +123,29 @@ class IdentifiedArm:
 
     def _steps(self, q: Array, kp: Array, kd: Array, step: float) -> int:
         """Steps per sample that integrate the stiffest mode stably: dry friction about rest, or the controller."""
-        n = self.robot.n
+        n, mobilities = self.robot.n, self._mobilities(q)
         speed = ca.SX.sym("qd", n)
         slope = ca.jacobian(self._friction(speed, self._level), speed)
         damping = np.array(ca.Function("slope", [speed], [ca.densify(slope)])(np.zeros(n))) + np.diag(kd)
-        rates = [np.abs(np.linalg.eigvals(mobility @ damping)).max() for mobility in self._mobilities(q)]
-        springs = [
-            np.abs(np.linalg.eigvals(mobility @ np.diag(kp))).max() ** 0.5 for mobility in self._mobilities(q)
-        ]
-        count = max(1, int(np.ceil(step / _STEP - 1e-9)), stable_steps(max(*rates, *springs), step))
+        rate = max(np.abs(np.linalg.eigvals(mobility @ damping)).max() for mobility in mobilities)
+        spring = max(np.abs(np.linalg.eigvals(mobility @ np.diag(kp))).max() ** 0.5 for mobility in mobilities)
+        count = max(1, int(np.ceil(step / _STEP - 1e-9)), stable_steps(max(rate, spring), step))
         if count > _FINEST:
-            stiffest = int(np.argmax(np.max([np.diag(m @ damping) for m in self._mobilities(q)], axis=0))) + 1
+            stiffest = int(np.argmax(np.max([np.diag(m @ damping) for m in mobilities], axis=0))) + 1
+            advice = (
+                f"is its rotor inertia IA{stiffest} missing, or at its bound of zero? Identify it with a motion "
+                f"that accelerates joint {stiffest} more"
+            )
+            if self.robot.drives.side == "link":
+                advice = (
+                    "sensors on the link side see no rotor, and the links alone weigh too little against it: open "
+                    "loop judges nothing here, the torques of 'dynident identify --validate' do"
+                )
             raise InputError(
-                f"friction of joint {stiffest} of {self.robot.name} is too fast to integrate ({max(rates):.0f} "
-                f"1/s): {self._advice(stiffest)}"
+                f"friction of joint {stiffest} of {self.robot.name} is too fast to integrate ({rate:.0f} 1/s): "
+                f"{advice}"
             )
         return count
-
-    def _advice(self, joint: int) -> str:
-        """Tell what to do about a joint whose friction stops it at once."""
-        if self.robot.drives.side == "link":
-            return (
-                "sensors on the link side see no rotor, and the links alone weigh too little against it: open loop "
-                "judges nothing here, the torques of 'dynident identify --validate' do"
-            )
-        return (
-            f"is its rotor inertia IA{joint} missing, or at its bound of zero? Identify it with a motion that "
-            f"accelerates joint {joint} more"
-        )
 
     def _mobilities(self, q: Array) -> list[Array]:
         """Inverses of the inertia matrix at some states of paths S x K x n, n x n each.
@@ -182,19 +177,17 @@ def _half_steps(here: Array, after: Array, count: int, step: float) -> Array:
     Torques are linear; positions and speeds follow Hermite's cubic: a controller as stiff as this would feel the
     corners of a path made of straight lines. Gives (M count + 1) x S x 3 n.
     """
-    share = np.arange(count)[:, None, None] / count
-    between = [_between(here[:, k], after[:, k], share, step) for k in range(here.shape[1])]
-    return np.concatenate([*between, after[:, -1][None]])
-
-
-def _between(here: Array, after: Array, share: Array, step: float) -> Array:
-    """A path between two samples, S x 3 n, at C shares of the way (C x 1 x 1): C x S x 3 n."""
-    (torque, q, qd), (torque_after, q_after, qd_after) = (np.split(sample, 3, axis=1) for sample in (here, after))
+    share = (np.arange(count) / count)[None, :, None, None]
+    # Samples first, then the parts of each: M x count x S x n.
+    (torque, q, qd), (torque_after, q_after, qd_after) = (
+        np.split(path.swapaxes(0, 1)[:, None], 3, axis=3) for path in (here, after)
+    )
     rise = q_after - q
     cubic, square = step * (qd + qd_after) - 2.0 * rise, 3.0 * rise - step * (2.0 * qd + qd_after)
     along = q + share * (step * qd + share * (square + share * cubic))
     speed = qd + share * (2.0 * square + 3.0 * share * cubic) / step
-    return np.concatenate([torque + share * (torque_after - torque), along, speed], axis=2)
+    between = np.concatenate([torque + share * (torque_after - torque), along, speed], axis=3)
+    return np.concatenate([between.reshape(-1, *between.shape[2:]), after[:, -1][None]])
 
 
 class MujocoArm:

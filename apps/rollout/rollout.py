@@ -121,44 +121,32 @@ def roll_out_all(
     others: Mapping[str, Arm] | None = None,
     progress: Progress = silent,
 ) -> tuple[Rollout, ...]:
-    """Predict the motion of each recording by a robot's base parameters, and compare.
+    """Predict each recording's motion from its torques, from many starts, and follow its path.
 
     Args:
         values: of the columns of ``base_parameters(robot)``.
         recordings: without payload, best such that were not fitted.
         processing: settings; the robot's own by default.
-        horizons: after which times errors are asked for [s].
+        horizons: after which times errors are asked for [s]; those beyond half a recording are left out.
         others: models to compare with, by name.
 
     Raises:
-        InputError: as ``roll_out``.
+        InputError: if a recording is too short for the shortest horizon, or the parameters cannot be integrated.
     """
     progress("the robot's equations of motion")
     arm = IdentifiedArm(robot, base_parameters(robot), values)
-    settings = processing or robot.processing
-    return tuple(roll_out(arm, recording, settings, horizons, others, progress) for recording in recordings)
+    models, settings = {IDENTIFIED: arm, **(others or {})}, processing or robot.processing
+    return tuple(_rolled(arm, recording, settings, horizons, models, progress) for recording in recordings)
 
 
-def roll_out(
+def _rolled(
     arm: IdentifiedArm,
     recording: Recording,
     processing: Processing,
-    horizons: Sequence[float] = HORIZONS,
-    others: Mapping[str, Arm] | None = None,
-    progress: Progress = silent,
+    horizons: Sequence[float],
+    models: Mapping[str, Arm],
+    progress: Progress,
 ) -> Rollout:
-    """Predict a recording's motion from its torques, from many starts, and follow its path.
-
-    Args:
-        arm: the identified robot.
-        recording: one that was not fitted.
-        processing: settings of the filter.
-        horizons: after which times errors are asked for [s]; those beyond half the recording are left out.
-        others: models to compare with, by name.
-
-    Raises:
-        InputError: if the recording is too short for the shortest horizon, or the parameters cannot be integrated.
-    """
     measured = measurement(recording, processing)
     motion, step = measured.motion, float(measured.motion.t[1] - measured.motion.t[0])
     duration = step * (len(motion.t) - 1)
@@ -176,8 +164,7 @@ def roll_out(
     q, qd, torque = motion.q[starts], motion.qd[starts], measured.torque[windows]
     truth = motion.q[windows]
     errors = {}
-    models = list({IDENTIFIED: arm, **(others or {})}.items())
-    for name, model in each(models, lambda entry: f"{recording.source}: {entry[0]}", progress):
+    for name, model in each(list(models.items()), lambda entry: f"{recording.source}: {entry[0]}", progress):
         errors[name] = _rms(model.positions(q, qd, torque, step) - truth)[:, samples]
     ahead = q[:, None] + qd[:, None] * (step * np.arange(count))[:, None]
     errors[CONSTANT] = _rms(ahead - truth)[:, samples]

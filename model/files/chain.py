@@ -13,6 +13,7 @@ from ..inertia import InertialParameters
 from ..motion import Processing, usual_slow_speed
 from ..pose import Pose
 from ..robot import Links, Robot
+from .described import Source
 from .reframe import JointAxis, Reframed, modified_dh
 from .tree import UrdfJoint, UrdfTree, read_urdf
 
@@ -27,8 +28,8 @@ _Link = tuple[UrdfJoint, Pose]
 """A moving link: its joint, and where that joint's frame stands in the base at the zero position."""
 
 
-def load_urdf(path: str | Path, base: str | None = None, tip: str | None = None) -> Robot:
-    """Read a serial robot from a URDF file.
+def load_urdf(path: str | Path | Source, base: str | None = None, tip: str | None = None) -> Robot:
+    """Read a serial robot from a URDF or xacro file.
 
     Fixed joints are merged, meshes are not read. Gravity points along -z of the base link. Joint positions count
     as in the file. Inertias are read into ``Robot.parameters``, as a prior.
@@ -41,6 +42,7 @@ def load_urdf(path: str | Path, base: str | None = None, tip: str | None = None)
         InputError: if there is no such chain, or several, or a joint of it is of a kind that is not supported.
     """
     tree = read_urdf(path)
+    file = Path(tree.source).name
     children = _children(tree)
     first = _base(tree, base)
     last, by_convention = _tip(tree, children, first, tip)
@@ -52,12 +54,12 @@ def load_urdf(path: str | Path, base: str | None = None, tip: str | None = None)
         name=re.sub(r"\s+", "_", tree.name.strip()) or "robot",
         joints=frames.joints,
         gravity=_gravity(frames.base),
-        payload_frame=f"{_frame(last)} of {Path(path).name}",
+        payload_frame=f"{_frame(last)} of {file}",
         flange=frames.flange,
         base=frames.base,
         links=_named(tree, children, links, frames, (first, last)),
         processing=Processing(slow_speed=usual_slow_speed([joint.revolute for joint in frames.joints])),
-        title=f"{tree.name} ({Path(path).name}, {first} to {last})",
+        title=f"{tree.name} ({file}, {first} to {last})",
         snapped=(*by_convention, *tree.notes),
     )
     parameters, left_out = _parameters(tree, children, links, frames)

@@ -1,4 +1,4 @@
-"""Robots from and to files: TOML by ``robot_table``, or a URDF."""
+"""Robots from and to files: TOML by ``robot_table``, a URDF, or a name of robot_descriptions."""
 
 import re
 from difflib import get_close_matches
@@ -10,6 +10,7 @@ from ...common.errors import InputError
 from ...common.schema import TOML_BYTES, given, naming, read_text, toml_table, toml_text
 from ..robot import Robot
 from .chain import load_urdf
+from .described import ENDING, described
 from .robot_table import RobotTable
 
 _ROBOTS = resources.files(str(__package__).removesuffix(".files")) / "robots"
@@ -25,7 +26,8 @@ def load_robot(name: str | Path, base: str | None = None, tip: str | None = None
     """Load a shipped robot by name, or a robot from a TOML or URDF file by path.
 
     Args:
-        name: a shipped robot's name or the path of a file; a URDF is known by its ending.
+        name: a shipped robot's name, the path of a file (a URDF or xacro file is known by its ending), or a name of
+            robot_descriptions, whose file must be in its cache.
         base: URDF only: first link of the chain, where there are several.
         tip: URDF only: the flange's link, where there are several.
 
@@ -35,6 +37,8 @@ def load_robot(name: str | Path, base: str | None = None, tip: str | None = None
     text = str(name)
     if Path(name).suffix.lower() in (".urdf", ".xacro") and Path(name).is_file():
         return load_urdf(name, base, tip)
+    if re.fullmatch(rf"\w+{ENDING}", text) and not Path(name).is_file():
+        return load_urdf(described(text), base, tip)
     if base is not None or tip is not None:
         raise InputError(f"--chain chooses links of a URDF file, {text!r} is none: leave it out")
     shipped = _shipped(text)

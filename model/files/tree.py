@@ -1,7 +1,6 @@
 """Reads the links and joints of a URDF file: meshes are found but not opened, transmissions are passed over."""
 
 import math
-import os
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,6 +12,7 @@ from ...common.errors import InputError
 from ..inertia import InertialParameters, ten_parameters
 from ..pose import Pose
 from ..robot import SNAP_ANGLE, SNAP_LENGTH, Limits, Mesh
+from .described import Source, expanded, package_places
 
 _ZEROS, _ONES = "0 0 0", "1 1 1"
 
@@ -62,15 +62,7 @@ def _places(name: str, folder: Path) -> Iterator[Path]:
         yield Path(rest)
     elif scheme in ("package", "model"):
         package, _, inside = rest.partition("/")
-        for above in (folder, *folder.parents):
-            yield above / package / inside
-            if above.name == package:
-                yield above / inside
-        for root in filter(None, os.environ.get("ROS_PACKAGE_PATH", "").split(os.pathsep)):
-            yield Path(root) / package / inside
-            yield Path(root).parent / package / inside
-        for root in filter(None, os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep)):
-            yield Path(root) / "share" / package / inside
+        yield from (place / inside for place in package_places(package, folder))
 
 
 LARGEST_FILE = 5_000_000
@@ -124,38 +116,45 @@ class UrdfTree:
     meshes: Mapping[str, tuple[Mesh, ...]]
 
 
-def read_urdf(path: str | Path) -> UrdfTree:
-    """Read a file.
+def read_urdf(source: str | Path | Source) -> UrdfTree:
+    """Read a file, expanded by xacro where it waits for that.
 
     Raises:
         InputError: names the element that cannot be used.
     """
-    reader = _Reader(str(path))
-    return reader.tree(_root(Path(path)))
+    source = source if isinstance(source, Source) else Source(Path(source))
+    root = _parsed(source.path, _text(source.path))
+    if any(map(_of_xacro, root.iter())):
+        root = _parsed(source.path, expanded(source))
+        if left := next((element.tag for element in root.iter() if _of_xacro(element)), ""):
+            raise InputError(
+                f"{source.path}: xacro leaves <{left}> as it is: expand it first (xacro FILE > robot.urdf)"
+            )
+    if root.tag != "robot":
+        raise InputError(f"{source.path}: the outermost element is <{root.tag}>, a URDF's is <robot>")
+    return _Reader(str(source.path)).tree(root)
 
 
-def _root(path: Path) -> ElementTree.Element:
+def _text(path: Path) -> str:
     try:
         if path.stat().st_size > LARGEST_FILE:
             raise InputError(f"{path}: larger than {LARGEST_FILE // 1_000_000} MB: not a robot description")
-        text = path.read_bytes().decode("utf-8")
+        return path.read_bytes().decode("utf-8")
     except UnicodeDecodeError:
         raise InputError(f"{path}: not UTF-8 text: save the description as UTF-8") from None
     except OSError as error:
         raise InputError(f"{path}: cannot be read ({error.strerror})") from None
+
+
+def _parsed(path: Path, text: str) -> ElementTree.Element:
     # Entities can grow without bound and read other files; no robot description needs them.
     for word in ("<!DOCTYPE", "<!ENTITY"):
         if word in text:
             raise InputError(f"{path}: {word} is not accepted in a robot description: remove it")
     try:
-        root = ElementTree.fromstring(text)
+        return ElementTree.fromstring(text)
     except ElementTree.ParseError as error:
         raise InputError(f"{path}: not valid XML: {error}") from None
-    if any(map(_of_xacro, root.iter())):
-        raise InputError(f"{path}: a xacro file: expand it first (xacro FILE > robot.urdf)")
-    if root.tag != "robot":
-        raise InputError(f"{path}: the outermost element is <{root.tag}>, a URDF's is <robot>")
-    return root
 
 
 def _of_xacro(element: ElementTree.Element) -> bool:

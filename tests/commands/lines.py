@@ -85,6 +85,8 @@ def make_store(folder: Path, recording: fleet.Stored) -> None:
     for arm in ("left", "right"):
         for night in range(1, 4):
             about, key = {"arm": arm, "day": f"2026-01-0{night}"}, f"{arm}{night}"
-            store.put(key, fleet.store.packed(drawn(recording, values, noise, draw, f"{key}.csv", about)))
+            night_recording = drawn(recording, values, noise, draw, f"{key}.csv", about)
+            estimate = weighted(night_recording.equations)
+            store.path(key).write_bytes(night_recording.parquet(estimate))
             rows.append(fleet.Log(f"{key}.csv", about, "", "0" * 64, key))
-    store.finish(rows, {})
+    store.finish(rows)

@@ -94,7 +94,7 @@ def write_inputs() -> None:
         "radians.toml": 'name = "arm"\n[[joints]]\nalpha = 1.57\n',
         "jointless.toml": 'name = "arm"\n',
         "arm.xacro": '<robot name="arm" xmlns:xacro="http://www.ros.org/wiki/xacro">'
-        '<xacro:macro name="m"/><xacro:m/><link name="a"/></robot>\n',
+        '<xacro:macro name="m"/><xacro:m/><link name="$(arg side)"/></robot>\n',
         "empty.csv": "",
         "header.csv": _edited(lambda lines: lines[:1]),
         "nocolumn.csv": _edited(_cells(lambda column, cell: "" if column == 9 else cell, slice(0, None))).replace(

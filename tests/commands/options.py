@@ -98,7 +98,7 @@ OPTIONS: dict[str, dict[str, str]] = {
         "--store": "--store other",
         "--pattern": "--pattern {arm}.csv",
         "--workers": "--workers 0",
-        "--scheduler": "--scheduler tcp://127.0.0.1:1",
+        "--cluster": "--cluster tcp://127.0.0.1:1",
         "--json": "--json a.json",
     },
     "fleet report": PAGE | {

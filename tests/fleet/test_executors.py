@@ -125,7 +125,7 @@ def cluster(port: int, workers: int = 2) -> Iterator[tuple[str, list[subprocess.
 def reached(address: str, workers: int) -> None:
     """Wait until all workers are there."""
     for _ in range(600):
-        with contextlib.suppress(InputError), reduction.dask_executor(address, 1) as (_, count):
+        with contextlib.suppress(InputError), reduction.dask_executor(address) as (_, count):
             if count == workers:
                 return
         time.sleep(0.2)
@@ -139,7 +139,7 @@ def test_a_dask_scheduler_and_two_workers(store: Path, tmp_path: Path, capsys: p
     port = free_port()
     with cluster(port) as (address, running):
         reached(address, 2)
-        with reduction.dask_executor(address, 1) as (executor, count):
+        with reduction.dask_executor(address) as (executor, count):
             killed = threading.Timer(1.0, running[-1].kill)
             killed.start()
             fleet.reduce_fleet(entries(), ROBOT, tmp_path / "a", executor=executor, workers=count)
@@ -147,14 +147,14 @@ def test_a_dask_scheduler_and_two_workers(store: Path, tmp_path: Path, capsys: p
         assert contents(tmp_path / "a") == contents(store)
         with (
             pytest.raises(InputError, match=r"workers were lost after \d of 5"),
-            reduction.dask_executor(address, 1) as (executor, count),
+            reduction.dask_executor(address) as (executor, count),
         ):
             fleet.reduce_fleet(
                 entries(), ROBOT, tmp_path / "b", executor=executor, progress=lambda _: running[0].kill()
             )
     with cluster(port) as (address, _):
         reached(address, 2)
-        line = f"fleet reduce a b turned other.csv --robot rx90 --store {tmp_path / 'b'} --scheduler {address}"
+        line = f"fleet reduce a b turned other.csv --robot rx90 --store {tmp_path / 'b'} --cluster {address}"
         assert main([*line.split(), "--pattern", "{arm}/{day}.csv"]) == 0
     assert "5 logs refused" in capsys.readouterr().out
     assert contents(tmp_path / "b") == contents(store)

@@ -9,16 +9,17 @@ from dynident.apps import fleet
 from dynident.apps.fleet.store import Log, RefusedDocument, catalog, found_logs, same_time
 from dynident.common import files
 from dynident.common.errors import InputError
+from dynident.estimation.fit.least_squares import weighted
 from dynident.model import load_robot
 from dynident.tests.fleet.night_logs import GOOD, ROBOT, Lost, contents, entries
 
 
 def test_good_ones_are_in_and_each_wrong_one_is_named(store: Path) -> None:
     opened = fleet.Store.opened(store)
-    index = opened.index()
-    assert [log.file for log in index.logs] == sorted(GOOD)
-    assert [opened.read(log.key).about["arm"] for log in index.logs] == ["a", "a", "b"]
-    refused = {bad.file: bad.reason for bad in index.refused}
+    good = [log for log in opened.logs() if not log.wrong]
+    assert [log.file for log in good] == sorted(GOOD)
+    assert [opened.read(log.key).about["arm"] for log in good] == ["a", "a", "b"]
+    refused = {log.file: log.wrong for log in opened.logs() if log.wrong}
     assert sorted(refused) == ["b/2026-01-02.csv", "b/2026-01-03.csv", "b/2026-13-01.csv", "other.csv",
                                "turned/2026-01-01.csv"]  # fmt: skip
     assert "the same bytes as a/2026-01-01.csv" in refused["b/2026-01-02.csv"]
@@ -26,6 +27,22 @@ def test_good_ones_are_in_and_each_wrong_one_is_named(store: Path) -> None:
     assert "does not end in" in refused["other.csv"]
     assert "back" in refused["turned/2026-01-01.csv"]
     assert all(reason and "fault of ours" not in reason for reason in refused.values())
+
+
+def test_other_programs_read_what_each_recording_says(store: Path) -> None:
+    """A row a recording by pandas: the log, what is known of it, and the parameters that it alone identifies."""
+    pandas = pytest.importorskip("pandas")
+    table = pandas.read_parquet(store / "recordings").set_index("file").sort_index()
+    assert list(table.index) == sorted(GOOD)
+    assert list(table["arm"]) == ["a", "a", "b"]
+    stored = fleet.Store.opened(store)
+    for log in stored.logs():
+        if not log.wrong:
+            estimate, row = weighted(stored.read(log.key).equations), table.loc[log.file]
+            assert tuple(row["parameters"]) == estimate.names
+            np.testing.assert_allclose(row["values"], estimate.values, rtol=1e-9)
+            np.testing.assert_allclose(row["sigma"], estimate.sigma, rtol=1e-9)
+    assert list(pandas.read_parquet(store / "logs.parquet")["wrong"] == "").count(True) == 3
 
 
 def test_a_lost_run_started_again_ends_in_the_same_store(store: Path, tmp_path: Path) -> None:
@@ -46,7 +63,7 @@ def test_a_full_disk_stops_it_whole(store: Path, tmp_path: Path, monkeypatch: py
     place, write = tmp_path / "full", files._write
 
     def full(path: Path, content: bytes) -> None:
-        if path.suffix == ".bin" and list(path.parent.glob("*.bin")):
+        if path.parent.name == "recordings" and list(path.parent.glob("*.parquet")):
             raise OSError(28, "No space left on device")
         write(path, content)
 
@@ -54,7 +71,7 @@ def test_a_full_disk_stops_it_whole(store: Path, tmp_path: Path, monkeypatch: py
     with pytest.raises(InputError, match="No space left on device"):
         fleet.reduce_fleet(entries(), ROBOT, place)
     monkeypatch.setattr(files, "_write", write)
-    assert len(list((place / "equations").iterdir())) == 1
+    assert len(list((place / "recordings").iterdir())) == 1
     fleet.reduce_fleet(entries(), ROBOT, place)
     assert contents(place) == contents(store)
 

@@ -75,6 +75,12 @@ def test_the_page_names_it(history: fleet.Fleet, tmp_path: Path) -> None:
     report.write_report(tmp_path / "fleet.html", shown, Provenance("dynident", now()))
     text = (tmp_path / "fleet.html").read_text()
     assert all(words in text for words in ("worn", "laden", "still", "Coulomb friction 2", "time runs back"))
+    drift = text[text.index("Every arm, by its drift") :]
+    worn, laden = ({line.arm: line for line in history.changed}[arm] for arm in ("worn", "laden"))
+    order = ["worn", "laden", "still"] if abs(worn.z or 0.0) > abs(laden.z or 0.0) else ["laden", "worn", "still"]
+    assert sorted(order, key=drift.index) == order, "the arm that drifted most comes first"
+    assert f"FS2 {worn.z:+.1f}" in drift
+    assert f"{laden.z:+.1f}" in drift
     document = fleet_document(history, {"bad.csv": "time runs back"})
     assert [night.quantity for night in document.changed] == [line.quantity for line in history.changed]
     assert len(document.last) == len(history.series)

@@ -24,13 +24,13 @@ WRONG = ["", "{", "[]", "3", '{"robot": 3}', '{"logs": [{"file": "a.csv"}]}', 30
 
 @pytest.mark.parametrize("text", WRONG)
 def test_a_changed_index_of_a_store_is_named(text: str, folder: Path) -> None:
-    path = folder / "nightly/index.json"
+    path = folder / "nightly/logs.parquet"
     good = path.read_bytes()
     path.write_text(text)
     status, out, err = run(["fleet", "report", "nightly", "--json", "-"])
     path.write_bytes(good)
     assert (status, out) == (2, "")
-    assert "index.json" in err
+    assert "logs.parquet" in err
     assert len(err.splitlines()) == 1
 
 

@@ -25,7 +25,7 @@ class ArmOptions(Options):
     """A robot by its name or file, for commands in which gravity does not count."""
 
     robot: RobotFile
-    """A shipped robot ('dynident robot list'), TOML or URDF."""
+    """A shipped robot ('dynident robot list'), TOML, URDF or xacro, or a name of robot_descriptions."""
     chain: Annotated[_Chain | None, _INSTALLED] = None
     """URDF: first link and flange of the arm, either may be left out (default: the root, the only end)."""
 

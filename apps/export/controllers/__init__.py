@@ -1,18 +1,14 @@
-"""A payload in the format of a controller or of a simulator: one file a format.
+"""A payload in the format of a controller or of a simulator: one file a format, which is all that a new one needs.
 
-Every format gives one small text that says frame, reference point, order, units and source of its numbers. See
-``ControllerLoad`` for the body, ``FORMATS`` for what there is.
+Every format gives one small text that says frame, reference point, order, units and source of its numbers.
 """
 
-from . import abb, fanuc, franka, kuka, mjcf, sdformat, staubli, universal_robots, urdf, usd, yaskawa
-from .form import ControllerFormat
-from .load import ControllerLoad, load_of, read_load
+from typing import TYPE_CHECKING
 
-_FORMATS = (
-    abb.FORMAT, kuka.FORMAT, universal_robots.FORMAT, universal_robots.ROS2, franka.FORMAT, fanuc.FORMAT,
-    yaskawa.FORMAT, staubli.FORMAT, urdf.FORMAT, sdformat.FORMAT, mjcf.FORMAT, usd.FORMAT,
-)  # fmt: skip
-FORMATS: dict[str, ControllerFormat] = {form.name: form for form in _FORMATS}
+from ..format import Formats
+
+if TYPE_CHECKING:
+    from ..load import ControllerLoad
+
+FORMATS: "Formats[ControllerLoad]" = Formats(__name__, __path__)
 """Every format by its name on the command line."""
-
-__all__ = ["FORMATS", "ControllerFormat", "ControllerLoad", "load_of", "read_load"]

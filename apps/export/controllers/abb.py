@@ -7,29 +7,30 @@ load in the tool frame. Source: Technical reference manual, RAPID Instructions, 
 yumpu.com/en/document/view/5679047.
 """
 
-from .form import ControllerFormat, moment_digits, number, numbers
-from .load import ControllerLoad
-from .rotation import quaternion
+from ..load import ControllerLoad, listed, load_format, number
+from ..rotation import principal_axes, quaternion
 
 
 def _write(load: ControllerLoad) -> str:
-    moments, axes = load.principal
+    moments, axes = principal_axes(load.inertia)
     name = "payload_grip" if load.in_tool_frame else "payload_tool"
     return (
-        f"PERS loaddata {name} := [{number(load.mass)}, [{numbers(1e3 * load.com)}], "
-        f"[{numbers(quaternion(axes))}], {numbers(moments, moment_digits(load))}];"
+        f"PERS loaddata {name} := [{number(load.mass)}, [{listed(1e3 * load.com)}], "
+        f"[{listed(quaternion(axes))}], {listed(moments, load.moment_digits)}];"
     )
 
 
-FORMAT = ControllerFormat(
+FORMAT = load_format(
     name="abb",
     title="ABB loaddata (tload of tooldata in tool0; grip load in the tool frame)",
-    reference="principal moments about the centre of gravity, their axes turned by aom out of the frame",
-    order="[mass, [cog x, y, z], [aom q1 (scalar), q2, q3, q4], ix, iy, iz]",
-    units="kg, mm, kg m^2",
-    point_mass="ix = iy = iz = 0, the controller takes a point mass",
     source="RAPID reference manual, loaddata",
     write=_write,
+    holds=frozenset({"products", "tool frame"}),
+    remarks=(
+        "Reference: principal moments about the centre of gravity, their axes turned by aom out of the frame.",
+        "Order: [mass, [cog x, y, z], [aom q1 (scalar), q2, q3, q4], ix, iy, iz].",
+        "Units: kg, mm, kg m^2.",
+    ),
+    in_part="ix = iy = iz = 0, the controller takes a point mass",
     comment=("! ", ""),
-    in_tool_frame=True,
 )

@@ -9,36 +9,31 @@ centre).
 
 import numpy as np
 
-from .form import ControllerFormat, moment_digits, number
-from .load import ControllerLoad
+from ..load import ControllerLoad, load_format, number
 
 KGF_CM_S2 = 9.80665 * 1e-2
 """One kgf cm s^2 in kg m^2: 9.80665 N times 0.01 m times s^2."""
 
 
 def _write(load: ControllerLoad) -> str:
-    inertia = np.diag(load.inertia) / KGF_CM_S2
-    return "\n".join(
-        [
-            f"PAYLOAD           [kg]        {number(load.mass)}",
-            *(f"PAYLOAD CENTER {a}  [cm]        {number(100.0 * v)}" for a, v in zip("XYZ", load.com, strict=True)),
-            *(
-                f"PAYLOAD INERTIA {a} [kgfcms^2]  {number(v, moment_digits(load))}"
-                for a, v in zip("XYZ", inertia, strict=True)
-            ),
-        ]
-    )
+    centre = zip("XYZ", 100.0 * load.com, strict=True)
+    moments = zip("XYZ", np.diag(load.inertia) / KGF_CM_S2, strict=True)
+    lines = [f"PAYLOAD           [kg]        {number(load.mass)}"]
+    lines += [f"PAYLOAD CENTER {axis}  [cm]        {number(value)}" for axis, value in centre]
+    lines += [f"PAYLOAD INERTIA {axis} [kgfcms^2]  {number(value, load.moment_digits)}" for axis, value in moments]
+    return "\n".join(lines)
 
 
-FORMAT = ControllerFormat(
+FORMAT = load_format(
     name="fanuc",
     title="Fanuc MOTION/PAYLOAD SET",
-    reference="moments about axes through the centre of gravity parallel to the faceplate's x, y, z",
-    order="PAYLOAD, PAYLOAD CENTER X, Y, Z, PAYLOAD INERTIA X, Y, Z",
-    units="kg (or kgf, the same number), cm, kgf cm s^2 (1 of them is 0.0980665 kg m^2)",
-    point_mass="PAYLOAD INERTIA = 0, a point mass",
     source="HandlingTool manual, Setting payload",
     write=_write,
-    comment=("# ", ""),
-    loses_products=True,
+    holds=frozenset(),
+    remarks=(
+        "Reference: moments about axes through the centre of gravity parallel to the faceplate's x, y, z.",
+        "Order: PAYLOAD, PAYLOAD CENTER X, Y, Z, PAYLOAD INERTIA X, Y, Z.",
+        "Units: kg (or kgf, the same number), cm, kgf cm s^2 (1 of them is 0.0980665 kg m^2).",
+    ),
+    in_part="PAYLOAD INERTIA = 0, a point mass",
 )

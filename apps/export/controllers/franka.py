@@ -5,25 +5,27 @@ m^2], column-major. It is the load beside the end effector set in Desk, not inst
 robot.h; docs.ros.org/en/humble/p/franka_msgs/srv/SetLoad.html.
 """
 
-from .form import ControllerFormat, number, numbers
-from .load import ControllerLoad
+from ..load import ControllerLoad, listed, load_format, number
 
 
 def _write(load: ControllerLoad) -> str:
     return (
-        f"robot.setLoad({number(load.mass)}, {{{{{numbers(load.com)}}}}},\n"
-        f"              {{{{{numbers(load.inertia.ravel(order='F'))}}}}});"
+        f"robot.setLoad({number(load.mass)}, {{{{{listed(load.com)}}}}},\n"
+        f"              {{{{{listed(load.inertia.ravel(order='F'))}}}}});"
     )
 
 
-FORMAT = ControllerFormat(
+FORMAT = load_format(
     name="franka",
     title="Franka Robot::setLoad (libfranka, C++; beside the end effector set in Desk)",
-    reference="inertia matrix about the centre of mass, axes of the flange",
-    order="load_mass, F_x_Cload {x, y, z}, load_inertia column by column (Ixx Iyx Izx Ixy Iyy Izy Ixz Iyz Izz)",
-    units="kg, m, kg m^2",
-    point_mass="the inertia is zero, a point mass",
     source="libfranka, robot.h, setLoad",
     write=_write,
+    remarks=(
+        "Reference: inertia matrix about the centre of mass, axes of the flange.",
+        "Order: load_mass, F_x_Cload {x, y, z}, load_inertia column by column (Ixx Iyx Izx Ixy Iyy Izy Ixz "
+        "Iyz Izz).",
+        "Units: kg, m, kg m^2.",
+    ),
+    in_part="the inertia is zero, a point mass",
     comment=("// ", ""),
 )

@@ -12,30 +12,33 @@ import math
 import numpy as np
 
 from ....model import Pose
-from .form import ControllerFormat, moment_digits, number
-from .load import ControllerLoad
+from ..load import ControllerLoad, load_format, number
+from ..rotation import principal_axes
 
 _TURNS = 4  # decimals of angles [deg] of a rounded inertia
 
 
 def _write(load: ControllerLoad) -> str:
-    moments, axes = load.principal
+    moments, axes = principal_axes(load.inertia)
     x, y, z = (number(1e3 * value) for value in load.com)
     turns = None if load.inertia_digits is None else _TURNS
     c, b, a = (number(math.degrees(angle), turns) for angle in Pose.of(axes, np.zeros(3)).rpy)
-    jx, jy, jz = (number(value, moment_digits(load)) for value in moments)
+    jx, jy, jz = (number(value, load.moment_digits) for value in moments)
     centre = f"CM {{X {x},Y {y},Z {z},A {a},B {b},C {c}}}"
     return f"LOAD_DATA[1]={{M {number(load.mass)},{centre},J {{X {jx},Y {jy},Z {jz}}}}}"
 
 
-FORMAT = ControllerFormat(
+FORMAT = load_format(
     name="kuka",
     title="KUKA LOAD_DATA (config.dat; put the number of your tool for 1)",
-    reference="principal moments about the centre of mass, their axes turned by A, B, C out of the flange frame",
-    order="M, CM {X, Y, Z, A about z, B about new y, C about newest x}, J {X, Y, Z}",
-    units="kg, mm, deg, kg m^2",
-    point_mass="J = 0, a point mass",
     source="load data in the manuals of the arms (KUKA.Load)",
     write=_write,
+    remarks=(
+        "Reference: principal moments about the centre of mass, their axes turned by A, B, C out of the flange "
+        "frame.",
+        "Order: M, CM {X, Y, Z, A about z, B about new y, C about newest x}, J {X, Y, Z}.",
+        "Units: kg, mm, deg, kg m^2.",
+    ),
+    in_part="J = 0, a point mass",
     comment=("; ", ""),
 )

@@ -6,42 +6,39 @@ body/inertial.
 """
 
 from ....common.errors import InputError
-from ...numbers import exact, six
-from .form import ControllerFormat
-from .load import ControllerLoad
+from ..load import ControllerLoad, load_format
+from ..rotation import principal_axes
+from ..xml import COMMENT, element, mjcf_inertial, xml_text
 
 _LEAST = 1e-15
 """MuJoCo's mjMINVAL: no moment of inertia may be smaller."""
 
 
 def _write(load: ControllerLoad) -> str:
-    inertia = 'diaginertia="0 0 0"' if load.point_mass else f'fullinertia="{exact(six(load.inertia))}"'
-    return f"""<mujoco model="payload">
-  <worldbody>
-    <body name="flange">
-      <body name="payload">
-        <inertial pos="{exact(load.com)}" mass="{exact(load.mass)}" {inertia}/>
-      </body>
-    </body>
-  </worldbody>
-</mujoco>"""
+    body = element("body", {"name": "payload"}, mjcf_inertial(load.mass, load.com, load.inertia))
+    world = element("worldbody", {}, element("body", {"name": "flange"}, body))
+    return xml_text(element("mujoco", {"model": "payload"}, world))
 
 
-def _check(load: ControllerLoad) -> None:
-    least = float(load.principal[0].min())
+def _ready(load: ControllerLoad) -> ControllerLoad:
+    load = load.rounded()
+    least = float(principal_axes(load.inertia)[0].min())
     if not load.point_mass and least < _LEAST:
         raise InputError(f"the smallest moment of inertia is {least:.2g} kg m^2: MuJoCo refuses so small a body")
+    return load
 
 
-FORMAT = ControllerFormat(
+FORMAT = load_format(
     name="mjcf",
     title="MJCF (copy the body payload into the body of your flange)",
-    reference="inertia matrix about the centre of mass, axes of the flange",
-    order="pos x, y, z; fullinertia M11, M22, M33, M12, M13, M23",
-    units="kg, m, kg m^2",
-    point_mass="the inertia is zero, a point mass; a moving link needs inertia of its own",
     source="MuJoCo XML reference, body/inertial",
     write=_write,
-    comment=("<!-- ", " -->"),
-    check=_check,
+    ready=_ready,
+    remarks=(
+        "Reference: inertia matrix about the centre of mass, axes of the flange.",
+        "Order: pos x, y, z; fullinertia M11, M22, M33, M12, M13, M23.",
+        "Units: kg, m, kg m^2.",
+    ),
+    in_part="the inertia is zero, a point mass; a moving link needs inertia of its own",
+    comment=COMMENT,
 )

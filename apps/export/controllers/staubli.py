@@ -6,8 +6,7 @@ be entered where the controller's own manual asks for them.
 
 import numpy as np
 
-from .form import ControllerFormat, number
-from .load import ControllerLoad
+from ..load import ControllerLoad, load_format, number
 
 
 def _write(load: ControllerLoad) -> str:
@@ -20,14 +19,16 @@ def _write(load: ControllerLoad) -> str:
     return "\n".join(lines)
 
 
-FORMAT = ControllerFormat(
+FORMAT = load_format(
     name="staubli",
     title="Staeubli: plain values (its load format is not documented publicly)",
-    reference="inertia matrix about the centre of mass, axes of the flange",
-    order="mass; com x, y, z; Ixx, Ixy, Ixz, Iyy, Iyz, Izz, entries of the matrix (Ixy = -integral of x y dm)",
-    units="kg, m, kg m^2",
-    point_mass="the inertia is left out",
     source="none public; see the manual of your controller",
     write=_write,
-    comment=("# ", ""),
+    remarks=(
+        "Reference: inertia matrix about the centre of mass, axes of the flange.",
+        "Order: mass; com x, y, z; Ixx, Ixy, Ixz, Iyy, Iyz, Izz, entries of the matrix (Ixy = -integral of x y "
+        "dm).",
+        "Units: kg, m, kg m^2.",
+    ),
+    in_part="the inertia is left out",
 )

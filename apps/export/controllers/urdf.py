@@ -5,38 +5,31 @@ entries of the inertia matrix there in the axes of the flange (ixy = -integral o
 specification, wiki.ros.org/urdf/XML/link, and wiki.ros.org/urdf/Tutorials (inertia, sign of products).
 """
 
-from ...numbers import exact, inertia_entries
-from .form import ControllerFormat
-from .load import ControllerLoad
+from ..load import ControllerLoad, load_format
+from ..xml import COMMENT, element, urdf_inertial, xml_text
 
 
 def _write(load: ControllerLoad) -> str:
-    inertia = " ".join(f'{name}="{value}"' for name, value in inertia_entries(load.inertia).items())
-    return f"""<robot name="payload">
-  <link name="tool0"/>
-  <joint name="tool0-payload" type="fixed">
-    <parent link="tool0"/>
-    <child link="payload"/>
-    <origin xyz="0 0 0" rpy="0 0 0"/>
-  </joint>
-  <link name="payload">
-    <inertial>
-      <origin xyz="{exact(load.com)}" rpy="0 0 0"/>
-      <mass value="{exact(load.mass)}"/>
-      <inertia {inertia}/>
-    </inertial>
-  </link>
-</robot>"""
+    joint = element(
+        "joint", {"name": "tool0-payload", "type": "fixed"},
+        element("parent", {"link": "tool0"}),
+        element("child", {"link": "payload"}),
+        element("origin", {"xyz": "0 0 0", "rpy": "0 0 0"}),
+    )  # fmt: skip
+    link = element("link", {"name": "payload"}, urdf_inertial(load.mass, load.com, load.inertia))
+    return xml_text(element("robot", {"name": "payload"}, element("link", {"name": "tool0"}), joint, link))
 
 
-FORMAT = ControllerFormat(
+FORMAT = load_format(
     name="urdf",
     title="URDF (copy joint and link payload into your robot, whose flange link is tool0 here)",
-    reference="inertia matrix about the centre of mass, axes of the flange",
-    order="ixx, ixy, ixz, iyy, iyz, izz, entries of the matrix (ixy = -integral of x y dm)",
-    units="kg, m, kg m^2",
-    point_mass="the inertia is zero, a point mass; simulators may ask for one of your own",
     source="wiki.ros.org/urdf/XML/link",
     write=_write,
-    comment=("<!-- ", " -->"),
+    remarks=(
+        "Reference: inertia matrix about the centre of mass, axes of the flange.",
+        "Order: ixx, ixy, ixz, iyy, iyz, izz, entries of the matrix (ixy = -integral of x y dm).",
+        "Units: kg, m, kg m^2.",
+    ),
+    in_part="the inertia is zero, a point mass; simulators may ask for one of your own",
+    comment=COMMENT,
 )

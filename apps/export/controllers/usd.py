@@ -9,28 +9,27 @@ UsdPhysics proposal on units.
 
 import math
 
-from .form import ControllerFormat, moment_digits, number, numbers
-from .load import ControllerLoad
-from .rotation import quaternion
+from ..load import ControllerLoad, listed, load_format, number
+from ..rotation import principal_axes, quaternion
 
 
 def _digits(load: ControllerLoad) -> int | None:
     """Decimals of a moment in the stage's units."""
-    digits = moment_digits(load)
+    digits = load.moment_digits
     return None if digits is None else digits + round(2.0 * math.log10(load.meters_per_unit))
 
 
 def _write(load: ControllerLoad) -> str:
-    moments, axes = load.principal
+    moments, axes = principal_axes(load.inertia)
     unit = load.meters_per_unit
     lines = [
         f"float physics:mass = {number(load.mass)}",
-        f"point3f physics:centerOfMass = ({numbers(load.com / unit)})",
+        f"point3f physics:centerOfMass = ({listed(load.com / unit)})",
     ]
     if not load.point_mass:
         lines += [
-            f"float3 physics:diagonalInertia = ({numbers(moments / unit**2, _digits(load))})",
-            f"quatf physics:principalAxes = ({numbers(quaternion(axes))})",
+            f"float3 physics:diagonalInertia = ({listed(moments / unit**2, _digits(load))})",
+            f"quatf physics:principalAxes = ({listed(quaternion(axes))})",
         ]
     body = "\n    ".join(lines)
     return f"""(
@@ -48,16 +47,18 @@ def Xform "payload" (
 }}"""
 
 
-FORMAT = ControllerFormat(
+FORMAT = load_format(
     name="usd",
     title="USD PhysicsMassAPI (stage units; copy into a stage of the same units)",
-    reference="principal moments about the centre of mass, their axes turned by principalAxes out of the prim's",
-    order="centerOfMass x, y, z; diagonalInertia along the principal axes; principalAxes w, x, y, z",
-    units="kg (kilogramsPerUnit = 1), length in metersPerUnit, inertia in kg times that squared",
-    point_mass="no diagonalInertia: the simulator makes one from the shapes",
     source="OpenUSD, UsdPhysicsMassAPI",
     write=_write,
-    comment=("# ", ""),
+    holds=frozenset({"products", "units"}),
+    remarks=(
+        "Reference: principal moments about the centre of mass, their axes turned by principalAxes out of the "
+        "prim's.",
+        "Order: centerOfMass x, y, z; diagonalInertia along the principal axes; principalAxes w, x, y, z.",
+        "Units: kg (kilogramsPerUnit = 1), length in metersPerUnit, inertia in kg times that squared.",
+    ),
+    in_part="no diagonalInertia: the simulator makes one from the shapes",
     first_line="#usda 1.0",
-    own_units=True,
 )

@@ -7,30 +7,26 @@ parallel to the flange's. Sources: NX100 instructions 9.11 "ARM Control"
 
 import numpy as np
 
-from .form import ControllerFormat, number
-from .load import ControllerLoad
+from ..load import ControllerLoad, load_format, number
 
 
 def _write(load: ControllerLoad) -> str:
-    moments = np.diag(load.inertia)
-    return "\n".join(
-        [
-            f"W   [kg]     {number(load.mass)}",
-            *(f"{a}g  [mm]     {number(1e3 * value)}" for a, value in zip("XYZ", load.com, strict=True)),
-            *(f"I{a}  [kg.m^2] {number(value)}" for a, value in zip("xyz", moments, strict=True)),
-        ]
-    )
+    lines = [f"W   [kg]     {number(load.mass)}"]
+    lines += [f"{axis}g  [mm]     {number(value)}" for axis, value in zip("XYZ", 1e3 * load.com, strict=True)]
+    moments = zip("xyz", np.diag(load.inertia), strict=True)
+    return "\n".join([*lines, *(f"I{axis}  [kg.m^2] {number(value)}" for axis, value in moments)])
 
 
-FORMAT = ControllerFormat(
+FORMAT = load_format(
     name="yaskawa",
     title="Yaskawa tool load information",
-    reference="moments about axes through the centre of gravity parallel to the flange's x, y, z",
-    order="W, Xg, Yg, Zg, Ix, Iy, Iz",
-    units="kg, mm, kg m^2",
-    point_mass="Ix = Iy = Iz = 0, which the manual allows for tools that are small against their distance",
     source="NX100 and YRC1000 instructions, ARM control",
     write=_write,
-    comment=("# ", ""),
-    loses_products=True,
+    holds=frozenset(),
+    remarks=(
+        "Reference: moments about axes through the centre of gravity parallel to the flange's x, y, z.",
+        "Order: W, Xg, Yg, Zg, Ix, Iy, Iz.",
+        "Units: kg, mm, kg m^2.",
+    ),
+    in_part="Ix = Iy = Iz = 0, which the manual allows for tools that are small against their distance",
 )

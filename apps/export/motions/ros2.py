@@ -7,31 +7,22 @@ and JointTrajectoryPoint; builtin_interfaces/msg/Duration.
 """
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 from ....common.errors import InputError
-from .written import WrittenMotion, listed
+from ....trajectories import SampledTrajectory
+from ..format import Format, Replay
+from ..motion import DENSER, WrittenMotion, listed, motion_head
 
 _SECOND = 1_000_000_000
 
 
-def ros2_text(written: WrittenMotion, rate: float, joint_names: Sequence[str] = ()) -> str:
-    """The file.
-
-    Args:
-        rate: points per second [Hz].
-        joint_names: as the controller calls them; joint_1 and so on if none are given.
-
-    Raises:
-        InputError: if the names do not fit.
-    """
-    names = check_joint_names(joint_names, written.robot.n)
-    motion = written.sampled(rate)
-    lines = [f"# {line}" for line in written.head]
-    lines += ["# trajectory_msgs/msg/JointTrajectory; be at the first point before it starts."]
-    lines += ["header:", "  stamp: {sec: 0, nanosec: 0}", "  frame_id: ''", "joint_names:"]
-    lines += [f"- '{name}'" for name in names]
+def _write(motion: WrittenMotion) -> str:
+    samples = motion.sampled()
+    lines = ["header:", "  stamp: {sec: 0, nanosec: 0}", "  frame_id: ''", "joint_names:"]
+    lines += [f"- '{name}'" for name in motion.joint_names]
     lines.append("points:")
-    for t, q, qd, qdd in zip(motion.t, motion.q, motion.qd, motion.qdd, strict=True):
+    for t, q, qd, qdd in zip(samples.t, samples.q, samples.qd, samples.qdd, strict=True):
         sec, nanosec = divmod(round(float(t) * _SECOND), _SECOND)
         lines += [
             f"- positions: {listed(q)}",
@@ -40,16 +31,16 @@ def ros2_text(written: WrittenMotion, rate: float, joint_names: Sequence[str] = 
             "  effort: []",
             f"  time_from_start: {{sec: {sec}, nanosec: {nanosec}}}",
         ]
-    return "\n".join(lines) + "\n"
+    return "\n".join(lines)
 
 
-def check_joint_names(names: Sequence[str], n: int) -> list[str]:
+def check_joint_names(names: Sequence[str], n: int) -> tuple[str, ...]:
     """The names, or joint_1 and so on if there are none.
 
     Raises:
         InputError: if they do not fit ``n`` joints.
     """
-    names = list(names) or [f"joint_{j}" for j in range(1, n + 1)]
+    names = tuple(names) or tuple(f"joint_{j}" for j in range(1, n + 1))
     if len(names) != n or len(set(names)) != n or not all(_plain(name) for name in names):
         raise InputError(
             f"joint names {', '.join(names)}: {n} different names of letters, digits and _ - / . are needed"
@@ -59,3 +50,22 @@ def check_joint_names(names: Sequence[str], n: int) -> list[str]:
 
 def _plain(name: str) -> bool:
     return bool(name) and all(letter.isascii() and (letter.isalnum() or letter in "_-/.") for letter in name)
+
+
+def _replay(motion: WrittenMotion) -> Replay:
+    # Quintics between points with speeds and accelerations (control.ros.org, Trajectory Representation).
+    points = motion.sampled()
+    curve = SampledTrajectory(points.t, points.q, points.qd, points.qdd, "--ros2")
+    return Replay(curve, "ROS 2 joins the samples", DENSER)
+
+
+FORMAT = Format(
+    name="ros2",
+    title="JointTrajectory of ROS 2",
+    source="trajectory_msgs/msg/JointTrajectory",
+    head=motion_head,
+    write=_write,
+    ready=lambda motion: replace(motion, joint_names=check_joint_names(motion.joint_names, motion.robot.n)),
+    remarks=("trajectory_msgs/msg/JointTrajectory; be at the first point before it starts.",),
+    replay=_replay,
+)

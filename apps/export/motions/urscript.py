@@ -7,9 +7,13 @@ popup (universal-robots.com/manuals/EN/HTML/SW5_20/Content/prod-scriptmanual/G5/
 servoj_qavt0-008lookahead_time.htm).
 """
 
+import numpy as np
+
 from ....common.errors import InputError
 from ....model import Robot
-from .written import WrittenMotion, listed, require_six_turning
+from ....trajectories import SampledTrajectory
+from ..format import Format, Replay
+from ..motion import DENSER, WrittenMotion, listed, motion_head, require_six_turning
 
 CONTROLLER_RATE = 500.0
 """Hz: e-Series. A CB3 has 125."""
@@ -18,31 +22,35 @@ _RAMP_SPEED, _RAMP_ACCELERATION = 0.25, 0.5  # rad/s, rad/s^2: to the first pose
 _FAR, _THERE = 1.0, 0.01  # rad: farther than _FAR from the first pose nothing moves
 
 
-def urscript_text(written: WrittenMotion, rate: float = CONTROLLER_RATE) -> str:
-    """The program.
-
-    Args:
-        rate: of the controller, 500 or 125 [Hz].
-
-    Raises:
-        InputError: if the robot has not six joints that turn, or for a rate that no controller has.
-    """
-    check_urscript(written.robot, rate)
-    q = written.cycles(rate)
-    lines = [f"# {line}" for line in written.head]
-    lines += [
-        f"# {len(q)} samples at {rate:g} Hz. Try it with the speed slider low and a hand on the emergency stop.",
+def _write(motion: WrittenMotion) -> str:
+    q = motion.cycles()
+    lines = [
+        f"# {len(q)} samples at {motion.rate:g} Hz. Try it with the speed slider low and a hand on the emergency "
+        "stop.",
         "def dynident_motion():",
         f"  first = {listed(q[0])}",
         *_check("present pose", _FAR, "too far from the first pose: jog nearer"),
         f"  movej(first, a={_RAMP_ACCELERATION}, v={_RAMP_SPEED})",
         *_check("pose after the approach", _THERE, "not the first pose: nothing was run"),
-        *(f"  servoj({listed(row)}, 0, 0, {1.0 / rate:g}, {_LOOKAHEAD}, {_GAIN})" for row in q),
+        *(f"  servoj({listed(row)}, 0, 0, {1.0 / motion.rate:g}, {_LOOKAHEAD}, {_GAIN})" for row in q),
         "  stopj(2.0)",
         "end",
         "dynident_motion()",
     ]
-    return "\n".join(lines) + "\n"
+    return "\n".join(lines)
+
+
+def _ready(motion: WrittenMotion) -> WrittenMotion:
+    check_urscript(motion.robot, motion.rate)
+    return motion
+
+
+def _replay(motion: WrittenMotion) -> Replay:
+    """servoj follows positions alone; they are joined by the smoothest curve that rests at both ends."""
+    # It stands in the first pose before, and in the last one afterwards.
+    t = np.arange(-1, len(motion.cycles()) + 1) / motion.rate
+    curve = SampledTrajectory(t, motion.plan.at(t)[0], source="--urscript")
+    return Replay(curve, "URScript joins the samples", DENSER)
 
 
 def check_urscript(robot: Robot, rate: float) -> None:
@@ -70,3 +78,14 @@ def _check(label: str, limit: float, message: str) -> list[str]:
         "    k = k + 1",
         "  end",
     ]
+
+
+FORMAT = Format(
+    name="urscript",
+    title="URScript of Universal Robots",
+    source="URScript manual, servoj",
+    head=motion_head,
+    write=_write,
+    ready=_ready,
+    replay=_replay,
+)

@@ -9,7 +9,6 @@ as in the public VAL3 applications of ros-industrial/staubli_val3_driver.
 
 import math
 from typing import NamedTuple
-from xml.sax.saxutils import escape
 
 import numpy as np
 
@@ -18,7 +17,9 @@ from ....common.errors import InputError
 from ....model import Robot, forward_kinematics
 from ....trajectories import PointToPoint, Trapezoid, ViaPoints, plan_point_to_point
 from ....trajectories.motions.point_to_point import plan_stops
-from .written import WrittenMotion, require_six_turning
+from ..format import Format, Replay, plain
+from ..motion import WrittenMotion, motion_head, require_six_turning
+from ..xml import COMMENT, FIRST, element, xml_text
 
 _BLEND = 1.0 / 3.0  # of the distance to the nearer neighbour: where a passing quintic's point is left and rejoined
 
@@ -31,62 +32,58 @@ class Descriptor(NamedTuple):
     leave: float = 0.0
 
 
-def val3_replay(written: WrittenMotion) -> PointToPoint:
+def _points(motion: WrittenMotion) -> ViaPoints:
+    plan = motion.plan
+    check_val3(motion.robot, isinstance(plan, ViaPoints), motion.name)
+    assert isinstance(plan, ViaPoints)
+    return plan
+
+
+def val3_replay(motion: WrittenMotion) -> PointToPoint:
     """What a controller does with these moves if its profiles are trapezoidal: an estimate to be scored.
 
     Raises:
+        InputError: as ``check_val3``.
         ValueError: if two neighbouring points are the same.
     """
-    plan = written.plan
-    assert isinstance(plan, ViaPoints)
-    moves = descriptors_of(written, plan)
-    speed = 0.01 * np.array([[move.vel] for move in moves])
-    accel = 0.01 * np.array([[move.accel] for move in moves])
+    plan = _points(motion)
+    moves = descriptors_of(motion, plan)
+    speed, accel = (0.01 * np.array([[move[k]] for move in moves]) for k in (1, 0))
     if plan.rests:
-        return plan_stops(written.described, plan.points, speed, accel)
+        return plan_stops(motion.described, plan.points, speed, accel)
     at_points = np.minimum(np.vstack([accel, accel[-1:]]), np.vstack([accel[:1], accel]))
-    return plan_point_to_point(written.described, plan.points, speed, at_points)
+    return plan_point_to_point(motion.described, plan.points, speed, at_points)
 
 
-class _Nominal(NamedTuple):
-    """What percentages are of, each (n,), and the most of it that the design's limits allow, in percent."""
-
-    speed: Array
-    acceleration: Array
-    most_speed: int
-    most_acceleration: int
-
-
-def _nominal(written: WrittenMotion) -> _Nominal:
-    limits = [joint.limits for joint in written.described.joints]
-    top = np.array([limit.speed for limit in limits])
-    strong = np.array([limit.acceleration for limit in limits])
-    most = min(float((written.bounds.acceleration / strong).min()), 1.0)
-    return _Nominal(top, strong, _percent(float((written.bounds.speed / top).min())), _percent(most))
-
-
-def descriptors_of(written: WrittenMotion, plan: ViaPoints) -> list[Descriptor]:
+def descriptors_of(motion: WrittenMotion, plan: ViaPoints) -> list[Descriptor]:
     """A descriptor for each move, into its second point.
 
     Acceleration of a move: of trapezoidal segments by the ramp, of quintic ones as large as the limits allow.
 
-    Speeds so that a trapezoidal profile takes the segment's time. Whole percentages, those of trapezoidal segments
-    rounded within the limits, the others rounded down.
+    Speeds so that a trapezoidal profile takes the segment's time. Whole percentages of the nominal values, those of
+    trapezoidal segments rounded within the limits, the others rounded down.
     """
-    nominal = _nominal(written)
-    leave = np.zeros(len(plan.points)) if plan.rests else _leave(written, plan.points)
+    limits = [joint.limits for joint in motion.described.joints]
+    nominal, strong = (np.array([getattr(limit, kind) for limit in limits]) for kind in ("speed", "acceleration"))
+    most_speed = _percent(float((motion.bounds.speed / nominal).min()))
+    most = _percent(min(float((motion.bounds.acceleration / strong).min()), 1.0))
+    leave = np.zeros(len(plan.points)) if plan.rests else _leave(motion, plan.points)
     descriptors = []
     for k, (T, step) in enumerate(zip(plan.durations, np.abs(np.diff(plan.points, axis=0)), strict=True)):
         # As the slowest joint has them; the others follow its law.
-        by_speed, by_acceleration = float((step / nominal.speed).max()), float((step / nominal.acceleration).max())
-        accel, rounding = nominal.most_acceleration, 0.0
+        by_speed, by_acceleration = float((step / nominal).max()), float((step / strong).max())
+        accel, rounding = most, 0.0
         if isinstance(plan.segment, Trapezoid):
             percent, rounding = by_acceleration * plan.segment.peak_acceleration / T**2, 0.005
             accel = min(_percent(percent + rounding), accel)
         speed = _speed(by_speed, by_acceleration / (0.01 * accel), T) if plan.rests else by_speed / T
-        vel = min(_percent(speed + rounding), nominal.most_speed)
-        descriptors.append(Descriptor(accel, vel, leave[k + 1]))
+        descriptors.append(Descriptor(accel, min(_percent(speed + rounding), most_speed), leave[k + 1]))
     return descriptors
+
+
+def _percent(fraction: float) -> int:
+    """Rounded down, and at least 1."""
+    return max(int(100.0 * fraction + 1e-9), 1)
 
 
 def _speed(by_speed: float, by_acceleration: float, T: float) -> float:
@@ -101,58 +98,22 @@ def _speed(by_speed: float, by_acceleration: float, T: float) -> float:
     return min(max(fraction, 0.01), 1.0)
 
 
-def _leave(written: WrittenMotion, points: Array) -> Array:
+def _leave(motion: WrittenMotion, points: Array) -> Array:
     """Distance at which each inner point is left and rejoined [mm], shape (points,)."""
-    gap = _apart(written, points[:-1], points[1:])
+    kinematics = forward_kinematics(motion.robot)
+    origins = np.array([kinematics(q)[1].full().ravel() for q in points]).reshape(-1, 3)
+    gap = 1000.0 * np.linalg.norm(np.diff(origins, axis=0), axis=1)
     nearer = np.concatenate([[0.0], np.minimum(gap[:-1], gap[1:]), [0.0]])
     return np.asarray(np.floor(_BLEND * nearer))
 
 
-def _apart(written: WrittenMotion, points: Array, others: Array) -> Array:
-    """Distance of the last frame's origin between two poses [mm], for each of (count, n)."""
-    kinematics = forward_kinematics(written.robot)
-    place, other_place = (
-        np.array([kinematics(q)[1].full().ravel() for q in x]).reshape(-1, 3) for x in (points, others)
-    )
-    return np.asarray(1000.0 * np.linalg.norm(other_place - place, axis=1))
-
-
-def _percent(fraction: float) -> int:
-    """Rounded down, and at least 1."""
-    return max(int(100.0 * fraction + 1e-9), 1)
-
-
-_XSI = 'xmlns:xsi="http://www.w3.org/2001/XMLSchema-instance"'
+_XSI = "http://www.w3.org/2001/XMLSchema-instance"
 _SPACE = "http://www.staubli.com/robotics/VAL3"
-_FIRST = '<?xml version="1.0" encoding="utf-8"?>'
 _APPROACH = 10  # % of the speed, to the first point
 _WARNING = (
     "The controller plans its own way between these points: torques and obstacles were checked for the designed",
     "motion, not for that. Run it slowly first, and score its log by dynident score.",
 )
-
-
-def val3_files(written: WrittenMotion, name: str) -> dict[str, str]:
-    """File name -> text.
-
-    Args:
-        written: the motion; through via points.
-        name: of the application.
-
-    Raises:
-        InputError: for a Fourier motion, a robot that is not of six turning joints, or a name that VAL3 refuses.
-    """
-    plan = written.plan
-    check_val3(written.robot, isinstance(plan, ViaPoints), name)
-    assert isinstance(plan, ViaPoints)
-    descriptors = [Descriptor(_APPROACH, _APPROACH), *descriptors_of(written, plan)]
-    head = (*written.head, *_WARNING)
-    return {
-        f"{name}.pjx": _project(name),
-        f"{name}.dtx": _data(np.degrees(plan.points), descriptors, head),
-        "start.pgx": _program("start", "public", _start(head, len(plan.points))),
-        "stop.pgx": _program("stop", "private", ["begin", "  resetMotion()", "end"]),
-    }
 
 
 def check_val3(robot: Robot, via_points: bool, name: str) -> None:
@@ -170,60 +131,38 @@ def check_val3(robot: Robot, via_points: bool, name: str) -> None:
         )
 
 
-def _project(name: str) -> str:
-    return "\n".join(
-        [
-            _FIRST,
-            f'<Project xmlns="{_SPACE}/Project/3">',
-            '  <Parameters version="s7.3.1" stackSize="5000" millimeterUnit="true" />',
-            "  <Programs>",
-            '    <Program file="start.pgx" />',
-            '    <Program file="stop.pgx" />',
-            "  </Programs>",
-            "  <Database>",
-            f'    <Data file="{name}.dtx" />',
-            "  </Database>",
-            "  <Libraries />",
-            "</Project>\n",
-        ]
-    )
-
-
-def _data(degrees: Array, descriptors: list[Descriptor], head: tuple[str, ...]) -> str:
-    joints = [" ".join(f'j{j + 1}="{angle:.6f}"' for j, angle in enumerate(row)) for row in degrees]
-    motions = []
-    for accel, vel, leave in descriptors:
-        blend = f'blend="joint" leave="{leave:g}" reach="{leave:g}"' if leave else 'blend="off"'
-        motions.append(f'accel="{accel}" vel="{vel}" decel="{accel}" tmax="99999" rmax="99999" {blend}')
-    remarks = "\n".join(f"  {line}" for line in head).replace("--", "- -")
-    return "\n".join(
-        [
-            _FIRST,
-            f"<!--\n{escape(remarks)}\n-->",
-            f'<Database {_XSI} xmlns="{_SPACE}/Data/2">',
-            "  <Datas>",
-            *_array("jPoint", "jointRx", joints),
-            *_array("mMotion", "mdesc", motions),
-            *_array("nIndex", "num", ['value="0"']),
-            *_array("tFlange", "tool", ['fatherId="flange[0]"']),
-            "  </Datas>",
-            "</Database>\n",
-        ]
-    )
-
-
-def _array(name: str, kind: str, values: list[str]) -> list[str]:
-    return [
-        f'    <Data name="{name}" access="private" xsi:type="array" type="{kind}" size="{len(values)}">',
-        *(f'      <Value key="{k}" {value} />' for k, value in enumerate(values)),
-        "    </Data>",
+def _write(motion: WrittenMotion) -> str:
+    """The database: points and how each is approached."""
+    plan = _points(motion)
+    moves = [Descriptor(_APPROACH, _APPROACH), *descriptors_of(motion, plan)]
+    joints = [
+        {f"j{j}": f"{angle:.6f}" for j, angle in enumerate(row, 1)} for row in np.degrees(plan.points).tolist()
     ]
+    motions = []
+    for accel, vel, leave in moves:
+        profile = {"accel": f"{accel}", "vel": f"{vel}", "decel": f"{accel}", "tmax": "99999", "rmax": "99999"}
+        near = f"{leave:g}"
+        motions.append(profile | ({"blend": "joint", "leave": near, "reach": near} if leave else {"blend": "off"}))
+    variables = {
+        ("jPoint", "jointRx"): joints,
+        ("mMotion", "mdesc"): motions,
+        ("nIndex", "num"): [{"value": "0"}],
+        ("tFlange", "tool"): [{"fatherId": "flange[0]"}],
+    }
+    data = element("Datas")
+    for (name, kind), values in variables.items():
+        about = {"name": name, "access": "private", "xsi:type": "array", "type": kind, "size": f"{len(values)}"}
+        entries = (element("Value", {"key": f"{k}"} | value) for k, value in enumerate(values))
+        data.append(element("Data", about, *entries))
+    return xml_text(element("Database", {"xmlns:xsi": _XSI, "xmlns": f"{_SPACE}/Data/2"}, data))
 
 
-def _start(head: tuple[str, ...], count: int) -> list[str]:
-    return [
+def _beside(motion: WrittenMotion) -> dict[str, str]:
+    """The project and its programs."""
+    count = len(_points(motion).points)
+    start = [
         "begin",
-        *(f"  // {line}".replace("]]>", "]] >") for line in head),
+        *(f"  // {plain(line)}".replace("]]>", "]] >") for line in motion_head(FORMAT, motion)),
         f"  // Slowly to the first point ({_APPROACH} % speed), then all {count} points.",
         "  movej(jPoint[0], tFlange, mMotion[0])",
         "  waitEndMove()",
@@ -233,17 +172,46 @@ def _start(head: tuple[str, ...], count: int) -> list[str]:
         "  waitEndMove()",
         "end",
     ]
+    project = element(
+        "Project", {"xmlns": f"{_SPACE}/Project/3"},
+        element("Parameters", {"version": "s7.3.1", "stackSize": "5000", "millimeterUnit": "true"}),
+        element("Programs", {}, *(element("Program", {"file": f"{name}.pgx"}) for name in ("start", "stop"))),
+        element("Database", {}, element("Data", {"file": f"{motion.name}.dtx"})),
+        element("Libraries"),
+    )  # fmt: skip
+    return {
+        f"{motion.name}.pjx": f"{FIRST}\n{xml_text(project)}\n",
+        "start.pgx": _program("start", "public", start),
+        "stop.pgx": _program("stop", "private", ["begin", "  resetMotion()", "end"]),
+    }
 
 
 def _program(name: str, access: str, code: list[str]) -> str:
-    return "\n".join(
-        [
-            _FIRST,
-            f'<Programs {_XSI} xmlns="{_SPACE}/Program/2">',
-            f'  <Program name="{name}" access="{access}">',
-            "    <Code><![CDATA[" + "\n".join(code),
-            "]]></Code>",
-            "  </Program>",
-            "</Programs>\n",
-        ]
-    )
+    lines = [
+        FIRST,
+        f'<Programs xmlns:xsi="{_XSI}" xmlns="{_SPACE}/Program/2">',
+        f'  <Program name="{name}" access="{access}">',
+        "    <Code><![CDATA[" + "\n".join(code),
+        "]]></Code>",
+        "  </Program>",
+        "</Programs>\n",
+    ]
+    return "\n".join(lines)
+
+
+FORMAT = Format(
+    name="val3",
+    title="VAL3 application of Staubli",
+    source="VAL3 Reference Manual (D28062804A)",
+    head=motion_head,
+    write=_write,
+    remarks=_WARNING,
+    first_line=FIRST,
+    comment=COMMENT,
+    beside=_beside,
+    replay=lambda motion: Replay(
+        val3_replay(motion),
+        "VAL3 may move from point to point",
+        "design with --segments trapezoid, or leave more room by --torque-margin",
+    ),
+)

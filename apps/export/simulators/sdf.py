@@ -5,69 +5,45 @@ sdformat.org/spec; drake.mit.edu, Parsing models (drake:rotor_inertia, drake:gea
 """
 
 import math
-from collections.abc import Iterator, Mapping
-from xml.sax.saxutils import quoteattr
+from xml.etree.ElementTree import Element
 
-from ....estimation.possible.whole_robot import Labelled, WholeRobot
-from ....model import InertialParameters
-from ...numbers import exact, inertia_entries
-from .form import (
-    SimulatorFormat,
-    comment,
-    drive_value,
-    flange_name,
-    flange_pose,
-    in_parent,
-    joint_direction,
-    link_marks,
-)
-from .urdf import DYNIDENT, drive_attributes, link_comment, mark_elements
+from ....estimation.possible.whole_robot import WholeRobot
+from ....model import Pose
+from ...numbers import exact
+from .. import xml
+from ..format import Format
+from ..robot import Frames, drive_value, link_marks, robot_head
+from ..xml import COMMENT, DYNIDENT, FIRST, element, texts, xml_text
 
 
-def _write(whole: WholeRobot, head: list[str]) -> str:
-    robot, names = whole.robot, whole.link_names
-    lines = [
-        '<?xml version="1.0" encoding="utf-8"?>',
-        *comment(head),
-        f'<sdf version="1.9" xmlns:drake="drake.mit.edu" xmlns:dynident="{DYNIDENT}">',
-        f"  <model name={quoteattr(robot.name)}>",
-        f"    <link name={quoteattr(names[0])}/>",
-        f'    <joint name="world-{names[0]}" type="fixed"><parent>world</parent><child>{names[0]}</child></joint>',
-    ]
+def _write(whole: WholeRobot) -> str:
+    robot, names, frames = whole.robot, whole.link_names, Frames(whole.robot)
+    ends = texts({"parent": "world", "child": names[0]})
+    model = element(
+        "model", {"name": robot.name},
+        element("link", {"name": names[0]}),
+        element("joint", {"name": f"world-{names[0]}", "type": "fixed"}, *ends),
+    )  # fmt: skip
     for j, link in enumerate(whole.links):
-        place = in_parent(robot, j)
-        lines += [
-            f"    <link name={quoteattr(link.link)}>",
-            f"      <pose relative_to={quoteattr(names[j])}>{exact(place.origin)} {exact(place.rpy)}</pose>",
-            *_body(link.body, link_marks(link, whole.apart[j])),
-            "    </link>",
-            *_joint(whole, j),
-        ]
-    place = flange_pose(robot)
-    flange = flange_name(robot)
-    if flange not in names:
-        lines += [
-            f"    <frame name={quoteattr(flange)} attached_to={quoteattr(names[-1])}>",
-            f"      <pose>{exact(place.origin)} {exact(place.rpy)}</pose>",
-            "    </frame>",
-        ]
-    return "\n".join([*lines, "  </model>", "</sdf>"]) + "\n"
+        place, marks, body = _pose(frames.link(j)), link_marks(link, whole.apart[j]), link.body
+        place.set("relative_to", names[j])
+        mass = [xml.sdf_inertial(body.mass, body.com, body.inertia_com)] if body.mass else []
+        model.append(element("link", {"name": link.link}, place, *xml.marked(marks, mass)))
+        model.append(_joint(whole, j))
+    if (flange := frames.flange_name) not in names:
+        attached = {"name": flange, "attached_to": names[-1]}
+        model.append(element("frame", attached, _pose(frames.flange)))
+    spaces = {"xmlns:drake": "drake.mit.edu", "xmlns:dynident": DYNIDENT}
+    return xml_text(element("sdf", {"version": "1.9"} | spaces, model))
 
 
-def _body(body: InertialParameters, numbers: Mapping[str, Labelled]) -> Iterator[str]:
-    yield from link_comment(numbers, "      ")
-    if body.mass != 0.0:
-        yield "      <inertial>"
-        yield f"        <pose>{exact(body.com)} 0 0 0</pose>"
-        yield f"        <mass>{exact(body.mass)}</mass>"
-        yield f"        <inertia>{_elements(inertia_entries(body.inertia_com))}</inertia>"
-        yield "      </inertial>"
-    yield from (f"      {line}" for line in mark_elements(numbers))
+def _pose(pose: Pose) -> Element:
+    return element("pose", {}, f"{exact(pose.origin)} {exact(pose.rpy)}")
 
 
-def _joint(whole: WholeRobot, j: int) -> Iterator[str]:
+def _joint(whole: WholeRobot, j: int) -> Element:
     joint, names, drive = whole.robot.joints[j], whole.link_names, whole.apart[j]
-    limits = joint.limits
+    limits, kind = joint.limits, "revolute" if joint.revolute else "prismatic"
     bounds = {
         "lower": limits.position[0],
         "upper": limits.position[1],
@@ -75,35 +51,33 @@ def _joint(whole: WholeRobot, j: int) -> Iterator[str]:
         "velocity": limits.speed,
         "drake:acceleration": limits.acceleration,
     }
-    kind = "revolute" if joint.revolute else "prismatic"
-    yield f'    <joint name={quoteattr(whole.joint_names[j])} type="{kind}">'
-    yield f"      <parent>{names[j]}</parent>"
-    yield f"      <child>{names[j + 1]}</child>"
     finite = {name: exact(end) for name, end in bounds.items() if math.isfinite(end)}
-    yield "      <axis>"
-    yield f"        <xyz>{exact(joint_direction(whole.robot, j))}</xyz>"
-    yield f"        <limit>{_elements(finite)}</limit>"
-    yield f"        <dynamics>{_elements(drive_attributes(drive))}</dynamics>"
-    yield "      </axis>"
-    if "armature" in drive:
-        yield f"      <drake:rotor_inertia>{exact(drive_value(drive, 'armature'))}</drake:rotor_inertia>"
-        yield "      <drake:gear_ratio>1</drake:gear_ratio>"
-    yield "    </joint>"
+    rotor = {"drake:rotor_inertia": exact(drive_value(drive, "armature")), "drake:gear_ratio": "1"}
+    return element(
+        "joint", {"name": whole.joint_names[j], "type": kind},
+        *texts({"parent": names[j], "child": names[j + 1]}),
+        element(
+            "axis", {},
+            element("xyz", {}, Frames(whole.robot).axis(j)),
+            element("limit", {}, *texts(finite)),
+            element("dynamics", {}, *texts(xml.drive_attributes(drive))),
+        ),
+        *(texts(rotor) if "armature" in drive else []),
+    )  # fmt: skip
 
 
-def _elements(values: Mapping[str, str]) -> str:
-    return "".join(f"<{name}>{value}</{name}>" for name, value in values.items())
-
-
-FORMAT = SimulatorFormat(
+FORMAT = Format(
     name="sdf",
     title="SDFormat 1.9 (Gazebo, Drake)",
-    ending="sdf",
-    holds=frozenset({"armature", "damping", "friction", "speed", "acceleration", "torque"}),
+    source="sdformat.org/spec; Drake's elements: drake.mit.edu, Parsing models",
+    head=robot_head,
     write=_write,
+    holds=frozenset({"armature", "damping", "friction", "speed", "acceleration", "torque"}),
     remarks=(
         "Armature and limits of acceleration stand in elements of Drake's, Gazebo passes them over. Drake has no "
         "dry friction. A base without inertial weighs 1 kg in SDFormat; it is fixed to the world, so nothing "
         "shows it.",
     ),
+    first_line=FIRST,
+    comment=COMMENT,
 )

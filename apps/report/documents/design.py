@@ -18,7 +18,7 @@ from ....trajectories.design.floor import Floor
 from ....trajectories.design.full_trajectory import Rung
 from ....trajectories.design.score import holding_torques
 from ....trajectories.motions.family import Plan
-from ...export.motions.written import rests_on
+from ...export.motion import rests_on
 
 
 class LimitDocument(Document, frozen=True):

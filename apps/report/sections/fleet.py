@@ -86,7 +86,7 @@ def _head(fleet: Fleet, refused: Mapping[str, str]) -> list[str]:
     if few:
         more = " and more" if len(few) > 6 else ""
         lines.append(f"Too few nights to tell a change yet: {', '.join(few[:6])}{more}.")
-    return [*lines, *([f"{len(refused)} logs were refused; see index.json of the store."] if refused else [])]
+    return [*lines, *([f"{len(refused)} logs were refused; see logs.parquet of the store."] if refused else [])]
 
 
 def _changed(fleet: Fleet) -> Table:
@@ -111,19 +111,21 @@ def meaning(quantity: str) -> str:
 
 
 def _arms(fleet: Fleet) -> Table:
-    """A line an arm: its last night, payload, and the friction that is farthest from usual."""
+    """A line an arm, by its drift: its last night, and the farthest z of friction, gains and payload."""
     rows = []
-    for arm in fleet.arms:
-        farthest = max((line for line in arm.series if line.relative), key=lambda line: abs(line.z or 0.0))
-        count = sum(line.arm == arm.name for line in fleet.changed)
-        (mass,) = (line for line in arm.series if line.quantity == "mass")
-        rows.append(
-            (arm.name, f"{len(arm.days)}", arm.days[-1], f"{arm.told[-1]:g}",
-             f"{mass.values[-1]:+.2f}±{mass.sigma[-1]:.2g}",
-             farthest.quantity, _amount(farthest), str(count or ""))
-        )  # fmt: skip
-    headings = ("arm", "nights", "last", "told [kg]", "less told [kg]", "friction", "by", "changes")
-    return Table("Every arm", headings, rows)
+    for arm in sorted(fleet.arms, key=lambda arm: -max(abs(line.z or 0.0) for line in arm.series)):
+        gains = [line for line in arm.series if line.quantity.startswith("scale")]
+        (mass,) = payload = [line for line in arm.series if line.quantity == "mass"]
+        kinds = [[line for line in arm.series if line.relative], gains, payload]
+        farthest = [max(kind, key=lambda line: abs(line.z or 0.0)) for kind in kinds]
+        drift = [
+            f"{line.quantity.removeprefix('scale ').removeprefix('mass')} {line.z:+.1f}".strip() if line.z else "-"
+            for line in farthest
+        ]
+        told = f"{mass.values[-1]:+.2f}±{mass.sigma[-1]:.2g}"
+        rows.append((arm.name, f"{len(arm.days)}", arm.days[-1], f"{arm.told[-1]:g}", told, *drift))
+    headings = ("arm", "nights", "last", "told [kg]", "less told [kg]", "friction z", "gain z", "payload z")
+    return Table("Every arm, by its drift", headings, rows)
 
 
 def _twins(fleet: Fleet) -> list[str]:

@@ -14,7 +14,7 @@ from ....trajectories import DesignProblem, PayloadSet, Score
 from ....trajectories.design.floor import Floor
 from ....trajectories.design.full_trajectory import Rung
 from ....trajectories.design.score import holding_torques
-from ...export.motions.written import assumed_line, rests_on
+from ...export.motion import assumed_line, rests_on
 from ..blocks import Banner, Block, Notes, OnPage, Report, Section, Table, Text
 from ..documents.design import JudgedMotion, NearResult
 from ..figures.motion import motion_figure, sigma_figure

@@ -12,8 +12,8 @@ from ....estimation.answers.system import TorquePrediction
 from ....estimation.payload.result import METHOD_NAMES
 from ....estimation.possible.payload import CONFLICT
 from ....estimation.results.payload import PayloadResult, array
-from ...export.controllers import FORMATS, load_of
-from ...export.controllers.load import is_flange
+from ...export.controllers import FORMATS
+from ...export.load import is_flange, load_of
 from ...numbers import SIX, interval_digits, six, with_interval
 from ..blocks import Banner, Block, Code, Details, Notes, OnPage, Pair, Report, Section, Table, Text
 from ..figures.payload import flange_figure, repeats_figure, seen

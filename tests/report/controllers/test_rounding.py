@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 from dynident.apps.export.controllers import FORMATS
-from dynident.apps.export.controllers.load import load_of
+from dynident.apps.export.load import load_of
 from dynident.common.schema import convert
 from dynident.estimation import PayloadResult
 from dynident.model import InertialParameters

@@ -130,7 +130,7 @@ def val3(files: dict[str, str]) -> Val3:
         code[str(program.get("name"))] = "\n".join(line.strip() for line in lines)
     variables = set(re.findall(r"\b[jmnt][A-Z]\w*", "\n".join(code.values())))
     assert variables <= set(data), "every variable of the program is declared"
-    (remarks,) = re.findall(r"<!--(.*?)-->", files[str(databases[0])], re.DOTALL)
+    remarks = "\n".join(re.findall(r"<!--(.*?)-->", files[str(databases[0])], re.DOTALL))
     return Val3(points, data["mMotion"][1], code, remarks)
 
 

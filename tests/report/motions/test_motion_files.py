@@ -4,18 +4,11 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from dynident.apps.export.motions import (
-    WrittenMotion,
-    check_joint_names,
-    check_urscript,
-    check_val3,
-    csv_text,
-    design_head,
-    ros2_text,
-    urscript_text,
-    val3_files,
-    val3_replay,
-)
+from dynident.apps.export.motion import WrittenMotion, design_head
+from dynident.apps.export.motions import FORMATS
+from dynident.apps.export.motions.ros2 import check_joint_names
+from dynident.apps.export.motions.urscript import check_urscript
+from dynident.apps.export.motions.val3 import check_val3, val3_replay
 from dynident.common.errors import InputError
 from dynident.model import Robot, load_robot
 from dynident.tests.conftest import SCARA
@@ -61,8 +54,14 @@ def design(request: pytest.FixtureRequest, designs: dict[str, Design]) -> Design
     return designs[request.param]
 
 
-def written(design: Design) -> WrittenMotion:
-    return WrittenMotion(design.problem.robot, design.plan, design.problem.bounds, design_head(design))
+def written(design: Design, rate: float = 250.0, names: tuple[str, ...] = ()) -> WrittenMotion:
+    head = design_head(design)
+    return WrittenMotion(design.problem.robot, design.plan, design.problem.bounds, head, rate, names, "excite")
+
+
+def val3_files(motion: WrittenMotion) -> dict[str, str]:
+    form = FORMATS["val3"]
+    return {f"{motion.name}.dtx": form.text(motion), **form.beside(motion)}
 
 
 def same(samples: read.Read, design: Design) -> None:
@@ -76,7 +75,7 @@ def same(samples: read.Read, design: Design) -> None:
 
 
 def test_csv(design: Design) -> None:
-    samples = read.csv_samples(csv_text(written(design), 100.0))
+    samples = read.csv_samples(FORMATS["csv"].text(written(design, 100.0)))
     same(samples, design)
     assert samples.t[-1] == pytest.approx(design.plan.duration, abs=1e-9)
     assert np.allclose(np.diff(samples.t)[:-1], 0.01)
@@ -85,15 +84,15 @@ def test_csv(design: Design) -> None:
 
 
 def test_ros2(design: Design) -> None:
-    names, samples = read.ros2(ros2_text(written(design), 50.0))
+    names, samples = read.ros2(FORMATS["ros2"].text(written(design, 50.0)))
     assert names == [f"joint_{j}" for j in range(1, 7)]
     same(samples, design)
     assert samples.t[-1] == pytest.approx(design.plan.duration, abs=1e-9)
 
 
 def test_ros2_joint_names(designs: dict[str, Design]) -> None:
-    own = ["shoulder_pan", "b", "c", "d", "e", "null"]
-    assert read.ros2(ros2_text(written(designs["fourier"]), 20.0, own))[0] == own
+    own = ("shoulder_pan", "b", "c", "d", "e", "null")
+    assert read.ros2(FORMATS["ros2"].text(written(designs["fourier"], 20.0, own)))[0] == list(own)
     for bad in (["a"], ["a"] * 6, ["a", "b", "c", "d", "e", "f: x"]):
         with pytest.raises(InputError, match="6 different names"):
             check_joint_names(bad, 6)
@@ -101,7 +100,7 @@ def test_ros2_joint_names(designs: dict[str, Design]) -> None:
 
 @pytest.mark.parametrize("rate", [500.0, 125.0])
 def test_urscript(design: Design, rate: float) -> None:
-    program = read.urscript(urscript_text(written(design), rate))
+    program = read.urscript(FORMATS["urscript"].text(written(design, rate)))
     same(program.motion, design)
     assert program.motion.t[1] == pytest.approx(1.0 / rate)
     assert 0.0 <= program.motion.t[-1] - design.plan.duration < 1.0 / rate
@@ -117,7 +116,7 @@ def test_val3(designs: dict[str, Design], kind: str) -> None:
     design = designs[kind]
     plan, robot = design.plan, design.problem.robot
     assert isinstance(plan, ViaPoints)
-    program = read.val3(val3_files(written(design), "excite"))
+    program = read.val3(val3_files(written(design)))
     assert np.abs(np.radians(program.points) - plan.points).max() < np.radians(6e-7)
     assert program.code["start"].splitlines() == [
         "begin",
@@ -152,7 +151,7 @@ def test_val3_replay_is_what_the_descriptors_ask_for(designs: dict[str, Design],
     design = designs[kind]
     assert isinstance(design.plan, ViaPoints)
     limits = [joint.limits for joint in design.problem.robot.joints]
-    program = read.val3(val3_files(written(design), "excite"))
+    program = read.val3(val3_files(written(design)))
     replay = val3_replay(written(design))
     motion = replay.motion(500.0)
     fastest = max(float(entry["vel"]) for entry in program.motions[1:]) / 100.0
@@ -172,7 +171,7 @@ def test_val3_of_trapezoids_runs_the_design(designs: dict[str, Design]) -> None:
     assert isinstance(plan, ViaPoints)
     limits = [joint.limits for joint in design.problem.robot.joints]
     V, A = np.array([x.speed for x in limits]), np.array([x.acceleration for x in limits])
-    program = read.val3(val3_files(written(design), "excite"))
+    program = read.val3(val3_files(written(design)))
     for k, motion in enumerate(program.motions[1:]):
         distance, T = np.abs(np.diff(plan.points, axis=0))[k], plan.durations[k]
         assert float(motion["accel"]) == pytest.approx((distance / A).max() / (0.16 * T**2) * 100.0, abs=0.51)
@@ -184,14 +183,14 @@ def test_val3_of_trapezoids_runs_the_design(designs: dict[str, Design]) -> None:
     assert again.condition_number_scaled == pytest.approx(design.learnt.condition_number_scaled, rel=0.05)
     quintic = score_motion(problem, val3_replay(written(designs["rest"])).motion(500.0)).learnt
     assert again.condition_number_scaled < quintic.condition_number_scaled
-    text = val3_files(written(design), "excite")["start.pgx"]
+    text = val3_files(written(design))["start.pgx"]
     assert "at rest in each, trapezoids of speed with ramps of 0.2 of each move's time" in text
 
 
 def test_what_has_no_place_is_refused(designs: dict[str, Design]) -> None:
     rx90 = designs["rest"].problem.robot
     with pytest.raises(InputError, match="Fourier motion has none"):
-        val3_files(written(designs["fourier"]), "excite")
+        val3_files(written(designs["fourier"]))
     for name in ("", "9lives", "two words", "longer_than_fifteen_letters", "_x"):
         with pytest.raises(InputError, match="VAL3 application's name"):
             check_val3(rx90, True, name)
@@ -203,20 +202,20 @@ def test_what_has_no_place_is_refused(designs: dict[str, Design]) -> None:
         check_val3(SCARA, True, "x")
 
 
-Writer = Callable[[WrittenMotion], str]
+Writer = Callable[[Design], str]
 WRITERS: dict[str, Writer] = {
-    "csv": lambda motion: csv_text(motion, 50.0),
-    "ros2": lambda motion: ros2_text(motion, 50.0),
-    "urscript": lambda motion: urscript_text(motion, 125.0),
-    "val3 data": lambda motion: val3_files(motion, "excite")["excite.dtx"],
-    "val3 program": lambda motion: val3_files(motion, "excite")["start.pgx"],
+    "csv": lambda design: FORMATS["csv"].text(written(design, 50.0)),
+    "ros2": lambda design: FORMATS["ros2"].text(written(design, 50.0)),
+    "urscript": lambda design: FORMATS["urscript"].text(written(design, 125.0)),
+    "val3 data": lambda design: FORMATS["val3"].text(written(design)),
+    "val3 program": lambda design: val3_files(written(design))["start.pgx"],
 }
 
 
 @pytest.mark.parametrize("name", WRITERS)
 def test_every_format_says_what_it_is(designs: dict[str, Design], name: str, rx90: Robot) -> None:
     design = designs["rest"]
-    text = WRITERS[name](written(design))
+    text = WRITERS[name](design)
     speeds = ", ".join(f"{0.5 * joint.limits.speed:.5g}" for joint in rx90.joints)
     for words in (
         "Staeubli RX90",
@@ -229,4 +228,4 @@ def test_every_format_says_what_it_is(designs: dict[str, Design], name: str, rx9
         assert words in text
     assert text.isascii()
     assert text.endswith("\n")
-    assert text == WRITERS[name](written(design)), "the same motion gives the same bytes"
+    assert text == WRITERS[name](design), "the same motion gives the same bytes"

@@ -8,7 +8,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from dynident.apps.export.controllers import FORMATS, load_of
+from dynident.apps.export.controllers import FORMATS
+from dynident.apps.export.load import load_of
 from dynident.apps.logs.read import read_recording
 from dynident.apps.report import Provenance, payload_report
 from dynident.apps.report.page import blocks_html, page_html

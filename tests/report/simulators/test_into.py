@@ -1,12 +1,14 @@
 """A user's own model gets a robot's numbers: the torques are the robot's, and all else stays as it was."""
 
+import difflib
 import re
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
-from dynident.apps.export.simulators import FORMATS, into
+from dynident.apps.export.own_model import into
+from dynident.apps.export.simulators import FORMATS
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError
 from dynident.estimation.possible.whole_robot import WholeRobot, whole_robot
@@ -104,6 +106,29 @@ def test_comments_and_namespaces_of_the_user_stay(own: Path, whole: WholeRobot) 
     assert (changed[:begin], changed[-end:]) == (text[:begin], text[-end:])
     assert inner in changed
     assert 'xmlns:xacro="http://x"' in changed
+
+
+@pytest.mark.parametrize("kind", ["urdf", "mjcf"])
+def test_what_does_not_change_stays_byte_for_byte(kind: str, own: Path, whole: WholeRobot) -> None:
+    """Odd blanks, quotes, entities and line ends: what is put in or replaced are whole elements or attributes."""
+    path = own
+    if kind == "mjcf":
+        mujoco = pytest.importorskip("mujoco")
+        path = own.with_suffix(".xml")
+        spec = mujoco.MjSpec.from_file(str(own))
+        spec.compile()
+        path.write_text(spec.to_xml(), encoding="utf-8")
+    odd = "\n <!-- a > b -->  <custom\t>\r\n<text name = 'odd&quot;s'   data=\"damping='3' >\"  />\n</custom >\n"
+    end = "</robot>" if kind == "urdf" else "</mujoco>"
+    text = path.read_text(encoding="utf-8").replace("><", ">\n<")  # a tag a line
+    path.write_bytes(text.replace(end, f"{odd}{end}").encode())
+    before = path.read_bytes().decode()
+    changed = into(kind, str(path), whole, ["a head"]).text
+    assert odd in changed
+    lines = difflib.ndiff(before.splitlines(keepends=True), changed.splitlines(keepends=True))
+    gone = [line[2:].strip() for line in lines if line.startswith("- ")]
+    assert gone
+    assert all(re.match("<(/?inertial|origin|mass|inertia|dynamics|joint)\\b", line) for line in gone), gone
 
 
 def test_what_does_not_match_is_listed_or_refused(own: Path, whole: WholeRobot, tmp_path: Path) -> None:

@@ -142,7 +142,7 @@ def limits(robot: Robot, j: int) -> dict[str, float]:
 @pytest.mark.parametrize("arm", ["rx90 with spring"])
 def test_what_a_format_cannot_hold_is_said(whole: WholeRobot) -> None:
     for name, form in FORMATS.items():
-        text = " ".join(form.head(whole))
+        text = " ".join(form.head(form, whole))
         assert ("No place for the spring on joint_2" in text) == (name != "mjcf")
         assert ("No place for the drive that turns with the sum of joint_5 and joint_6" in text) == (name != "mjcf")
         assert ("No place for offset" in text) == (name != "mjcf")
@@ -150,10 +150,10 @@ def test_what_a_format_cannot_hold_is_said(whole: WholeRobot) -> None:
         assert ("No place for limits of speed" in text) == (name == "mjcf")
     table = replace(whole.robot.drives, spring=Spring(2, table=((-2.0, 1.0), (2.0, 3.0))))
     tabled = replace(whole, robot=replace(whole.robot, drives=table))
-    assert "No place for the spring on joint_2 (a table)" in " ".join(FORMATS["mjcf"].head(tabled))
+    assert "No place for the spring on joint_2 (a table)" in " ".join(FORMATS["mjcf"].head(FORMATS["mjcf"], tabled))
     assert "<spatial" not in FORMATS["mjcf"].text(tabled)
     printed = replace(whole, robot=whole.robot.with_coulomb("paper"))
-    assert "as the paper prints it: it is left out" in " ".join(FORMATS["mjcf"].head(printed))
+    assert "as the paper prints it: it is left out" in " ".join(FORMATS["mjcf"].head(FORMATS["mjcf"], printed))
     assert len(re.findall('name="coupled_drive"[^>]*frictionloss', FORMATS["mjcf"].text(printed))) == 0
 
 
@@ -166,11 +166,11 @@ def test_what_is_not_known_is_left_out_with_a_line(whole: WholeRobot) -> None:
     bare = whole_robot(blind, known, "a table")
     negative = whole_robot(whole.robot, values | {"FV2": -3.0}, "a table")
     for form in FORMATS.values():
-        text = " ".join(form.head(bare))
+        text = " ".join(form.head(form, bare))
         assert "Rotor inertias (armature) are left out: torque sensors behind the gears do not show them" in text
         assert "Friction is left out" in text
         assert "armature=" not in form.text(bare)
-        text = " ".join(form.head(negative))
+        text = " ".join(form.head(form, negative))
         assert "written as zero: shoulder_lift_joint damping" in text
         assert 'damping="-' not in form.text(negative)
         assert "<damping>-" not in form.text(negative)

@@ -1,51 +1,48 @@
 """A payload as a robot's controller asks for it, and the estimate of a result that becomes it."""
 
 import math
+import re
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
-from ....common.arrays import Array
-from ....common.errors import InputError
-from ....common.schema import present
-from ....estimation.results.payload import FreeEstimate, PayloadResult, PossibleEstimate, array, bounds, numbers
-from ....model import INERTIAL, InertialParameters, Pose
-from ....model.inertia import ten_parameters
-from ...numbers import interval_digits
-from ...results import read_stored_payload
-from .rotation import principal_axes
+from ... import __version__
+from ...common.arrays import Array
+from ...common.errors import InputError
+from ...common.schema import present
+from ...estimation.results.payload import FreeEstimate, PayloadResult, PossibleEstimate, array, bounds, numbers
+from ...model import INERTIAL, InertialParameters, Pose
+from ...model.inertia import ten_parameters
+from ..numbers import interval_digits
+from ..results import read_stored_payload
+from .format import Format
 
-_FLANGES = ("tool0", "flange")
-"""First word of a payload frame that is the flange's."""
 _ROUNDING = 1e-12
 """Share of the pseudo-inertia's trace by which its smallest eigenvalue may be negative from rounding."""
 _EDGE = 1e-6
 """Share of the trace by which the two smaller principal moments must exceed the largest: controllers hold single
 precision, and some simulators check A + B >= C to the last digit.
 """
+_DIGITS = 10
+"""Significant digits where a hand may type them and no interval says how many there are."""
+_ALLOWED = 1.05
+"""Of the rated payload: by so much an estimate may err."""
+_HEAVIEST, _FARTHEST = 5000.0, 10.0
+"""kg and m: twice what the strongest arms carry, and farther than any reaches."""
 
 
 class HalfWidths(NamedTuple):
-    """Half of the narrowest 95 % interval of each quantity; infinite where there is none.
+    """Half of the narrowest 95 % interval of mass [kg], centre of mass [m] and inertia there [kg m^2].
 
-    Attributes:
-        mass: [kg].
-        com: of the centre of mass [m].
-        inertia: of the inertia there [kg m^2].
+    Infinite where there is none.
     """
 
     mass: float
     com: float
     inertia: float
-
-
-_ALLOWED = 1.05
-"""Of the rated payload: by so much an estimate may err."""
-_HEAVIEST, _FARTHEST = 5000.0, 10.0
-"""kg and m: twice what the strongest arms carry, and farther than any reaches."""
 
 
 @dataclass(frozen=True)
@@ -91,27 +88,31 @@ class ControllerLoad:
         Raises:
             InputError: for a mass that is not positive, and for an inertia that no body has.
         """
-        if not self.body.mass > 0.0:
-            raise InputError(f"{self.source}: a mass of {self.body.mass:.3g} kg: controllers refuse it")
-        mass, reach = self.body.mass, float(np.abs(self.body.com).max())
-        if not (mass <= _HEAVIEST and reach <= _FARTHEST):
-            raise InputError(
-                f"{self.source}: {mass:.3g} kg, its centre of mass {reach:.3g} m away, is nothing that an arm "
-                "carries: kg and metres are needed"
-            )
-        if not self.point_mass and not np.abs(self.body.inertia_com).max() <= mass * _FARTHEST**2:
-            raise InputError(
-                f"{self.source}: moments of inertia up to {np.abs(self.body.inertia_com).max():.3g} kg m^2 are "
-                f"nothing that {mass:.3g} kg have: kg and metres are needed"
-            )
+        mass, body, fault = self.mass, self.body, ""
         if not self.meters_per_unit > 0.0:
             raise InputError(f"metres per unit must be positive, not {self.meters_per_unit:g}")
-        pseudo = self.body.pseudo_inertia
-        if not self.point_mass and self.body.min_pseudo_inertia_eigenvalue < -_ROUNDING * np.trace(pseudo):
-            raise InputError(
-                f"{self.source}: no body has this inertia (pseudo-inertia eigenvalue "
-                f"{self.body.min_pseudo_inertia_eigenvalue:.2g}): take one that can exist, or identify again"
+        reach = float(np.abs(body.com).max()) if mass > 0.0 else 0.0
+        if not mass > 0.0:
+            fault = f"a mass of {mass:.3g} kg: controllers refuse it"
+        elif not (mass <= _HEAVIEST and reach <= _FARTHEST):
+            fault = (
+                f"{mass:.3g} kg, its centre of mass {reach:.3g} m away, is nothing that an arm carries: kg and "
+                "metres are needed"
             )
+        elif self.point_mass:
+            return
+        elif not (most := float(np.abs(body.inertia_com).max())) <= mass * _FARTHEST**2:
+            fault = (
+                f"moments of inertia up to {most:.3g} kg m^2 are nothing that {mass:.3g} kg have: kg and metres "
+                "are needed"
+            )
+        elif (least := body.min_pseudo_inertia_eigenvalue) < -_ROUNDING * np.trace(body.pseudo_inertia):
+            fault = (
+                f"no body has this inertia (pseudo-inertia eigenvalue {least:.2g}): take one that can exist, or "
+                "identify again"
+            )
+        if fault:
+            raise InputError(f"{self.source}: {fault}")
 
     @property
     def mass(self) -> float:
@@ -119,11 +120,15 @@ class ControllerLoad:
         return self.body.mass
 
     @property
+    def moment_digits(self) -> int | None:
+        """Decimals of moments that are worked out of a rounded inertia: one more than it has."""
+        return None if self.inertia_digits is None else self.inertia_digits + 1
+
+    @property
     def beyond_rating(self) -> str:
         """What is told of a mass that the arm does not carry; empty for others."""
-        if not self.mass > _ALLOWED * self.rated:
-            return ""
-        return f"a mass of {self.mass:.4g} kg, the arm carries {self.rated:g} kg"
+        carried = not self.mass > _ALLOWED * self.rated
+        return "" if carried else f"a mass of {self.mass:.4g} kg, the arm carries {self.rated:g} kg"
 
     @property
     def com(self) -> Array:
@@ -137,8 +142,9 @@ class ControllerLoad:
 
     @property
     def widened(self) -> float:
-        """What is added to each moment [kg m^2] where a body is so flat or thin that rounding could make it
-        impossible; else zero. A constrained estimate often is.
+        """What is added to each moment [kg m^2] where rounding could make a flat or thin body impossible; else 0.
+
+        A constrained estimate often is so.
         """
         return self.added + self._lack
 
@@ -146,8 +152,8 @@ class ControllerLoad:
     def _lack(self) -> float:
         if self.point_mass:
             return 0.0
-        moments = np.linalg.eigvalsh(self.body.inertia_com)
-        return max(0.0, float(_EDGE * moments.sum() - _excess(self.body.inertia_com)))
+        inertia = self.body.inertia_com
+        return max(0.0, _EDGE * float(np.trace(inertia)) - _excess(inertia))
 
     def rounded(self) -> "ControllerLoad":
         """The load with as many digits as its intervals support: two of each half-width."""
@@ -157,8 +163,7 @@ class ControllerLoad:
             np.round(value, _digits(value, half))
             for value, half in ((np.array(self.mass), self.half_widths.mass), (self.com, self.half_widths.com))
         )
-        digits, added = None, 0.0
-        inertia = self.inertia
+        digits, added, inertia = None, 0.0, self.inertia
         if not self.point_mass:
             digits = _digits(inertia, self.half_widths.inertia)
             unit = 10.0**-digits
@@ -169,27 +174,8 @@ class ControllerLoad:
         body = InertialParameters(ten_parameters(float(mass), com, inertia))
         return replace(self, body=body, half_widths=None, inertia_digits=digits, added=self.widened + added)
 
-    @cached_property
-    def principal(self) -> tuple[Array, Array]:
-        """Principal moments at the centre of mass [kg m^2], shape (3,), and their axes as columns, 3 x 3."""
-        return principal_axes(self.inertia)
-
-    @cached_property
-    def products_lost(self) -> float:
-        """Largest product of inertia over the smallest moment, in the axes of ``frame``: what a format loses that
-        takes the moments alone.
-        """
-        largest = float(np.abs(self.inertia[np.triu_indices(3, 1)]).max())
-        return largest / float(np.diag(self.inertia).min()) if largest > 0.0 else 0.0
-
     def seen_from(self, rotation: Array, origin: Array, frame: str) -> "ControllerLoad":
-        """Move the load to another frame, which is given in this one.
-
-        Args:
-            rotation: 3 x 3; columns are the other frame's axes in this one.
-            origin: of the other frame in this one [m], shape (3,).
-            frame: the other frame, in words.
-        """
+        """The load in another frame, whose axes (columns, 3 x 3) and origin [m] are given in this one."""
         return replace(self, body=self.body.moved(rotation.T, -rotation.T @ origin), frame=frame, flange=None)
 
     def in_flange(self) -> "ControllerLoad | None":
@@ -221,9 +207,7 @@ def _excess(inertia: Array) -> float:
 
 def is_flange(frame: str) -> bool:
     """Whether the frame of a payload is the flange: it begins with "tool0", "flange" or "the bare flange"."""
-    words = frame.lower().replace(":", " ").replace(",", " ").split()
-    first = next((word for word in words if word not in ("the", "bare")), "")
-    return first in _FLANGES
+    return re.match(r"[\s:,]*((the|bare)[\s:,]+)*(tool0|flange)([\s:,]|$)", frame.lower()) is not None
 
 
 def read_load(path: str | Path, method: int | None = None, despite_verdict: bool = False) -> ControllerLoad:
@@ -319,3 +303,50 @@ def _body(values: Array, name: str, point_mass: bool) -> InertialParameters:
     if np.isnan(values).any():
         return InertialParameters.from_com(values[9], values[6:9] / values[9], np.zeros((3, 3)))
     return InertialParameters(values)
+
+
+def load_head(form: Format[ControllerLoad], load: ControllerLoad) -> list[str]:
+    """What must be said beside the numbers of a rounded load."""
+    verdict = load.verdict.replace("_", " ")
+    lines = [
+        f"{form.title}: payload by dynident {__version__} from {load.source}. Verdict: {verdict}.",
+        *(f"  {reason}" for reason in load.reasons),
+        f"Frame: {load.frame}.",
+        *form.remarks,
+    ]
+    if load.point_mass:
+        lines.append(f"Mass and centre of mass only: {form.in_part}.")
+    elif "products" not in form.holds:
+        largest = float(np.abs(load.inertia[np.triu_indices(3, 1)]).max())
+        lost = largest / float(np.diag(load.inertia).min()) if largest > 0.0 else 0.0
+        lines.append(
+            f"Products of inertia have no place here: the largest is {100 * lost:.2g} % of the smallest moment."
+        )
+    if load.widened > 0.0:
+        lines.append(
+            f"A body at the edge of the possible: {load.widened:.1g} kg m^2 added to each moment, so that no "
+            "rounding makes it impossible."
+        )
+    return [*lines, f"Format: {form.source}."]
+
+
+def number(value: float, digits: int | None = None) -> str:
+    """A number without exponent, always with a decimal point: every controller reads it.
+
+    Args:
+        digits: decimals to round it to; None: it has those that it should have.
+    """
+    value = value if digits is None else round(value, digits)
+    text = np.format_float_positional(value, precision=_DIGITS, unique=False, fractional=False, trim="0")
+    return "0.0" if float(text) == 0.0 else text
+
+
+def listed(values: Array, digits: int | None = None) -> str:
+    """Several of them, with commas."""
+    return ", ".join(number(float(value), digits) for value in np.ravel(values))
+
+
+load_format = partial(
+    Format[ControllerLoad], head=load_head, ready=ControllerLoad.rounded, holds=frozenset({"products"})
+)
+"""Makes the format of a payload, unless told otherwise with its numbers rounded and with products of inertia."""

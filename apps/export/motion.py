@@ -1,20 +1,22 @@
-"""What every motion file starts from: the motion, its robot and the words at its head; and samples as CSV."""
+"""What every motion file starts from: the motion, its robot and the words at its head."""
 
-import io
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from .... import __version__
-from ....common.arrays import Array
-from ....common.errors import InputError
-from ....model import Motion, Robot
-from ....model.robot import SOURCED
-from ....trajectories import Design, DesignProblem, JointBounds, Trapezoid, ViaPoints
-from ....trajectories.motions.family import Plan
+from ... import __version__
+from ...common.arrays import Array
+from ...common.errors import InputError
+from ...model import Motion, Robot
+from ...model.robot import SOURCED
+from ...trajectories import Design, DesignProblem, JointBounds, Trapezoid, ViaPoints
+from ...trajectories.motions.family import Plan
+from .format import Format
 
 DIGITS = 9
 """Decimals of positions, speeds and accelerations: a nanoradian."""
+DENSER = "write more of them a second, or leave more room by --torque-margin"
+"""Advice where samples are too far apart."""
 _NO_TIME = 1e-6  # s: a last step shorter than this is left out
 
 
@@ -24,13 +26,19 @@ class WrittenMotion:
 
     Attributes:
         bounds: limits of the joints that it keeps.
-        head: lines of plain ASCII about it.
+        head: lines about it.
+        rate: samples or cycles a second in files [Hz].
+        joint_names: as the controller calls them; none for names of our own.
+        name: of a VAL3 application.
     """
 
     robot: Robot
     plan: Plan
     bounds: JointBounds
     head: tuple[str, ...]
+    rate: float = 250.0
+    joint_names: tuple[str, ...] = ()
+    name: str = ""
 
     @property
     def described(self) -> Robot:
@@ -42,17 +50,22 @@ class WrittenMotion:
             joints.append(replace(joint, limits=limits))
         return replace(self.robot, joints=tuple(joints))
 
-    def sampled(self, rate: float) -> Motion:
-        """Samples at ``rate`` [Hz], and one at the very end, where the robot rests."""
+    def sampled(self) -> Motion:
+        """Samples, and one at the very end, where the robot rests."""
         duration = self.plan.duration
-        t = np.arange(int(duration * rate + 1e-9) + 1) / rate
+        t = np.arange(int(duration * self.rate + 1e-9) + 1) / self.rate
         if duration - t[-1] > _NO_TIME:
             t = np.append(t, duration)
         return Motion(t, *self.plan.at(t))
 
-    def cycles(self, rate: float) -> Array:
-        """Positions in each cycle of a controller of ``rate`` [Hz], the last one at rest where the motion ends."""
-        return self.plan.at(np.arange(int(np.ceil(self.plan.duration * rate - 1e-9)) + 1) / rate)[0]
+    def cycles(self) -> Array:
+        """Positions in each cycle of a controller, the last one at rest where the motion ends."""
+        return self.plan.at(np.arange(int(np.ceil(self.plan.duration * self.rate - 1e-9)) + 1) / self.rate)[0]
+
+
+def motion_head(form: Format[WrittenMotion], motion: WrittenMotion) -> tuple[str, ...]:
+    """What must be said before the samples."""
+    return (*motion.head, *form.remarks)
 
 
 def listed(values: Array) -> str:
@@ -89,7 +102,7 @@ def design_head(design: Design) -> tuple[str, ...]:
         lines.append(f"Torque limits [N m or N]: {_numbers(bounds.torque)}.")
     lines += [f"Nearest to its limit: {limit}." for limit in design.score.limits]
     lines += assumed_line(problem)
-    return tuple(_ascii(line) for line in lines)
+    return tuple(lines)
 
 
 def assumed_line(problem: DesignProblem) -> list[str]:
@@ -114,23 +127,3 @@ def _shape(plan: Plan) -> str:
 
 def _numbers(values: Array) -> str:
     return ", ".join(f"{value:.5g}" for value in values)
-
-
-def _ascii(line: str) -> str:
-    return line.replace("ä", "ae").encode("ascii", "replace").decode("ascii")
-
-
-def csv_text(written: WrittenMotion, rate: float) -> str:
-    """The file.
-
-    Args:
-        rate: samples per second [Hz].
-    """
-    motion, n = written.sampled(rate), written.robot.n
-    header = ["t", *(f"{kind}{j}" for kind in ("q", "qd", "qdd") for j in range(1, n + 1))]
-    text = io.StringIO()
-    text.writelines(f"# {line}\n" for line in written.head)
-    text.write("# Columns: t [s], positions [rad or m], speeds, accelerations.\n")
-    table = np.column_stack([motion.t, motion.q, motion.qd, motion.qdd])
-    np.savetxt(text, table, delimiter=",", header=",".join(header), comments="", fmt=f"%.{DIGITS}f")
-    return text.getvalue()

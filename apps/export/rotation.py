@@ -4,7 +4,7 @@ from itertools import permutations, product
 
 import numpy as np
 
-from ....common.arrays import Array
+from ...common.arrays import Array
 
 
 def principal_axes(inertia: Array) -> tuple[Array, Array]:

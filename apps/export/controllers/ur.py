@@ -1,0 +1,45 @@
+"""Universal Robots: ``set_target_payload`` of URScript.
+
+set_target_payload(m, cog, inertia): mass [kg]; cog [m] from the tool mount; inertia [Ixx, Iyy, Izz, Ixy, Ixz, Iyz]
+[kg m^2] with origin in the cog and axes aligned with the flange's; left out, it is zero. Components beyond +-133
+kg m^2 and negative moments raise an exception. Source: URScript manual, set_target_payload
+(universal-robots.com/manuals/EN/HTML/SW10_6/Content/prod-scriptmanual/G5/set_target_payload.htm).
+"""
+
+import numpy as np
+
+from ....common.errors import InputError
+from ...numbers import six
+from ..load import ControllerLoad, listed, load_format, number
+
+_MOST = 133.0  # kg m^2, of each component
+
+
+def _write(load: ControllerLoad) -> str:
+    inertia = "" if load.point_mass else f", [{listed(six(load.inertia))}]"
+    return f"set_target_payload({number(load.mass)}, [{listed(load.com)}]{inertia})"
+
+
+def ready(load: ControllerLoad) -> ControllerLoad:
+    """The rounded load, unless it has components that the controller raises an exception for."""
+    load = load.rounded()
+    worst = float(np.abs(load.inertia).max())
+    if worst > _MOST:
+        raise InputError(f"the inertia reaches {worst:.4g} kg m^2; set_target_payload refuses more than {_MOST:g}")
+    return load
+
+
+FORMAT = load_format(
+    name="ur",
+    title="Universal Robots set_target_payload",
+    source="URScript manual, set_target_payload",
+    write=_write,
+    ready=ready,
+    remarks=(
+        "Reference: inertia matrix about the centre of gravity, axes of the tool flange.",
+        "Order: m, [cog x, y, z], [Ixx, Iyy, Izz, Ixy, Ixz, Iyz], entries of the matrix (Ixy = -integral of x y "
+        "dm).",
+        "Units: kg, m, kg m^2.",
+    ),
+    in_part="the inertia is left out, the controller takes zero",
+)

@@ -1,0 +1,109 @@
+"""One type for every format: its name, what it can hold, where it is documented, and the text that it becomes."""
+
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from importlib import import_module
+from pkgutil import iter_modules
+from typing import TYPE_CHECKING, Generic, NamedTuple, TypeVar
+
+from ...common.errors import printable
+
+if TYPE_CHECKING:
+    from ...trajectories.motions.family import Plan
+
+T = TypeVar("T")
+
+
+class Replay(NamedTuple):
+    """A motion as a controller runs it, what the controller does, and advice where that does not keep a limit."""
+
+    plan: "Plan"
+    text: str
+    advice: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class Format(Generic[T]):
+    """A format that a payload, a robot or a motion (``T``) can be written in.
+
+    Attributes:
+        name: on the command line.
+        title: whose format it is.
+        source: where it is documented.
+        head: what must be said beside the numbers, a line each.
+        write: the text below the head.
+        ready: what is written in the place of a value, such as one with fewer digits; refuses what has no place.
+        holds: what it has a place for beside what each format of its kind has.
+        remarks: what must be known of its numbers, a line each.
+        in_part: what it makes of a payload without inertia.
+        first_line: what must stand before the head.
+        comment: what goes before and after a line of the head.
+        beside: further files that belong to the text, by name.
+        replay: what a controller makes of a motion's file, by its own interpolation.
+    """
+
+    name: str
+    title: str
+    source: str
+    head: Callable[["Format[T]", T], Iterable[str]]
+    write: Callable[[T], str]
+    ready: Callable[[T], T] = lambda value: value
+    holds: frozenset[str] = frozenset()
+    remarks: tuple[str, ...] = ()
+    in_part: str = ""
+    first_line: str = ""
+    comment: tuple[str, str] = ("# ", "")
+    beside: Callable[[T], Mapping[str, str]] = lambda value: {}
+    replay: Callable[[T], Replay] | None = None
+
+    def text(self, value: T) -> str:
+        """The whole file.
+
+        Raises:
+            InputError: if whoever reads the format would refuse the value.
+        """
+        value = self.ready(value)
+        before, after = self.comment
+        head = (f"{before}{plain(line)}{after}" for line in self.head(self, value))
+        return "\n".join([*filter(None, [self.first_line]), *head, self.write(value).rstrip("\n")]) + "\n"
+
+
+def plain(line: str) -> str:
+    """A comment on one line of ASCII that ends no comment and continues no line."""
+    text = printable(" ".join(line.split()))
+    for sign, word in {
+        "±": "+-",
+        "·": " ",
+        "ä": "ae",
+        "ö": "oe",
+        "ü": "ue",
+        "Ä": "Ae",
+        "Ö": "Oe",
+        "Ü": "Ue",
+    }.items():
+        text = text.replace(sign, word)
+    text = text.encode("ascii", "replace").decode("ascii")
+    return text.replace("--", "- -").replace("--", "- -").replace("*/", "* /").rstrip("\\")
+
+
+class Formats(Mapping[str, Format[T]]):
+    """Formats by name: each is the ``FORMAT`` of one file in a folder, which is read when it is asked for."""
+
+    def __init__(self, package: str, folders: Iterable[str]) -> None:
+        """List a package's files; ``folders`` is its ``__path__``."""
+        self._package, self._names = package, sorted(module.name for module in iter_modules(folders))
+
+    def __getitem__(self, name: str) -> Format[T]:
+        """The format of that name."""
+        if name not in self._names:
+            raise KeyError(name)
+        form: Format[T] = import_module(f"{self._package}.{name}").FORMAT
+        return form
+
+    def __iter__(self) -> Iterator[str]:
+        """Names, in the order of the alphabet."""
+        return iter(self._names)
+
+    def __len__(self) -> int:
+        """Count them."""
+        return len(self._names)

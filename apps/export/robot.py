@@ -1,0 +1,201 @@
+"""What formats of whole robots share: what is said at the head, marks of numbers, and where links stand."""
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+
+from ... import __version__
+from ...common.errors import InputError
+from ...estimation.possible.whole_robot import Labelled, LinkNumbers, WholeRobot, whole_robot
+from ...estimation.results.robot import RobotResult
+from ...model import Pose, Robot, base_parameters
+from ...model.frames import step
+from ..numbers import exact
+from .format import Format
+
+_UNITS = {"armature": "kg m^2 or kg", "damping": "N·m·s/rad or N·s/m", "friction": "N·m or N", "offset": "N·m or N"}
+_STANDARD_GRAVITY = [0.0, 0.0, -9.81]
+_LEGEND = (
+    "Each number has a mark. 'data': they alone determine it; sigma and the 95 % interval (low, high) are theirs. "
+    "'prior': data give only the share of it that is told (0 to 1), within the base parameters that are named, or "
+    "nothing (none). 'rule': it stands at the bound of what can exist, zero, which the data alone would pass."
+)
+
+
+def robot_head(form: Format[WholeRobot], whole: WholeRobot) -> list[str]:
+    """What must be said beside the numbers."""
+    title = whole.robot.title or whole.robot.name
+    return [
+        f"{title} as {form.title} by dynident {__version__}. Numbers: {whole.source}.",
+        f"Prior: {whole.prior}.",
+        _LEGEND,
+        *robot_notes(form, whole),
+        *([f"Base parameters: {'; '.join(whole.groupings)}."] if whole.groupings else []),
+        f"Format: {form.source}.",
+    ]
+
+
+def robot_notes(form: Format[WholeRobot], whole: WholeRobot) -> list[str]:
+    """What a reader must know of this robot: masses, bounds, and what is left out."""
+    return [*_masses(whole), *_drives(whole), *_lost(form.holds, whole), *form.remarks]
+
+
+def _masses(whole: WholeRobot) -> Iterator[str]:
+    arm = whole.robot.mass
+    maker = f"; the whole arm weighs {arm:g} kg by its maker, base included" if arm is not None else ""
+    yield f"Moving links weigh {whole.mass:.4g} kg together{maker}."
+    yield from (f"{text}: no link of a real arm does." for text in whole.heavier_than_the_arm())
+    least = min(whole.links, key=lambda link: float(link.moments[0]))
+    edge = min(whole.links, key=lambda link: link.margin)
+    yield (
+        f"Least principal moment of inertia: {least.moments[0]:.3g} kg m^2 ({least.link}); nearest to the edge of "
+        f"the possible: {edge.link}, A + B - C is {100.0 * edge.margin:.2g} % of the sum."
+    )
+
+
+def _drives(whole: WholeRobot) -> Iterator[str]:
+    """What is not to be believed of the drives, or not known."""
+    if at_bound := whole.at_bound():
+        yield (
+            f"At their bound, zero: {', '.join(at_bound)}. Torques hardly show it, but a simulated motion runs "
+            "away where a joint moves without the rotor or friction that it has in truth: record that joint faster "
+            "or longer, or enter what its maker says."
+        )
+    if negative := whole.negative():
+        yield f"Negative in the source, which no drive is, and written as zero: {', '.join(negative)}."
+    drives = whole.robot.drives
+    if not drives.rotor_inertia:
+        why = "torque sensors behind the gears do not show them" if drives.side == "link" else "the model has none"
+        yield f"Rotor inertias (armature) are left out: {why}. Enter the maker's, or motions will be too lively."
+    without = [name for name, d in zip(whole.joint_names, whole.drives, strict=True) if "damping" not in d]
+    if without:
+        yield f"Friction is left out, for nothing is known of it: {', '.join(without)}."
+
+
+def _lost(holds: frozenset[str], whole: WholeRobot) -> Iterator[str]:
+    """What of the robot has no place in a format, a line each."""
+    robot, coupling, spring = whole.robot, whole.robot.coupling, whole.robot.spring
+    drives = whole.drives if "coupled" in holds else whole.apart
+    for quantity, unit in _UNITS.items():
+        values = [
+            f"{name} {drive[quantity].value:.6g}"
+            for name, drive in zip(whole.joint_names, drives, strict=True)
+            if quantity in drive and drive[quantity].value
+        ]
+        if quantity not in holds and values:
+            yield f"No place for {quantity} [{unit}]: {', '.join(values)}."
+    if coupling is not None:
+        names = " and ".join(whole.joint_names[joint - 1] for joint in coupling.joints)
+        if "coupled" not in holds:
+            numbers = ", ".join(f"{quantity} {label.value:.6g}" for quantity, label in whole.coupled.items())
+            yield (
+                f"No place for the drive that turns with the sum of {names} ({numbers}): each joint has its own "
+                "share, what acts from one on the other is left out, and so is this friction."
+            )
+        elif coupling.coulomb == "paper" and "friction" in whole.coupled:
+            yield (
+                f"No place for the dry friction of the drive that turns with {names} "
+                f"({whole.coupled['friction'].value:.6g}) as the paper prints it: it is left out."
+            )
+    if spring is not None and ("spring" not in holds or spring.table):
+        law = "a table" if spring.table else "the law of a spring between two pivots"
+        yield f"No place for the spring on {whole.joint_names[spring.joint - 1]} ({law}): add its torque."
+    if "gravity" not in holds and (gravity := Frames(robot).gravity) != _STANDARD_GRAVITY:
+        yield f"No place for gravity: set it to {exact(gravity)} m/s^2 in the base's frame."
+    for quantity in ("speed", "acceleration"):
+        bounds = [getattr(joint.limits, quantity) for joint in robot.joints]
+        if quantity not in holds and any(map(math.isfinite, bounds)):
+            yield f"No place for limits of {quantity}: {', '.join(f'{bound:.6g}' for bound in bounds)}."
+
+
+def drive_value(drive: Mapping[str, Labelled], quantity: str) -> float:
+    """A drive's number as it is written: never negative, zero where there is none."""
+    return max(drive[quantity].value, 0.0) if quantity in drive else 0.0
+
+
+def fields(label: Labelled) -> dict[str, str]:
+    """A mark as words by key; ``none`` where there is nothing to say."""
+    sure = (label.sigma, *(label.interval or (None, None)))
+    return {
+        "value": exact(label.value),
+        "mark": label.mark,
+        "share": f"{math.floor(1000.0 * label.origin.share) / 1000.0:.3f}",  # 1 is for what the data determine
+        **{
+            key: "none" if value is None else f"{value:.6g}"
+            for key, value in zip(("sigma", "low", "high"), sure, strict=True)
+        },
+        "within": ",".join(label.origin.base) or "none",
+    }
+
+
+def link_marks(link: LinkNumbers, drive: Mapping[str, Labelled]) -> dict[str, Labelled]:
+    """Numbers of a link and of the drive before it, then its standard parameters."""
+    return {**link.numbers, **drive, **link.parameters}
+
+
+@dataclass(frozen=True)
+class Frames:
+    """Where the links of a robot stand at zero; link 0 is the base."""
+
+    robot: Robot
+
+    def own(self, number: int) -> Pose:
+        """A link in modified DH frame ``number``."""
+        if number == 0:
+            return self.robot.base
+        return self.robot.links.poses[number - 1] if self.robot.links is not None else Pose()
+
+    def joint(self, j: int) -> Pose:
+        """Modified DH frame j + 1, whose z is the joint's axis, in the link before."""
+        along_x, along_z = step(self.robot.joints[j], 0.0)
+        return self.own(j).inverse() @ along_x @ along_z
+
+    def link(self, j: int) -> Pose:
+        """Link j + 1 in the link before."""
+        return self.joint(j) @ self.own(j + 1)
+
+    def axis(self, j: int) -> str:
+        """Direction of the joint's axis in link j + 1, which stands on it."""
+        return exact(self.own(j + 1).R[2])
+
+    @property
+    def flange(self) -> Pose:
+        """The payload's frame in the last link."""
+        return self.own(self.robot.n).inverse() @ self.robot.flange
+
+    @property
+    def flange_name(self) -> str:
+        """Name of the flange's frame."""
+        return self.robot.links.tip if self.robot.links is not None else "flange"
+
+    @property
+    def gravity(self) -> list[float]:
+        """Acceleration of gravity in the base's frame [m/s^2], shape (3,)."""
+        return [float(value) + 0.0 for value in self.robot.base.R.T @ list(self.robot.gravity)]
+
+
+def stored_whole_robot(robot: Robot, stored: RobotResult, path: str) -> WholeRobot:
+    """A robot with the parameters nearest to a prior, as ``dynident identify`` stored them.
+
+    Args:
+        stored: what was identified, of one recording or of several together.
+        path: of the file, for messages.
+
+    Raises:
+        InputError: if the file is another robot's, or holds no links nearest to a prior.
+    """
+    robot = stored.applied_to(robot)
+    base = base_parameters(robot)
+    nearest = stored.nearest_prior
+    if nearest is None:
+        raise InputError(
+            f"{path}: no links in it that can exist: run 'dynident identify --prior-mass KG' again (KG: the moving "
+            "links' mass, as far as it is known)"
+        )
+    if stored.estimate.names != base.columns or set(nearest.standard) != set(base.standard):
+        raise InputError(f"{path}: other parameters than this robot's: identify the robot again")
+    source = (
+        f"{len(base.columns)} base parameters identified ({path}), moved to those of a robot that can exist "
+        f"(chi2 rises by {nearest.chi2_rise:.3g})"
+    )
+    return whole_robot(robot, nearest.standard, source, base, stored.estimate, nearest.source)

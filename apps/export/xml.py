@@ -1,0 +1,80 @@
+"""Elements of XML that several formats have: bodies as URDF, SDFormat and MJCF hold them, and marks."""
+
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import Any
+from xml.etree.ElementTree import Comment, Element, indent, tostring
+
+from ...common.arrays import Array
+from ...estimation.possible.whole_robot import Labelled
+from ..numbers import exact, inertia_entries, six
+from .format import plain
+from .robot import drive_value, fields
+
+FIRST = '<?xml version="1.0" encoding="utf-8"?>'
+COMMENT = ("<!-- ", " -->")
+DYNIDENT = "urn:dynident"
+"""Namespace of the elements beside the standard ones."""
+_NONE: Mapping[str, str] = MappingProxyType({})
+
+
+def element(tag: str, values: Mapping[str, str] = _NONE, *inside: "Element[Any] | str") -> Element:
+    """An element, its attributes, and what stands in it."""
+    made = Element(tag, dict(values))
+    for part in inside:
+        if isinstance(part, str):
+            made.text = part
+        else:
+            made.append(part)
+    return made
+
+
+def texts(values: Mapping[str, str]) -> list[Element]:
+    """Elements that hold a text each, by their tags."""
+    return [element(tag, _NONE, text) for tag, text in values.items()]
+
+
+def xml_text(root: Element) -> str:
+    """An element as text, indented."""
+    indent(root)
+    return tostring(root, encoding="unicode").replace(" />", "/>")
+
+
+def urdf_inertial(mass: float, com: Array, inertia: Array) -> Element:
+    """A body [kg, m, kg m^2]: entries of the matrix about the centre of mass, in the axes of the link."""
+    return element(
+        "inertial", _NONE,
+        element("origin", {"xyz": exact(com), "rpy": "0 0 0"}),
+        element("mass", {"value": exact(mass)}),
+        element("inertia", inertia_entries(inertia)),
+    )  # fmt: skip
+
+
+def sdf_inertial(mass: float, com: Array, inertia: Array) -> Element:
+    """The same body, the pose of whose inertial frame is not turned."""
+    pose = texts({"pose": f"{exact(com)} 0 0 0", "mass": exact(mass)})
+    return element("inertial", _NONE, *pose, element("inertia", _NONE, *texts(inertia_entries(inertia))))
+
+
+def mjcf_inertial(mass: float, com: Array, inertia: Array) -> Element:
+    """The same body, entries M11, M22, M33, M12, M13, M23."""
+    moments = {"fullinertia": exact(six(inertia))} if inertia.any() else {"diaginertia": "0 0 0"}
+    return element("inertial", {"pos": exact(com), "mass": exact(mass)} | moments)
+
+
+def mark_comment(numbers: Mapping[str, Labelled]) -> "Element[Any]":
+    """One comment of a link, a line a number: name, value, mark, share of the data, sigma, low, high, base."""
+    lines = (" ".join([name, *fields(label).values()]) for name, label in numbers.items())
+    return Comment("".join(f"\n        {plain(line)}" for line in lines) + "\n      ")
+
+
+def marked(numbers: Mapping[str, Labelled], body: "list[Element[Any]]") -> "list[Element[Any]]":
+    """A body after a comment of its marks; then marks as elements of their own, which SDFormat keeps."""
+    marks = (element("dynident:number", {"name": name} | fields(label)) for name, label in numbers.items())
+    return [mark_comment(numbers), *body, *marks]
+
+
+def drive_attributes(drive: Mapping[str, Labelled]) -> dict[str, str]:
+    """Attributes of a drive's damping and friction, as far as they are known."""
+    quantities = [quantity for quantity in ("damping", "friction") if quantity in drive]
+    return {quantity: exact(drive_value(drive, quantity)) for quantity in quantities}
