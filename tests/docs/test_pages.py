@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 from dynident.apps.commands import COMMANDS
-from dynident.tests.commands.declared import NAMES as NAMES_OF_COMMANDS
-from dynident.tests.commands.declared import options
+from dynident.tests.commands.typed import NAMES as NAMES_OF_COMMANDS
+from dynident.tests.commands.typed import options
 from dynident.tests.docs.pages import LANGUAGES, ROOT, Reader, alike, blocks, first_missing, pages
 from dynident.tests.selection import cases
 

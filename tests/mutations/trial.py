@@ -18,7 +18,7 @@ from typing import NamedTuple
 import numpy as np
 from dynident.cli import main
 from dynident.model import load_robot
-from dynident.tests.commands.declared import options
+from dynident.tests.commands.typed import options
 from dynident.tests.frozen.inputs import folder_of_inputs
 from dynident.tests.mutations.mutants import MASSES, Mutant, mutant
 from dynident.trajectories import plan_point_to_point
