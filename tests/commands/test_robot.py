@@ -187,6 +187,7 @@ def test_pose_in_the_maps_units(recorded: Recording, here: Path, form: str) -> N
         np.testing.assert_allclose(first[name]["rpy_rad"], pose.rpy, atol=1e-6)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("unit", "status", "words"),
     [
