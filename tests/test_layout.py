@@ -111,61 +111,22 @@ def constant_has_text(path: Path, name: str) -> bool:
 
 
 def modules_after(code: str) -> set[str]:
-    command = [sys.executable, "-c", f"{code}\nimport sys\nprint(*sys.modules)"]
-    return set(subprocess.run(command, check=True, capture_output=True, text=True).stdout.split())
+    command = [sys.executable, "-c", f"{code}\nimport sys\nprint(*sys.modules, file=sys.stderr)"]
+    return set(subprocess.run(command, check=True, capture_output=True, text=True).stderr.split())
 
 
-@pytest.mark.parametrize("module", ["dynident", "dynident.cli"])
-def test_light_imports(module: str) -> None:
-    """The command answers --help before NumPy would be loaded."""
-    loaded = modules_after(f"import {module}")
-    assert module in loaded
-    assert not loaded & {"numpy", "casadi", "scipy", "matplotlib", "rich", "cvxpy"}
+@pytest.mark.parametrize("words", [[], ["--help"], ["--version"]])
+def test_help_and_version_load_nothing_heavy(words: list[str]) -> None:
+    """The command answers before NumPy would be loaded, and so does the package."""
+    loaded = modules_after(f"import dynident\nfrom dynident.cli import main\nif {words}:\n    main({words})")
+    assert "dynident.cli" in loaded
+    assert not loaded & {"numpy", "casadi", "scipy", "matplotlib", "msgspec", *(() if words else ("rich", "cvxpy"))}
 
 
 def test_estimation_waits_with_what_is_slow() -> None:
     loaded = modules_after("from dynident.estimation import answer_payload")
     assert "numpy" in loaded
     assert not loaded & {"cvxpy", "matplotlib", "scipy.signal", "scipy.interpolate", "rich"}
-
-
-SLOW = {"clarabel", "cvxpy", "distributed", "jinja2", "matplotlib", "mujoco", "pandas", "pyarrow", "rich",
-        "robot_descriptions", "scipy", "viser", "xacro"}  # fmt: skip
-"""Packages that take long to import, or are an extra: a function may import them where it uses them."""
-
-
-def inner_imports(tree: ast.Module) -> set[tuple[int, str]]:
-    """Line and package of each import within a function; relative ones begin with a dot."""
-    packages = set()
-    for function in (node for node in ast.walk(tree) if isinstance(node, ast.FunctionDef)):
-        for node in ast.walk(function):
-            if isinstance(node, ast.Import):
-                packages |= {(node.lineno, alias.name.split(".")[0]) for alias in node.names}
-            elif isinstance(node, ast.ImportFrom):
-                packages.add((node.lineno, "." * node.level + (node.module or "").split(".")[0]))
-    return packages
-
-
-def test_imports_stand_at_the_top() -> None:
-    """Within functions only what is slow or an extra, and seldom: rooms wait by themselves (``common/lazy.py``)."""
-    inner = [
-        (path.relative_to(ROOT).as_posix(), package)
-        for path in FILES
-        for _, package in inner_imports(ast.parse(path.read_text(encoding="utf-8")))
-    ]
-    assert not [place for place in inner if place[1] not in SLOW]
-    assert len(inner) <= 26
-
-
-@pytest.mark.parametrize(
-    ("line", "package"),
-    [("import json", "json"), ("from ..model import Robot", "..model"), ("from . import a", ".")],
-)
-def test_an_inner_import_is_seen(line: str, package: str) -> None:
-    assert inner_imports(ast.parse(f"{line}\ndef f():\n  {line}\n  def g():\n    {line}")) == {
-        (3, package),
-        (5, package),
-    }
 
 
 def test_rooms_are_found_in_the_package_only() -> None:

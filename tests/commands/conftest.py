@@ -1,25 +1,19 @@
-"""Simulated logs, and the command to run on them."""
+"""Simulated logs and the frozen runs' inputs in the working folder; searches and experiments of a moment."""
 
-import json
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 from dynident.apps.commands import demo
-from dynident.apps.commands.demo import PAYLOAD
-from dynident.model import InertialParameters, Recording, load_robot
-from dynident.tests.commands.runs import Run, runner, write_csv
+from dynident.model import load_robot
+from dynident.tests.commands.lines import inputs_of_all_lines, log, save
 from dynident.trajectories import RX90_NOISE, Simulator, random_via_points
 from dynident.trajectories.design import floor, goal, search
 
 QUIET = tuple(0.2 * sigma for sigma in RX90_NOISE)
-
-
-@pytest.fixture
-def run(capsys: pytest.CaptureFixture[str]) -> Run:
-    return runner(capsys)
+Shared = Callable[[str, Callable[[Path], object]], Path]
 
 
 @pytest.fixture(scope="session")
@@ -55,54 +49,58 @@ def hasty(monkeypatch: pytest.MonkeyPatch, experiments: dict[str, Any]) -> None:
     monkeypatch.setattr(demo, "identified", identified)
 
 
-@pytest.fixture(scope="session")
-def logs(shared: Callable[[str, Callable[[Path], object]], Path]) -> dict[str, str]:
-    """Simulated RX90 logs: two trajectories without and with the paper's payload, and spoilt ones."""
-    folder = shared("logs", _write_logs)
-    names = json.loads((folder / "names.json").read_text())
-    return {name: str(folder / path) for name, path in names.items()}
+@pytest.fixture
+def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """An empty working folder."""
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+@pytest.fixture(scope="module")
+def folder() -> Iterator[Path]:
+    """Inputs of a line for each command, in the working folder."""
+    with inputs_of_all_lines() as place:
+        yield place
+
+
+@pytest.fixture
+def logs(shared: Shared, here: Path) -> Path:
+    """RX90 logs in the working folder: three trajectories without and with the paper's payload, and wrong ones."""
+    for path in shared("logs", _write_logs).iterdir():
+        (here / path.name).symlink_to(path)
+    return here
 
 
 def _write_logs(folder: Path) -> None:
     robot = load_robot("rx90")
     simulator = Simulator(robot)
-    load: InertialParameters = PAYLOAD
-    paths: dict[str, Path] = {}
     for k in range(3):
         motion = random_via_points(robot, 14, seed=k).motion(250.0)
         bare = simulator.record(motion, None, QUIET, [k, 0])
-        loaded = simulator.record(motion, load, QUIET, [k, 1])
-        paths[f"bare{k}"] = write_csv(folder / f"bare{k}.csv", bare)
-        paths[f"loaded{k}"] = write_csv(folder / f"loaded{k}.csv", loaded)
-    paths["degrees"] = write_csv(folder / "degrees.csv", bare, q_scale=57.29577951308232)
-    paths["currents"] = write_csv(folder / "currents.csv", bare, "i")
-    short = Recording(bare.t[:60], bare.q[:60], bare.torque[:60])
-    paths["short"] = write_csv(folder / "short.csv", short)
-    paths["latin"] = folder / "latin.csv"
-    paths["latin"].write_bytes("t,q1,Drehmoment_Größe\n0,0,0\n".encode("latin-1"))
-    part = slice(500, 925)
-    paths["brief"] = write_csv(folder / "brief.csv", Recording(loaded.t[part], loaded.q[part], loaded.torque[part]))
-    q = np.array(bare.q)
-    q[:, 5] = 0.1
-    paths["still"] = write_csv(folder / "still.csv", Recording(bare.t, q, bare.torque))
-    mirror = np.array([1, 1, 1, 1, -1, 1])
-    paths["mirrored_bare"] = write_csv(folder / "mb.csv", Recording(bare.t, bare.q * mirror, bare.torque))
-    paths["mirrored_loaded"] = write_csv(folder / "ml.csv", Recording(bare.t, bare.q * mirror, loaded.torque))
-    paths["dead"] = write_csv(folder / "dead.csv", Recording(bare.t, bare.q, bare.torque * [1, 1, 1, 0, 1, 1]))
-    paths["milli"] = write_csv(folder / "milli.csv", Recording(bare.t, bare.q, 1e3 * bare.torque))
-    late = bare.t + 20.0 * np.floor(bare.t / 1.5)
-    paths["gap"] = write_csv(folder / "gap.csv", Recording(late, bare.q, bare.torque))
-    constant = Recording(bare.t, bare.q, 50.0 + 1e-3 * bare.q)
-    paths["constant"] = write_csv(folder / "constant.csv", constant)
-    flipped = Recording(bare.t, bare.q, bare.torque * [1, -1, 1, 1, 1, 1])
-    paths["flipped"] = write_csv(folder / "flipped.csv", flipped)
-    lines = paths["bare0"].read_text().splitlines()
+        loaded = simulator.record(motion, demo.PAYLOAD, QUIET, [k, 1])
+        log(folder / f"bare{k}.csv", bare)
+        log(folder / f"loaded{k}.csv", loaded)
+    log(folder / "currents.csv", bare, "i")
+    t, q, torque = bare.t, bare.q, bare.torque
+    part, mirror, still = slice(500, 925), np.array([1, 1, 1, 1, -1, 1]), np.where(np.arange(6) == 5, 0.1, q)
+    wrong = {
+        "degrees": (t, np.degrees(q), torque),
+        "short": (t[:60], q[:60], torque[:60]),
+        "brief": (loaded.t[part], loaded.q[part], loaded.torque[part]),
+        "still": (t, still, torque),
+        "mirrored_bare": (t, q * mirror, torque),
+        "mirrored_loaded": (t, q * mirror, loaded.torque),
+        "dead": (t, q, torque * [1, 1, 1, 0, 1, 1]),
+        "milli": (t, q, 1e3 * torque),
+        "gap": (t + 20.0 * np.floor(t / 1.5), q, torque),
+        "constant": (t, q, 50.0 + 1e-3 * q),
+        "flipped": (t, q, torque * [1, -1, 1, 1, 1, 1]),
+    }
+    for name, (times, positions, torques) in wrong.items():
+        save(folder / f"{name}.csv", times, positions, torques, names="q,tau", head="# gain_sigma = 0\n")
+    lines = (folder / "bare0.csv").read_text().splitlines()
     cells = lines[99].split(",")
-    cells[4] = "nan"
-    lines[99] = ",".join(cells)
-    paths["nan"] = folder / "nan.csv"
-    paths["nan"].write_text("\n".join(lines))
-    paths["broken_robot"] = folder / "broken.toml"
-    paths["broken_robot"].write_text('name = "x"\n[[joints]]\nalpha = 3\n')
-    names = {name: path.name for name, path in paths.items()}
-    (folder / "names.json").write_text(json.dumps(names))
+    lines[99] = ",".join([*cells[:4], "nan", *cells[5:]])
+    (folder / "nan.csv").write_text("\n".join(lines))
+    (folder / "latin.csv").write_bytes("t,q1,Drehmoment_Größe\n0,0,0\n".encode("latin-1"))
+    (folder / "broken.toml").write_text('name = "x"\n[[joints]]\nalpha = 3\n')

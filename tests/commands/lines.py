@@ -1,16 +1,23 @@
 """A line for each command that answers, and the inputs that it needs beside the frozen runs' own."""
 
+import contextlib
 import json
 import os
+import shutil
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 from dynident.apps import fleet
 from dynident.apps.logs.read import read_recording
+from dynident.common.arrays import Array
 from dynident.estimation import identify
 from dynident.estimation.fit.least_squares import weighted
-from dynident.model import load_robot
+from dynident.model import INERTIAL, Recording, load_robot
+from dynident.tests.commands.typed import typed
 from dynident.tests.fleet.drawing import drawn, noise_of
+from dynident.tests.frozen.inputs import EXAMPLES, folder_of_inputs
+from dynident.tests.live.played import playing
 
 AMPERES = "--unloaded ur_currents_unloaded.csv --loaded ur_currents_loaded.csv"
 PAIR = "--unloaded rx_arm_unloaded.csv --loaded rx_arm_loaded.csv"
@@ -52,6 +59,60 @@ LINES = {
     "simulate": "--robot rx90 --trajectory rx_short.csv --rate 50 --out out",
     "demo": "--trajectories 3 --out out",
 }
+
+
+def save(path: Path | str, *columns: Array, names: str, head: str = "") -> None:
+    """Write columns as CSV; "q,tau" names those of as many joints."""
+    n = (sum(np.shape(column)[1] if np.ndim(column) > 1 else 1 for column in columns) - 1) // len(names.split(","))
+    header = ",".join(["t", *(f"{name}{j}" for name in names.split(",") for j in range(1, n + 1))])
+    np.savetxt(path, np.column_stack(columns), delimiter=",", header=head + header, comments="", fmt="%.12g")
+
+
+def log(path: Path | str, recording: Recording, torque: str = "tau") -> None:
+    """Write a recording whose gains are exact."""
+    save(path, recording.t, recording.q, recording.torque, names=f"q,{torque}", head="# gain_sigma = 0\n")
+
+
+TEXTS = {
+    "turned.toml": "[position]\nsign = [1, -1, 1, 1, 1, 1]\n",
+    "loud.toml": "verbose = true\n",
+    "degrees.toml": '[position]\nunit = "deg"\n',
+    "scene.toml": '[[surfaces]]\nname = "floor"\noffset = -0.3\n[[bodies]]\nname = "tool"\nlink=6\nradius = .1\n',
+    "heavy.toml": "\n".join(
+        [
+            'name = "heavy"\nmass_kg = 5\n[[joints]]\nalpha_deg = 0\n[[joints]]\nalpha_deg = 90\n[parameters]',
+            *(f"{kind}{j} = {9 * (kind in ('XX', 'YY', 'ZZ', 'M'))}" for j in (1, 2) for kind in INERTIAL),
+        ]
+    ),
+}
+"""Files that options name; the robot's links weigh more than the arm."""
+
+
+@contextlib.contextmanager
+def inputs_of_all_lines() -> Iterator[Path]:
+    """What the lines and their options read, in a folder that is the working folder meanwhile."""
+    with folder_of_inputs() as folder, playing(**PORTS):
+        for name, text in TEXTS.items():
+            (folder / name).write_text(text)
+        put_payloads(folder)
+        for name, share in (("before", 0.9), ("after", 0.95)):
+            follow(folder / "rx_near_loaded.csv", folder / f"{name}.csv", share)
+        for name in ("unloaded", "loaded"):  # the same numbers twice are refused
+            rows = (folder / f"ur_currents_{name}.csv").read_text().splitlines(keepends=True)
+            (folder / f"ur_again_{name}.csv").write_text("".join(rows[:-3]))
+        shutil.copy(EXAMPLES / "robots/six_axis.urdf", folder)
+        typed(f"identify {LINES['identify']} --json earlier.json")
+        make_recordings(folder)
+        yield folder
+
+
+def follow(source: Path, target: Path, share: float) -> None:
+    """A recording with the torque that its controller predicted, a share of what was measured."""
+    header = source.read_text().partition("\n")[0]
+    values = np.loadtxt(source, delimiter=",", skiprows=1)
+    predicted = ",".join(f"tauref{j}" for j in range(1, 7))
+    values = np.hstack([values, share * values[:, 7:13]])
+    np.savetxt(target, values, delimiter=",", header=f"{header},{predicted}", comments="", fmt="%.9g")
 
 
 def put_payloads(folder: Path) -> None:

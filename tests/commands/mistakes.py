@@ -3,15 +3,12 @@
 The table stands in ``docs/mistakes.md`` too: ``python -m dynident.tests.commands.mistakes`` writes the page.
 """
 
-import contextlib
-import io
 import tomllib
 from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
 
-from dynident.cli import main
-from dynident.tests.frozen.freeze import settings
+from dynident.tests.commands.typed import typed
 from dynident.tests.frozen.inputs import folder_of_inputs
 
 PAGE = Path(__file__).parents[2] / "docs/mistakes.md"
@@ -52,7 +49,7 @@ def write_page() -> None:
     """Type every mistake, and write the page."""
     with folder_of_inputs():
         write_inputs()
-        rows = [row(mistake, answer_to(mistake.line)[2]) for mistake in MISTAKES]
+        rows = [row(mistake, typed(mistake.line).err) for mistake in MISTAKES]
     PAGE.write_text(_HEAD.format(count=len(rows)) + "\n".join(rows) + "\n", encoding="utf-8")
 
 
@@ -120,17 +117,6 @@ def write_inputs() -> None:
         Path(name).write_text(text, encoding="utf-8")
     Path("log.xlsx").write_bytes(b"PK\x03\x04" + bytes(60))
     Path("picture.csv").write_bytes(b"\x89PNG\r\n\x1a\n" + bytes(range(256)))
-
-
-def answer_to(line: str) -> tuple[int, str, str]:
-    """Status, output, errors of a command line."""
-    out, err = io.StringIO(), io.StringIO()
-    with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err), settings():
-        try:
-            status = main(line.split())
-        except SystemExit as stop:
-            status = int(stop.code or 0)
-    return status, out.getvalue(), err.getvalue()
 
 
 if __name__ == "__main__":

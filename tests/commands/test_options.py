@@ -1,101 +1,43 @@
-"""Every option of every command changes something or is refused, and none can be forgotten here."""
+"""Every option of every command changes something or is refused, and takes no word that nobody means."""
 
 import contextlib
-import io
 import re
 import shutil
 import tempfile
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
-import numpy as np
 import pytest
+from cyclopts import Token
 from dynident.apps.report.blocks import Drawing
 from dynident.apps.report.figures.canvas import new_figure
-from dynident.cli import main
-from dynident.model import INERTIAL
-from dynident.tests.commands.declared import NAMES, arguments, options
-from dynident.tests.commands.lines import LINES, PORTS, make_recordings, put_payloads
+from dynident.tests.commands.lines import LINES
 from dynident.tests.commands.options import OPTIONS
-from dynident.tests.frozen.freeze import settings
-from dynident.tests.frozen.inputs import EXAMPLES, folder_of_inputs
-from dynident.tests.live.played import playing
+from dynident.tests.commands.typed import NAMES, arguments, options, refused, typed
 
-pytestmark = pytest.mark.usefixtures("hasty")
-TEXTS = {
-    "turned.toml": "[position]\nsign = [1, -1, 1, 1, 1, 1]\n",
-    "loud.toml": "verbose = true\n",
-    "degrees.toml": '[position]\nunit = "deg"\n',
-    "scene.toml": '[[surfaces]]\nname = "floor"\noffset = -0.3\n[[bodies]]\nname = "tool"\nlink=6\nradius = .1\n',
-}
-HEAVY = "\n".join(
-    [
-        'name = "heavy"\nmass_kg = 5\n[[joints]]\nalpha_deg = 0\n[[joints]]\nalpha_deg = 90\n[parameters]',
-        *(f"{kind}{j} = {9 * (kind in ('XX', 'YY', 'ZZ', 'M'))}" for j in (1, 2) for kind in INERTIAL),
-    ]
-)
-"""A robot whose links weigh more than the arm."""
-SEARCHES = ("design", "near")
-"""Commands of a few evaluations of many models, each of which a compiler would take longer to compile."""
+RUNS = ("simulate", "demo")
+"""Commands of thousands of steps; others evaluate many models a few times: to compile each would take longer."""
 TEXTS_ASKED_FOR = ("export", "robot list", "robot show")
 """Commands whose printed text is the answer itself, which ``--quiet`` leaves as it is."""
 VARYING = re.compile(rb'"cpu_s": [0-9.e-]+')
 """What differs from one run to the next."""
 
 
-@pytest.fixture(autouse=True)
-def empty_figures(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Figures without content: each shows what stands in numbers beside it, and half of the time went into them."""
-    monkeypatch.setattr(Drawing, "figure", property(lambda _: new_figure(1.0, 1.0)))
-
-
-@pytest.fixture(scope="module")
-def inputs() -> Iterator[Path]:
-    """All inputs in a folder of their own, which is the working folder."""
-    with folder_of_inputs() as folder, playing(**PORTS):
-        for name, text in TEXTS.items():
-            (folder / name).write_text(text)
-        put_payloads(folder)
-        for name, share in (("before", 0.9), ("after", 0.95)):
-            follow(folder / "rx_near_loaded.csv", folder / f"{name}.csv", share)
-        for name in ("unloaded", "loaded"):  # the same numbers twice are refused
-            rows = (folder / f"ur_currents_{name}.csv").read_text().splitlines(keepends=True)
-            (folder / f"ur_again_{name}.csv").write_text("".join(rows[:-3]))
-        shutil.copy(EXAMPLES / "robots/six_axis.urdf", folder)
-        main(["identify", *LINES["identify"].split(), "--json", "earlier.json"])
-        make_recordings(folder)
-        (folder / "heavy.toml").write_text(HEAVY)
-        yield folder
-
-
-def follow(source: Path, target: Path, share: float) -> None:
-    """A recording with the torque that its controller predicted, a share of what was measured."""
-    header = source.read_text().partition("\n")[0]
-    values = np.loadtxt(source, delimiter=",", skiprows=1)
-    predicted = ",".join(f"tauref{j}" for j in range(1, 7))
-    values = np.hstack([values, share * values[:, 7:13]])
-    np.savetxt(target, values, delimiter=",", header=f"{header},{predicted}", comments="", fmt="%.9g")
-
-
-def run(inputs: Path, line: str) -> dict[str, bytes]:
+def outcome(inputs: Path, line: str) -> dict[str, bytes]:
     """What a line prints and writes, in a folder of its own that holds all inputs."""
-    printed = io.StringIO()
-    with tempfile.TemporaryDirectory() as name, contextlib.chdir(name), settings():
+    with tempfile.TemporaryDirectory() as name, contextlib.chdir(name):
         shutil.copytree(inputs, name, dirs_exist_ok=True)
-        with contextlib.redirect_stdout(printed), contextlib.redirect_stderr(printed):
-            try:
-                status = main(line.split())
-            except SystemExit as stop:
-                status = int(stop.code or 0)
+        ended = typed(line)
         files = {str(path.relative_to(name)): path.read_bytes() for path in Path(name).rglob("*") if path.is_file()}
-    outputs = files | {"(status)": str(status).encode(), "(terminal)": printed.getvalue().encode()}
-    return {name: VARYING.sub(b"", content) for name, content in outputs.items()}
+    return {name: VARYING.sub(b"", content) for name, content in (files | {"": repr(ended).encode()}).items()}
 
 
 def test_no_option_is_without_an_entry() -> None:
     assert {name: sorted(options(name)) for name in NAMES} == {
         name: sorted(entries) for name, entries in OPTIONS.items()
     }
+    assert all({"--quiet", "--verbose", "--config"} <= entries.keys() for entries in OPTIONS.values())
 
 
 def test_payload_shows_no_more_than_thirty() -> None:
@@ -108,19 +50,57 @@ def differing(folder: Path, name: str, entry: str, bases: dict[str, dict[str, by
     needs, _, more = entry.rpartition("|")
     line = needs.strip().removeprefix("=") if needs.startswith("=") else f"{LINES[name]} {needs}"
     if line not in bases:
-        bases[line] = run(folder, f"{name} {line}")
-    return run(folder, f"{name} {line} {more}") != bases[line]
+        bases[line] = outcome(folder, f"{name} {line}")
+    return outcome(folder, f"{name} {line} {more}") != bases[line]
 
 
 @pytest.mark.long
+@pytest.mark.usefixtures("hasty")
 @pytest.mark.parametrize("name", OPTIONS)
 def test_every_option_changes_something_or_is_refused(
-    name: str, inputs: Path, monkeypatch: pytest.MonkeyPatch
+    name: str, folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    if name in SEARCHES:
+    """Figures are empty: each shows what stands in numbers beside it, and half of the time went into them."""
+    monkeypatch.setattr(Drawing, "figure", property(lambda _: new_figure(1.0, 1.0)))
+    if name not in RUNS:
         monkeypatch.setenv("DYNIDENT_NO_COMPILER", "1")
     line = f"{name} {LINES[name]}"
-    bases = {LINES[name]: run(inputs, line)}
-    assert run(inputs, line) == bases[LINES[name]], "a line gives the same twice"
-    ignored = [option for option, entry in OPTIONS[name].items() if not differing(inputs, name, entry, bases)]
+    bases = {LINES[name]: outcome(folder, line)}
+    assert outcome(folder, line) == bases[LINES[name]], "a line gives the same twice"
+    ignored = [option for option, entry in OPTIONS[name].items() if not differing(folder, name, entry, bases)]
     assert ignored == (["--quiet"] if name in TEXTS_ASKED_FOR else [])
+
+
+ODD_NUMBERS = ("nan", "inf", "-inf", "1e308", "-1e308", "1e300", "5e-324", "1e-300", "9" * 5000)
+SPEAKS_TO_TERMINALS = "\x1b[31m\x9b2J\u202e\udcff"
+"""Colours, clears the screen, turns the direction of writing, and a byte that is no letter."""
+
+
+def numbers(value: Any) -> Iterator[float]:
+    """All numbers in what an option's words became."""
+    if isinstance(value, tuple | list):
+        for part in value:
+            yield from numbers(part)
+    elif isinstance(value, int | float):
+        yield value
+
+
+@pytest.mark.parametrize("command", NAMES)
+def test_no_option_takes_a_number_that_no_arm_has(command: str) -> None:
+    """Refused, or read as a text; squares of what is taken are finite, and not lost beside others."""
+    texts = [text for odd in ODD_NUMBERS for text in (odd, f"{odd}%", f"1,{odd}", ",".join(6 * [odd]))]
+    for argument in arguments(command):
+        read: Any = argument.parameter.converter
+        for text in texts if read else ():
+            with contextlib.suppress(ValueError):
+                values = list(numbers(read(None, (Token(value=text),))))
+                assert all(x == 0.0 or 1e-14 <= abs(x) <= 1e9 for x in values), (argument.name, text)
+
+
+@pytest.mark.parametrize("command", NAMES)
+def test_a_wrong_word_is_shown_in_one_line(command: str) -> None:
+    for odd in (SPEAKS_TO_TERMINALS, "x\ny", "9" * 5000):
+        for option in ("--config", "--quiet"):
+            line = refused(command, f"{option}={odd}")
+            assert line.isprintable()
+            assert len(line) < 1200

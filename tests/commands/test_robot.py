@@ -1,58 +1,63 @@
-"""``dynident robot`` and how an arm is mounted, on the command line."""
+"""``dynident robot``: arms listed, shown, described and checked; one's own, and every shipped one, at work."""
 
 import json
-from dataclasses import replace
+import re
+import tomllib
+from collections.abc import Callable
+from dataclasses import astuple, replace
 from pathlib import Path
+from typing import Any
 from xml.etree import ElementTree
 
 import numpy as np
 import pytest
+from dynident.apps.logs import ToolColumns, read_tool_poses
+from dynident.apps.logs.map import LogMap, read_log_map
 from dynident.apps.report.figures.motion import outline
-from dynident.apps.report.recordings import write_recording
 from dynident.common.arrays import Array
+from dynident.common.errors import InputError
+from dynident.estimation.diagnosis.kinematics import ToolPoses, check_pose
 from dynident.model import (
+    INERTIAL,
     InertialParameters,
     Pose,
     Recording,
+    Robot,
     load_robot,
-    mounted,
     robot_names,
-    with_tool,
+    with_stand_in,
 )
-from dynident.tests.commands.runs import Run
-from dynident.tests.model.urdf_files import dressed_urdf
+from dynident.model.frames import frames_at
+from dynident.model.stand_in import cylinders
+from dynident.tests.commands.lines import save
+from dynident.tests.commands.typed import Answer, answered, refused, typed
+from dynident.tests.frozen.inputs import EXAMPLES
 from dynident.trajectories import Simulator, random_via_points
+from scipy.spatial.transform import Rotation
 
-NEW = [
-    "robot", "new", "--name", "kr", "--joint=-z,0,0,0.4", "--joint", "y,0.025,0,0.4", "--joint", "y,0.025,0,0.855",
-    "--joint=-x,0.025,0,0.89", "--joint", "y,0.445,0,0.89", "--joint=-x,0.525,0,0.89",
-    "--flange", "0.525,0,0.89,x,-z", "--drawn-at", "0,-90,90,0,0,0",
-    "--limits=-170:170:360,-190:45:300,-120:156:360,-185:185:381,-120:120:388,-350:350:615",
-    "--rated-payload", "6",
-]  # fmt: skip
-LOAD = InertialParameters.from_com(5.0, [0.02, 0.01, 0.1], np.diag([0.03, 0.025, 0.02]))
+NEW = (
+    "robot new --name kr --joint=-z,0,0,0.4 --joint y,0.025,0,0.4 --joint y,0.025,0,0.855 --joint=-x,0.025,0,0.89 "
+    "--joint y,0.445,0,0.89 --joint=-x,0.525,0,0.89 --flange 0.525,0,0.89,x,-z --drawn-at 0,-90,90,0,0,0 "
+    "--limits=-170:170:360,-190:45:300,-120:156:360,-185:185:381,-120:120:388,-350:350:615 --rated-payload 6"
+)
 
 
-def test_list(run: Run) -> None:
-    status, text, _ = run("robot", "list")
+def test_list() -> None:
+    status, text, _ = typed("robot list")
     assert status == 0
     assert [line.split()[0] for line in text.splitlines()] == list(robot_names())
     assert "KUKA KR 6 R900 sixx" in text
 
 
 @pytest.mark.parametrize("ending", ["png", "svg"])
-def test_show_and_draw(run: Run, tmp_path: Path, ending: str) -> None:
+def test_show_and_draw(here: Path, ending: str) -> None:
     """An arm gives the same bytes each time."""
-    paths = [tmp_path / f"{k}.{ending}" for k in (1, 2)]
-    for path in paths:
-        status, text, _ = run(
-            "robot", "show", "--robot", "kr6_r900", "--drawing", str(path), "--at", "0,-90,90,0,0,0"
-        )
-        assert status == 0
-    assert "(0.98, 0, 0.435) m in the base" in text
-    assert "Rated payload: 6 kg." in text
-    assert "the bare flange" in text
-    assert paths[0].read_bytes() == paths[1].read_bytes()
+    for k in (1, 2):
+        ended = typed(f"robot show --robot kr6_r900 --drawing {k}.{ending} --at 0,-90,90,0,0,0")
+        assert ended.status == 0
+    for words in ("(0.98, 0, 0.435) m in the base", "Rated payload: 6 kg.", "the bare flange"):
+        assert words in ended.out
+    assert Path(f"1.{ending}").read_bytes() == Path(f"2.{ending}").read_bytes()
 
 
 def test_outline_ends_in_the_flange() -> None:
@@ -64,37 +69,30 @@ def test_outline_ends_in_the_flange() -> None:
     assert len(corners) == 2 * 6 + 3
 
 
-def test_new_robot_is_the_shipped_one(run: Run, tmp_path: Path) -> None:
+def test_new_robot_is_the_shipped_one(here: Path) -> None:
     """Described in the home pose of the sheet, it is the arm that was read from a description at zero."""
-    out = tmp_path / "kr.toml"
-    status, text, _ = run(*NEW, "--out", str(out))
-    assert status == 0
-    assert "Compare the drawing" in text
-    ElementTree.parse(out.with_suffix(".svg"))
-    robot, shipped = load_robot(out), load_robot("kr6_r900")
+    ended = typed(f"{NEW} --out kr.toml")
+    assert ended.status == 0
+    assert "Compare the drawing" in ended.out
+    ElementTree.parse("kr.svg")
+    robot, shipped = load_robot("kr.toml"), load_robot("kr6_r900")
     assert robot.rated_payload == 6.0
     np.testing.assert_allclose(robot.flange.R, shipped.flange.R, atol=1e-12)
     for ours, theirs in zip(robot.joints, shipped.joints, strict=True):
-        assert (ours.alpha, ours.theta, ours.d, ours.r) == pytest.approx(
-            (theirs.alpha, theirs.theta, theirs.d, theirs.r), abs=1e-12
-        )
-        assert ours.limits.position == pytest.approx(theirs.limits.position, abs=1e-12)
-        assert ours.limits.speed == pytest.approx(theirs.limits.speed)
-    status, _, error = run(*NEW, "--out", str(out))
-    assert status == 2
-    assert "is there already" in error
-    assert run(*NEW, "--out", str(out), "--overwrite")[0] == 0
+        numbers = ((j.alpha, j.theta, j.d, j.r, *j.limits.position, j.limits.speed) for j in (ours, theirs))
+        assert next(numbers) == pytest.approx(next(numbers), abs=1e-12)
+    assert "is there already" in refused(f"{NEW} --out kr.toml")
+    assert typed(f"{NEW} --out kr.toml --overwrite").status == 0
 
 
-def test_a_scara(run: Run, tmp_path: Path) -> None:
+def test_a_scara(here: Path) -> None:
     """A joint that slides; what is not known stays unknown."""
-    out = tmp_path / "scara.toml"
-    joints = ("--joint=z,0,0,0.3", "--joint=z,0.4,0,0.3", "--joint=-z,0.7,0,0.3,slide", "--joint=z,0.7,0,0.3")
-    limits = ("--limits=-130:130,-150:150,0:0.2::3:500,-360:360", "--rated-payload", "3")
-    line = ("robot", "new", "--name", "scara", *joints, "--flange", "0.7,0,0.2,-z,x", *limits)
-    status, _, error = run(*line, "--out", str(out), "--drawing", str(tmp_path / "s.png"))
+    joints = "--joint=z,0,0,0.3 --joint=z,0.4,0,0.3 --joint=-z,0.7,0,0.3,slide --joint=z,0.7,0,0.3"
+    limits = "--limits=-130:130,-150:150,0:0.2::3:500,-360:360 --rated-payload 3"
+    line = f"robot new --name scara {joints} --flange 0.7,0,0.2,-z,x {limits} --out scara.toml --drawing s.png"
+    status, _, error = typed(line)
     assert status == 0, error
-    robot = load_robot(out)
+    robot = load_robot("scara.toml")
     assert [joint.kind for joint in robot.joints] == ["revolute", "revolute", "prismatic", "revolute"]
     assert robot.joints[2].limits.position == (0.0, 0.2)
     assert (robot.joints[2].limits.acceleration, robot.joints[2].limits.torque) == (3.0, 500.0)
@@ -102,118 +100,337 @@ def test_a_scara(run: Run, tmp_path: Path) -> None:
     unknown = [joint.limits for joint in robot.joints if joint.revolute]
     assert np.isinf([[limit.speed, limit.acceleration, limit.torque] for limit in unknown]).all()
     assert "mass_kg" in error
-    corners: Array = outline(robot, [0.0, 0.0, 0.1, 0.0])
-    np.testing.assert_allclose(corners[-1], [0.7, 0.0, 0.1], atol=1e-12)
+    np.testing.assert_allclose(outline(robot, [0.0, 0.0, 0.1, 0.0])[-1], [0.7, 0.0, 0.1], atol=1e-12)
 
 
-TEMPLATE = ("robot", "new", "--template")
-
-
-def test_the_template_loads_as_it_stands(run: Run, tmp_path: Path) -> None:
+def test_the_template_loads_as_it_stands(here: Path) -> None:
     """Printed or written, it is a robot, and options beside it are refused."""
-    out = tmp_path / "arm.toml"
-    status, text, _ = run(*TEMPLATE)
-    assert (status, run(*TEMPLATE, "--out", str(out))[0]) == (0, 0)
-    assert out.read_text(encoding="utf-8") == text
-    robot = load_robot(out)
+    line = "robot new --template"
+    assert typed(f"{line} --out arm.toml").status == 0
+    assert Path("arm.toml").read_text(encoding="utf-8") == typed(line).out
+    robot = load_robot("arm.toml")
     assert (robot.name, robot.n, robot.joints[2].kind, robot.rated_payload) == ("my_arm", 3, "prismatic", 5.0)
-    assert run("robot", "show", "--robot", str(out))[0] == 0
-    assert "is there already" in run(*TEMPLATE, "--out", str(out))[2]
-    status, _, error = run(*TEMPLATE, "--name", "kr")
-    assert (status, "--name belongs to a robot by options" in error) == (2, True)
+    assert typed("robot show --robot arm.toml").status == 0
+    assert "is there already" in refused(f"{line} --out arm.toml")
+    assert "--name belongs to a robot by options" in refused(f"{line} --name kr")
 
 
-def without(option: str) -> list[str]:
-    k = NEW.index(option)
-    return [*NEW[:k], *NEW[k + 2 :]]
-
-
-BAD = {
-    "no flange": (without("--flange"), "give --flange"),
-    "axis": ([*NEW, "--joint", "w,0,0,0"], "--joint: 'w,0,0,0' is not AXIS,X,Y,Z"),
-    "point": ([*NEW, "--joint", "x,0,0"], "AXIS,X,Y,Z"),
-    "no direction": ([*NEW, "--joint", "0:0:0,0,0,0"], "direction"),
-    "skew flange": ([*without("--flange"), "--flange", "0,0,0,x,1:1:0"], "two directions at right angles"),
-    "limits": ([*NEW, "--limits", "1:2"], "--limits has 1 parts for 6 joints"),
-    "empty range": ([*NEW, "--limits", ",".join(["2:1"] * 6)], "--limits of joint 1"),
-    "speed": ([*NEW, "--limits", "1:2:fast"], "'fast' is not a number"),
-    "too many": ([*NEW, "--limits", "1:2:3:4:5:6"], "is not LOW:HIGH[:SPEED"),
-    "drawn at": ([*NEW, "--drawn-at", "1,2"], "--drawn-at has 2 parts for 6 joints"),
-    "mass": ([*NEW, "--mass", "0"], "mass must be positive"),
-    "mass of no use": (
-        ["design", "--robot", "rx90", "--arm-mass", "50", "--via-points", "4"],
-        "--arm-mass has no effect",
-    ),
-    "payload": ([*NEW, "--rated-payload", "-1"], "rated payload must be positive"),
-    "drawing": ([*NEW, "--drawing", "x.gif"], "ends in .png, .svg or .pdf"),
-    "no robot": (["robot", "show", "--robot", "kr7"], "no robot 'kr7'"),
-    "at": (["robot", "show", "--robot", "panda", "--at", "1,2"], "--at has 2 numbers, panda has 7 joints"),
-    "base of no URDF": (["robot", "show", "--robot", "panda", "--chain", ":x"], "links of a URDF"),
-    "gravity": (["robot", "show", "--robot", "panda", "--mount", "gravity=0,9"], "not 3 finite numbers"),
-    "mount": (["robot", "show", "--robot", "panda", "--mount", "table"], "'table' is not 3 finite numbers"),
-    "tool": (["robot", "show", "--robot", "panda", "--tool-frame", "1,2,3"], "not 6 finite numbers"),
-    "no bodies": (
-        ["robot", "export", "--to", "urdf", "--robot", "panda", "--out", "x.urdf"],
-        "bodies need all ten",
-    ),
-}
-
-
-@pytest.mark.parametrize(("arguments", "problem"), BAD.values(), ids=BAD.keys())
-def test_what_cannot_be_used(
-    run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, arguments: list[str], problem: str
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    status, _, error = run(*arguments)
-    assert status == 2
-    assert problem in error
-    assert error.count("\n") == 1
-    assert not list(tmp_path.glob("*.svg"))
-
-
-def write_csv(path: Path, recording: Recording, sign: Array) -> Path:
-    write_recording(path, replace(recording, q=recording.q * sign, torque=recording.torque * sign))
-    return path
-
-
-def test_check_suggests_and_does_not_apply(run: Run, tmp_path: Path) -> None:
+@pytest.fixture(scope="module")
+def recorded() -> Recording:
+    """An RX90's unloaded recording."""
     robot = load_robot("rx90")
-    log = Simulator(robot).record(random_via_points(robot, 8, seed=5).motion(100.0), None, [0.5] * 6, 1)
-    path = write_csv(tmp_path / "turned.csv", log, np.array([1, 1, -1, 1, 1, 1]))
-    options = ("--robot", "rx90")
-    out = tmp_path / "c.json"
-    status, text, _ = run("robot", "check", *options, "--data", str(path), "--json", str(out))
-    assert status == 1
+    return Simulator(robot).record(random_via_points(robot, 8, seed=5).motion(100.0), None, [0.5] * 6, 1)
+
+
+def test_check_suggests_and_does_not_apply(recorded: Recording, here: Path) -> None:
+    turned = np.array([1, 1, -1, 1, 1, 1])
+    save("turned.csv", recorded.t, recorded.q * turned, recorded.torque * turned, names="q,tau")
+    document, text = checked("turned.csv", status=1)
     assert "Suggested, not applied: joint 3 turned round (position and torque)" in text
-    document = json.loads(out.read_text())
     assert document["suggested"].startswith("joint 3 turned round")
     assert document["ranked"][0]["sign"] == [1, 1, -1, 1, 1, 1]
 
 
+WORLD = Pose.from_rpy((1.2, -0.4, 0.25), (0.1, -0.2, 2.1))
+TOOL = Pose.from_rpy((0.03, -0.02, 0.16), (0.4, 0.3, -1.1))
+FORMS: dict[str, tuple[str, Callable[[Rotation], Array]]] = {
+    "rotation_vector": ("rx,ry,rz", lambda turn: turn.as_rotvec(degrees=True)),
+    "rpy": ("r,p,w", lambda turn: turn.as_euler("xyz", degrees=True)),
+    "quaternion": ("qx,qy,qz,qw", lambda turn: turn.as_quat()),
+}
+
+
+def checked(log: str, more: str = "", status: int = 0) -> Answer:
+    """``robot check`` without the second part of its screen."""
+    ended = typed(f"robot check --robot rx90 --data {log} {more} --json -")
+    assert ended.status == status, ended.err
+    return Answer(json.loads(ended.out), " ".join(ended.err.split()))
+
+
+def poses(robot: Robot, q: Array, world: Pose = WORLD, tool: Pose = TOOL) -> tuple[Array, Rotation]:
+    """What a controller would log: the tool in another frame."""
+    at = [world @ frames_at(robot, row)[-1] @ tool for row in q]
+    return np.array([pose.p for pose in at]), Rotation.from_matrix(np.array([pose.R for pose in at]))
+
+
+def write(log: Recording, positions: Array, names: str = "x,y,z", torques: bool = False) -> None:
+    """A log of joints and of more columns, and no torques unless they are wanted."""
+    columns = [log.t, log.q, *([log.torque] if torques else []), positions]
+    header = ["t", *(f"q{j}" for j in range(1, 7)), *(f"tau{j}" for j in range(1, 7) if torques), names]
+    np.savetxt(
+        "log.csv", np.column_stack(columns), delimiter=",", header=",".join(header), comments="", fmt="%.12g"
+    )
+
+
 @pytest.mark.long
-def test_payload_on_a_wall_in_a_tool_frame(run: Run, tmp_path: Path) -> None:
-    """From a URDF on the wall, the answer stands in the tool frame that is asked for, and says so."""
-    path = tmp_path / "arm.urdf"
-    path.write_text(dressed_urdf(load_robot("irb120"), seed=1, limits=False), encoding="utf-8")
-    robot = mounted(load_robot(path), (0.0, np.pi / 2, 0.0))
-    tool = Pose.from_rpy((0.0, 0.0, 0.1), (0.0, 0.0, np.pi / 2))
-    values = dict(robot.parameters)
-    for j in range(1, 7):
-        values |= {f"IA{j}": 0.5, f"FS{j}": 2.0, f"FV{j}": 3.0}
-    simulator = Simulator(with_tool(replace(robot, parameters=values), tool, "tool"))
-    motion = random_via_points(load_robot("irb120"), 10, seed=3).motion(100.0)
-    files = []
-    for name, load in (("bare", None), ("loaded", LOAD)):
-        files.append(write_csv(tmp_path / f"{name}.csv", simulator.record(motion, load, [0.05] * 6, 3), np.ones(6)))
-    out = tmp_path / "p.json"
-    status, text, error = run(
-        "payload", "--robot", str(path), "--mount", "wall", "--tool-frame", "0,0,0.1,0,0,90", "--method", "3",
-        "--unloaded", str(files[0]), "--loaded", str(files[1]), "--json", str(out),
-    )  # fmt: skip
-    assert status in (0, 1), error
-    document = json.loads(out.read_text())
-    assert document["frame"] == "tool frame (0, 0, 0.1 m; rpy 0, 0, 90 deg) in: flange: link tool0 of arm.urdf"
-    assert "tool frame (0, 0, 0.1 m" in " ".join(text.split())
-    estimate = document["estimates"][0]
-    assert estimate["parameters"]["M"] == pytest.approx(5.0, rel=0.01)
-    np.testing.assert_allclose(estimate["com"], LOAD.com, atol=3e-3)
+@pytest.mark.parametrize("form", FORMS)
+def test_pose_in_the_maps_units(recorded: Recording, here: Path, form: str) -> None:
+    """Millimetres and degrees by the log map; base and tool come back; torques are looked at where they are."""
+    torques, (names, turned) = form == "rpy", FORMS[form]
+    positions, turns = poses(load_robot("rx90"), recorded.q)
+    write(recorded, np.hstack([1e3 * positions, turned(turns)]), f"px,py,pz,{names}", torques)
+    unit = "" if form == "quaternion" else 'rotation_unit = "deg"\n'
+    (here / "map.toml").write_text(
+        f'[pose]\ncolumns = ["px", "py", "pz"]\nunit = "mm"\nrotation = {json.dumps(names.split(","))}\n'
+        f'form = "{form}"\n{unit}'
+    )
+    document, text = checked("log.csv", "--log-map map.toml")
+    assert "forward kinematics reproduces the tool pose" in text
+    assert ("As recorded" in text) == torques == ("ranked" in document)
+    assert "not used" not in text
+    first = document["poses"][0]
+    assert first["rms_m"] < 1e-7
+    assert first["rms_angle_rad"] < 1e-6
+    assert first["base_and_tool_determined"]
+    for name, pose in (("base", WORLD), ("tool", TOOL)):
+        np.testing.assert_allclose(first[name]["xyz_m"], pose.p, atol=1e-6)
+        np.testing.assert_allclose(first[name]["rpy_rad"], pose.rpy, atol=1e-6)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(
+    ("unit", "status", "words"),
+    [
+        (1.0, 0, ("No torques or currents: the pose alone is compared.", "axes not logged")),
+        (1e3, 1, ("positions in mm that are read as m?",)),
+    ],
+)
+def test_pose_without_torques_or_map(
+    recorded: Recording, here: Path, unit: float, status: int, words: tuple[str, ...]
+) -> None:
+    """Standard names in metres; a log that has no torques is compared by its pose alone, a wrong unit is told."""
+    write(recorded, unit * poses(load_robot("rx90"), recorded.q)[0])
+    _, text = checked("log.csv", status=status)
+    assert all(part in text for part in words)
+
+
+@pytest.mark.long
+def test_a_turned_last_joint_is_found_by_the_axes(recorded: Recording, here: Path) -> None:
+    """A tool on axis 6 tells nothing of it by its position; its axes do.
+
+    Seen from a tool turned over, joint 5 half a turn on is the same: both are told.
+    """
+    positions, turns = poses(load_robot("rx90"), recorded.q, Pose(), Pose())
+    turned = replace(recorded, q=recorded.q * [1, 1, 1, 1, 1, -1])
+    write(turned, np.hstack([positions, turns.as_quat()]), "x,y,z,qx,qy,qz,qw")
+    document, text = checked("log.csv", status=1)
+    for words in ("does NOT reproduce", "Suggested, not applied: joint", "joint 6 turned round",
+                  "joint 5 zero moved by 180 degrees"):  # fmt: skip
+        assert words in text
+    (pose,) = document["poses"]
+    assert pose["rms_m"] < 1e-6
+    assert pose["rms_angle_rad"] > 0.1
+    assert {(1, 1, 1, 1, 1, -1), (1,) * 6} == {tuple(reading["sign"]) for reading in pose["readings"]["ranked"][:2]}
+
+
+def test_a_still_tool_is_refused(recorded: Recording, here: Path) -> None:
+    write(recorded, np.full((len(recorded.t), 3), 0.4))
+    assert "moves by less than 50 mm" in refused("robot check --robot rx90 --data log.csv")
+
+
+def test_base_and_tool_of_one_moving_joint_are_not_told(rx90: Robot) -> None:
+    q = np.zeros((50, 6))
+    q[:, 1] = np.linspace(-1.0, 1.0, 50)
+    check = check_pose(rx90, ToolPoses("log", q, poses(rx90, q)[0]))
+    assert check.reproduced
+    assert not check.determined
+
+
+@pytest.mark.parametrize(
+    ("table", "problem"),
+    [
+        ('columns = ["x", "y"]', "give those of x, y and z"),
+        ('columns = ["x", "y", "z"]\nunit = "cm"', "'pose.unit': must be 'm' or 'mm', got 'cm'"),
+        ('columns = ["x", "y", "z"]\nrotation = ["a", "b", "c"]', "go together"),
+        (
+            'columns = ["x", "y", "z"]\nrotation = ["a", "b", "c"]\nform = "euler"',
+            "'pose.form': must be 'quaternion' or 'rotation_vector'",
+        ),
+        ('columns = ["x", "y", "z"]\nrotation = ["a", "b", "c"]\nform = "quaternion"', "has 4 columns"),
+        ('columns = ["x", "y", "z"]\nsign = [1]', "unknown"),
+    ],
+)
+def test_maps_that_contradict_themselves(here: Path, table: str, problem: str) -> None:
+    (here / "map.toml").write_text(f"[pose]\n{table}\n")
+    with pytest.raises(InputError, match=problem):
+        read_log_map("map.toml")
+
+
+def test_logs_that_do_not_hold_the_pose(rx90: Robot, recorded: Recording, here: Path) -> None:
+    write(recorded, np.zeros((len(recorded.t), 1)), "other")
+    assert read_tool_poses("log.csv", rx90) is None
+    with pytest.raises(InputError, match="column a missing"):
+        read_tool_poses("log.csv", rx90, LogMap(pose=ToolColumns(("a", "q1", "q2"))))
+    write(recorded, np.zeros((len(recorded.t), 7)), "x,y,z,qx,qy,qz,qw")
+    with pytest.raises(InputError, match="line 2, columns qx, qy, qz, qw: a quaternion of length 0"):
+        read_tool_poses("log.csv", rx90)
+
+
+SHEET = (
+    "robot new --name own --joint z,0,0,0 --joint=y,0.05,0,0.4 --joint=y,0.05,0,0.8 --joint=x,0.2,0,0.85 "
+    "--joint=y,0.45,0,0.85 --joint=x,0.45,0,0.85 --flange 0.53,0,0.85,x,-z --out own.toml"
+)
+KNOWN = (
+    "--limits=-170:170:220:900:300,-90:120:200:900:300,-100:80:220:900:150,-190:190:320:1500:50,"
+    "-115:115:320:1500:40,-350:350:420:2000:30 --rated-payload 5"
+)
+URDF = EXAMPLES / "robots/six_axis.urdf"
+
+
+def bodiless(text: str, *links: str) -> str:
+    """A URDF without the bodies of some links, or of all."""
+    for link in links or ("link[1-6]",):
+        text = re.sub(rf'(<link name="{link}">)\s*<inertial>.*?</inertial>', r"\1", text, flags=re.DOTALL)
+    return text
+
+
+OF_URDF = {"acceleration", "torque", "parameters"}
+WHOLE = URDF.read_text()
+ARMS: dict[str, tuple[str, str, set[str]]] = {
+    "all known but bodies": (f"{KNOWN} --mass 30", "", {"parameters"}),
+    "mass alone": ("--mass 30", "", {"position", "speed", *OF_URDF}),
+    "mass given to the command": (KNOWN, "--arm-mass 30", {"parameters"}),
+    "a URDF": (WHOLE, "", OF_URDF),
+    "a URDF without some bodies": (bodiless(WHOLE, "link2", "link6"), "", OF_URDF),
+    "a URDF without bodies": (bodiless(WHOLE), "--arm-mass 60", OF_URDF),
+}
+"""What is known of an arm: by ``robot new``, or a URDF; what is told to a command beside it; what is assumed."""
+
+
+def described(arm: str) -> str:
+    """The arm's file."""
+    if arm.startswith("--"):
+        assert typed(f"{SHEET} {arm}").status == 0
+        return "own.toml"
+    Path("own.urdf").write_text(arm, encoding="utf-8")
+    return "own.urdf"
+
+
+@pytest.mark.parametrize("name", ARMS)
+def test_what_is_known_stays_and_the_rest_can_exist(here: Path, name: str) -> None:
+    """Every limit is finite, every link a body; a number of the file is never replaced."""
+    arm, more, lacking = ARMS[name]
+    known = load_robot(described(arm))
+    robot = with_stand_in(replace(known, mass=float(more.split()[1])) if more else known)
+    assert set(robot.assumed()) == lacking
+    assert known.parameters.items() <= robot.parameters.items()
+    for link, (joint, before) in enumerate(zip(robot.joints, known.joints, strict=True), start=1):
+        numbers, stated = (np.hstack(astuple(limits)) for limits in (joint.limits, before.limits))
+        assert np.isfinite(numbers).all()
+        np.testing.assert_array_equal(numbers[np.isfinite(stated)], stated[np.isfinite(stated)])
+        body = InertialParameters(np.array([robot.parameters[f"{kind}{link}"] for kind in INERTIAL]))
+        assert body.min_pseudo_inertia_eigenvalue > 0.0
+        assert robot.parameters[f"IA{link}"] > 0.0
+    if "acceleration" in lacking:
+        speeds, accelerations = np.array([(j.limits.speed, j.limits.acceleration) for j in robot.joints]).T
+        np.testing.assert_allclose(accelerations, 10.0 * speeds)
+
+
+def test_links_without_bodies_are_as_dense_as_the_others(here: Path) -> None:
+    """Mass over length and the cross-section of one radius is one number over the cylinders, and their sum."""
+    known = load_robot(described(ARMS["a URDF without some bodies"][0]))
+    robot, shares = with_stand_in(known), [body.mass for body in cylinders(known, 1.0)]
+    masses = [robot.parameters[f"M{link}"] for link in range(1, 7)]
+    others = (0, 2, 3, 4)
+    assert sum(masses[k] for k in others) == pytest.approx(10.0 + 5.0 + 4.0 + 2.0)
+    for k in (1, 5):
+        assert masses[k] / shares[k] == pytest.approx(21.0 / sum(shares[k] for k in others))
+
+
+def test_a_part_of_a_body_is_none() -> None:
+    with pytest.raises(InputError, match="lacks XX1"):
+        with_stand_in(replace(load_robot("ur10e"), parameters={"M1": 3.0}))
+
+
+def test_a_huge_effort_is_unknown(here: Path) -> None:
+    """Where a URDF writes a torque that no joint has, a limit is assumed in its place, and said."""
+    for effort, torque in (("1000000.0", np.inf), ("90", 90.0)):
+        Path("a.urdf").write_text(WHOLE.replace('effort="1000000.0"', f'effort="{effort}"'))
+        assert {joint.limits.torque for joint in load_robot("a.urdf").joints} == {torque}
+
+
+@pytest.mark.long
+@pytest.mark.usefixtures("hasty")
+@pytest.mark.parametrize("name", ["mass alone", "mass given to the command", "a URDF without some bodies"])
+def test_own_arm_is_rehearsed(here: Path, name: str) -> None:
+    """The motion that was designed runs in the simulation, and each answer names what was assumed."""
+    arm, more, lacking = ARMS[name]
+    robot = f"--robot {described(arm)} {more}"
+    for line in (
+        "near --pose=0,-45,60,0,45,0 --joints 2,3,5,6 --range 20 --duration 4 --starts 1 --details",
+        "design --via-points 3 --starts 1 --columns payload --samples wide.csv --details",
+        "score wide.csv --columns payload --details",
+        "simulate --trajectory wide.csv --rate 50 --out logs",
+    ):
+        ended = typed(f"{line} {robot}")
+        assert ended.status == 0, f"{line}: {ended.err}"
+        for part in lacking:
+            assumption = {"parameters": "links and drives of the stand-in"}.get(part, f"{part} limits")
+            assert re.search(f"Assumed, not published: [^.]*{assumption}", ended.text), (line, part)
+    assert set(tomllib.loads(Path("logs/truth.toml").read_text())["assumed"]) == lacking
+
+
+@pytest.mark.parametrize("line", ["simulate --out out", "near --pose=0,-45,60,0,45,0 --joints 2,3,5,6"])
+def test_without_a_mass_one_line_names_the_option(here: Path, line: str) -> None:
+    for arm in (re.sub(r":\d+:\d+(?=,| )", "", KNOWN), bodiless(WHOLE)):
+        assert "--arm-mass KG" in refused(f"{line} --robot {described(arm)}")
+
+
+def half_the_rating(robot: Robot) -> str:
+    """A payload file."""
+    mass = 0.5 * robot.rated_payload
+    moments = ", ".join(f"{value * mass:.6g}" for value in (0.004, 0, 0, 0.003, 0, 0.002))
+    return f"mass = {mass:g}\ncom = [0.02, -0.02, 0.08]\ninertia_com = [{moments}]\n"
+
+
+def recommended_mass(document: dict[str, Any]) -> float:
+    """The recommended estimate's mass [kg]."""
+    method = document["recommended"]["method"]
+    return float([x for x in document["estimates"] if x["method"] == method][-1]["parameters"]["M"])
+
+
+@pytest.mark.parametrize(
+    "name",
+    [pytest.param(name, marks=pytest.mark.long) if name in ("panda", "ur10e") else name for name in robot_names()],
+)
+@pytest.mark.usefixtures("hasty")
+def test_an_arm_goes_through_every_command(name: str, here: Path) -> None:
+    """As shipped, with noise: shown, moved, simulated, checked, weighed, identified, written for a controller."""
+    robot = load_robot(name)
+    (here / "load.toml").write_text(half_the_rating(robot), encoding="utf-8")
+    shown = typed(f"robot show --robot {name}")
+    assert shown.status == 0
+    assert "assumed" in shown.out
+    assert "Mass of the arm" in shown.out
+    ranges = np.degrees([joint.limits.position for joint in robot.joints])
+    pose = ",".join(f"{value:.1f}" for value in ranges.mean(axis=1) + 0.075 * np.ptp(ranges, axis=1))
+    joints = "2,4,6,7" if robot.n == 7 else "2,3,5,6"
+    assumed = robot.assumed("acceleration", "torque") | with_stand_in(robot).assumed("parameters")
+    for line in (
+        f"near --pose={pose} --joints {joints} --range 20 --duration 5 --samples near.csv",
+        "design --fourier 3 --duration 8 --speed-override 0.8 --samples wide.csv",
+    ):
+        document, text = answered(f"{line} --robot {name} --starts 1 --sample-rate 100", status=(0, 1))
+        assert document["assumed"] == assumed
+        assert not robot.assumed("torque") or "torque limits" in text
+    motions = "--trajectory wide.csv --trajectory near.csv --payload load.toml"
+    simulated = typed(f"simulate --robot {name} {motions} --rate 100 --noise 0.02 --out logs")
+    assert simulated.status == 0, simulated.err
+    assert robot.parameters or "Assumed" in simulated.out
+    # The TX40's own recording comes at 1 kHz.
+    arm = f"--robot {name}" + (" --equation-rate 20" if robot.processing.decimate > 50 else "")
+    wide, near = (f"--unloaded logs/{x}_unloaded.csv --loaded logs/{x}_loaded.csv" for x in ("wide", "near"))
+    # A page is drawn of the same numbers whatever arm they are of: one of seven joints, and one of coupled drives.
+    page = "--report payload.html" if name in ("panda", "rx90") else ""
+    answered(f"check {arm} logs/wide_unloaded.csv logs/wide_loaded.csv", status=(0, 1))
+    payload, weighed = (
+        answered(line, status=(0, 1)).document for line in (f"payload {arm} {wide} {page}", f"weigh {arm} {near}")
+    )
+    answered(f"identify {arm} --data logs/wide_unloaded.csv --constrained base", status=(0, 1))
+    for document in (payload, weighed):
+        assert recommended_mass(document) == pytest.approx(0.5 * robot.rated_payload, rel=0.15)
+    (here / "payload.json").write_text(json.dumps(payload))
+    controller = {"ur10e": "ur", "panda": "franka", "tx40": "staubli", "rx90": "staubli"}.get(name, "kuka")
+    exported = typed(f"export payload.json --to {controller} --despite-verdict")
+    assert exported.status == 0, exported.err
+    assert exported.out

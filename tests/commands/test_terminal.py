@@ -1,102 +1,82 @@
-"""What every command has: quiet and verbose, a file of options, lists that begin with a minus, no traceback."""
+"""What every command has: help, quiet and verbose, a file of options, progress, interruptions, no traceback."""
 
 import json
-import os
 import re
 import signal
 import subprocess
 import sys
-import time
 import tomllib
+from importlib.metadata import version
 from pathlib import Path
 from typing import Literal
 
-import numpy as np
 import pytest
 from cyclopts import CycloptsError
 from dynident.apps.commands import COMMANDS
 from dynident.apps.commands.entry import application
+from dynident.apps.commands.progress import Manner, bar, speaking, status
 from dynident.apps.commands.settings import settings_text
-from dynident.cli import main
+from dynident.apps.report import Notes, print_blocks
 from dynident.common.errors import InputError
+from dynident.common.progress import each
 from dynident.model import load_robot
-from dynident.tests.commands.declared import NAMES, arguments, options, parsed
+from dynident.tests.commands.lines import log
+from dynident.tests.commands.test_options import SPEAKS_TO_TERMINALS
+from dynident.tests.commands.typed import NAMES, arguments, parsed, refused, typed
 from dynident.trajectories import Simulator, random_via_points
 
-PROGRAM = [sys.executable, "-m", "dynident"]
 STOPPED = (130, -signal.SIGINT)
 """What an interrupted command ends with; a shell tells 130 of both."""
 
 
 @pytest.fixture(scope="module")
-def log(tmp_path_factory: pytest.TempPathFactory) -> str:
-    """A short recording, in a folder whose name looks like markup."""
+def check(tmp_path_factory: pytest.TempPathFactory) -> list[str]:
+    """A look at a short recording, in a folder whose name looks like markup."""
     folder = tmp_path_factory.mktemp("logs") / "[/x]"
     folder.mkdir(parents=True)
     robot = load_robot("rx90")
-    recording = Simulator(robot).record(random_via_points(robot, 6, seed=1).motion(100.0), None, [0.3] * 6, 0)
-    header = ",".join(["t"] + [f"{kind}{j}" for kind in ("q", "tau") for j in range(1, 7)])
-    values = np.column_stack([recording.t, recording.q, recording.torque])
-    np.savetxt(
-        folder / "a.csv", values, delimiter=",", header="# gain_sigma = 0\n" + header, comments="", fmt="%.9g"
+    motion = random_via_points(robot, 6, seed=1).motion(100.0)
+    log(folder / "a.csv", Simulator(robot).record(motion, None, [0.3] * 6, 0))
+    return ["check", "--robot", "rx90", str(folder / "a.csv")]
+
+
+def test_no_command_prints_the_help() -> None:
+    ended = typed("")
+    assert ended.status == 2
+    assert all(name in ended.out for name in COMMANDS if " " not in name)
+
+
+def test_json_on_standard_output_stands_alone(check: list[str]) -> None:
+    ended = typed(check, "--json", "-")
+    assert json.loads(ended.out)["robot"] == "rx90"
+    assert "[/x]" in ended.err.replace("\n", "")
+
+
+def test_quiet_says_nothing_and_verbose_the_time(check: list[str]) -> None:
+    loud = typed(check)
+    assert "[/x]" in loud.out.replace("\n", "")
+    assert typed(check, "--quiet") == (loud.status, "", "")
+    assert "s  check: done" in typed(check, "--verbose").err
+
+
+def test_lists_may_begin_with_a_minus(check: list[str]) -> None:
+    turned, same = (
+        json.loads(typed(check, *signs, "--json", "-").out)
+        for signs in (("--signs", "-1,1,1,1,1,1"), ("--signs=-1,1,1,1,1,1",))
     )
-    return str(folder / "a.csv")
-
-
-def test_no_command_prints_the_help(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main([]) == 2
-    printed = capsys.readouterr().out
-    assert all(name in printed for name in COMMANDS if " " not in name)
-
-
-def test_json_on_standard_output_stands_alone(log: str, capsys: pytest.CaptureFixture[str]) -> None:
-    main(["check", "--robot", "rx90", log, "--json", "-"])
-    printed = capsys.readouterr()
-    assert json.loads(printed.out)["robot"] == "rx90"
-    assert "[/x]" in printed.err.replace("\n", "")
-
-
-def test_quiet_says_nothing(log: str, capsys: pytest.CaptureFixture[str]) -> None:
-    loud = main(["check", "--robot", "rx90", log])
-    assert "[/x]" in capsys.readouterr().out.replace("\n", "")
-    assert main(["check", "--robot", "rx90", log, "--quiet"]) == loud
-    assert capsys.readouterr() == ("", "")
-
-
-def test_verbose_tells_the_time(log: str, capsys: pytest.CaptureFixture[str]) -> None:
-    main(["check", "--robot", "rx90", log, "--verbose"])
-    assert "s  check: done" in capsys.readouterr().err
-
-
-def test_lists_may_begin_with_a_minus(log: str, capsys: pytest.CaptureFixture[str]) -> None:
-    main(["check", "--robot", "rx90", log, "--signs", "-1,1,1,1,1,1", "--json", "-"])
-    turned = json.loads(capsys.readouterr().out)
-    main(["check", "--robot", "rx90", log, "--signs=-1,1,1,1,1,1", "--json", "-"])
-    assert json.loads(capsys.readouterr().out) == turned
-
-
-@pytest.mark.parametrize("name", NAMES)
-def test_every_command_has_them(name: str) -> None:
-    assert {"--quiet", "--verbose", "--config"} <= set(options(name))
+    assert turned == same
 
 
 @pytest.mark.parametrize("name", COMMANDS)
-def test_every_help_is_eighty_columns_wide(
-    name: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setenv("COLUMNS", "80")
-    assert main([*name.split(), "--help"]) == 0
-    lines = capsys.readouterr().out.splitlines()
+def test_help_is_eighty_columns_wide_and_names_every_option_but_the_rare_ones(name: str) -> None:
+    ended = typed(f"{name} --help")
+    lines = ended.out.splitlines()
+    assert ended.status == 0
     assert lines[0].startswith(f"Usage: dynident {name}")
     assert max(map(len, lines)) <= 80
-
-
-@pytest.mark.parametrize("name", NAMES)
-def test_help_names_every_option_but_the_rare_ones(name: str, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main([*name.split(), "--help"]) == 0
-    printed = set(re.findall(r"--[a-z0-9-]+", capsys.readouterr().out))
-    shown = {argument.name for argument in arguments(name) if argument.show and argument.name.startswith("--")}
-    assert shown <= printed, sorted(shown - printed)
+    own = arguments(name) if name in NAMES else []
+    shown = {argument.name for argument in own if argument.show and argument.name.startswith("--")}
+    assert shown <= set(re.findall(r"--[a-z0-9-]+", ended.out))
 
 
 CONFIG = {
@@ -108,70 +88,52 @@ CONFIG = {
 }
 
 
-def written(path: Path, table: dict[str, object]) -> str:
-    path.write_text("\n".join(f"{key} = {json.dumps(value)}" for key, value in table.items()))
-    return str(path)
-
-
 def test_a_file_of_options_stands_for_a_command_line(tmp_path: Path) -> None:
-    path = written(tmp_path / "run.toml", CONFIG)
-    read, _ = parsed(["payload", "--config", path])
+    path = tmp_path / "run.toml"
+    path.write_text("\n".join(f"{key} = {json.dumps(value)}" for key, value in CONFIG.items()))
+    read, _ = parsed(["payload", "--config", str(path)])
     assert (read["arm"].robot, read["request"].loaded) == ("rx90", ("a.csv", "b.csv"))
     assert read["processing"].signs == (-1, 1, 1, 1, 1, 1)
     assert read["processing"].offsets is False
     assert read["files"].details
-    read, _ = parsed(["payload", "--config", path, "--robot", "tx40", "--loaded", "c.csv"])
+    read, _ = parsed(["payload", "--config", str(path), "--robot", "tx40", "--loaded", "c.csv"])
     assert (read["arm"].robot, read["request"].loaded) == ("tx40", ("c.csv",)), "what is typed goes first"
 
 
 @pytest.mark.parametrize(
-    "words",
+    "line",
     [
-        [
-            "payload",
-            "--robot",
-            "rx90",
-            "--loaded",
-            "a.csv",
-            "--loaded",
-            'b "c".csv',
-            "--offsets",
-            "false",
-            "--signs",
-            "-1,1",
-        ],
-        ["check", "--robot", "rx90", "a.csv", "b.csv", "--cutoff", "5"],
-        ["identify", "--data=a.csv", "--robot=rx90", "--total-mass", "20", "60", "--details"],
-        ["robot", "show", "--robot", "ur10e", "--at", "-10,20,30,40,50,60"],
+        'payload --robot rx90 --loaded a.csv --loaded b"c".csv --offsets false --signs -1,1',
+        "check --robot rx90 a.csv b.csv --cutoff 5",
+        "identify --data=a.csv --robot=rx90 --total-mass 20 60 --details",
+        "robot show --robot ur10e --at -10,20,30,40,50,60",
     ],
 )
-def test_the_file_of_a_run_repeats_it(words: list[str], tmp_path: Path) -> None:
-    typed, call = parsed(words)
+def test_the_file_of_a_run_repeats_it(line: str, tmp_path: Path) -> None:
+    words = line.split()
+    typed_options, call = parsed(words)
     text, command = settings_text(call), words[: 2 if words[0] == "robot" else 1]
     assert tomllib.loads(text)["command"] == " ".join(command)
     (tmp_path / "run.toml").write_text(text, encoding="utf-8")
     read, _ = parsed([*command, "--config", str(tmp_path / "run.toml")])
     assert read.pop("terminal").config
-    typed.pop("terminal")
-    assert repr(read) == repr(typed)  # some values are arrays
+    typed_options.pop("terminal")
+    assert repr(read) == repr(typed_options)  # some values are arrays
 
 
 @pytest.mark.parametrize(
-    ("table", "message"),
+    ("text", "message"),
     [
-        ({"robott": "rx90"}, "Did you mean --robot?"),
-        ({"command": "weigh"}, "is for 'dynident weigh'"),
-        ({"robot": "rx90", "loaded": ["a"], "details": 3}, 'unable to convert "3" into bool'),
-        ({"robot": {"a": 1}}, 'Unknown option: "[robot][a]"'),
+        ('robott = "rx90"', "Did you mean --robot?"),
+        ('command = "weigh"', "is for 'dynident weigh'"),
+        ('robot = "rx90"\nloaded = ["a"]\ndetails = 3', 'unable to convert "3" into bool'),
+        ("robot = {a = 1}", 'Unknown option: "[robot][a]"'),
     ],
 )
-def test_a_wrong_file_of_options_is_one_line(table: dict[str, object], message: str, tmp_path: Path) -> None:
-    path = tmp_path / "run.toml"
-    path.write_text(
-        "\n".join(f"{k} = {'{a = 1}' if isinstance(v, dict) else json.dumps(v)}" for k, v in table.items())
-    )
+def test_a_wrong_file_of_options_is_one_line(text: str, message: str, tmp_path: Path) -> None:
+    (tmp_path / "run.toml").write_text(text)
     with pytest.raises((InputError, CycloptsError), match=r"run\.toml") as error:
-        parsed(["payload", "--config", str(path)])
+        parsed(["payload", "--config", str(tmp_path / "run.toml")])
     assert message in str(error.value)
 
 
@@ -183,31 +145,14 @@ def test_methods_have_names(name: str, number: str) -> None:
     assert [parsed([*line, word])[0]["request"].method for word in (name, number)] == [number, number]
 
 
-def test_a_full_disk_is_one_line(log: str, capsys: pytest.CaptureFixture[str]) -> None:
-    if not Path("/dev/full").exists():
-        pytest.skip("no /dev/full here")
-    assert main(["check", "--robot", "rx90", log, "--quiet", "--json", "/dev/full"]) == 2
-    err = capsys.readouterr().err
-    assert "/dev/full" in err
-    assert err.count("\n") == 1
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="no /dev/full here")
+def test_a_full_disk_is_one_line(check: list[str]) -> None:
+    assert "/dev/full" in refused(check, "--quiet", "--json", "/dev/full")
 
 
-@pytest.mark.long
-@pytest.mark.parametrize("after", [0.2, 0.3, 0.4, 0.6, 0.8, 1.2, 1.6, 3.0])
-def test_an_interruption_is_one_line(after: float, log: str) -> None:
-    line = [*PROGRAM, "check", "--robot", "rx90", log]
-    with subprocess.Popen(line, stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as process:
-        started = time.monotonic()
-        while process.poll() is None and time.monotonic() < started + after:
-            time.sleep(0.005)
-        if process.poll() is None:
-            os.kill(process.pid, signal.SIGINT)
-        out, err = process.communicate()
-    assert process.returncode in (0, 1, *STOPPED)
-    answered = process.returncode == -signal.SIGINT and out.endswith("\n")  # while the interpreter ended
-    if process.returncode in STOPPED and not answered:
-        assert err.strip().splitlines()[-1:] == ["dynident: interrupted"]
-    assert "Traceback" not in err
+def test_what_is_printed_moves_no_terminal(capsys: pytest.CaptureFixture[str]) -> None:
+    print_blocks([Notes([SPEAKS_TO_TERMINALS])])
+    assert capsys.readouterr().out == "\\x1b[31m\\x9b2J\\u202e\\udcff\n"
 
 
 INTERRUPTED_AT = """
@@ -246,3 +191,52 @@ def test_a_shell_can_complete(shell: Literal["bash", "zsh", "fish"]) -> None:
     script = application([], ()).generate_completion(shell=shell)
     assert "robot-parameters" in script
     assert "mjcf" in script, "the choices of an option of a command below another one"
+
+
+def test_version_names_the_solvers() -> None:
+    versions = dict(line.split(maxsplit=1) for line in typed("--version").out.splitlines())
+    assert next(iter(versions)) == "dynident"
+    for package in ("casadi", "clarabel", "numpy", "scipy"):
+        assert versions[package] == version(package)
+    assert versions["python"] == ".".join(map(str, sys.version_info[:3]))
+
+
+def test_each_item_is_told_with_the_share_before_it() -> None:
+    """And a single one without."""
+
+    def heard(names: list[str]) -> list[tuple[str, float | None]]:
+        told: list[tuple[str, float | None]] = []
+        items = each(names, "reading {}".format, lambda words, share=None: told.append((words, share)))
+        assert list(items) == names
+        return told
+
+    assert heard(["a", "b"]) == [("reading a", 0.0), ("reading b", 0.5)]
+    assert heard(["a"]) == [("reading a", None)]
+
+
+@pytest.mark.parametrize("shares", [(), (0.0, 0.5)])
+def test_a_terminal_shows_words_and_the_share(
+    shares: tuple[float, ...], capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Names of files as they are, and no percentage where none is known."""
+    for name, value in (("FORCE_COLOR", "1"), ("TERM", "xterm"), ("COLUMNS", "80")):
+        monkeypatch.setenv(name, value)
+    with status("reading [/x].csv") as progress:
+        for share in shares:
+            progress("filtering [b].csv", share)
+    shown = capsys.readouterr().err
+    assert ("filtering [b].csv" if shares else "reading [/x].csv") in shown
+    assert ("50%" in shown) == ("%" in shown) == bool(shares)
+    assert "progress.percentage" not in shown
+
+
+@pytest.mark.parametrize("manner", ["quiet", "plain"])
+def test_nothing_is_drawn_where_nobody_looks(
+    manner: Manner, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Not an empty line either."""
+    monkeypatch.delenv("FORCE_COLOR", raising=False)
+    with speaking(manner), bar("reducing") as progress:
+        progress(0.5)
+        progress(1.0)
+    assert capsys.readouterr().err == ""

@@ -1,9 +1,5 @@
 """Recursive filters against scipy's."""
 
-import re
-from pathlib import Path
-
-import dynident
 import numpy as np
 import pytest
 from dynident.common.recursion import Section, butterworth, filtered
@@ -25,15 +21,3 @@ def test_scipy_filters_alike(order: int, cutoff: float) -> None:
 def test_a_first_order_filter_is_a_section_too() -> None:
     ours = Section(1.0, 0.0, 0.0, -0.9, 0.0).filtered(SIGNALS, np.zeros((2, 3)))
     assert ours == pytest.approx(lfilter([1.0], [1.0, -0.9], SIGNALS, axis=0), rel=1e-12, abs=1e-12)
-
-
-def test_no_room_imports_what_the_filter_replaces() -> None:
-    """``scipy.signal`` and ``scipy.interpolate`` take a second to import, more than most commands work.
-
-    A motion given by samples alone is worth its splines.
-    """
-    rooms = ("common", "model", "estimation", "trajectories", "report", "commands")
-    files = [path for room in rooms for path in (Path(dynident.__path__[0]) / room).rglob("*.py")]
-    assert len(files) > 100
-    importing = re.compile(r"^\s*(from|import) scipy\.(signal|interpolate)", re.M)
-    assert [path.name for path in files if importing.search(path.read_text("utf-8"))] == ["sampled.py"]

@@ -27,14 +27,14 @@ BODIES = {
 }
 _EXCITING = "--torque-limits none --via-points 6 --starts 1 --criterion cond-scaled --max-duration"
 MOTIONS = {
-    "rx_arm": f"--robot rx90 {_EXCITING} 5",
-    "rx_short": "--robot rx90 --columns payload --via-points 4 --starts 1",
-    "ur_arm": f"--robot ur10e.toml {_EXCITING} 5 --torque-noise 10,10,8,3,3,3",
-    "tx_arm": f"--robot tx40.toml {_EXCITING} 4 --torque-noise 3,3,2,1,1,0.5",
-    "six_arm": f"--robot six_axis.toml {_EXCITING} 5 --torque-noise 10,10,8,3,3,3",
-    "rx_near": "--robot rx90 --near=0,-45,90,0,45,0 --joints 2,3,5,6 --duration 8 --speed-override 0.6",
-    "ur_near": "--robot ur10e.toml --near=0,-90,90,-90,-90,0 --joints 2,3,4,5,6 --duration 8 --speed-override 0.5 "
-    "--torque-noise 10,10,8,3,3,3",
+    "rx_arm": f"design --robot rx90 {_EXCITING} 5",
+    "rx_short": "design --robot rx90 --columns payload --via-points 4 --starts 1",
+    "ur_arm": f"design --robot ur10e.toml {_EXCITING} 5 --torque-noise 10,10,8,3,3,3",
+    "tx_arm": f"design --robot tx40.toml {_EXCITING} 4 --torque-noise 3,3,2,1,1,0.5",
+    "six_arm": f"design --robot six_axis.toml {_EXCITING} 5 --torque-noise 10,10,8,3,3,3",
+    "rx_near": "near --robot rx90 --pose=0,-45,90,0,45,0 --joints 2,3,5,6 --duration 8 --speed-override 0.6",
+    "ur_near": "near --robot ur10e.toml --pose=0,-90,90,-90,-90,0 --joints 2,3,4,5,6 --duration 8 "
+    "--speed-override 0.5 --torque-noise 10,10,8,3,3,3",
 }
 RECORDINGS = (
     "--robot rx90 --trajectory rx_arm.csv --trajectory rx_near.csv --payload box.toml --rate 125 --seed 1",
@@ -110,7 +110,7 @@ def make() -> None:
         (FOLDER / name).write_text(text, encoding="utf-8")
     with folder_of_inputs() as folder:
         for name, line in MOTIONS.items():
-            dynident(f"design {line} --sample-rate 125 --samples {name}.csv")
+            dynident(f"{line} --sample-rate 125 --samples {name}.csv")
         for name in ("rx_arm", "rx_short"):
             keep(folder / f"{name}.csv")
         for line in RECORDINGS:

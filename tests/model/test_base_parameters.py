@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 from dynident.model import (
     Drives,
-    Joint,
     Robot,
     base_parameters,
     load_robot,
@@ -95,19 +94,6 @@ def test_unidentifiable_on_the_rx90(rx90: Robot, groupings: Groupings) -> None:
 @pytest.mark.parametrize(("name", "count"), [("rx90", 54), ("tx40", 54), ("ur10e", 58)])
 def test_number_on_shipped_robots(name: str, count: int) -> None:
     assert len(base_parameters(load_robot(name)).columns) == count
-
-
-IIWA = tuple(
-    Joint(alpha=np.radians(alpha), r=r)
-    for alpha, r in ((0, 0.34), (-90, 0), (90, 0.4), (90, 0), (-90, 0.4), (-90, 0), (90, 0))
-)
-
-
-@pytest.mark.parametrize(("name", "count"), [("stanford", 37), ("scara", 11), ("iiwa", 48)])
-def test_number_on_known_robots(prismatic: dict[str, Robot], name: str, count: int) -> None:
-    """Numbers of base inertial parameters, rotors included, from Khalil's closed-form rules."""
-    robot = prismatic.get(name) or Robot("iiwa", IIWA)
-    assert len(base_parameters(with_drives(robot, WITH_ROTORS)).columns) == count
 
 
 def test_grouped_regressor(robot: Robot) -> None:

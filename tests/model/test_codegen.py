@@ -185,26 +185,6 @@ def test_command_makes_the_folder_and_prints_the_files(tmp_path: Path, capsys: p
     }  # fmt: skip
 
 
-@pytest.mark.parametrize(
-    ("function", "out", "said"),
-    [
-        ("mass", "new", "give one of inverse_dynamics, "),
-        ("gravity", "file", "is not a folder, nor can one be made there"),
-        ("gravity", "file/x", ""),
-    ],
-)
-def test_command_answers_a_mistake_in_one_line(
-    function: str, out: str, said: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    (tmp_path / "file").write_text("in the way")
-    arguments = ["codegen", "--robot", "rx90", "--function", function, "--out", str(tmp_path / out)]
-    assert main(arguments) == 2
-    output, errors = capsys.readouterr()
-    assert output == ""
-    assert errors.count("\n") == 1
-    assert said in errors
-
-
 def test_robot_without_parameters_gets_a_body_that_can_exist(tmp_path: Path) -> None:
     """The example's numbers for forward dynamics leave A regular."""
     robot = ROBOTS["ur10e"]

@@ -4,7 +4,6 @@ from dataclasses import replace
 from math import radians
 from pathlib import Path
 
-import casadi as ca
 import numpy as np
 import pytest
 from dynident.common.errors import InputError
@@ -15,12 +14,9 @@ from dynident.model import (
     base_parameters,
     closed_form_base_parameters,
     load_robot,
-    standard_regressor,
 )
 from dynident.model.base.parameters import BaseParameters
-from dynident.model.base.rank import random_states
 from dynident.tests.model.local_transfers import local_transfer_base_parameters
-from dynident.tests.model.plain_regressor import plain_regressor
 from dynident.tests.model.random_robots import random_robot, small_robots
 from dynident.tests.model.three_ways import Comparison, compare
 from dynident.tests.reference.groupings import rx90_eliminated, rx90_relations
@@ -84,17 +80,6 @@ def test_text_is_the_grouping(name: str) -> None:
             parameters = {column: float(k == place) for place, column in enumerate(base.standard)}
             value = eval(text.replace("^", "**"), {}, lengths | parameters)
             assert value == pytest.approx(factor, rel=1e-5, abs=1e-9)
-
-
-def test_plain_regressor_is_the_regressor() -> None:
-    for seed in range(12):
-        robot = random_robot(seed)
-        q, qd, qdd = random_states(robot, 5, seed)
-        W = plain_regressor(robot, q, qd, qdd).reshape(robot.n, 5, -1)
-        phi = standard_regressor(robot)
-        for k in range(5):
-            expected = ca.DM(phi(q[k], qd[k], qdd[k])).full()
-            np.testing.assert_allclose(W[:, k], expected, atol=1e-12 * np.abs(expected).max())
 
 
 @pytest.mark.long

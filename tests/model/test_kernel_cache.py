@@ -8,7 +8,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable
-from pathlib import Path
+from pathlib import Path, PurePath, PurePosixPath, PureWindowsPath
 
 import pytest
 from dynident.model.kernel import cache
@@ -109,14 +109,6 @@ def _flip_a_byte(content: bytes) -> bytes:
     return content[:middle] + bytes([content[middle] ^ 0xFF]) + content[middle + 1 :]
 
 
-@pytest.fixture(scope="module")
-def filled(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A cache with one good entry."""
-    folder = tmp_path_factory.mktemp("filled") / "cache"
-    assert _answer(_start(folder)) == "compiled"
-    return folder
-
-
 @pytest.mark.parametrize(
     "damage",
     [
@@ -128,12 +120,13 @@ def filled(tmp_path_factory: pytest.TempPathFactory) -> Path:
         pytest.param(_flip_a_byte, id="one byte changed"),
     ],
 )
-def test_damaged_entry_is_rebuilt(filled: Path, folder: Path, damage: Callable[[bytes], bytes]) -> None:
-    shutil.copytree(filled, folder)
+def test_damaged_entry_is_rebuilt(folder: Path, damage: Callable[[bytes], bytes]) -> None:
+    cache.compiled_library(SOURCE, "kernel")
     (entry,) = _entries(folder)
     good = entry.read_bytes()
+    entry.unlink()  # it is loaded
     entry.write_bytes(damage(good))
-    assert _answer(_start(folder)) == "compiled"
+    assert Path(cache.compiled_library(SOURCE, "kernel")._name).parent == folder
     (entry,) = _entries(folder)
     assert entry.read_bytes() == good
 
@@ -297,3 +290,23 @@ def test_what_is_made_is_private_and_what_is_there_keeps_its_mode(
         os.umask(before)
     assert stat.S_IMODE((home / ".cache").stat().st_mode) == 0o751
     assert stat.S_IMODE((home / ".cache" / "dynident").stat().st_mode) == 0o700
+
+
+@pytest.mark.parametrize(
+    ("platform", "path", "expected"),
+    [
+        ("win32", PureWindowsPath, r"C:\Users\Jo Ann\AppData\Local\dynident"),
+        ("linux", PurePosixPath, "/home/jo/cache/dynident"),
+        ("darwin", PurePosixPath, "/home/jo/cache/dynident"),
+    ],
+)
+def test_where_each_system_keeps_caches(
+    monkeypatch: pytest.MonkeyPatch, platform: str, path: type[PurePath], expected: str
+) -> None:
+    monkeypatch.delenv("DYNIDENT_CACHE", raising=False)
+    monkeypatch.setenv("LOCALAPPDATA", r"C:\Users\Jo Ann\AppData\Local")
+    monkeypatch.setenv("XDG_CACHE_HOME", "/home/jo/cache")
+    monkeypatch.setattr(sys, "platform", platform)
+    monkeypatch.setattr(cache, "Path", path)
+    assert str(cache._wanted_folder()) == expected
+    assert cache._suffix() == (".dll" if platform == "win32" else ".so")

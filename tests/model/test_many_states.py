@@ -8,6 +8,7 @@ import pytest
 from dynident.model import Robot, load_robot, regressor, robot_names, standard_columns
 from dynident.model.kinematics import forward_kinematics
 from dynident.model.many_states import own_columns, point_at, regressor_at
+from dynident.tests.model.random_robots import random_robot
 
 
 def _sliding() -> Robot:
@@ -17,11 +18,12 @@ def _sliding() -> Robot:
 
 
 ROBOTS = {name: load_robot(name) for name in robot_names()} | {"sliding": _sliding()}
+RANDOM = {robot.name: robot for robot in map(random_robot, range(12))}
 
 
-@pytest.mark.parametrize("name", ROBOTS)
+@pytest.mark.parametrize("name", ROBOTS | RANDOM)
 def test_many_states_equal_one_after_the_other(name: str) -> None:
-    robot = ROBOTS[name]
+    robot = (ROBOTS | RANDOM)[name]
     columns = standard_columns(robot)
     states = np.random.default_rng(0).normal(size=(3, 7, robot.n))
     function = regressor(robot, columns)

@@ -1,13 +1,27 @@
-"""Robot files: what is read, and what is said of a file that cannot be used."""
+"""Robots and payloads by name and from files: what is read, and what is said of what cannot be used."""
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
 from dynident.common.errors import InputError
-from dynident.model import INERTIAL, InertialParameters, Joint, Limits, Robot, load_robot, standard_columns
+from dynident.common.schema import toml_text
+from dynident.model import (
+    INERTIAL,
+    InertialParameters,
+    Joint,
+    Limits,
+    Robot,
+    load_robot,
+    read_payload,
+    robot_names,
+    standard_columns,
+)
+from dynident.model.files.robot_file import robot_toml
 
 Write = Callable[[str], Path]
 
@@ -189,7 +203,6 @@ ONE = 'name = "x"\n[[joints]]\n'
 
 CASES = [
     ("[[joints]]", "name", "missing: must be text"),
-    ("name = 3\n[[joints]]", "name", "must be text, got 3"),
     ('name = "x"', "joints", r"give one \[\[joints\]\] table for each joint"),
     ('name = "x"\njoints = []', "joints", "give one"),
     ('name = "x"\njoints = {alpha_deg = 1}', "joints", "give one"),
@@ -199,15 +212,10 @@ CASES = [
         "nmae",
         "unknown; known here: base, drives, flange, flange_in_payload_frame, gravity",
     ),
-    ('gravity = [0, 0]\nname = "x"\n[[joints]]', "gravity", "list of 3 numbers"),
-    ('lengths = 3\nname = "x"\n[[joints]]', "lengths", "must be a table"),
     (ONE + 'alpha_deg = "90"', r"joints\[1\].alpha_deg", "must be a finite number, got '90'"),
-    (ONE + "alpha_deg = true", r"joints\[1\].alpha_deg", "must be a finite number, got True"),
     (ONE + "alpha_deg = nan", r"joints\[1\].alpha_deg", "must be a finite number, got nan"),
     (ONE + "alpha = 90", r"joints\[1\].alpha", "unknown; known here: acceleration_deg_s2"),
-    (ONE + "[[joints]]\nbeta = 1", r"joints\[2\].beta", "unknown"),
     (ONE + 'd = "D7"', r"joints\[1\].d", r"no length 'D7' in \[lengths\]"),
-    (ONE + "[lengths]\nD3 = false", "lengths.D3", "must be a finite number"),
     (ONE + 'kind = "helical"', r"joints\[1\].kind", "must be 'revolute' or 'prismatic'.*, got 'helical'"),
     (
         ONE + 'kind = "prismatic"\nspeed_deg_s = 1',
@@ -215,28 +223,18 @@ CASES = [
         "a prismatic joint takes",
     ),
     (ONE + "position_m = [0, 1]", r"joints\[1\].position_m", "a revolute joint takes position_deg"),
-    (ONE + "position_deg = [1]", r"joints\[1\].position_deg", "list of 2 numbers"),
     (ONE + "position_deg = [10, -10]", r"joints\[1\]", "leave no range"),
     (ONE + "speed_deg_s = 0", r"joints\[1\]", "speed limit must be positive"),
-    (ONE + "[drives]\nfriction = 1", "drives.friction", "must be true or false"),
-    (ONE + "[drives]\nbacklash = 1", "drives.backlash", "unknown"),
     (ONE + "[drives]\nside = 'gear'", "drives.side", "must be 'link' or 'motor'"),
     (ONE + "[drives]\nside = 'link'\nrotor_inertia = true", "drives.rotor_inertia", "link side do not see it"),
     (ONE + "[flange]\nrpy = [0, 0, 0]", "flange.rpy", "unknown; known here: rpy_deg, xyz"),
-    (ONE + "[base]\nxyz = [0, 0]", "base.xyz", "list of 3 numbers"),
     ("rated_payload_kg = 0\n" + ONE, "robot", "rated payload must be positive"),
     (ONE + "[drives.coupling]\njoints = [1, 2]", "robot", "drives name joint 2"),
     (ONE + "[drives.coupling]\njoints = [1, 1]", "drives.coupling", "must differ"),
-    (ONE + "[drives.coupling]\njoints = [1.5, 2]", r"drives.coupling.joints\[1\]", "whole number"),
     (ONE + "[drives.coupling]\njoints = [1, 2]\ncoulomb = 'x'", "drives.coupling.coulomb", "'paper' or 'sum'"),
     (ONE + "[drives.spring]\njoint = 1", "drives.spring", "either a table or"),
-    (ONE + "[drives.spring]\njoint = 1.5\ntable = [[0, 0], [1, 1]]", "drives.spring.joint", "whole number"),
-    (ONE + "[drives.spring]\nstiffness = 1", "drives.spring.joint", "missing: must be a whole number"),
     (ONE + "[drives.spring]\njoint = 1\ntable = [[0, 1, 2]]", r"drives.spring.table\[1\]", "list of 2 numbers"),
-    (ONE + "[processing]\ncutoff = 5", "processing.cutoff", "unknown; known here: cutoff_hz"),
     (ONE + "[processing]\ncutoff_hz = -5", "processing", "cutoff must be positive"),
-    (ONE + "[processing]\ndecimate = 2.5", "processing.decimate", "must be a whole number, got 2.5"),
-    (ONE + '[parameters]\nM1 = "3"', "parameters.M1", "must be a finite number"),
     (ONE + "[parameters]\nM2 = 3", "parameters.M2", "not a standard parameter"),
     (ONE + "[parameters]\nXXR1 = 3", "parameters.XXR1", "not a standard parameter"),
 ]
@@ -285,3 +283,145 @@ def test_slow_rows_of_a_file(write: Write, lines: str, expected: tuple[float, fl
 def test_slow_rows_of_a_joint_that_slides(write: Write) -> None:
     robot = load_robot(write('name = "x"\n[[joints]]\n[[joints]]\nkind = "prismatic"\n'))
     assert robot.processing.slow_speed == (0.05, 0.02)
+
+
+def test_robots_are_found_as_people_write_their_names(root: Path) -> None:
+    assert robot_names() == tuple(sorted(path.stem for path in (root / "model/robots").glob("*.toml")))
+    assert {"rx90", "tx40", "ur10e"} <= set(robot_names())
+    for name in robot_names():
+        assert load_robot(name).name == name
+        for written in (name.upper(), name.replace("_", "-"), name.replace("_", " "), f"{name[:2]} {name[2:]}"):
+            assert load_robot(written) == load_robot(name), written
+
+
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [
+        ("rx91", r"did you mean 'rx90'\? give one of .*rx90, .*tx40, ur10e, .*or the path"),
+        ("toaster", "give one of fr3"),
+        *((name, f"did you mean .*'{meant}'") for name, meant in (
+            ("ur10", "ur10e"), ("UR10E2", "ur10e"), ("Pandda", "panda"), ("kr10", "kr10_r1100"),
+            ("kuka", "kr6_r900"), ("Franka", "fr3"), ("stäubli", "rx90"),
+        )),
+    ],
+)  # fmt: skip
+def test_a_name_that_is_none_tells_what_may_be_meant(name: str, words: str) -> None:
+    with pytest.raises(InputError, match=f"no robot '{name}': {words}"):
+        load_robot(name)
+
+
+@pytest.mark.parametrize(
+    "path", ["ur10e.toml", "arms/ur10e", "ur10e.urdf", r"C:\robots\mine.toml", "/robots/mine.toml"]
+)
+def test_a_missing_file_is_called_missing(path: str) -> None:
+    """As it was given, on POSIX and on Windows."""
+    with pytest.raises(InputError, match="no such file") as refused:
+        load_robot(path)
+    assert repr(path) in str(refused.value)
+
+
+def test_a_folder_is_no_robot(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="no robot"):
+        load_robot(tmp_path)
+
+
+def test_a_robot_by_a_path_with_spaces(root: Path, tmp_path: Path) -> None:
+    copy = tmp_path / "my robots" / "arm é.toml"
+    copy.parent.mkdir()
+    source = (root / "model/robots/rx90.toml").read_bytes()
+    copy.write_bytes(source.replace(b"\n", b"\r\n"))  # as an editor on Windows saves it
+    assert load_robot(copy) == load_robot(str(copy)) == load_robot("rx90")
+
+
+SEEN = ("[/x] [bold]", "<b>&\"'</b>-->", "Ünï 日本 \U0001f916", "a/b\\c", "*/ x", "%s{}", "-x", '"""', "x" * 3000)
+UNSEEN = ("", "  ", "a\x00", "a\x01b", "a\x1b[31mb", "a\x07", "a\rb", "a\x7f", "a\x9bb")
+"""Of which the first two, and ends of lines, are fine in a text."""
+
+
+@pytest.mark.parametrize("text", SEEN)
+def test_a_name_that_can_be_seen_comes_back(text: str, rx90: Robot, tmp_path: Path) -> None:
+    named = replace(rx90, name=text, title=text, payload_frame=text, joint_names=((text,) * 6,))
+    (tmp_path / "own.toml").write_text(robot_toml(named, text), encoding="utf-8")
+    again = load_robot(tmp_path / "own.toml")
+    assert (again.name, again.title, again.payload_frame) == (text, text, text)
+    assert again.joint_names == named.joint_names
+
+
+@pytest.mark.parametrize("text", UNSEEN)
+def test_a_name_that_cannot_be_seen_is_refused(text: str, rx90: Robot, tmp_path: Path) -> None:
+    with pytest.raises(ValueError, match="is no name"):
+        replace(rx90, name=text)
+    with pytest.raises(ValueError, match="is no name"):
+        replace(rx90, joint_names=((*"abcde", text),))
+    (tmp_path / "own.toml").write_text(toml_text({"name": text, "joints": [{"alpha_deg": 0}]}), encoding="utf-8")
+    with pytest.raises(InputError, match=r"own\.toml: key 'robot': .* is no name: give letters that can be seen"):
+        load_robot(tmp_path / "own.toml")
+
+
+@pytest.mark.parametrize("text", UNSEEN[2:])
+def test_a_text_with_control_letters_is_refused(text: str, rx90: Robot) -> None:
+    with pytest.raises(ValueError, match="holds control letters"):
+        replace(rx90, title=text)
+    with pytest.raises(ValueError, match="holds control letters"):
+        replace(rx90, payload_frame=text)
+    with pytest.raises(ValueError, match="holds control letters"):
+        replace(rx90, sources={"mass": text})
+    assert replace(rx90, title="two\nlines\tof it", payload_frame="two\nlines").title
+
+
+def test_xml_reads_what_is_not_refused(rx90: Robot) -> None:
+    """Each single letter that a title may hold, but for halves of letters."""
+    letters = [chr(code) for code in (*range(0x300), 0x2028, 0x202E, 0xFEFF)]
+    for letter in letters:
+        try:
+            title = replace(rx90, title=f"a{letter}b").title
+        except ValueError:
+            continue
+        ElementTree.fromstring(f"<r>{title.replace('&', '').replace('<', '')}</r>".encode())
+
+
+def payload(folder: Path, text: str) -> InertialParameters:
+    path = folder / "p.toml"
+    path.write_text(text)
+    return read_payload(path)
+
+
+def test_both_forms_are_one_body(tmp_path: Path) -> None:
+    inertia = np.array([[0.03, 0.001, 0.002], [0.001, 0.04, 0.003], [0.002, 0.003, 0.05]])
+    body = InertialParameters.from_com(2.0, [0.01, 0.02, 0.1], inertia)
+    com = payload(
+        tmp_path,
+        "mass = 2\ncom = [0.01, 0.02, 0.1]\ninertia_com = [0.03, 0.001, 0.002, 0.04, 0.003, 0.05]\n",
+    )
+    ten = payload(
+        tmp_path, "[payload]\n" + "\n".join(f"{name} = {value!r}" for name, value in body.named().items())
+    )
+    assert np.allclose(com.vector, body.vector, atol=1e-15)
+    assert np.allclose(ten.vector, body.vector, atol=1e-15)
+
+
+def test_what_is_missing_is_zero(tmp_path: Path) -> None:
+    body = payload(tmp_path, "XX = 0.161\nYY = 0.161\nZZ = 0.035\nMZ = 1.003\nM = 7.025\n")
+    assert body.mass == 7.025
+    assert body.vector[1] == 0.0
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("M = -1", "no body has such parameters"),
+        ("M = 1\nXX = 1.0", "no body has such parameters"),
+        ("mass = 1\ncom = [0, 0]", "key 'com': must be a list of 3 numbers"),
+        ("mass = 1\nM = 2", "key 'M': unknown"),
+        ("M = 'heavy'", "key 'M': must be a finite number"),
+        ("M = inf", "key 'M': must be a finite number"),
+        ("M = [1]", "key 'M': must be a finite number"),
+        ("payload = 3", "key 'payload': must be a table"),
+        ("M = ", "not valid TOML"),
+    ],
+)
+def test_what_is_no_payload_is_refused(tmp_path: Path, text: str, words: str) -> None:
+    with pytest.raises(InputError, match=words):
+        payload(tmp_path, text)
+    with pytest.raises(InputError, match="no such file"):
+        read_payload(tmp_path / "nothing.toml")

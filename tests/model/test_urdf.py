@@ -9,12 +9,8 @@ import pytest
 from dynident.common.errors import InputError
 from dynident.model import base_parameters, closed_form_base_parameters, load_robot
 from dynident.model.frames import bodies_in_link_frames
-from dynident.tests.model.urdf_files import ARMS, REFERENCE, Write, dressed_urdf, rigid
+from dynident.tests.model.urdf_files import REFERENCE, Write, dressed_urdf, rigid
 from dynident.tests.model.urdf_files import write as write
-
-
-def test_enough_arms() -> None:
-    assert len(ARMS) >= 8
 
 
 @pytest.mark.parametrize("path", REFERENCE, ids=[path.stem for path in REFERENCE])

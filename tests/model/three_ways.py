@@ -10,8 +10,8 @@ from dynident.model import Robot, closed_form_base_parameters, standard_columns
 from dynident.model.base.grouping import moves
 from dynident.model.base.parameters import BaseParameters
 from dynident.model.base.rank import STATES_PER_JOINT, base_parameters_of, left_residuals, random_states
+from dynident.model.many_states import regressor_at
 from dynident.tests.model.local_transfers import local_transfer_base_parameters
-from dynident.tests.model.plain_regressor import plain_regressor
 
 
 class Comparison(NamedTuple):
@@ -36,9 +36,11 @@ class Comparison(NamedTuple):
 
 def compare(robot: Robot) -> Comparison:
     """Decide a robot's base parameters in three ways; in two without gravity, where the rules do not hold."""
-    W = plain_regressor(robot, *random_states(robot, STATES_PER_JOINT * robot.n, seed=1))
-    R = np.asarray(np.linalg.qr(W, mode="r"))  # same norms and dependencies, fewer rows
-    decided = [base_parameters_of(standard_columns(robot), R), local_transfer_base_parameters(robot)]
+    columns = standard_columns(robot)
+    W = regressor_at(robot, columns, *random_states(robot, STATES_PER_JOINT * robot.n, seed=1))
+    # same norms and dependencies, fewer rows
+    R = np.asarray(np.linalg.qr(W.transpose(0, 2, 1).reshape(-1, len(columns)), mode="r"))
+    decided = [base_parameters_of(columns, R), local_transfer_base_parameters(robot)]
     if any(robot.gravity):
         decided.append(closed_form_base_parameters(robot))
     names = all(base.names == decided[0].names for base in decided)

@@ -1,15 +1,15 @@
-"""Gaps: short ones are interpolated and counted, at long ones a recording is split, short pieces are left out."""
+"""What stands in time: gaps, units of time, pieces that are left, and planned motions from files."""
 
 from pathlib import Path
 
 import numpy as np
 import pytest
-from dynident.apps.logs import read_recordings
+from dynident.apps.logs import read_recordings, read_trajectory
 from dynident.apps.logs.read import read_recording
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError
 from dynident.estimation.signals.rows import longest_step, pieces
-from dynident.model import Processing, Robot
+from dynident.model import Processing, Robot, load_robot
 from dynident.tests.estimation.recordings.log_files import as_csv
 
 T: Array = np.asarray(0.01 * np.arange(2000), dtype=np.float64)
@@ -131,3 +131,49 @@ def test_an_index_is_named(tmp_path: Path, arm: Robot) -> None:
 def test_time_with_too_few_digits_is_refused(tmp_path: Path, arm: Robot) -> None:
     with pytest.raises(InputError, match=r"time stands still in 9\d % of the rows: write it with more digits"):
         read_recording(log(tmp_path / "a.csv", np.floor(T), without()), arm)
+
+
+RX90 = load_robot("rx90")
+KINDS = ("q", "qd", "qdd")
+
+
+def header(*kinds: str, n: int = 6) -> list[str]:
+    return ["t", *(f"{kind}{j}" for kind in kinds for j in range(1, n + 1))]
+
+
+def written(path: Path, names: list[str], rows: int = 5) -> Path:
+    table = np.arange(rows * len(names), dtype=float).reshape(rows, -1)
+    table[:, 0] = 0.01 * np.arange(rows)
+    np.savetxt(path, table, delimiter=",", header=",".join(names), comments="")
+    return path
+
+
+@pytest.mark.parametrize("columns", [1, 2, 3])
+def test_what_stands_there_is_read(tmp_path: Path, columns: int) -> None:
+    table = read_trajectory(written(tmp_path / "m.csv", header(*KINDS[:columns])), RX90)
+    assert np.array_equal(table.t, 0.01 * np.arange(5))
+    for k, values in enumerate((table.q, table.qd, table.qdd)):
+        assert (values is not None) == (k < columns)
+        if values is not None:
+            assert np.array_equal(values[0], np.arange(1 + 6 * k, 7 + 6 * k))
+
+
+def test_other_columns_are_left(tmp_path: Path) -> None:
+    table = read_trajectory(written(tmp_path / "m.csv", [*header("q"), "tau1", "note"]), RX90)
+    assert table.q.shape == (5, 6)
+
+
+def test_what_is_no_trajectory_is_refused(tmp_path: Path) -> None:
+    for name, names, rows, words in (
+        ("few", header("q", n=5), 5, "column q6 missing"),
+        ("some", [*header("q"), "qd1"], 5, "column qd2, qd3"),
+        ("many", header("q", n=7), 5, "column 'q7', but robot 'rx90' has 6 joints"),
+        ("short", header("q"), 1, "1 rows of numbers"),
+    ):
+        with pytest.raises(InputError, match=words):
+            read_trajectory(written(tmp_path / f"{name}.csv", names, rows), RX90)
+    path = written(tmp_path / "late.csv", header("q"))
+    lines = path.read_text().splitlines()
+    path.write_text("\n".join([*lines[:3], lines[1], *lines[3:]]))
+    with pytest.raises(InputError, match=r"line 4, column 't': time runs back"):
+        read_trajectory(path, RX90)

@@ -23,6 +23,7 @@ from dynident.model import (
     standard_columns,
 )
 from dynident.model.stand_in import with_stand_in
+from dynident.tests.conftest import IN_FULL
 from dynident.trajectories import plan_point_to_point
 from dynident.trajectories.motions.via_points import random_points
 from dynident.trajectories.simulation.closed_loop import ClosedLoop, Task
@@ -130,7 +131,8 @@ def test_friction_of_links_without_rotors_is_refused(name: str) -> None:
         rolled(robot, recording, dict(robot.parameters))
 
 
-MOTOR_SIDE = [name for name in robot_names() if name not in LINK_SIDE]
+MOTOR_SIDE = [name for name in IN_FULL if name not in LINK_SIDE]
+"""Further arms differ from these by their lengths and axes alone."""
 
 
 @pytest.mark.parametrize("name", [pytest.param(name, marks=pytest.mark.long) for name in MOTOR_SIDE])

@@ -1,13 +1,12 @@
 """``check`` without ``--robot``: what fits, what to mend first, and no log that it does not survive."""
 
-import json
 from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 import pytest
 from dynident.model import Robot, load_robot
-from dynident.tests.commands.runs import Run
+from dynident.tests.commands.typed import answered, typed
 from dynident.tests.estimation.recordings.dialects import DIALECTS, LAYOUTS, _lines, _text, sheet_of
 
 ARMS = {name: load_robot(name) for name in ("ur10e", "panda")}
@@ -58,73 +57,53 @@ def mutants(count: int, seed: int) -> Iterator[tuple[str, bytes]]:
         yield f"{number}: {title}, {dialect}, {kind}", bytes(content)
 
 
-def survives(run: Run, path: Path, name: str) -> None:
-    status, out, err = run("check", str(path))
-    lines = [line for line in err.splitlines() if not line.startswith("dynident: note:")]
-    assert status in (0, 1, 2), f"{name}: {lines}"
-    if status == 2:
-        assert len(lines) == 1, f"{name}: {lines}"
-    else:
-        assert lines == [], name
-        assert "Good:" in out or "Mend first:" in out, name
+def survives(content: bytes, name: str) -> None:
+    Path("log.csv").write_bytes(content)
+    ended = typed("check log.csv --details")
+    assert ended.status in (0, 1, 2), f"{name}: {ended.errors}"
+    assert len(ended.errors) == (ended.status == 2), f"{name}: {ended.errors}"
+    assert ended.status == 2 or "Good:" in ended.out or "Mend first:" in ended.out, name
 
 
 @pytest.mark.parametrize("seed", [0, *(pytest.param(seed, marks=pytest.mark.long) for seed in range(1, 9))])
-def test_it_survives_every_log(run: Run, tmp_path: Path, seed: int) -> None:
+def test_it_survives_every_log(here: Path, seed: int) -> None:
     for name, content in mutants(16, seed):
-        (tmp_path / "log.csv").write_bytes(content)
-        survives(run, tmp_path / "log.csv", name)
+        survives(content, name)
 
 
 @pytest.mark.parametrize(
     "content", [b"", b"\n", b",", b"t", b"\x00" * 100, b"\xff\xfe", b"t,q1\n", b"#\n#\n", b"{}", b"sep=;"]
 )
-def test_it_survives_next_to_nothing(run: Run, tmp_path: Path, content: bytes) -> None:
-    (tmp_path / "log.csv").write_bytes(content)
-    survives(run, tmp_path / "log.csv", repr(content))
+def test_it_survives_next_to_nothing(here: Path, content: bytes) -> None:
+    survives(content, repr(content))
 
 
 @pytest.mark.long
-def test_robots_that_fit_are_told(run: Run, tmp_path: Path) -> None:
+def test_robots_that_fit_are_told(here: Path) -> None:
     """Joints' number, their names and ranges say which; the one that recorded it is among them."""
-    robot = ARMS["panda"]
-    data = signals(robot, 600, 0.01)
-    sheet = sheet_of(LAYOUTS["plain columns"], robot, data)
-    path, target = tmp_path / "log.csv", tmp_path / "check.json"
-    path.write_bytes(_text(_lines(sheet)))
-    status, out, _ = run("check", str(path), "--json", str(target))
-    assert status in (0, 1)
-    assert "no --robot is given" in " ".join(out.split())
-    document = json.loads(target.read_text())
+    sheet = sheet_of(LAYOUTS["plain columns"], ARMS["panda"], signals(ARMS["panda"], 600, 0.01))
+    (here / "log.csv").write_bytes(_text(_lines(sheet)))
+    document, text = answered("check log.csv", status=(0, 1))
+    assert "no --robot is given" in text
     assert document["robot"] is None
-    (fits,) = document["fits"]
-    assert "panda" in [fit["robot"] for fit in fits["fitting"]]
-    assert not {"ur10e", "rx90"} & {fit["robot"] for fit in fits["fitting"]}
+    names = {fit["robot"] for fit in document["fits"][0]["fitting"]}
+    assert "panda" in names
+    assert not {"ur10e", "rx90"} & names
 
 
-def test_a_log_of_no_robot_says_what_is_in_it(run: Run, tmp_path: Path) -> None:
-    path = tmp_path / "log.csv"
-    path.write_text("t,x,y\n" + "".join(f"{0.01 * k},1,2\n" for k in range(100)))
-    status, out, _ = run("check", str(path))
-    assert status == 1
-    assert "columns t, x, y Mend first:" in " ".join(out.split())
-    assert "missing" in out
-
-
-def test_how_it_is_mounted_belongs_to_a_robot(run: Run, tmp_path: Path) -> None:
-    (tmp_path / "log.csv").write_text("t,q1\n0,1\n")
-    status, _, err = run("check", str(tmp_path / "log.csv"), "--mount", "wall")
-    assert status == 2
-    assert "--mount belongs to --robot" in err
+def test_a_log_of_no_robot_says_what_is_in_it(here: Path) -> None:
+    (here / "log.csv").write_text("t,x,y\n" + "".join(f"{0.01 * k},1,2\n" for k in range(100)))
+    ended = typed("check log.csv --details")
+    assert ended.status == 1
+    assert "columns t, x, y Mend first:" in ended.text
+    assert "missing" in ended.out
 
 
 @pytest.mark.long
-def test_gaps_are_told_and_the_longest_piece_is_looked_at(run: Run, tmp_path: Path) -> None:
-    robot = ARMS["ur10e"]
-    sheet = sheet_of(LAYOUTS["plain columns"], robot, signals(robot, 2000, 0.01))
+def test_gaps_are_told_and_the_longest_piece_is_looked_at(here: Path) -> None:
+    sheet = sheet_of(LAYOUTS["plain columns"], ARMS["ur10e"], signals(ARMS["ur10e"], 2000, 0.01))
     rows = np.delete(sheet.rows, slice(700, 722), axis=0)
-    (tmp_path / "log.csv").write_bytes(_text(_lines(sheet._replace(rows=rows))))
-    status, out, err = run("check", str(tmp_path / "log.csv"), "--robot", "ur10e")
-    assert status in (0, 1)
-    assert "split at 1 gap" in err
-    assert "(7.22 to 19.99 s)" in " ".join(out.split())
+    (here / "log.csv").write_bytes(_text(_lines(sheet._replace(rows=rows))))
+    _, text = answered("check log.csv --robot ur10e", status=(0, 1))
+    assert "split at 1 gap" in text
+    assert "(7.22 to 19.99 s)" in text

@@ -1,0 +1,116 @@
+"""``dynident`` as somebody types it: how lines end, and the commands and options as the application knows them."""
+
+import contextlib
+import io
+import json
+import os
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+from cyclopts.argument import Argument
+from dynident.apps.commands import COMMANDS
+from dynident.apps.commands.entry import Call, application, marks
+from dynident.apps.commands.values import Writes
+from dynident.cli import main
+from dynident.tests.frozen.freeze import settings
+
+NAMES = [name for name, (where, _) in COMMANDS.items() if where]
+"""Every command that runs."""
+
+
+class Ended(NamedTuple):
+    """How a line ended: exit status, output, errors."""
+
+    status: int
+    out: str
+    err: str
+
+    @property
+    def text(self) -> str:
+        """What was printed, in one line."""
+        return " ".join(self.out.split())
+
+    @property
+    def errors(self) -> list[str]:
+        """Lines of errors, without the notes."""
+        return [line for line in self.err.splitlines() if not line.startswith("dynident: note:")]
+
+
+class Answer(NamedTuple):
+    """The document that a line wrote, and what it showed, in one line."""
+
+    document: dict[str, Any]
+    text: str
+
+
+def typed(line: str | Sequence[str], *more: str) -> Ended:
+    """Run a line; ``more``: words that may hold blanks."""
+    out, err = io.StringIO(), io.StringIO()
+    with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err), settings():
+        status = _ended([*(line.split() if isinstance(line, str) else line), *more])
+    return Ended(status, out.getvalue(), err.getvalue())
+
+
+def answered(line: str | Sequence[str], *more: str, status: Sequence[int] = (0,)) -> Answer:
+    """Run a line that has to answer, and take all that it tells."""
+    ended = typed(line, *more, "--details", "--json", "-")
+    assert ended.status in status, ended.err
+    return Answer(json.loads(ended.out), " ".join(ended.err.split()))
+
+
+def refused(line: str | Sequence[str], *more: str) -> str:
+    """Run a line that cannot be used: exit status 2, and one line that says why."""
+    ended = typed(line, *more)
+    assert (ended.status, ended.out, len(ended.errors)) == (2, "", 1), ended
+    return ended.errors[0]
+
+
+def unread(line: Sequence[str]) -> int:
+    """Status of a command whose output goes to a pipe that nobody reads any more."""
+    read, write = os.pipe()
+    os.close(read)
+    with (
+        os.fdopen(write, "w") as gone,
+        contextlib.redirect_stdout(gone),
+        contextlib.redirect_stderr(io.StringIO()),
+        settings(),
+    ):
+        return main(line)
+
+
+def _ended(words: Sequence[str]) -> int:
+    try:
+        return main(words)
+    except SystemExit as stop:
+        return int(stop.code or 0)
+
+
+def arguments(name: str) -> list[Argument]:
+    """Each option of a command."""
+    app = application([], ())
+    for word in name.split():
+        app = app[word]
+    return [argument for argument in app.assemble_argument_collection() if argument.parse and not argument.children]
+
+
+def options(name: str) -> list[str]:
+    """Names of a command's options."""
+    return [argument.name for argument in arguments(name)]
+
+
+def written(name: str) -> list[tuple[str, str]]:
+    """Options of a command that name a file or a folder to write, and which."""
+    return [
+        (argument.name, mark.kind)
+        for argument in arguments(name)
+        for mark in marks(argument.field_info.annotation)
+        if isinstance(mark, Writes)
+    ]
+
+
+def parsed(words: Sequence[str]) -> tuple[dict[str, Any], Call]:
+    """Options of a command line by the names of their parts, and the call."""
+    calls: list[Call] = []
+    _, bound, _ = application(calls, words).parse_args(words, exit_on_error=False, print_error=False)
+    bound.apply_defaults()
+    return bound.arguments, calls[-1]

@@ -1,0 +1,252 @@
+"""Motions through points and samples: within the limits, at rest at the ends, derivatives exact; or refused."""
+
+from collections.abc import Callable
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from dynident.common.arrays import Array
+from dynident.common.errors import InputError
+from dynident.model import Joint, Limits, Motion, Robot, load_robot
+from dynident.tests.report.motions.motion_parsers import trapezoid_time
+from dynident.trajectories import (
+    PointToPoint,
+    SampledTrajectory,
+    Task,
+    ViaPoints,
+    plan_point_to_point,
+    random_via_points,
+    run_experiment,
+)
+from dynident.trajectories.motions.point_to_point import plan_stops
+from dynident.trajectories.motions.sampled import joined
+from dynident.trajectories.motions.via_points import quickest, random_points
+from dynident.trajectories.simulation.disturbances import no_disturbances
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+RX90 = load_robot("rx90")
+LIMITS = [joint.limits for joint in RX90.joints]
+TOP, STRONG = np.array([(limits.speed, limits.acceleration) for limits in LIMITS]).T
+
+
+def peaks(motion: Motion) -> tuple[float, float]:
+    """Largest share of a joint's speed and of its acceleration."""
+    return float((np.abs(motion.qd) / TOP).max()), float((np.abs(motion.qdd) / STRONG).max())
+
+
+def assert_derivatives(t: Array, *states: Array, share: float) -> None:
+    for value, slope in pairwise(states):
+        difference = np.gradient(value, t, axis=0)
+        assert np.abs(difference - slope)[5:-5].max() < share * np.abs(slope).max()
+
+
+@given(st.integers(0, 10_000))
+@settings(max_examples=20, deadline=None)
+def test_random_via_points_keep_the_limits(seed: int) -> None:
+    motion = random_via_points(RX90, 8, seed, speed=0.5).motion(500.0)
+    low, high = np.array([limits.position for limits in LIMITS]).T
+    assert (low <= motion.q).all()
+    assert (motion.q <= high).all()
+    speed, acceleration = peaks(motion)
+    assert speed <= 0.5 * (1 + 1e-9)
+    assert acceleration <= 1 + 1e-9
+
+
+@given(
+    seed=st.integers(0, 10_000),
+    speed=st.floats(0.1, 1.0),
+    acceleration=st.floats(0.1, 1.0),
+    blend=st.floats(0.0, 1.0),
+    smoothing=st.floats(0.05, 0.5),
+)
+def test_moves_from_point_to_point_keep_the_limits(
+    seed: int, speed: float, acceleration: float, blend: float, smoothing: float
+) -> None:
+    """A blend cuts corners, it never goes beyond the points."""
+    points = random_points(RX90, 8, seed)
+    motion = plan_point_to_point(RX90, points, speed, acceleration, blend, smoothing).motion(500.0)
+    assert (points.min(axis=0) - 1e-9 <= motion.q).all()
+    assert (motion.q <= points.max(axis=0) + 1e-9).all()
+    fastest, strongest = peaks(motion)
+    assert fastest <= speed * (1 + 1e-9)
+    assert strongest <= acceleration * (1 + 1e-9)
+
+
+def test_a_motion_is_as_quick_as_some_limit_allows() -> None:
+    points = random_points(RX90, 8, 0)
+    speed, acceleration = peaks(plan_point_to_point(RX90, points, speed=0.5, acceleration=0.5).motion(2000.0))
+    assert (speed, acceleration) == pytest.approx((0.5, 0.5), rel=1e-3)
+    speed, acceleration = peaks(random_via_points(RX90, 8, 0).motion(2000.0))
+    assert max(speed / 0.5, acceleration) == pytest.approx(1.0, abs=1e-3)
+
+
+def test_via_points_are_passed_at_rest() -> None:
+    via = ViaPoints(np.array([[0.0, 1.0], [1.0, -1.0], [0.5, 0.0]]), np.array([1.0, 2.0]))
+    motion = via.motion(1000.0)
+    assert np.allclose(motion.q[[0, 1000, 3000]], via.points, atol=1e-12)
+    assert np.allclose(motion.qd[[0, 1000, 3000]], 0.0, atol=1e-12)
+    assert_derivatives(motion.t, motion.q, motion.qd, motion.qdd, share=2e-2)
+
+
+@pytest.mark.parametrize("blend", [0.0, 0.3, 1.0])
+def test_starts_and_ends_at_rest_and_derivatives_are_derivatives(blend: float) -> None:
+    points = random_points(RX90, 6, 3)
+    plan = plan_point_to_point(RX90, points, blend=blend)
+    t = np.linspace(0.0, plan.duration, 200_001)
+    q, qd, qdd = plan.at(t)
+    assert np.allclose(q[[0, -1]], points[[0, -1]], atol=1e-11)
+    assert np.allclose(qd[[0, -1]], 0.0, atol=1e-11)
+    assert np.allclose(qdd[[0, -1]], 0.0, atol=1e-9)
+    assert_derivatives(t, q, qd, qdd, share=2e-3)
+    beyond = plan.at(np.array([-1.0, plan.duration + 1.0]))
+    assert np.allclose(beyond[0], points[[0, -1]], atol=1e-11)
+
+
+def test_the_same_seed_gives_the_same_points() -> None:
+    first, same, other = (random_via_points(RX90, 5, seed).points for seed in (3, 3, 4))
+    assert np.array_equal(first, same)
+    assert not np.array_equal(first, other)
+
+
+def test_stops_run_each_move_by_its_own_law() -> None:
+    """Speeds and accelerations reached in every move are its own; without smoothing it is a trapezoid's time."""
+    points, draw = random_points(RX90, 6, 2), np.random.default_rng(0)
+    speed, acceleration = draw.uniform(0.1, 1.0, (2, 5, 1))
+    plan = plan_stops(RX90, points, speed, acceleration)
+    ends = np.concatenate([[0.0], np.cumsum(plan.durations + plan.ramps[:, 0])])
+    assert plan.duration == pytest.approx(ends[-1])
+    for k in range(5):
+        t = np.linspace(ends[k], ends[k + 1], 20_001)
+        q, qd, qdd = plan.at(t)
+        assert np.allclose(q[[0, -1]], points[k : k + 2], atol=1e-9)
+        assert np.allclose(qd[[0, -1]], 0.0, atol=1e-6)
+        shares = np.array(peaks(Motion(t, q, qd, qdd))) / (speed[k, 0], acceleration[k, 0])
+        assert shares.max() <= 1.0 + 1e-9
+        assert shares[1] == pytest.approx(1.0, abs=1e-3)
+    sharp = plan_stops(RX90, points, speed, acceleration, smoothing=1e-6)
+    step = np.abs(np.diff(points, axis=0))
+    times = [trapezoid_time(step[k], speed[k] * TOP, acceleration[k] * STRONG) for k in range(5)]
+    assert sharp.duration >= sum(times) * (1.0 - 1e-9)
+    assert sharp.duration == pytest.approx(sum(times), rel=0.05), "one law for all joints is hardly slower"
+
+
+def test_blending_saves_time_and_does_not_stop() -> None:
+    """Without it every point is reached at rest."""
+    points = random_points(RX90, 6, 1)
+    slow, quick = (plan_point_to_point(RX90, points, blend=blend) for blend in (0.0, 1.0))
+    assert quick.duration < slow.duration
+    inside = np.linspace(0.1 * quick.duration, 0.9 * quick.duration, 5000)
+    assert np.abs(quick.at(inside)[1]).max(axis=1).min() > 0.05
+    q, qd, _ = slow.at(np.linspace(0.0, slow.duration, 100_001))
+    for point in points:
+        nearest = np.abs(q - point).max(axis=1).argmin()
+        assert np.abs(q[nearest] - point).max() < 1e-5
+        assert np.abs(qd[nearest]).max() < 1e-2
+
+
+def test_short_moves_are_made_longer_than_their_ramps() -> None:
+    plan = plan_point_to_point(RX90, np.array([[0.0] * 6, [1e-3] * 6, [0.0] * 6]))
+    assert (plan.durations >= 0.5 * (plan.ramps[1:] + plan.ramps[:-1])).all()
+
+
+def test_torque_does_not_jump() -> None:
+    """The acceleration is continuous."""
+    qdd = plan_point_to_point(RX90, random_points(RX90, 6, 2)).motion(20_000.0).qdd
+    assert np.abs(np.diff(qdd, axis=0)).max() < 0.01 * np.abs(qdd).max()
+
+
+FREE = Robot("free", (Joint(limits=Limits(speed=1.0)),))
+
+
+@pytest.mark.parametrize(
+    ("make", "words"),
+    [
+        (lambda: PointToPoint(np.zeros((1, 2)), np.zeros(0), np.ones(1)), "two points and positive ramps"),
+        (lambda: PointToPoint(np.zeros((2, 2)), np.ones(1), np.full(2, 3.0)), "shorter than its ramps"),
+        (lambda: PointToPoint(np.zeros((2, 2)), np.ones(1), np.ones(2), blend=1.5), "blend must be"),
+        (lambda: plan_point_to_point(RX90, np.zeros((2, 6))), "two points are the same"),
+        (lambda: plan_point_to_point(FREE, np.array([[0.0], [1.0]])), "bounds a move"),
+        (lambda: random_via_points(FREE, 5, 0), "without position limits"),
+        (lambda: ViaPoints(np.zeros((1, 2)), np.zeros(0)), "two points"),
+        (lambda: ViaPoints(np.zeros((2, 2)), np.zeros(1)), "positive durations"),
+        (lambda: quickest(np.zeros((1, 6)), np.ones(6), np.ones(6)), "no speed or acceleration limit"),
+    ],
+)
+def test_what_cannot_be_a_motion_is_refused(make: Callable[[], object], words: str) -> None:
+    with pytest.raises(ValueError, match=words):
+        make()
+
+
+def test_a_motion_of_too_many_samples_is_refused() -> None:
+    """Before memory is asked for."""
+    motion = random_via_points(RX90, 3, seed=0)
+    with pytest.raises(InputError, match="more than 10000000 samples"):
+        motion.motion(1e12)
+    slow = ViaPoints(motion.points, np.full(2, 1e9))
+    with pytest.raises(InputError, match="more than 10000000 samples"):
+        run_experiment(RX90, [Task("slow", slow)], no_disturbances(6))
+
+
+T = np.linspace(0.0, 2.0, 201)
+
+
+def bump(t: Array) -> tuple[Array, Array, Array]:
+    """(1 - cos)^2 and its derivatives: at rest at 0 and 2 s."""
+    c, s, w, shape = np.cos(np.pi * t), np.sin(np.pi * t), np.pi, np.array([0.5, -0.3])
+    q, qd = (1.0 - c) ** 2, 2.0 * w * s * (1.0 - c)
+    qdd = 2.0 * w**2 * (c * (1.0 - c) + s**2)
+    return np.outer(q, shape), np.outer(qd, shape), np.outer(qdd, shape)
+
+
+@pytest.mark.parametrize(
+    ("derivatives", "tolerances"),
+    [(1, (1e-9, 1e-7, 1e-4)), (2, (1e-7, 1e-5, 5e-3)), (3, (1e-11, 1e-9, 1e-6))],
+)
+def test_between_samples_it_is_the_motion(derivatives: int, tolerances: tuple[float, ...]) -> None:
+    """With positions alone, with speeds, and with accelerations too; it rests before and after."""
+    q, qd, qdd = bump(T)
+    trajectory = SampledTrajectory(T + 5.0, q, qd if derivatives > 1 else None, qdd if derivatives > 2 else None)
+    assert trajectory.duration == pytest.approx(2.0)
+    fine = np.linspace(0.0, 2.0, 3001)
+    for values, true, tolerance in zip(trajectory.at(fine), bump(fine), tolerances, strict=True):
+        assert np.abs(values - true).max() < tolerance * np.abs(true).max()
+    q, qd, qdd = trajectory.at(np.array([-1.0, 3.0]))
+    assert np.allclose(q, bump(np.array([0.0, 2.0]))[0])
+    assert not qd.any()
+    assert not qdd.any()
+
+
+@pytest.mark.parametrize("rate", [50.0, 1000.0])
+def test_sparse_samples_are_joined_to_the_motion(rate: float) -> None:
+    """Every sample stays, none lies farther from the next than asked; dense ones are left as they are."""
+    few = np.unique(np.concatenate([T[::5], [0.731, 1.999]]))
+    motion = Motion(few + 3.0, *bump(few))
+    dense = joined(motion, rate)
+    stays = np.isin(dense.t, motion.t)
+    assert stays.sum() == len(few)
+    for own, more in zip((motion.q, motion.qd, motion.qdd), (dense.q, dense.qd, dense.qdd), strict=True):
+        assert np.allclose(own, more[stays], atol=1e-12)
+    assert np.diff(dense.t).max() <= (1.0 + 1e-5) / rate
+    for values, true, tolerance in zip(
+        (dense.q, dense.qd, dense.qdd), bump(dense.t - 3.0), (1e-6, 1e-5, 1e-3), strict=True
+    ):
+        assert np.abs(values - true).max() < tolerance * np.abs(true).max()
+    assert joined(dense, rate) is dense
+
+
+def test_a_moving_start_is_refused() -> None:
+    moving = (slice(50, None), r"here\.csv: joint 1 moves at the start"), (slice(150), "joint 1 moves at the end")
+    for rows, words in (*moving, (slice(3), "3 samples")):
+        with pytest.raises(InputError, match=words):
+            SampledTrajectory(T[rows], bump(T)[0][rows], source="here.csv")
+
+
+def test_limits_of_samples_are_checked() -> None:
+    motion = plan_point_to_point(RX90, random_points(RX90, 4, 0), speed=1.0, acceleration=0.9).motion(250.0)
+    SampledTrajectory(motion.t, motion.q, motion.qd, motion.qdd).check_limits(RX90)
+    quick = SampledTrajectory(0.5 * motion.t, motion.q, 2.0 * motion.qd, 4.0 * motion.qdd, "q.csv")
+    with pytest.raises(InputError, match=r"q.csv: joint \d goes beyond its (speed|acceleration) limit at"):
+        quick.check_limits(RX90)
+    with pytest.raises(InputError, match="beyond its position limit"):
+        SampledTrajectory(10.0 * motion.t, 3.0 * motion.q).check_limits(RX90)
