@@ -16,7 +16,7 @@ from .. import view as views
 from . import ANSWERED
 from .entry import FILES, MOTION, SEARCH, command, options
 from .motion import FIGURE_RATE, MotionFiles, best_motion, build_request, floor_of, show
-from .options import Options, RehearsedRobotOptions, ViewOptions
+from .options import Options, RehearsedRobotOptions
 from .options.motions import GoalOptions, LimitOptions, in_si
 from .values import Count, NewFolder, Positions, Seconds, Seed, number, numbers, word
 
@@ -152,10 +152,9 @@ def run(
     limits: LimitOptions,
     search: _Search,
     files: _DesignFiles,
-    view: ViewOptions,
 ) -> int:
     """Run it."""
-    view.check_view()
+    files.check_view()
     robot = arm.load()
     request = build_request(robot, shape.shape(robot), shape.known_length(), goal, limits)
     robot, kind = request.problem.robot, request.problem.criterion.kind
@@ -183,5 +182,5 @@ def run(
     files.check_replays(limits.whole(request.problem), written, *estimated)
     show(files, judged)
     files.write(written)
-    view.write_view(lambda: views.view_of(robot, samples, problem=request.problem))
+    files.write_view(lambda: views.view_of(robot, samples, problem=request.problem))
     return ANSWERED

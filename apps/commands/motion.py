@@ -15,7 +15,7 @@ from ...common.errors import InputError
 from ...common.files import write_text
 from .. import export, report
 from .entry import FILES, options
-from .options import PageOptions
+from .options import PageOptions, ViewedPageOptions
 from .options.motions import GoalOptions, LimitOptions
 from .progress import note, status
 from .values import Names, NewFile, positive_number, word
@@ -137,7 +137,7 @@ def show(files: PageOptions, judged: report.documents.JudgedMotion) -> None:
 
 
 @options(FILES)
-class MotionFiles(PageOptions):
+class MotionFiles(ViewedPageOptions):
     """Formats of the motion itself, beside the result."""
 
     samples: Annotated[NewFile | None, Parameter(metavar="F.csv")] = None

@@ -18,7 +18,7 @@ from .. import view as views
 from . import ANSWERED
 from .entry import FILES, MOTION, SEARCH, about, command, options
 from .motion import FIGURE_RATE, MotionFiles, best_motion
-from .options import Options, RehearsedRobotOptions, ViewOptions
+from .options import Options, RehearsedRobotOptions
 from .options.motions import Known, LimitOptions, NoiseOptions, in_si
 from .progress import note, status
 from .values import Count, Joints, NewFile, Positions, Seconds, Seed, Weighed, numbers, word
@@ -148,13 +148,12 @@ def run(
     noise: NoiseOptions,
     limits: LimitOptions,
     files: NearFiles,
-    view: ViewOptions,
 ) -> int:
     """Visibility first, then the design."""
     robot = arm.load()
     options.check(robot)
     files.check(robot, "rehearsal")
-    view.check_view()
+    files.check_view()
     known = limits.known(robot)
     robot, bounds = known.robot, limits.bounds(known.robot)
     payload = limits.payload(robot, bounds)
@@ -198,7 +197,7 @@ def run(
     files.show(shown)
     files.write_all(result, written)
     files.write_page(shown, {})
-    view.write_view(lambda: views.view_of(robot, samples, problem=design.problem))
+    files.write_view(lambda: views.view_of(robot, samples, problem=design.problem))
     return ANSWERED
 
 

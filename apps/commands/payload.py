@@ -11,7 +11,7 @@ from ...common.errors import InputError
 from .. import report, results
 from .. import view as views
 from . import answered
-from .entry import RARE, command, options
+from .entry import FILES, RARE, command, options
 from .options import (
     EquationOptions,
     FramedRobotOptions,
@@ -81,6 +81,11 @@ class _Payload(ComparedOptions):
             self.refuse("scale_sigma", "belongs to methods 1 and 4: neither is asked for")
 
 
+@options(FILES)
+class _Files(EquationOptions, ViewOptions):
+    """The result in all forms."""
+
+
 @command
 def run(
     *,
@@ -89,11 +94,10 @@ def run(
     knowledge: KnowledgeOptions,
     drives: GainOptions,
     processing: PairOptions,
-    files: EquationOptions,
-    view: ViewOptions,
+    files: _Files,
 ) -> int:
     """Run it."""
-    view.check_view()
+    files.check_view()
     request.check()
     constraints = knowledge.constraints()
     stored = request.stored()
@@ -126,7 +130,7 @@ def run(
     files.write_json(lambda: answer.result)
     files.write_page(shown, setup.in_words())
     files.write_equations(lambda: estimation.payload_system(problem, loaded, unloaded, setup.processing))
-    view.write_view(lambda: views.view_of_answer(setup.robot, loaded[0], answer.result))
+    files.write_view(lambda: views.view_of_answer(setup.robot, loaded[0], answer.result))
     return answered(answer.verdict.level)
 
 

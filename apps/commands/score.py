@@ -16,7 +16,7 @@ from ..logs.read import read_recording
 from . import ANSWERED
 from .entry import FLOOR, MOTION, command, options
 from .motion import build_request, floor_of, show
-from .options import Options, PageOptions, RehearsedRobotOptions, ViewOptions
+from .options import Options, RehearsedRobotOptions, ViewedPageOptions
 from .options.motions import GoalOptions, LimitOptions
 from .values import LOG, LogMapFile, Reads, Seconds, Seed, positive_number, word
 
@@ -47,15 +47,14 @@ def run(
     scored: _Scored,
     goal: GoalOptions,
     limits: LimitOptions,
-    files: PageOptions,
-    view: ViewOptions,
+    files: ViewedPageOptions,
 ) -> int:
     """Run it.
 
     Args:
         data: A log, or a CSV of t, q and perhaps qd, qdd.
     """
-    view.check_view()
+    files.check_view()
     if not scored.bound:
         scored.refuse("seed", "has no effect without --bound: nothing is designed")
     shape = trajectories.ViaPointShape(longest=scored.max_duration)
@@ -68,7 +67,7 @@ def run(
     )
     show(files, judged)
     problem = request.problem
-    view.write_view(lambda: views.view_of(problem.robot, motion, problem=problem))
+    files.write_view(lambda: views.view_of(problem.robot, motion, problem=problem))
     return ANSWERED
 
 

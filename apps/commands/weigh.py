@@ -15,10 +15,9 @@ from .entry import command, options
 from .options import (
     GainOptions,
     KnowledgeOptions,
-    PageOptions,
     PairOptions,
     RobotOptions,
-    ViewOptions,
+    ViewedPageOptions,
 )
 from .payload import ComparedOptions, constraints_solved
 from .progress import status
@@ -43,14 +42,13 @@ def run(
     knowledge: KnowledgeOptions,
     drives: GainOptions,
     processing: PairOptions,
-    files: PageOptions,
-    view: ViewOptions,
+    files: ViewedPageOptions,
 ) -> int:
     """Run it."""
     request.check()
     if not request.robot_parameters:
         request.refuse("friction_change", "belongs to --robot-parameters: a difference of torques frees friction")
-    view.check_view()
+    files.check_view()
     constraints = knowledge.constraints()
     stand_in = estimation.StandIn.parse(request.inertia) if request.inertia is not None else None
     stored = request.stored()
@@ -77,5 +75,5 @@ def run(
     if files.plots and not shown.drawings():
         raise InputError("--plots: no joints see the mass, there is nothing to draw")
     files.write_page(shown, setup.in_words())
-    view.write_view(lambda: views.view_of_answer(robot, loaded[0], answer.result))
+    files.write_view(lambda: views.view_of_answer(robot, loaded[0], answer.result))
     return answered(answer.verdict.level)

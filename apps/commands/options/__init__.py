@@ -7,6 +7,7 @@ from .knowledge import KnowledgeOptions as KnowledgeOptions
 from .outputs import EquationOptions as EquationOptions
 from .outputs import PageOptions as PageOptions
 from .outputs import ResultOptions as ResultOptions
+from .outputs import ViewedPageOptions as ViewedPageOptions
 from .outputs import ViewOptions as ViewOptions
 from .outputs import print_lines as print_lines
 from .recordings import FilterOptions as FilterOptions

@@ -104,7 +104,7 @@ class EquationOptions(PageOptions):
 class ViewOptions(Options):
     """The arm in three dimensions."""
 
-    view: Annotated[Stream | None, Parameter(metavar="F.html")] = None
+    view: Annotated[Stream | None, Parameter(metavar="F.html", group=VIEW)] = None
     """The arm in three dimensions, one file that plays without a server; - opens it in the browser."""
 
     def check_view(self) -> None:
@@ -127,3 +127,8 @@ class ViewOptions(Options):
             note(text)
         if shown:
             note(f"the view is open in the browser: {shown}")
+
+
+@options(FILES)
+class ViewedPageOptions(PageOptions, ViewOptions):
+    """The result as JSON and as a report, and the arm in three dimensions."""
