@@ -45,12 +45,12 @@ def throughput(folder: Path, count: int) -> None:
     with fleet.reduction.process_pool(1) as one_worker, fleet.reduction.process_pool(2) as two:
         for number, pool in ((1, one_worker), (2, two)):
             list(pool.map(time.sleep, [0.5] * 2 * number))
-            fleet.reduce_fleet(paths[:2], robot, folder / f"start{number}", executor=pool, workers=number)
+            fleet.reduce_fleet(paths[:2], robot, folder / f"start{number}", workers=(pool, number))
         for turn in range(2):
             for number, pool in ((1, one_worker), (2, two)):
                 before, begin = sum(pool.map(used, [0.3] * 4 * number)), time.monotonic()
                 store = folder / f"{number}-{turn}"
-                fleet.reduce_fleet(paths, robot, store, executor=pool, workers=number)
+                fleet.reduce_fleet(paths, robot, store, workers=(pool, number))
                 clock[number].append(time.monotonic() - begin)
                 spent[number].append((sum(pool.map(used, [0.3] * 4 * number)) - before) / 4.0)
         reduced = fleet.Store.opened(store)
@@ -82,7 +82,7 @@ def resident(paths: list[str], folder: Path) -> Iterator[float]:
         for goal in (1, 10, 20, 30, 40, 50, 60):
             while done < goal:
                 store = folder / f"memory{done}"
-                fleet.reduce_fleet([paths[done % len(paths)]], robot, store, executor=fresh, workers=1)
+                fleet.reduce_fleet([paths[done % len(paths)]], robot, store, workers=(fresh, 1))
                 done += 1
             yield fresh.submit(resource.getrusage, resource.RUSAGE_SELF).result().ru_maxrss / 1024.0
 

@@ -234,7 +234,7 @@ def compare(arguments: argparse.Namespace, robot: Robot, training: Recording, he
         stored = results.read_stored_robot(str(folder / "robot.json"))
         cpu = {"ours.xml": ours, "sysid.xml": theirs.cpu, "start.xml": 0.0}
         arms = {file: MujocoArm(folder / file, robot) for file in cpu}
-        (rollout,) = roll_out_all(robot, stored.possible_values, [held_out], robot.processing, (WINDOW,), arms)
+        (rollout,) = roll_out_all(robot, stored.possible_values, [held_out], horizons=(WINDOW,), others=arms)
         data = measurement(held_out, robot.processing)
         lines = {
             file: Line(median(rollout, file), torque_residual(folder / file, data, robot.processing), seconds)

@@ -10,7 +10,6 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from ...common.errors import InputError
-from ...common.schema import given, json_text
 from .. import fleet, report
 from . import ANSWERED, DO_NOT_USE
 from .entry import command, options
@@ -52,15 +51,10 @@ def run_reduce(
     entries = fleet.store.catalog(fleet.store.found_logs(data), request.pattern)
     gains = drives.errors(setup, [], [])
     gains = replace(gains, notes=()) if gains is not None else None  # notes speak of single recordings
-    how = {key: entry for key, entry in given(setup.log_map).items() if key != "title"}
-    recipe = fleet.Recipe(setup.processing, setup.gains, gains, json_text(how).decode() if how else "")
-    cluster = (
-        fleet.reduction.dask_executor(request.cluster) if request.cluster else nullcontext((None, request.workers))
-    )
-    with bar("reducing") as progress, cluster as (executor, workers):
-        reduced = fleet.reduce_fleet(
-            entries, setup.robot, request.store, recipe, setup.log_map, executor, workers, progress
-        )
+    recipe = fleet.Recipe(setup.processing, setup.gains, gains, setup.log_map)
+    cluster = fleet.reduction.dask_executor(request.cluster) if request.cluster else nullcontext(request.workers)
+    with bar("reducing") as progress, cluster as workers:
+        reduced = fleet.reduce_fleet(entries, setup.robot, request.store, recipe, workers, progress)
     if reduced.workers_lost:
         note(f"workers were lost {reduced.workers_lost} times and replaced: nothing is lost, nothing counts twice")
     files.show(report.reduced_report(reduced))

@@ -114,17 +114,12 @@ def run(
     gains = drives.errors(setup, [], recordings)
     rollouts: tuple[rollout.Rollout, ...] = ()
     with status("reading") as progress:
-        result = estimation.identify(
-            setup.robot,
-            recordings,
-            estimation.Settings(setup.processing, essential=request.essential, progress=progress),
-            held_out,
-            gains,
-        )
+        settings = estimation.Settings(setup.processing, essential=request.essential, progress=progress)
+        result = estimation.identify(setup.robot, recordings, settings, held_out, gains)
         possible = request.possible(result)
         if request.rollout:
             values = possible.values if possible is not None else result.estimate.values
-            rollouts = rollout.roll_out_all(result.robot, values, held_out, setup.processing, progress=progress)
+            rollouts = rollout.roll_out_all(result.robot, values, held_out, settings)
     told = estimation.robot_result(result, possible, tuple(map(report.documents.rollout_document, rollouts)))
     shown = report.robot_report(told, rollouts, files.document)
     files.show(shown)

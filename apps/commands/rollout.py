@@ -6,7 +6,7 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from ... import model
+from ... import estimation, model
 from ...common.errors import InputError
 from .. import report, results, rollout
 from . import ANSWERED
@@ -60,10 +60,9 @@ def run(*, arm: RobotOptions, request: _Rollout, processing: FilterOptions, file
             setup.robot,
             stored.possible_values,
             recordings,
-            setup.processing,
+            estimation.Settings(setup.processing, progress=progress),
             request.horizons or rollout.HORIZONS,
             request.models(setup.robot),
-            progress,
         )
     shown = report.rollout_report(rollouts, setup.robot.title or setup.robot.name)
     files.show(shown)

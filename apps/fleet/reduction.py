@@ -17,7 +17,6 @@ from ...common.schema import Document
 from ...estimation import Settings
 from ...estimation.answers.identification import identify
 from ...model import Robot
-from ..logs.map import LogMap
 from ..logs.read import read_recordings
 from .store import Log, Recipe, RefusedDocument, Store, Stored, packed, refused_documents, same_time, unpacked
 
@@ -45,9 +44,7 @@ def reduce_fleet(
     robot: Robot,
     store: str | Path,
     recipe: Recipe | None = None,
-    log_map: LogMap | None = None,
-    executor: Executor | None = None,
-    workers: int = 1,
+    workers: "int | tuple[Executor, int]" = 1,
     progress: Callable[[float], None] = lambda _: None,
 ) -> ReducedDocument:
     """Reduce recordings to equations in a store; what is there already is left as it is.
@@ -60,23 +57,22 @@ def reduce_fleet(
         robot: the type, with the structure that is asked for.
         store: its folder.
         recipe: settings; the robot's own by default.
-        executor: of ``concurrent.futures`` or of its form (Dask's ``client.get_executor()``); processes of this
-            machine by default.
-        workers: number of those processes, 1 for this one alone; or how many the executor has.
+        workers: number of processes of this machine, 1 for this one alone; or an executor of ``concurrent.futures``
+            or of its form (Dask's ``client.get_executor()``), and how many workers it has.
         progress: told which share is done.
 
     Raises:
         InputError: if the store is another's or cannot be written, or the workers are lost; what is done stays.
     """
     recipe = recipe or Recipe(robot.processing)
-    plan, place = packed((robot, recipe, log_map or LogMap())), Store.made(store, robot, recipe)
+    plan, place = packed((robot, recipe)), Store.made(store, robot, recipe)
     before = {log.file: log for log in place.logs()}
     held = {file: log for file, log in before.items() if not log.wrong}
     wanted, refused = _wanted([log if isinstance(log, Log) else Log(log, {}) for log in logs], recipe, held)
     missing = [log for log in wanted if not place.path(log.key).exists()]
     results: Iterator[_Done | None] = (reduce_log(plan, log) for log in missing)
-    if executor is not None:
-        results = _by(executor, plan, missing, workers)
+    if isinstance(workers, tuple):
+        results = _by(workers[0], plan, missing, workers[1])
     elif workers > 1:
         results = _by_processes(plan, missing, workers)
     done = lost = 0
@@ -126,11 +122,11 @@ def _wanted(logs: Sequence[Log], recipe: Recipe, held: Mapping[str, Log]) -> tup
 
 def reduce_log(plan: bytes, log: Log) -> _Done:
     """Reduce a recording to the bytes of its equations, or tell why there is none; workers do this."""
-    robot, recipe, log_map = _unpacked(plan)
+    robot, recipe = _unpacked(plan)
     try:
         if checksum(log.file) != log.sha256:
             return replace(log, wrong="changed while it was reduced: run it again"), b""
-        pieces = read_recordings(log.file, robot, recipe.drive_gains, log_map, recipe.processing)
+        pieces = read_recordings(log.file, robot, recipe.drive_gains, recipe.log_map, recipe.processing)
         if wrong := log.other_day(pieces[0].origin):
             return replace(log, wrong=wrong), b""
         result = identify(robot, pieces, Settings(recipe.processing), gains=recipe.gains)
@@ -143,9 +139,9 @@ def reduce_log(plan: bytes, log: Log) -> _Done:
 
 
 @lru_cache(maxsize=4)
-def _unpacked(plan: bytes) -> tuple[Robot, Recipe, LogMap]:
+def _unpacked(plan: bytes) -> tuple[Robot, Recipe]:
     """Make what a worker needs beside a log once a worker."""
-    return unpacked(plan, tuple[Robot, Recipe, LogMap])
+    return unpacked(plan, tuple[Robot, Recipe])
 
 
 def _by(executor: Executor, plan: bytes, logs: Iterable[Log], workers: int) -> Iterator[_Done | None]:

@@ -14,11 +14,12 @@ import numpy as np
 
 from ...common.errors import InputError
 from ...common.files import made_folder, write_bytes
-from ...common.schema import Document, convert, naming, read_json, write_json
+from ...common.schema import Document, convert, given, json_text, naming, read_json, write_json
 from ...estimation.equations.equations import Equations
 from ...estimation.fit.drive_gains import Gains
 from ...estimation.fit.estimate import Estimate
 from ...model import BaseParameters, Processing, Robot
+from ..logs.map import LogMap
 from ..parquet import parquet_bytes, parquet_rows
 
 _Kind = TypeVar("_Kind")
@@ -154,18 +155,20 @@ class Recipe:
     Attributes:
         drive_gains: torque per current [N·m/A or N/A], if currents were read.
         gains: how sure they are; None where they are taken as exact.
-        log_map: how logs were read, in words.
+        log_map: how logs are read.
     """
 
     processing: Processing
     drive_gains: tuple[float, ...] | None = None
     gains: Gains | None = None
-    log_map: str = ""
+    log_map: LogMap = field(default_factory=LogMap)
 
     @property
     def fingerprint(self) -> str:
-        """Short text that differs between recipes."""
-        return hashlib.sha256(repr(self).encode()).hexdigest()[:16]
+        """Short text that differs between recipes; what a log map is called counts for nothing."""
+        how = {key: entry for key, entry in given(self.log_map).items() if key != "title"}
+        identity = (self.processing, self.drive_gains, self.gains, json_text(how).decode() if how else "")
+        return hashlib.sha256(repr(identity).encode()).hexdigest()[:16]
 
     def key(self, sha256: str, about: Mapping[str, str]) -> str:
         """Name of a recording's file: by the log's bytes, what is known of it, and the recipe."""

@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 
 from ...common.arrays import Array
 from ...common.errors import InputError
-from ...common.progress import Progress, each, silent
+from ...common.progress import Progress, each
+from ...estimation.fit.settings import DEFAULTS, Settings
 from ...estimation.signals.filtering import lowpass, measurement, slopes
 from ...estimation.signals.rows import least_speed
 from ...model import Processing, Recording, Robot, base_parameters
@@ -116,27 +117,28 @@ def roll_out_all(
     robot: Robot,
     values: Array,
     recordings: Sequence[Recording],
-    processing: Processing | None = None,
+    settings: Settings = DEFAULTS,
     horizons: Sequence[float] = HORIZONS,
     others: Mapping[str, Arm] | None = None,
-    progress: Progress = silent,
 ) -> tuple[Rollout, ...]:
     """Predict each recording's motion from its torques, from many starts, and follow its path.
 
     Args:
         values: of the columns of ``base_parameters(robot)``.
         recordings: without payload, best such that were not fitted.
-        processing: settings; the robot's own by default.
+        settings: processing and progress.
         horizons: after which times errors are asked for [s]; those beyond half a recording are left out.
         others: models to compare with, by name.
 
     Raises:
         InputError: if a recording is too short for the shortest horizon, or the parameters cannot be integrated.
     """
-    progress("the robot's equations of motion")
+    settings.progress("the robot's equations of motion")
     arm = IdentifiedArm(robot, base_parameters(robot), values)
-    models, settings = {IDENTIFIED: arm, **(others or {})}, processing or robot.processing
-    return tuple(_rolled(arm, recording, settings, horizons, models, progress) for recording in recordings)
+    models, processing = {IDENTIFIED: arm, **(others or {})}, settings.processing_of(robot)
+    return tuple(
+        _rolled(arm, recording, processing, horizons, models, settings.progress) for recording in recordings
+    )
 
 
 def _rolled(

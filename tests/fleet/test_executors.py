@@ -93,7 +93,7 @@ def test_a_log_that_kills_each_worker_of_a_cluster_is_refused(store: Path, tmp_p
                 return future
             return super().submit(fn, *arguments, **more)
 
-    reduced = fleet.reduce_fleet(entries(), ROBOT, tmp_path / "s", executor=Killed())
+    reduced = fleet.reduce_fleet(entries(), ROBOT, tmp_path / "s", workers=(Killed(), 1))
     assert RefusedDocument("b/2026-01-01.csv", reduction.KILLS) in reduced.refused
     assert (reduced.new, reduced.workers_lost) == (2, 1)
 
@@ -142,7 +142,7 @@ def test_a_dask_scheduler_and_two_workers(store: Path, tmp_path: Path, capsys: p
         with reduction.dask_executor(address) as (executor, count):
             killed = threading.Timer(1.0, running[-1].kill)
             killed.start()
-            fleet.reduce_fleet(entries(), ROBOT, tmp_path / "a", executor=executor, workers=count)
+            fleet.reduce_fleet(entries(), ROBOT, tmp_path / "a", workers=(executor, count))
             killed.join()
         assert contents(tmp_path / "a") == contents(store)
         with (
@@ -150,7 +150,7 @@ def test_a_dask_scheduler_and_two_workers(store: Path, tmp_path: Path, capsys: p
             reduction.dask_executor(address) as (executor, count),
         ):
             fleet.reduce_fleet(
-                entries(), ROBOT, tmp_path / "b", executor=executor, progress=lambda _: running[0].kill()
+                entries(), ROBOT, tmp_path / "b", workers=(executor, 1), progress=lambda _: running[0].kill()
             )
     with cluster(port) as (address, _):
         reached(address, 2)

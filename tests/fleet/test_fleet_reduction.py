@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from dynident.apps import fleet
 from dynident.apps.fleet.store import Log, RefusedDocument, catalog, found_logs, same_time
+from dynident.apps.logs.map import LogMap
 from dynident.common import files
 from dynident.common.errors import InputError
 from dynident.estimation.fit.least_squares import weighted
@@ -48,7 +49,7 @@ def test_other_programs_read_what_each_recording_says(store: Path) -> None:
 def test_a_lost_run_started_again_ends_in_the_same_store(store: Path, tmp_path: Path) -> None:
     place = tmp_path / "lost"
     with pytest.raises(InputError, match=r"workers were lost after 2 of 5 .*: run it again, what is done is kept"):
-        fleet.reduce_fleet(entries(), ROBOT, place, executor=Lost(2))
+        fleet.reduce_fleet(entries(), ROBOT, place, workers=(Lost(2), 1))
     with pytest.raises(InputError, match="reduced in part"):
         fleet.Store.opened(place)
     again = fleet.reduce_fleet(entries(), ROBOT, place)
@@ -111,7 +112,7 @@ def test_a_clock_of_another_day_is_named(logs: Path, tmp_path: Path, day: str, g
 def test_another_robot_or_recipe_needs_another_store(store: Path) -> None:
     with pytest.raises(InputError, match="another robot"):
         fleet.reduce_fleet([GOOD[0]], load_robot("ur10e"), store)
-    recipe = fleet.Recipe(ROBOT.processing, log_map="x")
+    recipe = fleet.Recipe(ROBOT.processing, log_map=LogMap(joints=("x",)))
     with pytest.raises(InputError, match="another recipe"):
         fleet.reduce_fleet([GOOD[0]], ROBOT, store, recipe)
 

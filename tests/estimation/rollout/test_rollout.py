@@ -10,7 +10,7 @@ from dynident.apps.logs.read import read_recording
 from dynident.apps.rollout import CONSTANT, IDENTIFIED, IdentifiedArm, MujocoArm, Rollout, roll_out_all
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError
-from dynident.estimation import identify
+from dynident.estimation import Settings, identify
 from dynident.model import (
     Drives,
     Joint,
@@ -97,14 +97,14 @@ def swung(size: int) -> Recording:
 
 
 def rolled(robot: Robot, recording: Recording, parameters: dict[str, float]) -> Rollout:
-    settings = Processing(slow_speed=0.05)
+    settings = Settings(Processing(slow_speed=0.05))
     (rollout,) = roll_out_all(robot, values_of(robot, parameters), [recording], settings, (0.1, 0.5))
     return rollout
 
 
 def test_torque_beyond_the_cut_off_does_not_count_in_a_replay() -> None:
     """The controller answers to a motion that was filtered; 40 Hz in the torque alone are noise to it."""
-    plain, settings = swung(600), Processing(slow_speed=0.05, cutoff=5.0)
+    plain, settings = swung(600), Settings(Processing(slow_speed=0.05, cutoff=5.0))
     loud = plain.torque + 3.0 * np.sin(2.0 * pi * 40.0 * plain.t)[:, None]
     values = values_of(PENDULUM, BODY)
     recordings = [plain, replace(plain, torque=loud, source="loud")]
@@ -176,7 +176,7 @@ def test_parameters_of_no_robot_are_named() -> None:
 
 def test_a_short_recording_is_refused() -> None:
     with pytest.raises(InputError, match=r"swung: 0\.39 s are too short for a horizon of 2 s"):
-        roll_out_all(PENDULUM, values_of(PENDULUM, BODY), [swung(40)], Processing(), (2.0,))
+        roll_out_all(PENDULUM, values_of(PENDULUM, BODY), [swung(40)], horizons=(2.0,))
 
 
 @pytest.mark.long
