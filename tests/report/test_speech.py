@@ -4,6 +4,7 @@ import json
 import math
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +21,7 @@ from dynident.estimation.answers.gains import DriveGains
 from dynident.estimation.fit.estimate import Estimate, Fit
 from dynident.estimation.gains.known_load import known_mass
 from dynident.model import Recording, Robot
+from dynident.tests.report.render.conftest import read
 from dynident.trajectories import RX90_NOISE, random_via_points
 
 LOAD = InertialParameters.from_com(7.025, [0.0, 0.0, 0.143], [0.018, 0.018, 0.035])
@@ -80,6 +82,17 @@ def test_an_answer_becomes_values_and_files(kind: str, answers: dict[str, Speaks
         assert answer.plot().axes
     with pytest.raises(InputError, match="there are "):
         answer.plot("no such figure")
+
+
+def test_a_log_named_like_markup_is_harmless(answers: dict[str, Any], tmp_path: Path) -> None:
+    """Its name stands in the identifiers of its figure, too."""
+    log = answers["log"]
+    name = 'x" onload="alert(1)" <b>.csv'
+    replace(log, recording=replace(log.recording, source=name)).report(tmp_path / "r.html")
+    page = read((tmp_path / "r.html").read_text(encoding="utf-8"))
+    assert not [key for _, key, _ in page.attributes if key == "onload"]
+    assert page.count["b"] == 0
+    assert name in page.texts["h2"]
 
 
 @pytest.mark.parametrize("kind", ["payload", "robot", "gains"])

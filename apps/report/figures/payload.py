@@ -203,8 +203,8 @@ def _draw_flange(com: Array, ends: Array, body: Array | None, flange: bool) -> F
         points += [com - reach, com + reach]
     low, high = np.min(points, axis=0), np.max(points, axis=0)
     middle, half = 0.5 * (low + high), 0.53 * float((high - low).max())
-    size, edges = (6.6, 4.9 if known else 2.7), (0.6, 0.1, 0.1, 0.75)
-    figure, axes = panels(size, 1 + known, 3, edges, (0.6, 0.55))
+    size, edges = (6.6, 4.7 if known else 2.6), (0.65, 0.1, 0.1, 0.75)
+    figure, axes = panels(size, 1 + known, 3, edges, (0.72, 0.55))
     for column, (i, k) in enumerate(_VIEWS):
         _view(axes[0, column], com, body, (i, k), flange)
         axes[0, column].set(xlim=(middle[i] - half, middle[i] + half), ylim=(middle[k] - half, middle[k] + half))
