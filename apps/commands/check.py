@@ -63,6 +63,6 @@ def _looked(
     check = check_log(robot, longest, setup.processing, currents)
     if len(pieces) > 1:
         text = f"Rows are missing: of {len(pieces)} pieces the longest is looked at; record without losing rows"
-        check = check.with_findings(estimation.Finding("note", "recording", text))
+        check = check.completed([estimation.Finding("note", "recording", text)])
     files.show(report.log_report(check))
     return report.documents.Look(path, check, fits)

@@ -1,16 +1,18 @@
 """A look at one log before anything is identified from it, and which of the shipped robots it can be of."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+import dataclasses
+from collections.abc import Iterable, Sequence
 from pathlib import Path
+from typing import Any, NamedTuple
 
 import numpy as np
+from msgspec import field
+from msgspec.structs import replace
 
 from ...common.arrays import Array
 from ...common.errors import InputError
 from ...common.schema import Document
-from ...common.speech import Speaks
-from ...estimation.diagnosis.finding import Finding, error, note, warning
+from ...estimation.diagnosis.finding import Finding, Severity, error, note, warning
 from ...estimation.diagnosis.verdict import robot_verdict
 from ...estimation.equations.equations import Equations
 from ...estimation.fit.least_squares import weighted
@@ -18,6 +20,7 @@ from ...estimation.fit.own_equations import base_problem
 from ...estimation.fit.settings import Settings
 from ...estimation.gains.current_side import relative_scales
 from ...estimation.payload.long_motion import Source
+from ...estimation.results.parts import Number, Result
 from ...estimation.signals.filtering import measurement
 from ...estimation.signals.plausibility import implausible, position_range, still_joints
 from ...estimation.signals.rows import moving_parts
@@ -81,14 +84,26 @@ class Excited(Document, frozen=True):
     relative_sigma_percent: float
 
 
-@dataclass(frozen=True, repr=False)
-class LogCheck(Speaks):
-    """What a log holds and what is wrong with it.
+class Remark(Document, frozen=True):
+    """Something that speaks against a log, or is worth knowing."""
+
+    severity: Severity
+    text: str = field(name="words")
+
+
+class Understood(NamedTuple):
+    """What a log was understood as: of which robot, and its signals in SI units, joint side."""
+
+    robot: Robot
+    recording: Recording
+
+
+class LogReport(Result, frozen=True, kw_only=True, dict=True):
+    """What a log holds and what is wrong with it; ``working`` is what it was understood as.
 
     Attributes:
-        robot: that it was looked at for.
-        recording: the log as it was understood, SI units, joint side.
         currents: whether its torques are currents [A], of unknown gain.
+        usable: whether nothing speaks against using it as it is.
         findings: worst first.
         time: facts about time; None where it is too short to be filtered.
         joints: facts about each joint.
@@ -97,38 +112,37 @@ class LogCheck(Speaks):
         condition_number_scaled: of the observation matrix, columns scaled to norm 1.
     """
 
-    robot: Robot
-    recording: Recording
+    source: str
+    notes: tuple[str, ...]
     currents: bool
-    findings: tuple[Finding, ...]
+    usable: bool = True
+    findings: tuple[Remark, ...] = ()
     time: TimeFacts | None = None
     joints: tuple[JointFacts, ...] = ()
     excitation: tuple[Excited, ...] = ()
-    relative_residual: float | None = None
-    condition_number_scaled: float | None = None
+    relative_residual: Number = None
+    condition_number_scaled: Number = None
 
     @property
     def headline(self) -> str:
         """The robot, the log, and what was found in a line."""
-        counts = [sum(finding.severity == kind for finding in self.findings) for kind in ("error", "warning")]
+        counts = [sum(remark.severity == kind for remark in self.findings) for kind in ("error", "warning")]
         summary = f"{counts[0]} errors, {counts[1]} warnings" if any(counts) else "nothing to mend"
-        return f"{self.robot.name}, {self.recording.source}, {summary}"
+        robot = f"{self.working.robot.name}, " if self.working is not None else ""
+        return f"{robot}{self.source}, {summary}"
 
-    @property
-    def usable(self) -> bool:
-        """Whether nothing speaks against using it as it is."""
-        return not any(finding.severity == "error" for finding in self.findings)
-
-    def with_findings(self, *findings: Finding) -> "LogCheck":
-        """Add findings, the worst first."""
-        order = ("error", "warning", "note")
-        ranked = sorted((*self.findings, *findings), key=lambda finding: order.index(finding.severity))
-        return replace(self, findings=tuple(ranked))
+    def completed(self, findings: Iterable[Finding], **facts: Any) -> "LogReport":
+        """Add findings, the worst first, and facts."""
+        order: tuple[Severity, ...] = ("error", "warning", "note")
+        more = (Remark(finding.severity, finding.text) for finding in findings)
+        ranked = sorted((*self.findings, *more), key=lambda remark: order.index(remark.severity))
+        usable = not any(remark.severity == "error" for remark in ranked)
+        return replace(self, findings=tuple(ranked), usable=usable, **facts).made_by(self.working)
 
 
 def check_log(
     robot: Robot, recording: Recording, processing: Processing | None = None, currents: bool = False
-) -> LogCheck:
+) -> LogReport:
     """Look at a recording, which may be wrong in any way.
 
     Args:
@@ -138,11 +152,12 @@ def check_log(
         currents: whether its torques are currents [A] of unknown gain.
     """
     processing = processing or robot.processing
-    check = LogCheck(robot, recording, currents, tuple(_positions(robot, recording)))
+    check = LogReport(source=recording.source, notes=tuple(recording.notes), currents=currents)
+    check = check.made_by(Understood(robot, recording)).completed(_positions(robot, recording))
     try:
         motion = measurement(recording, processing).motion
     except InputError as refusal:
-        return check.with_findings(error(str(refusal), "recording"))
+        return check.completed([error(str(refusal), "recording")])
     steps, moving = np.diff(recording.t), motion.t[moving_parts(motion, processing.still_speed)]
     time = TimeFacts(
         samples=len(recording.t),
@@ -165,19 +180,19 @@ def check_log(
         )
         for j, (q, torque, speed) in enumerate(zip(recording.q.T, recording.torque.T, motion.qd.T, strict=True), 1)
     )
-    check = replace(check, time=time, joints=joints).with_findings(*_signals(time, joints, currents))
+    check = check.completed(_signals(time, joints, currents), time=time, joints=joints)
     if check.usable and (mistake := _mistake(robot, recording, currents)):
-        check = check.with_findings(error(mistake, "recording"))
+        check = check.completed([error(mistake, "recording")])
     if not check.usable:
         return check
     # What the robot's model says of the log; the size of currents of unknown gain tells no weight.
-    robot = replace(robot, mass=None) if currents else robot
+    robot = dataclasses.replace(robot, mass=None) if currents else robot
     try:
         recording, equations = _reduced(robot, recording, processing, currents)
         estimate = weighted(equations)
         verdict = robot_verdict(robot, Source((), (recording,), processing), equations, estimate, currents)
     except InputError as refusal:
-        return check.with_findings(warning(f"Not enough to identify the robot from: {refusal}", "recording"))
+        return check.completed([warning(f"Not enough to identify the robot from: {refusal}", "recording")])
     found = [finding._replace(text=f"{finding.text[:1].upper()}{finding.text[1:]}") for finding in verdict.findings]
     spread = estimate.relative_sigma_percent
     if unsure := int((~(spread < _UNSURE)).sum()):
@@ -186,8 +201,8 @@ def check_log(
             "alone: small ones always are; for others move faster and over a wider range"
         )
         found.append(note(text, "excitation"))
-    return replace(
-        check.with_findings(*found),
+    return check.completed(
+        found,
         excitation=tuple(map(Excited, base_parameters(robot).names, estimate.values.tolist(), spread.tolist())),
         relative_residual=estimate.fit.relative,
         condition_number_scaled=equations.condition_numbers()[1],
@@ -257,7 +272,7 @@ def smallest_step(values: Array) -> float:
 
 def _mistake(robot: Robot, recording: Recording, currents: bool) -> str | None:
     """Say why the recording would be refused by any command; the size of a current says nothing."""
-    scaled = replace(recording, torque=_GAIN * recording.torque) if currents else recording
+    scaled = dataclasses.replace(recording, torque=_GAIN * recording.torque) if currents else recording
     return next(implausible(robot, scaled), None)
 
 
@@ -268,7 +283,7 @@ def _reduced(
     base = base_parameters(robot)
     equations = base_problem(robot, base, [recording], Settings(processing), check=False)
     if currents and robot.coupling is None and robot.spring is None:
-        recording = replace(recording, torque=recording.torque * relative_scales(equations).ratio)
+        recording = dataclasses.replace(recording, torque=recording.torque * relative_scales(equations).ratio)
         equations = base_problem(robot, base, [recording], Settings(processing), check=False)
     return recording, equations
 

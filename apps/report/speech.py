@@ -18,7 +18,7 @@ from ...model import Recording
 from ...trajectories import Design
 from ..export.controllers import FORMATS
 from ..export.load import load_of
-from ..logs.log_check import LogCheck
+from ..logs.log_check import LogReport
 from ..numbers import SIX
 from . import page
 from .blocks import Report
@@ -72,8 +72,8 @@ def _judged(answer: Design) -> JudgedMotion:
     return JudgedMotion(title, answer.score, answer.motion(_RATE), design=answer)
 
 
-def _look(check: LogCheck) -> list[Look]:
-    return [Look(check.recording.source, check)]
+def _look(check: LogReport) -> list[Look]:
+    return [Look(check.source, check)]
 
 
 _SHOWN: dict[type, _Shown] = {
@@ -85,9 +85,9 @@ _SHOWN: dict[type, _Shown] = {
         lambda answer: design_document(_judged(answer)),
         lambda answer: [{"parameter": name, "sigma": sigma} for name, sigma in answer.learnt.sigma.items()],
     ),
-    LogCheck: _Shown(
+    LogReport: _Shown(
         log_report,
-        lambda check: check_document(check.robot, _look(check)),
+        lambda check: check_document(check.working.robot, _look(check)),
         lambda check: [{"joint": j, **facts} for j, facts in enumerate(plain(check)["logs"][0]["joints"], 1)],
     ),
 }
@@ -142,7 +142,7 @@ def _drawn(answer: object) -> Report:
     result, shown = _shown(answer)
     if getattr(result, "working", result) is None:
         raise InputError("a result that was read from a file has no recordings to draw: identify again")
-    return check_report(_look(result)) if isinstance(result, LogCheck) else shown.report(result)
+    return check_report(_look(result)) if isinstance(result, LogReport) else shown.report(result)
 
 
 def _recordings(result: Any) -> Iterable[Recording]:
@@ -153,7 +153,7 @@ def _recordings(result: Any) -> Iterable[Recording]:
         source = getattr(result.working, "problem", result.working).source
         held_out = getattr(result.working, "held_out", ())
         return (*source.unloaded, *source.loaded, *held_out) if source else held_out
-    return (result.recording,) if isinstance(result, LogCheck) else ()
+    return (result.working.recording,) if isinstance(result, LogReport) else ()
 
 
 def write_report(answer: object, path: str | Path) -> None:

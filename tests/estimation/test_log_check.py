@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from dynident.apps.logs.log_check import LogCheck, check_log, smallest_step
+from dynident.apps.logs.log_check import LogReport, check_log, smallest_step
 from dynident.apps.logs.read import read_recording
 from dynident.model import Motion, Processing, Recording, Robot, load_robot
 from dynident.trajectories import Simulator
@@ -26,20 +26,20 @@ def log(simulated: Callable[[str], Simulator], wander: Callable[..., Motion]) ->
     return Recording(exact.t, exact.q, exact.torque, motion.qd, "log")
 
 
-def look(recording: Recording, currents: bool = False) -> LogCheck:
+def look(recording: Recording, currents: bool = False) -> LogReport:
     return check_log(load_robot("ur10e"), recording, SETTINGS, currents)
 
 
-def words(check: LogCheck, *severities: str) -> str:
+def words(check: LogReport, *severities: str) -> str:
     return "\n".join(finding.text for finding in check.findings if finding.severity in severities)
 
 
 @pytest.fixture(scope="module")
-def good(log: Recording) -> LogCheck:
+def good(log: Recording) -> LogReport:
     return look(log)
 
 
-def test_a_good_log_is_quiet(good: LogCheck) -> None:
+def test_a_good_log_is_quiet(good: LogReport) -> None:
     check = good
     assert words(check, "error", "warning") == ""
     assert check.usable
@@ -54,7 +54,7 @@ def test_a_good_log_is_quiet(good: LogCheck) -> None:
 
 
 @pytest.mark.long
-def test_excitation_is_that_of_the_estimate(good: LogCheck, simulated: Callable[[str], Simulator]) -> None:
+def test_excitation_is_that_of_the_estimate(good: LogReport, simulated: Callable[[str], Simulator]) -> None:
     """Estimates lie within their stated sigma of the simulated robot's parameters."""
     from dynident.model import base_parameters, standard_columns
 
@@ -139,7 +139,7 @@ def test_gravity_compensated_torque(log: Recording, simulated: Callable[[str], S
     assert "no gravity" in words(check, "error")
 
 
-def test_currents_are_brought_to_one_scale(log: Recording, good: LogCheck) -> None:
+def test_currents_are_brought_to_one_scale(log: Recording, good: LogReport) -> None:
     """Currents of unknown gain: no word about scales, and the excitation is that of the torques."""
     check = look(replace(log, torque=log.torque / [12.4, 10, 10, 10.5, 10, 9]), currents=True)
     assert words(check, "error", "warning") == ""

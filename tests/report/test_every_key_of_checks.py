@@ -6,9 +6,8 @@ from typing import Any
 
 import numpy as np
 from dynident.apps.logs.following import Change, FollowingChange
-from dynident.apps.logs.log_check import Excited, JointFacts, RobotFit, RobotFits, TimeFacts
+from dynident.apps.logs.log_check import Excited, JointFacts, LogReport, Remark, RobotFit, RobotFits, TimeFacts
 from dynident.apps.report import documents
-from dynident.estimation.diagnosis.finding import Finding
 from dynident.estimation.diagnosis.kinematics import PoseCheck, Reading, Readings
 from dynident.model import Pose
 from dynident.tests.report import made
@@ -20,9 +19,9 @@ def test_check() -> None:
     time = TimeFacts(1000, 9.9, 101.0, (0.009, 0.011), 0.002, (0.5, 9.5))
     facts: list[Any] = [True, (-1.0, 1.1), 2.2, (-30.0, 31.0), 0.001, 0.05, 0.01]
     joint = JointFacts(*facts)
-    look: Any = SimpleNamespace(
-        recording=SimpleNamespace(source="a.csv", notes=("resampled",)), currents=True, usable=False, time=time,
-        findings=(Finding("warning", "joint 1", "saturates"),), joints=(joint,), relative_residual=0.0125,
+    look = LogReport(
+        source="a.csv", notes=("resampled",), currents=True, usable=False, time=time,
+        findings=(Remark("warning", "saturates"),), joints=(joint,), relative_residual=0.0125,
         excitation=(Excited("AR", 1.25, 3.5),), condition_number_scaled=12.5,
     )  # fmt: skip
     robot: Any = made.ROBOT

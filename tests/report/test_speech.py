@@ -23,6 +23,7 @@ from dynident.estimation.gains.known_load import known_mass
 from dynident.model import Recording, Robot
 from dynident.tests.report.render.conftest import read
 from dynident.trajectories import RX90_NOISE, random_via_points
+from msgspec import structs
 
 LOAD = InertialParameters.from_com(7.025, [0.0, 0.0, 0.143], [0.018, 0.018, 0.035])
 
@@ -88,7 +89,8 @@ def test_a_log_named_like_markup_is_harmless(answers: dict[str, Any], tmp_path: 
     """Its name stands in the identifiers of its figure, too."""
     log = answers["log"]
     name = 'x" onload="alert(1)" <b>.csv'
-    replace(log, recording=replace(log.recording, source=name)).report(tmp_path / "r.html")
+    working = log.working._replace(recording=replace(log.working.recording, source=name))
+    structs.replace(log, source=name).made_by(working).report(tmp_path / "r.html")
     page = read((tmp_path / "r.html").read_text(encoding="utf-8"))
     assert not [key for _, key, _ in page.attributes if key == "onload"]
     assert page.count["b"] == 0

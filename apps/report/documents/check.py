@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from itertools import islice
-from typing import Literal, NamedTuple
+from typing import NamedTuple
 
 from msgspec import UNSET, UnsetType, field
 
@@ -10,36 +10,14 @@ from ....common.schema import Document
 from ....estimation.diagnosis.kinematics import PoseCheck, Readings
 from ....estimation.results.parts import Number
 from ....model import Pose, Robot
-from ...logs.log_check import Excited, JointFacts, LogCheck, RobotFits, TimeFacts
-
-
-class FindingDocument(Document, frozen=True):
-    """Something that speaks against a log, or is worth knowing."""
-
-    severity: Literal["error", "warning", "note"]
-    text: str = field(name="words")
-
-
-class LogDocument(Document, frozen=True):
-    """A look at one log."""
-
-    source: str
-    notes: tuple[str, ...]
-    currents: bool
-    usable: bool
-    findings: tuple[FindingDocument, ...]
-    time: TimeFacts | None
-    joints: tuple[JointFacts, ...]
-    excitation: tuple[Excited, ...]
-    relative_residual: Number
-    condition_number_scaled: Number
+from ...logs.log_check import LogReport, RobotFits
 
 
 class CheckDocument(Document, frozen=True):
     """A look at several logs of a robot, null where none was named: then ``fits`` tells which shipped ones fit."""
 
     robot: str | None
-    logs: tuple[LogDocument, ...]
+    logs: tuple[LogReport, ...]
     fits: tuple[RobotFits, ...] | UnsetType = UNSET
 
 
@@ -99,19 +77,15 @@ class Look(NamedTuple):
     """A look at one log: its check, None where no robot fits, and the robots that fit where none was named."""
 
     path: str
-    check: LogCheck | None
+    check: LogReport | None
     fits: RobotFits | None = None
 
 
 def check_document(robot: Robot | None, looks: Sequence[Look]) -> CheckDocument:
     """Make the document of ``dynident check --json``."""
-    checks = (look.check for look in looks if look.check)
-    logs = (
-        LogDocument.of(check, check.recording, findings=tuple(map(FindingDocument.of, check.findings)))
-        for check in checks
-    )
     fits = tuple(look.fits for look in looks if look.fits)
-    return CheckDocument(robot.name if robot else None, tuple(logs), fits or UNSET)
+    logs = tuple(look.check for look in looks if look.check)
+    return CheckDocument(robot.name if robot else None, logs, fits or UNSET)
 
 
 def robot_check_document(robot: Robot, poses: Sequence[PoseCheck], readings: Readings | None) -> RobotCheckDocument:

@@ -10,7 +10,7 @@ import numpy as np
 from ....estimation.diagnosis.kinematics import PoseCheck, Readings
 from ....model import Pose, Robot
 from ...logs.following import FollowingChange
-from ...logs.log_check import LogCheck, RobotFits
+from ...logs.log_check import LogReport, RobotFits
 from ..blocks import Banner, Block, Notes, OnPage, Report, Section, Table
 from ..documents.check import Look
 from ..figures.signals import following_figure, signals_figure
@@ -27,7 +27,7 @@ _LEVELS = {"fell": "use", "rose": "do_not_use", "no clear change": "mass_and_com
 _UNITS = {"following error": ("mrad", 1e3), "unpredicted torque": ("N·m", 1.0), "torque": ("N·m", 1.0)}
 
 
-def log_report(check: LogCheck) -> Report:
+def log_report(check: LogReport) -> Report:
     """How a log was understood, its joints and what looks wrong; then steps, the excitation, the signals."""
     lines = [f"{_MARKS[finding.severity]}: {finding.text}" for finding in check.findings]
     worst = [f.text for severity in ("error", "warning") for f in check.findings if f.severity == severity]
@@ -38,7 +38,7 @@ def log_report(check: LogCheck) -> Report:
     excitation = Table("Excitation: each base parameter from this log", ("", "relative sigma"), sigma)
     details = [*([steps] if steps else []), *([excitation] if sigma else [])]
     return Report(
-        check.recording.source,
+        check.source,
         [Notes(_understood(check)), *([motion] if motion else []), Notes(lines, optional=True), Notes([mend])],
         [Section("signals", "Signals", details)],
         "steps of the signals, each parameter's excitation",
@@ -79,14 +79,14 @@ def check_report(looks: Sequence[Look]) -> Report:
         if look.check:
             stem = re.sub(r"\W+", "_", look.path.replace("\\", "/").rstrip("/").rsplit("/", 1)[-1].split(".")[0])
             unit = "A" if look.check.currents else "N·m"
-            blocks.append(signals_figure(look.check.recording, unit, f"{number:02d}_{stem}"))
+            blocks.append(signals_figure(look.check.working.recording, unit, f"{number:02d}_{stem}"))
         sections.append(Section(f"log_{number}", look.path, blocks))
     return Report("A look at recordings", [Banner("do_not_use" if unusable else "use", words)], sections)
 
 
-def _understood(check: LogCheck) -> list[str]:
+def _understood(check: LogReport) -> list[str]:
     """Say how the log was understood, and how well the robot's model explains it."""
-    recording, time = check.recording, check.time
+    recording, time = check.working.recording, check.time
     kind = "currents [A] of unknown gain" if check.currents else "torques [N·m or N]"
     speeds = "with speeds" if recording.qd is not None else "without speeds (taken from positions)"
     lines = [f"{recording.source}: positions [rad or m], {kind}, {speeds}, joint side"]
@@ -106,10 +106,10 @@ def _understood(check: LogCheck) -> list[str]:
     return lines
 
 
-def _joint_tables(check: LogCheck) -> tuple[Table, Table]:
+def _joint_tables(check: LogReport) -> tuple[Table, Table]:
     """Each joint's motion and torque; steps of the signals, and how often a torque stands at its extreme."""
     moved, steps = [], []
-    for j, (joint, facts) in enumerate(zip(check.robot.joints, check.joints, strict=True), 1):
+    for j, (joint, facts) in enumerate(zip(check.working.robot.joints, check.joints, strict=True), 1):
         share = f"{100 * facts.speed / joint.limits.speed:.0f} %" if np.isfinite(joint.limits.speed) else ""
         position, torque = "{:.3f} to {:.3f}".format(*facts.position), "{:.4g} to {:.4g}".format(*facts.torque)
         moved.append((str(j), "yes" if facts.moves else "no", position, f"{facts.speed:.3g}", share, torque))
