@@ -28,6 +28,7 @@ _REMAINS = 1e-6  # fraction of a direction that the other blocks must determine
 _NOTHING = 1e-20  # of the largest column's square: rounding
 _STEPS = 6  # of Gauss-Newton for gains
 _GAIN = 0.3  # longest step of a gain's reciprocal, and how near to 1 it is thought to be
+_ROWS = 2 * BLOCKS  # of a joint: a few rows fit exactly, and would count for infinitely much
 _FLOOR = 1e-9  # of a joint's torque: data without noise still need finite weights
 
 
@@ -39,7 +40,7 @@ class System:
         names: of the robot's columns.
         columns: the robot's, the payload's ten in its frame, and what friction changes by under load, n x c x N.
         torque: less what is known of the robot [N·m or N], n x N.
-        keep: rows that are used, n x N.
+        keep: rows that are used, n x N; none of a joint that has a few only.
         nominal: values of the robot from an earlier identification, else zero, by ``names``.
         prior: Gram matrix of the prior rows, c x c.
         inflation: factor by which memory of the errors raises the variances that these equations leave.
@@ -90,7 +91,8 @@ class System:
         index = np.arange(len(own) + len(payload), len(prior))
         prior[index, index] = np.square(list(changes.values()))
         inflation = known.inflation if known is not None else 1.0
-        return System(robot, states, tuple(own), columns, torque, states.keep.T, nominal, prior, inflation)
+        keep = states.keep.T & (states.keep.sum(axis=0) >= _ROWS)[:, None]
+        return System(robot, states, tuple(own), columns, torque, keep, nominal, prior, inflation)
 
     @property
     def payload(self) -> slice:

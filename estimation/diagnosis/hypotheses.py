@@ -27,8 +27,9 @@ WHERE = ("", " without payload", WITH_PAYLOAD)
 """In which recordings: all, or some."""
 MOVED = 0.025
 """Relative change of the mass above which a fault spoils every number."""
-SLIP, SLIP_Z = 0.01, 6.0
-"""m and standard deviations by which the centre of mass differs in the second half of the loaded recordings."""
+SLIP, SLIP_Z, SURE = 0.01, 6.0, 3.0
+"""m and standard deviations by which the centre of mass differs in the second half of the loaded recordings; and
+standard deviations of the step's length."""
 CHANGE, CHANGE_Z = 0.1, 6.0
 """Fraction of the payload that comes or goes during the loaded recordings, and its standard deviations."""
 LATE, LATE_Z = 0.008, 5.0
@@ -144,6 +145,11 @@ def slip(system: System) -> Sought | None:
         return effect._replace(size=float(size), sigma=float(sigma))
 
     return system.columns[:, system.payload][:, 6:9] * half, read
+
+
+def _slips(effect: Effect) -> bool:
+    """Short motions show one direction only: a step that is not itself known is none."""
+    return effect.size > max(SLIP, SURE * effect.sigma) and effect.z() > SLIP_Z
 
 
 def _slip(effect: Effect, _: Evidence) -> Finding:
@@ -382,7 +388,7 @@ def _bursts(effect: Effect, evidence: Evidence) -> Finding:
 
 HYPOTHESES = (
     Hypothesis("pull", pull, _pulls, _pull),
-    Hypothesis("slip", slip, lambda effect: effect.size > SLIP and effect.z() > SLIP_Z, _slip),
+    Hypothesis("slip", slip, _slips, _slip),
     Hypothesis("change", change, lambda effect: abs(effect.size) > CHANGE and effect.z() > CHANGE_Z, _change),
     Hypothesis("late", late, lambda effect: abs(effect.size) > LATE and effect.z() > LATE_Z, _late),
     Hypothesis("tilt", tilt, lambda effect: effect.size > TILT and effect.z() > TILT_Z, _tilt),
