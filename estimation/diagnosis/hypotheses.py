@@ -187,8 +187,8 @@ def _change(effect: Effect, _: Evidence) -> Finding:
     From some moment on the payload is {CHANGE:.0%} and {CHANGE_Z:g} sigma larger or smaller: spoils all.
     """
     return error(
-        f"the payload {'grows' if effect.size > 0.0 else 'shrinks'} after {effect.where} of the recordings with "
-        "payload: was it taken up or put down, or does a torque drift?",
+        f"the mass changes: the payload {'grows' if effect.size > 0.0 else 'shrinks'} after {effect.where} of the "
+        "recordings with payload: was it taken up or put down, or does a torque drift?",
         "mass",
     )
 

@@ -35,7 +35,7 @@ def test_demo(here: Path) -> None:
     assert Path("demo/torques.png").stat().st_size > 50_000
     page = Path("demo/report.html").read_text(encoding="utf-8")
     assert all(words in page for words in ('id="parameters"', "FSM6", "held out"))
-    assert page.count("<svg") == 8
+    assert page.count("<svg") == 10
 
 
 def program(*words: str) -> str:
