@@ -8,10 +8,10 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-from dynident import InertialParameters, Simulator, answer_payload, load_robot, payload_problem
+from dynident import InertialParameters, Simulator, identify_payload, load_robot
 from dynident.apps.report import save_figure
 from dynident.common.files import write_text
-from dynident.estimation import PayloadAnswer, answer_gains
+from dynident.estimation import PayloadResult, answer_gains
 from dynident.estimation.answers.gains import DriveGains
 from dynident.estimation.gains.known_load import known_mass
 from dynident.estimation.gains.problem import gain_problem
@@ -33,7 +33,7 @@ class Shown:
 
     name: str
     words: str
-    answer: PayloadAnswer | DriveGains
+    answer: PayloadResult | DriveGains
     figure: str
 
 
@@ -48,7 +48,7 @@ def good() -> Shown:
     """A heavy payload on a fast motion."""
     load = InertialParameters.from_com(7.0, [0.0, 0.02, 0.14], [0.25, 0.3, 0.2])
     bare, heavy = recorded(load, 0.9, 1)
-    answer = answer_payload(payload_problem(ROBOT, [heavy], [bare]))
+    answer = identify_payload(ROBOT, [heavy], [bare])
     return Shown(
         "use", "7 kg, half a metre long, on a fast motion: all ten numbers can be typed in.", answer, "by_joints"
     )
@@ -58,7 +58,7 @@ def slow() -> Shown:
     """A small payload on a slow motion."""
     load = InertialParameters.from_com(3.0, [0.0, 0.01, 0.08], [0.004, 0.004, 0.003])
     bare, heavy = recorded(load, 0.12, 2)
-    answer = answer_payload(payload_problem(ROBOT, [heavy], [bare]))
+    answer = identify_payload(ROBOT, [heavy], [bare])
     words = (
         "3 kg of the size of a fist on a slow motion: gravity shows mass and centre of mass, inertia hardly shows."
     )
@@ -71,7 +71,7 @@ def scaled() -> Shown:
     bare, heavy = recorded(load, 0.9, 1)
     torque = np.array(heavy.torque)
     torque[:, 2] *= 0.9
-    answer = answer_payload(payload_problem(ROBOT, [replace(heavy, torque=torque)], [bare]))
+    answer = identify_payload(ROBOT, [replace(heavy, torque=torque)], [bare])
     words = (
         "The first payload again; the torque of joint 3 is logged a tenth too small under load. Joints disagree."
     )

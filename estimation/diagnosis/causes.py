@@ -374,7 +374,7 @@ def stuck_encoders(own: Comparison, _: Mask) -> Iterator[Read]:
     states = own.states
     for j in range(own.robot.n):
         still = states.stuck[:, j]
-        if 0.0 < still.mean() < 0.5:  # a joint that rests for longer does not move
+        if 0.0 < still.mean() < 0.8:  # a joint that rests for longer does not move
             start, stop = states.t[still][0], states.t[still][-1]
             text = f"the encoder of joint {j + 1} is stuck from {start:.3g} s to {stop:.3g} s"
             yield text, None, replace(states, keep=states.keep & ~still[:, None])

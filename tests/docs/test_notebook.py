@@ -45,6 +45,6 @@ def test_every_cell_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Non
     assert "Verdict: use mass" in answer._repr_html_()
     assert figure.axes
     assert results[3][0].strip().endswith(")")
-    assert answer.result.mass.low < 7.0 < answer.result.mass.high
+    assert answer.mass.low < 7.0 < answer.mass.high
     assert (tmp_path / "payload.html").read_text(encoding="utf-8").startswith("<!DOCTYPE html>")
     assert "7.0" in results[4][0]
