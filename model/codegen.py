@@ -79,7 +79,8 @@ def generate_code(robot: Robot, name: str, folder: str | Path) -> tuple[Path, ..
         groupings = zip(base.names, base.groupings(), strict=True)
         about += [line for column, text in groupings if column.endswith("R") for line in _comment(text)]
     # The example has the robot's own parameters; where its file has none, a unit mass and inertia.
-    unit = {kind: float(parameter_kind(kind) in ("XX", "YY", "ZZ", "M", "IA")) for kind in standard_columns(robot)}
+    standard = standard_columns(robot)
+    unit = {column: float(parameter_kind(column) in ("XX", "YY", "ZZ", "M", "IA")) for column in standard}
     known = unit | dict(robot.parameters)
     chi = base.value(known).tolist() if base else [known[column] for column in columns]
     symbol = f"{_identifier(robot.name)}_{name}"
