@@ -83,7 +83,8 @@ def generate_code(robot: Robot, name: str, folder: str | Path) -> tuple[Path, ..
     unit = {column: float(parameter_kind(column) in ("XX", "YY", "ZZ", "M", "IA")) for column in standard}
     known = unit | dict(robot.parameters)
     chi = base.value(known).tolist() if base else [known[column] for column in columns]
-    symbol = f"{_identifier(robot.name)}_{name}"
+    plain = re.sub(r"[^A-Za-z0-9_]", "_", robot.name)
+    symbol = f"{plain if plain[:1].isalpha() else f'robot_{plain}'}_{name}"
     texts = {
         f"{symbol}.h": _header(function, symbol, about),
         f"{symbol}.c": _source(function, symbol),
@@ -94,12 +95,6 @@ def generate_code(robot: Robot, name: str, folder: str | Path) -> tuple[Path, ..
     for file, text in texts.items():
         write_text(folder / file, text)
     return tuple(folder / file for file in texts)
-
-
-def _identifier(name: str) -> str:
-    """``name`` made a C identifier."""
-    plain = re.sub(r"[^A-Za-z0-9_]", "_", name)
-    return plain if plain[:1].isalpha() else f"robot_{plain}"
 
 
 def _declaration(function: ca.Function, symbol: str) -> str:
