@@ -1,7 +1,6 @@
 """Read-only float arrays, for values that are checked once and never change."""
 
 from collections.abc import Sequence
-from typing import TypeGuard
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -19,22 +18,13 @@ def frozen_array(values: ArrayLike, shape: Sequence[int | None], name: str) -> A
     Raises:
         ValueError: if the shape is another or a number is not finite.
     """
-    array = values if _is_locked(values) else np.array(values, dtype=np.float64)
-    if len(array.shape) != len(shape) or array.shape != tuple(map(_either, shape, array.shape)):
+    array = np.asarray(values, dtype=np.float64)
+    if array is not values or array.base is not None or array.flags.writeable:
+        array = np.array(values, dtype=np.float64)
+    if len(shape) != array.ndim or not all(a in (None, b) for a, b in zip(shape, array.shape, strict=True)):
         sizes = " x ".join("any" if size is None else str(size) for size in shape)
         raise ValueError(f"{name} has shape {array.shape}, expected {sizes}")
     if not np.isfinite(array).all():
         raise ValueError(f"{name} holds a number that is not finite")
     array.setflags(write=False)
     return array
-
-
-def _either(size: int | None, own: int) -> int:
-    return own if size is None else size
-
-
-def _is_locked(values: ArrayLike) -> TypeGuard[Array]:
-    """Whether it is a float array that can no longer change."""
-    if not isinstance(values, np.ndarray) or values.dtype != np.float64:
-        return False
-    return values.base is None and not values.flags.writeable

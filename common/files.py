@@ -99,7 +99,12 @@ def _write(path: Path, content: bytes) -> None:
     if is_device(path):
         path.write_bytes(content)
         return
-    mode = _mode(path)
+    if path.exists():
+        mode = path.stat().st_mode & 0o7777
+    else:
+        umask = os.umask(0o077)
+        os.umask(umask)
+        mode = 0o666 & ~umask
     descriptor, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name[:50]}.")
     try:
         with os.fdopen(descriptor, "wb") as stream:
@@ -108,12 +113,3 @@ def _write(path: Path, content: bytes) -> None:
         Path(name).replace(path)
     finally:
         Path(name).unlink(missing_ok=True)
-
-
-def _mode(path: Path) -> int:
-    """The mode that a file has, or a new one would get."""
-    if path.exists():
-        return path.stat().st_mode & 0o7777
-    umask = os.umask(0o077)
-    os.umask(umask)
-    return 0o666 & ~umask

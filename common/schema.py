@@ -7,7 +7,7 @@ meant where a key is left out. Keys that are not declared are refused.
 import json
 import re
 import tomllib
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from contextlib import contextmanager
 from difflib import get_close_matches
 from pathlib import Path
@@ -34,34 +34,25 @@ def words(kind: Any) -> str:
 def _words(node: inspect.Type, many: bool = False) -> str:
     match node:
         case inspect.UnionType(types=types):
-            kinds = (_words(kind, many) for kind in types if not isinstance(kind, inspect.NoneType))
-            return " or ".join(dict.fromkeys(kinds))
+            named = (_words(kind, many) for kind in types if not isinstance(kind, inspect.NoneType))
+            return " or ".join(dict.fromkeys(named))
         case inspect.FloatType() | inspect.IntType():
-            return _number_words(node, many)
-        case inspect.TupleType() | inspect.VarTupleType():
-            return f"{'lists' if many else 'a list'} of {_items_words(node)}"
+            number = "number" if many else "finite number"
+            plain = "whole number" if isinstance(node, inspect.IntType) else number
+            bound = "" if node.ge in (None, -LARGEST, -1e6) else f" of at least {node.ge:g}"
+            bound = bound if node.gt is None else f" above {node.gt:g}"
+            return (f"{plain}s" if many else f"a {plain}") + bound
+        case inspect.TupleType(item_types=items):
+            return f"{'lists' if many else 'a list'} of {len(items)} {_words(items[0], True)}"
+        case inspect.VarTupleType(item_type=item, min_length=fewest):
+            least = f", at least {fewest}" if fewest else ""
+            return f"{'lists' if many else 'a list'} of {_words(item, True)}{least}"
         case inspect.LiteralType(values=values):
             return " or ".join(map(repr, values))
         case inspect.Metadata(extra_json_schema=schema) if schema:
             return str(schema["description"])
-    plain = {inspect.StrType: ("text", "texts"), inspect.BoolType: ("true or false",) * 2}
-    return plain.get(type(node), ("a table", "tables"))[many]
-
-
-def _number_words(node: inspect.FloatType | inspect.IntType, many: bool) -> str:
-    """A number with its lower bound."""
-    kind = "whole number" if isinstance(node, inspect.IntType) else "number" if many else "finite number"
-    bound = "" if node.ge in (None, -LARGEST, -1e6) else f" of at least {node.ge:g}"
-    bound = bound if node.gt is None else f" above {node.gt:g}"
-    return (f"{kind}s" if many else f"a {kind}") + bound
-
-
-def _items_words(node: inspect.TupleType | inspect.VarTupleType) -> str:
-    """What a list holds, and how many."""
-    if isinstance(node, inspect.TupleType):
-        return f"{len(node.item_types)} {_words(node.item_types[0], True)}"
-    fewest = f", at least {node.min_length}" if node.min_length else ""
-    return _words(node.item_type, True) + fewest
+    kinds = {inspect.StrType: ("text", "texts"), inspect.BoolType: ("true or false",) * 2}
+    return kinds.get(type(node), ("a table", "tables"))[many]
 
 
 def shown(value: Any) -> str:
@@ -337,33 +328,24 @@ def _fault(error: msgspec.ValidationError, data: Any, kind: Any) -> ValueError:
         else:
             advice, kind = kind.advice.get(name, ""), _fields(kind)[name]
         key, data = f"{key}.{name}", data[name]
-    if fault := _inner(text, cause, chosen(kind, data)):
-        return WrongKeyError(f"{key}.{fault.key}"[1:], fault.problem)
+    if isinstance(cause, WrongKeyError):
+        return WrongKeyError(f"{key}.{cause.key}"[1:], cause.problem)
+    if field := re.search(r"(required|unknown) field `(.*)`", text):
+        table, name = chosen(kind, data), field[2]
+        told, known = table.advice.get(name), _fields(table)
+        missing = f"missing: {told or 'must be ' + words(known.get(name, str))}"  # a tag is no field
+        problem = missing if field[1] == "required" else told or unknown(known, name)
+        return WrongKeyError(f"{key}.{name}"[1:], problem)
     problem = advice or f"must be {words(kind)}"
     problem = text if cause else f"{problem}, got {shown(data)}"
     return WrongKeyError(key[1:], problem) if key else ValueError(problem)
 
 
-def _inner(text: str, cause: BaseException | None, kind: Any) -> WrongKeyError | None:
-    """What is wrong with a key of the table at which an error stands."""
-    if isinstance(cause, WrongKeyError):
-        return cause
-    for word, wrong_key in (("required", _missing), ("unknown", _unknown)):
-        if named := re.search(rf"{word} field `(.*)`", text):
-            return WrongKeyError(named[1], wrong_key(kind, named[1]))
-    return None
-
-
-def _missing(table: type[Table], key: str) -> str:
-    kind = _fields(table).get(key, str)  # a tag is no field
-    return f"missing: {table.advice.get(key) or 'must be ' + words(kind)}"
-
-
-def _unknown(table: type[Table], key: str) -> str:
-    known = _fields(table)
+def unknown(known: Collection[str], key: str) -> str:
+    """What is wrong with a key that is none of those known, and which of them may be meant."""
     near = get_close_matches(key, known, 1)
     hint = f"; did you mean {near[0]!r}?" if near else ""
-    return table.advice.get(key) or f"unknown; known here: {', '.join(sorted(known))}{hint}"
+    return f"unknown; known here: {', '.join(sorted(known))}{hint}"
 
 
 def _fields(table: type[Table]) -> dict[str, Any]:
@@ -378,12 +360,6 @@ def _fits(value: Any, kind: Any) -> bool:
     return True
 
 
-def _has_tag(kind: Any, data: dict[str, Any]) -> bool:
-    """Whether data say of themselves that they are of this kind of table."""
-    config = getattr(kind, "__struct_config__", None)
-    return config is not None and config.tag is not None and data.get(config.tag_field) == config.tag
-
-
 def chosen(kind: Any, data: Any) -> Any:
     """The one kind of several that the data take: the table of that tag, a table, a list, or a mapping."""
     if get_origin(kind) is Annotated:
@@ -391,8 +367,10 @@ def chosen(kind: Any, data: Any) -> Any:
     if get_origin(kind) not in (Union, UnionType):
         return kind
     several = [chosen(alternative, data) for alternative in get_args(kind)]
-    if isinstance(data, dict) and (tagged := [table for table in several if _has_tag(table, data)]):
-        return tagged[0]
+    for table in several if isinstance(data, dict) else ():
+        config = getattr(table, "__struct_config__", None)
+        if config is not None and config.tag is not None and data.get(config.tag_field) == config.tag:
+            return table
     lists = isinstance(data, list)
     return next(
         (

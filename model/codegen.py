@@ -4,62 +4,32 @@ import re
 import textwrap
 from collections.abc import Callable
 from pathlib import Path
-from typing import NamedTuple
 
 import casadi as ca
 
 from ..common.errors import InputError
 from ..common.files import made_folder, write_text
 from . import dynamics
-from . import regressors as regressor
-from .base.parameters import BaseParameters, base_regressor
+from .base.parameters import base_regressor
 from .base.rank import base_parameters
 from .drives import parameter_kind
 from .kernel.c_path import c_body
-from .regressors import payload_columns, standard_columns
+from .regressors import payload_columns, payload_regressor, standard_columns, standard_regressor
 from .robot import Robot
 
-
-class _Export(NamedTuple):
-    """A function with the names of its parameters: the entries of chi, or the columns of a regressor."""
-
-    function: ca.Function
-    parameters: tuple[str, ...]
-    base: BaseParameters | None = None
-    note: str = ""
-
-
-def _standard(make: Callable[[Robot], ca.Function]) -> Callable[[Robot], _Export]:
-    return lambda robot: _Export(make(robot), standard_columns(robot))
-
-
-def _base(make: Callable[[Robot, BaseParameters], ca.Function]) -> Callable[[Robot], _Export]:
-    def export(robot: Robot) -> _Export:
-        base = base_parameters(robot)
-        return _Export(make(robot, base), base.columns, base)
-
-    return export
-
-
-def _payload(robot: Robot) -> _Export:
-    # The frame is free text: nothing in it may end the comment.
-    frame = re.sub(r"[^ -~]|[*/\\?]", "_", robot.last_frame)
-    return _Export(
-        regressor.payload_regressor(robot), payload_columns(robot), note=f"Frame of the payload: {frame}"
-    )
-
-
-_EXPORTS: dict[str, Callable[[Robot], _Export]] = {
-    "inverse_dynamics": _standard(dynamics.inverse_dynamics),
-    "inverse_dynamics_base": _base(dynamics.inverse_dynamics_base),
-    "mass_matrix": _standard(dynamics.mass_matrix),
-    "coriolis": _standard(dynamics.coriolis),
-    "gravity": _standard(dynamics.gravity),
-    "forward_dynamics": _standard(dynamics.forward_dynamics),
-    "standard_regressor": _standard(regressor.standard_regressor),
-    "base_regressor": _base(base_regressor),
-    "payload_regressor": _payload,
+_FUNCTIONS: dict[str, Callable[..., ca.Function]] = {
+    "inverse_dynamics": dynamics.inverse_dynamics,
+    "inverse_dynamics_base": dynamics.inverse_dynamics_base,
+    "mass_matrix": dynamics.mass_matrix,
+    "coriolis": dynamics.coriolis,
+    "gravity": dynamics.gravity,
+    "forward_dynamics": dynamics.forward_dynamics,
+    "standard_regressor": standard_regressor,
+    "base_regressor": base_regressor,
+    "payload_regressor": payload_regressor,
 }
+_OF_BASE = ("inverse_dynamics_base", "base_regressor")
+"""Those that are made for base parameters."""
 
 _MEANING = {
     "q": "joint positions [rad or m]",
@@ -76,7 +46,7 @@ _MEANING = {
 
 def code_names() -> tuple[str, ...]:
     """Names of the functions ``generate_code`` can write."""
-    return tuple(_EXPORTS)
+    return tuple(_FUNCTIONS)
 
 
 def generate_code(robot: Robot, name: str, folder: str | Path) -> tuple[Path, ...]:
@@ -93,14 +63,32 @@ def generate_code(robot: Robot, name: str, folder: str | Path) -> tuple[Path, ..
         InputError: if there is no function of that name.
         OSError: if a file cannot be written.
     """
-    if name not in _EXPORTS:
-        raise InputError(f"no function {name!r} to generate: give one of {', '.join(_EXPORTS)}")
-    export = _EXPORTS[name](robot)
-    symbol = f"{_identifier(robot.name)}_{name}"
+    if name not in _FUNCTIONS:
+        raise InputError(f"no function {name!r} to generate: give one of {', '.join(_FUNCTIONS)}")
+    base = base_parameters(robot) if name in _OF_BASE else None
+    function = _FUNCTIONS[name](robot, base) if base else _FUNCTIONS[name](robot)
+    columns = payload_columns(robot) if name == "payload_regressor" else standard_columns(robot)
+    columns = base.columns if base else columns
+    where = "Columns of Phi" if function.name_out(0) == "Phi" else "Entries of chi"
+    about = _comment(f"{where}: {', '.join(f'{k}={column}' for k, column in enumerate(columns))}")
+    if name == "payload_regressor":
+        # The frame is free text: nothing in it may end the comment.
+        about += _comment("Frame of the payload: " + re.sub(r"[^ -~]|[*/\\?]", "_", robot.last_frame))
+    if base:
+        about += [" *", " * These are base parameters; R marks those that others are grouped in:"]
+        groupings = zip(base.names, base.groupings(), strict=True)
+        about += [line for column, text in groupings if column.endswith("R") for line in _comment(text)]
+    # The example has the robot's own parameters; where its file has none, a unit mass and inertia.
+    standard = standard_columns(robot)
+    unit = {column: float(parameter_kind(column) in ("XX", "YY", "ZZ", "M", "IA")) for column in standard}
+    known = unit | dict(robot.parameters)
+    chi = base.value(known).tolist() if base else [known[column] for column in columns]
+    plain = re.sub(r"[^A-Za-z0-9_]", "_", robot.name)
+    symbol = f"{plain if plain[:1].isalpha() else f'robot_{plain}'}_{name}"
     texts = {
-        f"{symbol}.h": _header(export, symbol),
-        f"{symbol}.c": _source(export, symbol),
-        f"{symbol}_example.c": _example(export, symbol, robot),
+        f"{symbol}.h": _header(function, symbol, about),
+        f"{symbol}.c": _source(function, symbol),
+        f"{symbol}_example.c": _example(function, symbol, chi),
     }
     folder = Path(folder)
     made_folder(folder)
@@ -109,20 +97,14 @@ def generate_code(robot: Robot, name: str, folder: str | Path) -> tuple[Path, ..
     return tuple(folder / file for file in texts)
 
 
-def _identifier(name: str) -> str:
-    """``name`` made a C identifier."""
-    plain = re.sub(r"[^A-Za-z0-9_]", "_", name)
-    return plain if plain[:1].isalpha() else f"robot_{plain}"
-
-
 def _declaration(function: ca.Function, symbol: str) -> str:
     arrays = [f"const double {function.name_in(k)}[{function.numel_in(k)}]" for k in range(function.n_in())]
     arrays.append(f"double {function.name_out(0)}[{function.numel_out(0)}]")
     return f"void {symbol}(\n    " + ",\n    ".join(arrays) + ")"
 
 
-def _header(export: _Export, symbol: str) -> str:
-    function, guard = export.function, f"{symbol.upper()}_H"
+def _header(function: ca.Function, symbol: str, about: list[str]) -> str:
+    guard = f"{symbol.upper()}_H"
     lines = [f"/* {symbol}: generated by dynident from the robot's description.", " *"]
     for k in range(function.n_in()):
         name = function.name_in(k)
@@ -131,8 +113,7 @@ def _header(export: _Export, symbol: str) -> str:
     layout = f"{rows} x {columns}, row-major: {name}[{columns} * row + column]" if columns > 1 else f"{rows} values"
     lines += _comment(f"{name}: out, {layout}, {_MEANING[name]}")
     lines += [" *", f" * No allocation, no state. {name} must not overlap the inputs.", " *"]
-    lines += _parameter_comment(export)
-    lines += [" */", f"#ifndef {guard}", f"#define {guard}", ""]
+    lines += [*about, " */", f"#ifndef {guard}", f"#define {guard}", ""]
     lines += ["#ifdef __cplusplus", 'extern "C" {', "#endif", ""]
     lines += [f"{_declaration(function, symbol)};"]
     return "\n".join([*lines, "", "#ifdef __cplusplus", "}", "#endif", "", "#endif", ""])
@@ -147,31 +128,19 @@ def _wrapped(text: str) -> list[str]:
     return textwrap.wrap(text, 98, subsequent_indent="    ", break_on_hyphens=False, break_long_words=False)
 
 
-def _parameter_comment(export: _Export) -> list[str]:
-    where = "Columns of Phi" if export.function.name_out(0) == "Phi" else "Entries of chi"
-    names = ", ".join(f"{k}={name}" for k, name in enumerate(export.parameters))
-    lines = _comment(f"{where}: {names}") + _comment(export.note)
-    if export.base:
-        lines += [" *", " * These are base parameters; R marks those that others are grouped in:"]
-        for name, grouping in zip(export.base.names, export.base.groupings(), strict=True):
-            lines += _comment(grouping) if name.endswith("R") else []
-    return lines
-
-
-def _source(export: _Export, symbol: str) -> str:
-    head = _declaration(export.function, symbol)
-    body = [f"  {line}" for line in c_body(export.function)]
+def _source(function: ca.Function, symbol: str) -> str:
+    body = [f"  {line}" for line in c_body(function)]
+    head = _declaration(function, symbol)
     return "\n".join([f'#include "{symbol}.h"', "", "#include <math.h>", "", head, "{", *body, "}", ""])
 
 
-def _example(export: _Export, symbol: str, robot: Robot) -> str:
-    function = export.function
+def _example(function: ca.Function, symbol: str, chi: list[float]) -> str:
     (rows, columns), output = function.size_out(0), function.name_out(0)
     lines = [f"/* Example of a call. Compile: cc -std=c99 {symbol}.c {symbol}_example.c -lm */"]
     lines += ["#include <stdio.h>", "", f'#include "{symbol}.h"', "", "int main(void)", "{"]
     for k in range(function.n_in()):
         name, size = function.name_in(k), function.numel_in(k)
-        values = _example_parameters(export, robot) if name == "chi" else [0.1 * (k + 1)] * size
+        values = chi if name == "chi" else [0.1 * (k + 1)] * size
         text = f"const double {name}[{size}] = {{{', '.join(f'{value:.9g}' for value in values)}}};"
         lines += [f"  {line}" for line in _wrapped(text)]
     names = [function.name_in(k) for k in range(function.n_in())]
@@ -183,11 +152,3 @@ def _example(export: _Export, symbol: str, robot: Robot) -> str:
     place = f"{output}[{columns} * row + column]"
     end = f"""column + 1 < {columns} ? ' ' : '\\n'"""
     return "\n".join([*lines, f'      printf("%.17g%c", {place}, {end});', "  return 0;", "}", ""])
-
-
-def _example_parameters(export: _Export, robot: Robot) -> list[float]:
-    """The robot's own parameters; where its file has none, a unit mass and inertia."""
-    unit = {name: float(parameter_kind(name) in ("XX", "YY", "ZZ", "M", "IA")) for name in standard_columns(robot)}
-    known = unit | dict(robot.parameters)
-    values = export.base.value(known) if export.base else [known[name] for name in export.parameters]
-    return [float(value) for value in values]

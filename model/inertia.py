@@ -54,10 +54,20 @@ class InertialParameters:
         """
         if not 0.0 < mass < np.inf:
             raise InputError(f"mass {mass:g} kg: a body has a positive mass")
-        c = _point(com)
+        c = _numbers(com, "centre of mass")
+        if c.shape != (3,):
+            raise InputError(f"centre of mass of shape {c.shape}: give x, y, z [m]")
         rounding = _ROUNDING * float(mass * (c @ c))
         inertia = inertia_matrix(inertia_com, rounding)
-        _check_moments(inertia, rounding)
+        # No body has a negative principal moment, or one that exceeds the sum of the others.
+        moments = np.linalg.eigvalsh(inertia)
+        allowed = _ROUNDING * float(np.abs(moments).sum()) + rounding
+        if moments[0] < -allowed or moments[0] + moments[1] < moments[2] - allowed:
+            shown = ", ".join(f"{moment:.4g}" for moment in moments)
+            raise InputError(
+                f"principal moments {shown} kg m^2: no body has them (one is negative, or the largest exceeds the "
+                "sum of the others); the inertia is about the centre of mass"
+            )
         return InertialParameters(ten_parameters(mass, c, inertia))
 
     @property
@@ -169,13 +179,6 @@ def inertia_matrix(values: ArrayLike, rounding: float = 0.0) -> Array:
     return np.asarray(0.5 * (numbers + numbers.T))
 
 
-def _point(values: ArrayLike) -> Array:
-    com = _numbers(values, "centre of mass")
-    if com.shape != (3,):
-        raise InputError(f"centre of mass of shape {com.shape}: give x, y, z [m]")
-    return com
-
-
 def _numbers(values: ArrayLike, name: str) -> Array:
     try:
         numbers = np.array(values, dtype=float)
@@ -184,23 +187,6 @@ def _numbers(values: ArrayLike, name: str) -> Array:
     if not np.isfinite(numbers).all():
         raise InputError(f"{name} holds a number that is not finite")
     return numbers
-
-
-def _check_moments(inertia: Array, rounding: float) -> None:
-    """Refuse what no body has: a negative principal moment, or one that exceeds the sum of the others.
-
-    Args:
-        inertia: about the centre of mass [kg m^2], 3 x 3.
-        rounding: of an inertia that was moved there from the frame's origin [kg m^2].
-    """
-    moments = np.linalg.eigvalsh(inertia)
-    allowed = _ROUNDING * float(np.abs(moments).sum()) + rounding
-    if moments[0] < -allowed or moments[0] + moments[1] < moments[2] - allowed:
-        shown = ", ".join(f"{moment:.4g}" for moment in moments)
-        raise InputError(
-            f"principal moments {shown} kg m^2: no body has them (one is negative, or the largest exceeds the sum "
-            "of the others); the inertia is about the centre of mass"
-        )
 
 
 def inertia_gradient(x: Array, v: Array, w: Array) -> Array:

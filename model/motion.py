@@ -170,17 +170,6 @@ class Processing:
 
     def __post_init__(self) -> None:
         """Refuse settings without a meaning."""
-        self._check_rates()
-        if not 0.0 <= self.slow_fraction < 1.0:
-            raise ValueError(f"slow_fraction must be in [0, 1), got {self.slow_fraction}")
-        slow = self.slow_speed if isinstance(self.slow_speed, tuple) else (self.slow_speed,)
-        if not all(0.0 <= speed < float("inf") for speed in slow):
-            raise ValueError(f"slow_speed must not be negative, got {self.slow_speed}")
-        for name in ("still_speed", "max_mismatch"):
-            if not getattr(self, name) >= 0.0:
-                raise ValueError(f"{name} must not be negative")
-
-    def _check_rates(self) -> None:
         for name in ("rate", "cutoff", "equation_rate"):
             value = getattr(self, name)
             if value is not None and not _SLOWEST <= value < float("inf"):
@@ -189,6 +178,14 @@ class Processing:
             raise ValueError(f"decimate must be a whole number of at least 1, got {self.decimate}")
         if self.decimate > 1 and self.equation_rate is not None:
             raise ValueError("decimate and equation_rate say the same: give one of them")
+        if not 0.0 <= self.slow_fraction < 1.0:
+            raise ValueError(f"slow_fraction must be in [0, 1), got {self.slow_fraction}")
+        slow = self.slow_speed if isinstance(self.slow_speed, tuple) else (self.slow_speed,)
+        if not all(0.0 <= speed < float("inf") for speed in slow):
+            raise ValueError(f"slow_speed must not be negative, got {self.slow_speed}")
+        for name in ("still_speed", "max_mismatch"):
+            if not getattr(self, name) >= 0.0:
+                raise ValueError(f"{name} must not be negative")
 
     def grid_rate(self, recorded: float) -> float:
         """Even rate [Hz] at which a recording of some mean rate is processed.

@@ -175,7 +175,12 @@ class Robot(Brief):
             raise ValueError("rated payload must be positive")
         if self.mass is not None and not 0.0 < self.mass < math.inf:
             raise ValueError("mass must be positive")
-        self._check_lists()
+        n = len(self.joints)
+        if any(len(names) != n for names in self.joint_names):
+            raise ValueError(f"joint_names: give {n} names, base to tip, in each list")
+        slow = self.processing.slow_speed
+        if isinstance(slow, tuple) and len(slow) != n:
+            raise ValueError(f"slow_speed: give one number, or {n}")
         self._check_texts()
         notes = list(self.snapped)
         object.__setattr__(self, "gravity", _snap_gravity(self.gravity, notes))
@@ -185,15 +190,6 @@ class Robot(Brief):
         object.__setattr__(self, "parameters", MappingProxyType(dict(self.parameters)))
         object.__setattr__(self, "sources", MappingProxyType(dict(self.sources)))
         self.drives.check(len(joints))
-
-    def _check_lists(self) -> None:
-        """Refuse lists that do not hold one item for each joint."""
-        n = len(self.joints)
-        if any(len(names) != n for names in self.joint_names):
-            raise ValueError(f"joint_names: give {n} names, base to tip, in each list")
-        slow = self.processing.slow_speed
-        if isinstance(slow, tuple) and len(slow) != n:
-            raise ValueError(f"slow_speed: give one number, or {n}")
 
     def _check_texts(self) -> None:
         """Refuse names that cannot be shown, and texts that no file can hold."""

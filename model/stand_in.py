@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import replace
+from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -13,7 +14,7 @@ from .drives import parameter_kind
 from .dynamics import gravity, mass_matrix
 from .inertia import InertialParameters
 from .regressors import standard_columns
-from .robot import ASSUMED, INERTIAL, Limits, Robot
+from .robot import ASSUMED, INERTIAL, Robot
 
 SPEED = {"revolute": np.pi / 3.0, "prismatic": 0.1}
 """Speed limit where a description has none [rad/s or m/s]: slower than every shipped arm."""
@@ -27,13 +28,24 @@ def with_assumed_limits(robot: Robot) -> Robot:
     Joints that turn are given half a turn to either side, joints the speed ``SPEED`` and ``ACCELERATION`` times
     their speed; sliding joints without a range stay without. What was assumed is in the robot's ``sources``.
     """
+    joints, lacking = [], dict[str, list[str]]()
+    for number, joint in enumerate(robot.joints, start=1):
+        limits, assumed = joint.limits, dict[str, Any]()
+        if joint.revolute and np.isinf(limits.position).all():
+            assumed["position"] = (-np.pi, np.pi)
+        if np.isinf(limits.speed):
+            assumed["speed"] = SPEED[joint.kind]
+        if np.isinf(limits.acceleration):
+            assumed["acceleration"] = ACCELERATION * assumed.get("speed", limits.speed)
+        joints.append(replace(joint, limits=replace(limits, **assumed)))
+        for name in assumed:
+            lacking.setdefault(name, []).append(str(number))
     sources = {
-        name: f"{ASSUMED}: joint {', '.join(map(str, numbers))}: {words}"
+        name: f"{ASSUMED}: joint {', '.join(lacking[name])}: {words}"
         for name, words in _WORDS.items()
-        if (numbers := _without(robot, name))
+        if name in lacking
     }
-    joints = tuple(replace(joint, limits=_filled(joint.limits, joint.kind)) for joint in robot.joints)
-    return replace(robot, joints=joints, sources={**robot.sources, **sources}) if sources else robot
+    return replace(robot, joints=tuple(joints), sources={**robot.sources, **sources}) if sources else robot
 
 
 _WORDS = {
@@ -42,25 +54,6 @@ _WORDS = {
     "acceleration": f"{ACCELERATION:g} times the speed per second",
 }
 """What is assumed of each limit."""
-
-
-def _without(robot: Robot, name: str) -> list[int]:
-    """Numbers of the joints without a limit; of positions those that turn alone."""
-    return [
-        number
-        for number, joint in enumerate(robot.joints, 1)
-        if np.isinf(getattr(joint.limits, name)).any() and (joint.revolute or name != "position")
-    ]
-
-
-def _filled(limits: Limits, kind: str) -> Limits:
-    """Limits of one joint, those that are missing assumed."""
-    low, high = limits.position
-    if kind == "revolute" and np.isinf([low, high]).all():
-        low, high = -np.pi, np.pi
-    speed = SPEED[kind] if np.isinf(limits.speed) else limits.speed
-    acceleration = ACCELERATION * speed if np.isinf(limits.acceleration) else limits.acceleration
-    return replace(limits, position=(low, high), speed=speed, acceleration=acceleration)
 
 
 RADIUS = 0.08
@@ -101,13 +94,16 @@ def cylinders(robot: Robot, total_mass: float) -> tuple[InertialParameters, ...]
     if not 0.0 < total_mass < np.inf:
         raise InputError(f"total mass {total_mass:g} kg of the links must be positive")
     ends = [np.asarray(frame_origin(joint, {}), dtype=float) for joint in robot.joints[1:]] + [np.zeros(3)]
-    radius = cylinder_radius(robot)
-    lengths = np.array([np.linalg.norm(end) for end in ends]) + 2.0 * radius
+    radius, bodies = cylinder_radius(robot), []
+    distances = np.array([float(np.linalg.norm(end)) for end in ends])
+    lengths = distances + 2.0 * radius
     masses = total_mass * lengths / lengths.sum()
-    return tuple(
-        _cylinder(float(mass), end, float(length), radius)
-        for mass, end, length in zip(masses, ends, lengths, strict=True)
-    )
+    for mass, end, distance, length in zip(masses.tolist(), ends, distances, lengths, strict=True):
+        axis = end / distance if distance > 0.0 else np.array([0.0, 0.0, 1.0])
+        along, across = mass * radius**2 / 2.0, mass * (3.0 * radius**2 + length**2) / 12.0
+        inertia = across * np.eye(3) + (along - across) * np.outer(axis, axis)
+        bodies.append(InertialParameters.from_com(mass, end / 2.0, inertia))
+    return tuple(bodies)
 
 
 def cylinder_radius(robot: Robot) -> float:
@@ -122,17 +118,6 @@ def can_stand_in(robot: Robot) -> bool:
     if lacking % 10 or lacking != 10 * len(_bodiless(robot)):
         return False
     return not lacking or robot.mass is not None or _mass_of_bodies(robot) > 0.0
-
-
-def _check_can_stand_in(robot: Robot) -> None:
-    if can_stand_in(robot):
-        return
-    missing = missing_inertial(robot)
-    more = " and more" if len(missing) > 6 else ""
-    raise InputError(
-        f"robot {robot.name!r}: its description lacks {', '.join(missing[:6])}{more}; give the arm's mass for a "
-        "stand-in (--arm-mass KG, or mass_kg in its TOML), or the bodies of all links ([parameters], <inertial>)"
-    )
 
 
 def _bodiless(robot: Robot) -> list[int]:
@@ -151,19 +136,34 @@ def with_stand_in(robot: Robot) -> Robot:
     """The robot with parameters and limits, as far as its description lacks them and they can be assumed.
 
     Limits are ``with_assumed_limits``, links ``cylinders`` of the share ``MOVING`` of the maker's mass or, without
-    it, as dense as the links whose bodies are known; torque limits ``assumed_torque_limits``, friction the share
-    ``FRICTION`` of them, rotors ``rotor_inertias``; offsets are zero. What was assumed is in its ``sources``.
+    it, as dense as the links whose bodies are known; torque limits ``SAFETY`` times what is needed, friction the
+    share ``FRICTION`` of them, rotors ``rotor_inertias``; offsets are zero. What was assumed is in its ``sources``.
 
     Raises:
         InputError: if the description holds neither bodies nor the arm's mass, or a part of a body only.
     """
-    _check_can_stand_in(robot)
+    if not can_stand_in(robot):
+        missing = missing_inertial(robot)
+        more = " and more" if len(missing) > 6 else ""
+        raise InputError(
+            f"robot {robot.name!r}: its description lacks {', '.join(missing[:6])}{more}; give the arm's mass for "
+            "a stand-in (--arm-mass KG, or mass_kg in its TOML), or the bodies of all links ([parameters], "
+            "<inertial>)"
+        )
     robot = with_assumed_limits(robot)
     values, assumptions = dict.fromkeys(standard_columns(robot), 0.0), []
     if bodiless := _bodiless(robot):
-        values |= _links(robot)
+        if robot.mass is None:
+            known, shares = _mass_of_bodies(robot), [body.mass for body in cylinders(robot, 1.0)]
+            total = known / (1.0 - sum(shares[link - 1] for link in bodiless))
+            density = f"as dense as the others, which weigh {known:.3g} kg"
+        else:
+            total, doubt = MOVING * robot.mass, " (itself assumed)" if robot.assumed("mass") else ""
+            density = f"of {100 * MOVING:g} % of the arm's {robot.mass:g} kg{doubt}"
+        for link, body in enumerate(cylinders(robot, total), start=1):
+            values |= body.named(str(link))
         which = "links" if len(bodiless) == robot.n else f"links without a body ({', '.join(map(str, bodiless))})"
-        assumptions.append(f"{which} are cylinders {_density(robot)}")
+        assumptions.append(f"{which} are cylinders {density}")
     values |= robot.parameters
     unknown = {name for name in values.keys() - robot.parameters.keys() if parameter_kind(name) not in INERTIAL}
     rotors = unknown & {f"IA{number}" for number in range(1, robot.n + 1)}
@@ -178,25 +178,6 @@ def with_stand_in(robot: Robot) -> Robot:
         assumptions.append(f"friction is {100 * FRICTION:g} % of the torque limits at full speed")
     sources = {"parameters": f"{ASSUMED}: {', '.join(assumptions)}"} if assumptions else {}
     return replace(limited, parameters=values, sources={**limited.sources, **sources})
-
-
-def _links(robot: Robot) -> dict[str, float]:
-    """Inertial parameters of ``cylinders``, by parameter."""
-    if robot.mass is not None:
-        total = MOVING * robot.mass
-    else:
-        shares = [body.mass for body in cylinders(robot, 1.0)]
-        total = _mass_of_bodies(robot) / (1.0 - sum(shares[link - 1] for link in _bodiless(robot)))
-    bodies = enumerate(cylinders(robot, total), start=1)
-    return {name: value for link, body in bodies for name, value in body.named(str(link)).items()}
-
-
-def _density(robot: Robot) -> str:
-    """What the mass of the cylinders was taken from, in words."""
-    if robot.mass is None:
-        return f"as dense as the others, which weigh {_mass_of_bodies(robot):.3g} kg"
-    doubt = " (itself assumed)" if robot.assumed("mass") else ""
-    return f"of {100 * MOVING:g} % of the arm's {robot.mass:g} kg{doubt}"
 
 
 def rehearsed(robot: Robot) -> Robot:
@@ -245,22 +226,11 @@ def with_rotors(robot: Robot, inertias: Array) -> Robot:
     return replace(robot, drives=drives, parameters={**robot.parameters, **rotors})
 
 
-def assumed_torque_limits(robot: Robot, parameters: Mapping[str, float]) -> Array:
-    """Torque limits where none is published [N·m or N], shape (n,): ``SAFETY`` times what the arm needs at most.
-
-    That is the torque at rest and at each joint's largest acceleration, with the rated payload at ``PAYLOAD_COM``,
-    over poses in the joints' ranges; infinite where accelerations are not limited.
-
-    Args:
-        parameters: standard parameters of its links and rotors.
-    """
-    rest, inertia = _needed(robot, parameters)
-    strong = np.array([joint.limits.acceleration for joint in robot.joints])
-    return np.asarray(SAFETY * (np.abs(rest) + inertia * strong[:, None]).max(axis=1))
-
-
 def _needed(robot: Robot, parameters: Mapping[str, float]) -> tuple[Array, Array]:
-    """Torque at rest [N·m or N] and inertia [kg m^2 or kg] of each joint with the rated payload, n x poses."""
+    """Torque at rest [N·m or N] and inertia [kg m^2 or kg] of each joint with the rated payload, n x poses.
+
+    Positions are in the joints' ranges, or one turn or metre without a range; always the same.
+    """
     values = dict(parameters)
     mass = _load(robot, parameters)
     body = InertialParameters.from_com(mass, PAYLOAD_COM, PAYLOAD_INERTIA * mass * np.eye(3))
@@ -270,7 +240,10 @@ def _needed(robot: Robot, parameters: Mapping[str, float]) -> tuple[Array, Array
     chi = np.array([values[name] for name in standard_columns(robot)])
     q = ca.SX.sym("q", robot.n)
     torque = ca.Function("torque", [q], [gravity(robot)(q, chi), ca.diag(mass_matrix(robot)(q, chi))])
-    rest, inertia = (np.array(part) for part in torque.map(_POSES)(_poses(robot).T))
+    bound = np.array([np.pi if joint.revolute else 0.5 for joint in robot.joints])[:, None]
+    low, high = np.clip([joint.limits.position for joint in robot.joints], -bound, bound).T
+    poses = np.random.default_rng(0).uniform(low, high, (_POSES, robot.n))
+    rest, inertia = (np.array(part) for part in torque.map(_POSES)(poses.T))
     return rest, inertia
 
 
@@ -282,11 +255,17 @@ def _load(robot: Robot, parameters: Mapping[str, float]) -> float:
 
 
 def _limited(robot: Robot, parameters: Mapping[str, float]) -> Robot:
-    """The robot with torque limits, if it lacks them: what links and payload need, or known friction if more."""
+    """The robot with torque limits, if it lacks them: ``SAFETY`` times what it needs, or known friction if more.
+
+    It needs the torque at rest and at each joint's largest acceleration, with the rated payload at ``PAYLOAD_COM``,
+    over poses in the joints' ranges; limits are infinite where accelerations are not limited.
+    """
     limits = [joint.limits for joint in robot.joints]
     if np.isfinite([limit.torque for limit in limits]).all():
         return robot
-    needed = assumed_torque_limits(robot, parameters)
+    rest, inertia = _needed(robot, parameters)
+    strong = np.array([limit.acceleration for limit in limits])
+    needed = SAFETY * (np.abs(rest) + inertia * strong[:, None]).max(axis=1)
     rubs = SAFETY * np.array(
         [
             parameters.get(f"FS{number}", 0.0) + parameters.get(f"FV{number}", 0.0) * limit.speed
@@ -304,19 +283,3 @@ def _limited(robot: Robot, parameters: Mapping[str, float]) -> Robot:
         f"acceleration{', or of friction where that is more' if (rubs > needed).any() else ''}"
     )
     return replace(robot, joints=joints, sources={**robot.sources, "torque": source})
-
-
-def _poses(robot: Robot) -> Array:
-    """Positions in the joints' ranges, or one turn or metre without a range; always the same."""
-    ranges = np.array([joint.limits.position for joint in robot.joints])
-    bound = np.array([np.pi if joint.revolute else 0.5 for joint in robot.joints])
-    low, high = np.clip(ranges, -bound[:, None], bound[:, None]).T
-    return np.asarray(np.random.default_rng(0).uniform(low, high, (_POSES, robot.n)))
-
-
-def _cylinder(mass: float, end: Array, length: float, radius: float) -> InertialParameters:
-    distance = float(np.linalg.norm(end))
-    axis = end / distance if distance > 0.0 else np.array([0.0, 0.0, 1.0])
-    along, across = mass * radius**2 / 2.0, mass * (3.0 * radius**2 + length**2) / 12.0
-    inertia = across * np.eye(3) + (along - across) * np.outer(axis, axis)
-    return InertialParameters.from_com(mass, end / 2.0, inertia)

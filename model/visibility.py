@@ -134,7 +134,14 @@ def payload_visibility(
         InputError: for joints that the robot does not have.
     """
     moving = checked_joints(robot, joints)
-    q, qd, qdd = _states(robot, poses, moving, ranges, seed)
+    draw, count = np.random.default_rng(seed), _STATES * max(len(moving), 2)
+    q = np.vstack([np.tile(pose, (count, 1)) for pose in poses]).astype(float)
+    qd, qdd = np.zeros((2, *q.shape))
+    for j, reach in zip(moving, ranges, strict=True):
+        speed = robot.joints[j].limits.speed
+        q[:, j] += reach * draw.uniform(-1.0, 1.0, len(q))
+        qd[:, j] = (speed if np.isfinite(speed) else _FAST) * draw.uniform(-1.0, 1.0, len(q))
+        qdd[:, j] = _STRONG * draw.uniform(-1.0, 1.0, len(q))
     names = (*payload_columns(robot), *friction_columns(robot))
     kernel = Kernel(regressor(robot.with_offsets(True), names))
     stacked = np.zeros((robot.n, len(q), len(names)))
@@ -160,21 +167,6 @@ def checked_joints(robot: Robot, joints: Sequence[int]) -> list[int]:
         numbers = ", ".join(map(str, joints)) or "none"
         raise InputError(f"joints {numbers}: give different numbers from 1 to {robot.n}")
     return [joint - 1 for joint in joints]
-
-
-def _states(
-    robot: Robot, poses: Sequence[Array], moving: Sequence[int], ranges: Sequence[float], seed: int
-) -> tuple[Array, Array, Array]:
-    draw = np.random.default_rng(seed)
-    count = _STATES * max(len(moving), 2)
-    q = np.vstack([np.tile(pose, (count, 1)) for pose in poses]).astype(float)
-    qd, qdd = np.zeros((2, *q.shape))
-    for j, reach in zip(moving, ranges, strict=True):
-        speed = robot.joints[j].limits.speed
-        q[:, j] += reach * draw.uniform(-1.0, 1.0, len(q))
-        qd[:, j] = (speed if np.isfinite(speed) else _FAST) * draw.uniform(-1.0, 1.0, len(q))
-        qdd[:, j] = _STRONG * draw.uniform(-1.0, 1.0, len(q))
-    return q, qd, qdd
 
 
 def _sum(row: Array) -> str:

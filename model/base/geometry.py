@@ -13,7 +13,7 @@ from ..pose import cos_sin
 from ..robot import Joint, Robot
 from .polynomial import Polynomial, Scalar
 
-_ZERO = 1e-9
+ZERO = 1e-9
 """Below it a cosine, sine or length is rounding: nearly special geometry was snapped when the robot was made."""
 
 _UPPER = np.triu_indices(3)
@@ -49,34 +49,16 @@ class Chain:
 
     def orthogonal(self, i: int, j: int) -> bool:
         """Whether two axes are at right angles."""
-        return abs(float(self.axis(i) @ self.axis(j))) < _ZERO
-
-    def first_axis_in(self, j: int) -> dict[str, float]:
-        """Components of the axis of r1 in frame ``j`` that are not zero, named "MX" to "MZ"."""
-        components = self.rotation[j].T @ self.axis(self.r1)
-        named = zip(("MX", "MY", "MZ"), components.tolist(), strict=True)
-        return {kind: value for kind, value in named if abs(value) > _ZERO}
-
-    def gravity_along(self, j: int) -> float:
-        """Gravity along axis ``j`` [m/s^2], exactly 0 at right angles."""
-        value = float(self.axis(j) @ self.gravity)
-        return value if abs(value) > _ZERO * float(np.linalg.norm(self.gravity)) else 0.0
+        return abs(float(self.axis(i) @ self.axis(j))) < ZERO
 
     def turns_about_gravity(self, j: int) -> bool:
         """Whether revolute axis ``j`` always coincides with that of r1, along gravity, all earlier parallel."""
-        up = self.gravity / np.linalg.norm(self.gravity)
+        first, up = self.axis(self.r1), self.gravity / np.linalg.norm(self.gravity)
         aligned = all(_parallel(self.axis(i), up) for i in range(j + 1))
         # Every revolute axis on the way has to coincide: two offsets may cancel at q = 0 only.
         on_the_way = [i for i in range(self.r1, j + 1) if self.revolute[i]]
-        return aligned and all(self._on_first_axis(i) for i in on_the_way)
-
-    def slides_apart(self, j: int) -> bool:
-        """Whether axis ``j`` is parallel to every earlier revolute axis and orthogonal to every prismatic one."""
-        return all(self.parallel(i, j) if self.revolute[i] else self.orthogonal(i, j) for i in range(j))
-
-    def _on_first_axis(self, j: int) -> bool:
-        away = np.cross(self.origin[j] - self.origin[self.r1], self.axis(self.r1))
-        return bool(np.abs(away).max() < _ZERO)
+        away = np.cross(self.origin[on_the_way] - self.origin[self.r1], first)
+        return aligned and bool(np.abs(away).max(initial=0.0) < ZERO)
 
 
 def chain_at_zero(robot: Robot) -> Chain:
@@ -113,18 +95,15 @@ def frame_origin(joint: Joint, symbols: Mapping[str, Polynomial]) -> NDArray[Any
 def transfer_matrix(joint: Joint, symbols: Mapping[str, Polynomial]) -> NDArray[Any]:
     """Inertial parameters of a body of frame j as frame j-1 sees them at q = 0, 10 x 10 (order of (6))."""
     R, p = frame_rotation(joint), frame_origin(joint, symbols)
-    return np.array([_moved(unit, R, p) for unit in np.eye(10)]).T
-
-
-def _moved(body: Array, R: Array, p: NDArray[Any]) -> list[Scalar]:
-    xx, xy, xz, yy, yz, zz = body[:6]
-    h, mass = R @ body[6:9], body[9]
-    J = R @ np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]) @ R.T
-    # About the new origin: J - (h^ p^ + p^ h^) - m p^ p^, with a^ b^ = b a' - (a.b) 1.
-    both = np.outer(h, p) + np.outer(p, h) + mass * np.outer(p, p)
-    moved = J + np.eye(3) * both.trace() - both
-    return [*moved[_UPPER], *(h + mass * p), mass]
+    columns: list[list[Scalar]] = []
+    for xx, xy, xz, yy, yz, zz, *first, mass in np.eye(10):
+        h = R @ first
+        J = R @ np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]) @ R.T
+        # About the new origin: J - (h^ p^ + p^ h^) - m p^ p^, with a^ b^ = b a' - (a.b) 1.
+        both = np.outer(h, p) + np.outer(p, h) + mass * np.outer(p, p)
+        columns.append([*(J + np.eye(3) * both.trace() - both)[_UPPER], *(h + mass * p), mass])
+    return np.array(columns).T
 
 
 def _parallel(a: Array, b: Array) -> bool:
-    return math.sqrt(float(np.sum(np.cross(a, b) ** 2))) < _ZERO
+    return math.sqrt(float(np.sum(np.cross(a, b) ** 2))) < ZERO

@@ -36,9 +36,10 @@ from numpy.typing import NDArray
 
 from ...common.arrays import Array
 from ...common.errors import InputError
+from ..drives import parameter_kind
 from ..regressors import standard_columns
 from ..robot import INERTIAL, Robot
-from .geometry import Chain, chain_at_zero, transfer_matrix
+from .geometry import ZERO, Chain, chain_at_zero, transfer_matrix
 from .parameters import BaseParameters
 from .polynomial import Polynomial, linear_text
 from .rank import base_parameters
@@ -102,12 +103,9 @@ def moves(robot: Robot) -> list[Move]:
     regroupings: list[Move] = []
     for j in reversed(range(robot.n)):
         rules = _revolute if robot.joints[j].revolute else _prismatic
-        regroupings += [move for move in rules(chain, j, robot) if _has(robot, move.drop)]
+        known = (*INERTIAL, *(parameter_kind(name) for name in robot.drives.names(j + 1)))
+        regroupings += [move for move in rules(chain, j, robot) if move.drop in known]
     return regroupings
-
-
-def _has(robot: Robot, kind: str) -> bool:
-    return kind in INERTIAL or f"{kind}1" in robot.drives.names(1)
 
 
 def _revolute(chain: Chain, j: int, robot: Robot) -> Iterator[Move]:
@@ -137,20 +135,18 @@ def _prismatic(chain: Chain, j: int, robot: Robot) -> Iterator[Move]:
         for kind in ("MX", "MY"):
             yield Move("prismatic parallel to r1: MX, MY to link j-1", j, kind, {kind: 1.0}, True)
     elif j < chain.r2:
-        along = chain.first_axis_in(j)
+        components = (chain.rotation[j].T @ chain.axis(chain.r1)).tolist()
+        along = {kind: value for kind, value in zip(INERTIAL[6:9], components, strict=True) if abs(value) > ZERO}
         last = list(along)[-1]
         yield Move(f"prismatic not parallel to r1: no {last}", j, last, along, False)
-    if j < chain.r2 and chain.slides_apart(j):
-        yield from _prismatic_drive(chain, j, robot)
-
-
-def _prismatic_drive(chain: Chain, j: int, robot: Robot) -> Iterator[Move]:
-    # A rotor without its mass, carried by a link that is lighter by as much: only gravity can still tell.
-    weight = chain.gravity_along(j)
-    if weight == 0.0:
-        yield Move("prismatic rotor into M", j, "IA", {"IA": 1.0, "M": -1.0}, True)
-    elif robot.drives.rotor_inertia:
-        yield Move("prismatic offset into M and IA", j, "OFF", {"M": 1.0, "IA": -1.0, "OFF": weight}, True)
+    apart = all(chain.parallel(i, j) if chain.revolute[i] else chain.orthogonal(i, j) for i in range(j))
+    if j < chain.r2 and apart:
+        # A rotor without its mass, carried by a link that is lighter by as much: only gravity can still tell.
+        weight = float(chain.axis(j) @ chain.gravity)
+        if abs(weight) <= ZERO * float(np.linalg.norm(chain.gravity)):
+            yield Move("prismatic rotor into M", j, "IA", {"IA": 1.0, "M": -1.0}, True)
+        elif robot.drives.rotor_inertia:
+            yield Move("prismatic offset into M and IA", j, "OFF", {"M": 1.0, "IA": -1.0, "OFF": weight}, True)
 
 
 def _apply(

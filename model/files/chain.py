@@ -2,9 +2,7 @@
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
 from pathlib import Path
-from typing import Literal
 
 import numpy as np
 
@@ -46,35 +44,37 @@ def load_urdf(path: str | Path | Source, base: str | None = None, tip: str | Non
     children = _children(tree)
     first = _base(tree, base)
     last, by_convention = _tip(tree, children, first, tip)
-    path_down = _path(tree, first, last)
-    _check_joints(tree, path_down)
-    links, flange = _along(path_down)
-    frames = modified_dh([_axis(link) for link in links], flange)
-    robot = Robot(
+    links, flange = _down(tree, first, last)
+    axes = [
+        JointAxis(
+            "prismatic" if joint.kind == "prismatic" else "revolute",
+            tuple((pose.R @ np.array(joint.axis)).tolist()),
+            pose.origin,
+            joint.limits,
+        )
+        for joint, pose in links
+    ]
+    frames = modified_dh(axes, flange)
+    parameters, left_out = _parameters(tree, children, links, frames)
+    far = [
+        f"axes {number - 1} and {number} are almost parallel (a calibrated description?): their common normal lies "
+        f"{away:.3g} m away, and parameters lose digits; the nominal description has them parallel"
+        for number, joint in enumerate(frames.joints, start=1)
+        if (away := max(abs(joint.d), abs(joint.r))) > _FAR
+    ]
+    return Robot(
         name=re.sub(r"\s+", "_", tree.name.strip()) or "robot",
         joints=frames.joints,
-        gravity=_gravity(frames.base),
+        gravity=tuple((frames.base.R @ np.array([0.0, 0.0, -9.81]) + 0.0).tolist()),
         payload_frame=f"{_frame(last)} of {file}",
         flange=frames.flange,
         base=frames.base,
         links=_named(tree, children, links, frames, (first, last)),
         processing=Processing(slow_speed=usual_slow_speed([joint.revolute for joint in frames.joints])),
+        parameters=parameters,
         title=f"{tree.name} ({file}, {first} to {last})",
-        snapped=(*by_convention, *tree.notes),
+        snapped=(*by_convention, *tree.notes, *left_out, *far),
     )
-    parameters, left_out = _parameters(tree, children, links, frames)
-    return replace(robot, parameters=parameters, snapped=(*robot.snapped, *left_out, *_far_frames(robot)))
-
-
-def _far_frames(robot: Robot) -> list[str]:
-    """Axes that are neither parallel nor clearly apart put their common normal far from the arm."""
-    return [
-        f"axes {number - 1} and {number} are almost parallel (a calibrated description?): their common normal lies "
-        f"{max(abs(joint.d), abs(joint.r)):.3g} m away, and parameters lose digits; the nominal description has "
-        "them parallel"
-        for number, joint in enumerate(robot.joints, start=1)
-        if max(abs(joint.d), abs(joint.r)) > _FAR
-    ]
 
 
 def _children(tree: UrdfTree) -> dict[str, list[UrdfJoint]]:
@@ -130,23 +130,16 @@ def _tip(
         )
     if len(ends) == 1:
         return ends[0], ()
-    flange = _conventional(moved)
-    if flange is None:
+    for pattern in _FLANGES:
+        if named := [link for link in moved if re.fullmatch(pattern, link)]:
+            break
+    if len(named) != 1:  # none, or several arms have one each
         raise InputError(
             f"{tree.source}: several chains end in a link: give --chain :TIP, TIP one of {_list(ends)}"
         )
-    return flange, (
-        f"link {flange!r} is taken as the flange by its name; ends are {_list(ends)}: --chain :TIP chooses",
+    return named[0], (
+        f"link {named[0]!r} is taken as the flange by its name; ends are {_list(ends)}: --chain :TIP chooses",
     )
-
-
-def _conventional(links: Sequence[str]) -> str | None:
-    """The only link that bears a flange's usual name; none where several arms have one each."""
-    for pattern in _FLANGES:
-        named = [link for link in links if re.fullmatch(pattern, link)]
-        if named:
-            return named[0] if len(named) == 1 else None
-    return None
 
 
 def _frame(tip: str) -> str:
@@ -165,7 +158,8 @@ def _list(names: Sequence[str]) -> str:
     return ", ".join(names[:30]) + (" and more" if len(names) > 30 else "")
 
 
-def _path(tree: UrdfTree, base: str, tip: str) -> list[UrdfJoint]:
+def _down(tree: UrdfTree, base: str, tip: str) -> tuple[list[_Link], Pose]:
+    """Moving links between base and tip, and the tip, all in the base at the zero position."""
     above = {joint.child: joint for joint in tree.joints}
     path: list[UrdfJoint] = []
     link = tip
@@ -174,11 +168,8 @@ def _path(tree: UrdfTree, base: str, tip: str) -> list[UrdfJoint]:
             raise InputError(f"{tree.source}: no chain leads from {base!r} down to {tip!r}: swap or change them")
         path.append(above[link])
         link = above[link].parent
-    return path[::-1]
-
-
-def _check_joints(tree: UrdfTree, path: Sequence[UrdfJoint]) -> None:
-    for joint in path:
+    pose, links = Pose(), []
+    for joint in reversed(path):
         if joint.kind not in (*_MOVES, "fixed"):
             raise InputError(
                 f"{tree.source}: joint {joint.name!r} is {joint.kind or 'of no kind'!r}: a chain of revolute, "
@@ -189,25 +180,12 @@ def _check_joints(tree: UrdfTree, path: Sequence[UrdfJoint]) -> None:
                 f"{tree.source}: joint {joint.name!r} mimics {joint.mimics!r}: coupled joints of a URDF are not "
                 "supported; choose another --chain BASE:TIP"
             )
-    if not any(joint.kind in _MOVES for joint in path):
-        raise InputError(f"{tree.source}: no joint moves between base and tip: choose another --chain BASE:TIP")
-
-
-def _along(path: Sequence[UrdfJoint]) -> tuple[list[_Link], Pose]:
-    """Moving links and the tip, all in the base at the zero position."""
-    pose, links = Pose(), []
-    for joint in path:
         pose = pose @ joint.origin
         if joint.kind in _MOVES:
             links.append((joint, pose))
+    if not links:
+        raise InputError(f"{tree.source}: no joint moves between base and tip: choose another --chain BASE:TIP")
     return links, pose
-
-
-def _axis(link: _Link) -> JointAxis:
-    joint, pose = link
-    x, y, z = (pose.R @ np.array(joint.axis)).tolist()
-    kind: Literal["prismatic", "revolute"] = "prismatic" if joint.kind == "prismatic" else "revolute"
-    return JointAxis(kind, (x, y, z), pose.origin, joint.limits)
 
 
 def _named(
@@ -238,11 +216,6 @@ def _fixed_to(children: Mapping[str, list[UrdfJoint]], link: str, pose: Pose) ->
         name, at = waiting.pop()
         yield name, at
         waiting += [(joint.child, at @ joint.origin) for joint in children[name] if joint.kind == "fixed"]
-
-
-def _gravity(base: Pose) -> tuple[float, float, float]:
-    x, y, z = (base.R @ np.array([0.0, 0.0, -9.81]) + 0.0).tolist()
-    return x, y, z
 
 
 def _impossible(name: str, body: InertialParameters) -> list[str]:

@@ -51,10 +51,8 @@ class Reframed(NamedTuple):
     flange: Pose
 
 
-class _Frame(NamedTuple):
-    x: Array
-    z: Array
-    origin: Array
+_Frame = tuple[Array, Array, Array]
+"""Directions x and z, and origin."""
 
 
 def modified_dh(axes: Sequence[JointAxis], flange: Pose) -> Reframed:
@@ -68,28 +66,28 @@ def modified_dh(axes: Sequence[JointAxis], flange: Pose) -> Reframed:
         flange: the flange at the zero pose, in the base.
     """
     lines = [_line(axis) for axis in axes]
-    frame = zero = _frame_zero(*lines[0])
+    x, z, origin = zero = _frame_zero(*lines[0])
     frames: list[Pose] = []
     joints: list[Joint] = []
     for j, axis in enumerate(axes):
         direction, point = lines[j]
         # x of the frame before meets this axis at a right angle, so this is where.
-        foot = _foot(frame.origin, direction, point)
+        foot = _foot(origin, direction, point)
         after = lines[j + 1] if j + 1 < len(axes) else None
-        new = _frame(frame.x, direction, point, foot, after) if after else _last(frame.x, direction, foot, flange)
+        new = _frame(x, direction, point, foot, after) if after else _last(x, direction, foot, flange)
         joints.append(
             Joint(
                 axis.kind,
-                alpha=_angle(frame.z, direction, frame.x),
-                d=_along(foot - frame.origin, frame.x),
-                theta=_angle(frame.x, new.x, direction),
-                r=_along(new.origin - foot, direction),
+                alpha=_angle(z, direction, x),
+                d=_along(foot - origin, x),
+                theta=_angle(x, new[0], direction),
+                r=_along(new[2] - foot, direction),
                 limits=axis.limits,
             )
         )
-        frames.append(_pose(new))
-        frame = new
-    return Reframed(tuple(joints), _pose(zero).inverse(), tuple(frames), frames[-1].inverse() @ flange)
+        frames.append(_pose(*new))
+        x, z, origin = new
+    return Reframed(tuple(joints), _pose(*zero).inverse(), tuple(frames), frames[-1].inverse() @ flange)
 
 
 def _line(axis: JointAxis) -> tuple[Array, Array]:
@@ -111,8 +109,8 @@ def _frame_zero(direction: Array, point: Array) -> _Frame:
     foot = _foot(origin, direction, point)
     across = foot - (foot @ x) * x
     if abs(direction @ x) < SNAP_ANGLE and np.linalg.norm(across) < SNAP_LENGTH:
-        return _Frame(x, np.array([0.0, 0.0, 1.0]), origin)
-    return _Frame(_perpendicular(direction, x), direction, foot)
+        return x, np.array([0.0, 0.0, 1.0]), origin
+    return _perpendicular(direction, x), direction, foot
 
 
 def _perpendicular(direction: Array, wish: Array) -> Array:
@@ -132,11 +130,11 @@ def _frame(x: Array, direction: Array, point: Array, foot: Array, after: tuple[A
     if size < SNAP_ANGLE:
         across = there - point - ((there - point) @ direction) * direction
         apart = float(np.linalg.norm(across))
-        return _Frame(x if apart < SNAP_LENGTH else _turned(across, x, direction, apart), direction, foot)
+        return x if apart < SNAP_LENGTH else _turned(across, x, direction, apart), direction, foot
     # Nearest point of this axis to the next one.
     along = float(np.cross(there - point, next_direction) @ normal) / size**2
     distance = float((there - point) @ normal) / size
-    return _Frame(_turned(normal, x, direction, distance), direction, point + along * direction)
+    return _turned(normal, x, direction, distance), direction, point + along * direction
 
 
 def _turned(normal: Array, x: Array, direction: Array, apart: float) -> Array:
@@ -157,11 +155,11 @@ def _last(x: Array, direction: Array, foot: Array, flange: Pose) -> _Frame:
     """Frame n: the flange itself where its z axis lies on the last joint's, as near as can be elsewhere."""
     wish = flange.R[:, 0]
     x = x if np.linalg.norm(np.cross(wish, direction)) < SNAP_ANGLE else _perpendicular(direction, wish)
-    return _Frame(x, direction, _foot(flange.p, direction, foot))
+    return x, direction, _foot(flange.p, direction, foot)
 
 
-def _pose(frame: _Frame) -> Pose:
-    return Pose.of(np.column_stack([frame.x, np.cross(frame.z, frame.x), frame.z]), frame.origin)
+def _pose(x: Array, z: Array, origin: Array) -> Pose:
+    return Pose.of(np.column_stack([x, np.cross(z, x), z]), origin)
 
 
 def _angle(before: Array, after: Array, axis: Array) -> float:

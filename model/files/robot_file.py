@@ -41,9 +41,11 @@ def load_robot(name: str | Path, base: str | None = None, tip: str | None = None
         return load_urdf(described(text), base, tip)
     if base is not None or tip is not None:
         raise InputError(f"--chain chooses links of a URDF file, {text!r} is none: leave it out")
-    shipped = _shipped(text)
-    if shipped is not None:
-        return _read_shipped(shipped)
+    # Capitals, blanks and hyphens do not count: "UR 10e", "Kr6-R900".
+    plain = re.sub(r"[\s_-]", "", text.lower())
+    for shipped in robot_names():
+        if shipped.replace("_", "") == plain:
+            return _read_shipped(shipped)
     if not Path(name).is_file():
         raise InputError(_no_robot(text))
     table = toml_table(read_text(name, TOML_BYTES), RobotTable, text)
@@ -57,12 +59,6 @@ def _read_shipped(name: str) -> Robot:
     return toml_table((_ROBOTS / f"{name}.toml").read_text(encoding="utf-8"), RobotTable, name).robot()
 
 
-def _shipped(text: str) -> str | None:
-    """The shipped robot of that name; capitals, blanks and hyphens do not count: "UR 10e", "Kr6-R900"."""
-    plain = re.sub(r"[\s_-]", "", text.lower())
-    return next((name for name in robot_names() if name.replace("_", "") == plain), None)
-
-
 def _no_robot(text: str) -> str:
     """What is wrong with a name that is none: a missing file, or a robot that is not shipped."""
     if Path(text).is_dir():
@@ -70,15 +66,11 @@ def _no_robot(text: str) -> str:
     if Path(text).suffix or "/" in text or "\\" in text:
         return f"no such file: {text!r}; 'dynident robot list' shows the shipped robots"
     begins = [name for name in robot_names() if name.startswith(text.lower())]
-    near = begins or get_close_matches(text.lower(), robot_names(), 3, 0.6) or _by_title(text)
+    near = begins or get_close_matches(text.lower(), robot_names(), 3, 0.6)
+    # A maker ("kuka"), or another name of the arm.
+    near = near or [n for n in robot_names() if text.lower() in re.split(r"\W+", load_robot(n).title.lower())]
     hint = f"did you mean {' or '.join(map(repr, near))}? " if near else ""
     return f"no robot {text!r}: {hint}give one of {', '.join(robot_names())}, or the path of a TOML or URDF file"
-
-
-def _by_title(text: str) -> list[str]:
-    """Shipped robots that have the word in their titles: a maker ("kuka"), or another name of the arm."""
-    titles = {name: load_robot(name).title.lower() for name in robot_names()}
-    return [name for name, title in titles.items() if text.lower() in re.split(r"\W+", title)]
 
 
 def robot_toml(robot: Robot, source: str = "") -> str:

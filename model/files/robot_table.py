@@ -7,12 +7,12 @@ from typing import Annotated, Any, ClassVar, Literal
 
 from msgspec import Meta, field, structs
 
-from ...common.schema import Real, Table, Triple, WrongKeyError, at
+from ...common.schema import Real, Table, Triple, WrongKeyError, at, unknown
 from ..drives import Coupling, Drives, Spring
 from ..motion import Processing, usual_slow_speed
 from ..pose import Pose
 from ..regressors import standard_columns
-from ..robot import Joint, Limits, Robot
+from ..robot import SOURCED, Joint, Limits, Robot
 
 _TREES = "trees are not supported: give the joints of one chain, base to tip"
 _UNITS = {"revolute": "deg", "prismatic": "m"}
@@ -207,20 +207,6 @@ class ProcessingTable(Table, frozen=True):
         return Processing(**values | {"slow_speed": slow if self.slow_speed is None else self.slow_speed})
 
 
-class SourcesTable(Table, frozen=True):
-    """Where numbers come from; "assumed: .." and how, where no source gives them."""
-
-    position: str = ""
-    speed: str = ""
-    acceleration: str = ""
-    torque: str = ""
-    parameters: str = ""
-    mass: str = ""
-    rated_payload: str = ""
-    flange: str = ""
-    joint_names: str = ""
-
-
 class RobotTable(Table, frozen=True, kw_only=True):
     """A robot."""
 
@@ -234,7 +220,7 @@ class RobotTable(Table, frozen=True, kw_only=True):
     rated_payload_kg: Real | None = None
     mass_kg: Real | None = None
     joint_names: tuple[tuple[str, ...], ...] = ()
-    sources: SourcesTable = SourcesTable()
+    sources: dict[str, str] = field(default_factory=dict)
     flange: PoseTable = PoseTable()
     flange_in_payload_frame: PoseTable | None = None
     base: PoseTable = PoseTable()
@@ -259,7 +245,7 @@ class RobotTable(Table, frozen=True, kw_only=True):
             mass_kg=robot.mass,
             joint_names=robot.joint_names,
             flange_in_payload_frame=PoseTable.of(robot.flange_pose) if robot.flange_pose else None,
-            sources=SourcesTable(**robot.sources),
+            sources={name: robot.sources[name] for name in SOURCED if name in robot.sources},
             flange=PoseTable.of(robot.flange),
             base=PoseTable.of(robot.base),
             lengths={name: value for name, value in lengths if value != 0.0},
@@ -275,6 +261,9 @@ class RobotTable(Table, frozen=True, kw_only=True):
         Raises:
             WrongKeyError: names the key.
         """
+        for name in self.sources:
+            if name not in SOURCED:
+                raise WrongKeyError(f"sources.{name}", unknown(SOURCED, name))
         joints = []
         for number, table in enumerate(self.joints, start=1):
             with at(f"joints[{number}]"):
@@ -296,7 +285,7 @@ class RobotTable(Table, frozen=True, kw_only=True):
                 self.mass_kg,
                 self.flange_in_payload_frame.pose() if self.flange_in_payload_frame else None,
                 self.joint_names,
-                {name: text for name, text in structs.asdict(self.sources).items() if text},
+                {name: text for name, text in self.sources.items() if text},
                 processing=processing,
                 parameters=self.parameters,
                 title=self.title,

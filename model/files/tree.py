@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from xml.etree import ElementTree
@@ -9,66 +10,20 @@ from xml.etree import ElementTree
 import numpy as np
 
 from ...common.errors import InputError
+from ...common.schema import naming, read_text
 from ..inertia import InertialParameters, ten_parameters
 from ..pose import Pose
 from ..robot import SNAP_ANGLE, SNAP_LENGTH, Limits, Mesh
 from .described import Source, expanded, package_places
 
-_ZEROS, _ONES = "0 0 0", "1 1 1"
-
-
-def meshes_of(link: ElementTree.Element, source: Path) -> tuple[Mesh, ...]:
-    """Meshes of a link's visuals, in its frame; a visual that cannot be understood is passed over.
-
-    Args:
-        link: the URDF's element.
-        source: the URDF.
-    """
-    return tuple(mesh for visual in link.findall("visual") for mesh in _mesh(visual, source))
-
-
-def _mesh(visual: ElementTree.Element, source: Path) -> Iterator[Mesh]:
-    element = visual.find("geometry/mesh")
-    if element is None or not element.get("filename"):
-        return
-    origin = visual.find("origin")
-    place = origin if origin is not None else ElementTree.Element("origin")
-    try:
-        pose = Pose.from_rpy(_three(place.get("xyz", _ZEROS)), _three(place.get("rpy", _ZEROS)))
-        yield Mesh(_file(element.get("filename", ""), source), pose, _three(element.get("scale", _ONES)))
-    except ValueError:  # looks are no reason to refuse a robot
-        return
-
-
-def _three(text: str) -> tuple[float, float, float]:
-    x, y, z = map(float, text.split())
-    return x, y, z
-
-
-def _file(name: str, source: Path) -> str:
-    """The file, or its name as written where it is not found.
-
-    ``package://NAME/..`` is sought in the folders above the URDF and in those that ROS names by its environment.
-    """
-    places = _places(name, source.resolve().parent)
-    return next((str(place) for place in places if place.is_file()), name)
-
-
-def _places(name: str, folder: Path) -> Iterator[Path]:
-    scheme, _, rest = name.partition("://")
-    if not rest:
-        yield folder / name
-    elif scheme == "file":
-        yield Path(rest)
-    elif scheme in ("package", "model"):
-        package, _, inside = rest.partition("/")
-        yield from (place / inside for place in package_places(package, folder))
-
-
-LARGEST_FILE = 5_000_000
+_LARGEST_FILE = 5_000_000
 """Bytes; a description without its meshes comes nowhere near."""
 _LARGEST = 1e9  # no length, angle or mass of an arm comes near
 _UNKNOWN_EFFORT = 1e5  # N·m or N: no arm's joint comes near
+_Three = tuple[float, float, float]
+_ZEROS = (0.0, 0.0, 0.0)
+_Notes = dict[str, list[str]]
+"""What was made exact or left out, and where."""
 
 
 @dataclass(frozen=True)
@@ -88,7 +43,7 @@ class UrdfJoint:
     parent: str
     child: str
     origin: Pose
-    axis: tuple[float, float, float]
+    axis: _Three
     limits: Limits
     damping: float | None
     friction: float | None
@@ -123,27 +78,31 @@ def read_urdf(source: str | Path | Source) -> UrdfTree:
         InputError: names the element that cannot be used.
     """
     source = source if isinstance(source, Source) else Source(Path(source))
-    root = _parsed(source.path, _text(source.path))
+    path = source.path
+    root = _parsed(path, read_text(path, _LARGEST_FILE))
     if any(map(_of_xacro, root.iter())):
-        root = _parsed(source.path, expanded(source))
+        root = _parsed(path, expanded(source))
         if left := next((element.tag for element in root.iter() if _of_xacro(element)), ""):
-            raise InputError(
-                f"{source.path}: xacro leaves <{left}> as it is: expand it first (xacro FILE > robot.urdf)"
-            )
+            raise InputError(f"{path}: xacro leaves <{left}> as it is: expand it first (xacro FILE > robot.urdf)")
     if root.tag != "robot":
-        raise InputError(f"{source.path}: the outermost element is <{root.tag}>, a URDF's is <robot>")
-    return _Reader(str(source.path)).tree(root)
-
-
-def _text(path: Path) -> str:
-    try:
-        if path.stat().st_size > LARGEST_FILE:
-            raise InputError(f"{path}: larger than {LARGEST_FILE // 1_000_000} MB: not a robot description")
-        return path.read_bytes().decode("utf-8")
-    except UnicodeDecodeError:
-        raise InputError(f"{path}: not UTF-8 text: save the description as UTF-8") from None
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read ({error.strerror})") from None
+        raise InputError(f"{path}: the outermost element is <{root.tag}>, a URDF's is <robot>")
+    notes: _Notes = {}
+    with naming(path):
+        links = _named(root, "link")
+        bodies = {name: _body(link, f"link {name!r} inertial", notes) for name, link in links.items()}
+        joints = tuple(_joint(name, joint, notes) for name, joint in _named(root, "joint").items())
+        for joint in joints:
+            for link in (joint.parent, joint.child):
+                if link not in links:
+                    raise ValueError(f"joint {joint.name!r}: no link {link!r} in the file")
+    return UrdfTree(
+        root.get("name") or path.stem,
+        str(path),
+        bodies,
+        joints,
+        tuple(f"{', '.join(places)}: {note}" for note, places in notes.items()),
+        {name: tuple(_meshes(link, path.resolve().parent)) for name, link in links.items()},
+    )
 
 
 def _parsed(path: Path, text: str) -> ElementTree.Element:
@@ -163,162 +122,145 @@ def _of_xacro(element: ElementTree.Element) -> bool:
     return (element.tag.startswith("{") and "xacro" in element.tag) or any("${" in word for word in words)
 
 
-class _Reader:
-    """Turns the elements of one file into values and names whatever does not fit."""
-
-    def __init__(self, source: str) -> None:
-        self._source = source
-        self._notes: dict[str, list[str]] = {}
-
-    def tree(self, root: ElementTree.Element) -> UrdfTree:
-        links = {self._name(link, "link"): self._body(link) for link in self._unique(root, "link")}
-        joints = tuple(self._joint(joint) for joint in self._unique(root, "joint"))
-        for joint in joints:
-            for link in (joint.parent, joint.child):
-                if link not in links:
-                    raise self._error(f"joint {joint.name!r}", f"no link {link!r} in the file")
-        name = root.get("name") or Path(self._source).stem
-        return UrdfTree(
-            name,
-            self._source,
-            links,
-            joints,
-            tuple(f"{', '.join(places)}: {note}" for note, places in self._notes.items()),
-            {link.get("name", ""): meshes_of(link, Path(self._source)) for link in root.findall("link")},
-        )
-
-    def _unique(self, root: ElementTree.Element, tag: str) -> Iterator[ElementTree.Element]:
-        known_names: set[str] = set()
-        for element in root.findall(tag):
-            name = self._name(element, tag)
-            if name in known_names:
-                raise self._error(f"{tag} {name!r}", "given twice")
-            known_names.add(name)
-            yield element
-
-    def _joint(self, element: ElementTree.Element) -> UrdfJoint:
-        name = self._name(element, "joint")
-        where = f"joint {name!r}"
-        kind = element.get("type", "")
-        mimic = element.find("mimic")
-        axis = self._numbers(element.find("axis"), "xyz", (1.0, 0.0, 0.0), where)
-        if kind in ("revolute", "continuous", "prismatic") and not 1e-9 < math.hypot(*axis) < _LARGEST:
-            raise self._error(where, "axis has no direction")
-        dynamics = element.find("dynamics")
-        return UrdfJoint(
-            name,
-            kind,
-            self._reference(element, "parent", where),
-            self._reference(element, "child", where),
-            self._pose(element.find("origin"), where),
-            axis,
-            self._limits(element.find("limit"), kind, where),
-            self._optional(dynamics, "damping", where),
-            self._optional(dynamics, "friction", where),
-            mimic.get("joint", "another joint") if mimic is not None else "",
-        )
-
-    def _body(self, link: ElementTree.Element) -> InertialParameters | None:
-        inertial = link.find("inertial")
-        if inertial is None:
-            return None
-        where = f"link {self._name(link, 'link')!r} inertial"
-        mass, inertia = inertial.find("mass"), inertial.find("inertia")
-        if mass is None or inertia is None:
-            raise self._error(where, "needs <mass> and <inertia>")
-        xx, xy, xz, yy, yz, zz = (self._number(inertia, f"i{key}", where) for key in
-                                  ("xx", "xy", "xz", "yy", "yz", "zz"))  # fmt: skip
-        at = self._pose(inertial.find("origin"), where)
-        inertia_com = at.R @ np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]) @ at.R.T
-        # Files hold bodies that cannot exist; the chain's reader notes them.
-        return InertialParameters(ten_parameters(self._number(mass, "value", where), at.p, inertia_com))
-
-    def _limits(self, element: ElementTree.Element | None, kind: str, where: str) -> Limits:
-        if element is None:
-            return Limits()
-        bounds = {
-            name: self._optional(element, key, where)
-            for name, key in (("speed", "velocity"), ("torque", "effort"), ("low", "lower"), ("high", "upper"))
-        }
-        # Many descriptions write 0 for what they do not know, or a torque that no joint has.
-        speed, torque = (bounds[name] or math.inf for name in ("speed", "torque"))
-        torque = torque if torque < _UNKNOWN_EFFORT else math.inf
-        if speed < 0.0 or torque < 0.0:
-            raise self._error(where, "velocity and effort limits must not be negative")
-        return Limits(self._range(bounds["low"] or 0.0, bounds["high"] or 0.0, kind, where), speed, torque=torque)
-
-    def _range(self, low: float, high: float, kind: str, where: str) -> tuple[float, float]:
-        """Position limits, infinite where the file gives no range."""
-        if kind != "continuous" and low < high:
-            return low, high
-        if kind in ("revolute", "prismatic"):
-            self._note(where, f"position limits {low:g} to {high:g} leave no range: not used")
-        return Limits().position
-
-    def _pose(self, element: ElementTree.Element | None, where: str) -> Pose:
-        xyz = self._numbers(element, "xyz", (0.0, 0.0, 0.0), where)
-        rpy = self._numbers(element, "rpy", (0.0, 0.0, 0.0), where)
-        return Pose.from_rpy(
-            [self._special(value, None, SNAP_LENGTH, f"{where} origin xyz") for value in xyz],
-            [self._special(value, math.pi / 2, SNAP_ANGLE, f"{where} origin rpy") for value in rpy],
-        )
-
-    def _special(self, value: float, step: float | None, tolerance: float, where: str) -> float:
-        """An angle near a multiple of 90 degrees as that multiple, a tiny length as zero."""
-        exact = 0.0 if step is None else round(value / step) * step
-        if value == exact or abs(value - exact) >= tolerance:
-            return value
-        # A value written to seven or more digits is right as it stands.
-        if abs(value - exact) > 1e-7 or step is None:
-            self._note(where, f"{value:.9g} taken as {exact:.9g}")
-        return exact
-
-    def _note(self, where: str, text: str) -> None:
-        """Say a thing once of all places that it holds for."""
-        places = self._notes.setdefault(text, [])
-        if where not in places:
-            places.append(where)
-
-    # Checks of single entries.
-
-    def _error(self, where: str, problem: str) -> InputError:
-        return InputError(f"{self._source}: {where}: {problem}")
-
-    def _name(self, element: ElementTree.Element, tag: str) -> str:
+def _named(root: ElementTree.Element, tag: str) -> dict[str, ElementTree.Element]:
+    """Elements of a tag by their names."""
+    named: dict[str, ElementTree.Element] = {}
+    for element in root.findall(tag):
         name = element.get("name")
         if not name:
-            raise self._error(f"<{tag}>", "a name is missing")
-        return name
+            raise ValueError(f"<{tag}>: a name is missing")
+        if name in named:
+            raise ValueError(f"{tag} {name!r}: given twice")
+        named[name] = element
+    return named
 
-    def _reference(self, element: ElementTree.Element, tag: str, where: str) -> str:
-        named = element.find(tag)
-        link = named.get("link") if named is not None else None
+
+def _meshes(link: ElementTree.Element, folder: Path) -> Iterator[Mesh]:
+    """Meshes of a link's visuals, in its frame; a visual that cannot be understood is passed over.
+
+    ``package://NAME/..`` is sought in the folders above the URDF and in those that ROS names by its environment; a
+    file that is not found keeps its name as written.
+    """
+    for visual in link.findall("visual"):
+        element, origin = visual.find("geometry/mesh"), visual.find("origin")
+        name = "" if element is None else element.get("filename", "")
+        if element is None or not name:
+            continue
+        with suppress(ValueError):  # looks are no reason to refuse a robot
+            pose = Pose.from_rpy(_triple(origin, "xyz", _ZEROS, ""), _triple(origin, "rpy", _ZEROS, ""))
+            file = next((str(place) for place in _places(name, folder) if place.is_file()), name)
+            yield Mesh(file, pose, _triple(element, "scale", (1.0, 1.0, 1.0), ""))
+
+
+def _places(name: str, folder: Path) -> Iterator[Path]:
+    scheme, _, rest = name.partition("://")
+    if not rest:
+        yield folder / name
+    elif scheme == "file":
+        yield Path(rest)
+    elif scheme in ("package", "model"):
+        package, _, inside = rest.partition("/")
+        yield from (place / inside for place in package_places(package, folder))
+
+
+def _joint(name: str, element: ElementTree.Element, notes: _Notes) -> UrdfJoint:
+    where, kind, mimic = f"joint {name!r}", element.get("type", ""), element.find("mimic")
+    axis = _triple(element.find("axis"), "xyz", (1.0, 0.0, 0.0), where)
+    if kind in ("revolute", "continuous", "prismatic") and not 1e-9 < math.hypot(*axis) < _LARGEST:
+        raise ValueError(f"{where}: axis has no direction")
+    ends = {tag: "" if (end := element.find(tag)) is None else end.get("link", "") for tag in ("parent", "child")}
+    for tag, link in ends.items():
         if not link:
-            raise self._error(where, f"<{tag} link=...> is missing")
-        return link
+            raise ValueError(f"{where}: <{tag} link=...> is missing")
+    dynamics = element.find("dynamics")
+    return UrdfJoint(
+        name,
+        kind,
+        ends["parent"],
+        ends["child"],
+        _pose(element.find("origin"), where, notes),
+        axis,
+        _limits(element.find("limit"), kind, where, notes),
+        _optional(dynamics, "damping", where),
+        _optional(dynamics, "friction", where),
+        mimic.get("joint", "another joint") if mimic is not None else "",
+    )
 
-    def _optional(self, element: ElementTree.Element | None, key: str, where: str) -> float | None:
-        return None if element is None or element.get(key) is None else self._number(element, key, where)
 
-    def _number(self, element: ElementTree.Element, key: str, where: str) -> float:
-        return self._parsed([element.get(key, "")], f"{where} {key}")[0]
+def _body(link: ElementTree.Element, where: str, notes: _Notes) -> InertialParameters | None:
+    inertial = link.find("inertial")
+    if inertial is None:
+        return None
+    mass, inertia = inertial.find("mass"), inertial.find("inertia")
+    if mass is None or inertia is None:
+        raise ValueError(f"{where}: needs <mass> and <inertia>")
+    xx, xy, xz, yy, yz, zz = (_number(inertia, f"i{key}", where) for key in ("xx", "xy", "xz", "yy", "yz", "zz"))
+    at = _pose(inertial.find("origin"), where, notes)
+    inertia_com = at.R @ np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]) @ at.R.T
+    # Files hold bodies that cannot exist; the chain's reader notes them.
+    return InertialParameters(ten_parameters(_number(mass, "value", where), at.p, inertia_com))
 
-    def _numbers(
-        self, element: ElementTree.Element | None, key: str, default: tuple[float, float, float], where: str
-    ) -> tuple[float, float, float]:
-        if element is None or element.get(key) is None:
-            return default
-        words = element.get(key, "").split()
-        if len(words) != 3:
-            raise self._error(f"{where} {element.tag} {key}", f"three numbers are needed, got {len(words)}")
-        x, y, z = self._parsed(words, f"{where} {element.tag} {key}")
-        return x, y, z
 
-    def _parsed(self, words: Sequence[str], where: str) -> list[float]:
-        try:
-            values = [float(word) for word in words]
-        except ValueError:
-            raise self._error(where, f"{' '.join(words)[:40]!r} is not a number") from None
-        if not all(abs(value) < _LARGEST for value in values):
-            raise self._error(where, f"{' '.join(words)[:40]!r} is not a finite number of reasonable size")
-        return values
+def _limits(element: ElementTree.Element | None, kind: str, where: str, notes: _Notes) -> Limits:
+    """Limits, infinite where the file gives none; many write 0 for what they do not know, or a torque none has."""
+    if element is None:
+        return Limits()
+    keys = ("velocity", "effort", "lower", "upper")
+    speed, torque, low, high = (_optional(element, key, where) or 0.0 for key in keys)
+    if speed < 0.0 or torque < 0.0:
+        raise ValueError(f"{where}: velocity and effort limits must not be negative")
+    position = (low, high) if kind != "continuous" and low < high else Limits().position
+    if kind in ("revolute", "prismatic") and not low < high:
+        _note(notes, where, f"position limits {low:g} to {high:g} leave no range: not used")
+    return Limits(position, speed or math.inf, torque=torque if 0.0 < torque < _UNKNOWN_EFFORT else math.inf)
+
+
+def _pose(element: ElementTree.Element | None, where: str, notes: _Notes) -> Pose:
+    """A frame, with angles near a multiple of 90 degrees as that multiple and tiny lengths as zero."""
+    exact: dict[str, list[float]] = {}
+    for key, tolerance in (("xyz", SNAP_LENGTH), ("rpy", SNAP_ANGLE)):
+        exact[key] = list(_triple(element, key, _ZEROS, where))
+        for k, value in enumerate(exact[key]):
+            special = round(value / (math.pi / 2)) * (math.pi / 2) if key == "rpy" else 0.0
+            if value == special or abs(value - special) >= tolerance:
+                continue
+            exact[key][k] = special
+            # An angle written to seven or more digits is right as it stands.
+            if abs(value - special) > 1e-7 or key == "xyz":
+                _note(notes, f"{where} origin {key}", f"{value:.9g} taken as {special:.9g}")
+    return Pose.from_rpy(exact["xyz"], exact["rpy"])
+
+
+def _note(notes: _Notes, where: str, text: str) -> None:
+    """Say a thing once of all places that it holds for."""
+    places = notes.setdefault(text, [])
+    if where not in places:
+        places.append(where)
+
+
+def _optional(element: ElementTree.Element | None, key: str, where: str) -> float | None:
+    return None if element is None or element.get(key) is None else _number(element, key, where)
+
+
+def _number(element: ElementTree.Element, key: str, where: str) -> float:
+    return _numbers([element.get(key, "")], f"{where} {key}")[0]
+
+
+def _triple(element: ElementTree.Element | None, key: str, default: _Three, where: str) -> _Three:
+    if element is None or element.get(key) is None:
+        return default
+    words = element.get(key, "").split()
+    if len(words) != 3:
+        raise ValueError(f"{where} {element.tag} {key}: three numbers are needed, got {len(words)}")
+    x, y, z = _numbers(words, f"{where} {element.tag} {key}")
+    return x, y, z
+
+
+def _numbers(words: Sequence[str], where: str) -> list[float]:
+    try:
+        values = [float(word) for word in words]
+    except ValueError:
+        raise ValueError(f"{where}: {' '.join(words)[:40]!r} is not a number") from None
+    if not all(abs(value) < _LARGEST for value in values):
+        raise ValueError(f"{where}: {' '.join(words)[:40]!r} is not a finite number of reasonable size")
+    return values

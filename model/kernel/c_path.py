@@ -148,7 +148,9 @@ void chain(const double *const *in, const long long *step, const long long *ahea
 def c_source(program: Program) -> str:
     """The program as one C file that exports ``tiles``, ``rows`` and ``chain``."""
     lines = ["", "static void samples(const double *const *in, const long long *step, long long i, double *out) {"]
-    lines += [f"  reals x{k} = {_load(program, row)};" for k, row in program.inputs.items()]
+    places = [(k, row) for k, size in enumerate(program.input_sizes) for row in range(size)]
+    load = "vload(in[{0}] + i * step[{0}] + {1}, step[{0}])"
+    lines += [f"  reals x{k} = {load.format(*places[row])};" for k, row in program.inputs.items()]
     lines += [f"  reals x{k} = vsplat({c_number(value)});" for k, value in program.constants.items()]
     for step in program.steps:
         expression = OPERATIONS[step.name].c.format(*(f"x{k}" for k in step.arguments))
@@ -162,15 +164,6 @@ def c_source(program: Program) -> str:
         chunk=_CHUNK,
     )
     return _PRELUDE + "\n".join(lines) + "\n}\n" + loop
-
-
-def _load(program: Program, row: int) -> str:
-    """One number of each sample: the stacked input row as input and place in it."""
-    k = 0
-    while row >= program.input_sizes[k]:
-        row -= program.input_sizes[k]
-        k += 1
-    return f"vload(in[{k}] + i * step[{k}] + {row}, step[{k}])"
 
 
 def c_number(value: float) -> str:
@@ -253,6 +246,8 @@ def _samples(inputs: Sequence[Array]) -> int:
 
 _WIDTH = 90
 """Expressions up to this length are written where they are used, if only once."""
+_PLAIN = r"[\w.]+(\[\d+\])?"
+"""A name, an entry of an array or a plain number: an operand that needs no parentheses."""
 
 _SCALAR = (  # how the vector expressions read for a single number
     (r"v(?:each|pair)\((\w+), ", r"\1("),
@@ -266,61 +261,39 @@ _SCALAR = (  # how the vector expressions read for a single number
 def c_body(function: ca.Function) -> list[str]:
     """Statements of a C function that computes the function's one output from its inputs.
 
-    Inputs and output are arrays called as in the function, the output dense and row-major.
+    Inputs and output are arrays called as in the function, the output dense and row-major. What is used more than
+    once is declared, the rest written where it is used.
 
     Raises:
         TypeError: if the function is not made of scalar operations the kernel knows.
     """
     program = read_program(function)
-    lines, values = _statements(program, _input_names(function))
-    name, (rows, columns) = function.name_out(0), function.size_out(0)
-    sparsity = function.sparsity_out(0).get_triplet()
-    places = sorted((row * columns + column, k) for k, (row, column) in enumerate(zip(*sparsity, strict=True)))
-    unused = [function.name_in(k) for k in range(function.n_in()) if not _used(program, function, k)]
-    head = [f"(void){name};" for name in unused]
-    if len(places) < rows * columns:
-        head.append(f"for (int k = 0; k < {rows * columns}; ++k) {name}[k] = 0.0;")
-    return [*head, *lines, *(f"{name}[{place}] = {values[program.outputs[k]]};" for place, k in places)]
-
-
-def _input_names(function: ca.Function) -> list[str]:
-    """C expression of each stacked input row."""
-    return [f"{function.name_in(k)}[{i}]" for k in range(function.n_in()) for i in range(function.nnz_in(k))]
-
-
-def _used(program: Program, function: ca.Function, which: int) -> bool:
-    start = sum(function.nnz_in(k) for k in range(which))
-    rows = range(start, start + function.nnz_in(which))
-    read = {argument for step in program.steps for argument in step.arguments} | set(program.outputs)
-    return any(value in read and row in rows for value, row in program.inputs.items())
-
-
-def _statements(program: Program, inputs: list[str]) -> tuple[list[str], dict[int, str]]:
-    """Declarations of what is used more than once, and the C expression of every value."""
+    names = [function.name_in(k) for k in range(function.n_in())]
+    inputs = [(name, i) for name, size in zip(names, program.input_sizes, strict=True) for i in range(size)]
     uses = Counter(program.outputs)
     for step in program.steps:
         for place, argument in enumerate(step.arguments):
             uses[argument] += OPERATIONS[step.name].c.count(f"{{{place}}}")
-    values = {k: inputs[row] for k, row in program.inputs.items()}
-    values |= {k: c_number(value) for k, value in program.constants.items()}
+    values = {k: "{}[{}]".format(*inputs[row]) for k, row in program.inputs.items()}
+    values |= {k: c_number(number) for k, number in program.constants.items()}
     lines: list[str] = []
     for step in program.steps:
-        text = _scalar(step.name).format(*(_operand(values[k]) for k in step.arguments))
+        text = OPERATIONS[step.name].c
+        for pattern, replacement in _SCALAR:
+            text = re.sub(pattern, replacement, text)
+        operands = (values[k] for k in step.arguments)
+        text = text.format(*(value if re.fullmatch(_PLAIN, value) else f"({value})" for value in operands))
         if uses[step.result] > 1 or len(text) > _WIDTH:
             name = f"x{len(lines)}"
             lines.append(f"const double {name} = {text};")
             text = name
         values[step.result] = text
-    return lines, values
-
-
-def _scalar(name: str) -> str:
-    template = OPERATIONS[name].c
-    for pattern, replacement in _SCALAR:
-        template = re.sub(pattern, replacement, template)
-    return template
-
-
-def _operand(text: str) -> str:
-    """``text`` as an operand: in parentheses unless it is a name, an entry of an array or a plain number."""
-    return text if re.fullmatch(r"[\w.]+(\[\d+\])?", text) else f"({text})"
+    output, (rows, columns) = function.name_out(0), function.size_out(0)
+    sparsity = function.sparsity_out(0).get_triplet()
+    places = sorted((row * columns + column, k) for k, (row, column) in enumerate(zip(*sparsity, strict=True)))
+    read = {argument for step in program.steps for argument in step.arguments} | set(program.outputs)
+    used = {inputs[row][0] for value, row in program.inputs.items() if value in read}
+    head = [f"(void){name};" for name in names if name not in used]
+    if len(places) < rows * columns:
+        head.append(f"for (int k = 0; k < {rows * columns}; ++k) {output}[k] = 0.0;")
+    return [*head, *lines, *(f"{output}[{place}] = {values[program.outputs[k]]};" for place, k in places)]

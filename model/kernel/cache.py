@@ -48,7 +48,14 @@ def compiled_library(source: str, *functions: str) -> ctypes.CDLL:
     # The second folder serves where the first one is full or does not allow code to be loaded.
     for folder in (cache_folder, _temporary_folder):
         try:
-            return _library(folder(), key, compiler, source, functions)
+            place = folder()
+            for path in place.glob(f"{key}-*{_suffix()}"):
+                # Verified before it is mapped: the first use of a truncated library would kill the process.
+                if path.stem == f"{key}-{_digest(path.read_bytes())}":
+                    with contextlib.suppress(OSError):
+                        return _loaded(path, functions)
+                path.unlink(missing_ok=True)
+            return _loaded(_compile(compiler, source, place, key), functions)
         except OSError as error:
             problem = error
     raise CompilerUnavailable(f"loading compiled code failed: {problem}")
@@ -61,8 +68,9 @@ def cache_folder() -> Path:
         # What has to be made is private too, whatever the umask; what is there keeps its mode.
         for missing in reversed([path for path in (folder, *folder.parents) if not path.exists()]):
             missing.mkdir(mode=0o700, exist_ok=True)
-        if _writable_by_others(folder):
-            return _temporary_folder()
+        state = folder.stat()
+        if hasattr(os, "getuid") and (state.st_uid != os.getuid() or state.st_mode & 0o022):
+            return _temporary_folder()  # someone else could put code there
         with tempfile.TemporaryFile(dir=folder):
             return folder
     except (OSError, RuntimeError):  # the second where a user has no home
@@ -77,27 +85,11 @@ def _wanted_folder() -> Path:
     return (Path(base) if base else Path.home() / ".cache") / "dynident"
 
 
-def _writable_by_others(folder: Path) -> bool:
-    """Whether someone else could put code there."""
-    state = folder.stat()
-    return hasattr(os, "getuid") and (state.st_uid != os.getuid() or bool(state.st_mode & 0o022))
-
-
 @functools.cache
 def _temporary_folder() -> Path:
     folder = Path(tempfile.mkdtemp(prefix="dynident-"))
     atexit.register(shutil.rmtree, folder, ignore_errors=True)
     return folder
-
-
-def _library(folder: Path, key: str, compiler: Path, source: str, functions: Sequence[str]) -> ctypes.CDLL:
-    for path in folder.glob(f"{key}-*{_suffix()}"):
-        # Verified before it is mapped: the first use of a truncated library would kill the process.
-        if path.stem == f"{key}-{_digest(path.read_bytes())}":
-            with contextlib.suppress(OSError):
-                return _loaded(path, functions)
-        path.unlink(missing_ok=True)
-    return _loaded(_compile(compiler, source, folder, key), functions)
 
 
 def _loaded(path: Path, functions: Sequence[str]) -> ctypes.CDLL:
@@ -148,7 +140,14 @@ def _compile(compiler: Path, source: str, folder: Path, key: str) -> Path:
         for flags in ((*_FLAGS, _NATIVE), _FLAGS) if not _problems[identity] else ():
             problem = _asked(compiler, flags, source, name, _TIMEOUT)
             if not problem:
-                return _moved(Path(name), folder / f"{key}-{_digest(Path(name).read_bytes())}{_suffix()}")
+                place = folder / f"{key}-{_digest(Path(name).read_bytes())}{_suffix()}"
+                try:
+                    return Path(name).replace(place)
+                except PermissionError:
+                    # Windows keeps a library that another process has loaded; its name holds the checksum.
+                    if place.is_file():
+                        return place
+                    raise
         raise CompilerUnavailable(f"the C compiler failed {_problems[identity] or problem}")
     finally:
         Path(name).unlink(missing_ok=True)
@@ -173,16 +172,6 @@ def _asked(compiler: Path, flags: Sequence[str], source: str, target: str, patie
         messages.seek(0)
         words = messages.read().decode(errors="replace").strip()[:200]
         return f"({words or process.returncode})" if process.returncode else ""
-
-
-def _moved(finished: Path, place: Path) -> Path:
-    """Move a library to its place; where another process has the same one loaded, Windows keeps that."""
-    try:
-        return finished.replace(place)
-    except PermissionError:
-        if place.is_file():  # the name holds the checksum: it is the same library
-            return place
-        raise
 
 
 @functools.cache

@@ -101,24 +101,21 @@ class Kernel:
             raise RuntimeError("steps one after the other need compiled code")
         if self._outputs < self._sizes[0]:  # compiled code would read beyond them
             raise ValueError(f"{self._outputs} outputs cannot be the next state of {self._sizes[0]} numbers")
-        steps = self._checked_steps(state, inputs)
-        ready = [_contiguous_steps(np.asarray(x, dtype=np.float64)) for x in inputs]
-        out = np.empty((steps, self._outputs, len(state)))
-        self._path.chain(np.array(state, dtype=np.float64), ready, out)
-        return out
-
-    def _checked_steps(self, state: Array, inputs: tuple[Array, ...]) -> int:
-        """Number of steps, of inputs that fit the function and each other."""
         steps = {len(x) for x in inputs if np.ndim(x) == 3}
         shapes = [state.shape, *(np.shape(x)[np.ndim(x) == 3 :] for x in inputs)]
-        if state.ndim == 2 and len(steps) == 1 and len(shapes) == len(self._sizes):
-            alike = zip(shapes, self._sizes, strict=True)
-            if all(shape in ((len(state), size), (size,)) for shape, size in alike):
-                return steps.pop()
-        input_shapes = ", ".join(str(np.shape(x)) for x in (state, *inputs))
-        raise ValueError(
-            f"inputs of shapes {input_shapes} do not fit: sizes must be {self._sizes}, steps one number"
-        )
+        alike = [shape in ((len(state), size), (size,)) for shape, size in zip(shapes, self._sizes, strict=False)]
+        if state.ndim != 2 or len(steps) != 1 or len(shapes) != len(self._sizes) or not all(alike):
+            input_shapes = ", ".join(str(np.shape(x)) for x in (state, *inputs))
+            raise ValueError(
+                f"inputs of shapes {input_shapes} do not fit: sizes must be {self._sizes}, steps one number"
+            )
+        ready = [np.asarray(x, dtype=np.float64) for x in inputs]
+        # Copied where the values of a step do not lie side by side.
+        beside = [(x[:1] if x.ndim == 3 else x).flags.c_contiguous for x in ready]
+        ready = [x if side else np.ascontiguousarray(x) for x, side in zip(ready, beside, strict=True)]
+        out = np.empty((steps.pop(), self._outputs, len(state)))
+        self._path.chain(np.array(state, dtype=np.float64), ready, out)
+        return out
 
     def _checked(self, inputs: tuple[Array, ...]) -> tuple[list[Array], int]:
         """The inputs as contiguous arrays, and the number of samples."""
@@ -128,12 +125,6 @@ class Kernel:
             shapes = ", ".join(str(x.shape) for x in inputs)
             raise ValueError(f"inputs of shapes {shapes} do not fit: sizes must be {self._sizes}, N one number")
         return [np.ascontiguousarray(x, dtype=np.float64) for x in inputs], counts.pop() if counts else 1
-
-
-def _contiguous_steps(x: Array) -> Array:
-    """An input of many steps, copied where the values of a step do not lie side by side."""
-    step = x[:1] if x.ndim == 3 else x
-    return x if step.flags.c_contiguous else np.ascontiguousarray(x)
 
 
 def _room(out: Array | None, shape: tuple[int, ...]) -> Array:

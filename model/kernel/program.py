@@ -2,7 +2,6 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Any, NamedTuple
 
 import casadi as ca
@@ -96,15 +95,7 @@ class Program:
     constants: dict[int, float]
     steps: tuple[Step, ...]
     outputs: tuple[int, ...]
-    size: int
     input_sizes: tuple[int, ...]
-
-    @cached_property
-    def last_use(self) -> dict[int, int]:
-        """Value index -> step after which nobody reads it; values that are output are not in it."""
-        uses = {argument: k for k, step in enumerate(self.steps) for argument in step.arguments}
-        outputs = set(self.outputs)
-        return {value: k for value, k in uses.items() if value not in outputs}
 
 
 def read_program(function: ca.Function) -> Program:
@@ -144,4 +135,4 @@ def read_program(function: ca.Function) -> Program:
         size += 1
     if -1 in outputs:
         raise TypeError(f"{function.name()} leaves an output unset")
-    return Program(inputs, constants, tuple(steps), tuple(outputs), size, sizes)
+    return Program(inputs, constants, tuple(steps), tuple(outputs), sizes)

@@ -52,7 +52,7 @@ def test_every_operation(compiled: bool) -> None:
 
 def test_assignment(compiled: bool) -> None:
     """CasADi simplifies it away; programs may still hold it."""
-    program = Program({0: 0}, {}, (Step("ASSIGN", 1, (0,)),), (1,), 2, (1,))
+    program = Program({0: 0}, {}, (Step("ASSIGN", 1, (0,)),), (1,), (1,))
     values, result = VALUES[:, None].copy(), np.empty((1, len(VALUES)))
     (CPath(program) if compiled else NumpyPath(program)).rows([values], result)
     np.testing.assert_array_equal(result, values.T)

@@ -235,6 +235,8 @@ CASES = [
     (ONE + "[drives.spring]\njoint = 1", "drives.spring", "either a table or"),
     (ONE + "[drives.spring]\njoint = 1\ntable = [[0, 1, 2]]", r"drives.spring.table\[1\]", "list of 2 numbers"),
     (ONE + "[processing]\ncutoff_hz = -5", "processing", "cutoff must be positive"),
+    (ONE + "[sources]\nmas = 'x'", "sources.mas", r"unknown; known here: .*; did you mean 'mass'\?"),
+    (ONE + "[sources]\nmass = 3", "sources.mass", "must be text, got 3"),
     (ONE + "[parameters]\nM2 = 3", "parameters.M2", "not a standard parameter"),
     (ONE + "[parameters]\nXXR1 = 3", "parameters.XXR1", "not a standard parameter"),
 ]
