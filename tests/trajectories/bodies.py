@@ -55,7 +55,7 @@ def worst_shares(robot: Robot, motion: Motion, payloads: PayloadSet, limits: Arr
     shares = np.zeros(robot.n)
     for j, limit in enumerate(limits):
         for extreme in payloads.extremes(rows[:, j]):
-            torque = own[:, j] + np.einsum("kp,kp->k", rows[:, j], extreme.body)
+            torque = own[:, j] + np.einsum("kp,pk->k", rows[:, j], extreme[1:])
             shares[j] = max(shares[j], float(np.abs(torque).max()) / limit)
     return shares
 

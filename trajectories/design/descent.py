@@ -32,46 +32,27 @@ _SHRINK = 0.3  # what an update should leave of a violation
 _STIFFER, _STIFFEST = 4.0, 1e4
 
 
-def minimised(
-    function: Smooth,
-    x: Array,
-    family: Family,
-    iterations: int,
-    *,
-    by_matrix: bool = False,
-    curvature: Array | None = None,
-) -> tuple[Array, Array | None]:
-    """Where a descent of a smooth number within a family's bounds ends, and the curvature learnt on the way.
-
-    The curvature is the inverse of the second derivatives as the steps showed them; None where it is not kept.
-
-    Args:
-        function: gives the number and its gradient.
-        x: where the descent begins.
-        family: bounds x.
-        iterations: at most.
-        by_matrix: whether the curvature is kept, as a matrix; else the last steps alone.
-        curvature: of an earlier descent whose minimum is near; None without.
-    """
+def by_steps(function: Smooth, x: Array, family: Family, iterations: int) -> Array:
+    """Where a descent within a family's bounds ends that knows its last steps alone (L-BFGS)."""
+    from scipy.optimize import minimize
 
     def finite(y: Array) -> tuple[float, Array]:
         value, slope = function(y)
         return (value, slope) if np.isfinite(value) else (_LARGE, slope)
 
-    if by_matrix:
-        return _by_matrix(finite, x, family, iterations, curvature)
-    from scipy.optimize import minimize
-
     bounds = np.column_stack([family.low, family.high])
     options = {"maxiter": iterations, "maxfun": 2 * iterations, "maxcor": _MEMORY, "ftol": _STILL, "gtol": _FLAT}
-    answer = minimize(finite, x, jac=True, method="L-BFGS-B", bounds=bounds, options=options)
-    return np.asarray(answer.x), None
+    return np.asarray(minimize(finite, x, jac=True, method="L-BFGS-B", bounds=bounds, options=options).x)
 
 
-def _by_matrix(
-    function: Smooth, x: Array, family: Family, iterations: int, H: Array | None
+def by_matrix(
+    function: Smooth, x: Array, family: Family, iterations: int, H: Array | None = None
 ) -> tuple[Array, Array | None]:
-    """BFGS: H, the inverse of the second derivatives, by one update of rank two a step."""
+    """Where a descent within a family's bounds ends, and the curvature learnt on the way (BFGS).
+
+    Args:
+        H: inverse of the second derivatives, as the steps of an earlier descent showed them whose minimum is near.
+    """
     value, slope = function(x)
     for _ in range(iterations):
         if np.abs(slope[_free(x, slope, family)]).max(initial=0.0) <= _FLAT:

@@ -13,7 +13,7 @@ import numpy as np
 from ...common.arrays import Array
 from ..motions.family import Clear, JointBounds, Plan, Samples, everywhere
 from .criterion import ORDERS
-from .descent import FINE_WIDTH, WIDTH, Multipliers, minimised
+from .descent import FINE_WIDTH, WIDTH, Multipliers, by_steps
 from .problem import DesignProblem
 from .score import exact_value
 
@@ -116,7 +116,7 @@ def floor_under(
     plan = [(order, WIDTH) for order in (*orders, *[orders[-1]] * effort)] + [(orders[-1], FINE_WIDTH)]
     for order, width in plan:
         function = partial(free.evaluate, order=order, width=width, limits=limits)
-        x, _ = minimised(function, x, family, _ITERATIONS)
+        x = by_steps(function, x, family, _ITERATIONS)
         limits.update(free.state(x, width))
     value = exact_value(free, free.exact(family.sample(x)))
     return Floor(value, reached - value, count)

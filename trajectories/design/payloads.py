@@ -17,7 +17,7 @@ import functools
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import product
-from typing import Any, Literal, NamedTuple
+from typing import Any, Literal
 
 import casadi as ca
 import numpy as np
@@ -38,18 +38,6 @@ _SIGMAS = 2.0  # standard deviations of the robot's own torque that count
 
 Region = Literal["ball", "cube"]
 """An ellipsoid or a box, before its axes."""
-
-
-class PayloadTorque(NamedTuple):
-    """Extreme torque over a set of payloads, and a body that has it.
-
-    Attributes:
-        torque: [N·m or N], shape (k,).
-        body: ten parameters of the point mass, zero for no payload, shape (k, 10).
-    """
-
-    torque: Array
-    body: Array
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,15 +100,17 @@ class PayloadSet:
         """Keep the bodies of at most ``mass`` [kg]."""
         return PayloadSet(min(mass, self.mass), self.centre, self.axes, self.region)
 
-    def extremes(self, columns: Array) -> tuple[PayloadTorque, PayloadTorque]:
-        """Largest and smallest torque over all bodies of the set.
+    def extremes(self, columns: Array) -> Array:
+        """Largest and smallest torque over all bodies of the set, each with a point mass that has it.
 
         Args:
             columns: k rows of a payload's regressor in the set's frame, shape (k, 10), XX XY .. MZ M.
+
+        Returns:
+            Torque [N·m or N] and ten parameters, zero for no payload, of the largest and the smallest; (2, 11, k).
         """
         bounds = np.concatenate([[self.mass], self.centre, self.axes.T.ravel()])
-        rows = _kernel(self.region)(columns, bounds)
-        return PayloadTorque(rows[0], rows[1:11].T), PayloadTorque(rows[11], rows[12:].T)
+        return _kernel(self.region)(columns, bounds).reshape(2, 11, -1)
 
 
 def points(places: Array) -> Array:
@@ -271,7 +261,7 @@ def payload_limit(
         rows.append((entries, numbers))
 
     @latest
-    def extremes(state: State) -> tuple[PayloadTorque, PayloadTorque]:
+    def extremes(state: State) -> Array:
         columns = np.zeros((n, state.entries.shape[1], 10))
         for own, (entries, numbers) in zip(columns, rows, strict=True):
             own[:, numbers] = state.entries[entries].T
@@ -284,7 +274,7 @@ def payload_limit(
 
     def values(state: State) -> Array:
         own, doubtful = kernel.torque(state.entries, chi), _SIGMAS * doubt(state)[0]
-        largest, smallest = (extreme.torque.reshape(own.T.shape).T for extreme in extremes(state))
+        largest, smallest = (torque.reshape(own.T.shape).T for torque in extremes(state)[:, 0])
         return np.asarray(np.hstack([own + doubtful + largest, own - doubtful + smallest]) / unit)
 
     def pullback(state: State, slope: Array, into: State) -> None:
@@ -295,8 +285,8 @@ def payload_limit(
             for j, (part, names) in enumerate(kernel.parts):
                 size = np.where(sizes[:, j] > 0.0, sizes[:, j], 1.0) / _SIGMAS
                 into.entries[part] += root[names] @ spread[j] * ((up - down)[:, j] / size)
-        for share, extreme in zip((up, down), extremes(state), strict=True):
-            bodies = extreme.body.T.reshape(10, n, -1)
+        for share, extreme in zip((up, down), extremes(state)[:, 1:], strict=True):
+            bodies = extreme.reshape(10, n, -1)
             for j, (entries, numbers) in enumerate(rows):
                 if share[:, j].any():
                     into.entries[entries] += bodies[numbers, j] * share[:, j]

@@ -15,7 +15,7 @@ from ..motions.family import Plan
 from ..motions.near import FreeNear
 from ..motions.via_points import FreeViaPoints
 from .criterion import ORDERS, STARTS
-from .descent import FINE_WIDTH, WIDTH, Multipliers, Smooth, minimised
+from .descent import FINE_WIDTH, WIDTH, Multipliers, Smooth, by_matrix, by_steps
 from .full_trajectory import harder, kept_throughout
 from .limits import LimitCheck
 from .problem import DesignProblem
@@ -255,12 +255,18 @@ class _Search:
         return _Course(number, x, Multipliers(problem.limits, problem.state(x, WIDTH), _STIFFNESS, _MARGIN))
 
     def consider(self, x: Array, text: str) -> Score:
-        """Judge a motion, made slower or smaller if that is enough to keep the limits; remember the best."""
+        """Judge a motion, slower or smaller where that makes room between fine samples too; remember the best."""
 
         def rank(score: Score) -> tuple[float, float]:
             return (0.0 if score.feasible else score.max_violation), score.value
 
-        x, score = eased_within(self.problem, x)
+        score = score_of(self.problem, x)
+        slower, smaller = _overstepped(score)
+        if score.max_violation <= _BEYOND and (slower > 1.0 or smaller < 1.0):
+            eased = self.problem.family.eased(x, slower, smaller)
+            after = score_of(self.problem, eased)
+            if after.max_violation <= max(score.max_violation, TOLERANCE):
+                x, score = eased, after
         if self.best is None or rank(score) < rank(self.best[1]):
             self.best = (x, score)
         best = self.best[1]
@@ -283,8 +289,9 @@ class _Search:
             self.evaluations += 1
             return function(y)
 
-        by_matrix = self.effort.by_matrix
-        return minimised(counted, x, self.problem.family, iterations, by_matrix=by_matrix, curvature=curvature)
+        if self.effort.by_matrix:
+            return by_matrix(counted, x, self.problem.family, iterations, curvature)
+        return by_steps(counted, x, self.problem.family, iterations), None
 
 
 @dataclass
@@ -301,19 +308,6 @@ class _Course:
     x: Array
     limits: Multipliers
     curvature: Array | None = None
-
-
-def eased_within(problem: DesignProblem, x: Array) -> tuple[Array, Score]:
-    """The motion made slower or smaller until there is room between fine samples too, if that helps; its score."""
-    score = score_of(problem, x)
-    if score.max_violation > _BEYOND:
-        return x, score
-    slower, smaller = _overstepped(score)
-    if slower == 1.0 and smaller == 1.0:
-        return x, score
-    eased = problem.family.eased(x, slower, smaller)
-    after = score_of(problem, eased)
-    return (eased, after) if after.max_violation <= max(score.max_violation, TOLERANCE) else (x, score)
 
 
 def drawn_back(problem: DesignProblem, x: Array) -> Array:
