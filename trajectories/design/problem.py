@@ -64,7 +64,11 @@ class DesignProblem(Brief):
     scene: Scene | None = None
 
     def __post_init__(self) -> None:
-        """Refuse a goal that does not fit the robot."""
+        """Refuse a goal that does not fit the robot.
+
+        Raises:
+            InputError: if a reference value, noise or the earlier recordings do not fit.
+        """
         _ = self.criterion, self.noise, self.earlier
 
     @cached_property
@@ -75,7 +79,15 @@ class DesignProblem(Brief):
     @cached_property
     def criterion(self) -> Criterion:
         """The goal's criterion in the order of ``names``."""
-        return self.goal.measure(self.names)
+        goal, names = self.goal, self.names
+        interest = None if goal.interest is None else [names.index(name) for name in goal.interest]
+        if goal.criterion != "a" or goal.reference is None:
+            return Criterion(goal.criterion, None, interest)
+        values = goal.reference
+        missing = [name for name in goal.interest or names if not values.get(name, 0.0)]
+        if missing:
+            raise InputError(f"criterion a needs a reference value other than zero for {', '.join(missing[:6])}")
+        return Criterion("a", np.array([values.get(name, 0.0) or 1.0 for name in names]), interest)
 
     @cached_property
     def places(self) -> NDArray[np.intp]:
@@ -85,12 +97,25 @@ class DesignProblem(Brief):
     @cached_property
     def noise(self) -> Array:
         """Standard deviation of the torques per joint [N·m or N], shape (n,)."""
-        return self.goal.joint_noise(self.robot)
+        robot, given = self.robot, self.goal.noise
+        noise = np.ones(robot.n) if given is None else np.asarray(given, dtype=float)
+        if noise.shape != (robot.n,) or not (noise > 0.0).all() or not np.isfinite(noise).any():
+            raise InputError(f"torque noise: robot {robot.name!r} needs {robot.n} positive numbers")
+        return noise
 
     @cached_property
     def earlier(self) -> Array:
         """R of earlier recordings, in the criterion's weights, k x c; k = 0 without."""
-        return np.zeros((0, len(self.names))) if self.goal.earlier is None else self.goal.earlier.rows(self.names)
+        known = self.goal.earlier
+        if known is None:
+            return np.zeros((0, len(self.names)))
+        unmatched = set(known.columns) ^ set(self.names)
+        if unmatched or np.shape(known.factor)[-1] != len(known.columns):
+            raise InputError(
+                "the earlier recordings' factor does not fit the design's columns: "
+                f"{', '.join(sorted(unmatched)[:6])} stand on one side only; select the same columns"
+            )
+        return np.asarray(known.factor)[:, [known.columns.index(name) for name in self.names]]
 
     def of_kind(self, *kinds: str) -> tuple[Limit, ...]:
         """Limits of some kinds ("torque", "clearance")."""

@@ -110,17 +110,15 @@ def solve_design(
     starts = STARTS[problem.criterion.kind] if starts is None else starts
     search = _Search(problem, np.random.default_rng(seed), progress)
     search.run(starts)
-    outcome = kept_throughout(problem, *search.found)
-    further = None if search.interrupted else harder(problem, outcome)
+    x, score, missed = kept_throughout(problem, *search.found)
+    further = None if search.interrupted else harder(problem, missed)
     if further is not None:
         search = _Search(further, np.random.default_rng(seed), progress, search.found[0], search.evaluations)
         search.run(1)
         x, score = search.found
-        outcome = kept_throughout(problem, x, score_samples(problem, score.samples))
-    plan, cpu = problem.family.plan(outcome.x), time.process_time() - begun
-    return Design(
-        problem, plan, outcome.score, seed, starts, search.evaluations, cpu, search.interrupted, outcome.missed
-    )
+        x, score, missed = kept_throughout(problem, x, score_samples(problem, score.samples))
+    plan, cpu, (run, rehearsal) = problem.family.plan(x), time.process_time() - begun, missed
+    return Design(problem, plan, score, seed, starts, search.evaluations, cpu, search.interrupted, run + rehearsal)
 
 
 class Effort(NamedTuple):
