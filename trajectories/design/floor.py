@@ -13,7 +13,7 @@ import numpy as np
 from ...common.arrays import Array
 from ..motions.family import Clear, JointBounds, Plan, Samples, everywhere
 from .criterion import ORDERS
-from .descent import FINE_WIDTH, WIDTH, Multipliers, by_steps
+from .descent import FINE_WIDTH, WIDTH, Lagrangian, by_steps
 from .problem import DesignProblem
 from .score import exact_value
 
@@ -111,12 +111,12 @@ def floor_under(
     further_limits = tuple(limit for limit in problem.limits if limit.kind not in ("state", "duration"))
     free = replace(problem, family=family, limits=further_limits)
     x = family.random(np.random.default_rng(seed), problem.clear)
-    limits = Multipliers(further_limits, free.state(x, WIDTH), _STIFFNESS, _MARGIN)
+    course = Lagrangian(free, x, _STIFFNESS, _MARGIN)
     orders = ORDERS[problem.criterion.kind]
     plan = [(order, WIDTH) for order in (*orders, *[orders[-1]] * effort)] + [(orders[-1], FINE_WIDTH)]
     for order, width in plan:
-        function = partial(free.evaluate, order=order, width=width, limits=limits)
-        x = by_steps(function, x, family, _ITERATIONS)
-        limits.update(free.state(x, width))
-    value = exact_value(free, free.exact(family.sample(x)))
+        function = partial(free.evaluate, order=order, width=width, limits=course)
+        course.x = by_steps(function, course.x, family, _ITERATIONS)
+        course.update(width)
+    value = exact_value(free, free.exact(family.sample(course.x)))
     return Floor(value, reached - value, count)
