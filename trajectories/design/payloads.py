@@ -207,30 +207,19 @@ def _largest_in_cube(Q: ca.SX, b: ca.SX) -> tuple[ca.SX, list[ca.SX]]:
     for pattern in product((-1.0, 1.0, 0.0), repeat=3):
         s = [ca.SX(side) for side in pattern]
         free, fixed = ([i for i in range(3) if (pattern[i] == 0.0) == inside] for inside in (True, False))
-        slopes = [-0.5 * b[i] - sum(pattern[j] * Q[i, j] for j in fixed) for i in free]
-        for i, x in zip(free, _solution(Q[free, free], slopes), strict=True):
+        slopes = ca.vertcat(*(-0.5 * b[i] - sum(pattern[j] * Q[i, j] for j in fixed) for i in free))
+        adjugate = ca.adj(Q[free, free]) if len(free) > 1 else ca.SX.eye(len(free))
+        for row, i in enumerate(free):
+            # By cofactors. Along the directions of a singular system the quadratic is linear, so that its largest
+            # value is taken on a smaller face too.
+            determinant = ca.mtimes(Q[free[0], free], adjugate[:, 0])
+            x = ca.if_else(determinant == 0.0, 0.0, ca.mtimes(adjugate[row, :], slopes) / determinant)
             s[i] = ca.fmin(ca.fmax(x, -1.0), 1.0)
         here = sum(s[i] * (b[i] + sum(Q[i, j] * s[j] for j in range(3))) for i in range(3))
         better = here > value
         value = ca.if_else(better, here, value)
         place = [ca.if_else(better, new, old) for new, old in zip(s, place, strict=True)]
     return value, place
-
-
-def _solution(A: ca.SX, y: list[ca.SX]) -> list[ca.SX]:
-    """Solution of up to three equations by cofactors; 0 where there is none or many.
-
-    Along the directions of a singular system the quadratic is linear, so that its largest value over the cube is
-    taken on a smaller face too.
-    """
-    if not y:
-        return []
-    adjugate = ca.adj(A) if len(y) > 1 else ca.SX(1.0)
-    determinant = ca.mtimes(A[0, :], adjugate[:, 0])
-    return [
-        ca.if_else(determinant == 0.0, 0.0, value / determinant)
-        for value in ca.vertsplit(ca.mtimes(adjugate, ca.vertcat(*y)))
-    ]
 
 
 def payload_limit(

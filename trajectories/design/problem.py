@@ -356,7 +356,17 @@ def _torque_limits(
         return np.array([by_name.get(name, 0.0) for name in kernel.columns])
 
     if isinstance(loads.heaviest, PayloadSet):
-        root = _root(kernel, base, loads)
+        root = np.zeros((len(kernel.columns), 0))
+        if loads.covariance is not None:
+            names = list(known)
+            if not set(base.columns) <= set(names) or np.shape(loads.covariance) != (len(names),) * 2:
+                raise InputError(
+                    "a covariance of the torques' parameters must be that of all base parameters, in their order"
+                )
+            variances, V = np.linalg.eigh(loads.covariance)
+            root = np.zeros((len(kernel.columns), len(names)))
+            for name in base.columns:
+                root[kernel.columns.index(name)] = (V * np.sqrt(np.maximum(variances, 0.0)))[names.index(name)]
         yield payload_limit(kernel, by_column(values), root, torque, loads.heaviest, payload_columns(robot))
         return
     cases = {"": values}
@@ -365,24 +375,3 @@ def _torque_limits(
         cases = {"without payload": values, "with the heaviest payload": values + change}
     for load, chi in cases.items():
         yield torque_limit(kernel, by_column(chi), torque, load)
-
-
-def _root(kernel: RegressorKernel, base: BaseParameters, loads: Loads) -> Array:
-    """Root of the parameters' covariance in the kernel's columns, c x r; r = 0 without one.
-
-    Raises:
-        InputError: if the covariance is not that of the base parameters.
-    """
-    root = np.zeros((len(kernel.columns), 0))
-    if loads.covariance is None:
-        return root
-    names = list(loads.parameters)
-    if not set(base.columns) <= set(names) or np.shape(loads.covariance) != (len(names),) * 2:
-        raise InputError(
-            "a covariance of the torques' parameters must be that of all base parameters, in their order"
-        )
-    values, V = np.linalg.eigh(loads.covariance)
-    root = np.zeros((len(kernel.columns), len(names)))
-    for name in base.columns:
-        root[kernel.columns.index(name)] = (V * np.sqrt(np.maximum(values, 0.0)))[names.index(name)]
-    return root

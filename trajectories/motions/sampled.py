@@ -103,11 +103,8 @@ class SampledTrajectory(Plan, Brief):
             curve = CubicHermiteSpline(self.t, self.q, self.qd)
         else:
             curve = BPoly.from_derivatives(self.t, np.stack([self.q, self.qd, self.qdd], axis=1))
-        return (
-            curve,
-            curve.derivative(),
-            curve.derivative(2) if self.qdd is None else curve.derivative().derivative(),
-        )
+        speed = curve.derivative()
+        return curve, speed, speed.derivative()
 
 
 def joined(motion: Motion, rate: float) -> Motion:
