@@ -24,7 +24,7 @@ from dynident.trajectories import (
     solve_design,
 )
 from dynident.trajectories.design.limits import Limit, State
-from dynident.trajectories.design.payloads import points
+from dynident.trajectories.design.payloads import unit_point
 from dynident.trajectories.design.scene import Capsule, HalfSpace
 from dynident.trajectories.design.score import check_held, holding_torques, load_torques
 from dynident.trajectories.motions.family import Samples
@@ -76,7 +76,7 @@ def test_a_local_search_from_many_points_finds_nothing_larger(kind: str) -> None
         starts = (drawn_points(payloads, 4, DRAW) - payloads.centre) @ inverse.T
 
         def torque(s: Array, row: Array = row) -> float:
-            return -float(row @ points((payloads.centre + payloads.axes @ s)[None])[0])
+            return -float(row @ unit_point(*(payloads.centre + payloads.axes @ s)))
 
         answers = [
             minimize(

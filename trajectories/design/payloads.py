@@ -113,12 +113,7 @@ class PayloadSet:
         return _kernel(self.region)(columns, bounds).reshape(2, 11, -1)
 
 
-def points(places: Array) -> Array:
-    """Ten parameters of unit point masses at places (k, 3) [m], shape (k, 10)."""
-    return np.stack(_point(*places.T), axis=1)
-
-
-def _point(x: Any, y: Any, z: Any) -> list[Any]:
+def unit_point(x: Any, y: Any, z: Any) -> list[Any]:
     """Ten parameters of a unit point mass, of numbers, arrays or expressions."""
     return [y * y + z * z, -x * y, -x * z, x * x + z * z, -y * z, x * x + y * y, x, y, z, 1.0 + 0.0 * x]
 
@@ -133,7 +128,7 @@ def _kernel(region: Region) -> Kernel:
     quadratic = [[YY + ZZ, -0.5 * XY, -0.5 * XZ], [-0.5 * XY, XX + ZZ, -0.5 * YZ], [-0.5 * XZ, -0.5 * YZ, XX + YY]]
     Q = ca.vertcat(*(ca.horzcat(*entries) for entries in quadratic))
     slope = ca.mtimes(axes.T, row[6:9] + 2.0 * ca.mtimes(Q, centre))
-    at_centre = ca.dot(row, ca.vertcat(*_point(*ca.vertsplit(centre))))
+    at_centre = ca.dot(row, ca.vertcat(*unit_point(*ca.vertsplit(centre))))
     Q = ca.mtimes([axes.T, Q, axes])
     if region == "ball":
         values, V = _eigen(Q)
@@ -144,7 +139,7 @@ def _kernel(region: Region) -> Kernel:
     for sign, (largest, place) in zip((1.0, -1.0), extremes, strict=True):
         value = mass * (at_centre + sign * largest)
         worse = sign * value > 0.0
-        body = _point(*ca.vertsplit(centre + ca.mtimes(axes, ca.vertcat(*place))))
+        body = unit_point(*ca.vertsplit(centre + ca.mtimes(axes, ca.vertcat(*place))))
         rows += [ca.if_else(worse, x, 0.0) for x in (value, *(mass * number for number in body))]
     return Kernel(ca.Function("payload_extremes", [row, bounds], [ca.cse(ca.densify(ca.vertcat(*rows)))]))
 

@@ -300,7 +300,12 @@ def build_design(
     if loads is not None and isinstance(loads.heaviest, PayloadSet):
         payloads = loads.heaviest
         names += payload_columns(robot)
-        around = None if scene is None else _with_payload(scene, payloads, robot.n)
+        if scene is not None:
+            # The ball that holds the payloads: clear of all surfaces, and of bodies below the wrist.
+            x, y, z = payloads.centre.tolist()
+            ball = Capsule("payload within bounds", robot.n, payloads.radius, (x, y, z))
+            pairs = ((ball.name, body.name) for body in scene.bodies if body.link <= robot.n - _WRIST)
+            around = structs.replace(scene, bodies=(*scene.bodies, ball), pairs=(*scene.pairs, *pairs))
     # Columns stand in the robot's order, so that different goals share compiled code.
     needed = {*names, *(base.columns if base is not None else ())}
     columns = tuple(name for name in standard_columns(model) if name in needed)
@@ -326,14 +331,6 @@ def build_design(
             raise InputError(f"choose another start pose: {nearest} m")
     problem.require_full_rank(family.random(np.random.default_rng(0)))
     return problem
-
-
-def _with_payload(scene: Scene, payloads: PayloadSet, n: int) -> Scene:
-    """The scene with the ball that holds the payloads: clear of all surfaces, and of bodies below the wrist."""
-    x, y, z = (float(c) for c in payloads.centre)
-    ball = Capsule("payload within bounds", n, payloads.radius, (x, y, z))
-    pairs = tuple((ball.name, body.name) for body in scene.bodies if body.link <= n - _WRIST)
-    return structs.replace(scene, bodies=(*scene.bodies, ball), pairs=(*scene.pairs, *pairs))
 
 
 def _torque_limits(
