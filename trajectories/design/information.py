@@ -85,8 +85,7 @@ class RegressorKernel:
     def state_slope(self, samples: Samples, width: float, seed: Array) -> tuple[Array, Array, Array]:
         """Slopes in q, qd, qdd, each (N, n), from slopes in the entries."""
         states = (samples.q, samples.qd, samples.qdd)
-        slopes = self._adjoint(*states, np.array([width]), seed.T).T
-        q, qd, qdd = np.split(slopes, 3, axis=1)
+        q, qd, qdd = np.split(self._adjoint(*states, np.array([width]), seed.T).T, 3, axis=1)
         return q, qd, qdd
 
     def matrix(self, samples: Samples, width: float = 0.0) -> Array:

@@ -57,11 +57,7 @@ class PayloadSet:
     region: Region = "ball"
 
     def __post_init__(self) -> None:
-        """Lock the arrays and check them.
-
-        Raises:
-            InputError: for a mass or an axis that is not positive.
-        """
+        """Lock the arrays; refuse a mass or an axis that is not positive."""
         for name, shape in (("centre", (3,)), ("axes", (3, 3))):
             object.__setattr__(self, name, frozen_array(getattr(self, name), shape, name))
         if not 0.0 < self.mass < np.inf or not (self.half > 0.0).all():

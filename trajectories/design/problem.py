@@ -64,11 +64,7 @@ class DesignProblem(Brief):
     scene: Scene | None = None
 
     def __post_init__(self) -> None:
-        """Refuse a goal that does not fit the robot.
-
-        Raises:
-            InputError: if a reference value, noise or the earlier recordings do not fit.
-        """
+        """Refuse reference values, noise or earlier recordings that do not fit the robot."""
         _ = self.criterion, self.noise, self.earlier
 
     @cached_property
@@ -159,9 +155,7 @@ class DesignProblem(Brief):
 
     def clearances(self, poses: Array) -> list[LimitCheck]:
         """How near poses (N, n) come to what is in the scene."""
-        limits = self.of_kind("clearance")
-        state = self.at_rest(poses) if limits else None
-        return [check(limit, state) for limit in limits if state is not None]
+        return [check(limit, self.at_rest(poses)) for limit in self.of_kind("clearance")]
 
     def row_weights(self, samples: Samples, weighted: bool, duration: float | None = None) -> Array:
         """Weight of each row's square, (n, N): the number of independent recordings it stands for.
@@ -261,11 +255,7 @@ class Loads:
     margin: float = 0.0
 
     def __post_init__(self) -> None:
-        """Refuse a margin that leaves nothing.
-
-        Raises:
-            InputError: unless it is at least 0 and below 1.
-        """
+        """Refuse a margin that leaves nothing."""
         if not 0.0 <= self.margin < 1.0:
             raise InputError(f"a torque margin of {self.margin:g}: give a share of the limits from 0 to below 1")
 

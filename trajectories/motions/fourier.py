@@ -75,7 +75,6 @@ class RestingSeries:
         moving: the joints that move; the others are held.
     """
 
-    free_duration = False
     moving: slice | list[int] = slice(None)
 
     def __init__(

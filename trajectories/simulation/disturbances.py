@@ -53,11 +53,6 @@ class Disturbances:
         if not (self.slow_memory > 0.0 and self.friction_memory > 0.0 and all(wave > 0 for wave in self.waves)):
             raise ValueError("memories and waves must be positive")
 
-    @property
-    def n(self) -> int:
-        """Number of joints."""
-        return len(self.white)
-
 
 def no_disturbances(n: int) -> Disturbances:
     """Recordings exactly as the robot moves."""
@@ -106,9 +101,9 @@ def draw_robot_errors(disturbances: Disturbances, seed: int) -> tuple[Array, Arr
     Returns:
         Phases of the ripple [rad], n x waves, and the drives' gains, measured over true torque, shape (n,).
     """
-    draw = np.random.default_rng([seed, _ROBOT])
-    phases = draw.uniform(-np.pi, np.pi, (disturbances.n, len(disturbances.waves)))
-    return phases, 1.0 + disturbances.gain_error * draw.standard_normal(disturbances.n)
+    draw, n = np.random.default_rng([seed, _ROBOT]), len(disturbances.white)
+    phases = draw.uniform(-np.pi, np.pi, (n, len(disturbances.waves)))
+    return phases, 1.0 + disturbances.gain_error * draw.standard_normal(n)
 
 
 def draw_friction(robot: Robot, disturbances: Disturbances, count: int, rate: float, seed: Sequence[int]) -> Array:
