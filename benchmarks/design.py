@@ -29,7 +29,7 @@ from dynident.trajectories import (
     solve_design,
 )
 from dynident.trajectories.design.criterion import Kind
-from dynident.trajectories.design.descent import Multipliers
+from dynident.trajectories.design.descent import Lagrangian
 from dynident.trajectories.design.goal import Shape
 
 
@@ -171,14 +171,14 @@ def gradient() -> None:
         for shape in (ViaPointShape(14), trapezoids, FourierShape(5, 10.0)):
             problem, draw = build_design(ROBOT, shape, goal, bounds=GUARDED, scene=SCENE), np.random.default_rng(0)
             x = problem.family.random(draw) + 0.02 * draw.standard_normal(problem.family.size)
-            limits = Multipliers(problem.limits, problem.state(x, 0.5), 3.0, 0.4)
+            limits = Lagrangian(problem, x, 3.0, 0.4)
             for terms in (None, limits):
                 errors.append(max(_error(problem, terms, x, draw) for _ in range(10)))
         table.add_row(goal.criterion, *(f"{error:.1e}" for error in errors))
     console.print(table)
 
 
-def _error(problem: DesignProblem, limits: Multipliers | None, x: Array, draw: np.random.Generator) -> float:
+def _error(problem: DesignProblem, limits: Lagrangian | None, x: Array, draw: np.random.Generator) -> float:
     direction = draw.standard_normal(len(x)) / np.sqrt(len(x))
 
     def difference(h: float) -> float:

@@ -8,6 +8,7 @@ from dynident.common.arrays import Array
 from dynident.trajectories import DesignProblem
 from dynident.trajectories.design.criterion import Criterion
 from dynident.trajectories.design.limits import excess
+from dynident.trajectories.motions.via_points import FreeViaPoints
 
 _WIDTH = 0.01  # rad/s: of the smoothed sign
 _ORDER = 200.0  # of the surrogate: as good as exact
@@ -17,8 +18,9 @@ _FINER = 4  # grid of the random motions' check
 def largest(problem: DesignProblem, x: Array) -> Array | None:
     """The motion stretched as far as the limits allow; None if it keeps them at no scale."""
     family = problem.family
+    stretches = isinstance(family, FreeViaPoints) and family.free_duration
     for scale in np.geomspace(4.0, 0.1, 60):
-        y = family.eased(x, 1.0 / scale, 1.0) if family.free_duration else family.eased(x, 1.0, scale)
+        y = family.eased(x, 1.0 / scale, 1.0) if stretches else family.eased(x, 1.0, scale)
         if _violation(problem, y, _FINER) <= 1e-9:
             return y
     return None

@@ -47,7 +47,7 @@ def write_truth(
         files: name of each run's recording.
         versions: of the programs that made it.
     """
-    robot, errors = experiment.robot, experiment.errors
+    robot = experiment.robot
     assumed = robot.assumed(*SIMULATED)
     loads = [run.task.payload for run in experiment.runs if run.task.payload is not None]
     truth = {
@@ -61,7 +61,7 @@ def write_truth(
         **({"payload": loads[0].named()} if loads else {}),
         "controller": asdict(controller),
         "disturbances": asdict(experiment.disturbances),
-        "drawn": {"drive_gains": errors.gains.tolist(), "ripple_phases": errors.phases.tolist()},
+        "drawn": {"drive_gains": experiment.gains.tolist(), "ripple_phases": experiment.phases.tolist()},
         "runs": [
             {
                 "file": file,

@@ -132,7 +132,7 @@ def experiment_notes(
         lines.append(f"On the held-out trajectory without payload: {residual_text(robot.validation)}")
     lines.append(f"On the held-out trajectory with payload (method 4): {residual_text(held_out)}")
     if experiment.disturbances.gain_error:
-        gains = " ".join(f"{100.0 * (gain - 1.0):+.1f}" for gain in experiment.errors.gains)
+        gains = " ".join(f"{100.0 * (gain - 1.0):+.1f}" for gain in experiment.gains)
         lines.append(
             f"Drive gains are off by {gains} %: no residual shows it, only the payload's errors do; "
             "'dynident payload --gain-sigma' widens the intervals accordingly."

@@ -52,7 +52,7 @@ def test_the_truth_is_whole(experiment: Experiment, tmp_path: Path) -> None:
     assert truth["parameters"] == dict(RX90.parameters)
     assert truth["seed"] == 3
     assert truth["versions"] == {"dynident": "1"}
-    assert truth["drawn"]["drive_gains"] == experiment.errors.gains.tolist()
+    assert truth["drawn"]["drive_gains"] == experiment.gains.tolist()
     assert tuple(truth["disturbances"]["white"]) == LEVELS.white
     assert truth["controller"]["position"] == Controller().position
     files = [run["file"] for run in truth["runs"]]

@@ -7,7 +7,7 @@ from dynident.common.arrays import Array
 from dynident.model import Motion, Robot, payload_regressor
 from dynident.model.kernel.kernel import Kernel
 from dynident.trajectories import PayloadSet
-from dynident.trajectories.design.payloads import points
+from dynident.trajectories.design.payloads import unit_point
 from dynident.trajectories.simulation.simulator import parameter_vector
 
 
@@ -34,7 +34,7 @@ def drawn_bodies(payloads: PayloadSet, count: int, draw: np.random.Generator) ->
         draw.dirichlet(np.full(6, 0.3), count)
         * np.where(draw.random(count) < 0.5, 1.0, draw.random(count))[:, None]
     )
-    parts = points(drawn_points(payloads, 6 * count, draw)).reshape(count, 6, 10)
+    parts = np.stack(unit_point(*drawn_points(payloads, 6 * count, draw).T), axis=1).reshape(count, 6, 10)
     return np.asarray(payloads.mass * np.einsum("ks,ksp->kp", shares, parts))
 
 
@@ -55,7 +55,7 @@ def worst_shares(robot: Robot, motion: Motion, payloads: PayloadSet, limits: Arr
     shares = np.zeros(robot.n)
     for j, limit in enumerate(limits):
         for extreme in payloads.extremes(rows[:, j]):
-            torque = own[:, j] + np.einsum("kp,kp->k", rows[:, j], extreme.body)
+            torque = own[:, j] + np.einsum("kp,pk->k", rows[:, j], extreme[1:])
             shares[j] = max(shares[j], float(np.abs(torque).max()) / limit)
     return shares
 

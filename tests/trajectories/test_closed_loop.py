@@ -23,7 +23,7 @@ from dynident.model.motion import Measurement
 from dynident.trajectories import Controller, PointToPoint, SampledTrajectory, Simulator, plan_point_to_point
 from dynident.trajectories.motions.via_points import random_points
 from dynident.trajectories.simulation.closed_loop import CONTROLLERS, ClosedLoop, Task
-from dynident.trajectories.simulation.disturbances import Disturbances, RobotErrors, no_disturbances
+from dynident.trajectories.simulation.disturbances import Disturbances, no_disturbances
 
 WAVES = (8, 36)  # as in the demo: the code is compiled once for all tests
 
@@ -36,10 +36,10 @@ def friction(robot: Robot) -> Array:
     return np.array([[robot.parameters[name] for name in dry_friction_names(robot)]])
 
 
-def ripple(robot: Robot, amplitude: float) -> tuple[Disturbances, RobotErrors]:
+def ripple(robot: Robot, amplitude: float) -> tuple[Disturbances, Array]:
     phases = np.linspace(-3.0, 3.0, 2 * robot.n).reshape(robot.n, 2)
     levels = replace(no_disturbances(robot.n), ripple=(amplitude,) * robot.n, waves=WAVES)
-    return levels, RobotErrors(phases, np.ones(robot.n))
+    return levels, phases
 
 
 @pytest.fixture(scope="module")
@@ -66,7 +66,7 @@ def test_torques_are_those_of_the_inverse_model(rx90: Robot, loop: ClosedLoop) -
     expected = Simulator(without_dry_friction(rx90)).measure(data.motion, payload).torque.copy()
     dry = smooth_dry_friction(rx90, SMOOTHING)
     expected += [np.array(dry(qd, friction(rx90)[0]))[:, 0] for qd in data.motion.qd]
-    phases = ripple(rx90, 2.0)[1].phases
+    phases = ripple(rx90, 2.0)[1]
     for k, wave in enumerate(WAVES):
         expected -= 2.0 * np.sin(wave * data.motion.q + phases[:, k])
     assert np.abs(data.torque - expected).max() < 1e-9 * np.abs(expected).max()

@@ -35,7 +35,7 @@ from dynident.trajectories import (
     score_motion,
     solve_design,
 )
-from dynident.trajectories.design.descent import Multipliers
+from dynident.trajectories.design.descent import Lagrangian
 from dynident.trajectories.design.floor import floor_under
 from dynident.trajectories.motions.family import Samples
 from dynident.trajectories.simulation.simulator import parameter_vector
@@ -213,7 +213,7 @@ def test_interrupted_within_an_evaluation(monkeypatch: pytest.MonkeyPatch) -> No
     calls, true = [0], type(task).evaluate
 
     def evaluate(
-        self: DesignProblem, x: Array, order: float, width: float, limits: Multipliers | None = None
+        self: DesignProblem, x: Array, order: float, width: float, limits: Lagrangian | None = None
     ) -> tuple[float, Array]:
         calls[0] += 1
         if calls[0] > 50:

@@ -22,7 +22,7 @@ from dynident.tests.trajectories.design_problems import (
 )
 from dynident.trajectories import Earlier, FourierShape, Goal, JointBounds, Loads, ViaPointShape, build_design
 from dynident.trajectories.design.criterion import Kind
-from dynident.trajectories.design.descent import Multipliers
+from dynident.trajectories.design.descent import Lagrangian
 from dynident.trajectories.simulation.simulator import parameter_vector
 
 
@@ -43,7 +43,7 @@ def test_gradient_is_the_derivative(goal: str, shape: str) -> None:
     task = problem(goal, shape, bounds=bounds, **({} if shape in ("fixed", "fourier") else {"longest": 12.0}))
     draw = np.random.default_rng(0)
     x = task.family.random(draw) + 0.02 * draw.standard_normal(task.family.size)
-    limits = Multipliers(task.limits, task.state(x, 0.5), 3.0, 0.4)
+    limits = Lagrangian(task, x, 3.0, 0.4)
     assert limits.violation(task.state(x, 0.5)) > 0.0
     value, slope = task.evaluate(x, 8.0, 0.5, limits)
     assert np.isfinite(value)

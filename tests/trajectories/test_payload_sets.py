@@ -24,7 +24,7 @@ from dynident.trajectories import (
     solve_design,
 )
 from dynident.trajectories.design.limits import Limit, State
-from dynident.trajectories.design.payloads import points
+from dynident.trajectories.design.payloads import unit_point
 from dynident.trajectories.design.scene import Capsule, HalfSpace
 from dynident.trajectories.design.score import check_held, holding_torques, load_torques
 from dynident.trajectories.motions.family import Samples
@@ -54,15 +54,15 @@ def test_no_body_of_the_set_exceeds_the_bound_and_one_reaches_it(kind: str) -> N
     largest, smallest = payloads.extremes(ROWS)
     torques = ROWS @ drawn_bodies(payloads, 10_000, DRAW).T
     room = 1e-9 * np.abs(ROWS).max()
-    assert (torques <= largest.torque[:, None] + room).all()
-    assert (torques >= smallest.torque[:, None] - room).all()
+    assert (torques <= largest[0][:, None] + room).all()
+    assert (torques >= smallest[0][:, None] - room).all()
     for extreme in (largest, smallest):
-        assert np.allclose(np.einsum("kp,kp->k", ROWS, extreme.body), extreme.torque, rtol=1e-9, atol=room)
-        in_set = payloads.extremes(np.eye(10)[9:])[0].torque[0]
-        assert extreme.body[:, 9].max() <= in_set * (1.0 + 1e-12) == pytest.approx(payloads.mass)
+        assert np.allclose(np.einsum("kp,pk->k", ROWS, extreme[1:]), extreme[0], rtol=1e-9, atol=room)
+        in_set = payloads.extremes(np.eye(10)[9:])[0][0, 0]
+        assert extreme[10].max() <= in_set * (1.0 + 1e-12) == pytest.approx(payloads.mass)
     outside = PayloadSet(1.02 * payloads.mass, payloads.centre, 1.02 * payloads.axes, payloads.region)
     beyond = ROWS @ drawn_bodies(outside, 10_000, DRAW).T
-    assert (beyond > largest.torque[:, None] + room).any()  # the test can fail
+    assert (beyond > largest[0][:, None] + room).any()  # the test can fail
 
 
 @pytest.mark.parametrize("kind", SETS)
@@ -76,7 +76,7 @@ def test_a_local_search_from_many_points_finds_nothing_larger(kind: str) -> None
         starts = (drawn_points(payloads, 4, DRAW) - payloads.centre) @ inverse.T
 
         def torque(s: Array, row: Array = row) -> float:
-            return -float(row @ points((payloads.centre + payloads.axes @ s)[None])[0])
+            return -float(row @ unit_point(*(payloads.centre + payloads.axes @ s)))
 
         answers = [
             minimize(
@@ -85,7 +85,7 @@ def test_a_local_search_from_many_points_finds_nothing_larger(kind: str) -> None
             for s in starts
         ]
         best = payloads.mass * max(0.0, *(-float(answer.fun) for answer in answers))
-        bound = payloads.extremes(row[None])[0].torque[0]
+        bound = payloads.extremes(row[None])[0][0, 0]
         assert best == pytest.approx(bound, rel=1e-5, abs=1e-6)
 
 
@@ -105,7 +105,7 @@ def test_the_bound_is_that_of_the_semidefinite_form() -> None:
     for k in (1, 8, 57, 88):
         row.value = ROWS[k]
         assert problem.solve(solver=cp.CLARABEL) == pytest.approx(
-            payloads.extremes(ROWS[k : k + 1])[0].torque[0], rel=1e-5, abs=1e-6
+            payloads.extremes(ROWS[k : k + 1])[0][0, 0], rel=1e-5, abs=1e-6
         )
 
 
@@ -118,9 +118,9 @@ def test_degenerate_rows_are_bounded_too() -> None:
     rows[4, [0, 3, 5]] = -2.0
     ball = PayloadSet.within(2.0, 0.5)
     largest, smallest = ball.extremes(rows)
-    assert largest.torque == pytest.approx([0.0, 2 * 4 * 0.25, 2 * (1.5 - 1.0), 2 * 0.25, 0.0], abs=1e-9)
-    assert smallest.torque == pytest.approx([0.0, 0.0, 2 * (-1.5 - 1.0), -2 * 0.25, -2 * 4 * 0.25], abs=1e-9)
-    assert largest.body[0, 9] * rows[0, 9] == 0.0
+    assert largest[0] == pytest.approx([0.0, 2 * 4 * 0.25, 2 * (1.5 - 1.0), 2 * 0.25, 0.0], abs=1e-9)
+    assert smallest[0] == pytest.approx([0.0, 0.0, 2 * (-1.5 - 1.0), -2 * 0.25, -2 * 4 * 0.25], abs=1e-9)
+    assert largest[10, 0] * rows[0, 9] == 0.0
 
 
 @pytest.mark.parametrize(("mass", "half"), [(0.0, 0.1), (-1.0, 0.1), (np.inf, 0.1), (1.0, 0.0)])
@@ -195,7 +195,7 @@ def test_what_is_added_to_the_robots_own_torque_is_the_sets(kind: str) -> None:
     rows = dense(payload_regressor(ARM), *states[0].samples[1:])
     largest, smallest = SETS[kind].extremes(rows.reshape(-1, 10))
     unit = np.where(np.isfinite(torque), torque, 1.0)
-    expected = np.hstack([own + extreme.torque.reshape(-1, 6) / unit for extreme in (largest, smallest)])
+    expected = np.hstack([own + extreme[0].reshape(-1, 6) / unit for extreme in (largest, smallest)])
     assert np.allclose(known_well, expected, rtol=1e-9, atol=1e-9)
     W = plain.kernel.dense(states[0].entries)[:, :, [plain.kernel.columns.index(name) for name in names]]
     sigma = np.sqrt(np.einsum("jNc,c,jNc->Nj", W, np.diag(covariance), W)) / unit
@@ -226,7 +226,7 @@ def test_brakes_hold_what_gravity_asks_of_the_worst_body() -> None:
     rows = dense(payload_regressor(ARM), pose, 0.0 * pose, 0.0 * pose)[0]
     still = Motion(np.zeros(1), pose, 0.0 * pose, 0.0 * pose)
     own = next(iter(load_torques(problem(None), still).values()))[0]
-    extremes = [own + extreme.torque for extreme in SETS["ball"].lighter(6.0).extremes(rows)]
+    extremes = [own + extreme[0] for extreme in SETS["ball"].lighter(6.0).extremes(rows)]
     assert np.allclose(holding_torques(task, pose), np.abs(extremes).max(axis=0), atol=1e-9)
 
 

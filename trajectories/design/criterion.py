@@ -60,18 +60,15 @@ class Criterion(NamedTuple):
         """
         if self.kind == "cond":
             return schatten_condition(G, order)
+        scale = np.sqrt(np.diag(G))
+        if not ((scale > 0.0) & (scale < np.inf)).all():
+            return np.inf, np.zeros_like(G)
         if self.kind == "cond-scaled":
-            scale = np.sqrt(np.diag(G))
-            if not (scale > 0.0).all():
-                return np.inf, np.zeros_like(G)
             D = np.outer(scale, scale)
             value, M = schatten_condition(G / D, order)
             slope = M / D
             slope[np.diag_indices_from(slope)] -= np.einsum("ij,ij->i", M, G / D) / np.diag(G)
             return value, slope
-        scale = np.sqrt(np.diag(G))
-        if not ((scale > 0.0) & (scale < np.inf)).all():
-            return np.inf, np.zeros_like(G)
         try:
             factor = np.linalg.cholesky(G / np.outer(scale, scale))
         except np.linalg.LinAlgError:

@@ -6,14 +6,14 @@ methods, 2013); elsewhere L-BFGS. Limits low <= y <= high: an augmented Lagrangi
 chapter 17) whose intervals are drawn in until the fine grid shows none missed.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...common.arrays import Array
 from ..motions.family import Family
-from .limits import Limit, State, excess
+from .limits import State, excess
 from .problem import DesignProblem
 from .score import FINER, TOLERANCE
 
@@ -32,46 +32,27 @@ _SHRINK = 0.3  # what an update should leave of a violation
 _STIFFER, _STIFFEST = 4.0, 1e4
 
 
-def minimised(
-    function: Smooth,
-    x: Array,
-    family: Family,
-    iterations: int,
-    *,
-    by_matrix: bool = False,
-    curvature: Array | None = None,
-) -> tuple[Array, Array | None]:
-    """Where a descent of a smooth number within a family's bounds ends, and the curvature learnt on the way.
-
-    The curvature is the inverse of the second derivatives as the steps showed them; None where it is not kept.
-
-    Args:
-        function: gives the number and its gradient.
-        x: where the descent begins.
-        family: bounds x.
-        iterations: at most.
-        by_matrix: whether the curvature is kept, as a matrix; else the last steps alone.
-        curvature: of an earlier descent whose minimum is near; None without.
-    """
+def by_steps(function: Smooth, x: Array, family: Family, iterations: int) -> Array:
+    """Where a descent within a family's bounds ends that knows its last steps alone (L-BFGS)."""
+    from scipy.optimize import minimize
 
     def finite(y: Array) -> tuple[float, Array]:
         value, slope = function(y)
         return (value, slope) if np.isfinite(value) else (_LARGE, slope)
 
-    if by_matrix:
-        return _by_matrix(finite, x, family, iterations, curvature)
-    from scipy.optimize import minimize
-
     bounds = np.column_stack([family.low, family.high])
     options = {"maxiter": iterations, "maxfun": 2 * iterations, "maxcor": _MEMORY, "ftol": _STILL, "gtol": _FLAT}
-    answer = minimize(finite, x, jac=True, method="L-BFGS-B", bounds=bounds, options=options)
-    return np.asarray(answer.x), None
+    return np.asarray(minimize(finite, x, jac=True, method="L-BFGS-B", bounds=bounds, options=options).x)
 
 
-def _by_matrix(
-    function: Smooth, x: Array, family: Family, iterations: int, H: Array | None
+def by_matrix(
+    function: Smooth, x: Array, family: Family, iterations: int, H: Array | None = None
 ) -> tuple[Array, Array | None]:
-    """BFGS: H, the inverse of the second derivatives, by one update of rank two a step."""
+    """Where a descent within a family's bounds ends, and the curvature learnt on the way (BFGS).
+
+    Args:
+        H: inverse of the second derivatives, as the steps of an earlier descent showed them whose minimum is near.
+    """
     value, slope = function(x)
     for _ in range(iterations):
         if np.abs(slope[_free(x, slope, family)]).max(initial=0.0) <= _FLAT:
@@ -136,18 +117,24 @@ def _step(
     return step, np.inf, slope
 
 
-class Multipliers:
-    """One signed multiplier a value, and intervals drawn in so that the motion keeps the limits between samples.
+class Lagrangian:
+    """The augmented Lagrangian of a problem's limits, and the motion that descents on it have reached.
+
+    One signed multiplier a value, and intervals drawn in so that the motion keeps the limits between samples.
 
     Attributes:
+        x: the motion.
+        curvature: there, as the last descent has learnt it; None where it is not known.
         drawn: per limit and value, by how much its interval is drawn in on either side, in the limit's units.
         stiffness: weight of squared violations.
     """
 
-    def __init__(self, limits: Sequence[Limit], state: State, stiffness: float, margin: float) -> None:
+    def __init__(self, problem: DesignProblem, x: Array, stiffness: float, margin: float) -> None:
         """All multipliers zero, all intervals drawn in by the same ``margin``."""
-        self.limits, self.stiffness = tuple(limits), stiffness
-        shapes = [limit.values(state).shape for limit in self.limits]
+        self.problem, self.x, self.stiffness = problem, x, stiffness
+        self.curvature: Array | None = None
+        state = problem.state(x, WIDTH)
+        shapes = [limit.values(state).shape for limit in problem.limits]
         self.drawn = [np.full(shape, margin) for shape in shapes]
         self._values = [np.zeros(shape) for shape in shapes]
         self._last = 0.0
@@ -155,14 +142,15 @@ class Multipliers:
     def __call__(self, state: State, into: State) -> float:
         """Value of the terms; their slopes are added to ``into``."""
         total = 0.0
-        for limit, old, new in zip(self.limits, self._values, self._next(state), strict=True):
+        for limit, old, new in zip(self.problem.limits, self._values, self._next(state), strict=True):
             total += float((new**2).sum() - (old**2).sum()) / (2.0 * self.stiffness)
             if new.any():
                 limit.pullback(state, new, into)
         return total
 
-    def update(self, state: State) -> None:
+    def update(self, width: float) -> None:
         """First-order update at a minimum; violations that do not shrink are weighted more from then on."""
+        state = self.problem.state(self.x, width)
         self._values = self._next(state)
         violation = self.violation(state)
         if violation > max(_SMALL, _SHRINK * self._last):
@@ -171,20 +159,18 @@ class Multipliers:
 
     def violation(self, state: State) -> float:
         """Largest violation of the drawn-in intervals, in the limits' units."""
-        worst = 0.0
-        for limit, drawn in zip(self.limits, self.drawn, strict=True):
-            worst = max(worst, float((excess(limit, limit.values(state)) + drawn).max()))
-        return worst
+        pairs = zip(self.problem.limits, self.drawn, strict=True)
+        return max(0.0, *(float((excess(y, y.values(state)) + drawn).max()) for y, drawn in pairs))
 
-    def settle(self, problem: DesignProblem, x: Array) -> bool:
+    def settle(self) -> bool:
         """Whether the fine grid shows every limit kept; if not, intervals are drawn in around where it is not."""
-        fine, coarse = problem.state(x, 0.0, FINER), problem.state(x, FINE_WIDTH)
+        fine, coarse = self.problem.state(self.x, 0.0, FINER), self.problem.state(self.x, FINE_WIDTH)
         # The coarse sample within whose time each fine one lies.
         middle = np.cumsum(fine.samples.weight) - 0.5 * fine.samples.weight
         nearest = np.searchsorted(np.cumsum(coarse.samples.weight), middle)
         nearest = np.minimum(nearest, len(coarse.samples.weight) - 1)
         all_kept = True
-        for limit, drawn in zip(self.limits, self.drawn, strict=True):
+        for limit, drawn in zip(self.problem.limits, self.drawn, strict=True):
             over, here = (excess(limit, limit.values(state)) for state in (fine, coarse))
             if over.max() <= TOLERANCE:
                 continue
@@ -200,7 +186,7 @@ class Multipliers:
 
     def _next(self, state: State) -> list[Array]:
         shifted = []
-        for limit, drawn, old in zip(self.limits, self.drawn, self._values, strict=True):
+        for limit, drawn, old in zip(self.problem.limits, self.drawn, self._values, strict=True):
             z = old + self.stiffness * limit.values(state)
             low, high = limit.low + drawn, limit.high - drawn
             shifted.append(z - np.clip(z, self.stiffness * low, self.stiffness * high))

@@ -13,9 +13,9 @@ import numpy as np
 from ...common.arrays import Array
 from ..motions.family import Clear, JointBounds, Plan, Samples, everywhere
 from .criterion import ORDERS
-from .descent import FINE_WIDTH, WIDTH, Multipliers, minimised
+from .descent import FINE_WIDTH, WIDTH, Lagrangian, by_steps
 from .problem import DesignProblem
-from .score import exact_value
+from .score import score_samples
 
 _STIFFNESS, _MARGIN = 10.0, 1e-3
 _ITERATIONS = 200  # of a round
@@ -32,7 +32,7 @@ class FreeStates:
         """``count`` states that share one second."""
         self._bounds, self.reach, self._shape = bounds, (bounds.low, bounds.high), (3, count, len(bounds.low))
         self._linear = 3 * count * len(bounds.low)
-        self.size, self.free_duration = self._linear + count, False
+        self.size = self._linear + count
         self.low, self.high = -np.ones(self.size), np.ones(self.size)
         self.low[self._linear :], self.high[self._linear :] = -8.0, 8.0
 
@@ -63,11 +63,7 @@ class FreeStates:
         return np.concatenate([states.ravel(), by_weight])
 
     def plan(self, x: Array) -> Plan:
-        """There is none.
-
-        Raises:
-            TypeError: always: states without order are no motion.
-        """
+        """There is none: states without order are no motion."""
         raise TypeError("a set of states is no motion")
 
     def eased(self, x: Array, slower: float, smaller: float) -> Array:
@@ -111,12 +107,12 @@ def floor_under(
     further_limits = tuple(limit for limit in problem.limits if limit.kind not in ("state", "duration"))
     free = replace(problem, family=family, limits=further_limits)
     x = family.random(np.random.default_rng(seed), problem.clear)
-    limits = Multipliers(further_limits, free.state(x, WIDTH), _STIFFNESS, _MARGIN)
+    course = Lagrangian(free, x, _STIFFNESS, _MARGIN)
     orders = ORDERS[problem.criterion.kind]
     plan = [(order, WIDTH) for order in (*orders, *[orders[-1]] * effort)] + [(orders[-1], FINE_WIDTH)]
     for order, width in plan:
-        function = partial(free.evaluate, order=order, width=width, limits=limits)
-        x, _ = minimised(function, x, family, _ITERATIONS)
-        limits.update(free.state(x, width))
-    value = exact_value(free, free.exact(family.sample(x)))
+        function = partial(free.evaluate, order=order, width=width, limits=course)
+        course.x = by_steps(function, course.x, family, _ITERATIONS)
+        course.update(width)
+    value = score_samples(free, family.sample(course.x)).value
     return Floor(value, reached - value, count)

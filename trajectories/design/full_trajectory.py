@@ -41,24 +41,8 @@ _RUNGS = 12  # at most
 _LADDER_RATE = 250.0  # Hz: at which a run of the ladder is looked at, its turns besides
 
 
-class Kept(NamedTuple):
-    """A motion after its full trajectory was looked at.
-
-    Attributes:
-        score: of it.
-        run: limits that the full trajectory misses, the worst first.
-        rehearsal: those that its slow rehearsal misses, where there is one.
-    """
-
-    x: Array
-    score: Score
-    run: tuple[LimitCheck, ...] = ()
-    rehearsal: tuple[LimitCheck, ...] = ()
-
-    @property
-    def missed(self) -> tuple[LimitCheck, ...]:
-        """Limits missed by either."""
-        return self.run + self.rehearsal
+Missed = tuple[tuple[LimitCheck, ...], tuple[LimitCheck, ...]]
+"""Limits that a run misses, the worst first, and those that its slow rehearsal misses, where there is one."""
 
 
 def missed_on_run(
@@ -92,43 +76,40 @@ def missed_on_replay(problem: DesignProblem, plan: Plan, rate: float) -> tuple[L
     return missed_on_run(problem, plan, rate, states)
 
 
-def kept_throughout(problem: DesignProblem, x: Array, score: Score) -> Kept:
+def kept_throughout(problem: DesignProblem, x: Array, score: Score) -> tuple[Array, Score, Missed]:
     """The motion if it keeps all limits throughout, or one slower or smaller by what torques miss if that one does.
 
     Args:
         score: of the motion x; one that misses a limit on its own samples is left as it is.
     """
-    first = _looked_at(problem, x, score)
-    if not first.missed or not _by_torques(first.missed, _BETWEEN):
-        return first
-    for ease in range(_EASES):
-        eased = problem.family.eased(x, 1.0 + 2.0**ease * max(_most(first.missed), _LEAST), 1.0)
-        after = _looked_at(problem, eased, score_of(problem, eased))
-        if after.score.feasible and not after.missed:
-            return after
-    return first
+    first = _missed(problem, x) if score.feasible else ((), ())
+    both = first[0] + first[1]
+    for ease in range(_EASES) if both and _by_torques(both, _BETWEEN) else ():
+        eased = problem.family.eased(x, 1.0 + 2.0**ease * max(_most(both), _LEAST), 1.0)
+        after = score_of(problem, eased)
+        if after.feasible and not any(now := _missed(problem, eased)):
+            return eased, after, now
+    return x, score, first
 
 
-def harder(problem: DesignProblem, outcome: Kept) -> DesignProblem | None:
+def harder(problem: DesignProblem, missed: Missed) -> DesignProblem | None:
     """The problem to go on with where a run misses torque limits; None where it misses what a search sees itself.
 
     What a run misses between samples is taken off the limits, and some more; a rehearsal's torques become limits
     of their own.
     """
-    if not outcome.missed or not _by_torques(outcome.run, _BETWEEN) or not _by_torques(outcome.rehearsal, np.inf):
+    run, rehearsal = missed
+    if not any(missed) or not _by_torques(run, _BETWEEN) or not _by_torques(rehearsal, np.inf):
         return None
-    lower = problem.with_torque_share(1.0 - _BELOW * _most(outcome.run))
-    return lower.with_slow_torques(REHEARSAL) if outcome.rehearsal else lower
+    lower = problem.with_torque_share(1.0 - _BELOW * _most(run))
+    return lower.with_slow_torques(REHEARSAL) if rehearsal else lower
 
 
-def _looked_at(problem: DesignProblem, x: Array, score: Score) -> Kept:
-    """A motion with what it misses throughout, and in its rehearsal where there is one."""
-    if not score.feasible:
-        return Kept(x, score)
-    plan = problem.family.plan(x)
-    slow = plan.slowed(REHEARSAL) if isinstance(plan, NearMotion) else None
+def _missed(problem: DesignProblem, x: Array) -> Missed:
+    run = problem.family.plan(x)
+    slow = run.slowed(REHEARSAL) if isinstance(run, NearMotion) else None
     rehearsal = missed_on_run(problem, slow, REHEARSAL * RUN_RATE) if slow is not None else ()
-    return Kept(x, score, missed_on_run(problem, plan), rehearsal)
+    return missed_on_run(problem, run), rehearsal
 
 
 def _by_torques(missed: tuple[LimitCheck, ...], most: float) -> bool:

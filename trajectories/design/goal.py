@@ -22,7 +22,7 @@ from ..motions.family import Family, JointBounds, Plan, Samples
 from ..motions.fourier import FourierShape
 from ..motions.near import NearShape
 from ..motions.via_points import ViaPointShape
-from .criterion import ORDERS, Criterion, Kind
+from .criterion import ORDERS, Kind
 from .information import RegressorKernel, regressor_kernel
 
 Shape = ViaPointShape | FourierShape | NearShape
@@ -53,20 +53,6 @@ class Earlier:
 
     columns: tuple[str, ...]
     factor: Array
-
-    def rows(self, columns: Sequence[str]) -> Array:
-        """The factor in the order of ``columns``.
-
-        Raises:
-            InputError: if the factor lacks a column or has another one.
-        """
-        unmatched = set(self.columns) ^ set(columns)
-        if unmatched or np.shape(self.factor)[-1] != len(self.columns):
-            raise InputError(
-                "the earlier recordings' factor does not fit the design's columns: "
-                f"{', '.join(sorted(unmatched)[:6])} stand on one side only; select the same columns"
-            )
-        return np.asarray(self.factor)[:, [self.columns.index(name) for name in columns]]
 
 
 @dataclass(frozen=True)
@@ -128,35 +114,6 @@ class Goal:
         if wrong:
             raise InputError(f"cannot design for these parameters of robot {robot.name!r}: {', '.join(wrong[:6])}")
         return names
-
-    def measure(self, names: Sequence[str]) -> Criterion:
-        """The criterion in the order of ``names``.
-
-        Raises:
-            InputError: if a reference value is missing or zero.
-        """
-        interest = None if self.interest is None else [list(names).index(name) for name in self.interest]
-        reference = None
-        if self.criterion == "a" and self.reference is not None:
-            values = self.reference
-            missing = [name for name in self.interest or names if not values.get(name, 0.0)]
-            if missing:
-                raise InputError(
-                    f"criterion a needs a reference value other than zero for {', '.join(missing[:6])}"
-                )
-            reference = np.array([values.get(name, 0.0) or 1.0 for name in names])
-        return Criterion(self.criterion, reference, interest)
-
-    def joint_noise(self, robot: Robot) -> Array:
-        """Standard deviation of the torque noise, shape (n,).
-
-        Raises:
-            InputError: if it does not fit the robot.
-        """
-        noise = np.ones(robot.n) if self.noise is None else np.asarray(self.noise, dtype=float)
-        if noise.shape != (robot.n,) or not (noise > 0.0).all() or not np.isfinite(noise).any():
-            raise InputError(f"torque noise: robot {robot.name!r} needs {robot.n} positive numbers")
-        return noise
 
 
 @dataclass(frozen=True, eq=False)

@@ -33,8 +33,19 @@ class RegressorKernel:
     def __init__(self, robot: Robot, columns: Sequence[str]) -> None:
         """Generate and compile the code; ``SPRING`` may be one of the columns."""
         self.columns = tuple(columns)
-        smooth, exact, adjoint = _functions(robot, self.columns)
-        self._smooth, self._exact, self._adjoint = Kernel(smooth), Kernel(exact), Kernel(adjoint)
+        own = [name for name in columns if name != SPRING]
+        q, qd, qdd = (ca.SX.sym(symbol, robot.n) for symbol in ("q", "qd", "qdd"))
+        width, spring = ca.SX.sym("width"), ca.SX(robot.n, 1)
+        if robot.spring is not None:
+            spring[robot.spring.joint - 1] = robot.spring.torque_symbol(q[robot.spring.joint - 1])
+        order = [[*own, SPRING].index(name) for name in columns]
+        smooth = ca.horzcat(smooth_regressor(robot, own)(q, qd, qdd, width), spring)[:, order].T
+        exact = ca.horzcat(regressor(robot, own)(q, qd, qdd), spring)[:, order].T
+        seed, state = ca.SX.sym("seed", smooth.nnz()), ca.vertcat(q, qd, qdd)
+        slope = ca.cse(ca.densify(ca.jtimes(smooth.nz[:], state, seed, True)))
+        self._smooth = Kernel(ca.Function("smooth_entries", [q, qd, qdd, width], [ca.cse(smooth)]))
+        self._exact = Kernel(ca.Function("exact_entries", [q, qd, qdd], [ca.cse(exact)]))
+        self._adjoint = Kernel(ca.Function("adjoint", [q, qd, qdd, width, seed], [slope]))
         # The matrix is transposed: column-major order then holds joint after joint.
         ends = np.searchsorted(self._smooth.columns, np.arange(robot.n + 1))
         self.parts = tuple((slice(int(a), int(b)), self._smooth.rows[a:b]) for a, b in pairwise(ends))
@@ -74,8 +85,7 @@ class RegressorKernel:
     def state_slope(self, samples: Samples, width: float, seed: Array) -> tuple[Array, Array, Array]:
         """Slopes in q, qd, qdd, each (N, n), from slopes in the entries."""
         states = (samples.q, samples.qd, samples.qdd)
-        slopes = self._adjoint(*states, np.array([width]), seed.T).T
-        q, qd, qdd = np.split(slopes, 3, axis=1)
+        q, qd, qdd = np.split(self._adjoint(*states, np.array([width]), seed.T).T, 3, axis=1)
         return q, qd, qdd
 
     def matrix(self, samples: Samples, width: float = 0.0) -> Array:
@@ -94,32 +104,3 @@ class RegressorKernel:
 def regressor_kernel(robot: Robot, columns: tuple[str, ...]) -> RegressorKernel:
     """The kernel of a robot and its columns, made once."""
     return RegressorKernel(robot, columns)
-
-
-def _functions(robot: Robot, columns: tuple[str, ...]) -> tuple[ca.Function, ca.Function, ca.Function]:
-    """Smooth and exact regressor, transposed, and the smooth one's adjoint."""
-    own = [name for name in columns if name != SPRING]
-    q, qd, qdd = (ca.SX.sym(symbol, robot.n) for symbol in ("q", "qd", "qdd"))
-    width = ca.SX.sym("width")
-    phi = smooth_regressor(robot, own)(q, qd, qdd, width)
-    exact = regressor(robot, own)(q, qd, qdd)
-    if SPRING in columns:
-        known = _spring_column(robot, q)
-        phi, exact = (ca.horzcat(x, known) for x in (phi, exact))
-    order = [[*own, SPRING].index(name) for name in columns]
-    phi, exact = phi[:, order].T, exact[:, order].T
-    entries = phi.nz[:]
-    seed, state = ca.SX.sym("seed", phi.nnz()), ca.vertcat(q, qd, qdd)
-    slope = ca.cse(ca.densify(ca.jtimes(entries, state, seed, True)))
-    return (
-        ca.Function("smooth_entries", [q, qd, qdd, width], [ca.cse(phi)]),
-        ca.Function("exact_entries", [q, qd, qdd], [ca.cse(exact)]),
-        ca.Function("adjoint", [q, qd, qdd, width, seed], [slope]),
-    )
-
-
-def _spring_column(robot: Robot, q: ca.SX) -> ca.SX:
-    column = ca.SX(robot.n, 1)
-    if robot.spring is not None:
-        column[robot.spring.joint - 1] = robot.spring.torque_symbol(q[robot.spring.joint - 1])
-    return column

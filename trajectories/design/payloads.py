@@ -17,7 +17,7 @@ import functools
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import product
-from typing import Any, Literal, NamedTuple
+from typing import Any, Literal
 
 import casadi as ca
 import numpy as np
@@ -40,18 +40,6 @@ Region = Literal["ball", "cube"]
 """An ellipsoid or a box, before its axes."""
 
 
-class PayloadTorque(NamedTuple):
-    """Extreme torque over a set of payloads, and a body that has it.
-
-    Attributes:
-        torque: [N·m or N], shape (k,).
-        body: ten parameters of the point mass, zero for no payload, shape (k, 10).
-    """
-
-    torque: Array
-    body: Array
-
-
 @dataclass(frozen=True, eq=False)
 class PayloadSet:
     """Every body of at most a mass within an ellipsoid or a box, and no body at all.
@@ -69,11 +57,7 @@ class PayloadSet:
     region: Region = "ball"
 
     def __post_init__(self) -> None:
-        """Lock the arrays and check them.
-
-        Raises:
-            InputError: for a mass or an axis that is not positive.
-        """
+        """Lock the arrays; refuse a mass or an axis that is not positive."""
         for name, shape in (("centre", (3,)), ("axes", (3, 3))):
             object.__setattr__(self, name, frozen_array(getattr(self, name), shape, name))
         if not 0.0 < self.mass < np.inf or not (self.half > 0.0).all():
@@ -112,23 +96,20 @@ class PayloadSet:
         """Keep the bodies of at most ``mass`` [kg]."""
         return PayloadSet(min(mass, self.mass), self.centre, self.axes, self.region)
 
-    def extremes(self, columns: Array) -> tuple[PayloadTorque, PayloadTorque]:
-        """Largest and smallest torque over all bodies of the set.
+    def extremes(self, columns: Array) -> Array:
+        """Largest and smallest torque over all bodies of the set, each with a point mass that has it.
 
         Args:
             columns: k rows of a payload's regressor in the set's frame, shape (k, 10), XX XY .. MZ M.
+
+        Returns:
+            Torque [N·m or N] and ten parameters, zero for no payload, of the largest and the smallest; (2, 11, k).
         """
         bounds = np.concatenate([[self.mass], self.centre, self.axes.T.ravel()])
-        rows = _kernel(self.region)(columns, bounds)
-        return PayloadTorque(rows[0], rows[1:11].T), PayloadTorque(rows[11], rows[12:].T)
+        return _kernel(self.region)(columns, bounds).reshape(2, 11, -1)
 
 
-def points(places: Array) -> Array:
-    """Ten parameters of unit point masses at places (k, 3) [m], shape (k, 10)."""
-    return np.stack(_point(*places.T), axis=1)
-
-
-def _point(x: Any, y: Any, z: Any) -> list[Any]:
+def unit_point(x: Any, y: Any, z: Any) -> list[Any]:
     """Ten parameters of a unit point mass, of numbers, arrays or expressions."""
     return [y * y + z * z, -x * y, -x * z, x * x + z * z, -y * z, x * x + y * y, x, y, z, 1.0 + 0.0 * x]
 
@@ -143,7 +124,7 @@ def _kernel(region: Region) -> Kernel:
     quadratic = [[YY + ZZ, -0.5 * XY, -0.5 * XZ], [-0.5 * XY, XX + ZZ, -0.5 * YZ], [-0.5 * XZ, -0.5 * YZ, XX + YY]]
     Q = ca.vertcat(*(ca.horzcat(*entries) for entries in quadratic))
     slope = ca.mtimes(axes.T, row[6:9] + 2.0 * ca.mtimes(Q, centre))
-    at_centre = ca.dot(row, ca.vertcat(*_point(*ca.vertsplit(centre))))
+    at_centre = ca.dot(row, ca.vertcat(*unit_point(*ca.vertsplit(centre))))
     Q = ca.mtimes([axes.T, Q, axes])
     if region == "ball":
         values, V = _eigen(Q)
@@ -154,7 +135,7 @@ def _kernel(region: Region) -> Kernel:
     for sign, (largest, place) in zip((1.0, -1.0), extremes, strict=True):
         value = mass * (at_centre + sign * largest)
         worse = sign * value > 0.0
-        body = _point(*ca.vertsplit(centre + ca.mtimes(axes, ca.vertcat(*place))))
+        body = unit_point(*ca.vertsplit(centre + ca.mtimes(axes, ca.vertcat(*place))))
         rows += [ca.if_else(worse, x, 0.0) for x in (value, *(mass * number for number in body))]
     return Kernel(ca.Function("payload_extremes", [row, bounds], [ca.cse(ca.densify(ca.vertcat(*rows)))]))
 
@@ -217,30 +198,19 @@ def _largest_in_cube(Q: ca.SX, b: ca.SX) -> tuple[ca.SX, list[ca.SX]]:
     for pattern in product((-1.0, 1.0, 0.0), repeat=3):
         s = [ca.SX(side) for side in pattern]
         free, fixed = ([i for i in range(3) if (pattern[i] == 0.0) == inside] for inside in (True, False))
-        slopes = [-0.5 * b[i] - sum(pattern[j] * Q[i, j] for j in fixed) for i in free]
-        for i, x in zip(free, _solution(Q[free, free], slopes), strict=True):
+        slopes = ca.vertcat(*(-0.5 * b[i] - sum(pattern[j] * Q[i, j] for j in fixed) for i in free))
+        adjugate = ca.adj(Q[free, free]) if len(free) > 1 else ca.SX.eye(len(free))
+        for row, i in enumerate(free):
+            # By cofactors. Along the directions of a singular system the quadratic is linear, so that its largest
+            # value is taken on a smaller face too.
+            determinant = ca.mtimes(Q[free[0], free], adjugate[:, 0])
+            x = ca.if_else(determinant == 0.0, 0.0, ca.mtimes(adjugate[row, :], slopes) / determinant)
             s[i] = ca.fmin(ca.fmax(x, -1.0), 1.0)
         here = sum(s[i] * (b[i] + sum(Q[i, j] * s[j] for j in range(3))) for i in range(3))
         better = here > value
         value = ca.if_else(better, here, value)
         place = [ca.if_else(better, new, old) for new, old in zip(s, place, strict=True)]
     return value, place
-
-
-def _solution(A: ca.SX, y: list[ca.SX]) -> list[ca.SX]:
-    """Solution of up to three equations by cofactors; 0 where there is none or many.
-
-    Along the directions of a singular system the quadratic is linear, so that its largest value over the cube is
-    taken on a smaller face too.
-    """
-    if not y:
-        return []
-    adjugate = ca.adj(A) if len(y) > 1 else ca.SX(1.0)
-    determinant = ca.mtimes(A[0, :], adjugate[:, 0])
-    return [
-        ca.if_else(determinant == 0.0, 0.0, value / determinant)
-        for value in ca.vertsplit(ca.mtimes(adjugate, ca.vertcat(*y)))
-    ]
 
 
 def payload_limit(
@@ -271,7 +241,7 @@ def payload_limit(
         rows.append((entries, numbers))
 
     @latest
-    def extremes(state: State) -> tuple[PayloadTorque, PayloadTorque]:
+    def extremes(state: State) -> Array:
         columns = np.zeros((n, state.entries.shape[1], 10))
         for own, (entries, numbers) in zip(columns, rows, strict=True):
             own[:, numbers] = state.entries[entries].T
@@ -284,7 +254,7 @@ def payload_limit(
 
     def values(state: State) -> Array:
         own, doubtful = kernel.torque(state.entries, chi), _SIGMAS * doubt(state)[0]
-        largest, smallest = (extreme.torque.reshape(own.T.shape).T for extreme in extremes(state))
+        largest, smallest = (torque.reshape(own.T.shape).T for torque in extremes(state)[:, 0])
         return np.asarray(np.hstack([own + doubtful + largest, own - doubtful + smallest]) / unit)
 
     def pullback(state: State, slope: Array, into: State) -> None:
@@ -295,8 +265,8 @@ def payload_limit(
             for j, (part, names) in enumerate(kernel.parts):
                 size = np.where(sizes[:, j] > 0.0, sizes[:, j], 1.0) / _SIGMAS
                 into.entries[part] += root[names] @ spread[j] * ((up - down)[:, j] / size)
-        for share, extreme in zip((up, down), extremes(state), strict=True):
-            bodies = extreme.body.T.reshape(10, n, -1)
+        for share, extreme in zip((up, down), extremes(state)[:, 1:], strict=True):
+            bodies = extreme.reshape(10, n, -1)
             for j, (entries, numbers) in enumerate(rows):
                 if share[:, j].any():
                     into.entries[entries] += bodies[numbers, j] * share[:, j]

@@ -64,7 +64,7 @@ class DesignProblem(Brief):
     scene: Scene | None = None
 
     def __post_init__(self) -> None:
-        """Refuse a goal that does not fit the robot."""
+        """Refuse reference values, noise or earlier recordings that do not fit the robot."""
         _ = self.criterion, self.noise, self.earlier
 
     @cached_property
@@ -75,7 +75,15 @@ class DesignProblem(Brief):
     @cached_property
     def criterion(self) -> Criterion:
         """The goal's criterion in the order of ``names``."""
-        return self.goal.measure(self.names)
+        goal, names = self.goal, self.names
+        interest = None if goal.interest is None else [names.index(name) for name in goal.interest]
+        if goal.criterion != "a" or goal.reference is None:
+            return Criterion(goal.criterion, None, interest)
+        values = goal.reference
+        missing = [name for name in goal.interest or names if not values.get(name, 0.0)]
+        if missing:
+            raise InputError(f"criterion a needs a reference value other than zero for {', '.join(missing[:6])}")
+        return Criterion("a", np.array([values.get(name, 0.0) or 1.0 for name in names]), interest)
 
     @cached_property
     def places(self) -> NDArray[np.intp]:
@@ -85,12 +93,25 @@ class DesignProblem(Brief):
     @cached_property
     def noise(self) -> Array:
         """Standard deviation of the torques per joint [N·m or N], shape (n,)."""
-        return self.goal.joint_noise(self.robot)
+        robot, given = self.robot, self.goal.noise
+        noise = np.ones(robot.n) if given is None else np.asarray(given, dtype=float)
+        if noise.shape != (robot.n,) or not (noise > 0.0).all() or not np.isfinite(noise).any():
+            raise InputError(f"torque noise: robot {robot.name!r} needs {robot.n} positive numbers")
+        return noise
 
     @cached_property
     def earlier(self) -> Array:
         """R of earlier recordings, in the criterion's weights, k x c; k = 0 without."""
-        return np.zeros((0, len(self.names))) if self.goal.earlier is None else self.goal.earlier.rows(self.names)
+        known = self.goal.earlier
+        if known is None:
+            return np.zeros((0, len(self.names)))
+        unmatched = set(known.columns) ^ set(self.names)
+        if unmatched or np.shape(known.factor)[-1] != len(known.columns):
+            raise InputError(
+                "the earlier recordings' factor does not fit the design's columns: "
+                f"{', '.join(sorted(unmatched)[:6])} stand on one side only; select the same columns"
+            )
+        return np.asarray(known.factor)[:, [known.columns.index(name) for name in self.names]]
 
     def of_kind(self, *kinds: str) -> tuple[Limit, ...]:
         """Limits of some kinds ("torque", "clearance")."""
@@ -134,9 +155,7 @@ class DesignProblem(Brief):
 
     def clearances(self, poses: Array) -> list[LimitCheck]:
         """How near poses (N, n) come to what is in the scene."""
-        limits = self.of_kind("clearance")
-        state = self.at_rest(poses) if limits else None
-        return [check(limit, state) for limit in limits if state is not None]
+        return [check(limit, self.at_rest(poses)) for limit in self.of_kind("clearance")]
 
     def row_weights(self, samples: Samples, weighted: bool, duration: float | None = None) -> Array:
         """Weight of each row's square, (n, N): the number of independent recordings it stands for.
@@ -236,11 +255,7 @@ class Loads:
     margin: float = 0.0
 
     def __post_init__(self) -> None:
-        """Refuse a margin that leaves nothing.
-
-        Raises:
-            InputError: unless it is at least 0 and below 1.
-        """
+        """Refuse a margin that leaves nothing."""
         if not 0.0 <= self.margin < 1.0:
             raise InputError(f"a torque margin of {self.margin:g}: give a share of the limits from 0 to below 1")
 
@@ -275,7 +290,12 @@ def build_design(
     if loads is not None and isinstance(loads.heaviest, PayloadSet):
         payloads = loads.heaviest
         names += payload_columns(robot)
-        around = None if scene is None else _with_payload(scene, payloads, robot.n)
+        if scene is not None:
+            # The ball that holds the payloads: clear of all surfaces, and of bodies below the wrist.
+            x, y, z = payloads.centre.tolist()
+            ball = Capsule("payload within bounds", robot.n, payloads.radius, (x, y, z))
+            pairs = ((ball.name, body.name) for body in scene.bodies if body.link <= robot.n - _WRIST)
+            around = structs.replace(scene, bodies=(*scene.bodies, ball), pairs=(*scene.pairs, *pairs))
     # Columns stand in the robot's order, so that different goals share compiled code.
     needed = {*names, *(base.columns if base is not None else ())}
     columns = tuple(name for name in standard_columns(model) if name in needed)
@@ -303,14 +323,6 @@ def build_design(
     return problem
 
 
-def _with_payload(scene: Scene, payloads: PayloadSet, n: int) -> Scene:
-    """The scene with the ball that holds the payloads: clear of all surfaces, and of bodies below the wrist."""
-    x, y, z = (float(c) for c in payloads.centre)
-    ball = Capsule("payload within bounds", n, payloads.radius, (x, y, z))
-    pairs = tuple((ball.name, body.name) for body in scene.bodies if body.link <= n - _WRIST)
-    return structs.replace(scene, bodies=(*scene.bodies, ball), pairs=(*scene.pairs, *pairs))
-
-
 def _torque_limits(
     robot: Robot, base: BaseParameters, kernel: RegressorKernel, bounds: JointBounds, loads: Loads
 ) -> Iterator[Limit]:
@@ -331,7 +343,17 @@ def _torque_limits(
         return np.array([by_name.get(name, 0.0) for name in kernel.columns])
 
     if isinstance(loads.heaviest, PayloadSet):
-        root = _root(kernel, base, loads)
+        root = np.zeros((len(kernel.columns), 0))
+        if loads.covariance is not None:
+            names = list(known)
+            if not set(base.columns) <= set(names) or np.shape(loads.covariance) != (len(names),) * 2:
+                raise InputError(
+                    "a covariance of the torques' parameters must be that of all base parameters, in their order"
+                )
+            variances, V = np.linalg.eigh(loads.covariance)
+            root = np.zeros((len(kernel.columns), len(names)))
+            for name in base.columns:
+                root[kernel.columns.index(name)] = (V * np.sqrt(np.maximum(variances, 0.0)))[names.index(name)]
         yield payload_limit(kernel, by_column(values), root, torque, loads.heaviest, payload_columns(robot))
         return
     cases = {"": values}
@@ -340,24 +362,3 @@ def _torque_limits(
         cases = {"without payload": values, "with the heaviest payload": values + change}
     for load, chi in cases.items():
         yield torque_limit(kernel, by_column(chi), torque, load)
-
-
-def _root(kernel: RegressorKernel, base: BaseParameters, loads: Loads) -> Array:
-    """Root of the parameters' covariance in the kernel's columns, c x r; r = 0 without one.
-
-    Raises:
-        InputError: if the covariance is not that of the base parameters.
-    """
-    root = np.zeros((len(kernel.columns), 0))
-    if loads.covariance is None:
-        return root
-    names = list(loads.parameters)
-    if not set(base.columns) <= set(names) or np.shape(loads.covariance) != (len(names),) * 2:
-        raise InputError(
-            "a covariance of the torques' parameters must be that of all base parameters, in their order"
-        )
-    values, V = np.linalg.eigh(loads.covariance)
-    root = np.zeros((len(kernel.columns), len(names)))
-    for name in base.columns:
-        root[kernel.columns.index(name)] = (V * np.sqrt(np.maximum(values, 0.0)))[names.index(name)]
-    return root

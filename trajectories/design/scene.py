@@ -153,17 +153,6 @@ def _functions(robot: Robot, scene: Scene) -> tuple[ca.Function, ca.Function, tu
     if any(body.link > robot.n for body in scene.bodies):
         raise InputError(f"the scene names a link that robot {robot.name!r} does not have: it has {robot.n}")
     q = ca.SX.sym("q", robot.n)
-    distances = {label: value for label, value in _distances(robot, scene, q).items() if ca.depends_on(value, q)}
-    if not distances:
-        raise InputError("nothing in the scene can collide: give surfaces or pairs, and bodies on moving links")
-    distance = ca.cse(ca.vertcat(*distances.values()))
-    seed = ca.SX.sym("seed", len(distances))
-    slope = ca.cse(ca.densify(ca.jtimes(distance, q, seed, True)))
-    return ca.Function("distance", [q], [distance]), ca.Function("adjoint", [q, seed], [slope]), tuple(distances)
-
-
-def _distances(robot: Robot, scene: Scene, q: ca.SX) -> dict[str, ca.SX]:
-    """Distance of each pair of body and surface, or of two bodies, by the pair's name [m]."""
     frames = [(ca.SX.eye(3), ca.SX([0, 0, 0]))]
     for j, joint in enumerate(robot.joints):
         R, p = frames[-1]
@@ -186,7 +175,13 @@ def _distances(robot: Robot, scene: Scene, q: ca.SX) -> dict[str, ca.SX]:
     for a, b in scene.pairs:
         apart = _segments_apart(bodies[a], bodies[b])
         distances[f"{a} to {b}"] = apart - bodies[a][0].radius - bodies[b][0].radius
-    return distances
+    distances = {label: value for label, value in distances.items() if ca.depends_on(value, q)}
+    if not distances:
+        raise InputError("nothing in the scene can collide: give surfaces or pairs, and bodies on moving links")
+    distance = ca.cse(ca.vertcat(*distances.values()))
+    seed = ca.SX.sym("seed", len(distances))
+    slope = ca.cse(ca.densify(ca.jtimes(distance, q, seed, True)))
+    return ca.Function("distance", [q], [distance]), ca.Function("adjoint", [q, seed], [slope]), tuple(distances)
 
 
 def _segments_apart(first: tuple[Capsule, ca.SX, ca.SX], second: tuple[Capsule, ca.SX, ca.SX]) -> ca.SX:

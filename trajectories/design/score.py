@@ -46,7 +46,8 @@ class Score(Brief):
     """A motion judged, whatever the criterion it was designed for.
 
     Attributes:
-        value: of the goal's criterion, for one second of data or the goal's data length: small is good.
+        value: of the goal's criterion without surrogate, for one second of data or the goal's data length: small
+            is good.
         problem: by whose goal and limits it was judged.
     """
 
@@ -182,19 +183,13 @@ def score_of(problem: DesignProblem, x: Array) -> Score:
 
 def score_samples(problem: DesignProblem, samples: Samples) -> Score:
     """Judge samples of a motion."""
-    state = problem.exact(samples)
-    value = exact_value(problem, state)
-    checks = tuple(check(limit, state) for limit in problem.limits)
-    return Score(value, checks, problem, samples)
-
-
-def exact_value(problem: DesignProblem, state: State) -> float:
-    """The criterion without surrogate: for condition numbers the log of the number itself."""
-    weights = problem.row_weights(state.samples, problem.criterion.weighted)
-    kind = problem.criterion.kind
+    state, kind = problem.exact(samples), problem.criterion.kind
+    weights = problem.row_weights(samples, problem.criterion.weighted)
     if kind in ("cond", "cond-scaled"):
-        return float(np.log(condition_numbers(_rows(problem, state, weights, True))[kind == "cond-scaled"]))
-    return problem.criterion(problem.information(state.entries, weights))[0]
+        value = float(np.log(condition_numbers(_rows(problem, state, weights, True))[kind == "cond-scaled"]))
+    else:
+        value = problem.criterion(problem.information(state.entries, weights))[0]
+    return Score(value, tuple(check(limit, state) for limit in problem.limits), problem, samples)
 
 
 def _rows(problem: DesignProblem, state: State, weights: Array, earlier: bool) -> Array:

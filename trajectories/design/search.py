@@ -15,7 +15,7 @@ from ..motions.family import Plan
 from ..motions.near import FreeNear
 from ..motions.via_points import FreeViaPoints
 from .criterion import ORDERS, STARTS
-from .descent import FINE_WIDTH, WIDTH, Multipliers, Smooth, minimised
+from .descent import FINE_WIDTH, WIDTH, Lagrangian, Smooth, by_matrix, by_steps
 from .full_trajectory import harder, kept_throughout
 from .limits import LimitCheck
 from .problem import DesignProblem
@@ -110,17 +110,15 @@ def solve_design(
     starts = STARTS[problem.criterion.kind] if starts is None else starts
     search = _Search(problem, np.random.default_rng(seed), progress)
     search.run(starts)
-    outcome = kept_throughout(problem, *search.found)
-    further = None if search.interrupted else harder(problem, outcome)
+    x, score, missed = kept_throughout(problem, *search.found)
+    further = None if search.interrupted else harder(problem, missed)
     if further is not None:
         search = _Search(further, np.random.default_rng(seed), progress, search.found[0], search.evaluations)
         search.run(1)
         x, score = search.found
-        outcome = kept_throughout(problem, x, score_samples(problem, score.samples))
-    plan, cpu = problem.family.plan(outcome.x), time.process_time() - begun
-    return Design(
-        problem, plan, outcome.score, seed, starts, search.evaluations, cpu, search.interrupted, outcome.missed
-    )
+        x, score, missed = kept_throughout(problem, x, score_samples(problem, score.samples))
+    plan, cpu, (run, rehearsal) = problem.family.plan(x), time.process_time() - begun, missed
+    return Design(problem, plan, score, seed, starts, search.evaluations, cpu, search.interrupted, run + rehearsal)
 
 
 class Effort(NamedTuple):
@@ -190,7 +188,7 @@ class _Search:
         except KeyboardInterrupt:
             self.interrupted = True
 
-    def _finish(self, course: "_Course") -> None:
+    def _finish(self, course: Lagrangian) -> None:
         """Refine a start, then settle it within its limits; where it does not come within them, draw it back."""
         effort, order = self.effort, ORDERS[self.problem.criterion.kind][-1]
         last: float | None = None
@@ -207,71 +205,77 @@ class _Search:
                 break
         gains(FINE_WIDTH, effort.refined, f"refined {effort.stages}")
         for turn in range(effort.turns):
-            if course.limits.settle(self.problem, course.x):
+            if course.settle():
                 return
             if not gains(FINE_WIDTH, effort.settled, f"settled {turn + 1}"):
                 return
         for x in (course.x, self.found[0]):
             self.consider(drawn_back(self.problem, x), "drawn back")
 
-    def _best_start(self, starts: int) -> "_Course":
+    def _best_start(self, starts: int) -> Lagrangian:
         """The most promising of some random starts, improved for a while.
 
         All are improved for half of that, the best third of them for the other half.
         """
         orders, first = ORDERS[self.problem.criterion.kind][:2], self.effort.first
-        courses = [self._begun(k + 1) for k in range(starts)]
+        courses = [(number, self._begun(number)) for number in range(1, starts + 1)]
         if len(orders) == 1 and starts == 1:
-            self._improved(courses[0], *orders, WIDTH, first, "start 1 improved")
-            return courses[0]
+            self._improved(courses[0][1], *orders, WIDTH, first, "start 1 improved")
+            return courses[0][1]
 
-        def promise(course: _Course) -> tuple[bool, float, int]:
+        def promise(start: tuple[int, Lagrangian]) -> tuple[bool, float, int]:
             """Starts near their limits come first, by their value; the first of equal ones."""
-            merit, _ = self.problem.evaluate(course.x, last, WIDTH, course.limits)
-            astray = course.limits.violation(self.problem.state(course.x, WIDTH)) > _ASTRAY
-            return astray, merit, course.number
+            number, course = start
+            merit, _ = self.problem.evaluate(course.x, last, WIDTH, course)
+            return course.violation(self.problem.state(course.x, WIDTH)) > _ASTRAY, merit, number
 
         last = ORDERS[self.problem.criterion.kind][-1]
         for of, order in ((1, orders[0]), (_OF, orders[-1])):
             courses = courses[: -(-len(courses) // of)]
-            for course in courses:
-                self._improved(course, order, WIDTH, first // 2, f"start {course.number} improved")
+            for number, course in courses:
+                self._improved(course, order, WIDTH, first // 2, f"start {number} improved")
             courses.sort(key=promise)
-        return courses[0]
+        return courses[0][1]
 
     def _first(self) -> Array:
         """Where another search ended, or a random motion."""
         return self.problem.family.random(self.draw, self.problem.clear) if self.begin is None else self.begin
 
-    def _begun(self, number: int) -> "_Course":
+    def _begun(self, number: int) -> Lagrangian:
         """A start brought within the limits at its samples, if a descent finds the way."""
         problem, x = self.problem, self._first()
         for _ in range(3):
-            limits = Multipliers(problem.limits, problem.state(x, WIDTH), 1.0, 2.0 * _MARGIN)
+            limits = Lagrangian(problem, x, 1.0, 2.0 * _MARGIN)
             if limits.violation(problem.state(x, WIDTH)) <= 0.0:
                 break
             x, _ = self._descended(partial(problem.trespass, width=WIDTH, limits=limits), x, _NEARER)
         self.consider(x, f"start {number}")
-        return _Course(number, x, Multipliers(problem.limits, problem.state(x, WIDTH), _STIFFNESS, _MARGIN))
+        return Lagrangian(problem, x, _STIFFNESS, _MARGIN)
 
     def consider(self, x: Array, text: str) -> Score:
-        """Judge a motion, made slower or smaller if that is enough to keep the limits; remember the best."""
+        """Judge a motion, slower or smaller where that makes room between fine samples too; remember the best."""
 
         def rank(score: Score) -> tuple[float, float]:
             return (0.0 if score.feasible else score.max_violation), score.value
 
-        x, score = eased_within(self.problem, x)
+        score = score_of(self.problem, x)
+        slower, smaller = _overstepped(score)
+        if score.max_violation <= _BEYOND and (slower > 1.0 or smaller < 1.0):
+            eased = self.problem.family.eased(x, slower, smaller)
+            after = score_of(self.problem, eased)
+            if after.max_violation <= max(score.max_violation, TOLERANCE):
+                x, score = eased, after
         if self.best is None or rank(score) < rank(self.best[1]):
             self.best = (x, score)
         best = self.best[1]
         self.progress(text, best.value if best.feasible else None, self.evaluations)
         return score
 
-    def _improved(self, course: "_Course", order: float, width: float, iterations: int, text: str) -> Score:
+    def _improved(self, course: Lagrangian, order: float, width: float, iterations: int, text: str) -> Score:
         """Descend, update the multipliers where that ends, and judge the motion there."""
-        function = partial(self.problem.evaluate, order=order, width=width, limits=course.limits)
+        function = partial(self.problem.evaluate, order=order, width=width, limits=course)
         course.x, course.curvature = self._descended(function, course.x, iterations, course.curvature)
-        course.limits.update(self.problem.state(course.x, width))
+        course.update(width)
         return self.consider(course.x, text)
 
     def _descended(
@@ -283,37 +287,9 @@ class _Search:
             self.evaluations += 1
             return function(y)
 
-        by_matrix = self.effort.by_matrix
-        return minimised(counted, x, self.problem.family, iterations, by_matrix=by_matrix, curvature=curvature)
-
-
-@dataclass
-class _Course:
-    """A random start on its way to a good motion.
-
-    Attributes:
-        number: of the start, from 1.
-        limits: multipliers of its limits.
-        curvature: of the augmented Lagrangian where the last descent ended; None where it is not known.
-    """
-
-    number: int
-    x: Array
-    limits: Multipliers
-    curvature: Array | None = None
-
-
-def eased_within(problem: DesignProblem, x: Array) -> tuple[Array, Score]:
-    """The motion made slower or smaller until there is room between fine samples too, if that helps; its score."""
-    score = score_of(problem, x)
-    if score.max_violation > _BEYOND:
-        return x, score
-    slower, smaller = _overstepped(score)
-    if slower == 1.0 and smaller == 1.0:
-        return x, score
-    eased = problem.family.eased(x, slower, smaller)
-    after = score_of(problem, eased)
-    return (eased, after) if after.max_violation <= max(score.max_violation, TOLERANCE) else (x, score)
+        if self.effort.by_matrix:
+            return by_matrix(counted, x, self.problem.family, iterations, curvature)
+        return by_steps(counted, x, self.problem.family, iterations), None
 
 
 def drawn_back(problem: DesignProblem, x: Array) -> Array:

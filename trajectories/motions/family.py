@@ -163,14 +163,12 @@ class Family(Protocol):
 
     Attributes:
         low, high: bounds of x, shape (size,).
-        free_duration: whether the duration depends on x.
         reach: lowest and highest positions, each (n,), or (k, n): a row for each of k equal parts of the samples.
     """
 
     size: int
     low: Array
     high: Array
-    free_duration: bool
     reach: tuple[Array, Array]
 
     def random(self, draw: np.random.Generator, clear: Clear = everywhere) -> Array:

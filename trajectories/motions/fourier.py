@@ -65,49 +65,86 @@ def fourier_basis(t: Array, harmonics: int, period: float) -> tuple[Array, Array
 
 
 class RestingSeries:
-    """A family of Fourier series of a fixed period that begin and end at rest, without acceleration.
+    """A family of Fourier series of a fixed period about poses, at rest and without acceleration at both ends.
+
+    q, qd and qdd are linear in x.
 
     Attributes:
         null: coefficients a_1 ... a_H, b_1 ... b_H of each of the basis functions, 2 H x functions.
         first: what multiplies the coefficients in q at t = 0, shape (2 H,).
+        moving: the joints that move; the others are held.
     """
 
-    free_duration = False
+    moving: slice | list[int] = slice(None)
 
-    def __init__(self, harmonics: int, period: float, samples: int, anchored: bool, parts: tuple[int, ...]) -> None:
-        """At least two ``harmonics`` in a ``period`` [s]; ``anchored``: q counts from where the motion begins.
+    def __init__(
+        self, harmonics: int, period: float, samples: int, poses: Array, scale: Array, half: Array | None = None
+    ) -> None:
+        """At least two ``harmonics`` in a ``period`` [s].
 
         Args:
             samples: of a period while optimising.
-            parts: shape of x, but for the basis functions' weights along the last axis, one more if not anchored.
+            poses: where each series begins, poses x n.
+            scale: of the coefficients of the joints that move, shape (moving,).
+            half: range about ``poses`` in which the mean position is free, shape (n,), x holding it behind the
+                functions' weights; None where the series begin at ``poses``.
         """
         ends = np.zeros((2, 2 * harmonics))
         ends[0, :harmonics] = 1.0
         ends[1, harmonics:] = np.arange(1, harmonics + 1)
         self.null = np.linalg.svd(ends)[2][2:].T  # what leaves both ends as they are
         self.first = fourier_basis(np.zeros(1), harmonics, period)[0][0]
-        self._harmonics, self._period, self._samples, self._anchored = harmonics, period, samples, anchored
+        self._harmonics, self._period, self._samples = harmonics, period, samples
+        self._poses, self._scale, self._half = poses, scale, half
         self._grids: dict[int, tuple[Array, Array, Array]] = {}
-        self._shape = (*parts, self.null.shape[1] + (not anchored))
+        self._shape = (len(poses), len(scale), self.null.shape[1] + (half is not None))
         self.size = int(np.prod(self._shape))
         self.low, self.high = np.full(self.size, -np.inf), np.full(self.size, np.inf)
 
-    def grid(self, finer: int = 1) -> tuple[Array, Array, Array]:
-        """What multiplies the coefficients in q, qd and qdd at even times of one period, each (N, 2 H)."""
-        if finer not in self._grids:
-            count = self._samples * finer
-            B, Bd, Bdd = fourier_basis(np.arange(count) / count * self._period, self._harmonics, self._period)
-            self._grids[finer] = (B - self.first if self._anchored else B, Bd, Bdd)
-        return self._grids[finer]
+    def sample(self, x: Array, finer: int = 1) -> Samples:
+        """States at even times of one period at each pose."""
+        about, c = self._unpacked(x)
+        grid = self._grid(finer)
+        poses, n, count = *about.shape, len(grid[0])
+        q, qd, qdd = np.zeros((3, poses, count, n))
+        q += about[:, None]
+        for states, basis in zip((q, qd, qdd), grid, strict=True):
+            states[:, :, self.moving] += basis @ c.transpose(0, 2, 1)
+        weight = np.full(poses * count, self._period / count)
+        return Samples(weight, *(states.reshape(-1, n) for states in (q, qd, qdd)))
 
-    def by_weights(self, slope: Samples) -> Array:
-        """Slopes in the basis functions' weights, n x functions, from those in a period's states."""
-        B, Bd, Bdd = self.grid()
-        return np.asarray((slope.q.T @ B + slope.qd.T @ Bd + slope.qdd.T @ Bdd) @ self.null)
+    def pullback(self, x: Array, slope: Samples) -> Array:
+        """The Jacobian transposed times the slopes."""
+        gradient, (B, Bd, Bdd) = np.empty(self._shape), self._grid(1)
+        for own, q, qd, qdd in zip(gradient, *self._at_poses(slope), strict=True):
+            by_weights = (q.T @ B + qd.T @ Bd + qdd.T @ Bdd) @ self.null
+            own[:, : self.null.shape[1]] = by_weights * self._scale[:, None]
+            if self._half is not None:
+                own[:, -1] = q.sum(axis=0) * self._half
+        return gradient.ravel()
 
     def eased(self, x: Array, slower: float, smaller: float) -> Array:
         """Smaller about what q counts from; the period stays."""
         return np.asarray(x * (smaller / slower))
+
+    def _grid(self, finer: int) -> tuple[Array, Array, Array]:
+        """What multiplies the coefficients in q, qd and qdd at even times of one period, each (N, 2 H)."""
+        if finer not in self._grids:
+            count = self._samples * finer
+            B, Bd, Bdd = fourier_basis(np.arange(count) / count * self._period, self._harmonics, self._period)
+            self._grids[finer] = (B - self.first if self._half is None else B, Bd, Bdd)
+        return self._grids[finer]
+
+    def _unpacked(self, x: Array) -> tuple[Array, Array]:
+        """What q counts from, poses x n, and a, b of the joints that move, poses x moving x 2 H."""
+        weights = x.reshape(self._shape)
+        c = (weights[..., : self.null.shape[1]] @ self.null.T) * self._scale[:, None]
+        return self._poses if self._half is None else self._poses + self._half * weights[..., -1], c
+
+    def _at_poses(self, samples: Samples) -> list[Array]:
+        """States of the joints that move, pose by pose, each poses x N x moving."""
+        states = (x.reshape(len(self._poses), -1, x.shape[1]) for x in samples[1:])
+        return [x[..., self.moving] for x in states]
 
 
 @dataclass(frozen=True)
@@ -131,7 +168,7 @@ class FourierShape:
 
 
 class FreeFourier(RestingSeries):
-    """Fourier series about a middle that is free, or from a given start; q, qd and qdd are linear in x."""
+    """Fourier series of all joints about a middle that is free, or from a given start."""
 
     def __init__(self, bounds: JointBounds, shape: FourierShape) -> None:
         """Lay out x.
@@ -141,58 +178,38 @@ class FreeFourier(RestingSeries):
                 beyond limits.
         """
         start = checked_start(bounds, shape.start)
-        harmonics, period, anchored = shape.harmonics, shape.duration, start is not None
+        harmonics, period = shape.harmonics, shape.duration
         if not 2 <= harmonics <= _MOST or not 0.0 < period <= LONGEST:
             raise InputError(
                 f"{harmonics} harmonics in {period:g} s: give at least 2, at most {_MOST}, in up to {LONGEST:g} s"
             )
-        super().__init__(harmonics, period, shape.samples or _SAMPLES * harmonics, anchored, (len(bounds.low),))
-        self._bounds, self._start, self.reach = bounds, start, (bounds.low, bounds.high)
+        poses, half = (bounds.middle, bounds.half) if start is None else (start, None)
+        samples = shape.samples or _SAMPLES * harmonics
+        super().__init__(harmonics, period, samples, poses[None], bounds.speed, half)
+        self._bounds, self.reach = bounds, (bounds.low, bounds.high)
 
     def random(self, draw: np.random.Generator, clear: Clear = everywhere) -> Array:
         """Random coefficients, as large as position and speed limits allow by half."""
-        bounds, (n, size) = self._bounds, (self._shape[0], self.null.shape[1])
-        c = np.zeros(self._shape)
+        bounds, (_, n, _), size = self._bounds, self._shape, self.null.shape[1]
+        c = np.zeros(self._shape[1:])
         c[:, :size] = draw.standard_normal((n, size))
         moved = self.sample(c.ravel())
         reach = np.abs(moved.q - moved.q.mean(axis=0)).max(axis=0) / bounds.half
         fast = np.abs(moved.qd).max(axis=0) / bounds.speed
         strong = np.abs(moved.qdd).max(axis=0) / bounds.acceleration
         c /= (np.maximum(np.maximum(reach, fast), strong) / _SPAN)[:, None]
-        if self._start is None:
-            for _ in range(_TRIES):
-                c[:, -1] = _SPAN * draw.uniform(-1.0, 1.0, n)
-                if clear((bounds.middle + bounds.half * c[:, -1])[None]):
-                    break
+        for _ in range(_TRIES) if self._half is not None else ():
+            c[:, -1] = _SPAN * draw.uniform(-1.0, 1.0, n)
+            if clear((bounds.middle + bounds.half * c[:, -1])[None]):
+                break
         for _ in range(_SHRINKS):
             if clear(self.sample(c.ravel()).q):
                 break
             c[:, :size] *= 0.8
         return np.asarray(c.ravel())
 
-    def sample(self, x: Array, finer: int = 1) -> Samples:
-        """States at even times of one period."""
-        offset, c = self._unpacked(x)
-        B, Bd, Bdd = self.grid(finer)
-        return Samples(np.full(len(B), self._period / len(B)), offset + B @ c.T, Bd @ c.T, Bdd @ c.T)
-
-    def pullback(self, x: Array, slope: Samples) -> Array:
-        """The Jacobian transposed times the slopes."""
-        by_x = self.by_weights(slope) * self._bounds.speed[:, None]
-        if self._start is None:
-            by_x = np.column_stack([by_x, slope.q.sum(axis=0) * self._bounds.half])
-        return np.asarray(by_x.ravel())
-
     def plan(self, x: Array) -> Fourier:
         """The motion."""
-        offset, c = self._unpacked(x)
+        (about,), (c,) = self._unpacked(x)
         a, b = np.hsplit(c, 2)
-        return Fourier(offset if self._start is None else offset - c @ self.first, a, b, self._period)
-
-    def _unpacked(self, x: Array) -> tuple[Array, Array]:
-        """What q counts from, (n,), and coefficients a, b (n, 2 H)."""
-        weights = x.reshape(self._shape)
-        c = (weights[:, : self.null.shape[1]] @ self.null.T) * self._bounds.speed[:, None]
-        if self._start is None:
-            return self._bounds.middle + self._bounds.half * weights[:, -1], c
-        return self._start, c
+        return Fourier(about if self._half is not None else about - c @ self.first, a, b, self._period)

@@ -9,7 +9,7 @@ from ...common.brief import Brief
 from ...common.errors import InputError
 from ...model import Robot
 from ...model.visibility import PayloadVisibility, checked_joints, payload_visibility
-from .family import LONGEST, Clear, JointBounds, Plan, Samples, everywhere
+from .family import LONGEST, Clear, JointBounds, Plan, everywhere
 from .fourier import RestingSeries, fourier_basis
 from .via_points import ViaPoints, quickest
 
@@ -129,12 +129,12 @@ class NearShape:
 
 
 class FreeNear(RestingSeries):
-    """Motions about poses, of a fixed period; q, qd and qdd of the series are linear in x."""
+    """Fourier series of some joints about given poses."""
 
     def __init__(self, bounds: JointBounds, shape: NearShape) -> None:
         """Share out the duration among poses, periods and the ways between poses."""
-        self._poses, self._transfer = shape.poses, 0.0
-        self._moving = moving = [joint - 1 for joint in shape.joints]
+        self.moving = moving = [joint - 1 for joint in shape.joints]
+        self._transfer = 0.0
         if len(shape.poses) > 1:
             way = quickest(np.diff(shape.poses, axis=0), _TRANSFER_SPEED * bounds.speed, bounds.acceleration)
             self._transfer = float(way[0]) + _TRANSFER_MORE
@@ -145,11 +145,11 @@ class FreeNear(RestingSeries):
                 "--duration"
             )
         self._repeats = max(1, round(stay / _PERIOD))
-        parts = (len(shape.poses), len(moving))
-        super().__init__(_HARMONICS, stay / self._repeats, _SAMPLES * _HARMONICS, True, parts)
-        self._ranges, self._limits = shape.ranges, (bounds.speed[moving], bounds.acceleration[moving])
+        period = stay / self._repeats
         # Coefficients of the order of 1 use the whole range at the first harmonics.
-        self._scale = np.minimum(bounds.speed[moving], 2.0 * np.pi / self._period * shape.ranges)
+        scale = np.minimum(bounds.speed[moving], 2.0 * np.pi / period * shape.ranges)
+        super().__init__(_HARMONICS, period, _SAMPLES * _HARMONICS, shape.poses, scale)
+        self._most = (shape.ranges, bounds.speed[moving], bounds.acceleration[moving])
         # The range of each moving joint about each pose, within its limits; any for joints that are held.
         low, high = shape.poses - 1.0, shape.poses + 1.0
         low[:, moving] = np.maximum(shape.poses[:, moving] - shape.ranges, bounds.low[moving])
@@ -160,10 +160,9 @@ class FreeNear(RestingSeries):
         """Random coefficients as large as range, speed and acceleration allow."""
         c = draw.standard_normal(self._shape)
         states = self._at_poses(self.sample(c.ravel()))
-        for p, (q, qd, qdd) in enumerate(zip(*states[1:], strict=True)):
-            offsets = q - self._poses[p][self._moving]
-            sizes = zip((offsets, qd, qdd), (self._ranges, *self._limits), strict=True)
-            c[p] *= (_SPAN / np.max([np.abs(y).max(axis=0) / size for y, size in sizes], axis=0))[:, None]
+        for own, pose, q, qd, qdd in zip(c, self._poses, *states, strict=True):
+            sizes = zip((q - pose[self.moving], qd, qdd), self._most, strict=True)
+            own *= (_SPAN / np.max([np.abs(y).max(axis=0) / size for y, size in sizes], axis=0))[:, None]
         x = np.asarray(c.ravel())
         for _ in range(_SHRINKS):
             if clear(self.sample(x).q):
@@ -171,34 +170,9 @@ class FreeNear(RestingSeries):
             x = 0.8 * x
         return x
 
-    def sample(self, x: Array, finer: int = 1) -> Samples:
-        """States at even times of one period at each pose."""
-        c = self._coefficients(x)
-        poses, n, count = *self._poses.shape, len(self.grid(finer)[0])
-        q, qd, qdd = np.zeros((3, poses, count, n))
-        q += self._poses[:, None]
-        for states, basis in zip((q, qd, qdd), self.grid(finer), strict=True):
-            states[:, :, self._moving] += basis @ c.transpose(0, 2, 1)
-        weight = np.full(poses * count, self._period / count)
-        return Samples(weight, *(states.reshape(-1, n) for states in (q, qd, qdd)))
-
-    def pullback(self, x: Array, slope: Samples) -> Array:
-        """The Jacobian transposed times the slopes."""
-        by_pose = zip(*self._at_poses(slope), strict=True)
-        return np.concatenate([(self.by_weights(Samples(*own)) * self._scale[:, None]).ravel() for own in by_pose])
-
     def plan(self, x: Array) -> NearMotion:
         """The motion."""
         c = np.zeros((*self._poses.shape, len(self.null)))
-        c[:, self._moving] = self._coefficients(x)
+        c[:, self.moving] = self._unpacked(x)[1]
         a, b = np.split(c, 2, axis=2)
         return NearMotion(self._poses, a, b, self._period, self._repeats, self._transfer)
-
-    def _coefficients(self, x: Array) -> Array:
-        """a, b of the moving joints, poses x moving x 2 H."""
-        return np.asarray((x.reshape(self._shape) @ self.null.T) * self._scale[:, None])
-
-    def _at_poses(self, samples: Samples) -> Samples:
-        """Samples of the moving joints, pose by pose: (poses, N), then (poses, N, moving) each."""
-        weight, *states = (part.reshape(len(self._poses), -1, *part.shape[1:]) for part in samples)
-        return Samples(weight, *(state[..., self._moving] for state in states))

@@ -39,11 +39,7 @@ class SampledTrajectory(Plan, Brief):
     source: str = "trajectory"
 
     def __post_init__(self) -> None:
-        """Lock the arrays; refuse a trajectory that does not rest at its ends.
-
-        Raises:
-            InputError: says which joint moves.
-        """
+        """Lock the arrays; refuse a trajectory that does not rest at its ends."""
         object.__setattr__(self, "t", frozen_array(np.asarray(self.t) - self.t[0], (None,), "t"))
         shape = (len(self.t), np.shape(self.q)[-1])
         for name in ("q", "qd", "qdd"):
@@ -103,11 +99,8 @@ class SampledTrajectory(Plan, Brief):
             curve = CubicHermiteSpline(self.t, self.q, self.qd)
         else:
             curve = BPoly.from_derivatives(self.t, np.stack([self.q, self.qd, self.qdd], axis=1))
-        return (
-            curve,
-            curve.derivative(),
-            curve.derivative(2) if self.qdd is None else curve.derivative().derivative(),
-        )
+        speed = curve.derivative()
+        return curve, speed, speed.derivative()
 
 
 def joined(motion: Motion, rate: float) -> Motion:

@@ -253,7 +253,20 @@ class FreeViaPoints:
         self._bounds, self._start, self._samples = bounds, start, shape.samples
         self.reach = bounds.low, bounds.high
         _check_count(self._count)
-        self._fixed = self._checked_durations(shape.fixed, shape.longest)
+        self._fixed: Array | None = None
+        if shape.fixed is not None:
+            if shape.longest is not None:
+                raise InputError(
+                    "the durations of the moves are fixed: leave the longest duration of the motion out"
+                )
+            times, moves = np.asarray(shape.fixed, dtype=float), self._count - 1
+            if times.shape not in ((), (moves,)) or not ((times > 0.0) & (times <= LONGEST)).all():
+                seconds = ", ".join(f"{time:g}" for time in times.ravel())
+                raise InputError(
+                    f"fixed durations {seconds}: {self._count} via points need {moves} positive ones [s], or one "
+                    "for all"
+                )
+            self._fixed = np.broadcast_to(times, (moves,)).copy()
         if self._passing and not self.segment.passes:
             raise InputError(f"a {self.segment.name} rests in every via point: set passing to False")
         self.free_duration, self._first, n = self._fixed is None, int(start is not None), len(bounds.low)
@@ -264,20 +277,6 @@ class FreeViaPoints:
         self.low, self.high = -np.ones(self.size), np.ones(self.size)
         self.low[self._ends[2] :], self.high[self._ends[2] :] = np.log(shape.durations)
         self._grids: dict[int, Grid] = {}
-
-    def _checked_durations(self, fixed: float | tuple[float, ...] | None, longest: float | None) -> Array | None:
-        """Durations of the segments [s], shape (count - 1,); a number stands for all."""
-        if fixed is None:
-            return None
-        if longest is not None:
-            raise InputError("the durations of the moves are fixed: leave the longest duration of the motion out")
-        times, count = np.asarray(fixed, dtype=float), self._count
-        if times.shape not in ((), (count - 1,)) or not ((times > 0.0) & (times <= LONGEST)).all():
-            seconds = ", ".join(f"{time:g}" for time in times.ravel())
-            raise InputError(
-                f"fixed durations {seconds}: {count} via points need {count - 1} positive ones [s], or one for all"
-            )
-        return np.broadcast_to(times, (count - 1,)).copy()
 
     def random(self, draw: np.random.Generator, clear: Clear = everywhere) -> Array:
         """Random points, at rest in each, somewhat slower than the limits allow.
@@ -293,8 +292,12 @@ class FreeViaPoints:
             for _ in range(_TRIES):
                 points[k] = bounds.middle + _SPAN * bounds.half * draw.uniform(-1.0, 1.0, n)
                 before = points[max(k - 1, 0)]
-                if self._fixed is not None and k > 0:
-                    points[k] = self._nearer(self._fixed[k - 1], before, points[k])
+                if self._fixed is not None and k > 0:  # as near to it as the limits allow in the time
+                    T, step = self._fixed[k - 1] / _SLOWER, np.abs(points[k] - before)
+                    by_speed = bounds.speed * T / (self.segment.peak_speed * step)
+                    by_acceleration = bounds.acceleration * T**2 / (self.segment.peak_acceleration * step)
+                    share = min(1.0, float(by_speed.min()), float(by_acceleration.min()))
+                    points[k] = before + share * (points[k] - before)
                 if clear(before + on_line * (points[k] - before)):
                     break
         x = np.zeros(self.size)
@@ -303,14 +306,6 @@ class FreeViaPoints:
             times = quickest(np.diff(points, axis=0), bounds.speed, bounds.acceleration, self.segment)
             x[self._ends[2] :] = np.log(times * _SLOWER)
         return np.asarray(np.clip(x, self.low, self.high))
-
-    def _nearer(self, duration: float, before: Array, point: Array) -> Array:
-        """An end as near to a point as the limits allow in a fixed time."""
-        T, step = duration / _SLOWER, np.abs(point - before)
-        by_speed = self._bounds.speed * T / (self.segment.peak_speed * step)
-        by_acceleration = self._bounds.acceleration * T**2 / (self.segment.peak_acceleration * step)
-        share = min(1.0, float(by_speed.min()), float(by_acceleration.min()))
-        return np.asarray(before + share * (point - before))
 
     def sample(self, x: Array, finer: int = 1) -> Samples:
         """States at times of each segment, its ends included: accelerations have corners there."""

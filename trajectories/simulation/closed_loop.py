@@ -29,7 +29,7 @@ from ...model.kernel.kernel import Kernel
 from ...model.motion import Measurement
 from ...model.stand_in import rotor_inertias, with_rotors
 from ..motions.family import Plan, sample_count
-from .disturbances import Disturbances, RobotErrors, draw_robot_errors, no_disturbances
+from .disturbances import Disturbances, draw_robot_errors, no_disturbances
 from .simulator import Simulator, check_parameters, parameter_vector
 
 _POSES = 200  # over which a joint's inertia is averaged
@@ -140,13 +140,13 @@ class ClosedLoop:
         robot: Robot,
         controller: Controller | None = None,
         disturbances: Disturbances | None = None,
-        errors: RobotErrors | None = None,
+        phases: Array | None = None,
     ) -> None:
         """Generate the code of one integration step.
 
         Args:
             disturbances: whose ripple acts on the robot; None for none.
-            errors: whose phases the ripple has; None for those of seed 0.
+            phases: of the ripple [rad], n x waves; None for those of seed 0.
 
         Raises:
             InputError: if the robot's description lacks standard parameters, or its links cannot exist.
@@ -165,7 +165,7 @@ class ClosedLoop:
         inertia = mean_inertia(robot)
         self.steps = steps_per_sample(robot, self._controller, inertia)
         disturbances = disturbances or replace(no_disturbances(robot.n), waves=())
-        phases, own = (errors or draw_robot_errors(disturbances, 0)).phases, self._controller
+        phases, own = draw_robot_errors(disturbances, 0)[0] if phases is None else phases, self._controller
         gains = [1.0 / (self.rate * self.steps), own.position, own.speed, own.integral]
         ripple = (disturbances.ripple, disturbances.waves, phases.T.ravel())
         self._settings = np.concatenate([gains, inertia, *ripple])

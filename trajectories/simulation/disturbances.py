@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import NamedTuple
 
 import numpy as np
 
@@ -54,11 +53,6 @@ class Disturbances:
         if not (self.slow_memory > 0.0 and self.friction_memory > 0.0 and all(wave > 0 for wave in self.waves)):
             raise ValueError("memories and waves must be positive")
 
-    @property
-    def n(self) -> int:
-        """Number of joints."""
-        return len(self.white)
-
 
 def no_disturbances(n: int) -> Disturbances:
     """Recordings exactly as the robot moves."""
@@ -101,21 +95,15 @@ def relative_disturbances(torque: Array, share: float) -> Disturbances:
     return Disturbances(joints, (0.0,) * len(joints), half, friction=0.5 * share, encoder=1e-5)
 
 
-class RobotErrors(NamedTuple):
-    """What stays the same in all recordings of one robot.
+def draw_robot_errors(disturbances: Disturbances, seed: int) -> tuple[Array, Array]:
+    """Draw what stays the same in all recordings of a robot.
 
-    ``phases`` of the ripple [rad], n x waves; ``gains``: measured over true torque, shape (n,).
+    Returns:
+        Phases of the ripple [rad], n x waves, and the drives' gains, measured over true torque, shape (n,).
     """
-
-    phases: Array
-    gains: Array
-
-
-def draw_robot_errors(disturbances: Disturbances, seed: int) -> RobotErrors:
-    """Draw what belongs to the robot."""
-    draw = np.random.default_rng([seed, _ROBOT])
-    phases = draw.uniform(-np.pi, np.pi, (disturbances.n, len(disturbances.waves)))
-    return RobotErrors(phases, 1.0 + disturbances.gain_error * draw.standard_normal(disturbances.n))
+    draw, n = np.random.default_rng([seed, _ROBOT]), len(disturbances.white)
+    phases = draw.uniform(-np.pi, np.pi, (n, len(disturbances.waves)))
+    return phases, 1.0 + disturbances.gain_error * draw.standard_normal(n)
 
 
 def draw_friction(robot: Robot, disturbances: Disturbances, count: int, rate: float, seed: Sequence[int]) -> Array:
@@ -131,7 +119,7 @@ def record(
     motion: Motion,
     torque: Array,
     disturbances: Disturbances,
-    errors: RobotErrors,
+    gains: Array,
     seed: Sequence[int],
     source: str = "simulated",
 ) -> Recording:
@@ -139,6 +127,7 @@ def record(
 
     Args:
         torque: exact motor torques [N·m or N], shape (N, n).
+        gains: of the drives, measured over true torque, shape (n,).
     """
     draw = np.random.default_rng([*seed, _RECORDING])
     noise = np.array(disturbances.white) * draw.standard_normal(torque.shape)
@@ -146,7 +135,7 @@ def record(
     noise += np.array(disturbances.slow) * slow
     step = disturbances.encoder
     q = step * np.round(motion.q / step) if step > 0.0 else motion.q
-    return Recording(motion.t, q, errors.gains * torque + noise, None, source, gain_sigma=disturbances.gain_error)
+    return Recording(motion.t, q, gains * torque + noise, None, source, gain_sigma=disturbances.gain_error)
 
 
 def _exponential(draw: np.random.Generator, shape: tuple[int, ...], memory: float) -> Array:

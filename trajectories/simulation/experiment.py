@@ -12,7 +12,7 @@ from ...model.dynamics import dry_friction_names
 from ...model.motion import Measurement
 from ..motions.family import sample_count
 from .closed_loop import ClosedLoop, Controller, Task
-from .disturbances import Disturbances, RobotErrors, draw_friction, draw_robot_errors, record
+from .disturbances import Disturbances, draw_friction, draw_robot_errors, record
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -38,13 +38,15 @@ class Experiment(Brief):
 
     Attributes:
         robot: the robot; its parameters are the truth, dry friction on average over all times.
+        phases, gains: of the ripple and of the drives, as ``draw_robot_errors`` gives them.
         seed: of everything that was drawn.
         runs: in the order of the tasks.
     """
 
     robot: Robot
     disturbances: Disturbances
-    errors: RobotErrors
+    phases: Array
+    gains: Array
     seed: int
     runs: tuple[SimulatedRun, ...]
 
@@ -58,17 +60,13 @@ class Experiment(Brief):
         for name in ("ripple", "waves", "friction", "friction_memory"):
             if getattr(own, name) != getattr(disturbances, name):
                 raise ValueError(f"{name} acts on the moving robot: simulate again")
-        errors = draw_robot_errors(disturbances, self.seed)
-        runs = (
-            replace(
-                run,
-                recording=record(
-                    run.exact.motion, run.exact.torque, disturbances, errors, [self.seed, k], run.task.name
-                ),
-            )
-            for k, run in enumerate(self.runs)
-        )
-        return replace(self, disturbances=disturbances, errors=errors, runs=tuple(runs))
+        phases, gains = draw_robot_errors(disturbances, self.seed)
+        runs = []
+        for k, run in enumerate(self.runs):
+            motion, torque = run.exact.motion, run.exact.torque
+            recording = record(motion, torque, disturbances, gains, [self.seed, k], run.task.name)
+            runs.append(replace(run, recording=recording))
+        return replace(self, disturbances=disturbances, phases=phases, gains=gains, runs=tuple(runs))
 
 
 def run_experiment(
@@ -88,19 +86,19 @@ def run_experiment(
     Raises:
         InputError: if the robot's parameters are missing, or its controller loses it.
     """
-    errors = draw_robot_errors(disturbances, seed)
-    loop = ClosedLoop(robot, controller, disturbances, errors)
+    phases, gains = draw_robot_errors(disturbances, seed)
+    loop = ClosedLoop(robot, controller, disturbances, phases)
     counts = [sample_count(task.reference.duration, loop.rate) + 1 for task in tasks]
     frictions = [draw_friction(robot, disturbances, count, loop.rate, [seed, k]) for k, count in enumerate(counts)]
     rubbing = [task._replace(friction=friction) for task, friction in zip(tasks, frictions, strict=True)]
     finished = []
     for k, (task, (exact, reference)) in enumerate(zip(tasks, loop.run(rubbing, progress), strict=True)):
-        recording = record(exact.motion, exact.torque, disturbances, errors, [seed, k], task.name)
+        recording = record(exact.motion, exact.torque, disturbances, gains, [seed, k], task.name)
         mean = frictions[k][: len(exact.motion.t)].mean(axis=0)
         levels = dict(zip(dry_friction_names(robot), mean.tolist(), strict=True))
         distance = np.abs(exact.motion.q - reference).max(axis=0)
         finished.append(SimulatedRun(task, recording, exact, levels, distance))
-    return Experiment(robot, disturbances, errors, seed, tuple(finished))
+    return Experiment(robot, disturbances, phases, gains, seed, tuple(finished))
 
 
 def mean_friction(runs: Sequence[SimulatedRun]) -> dict[str, float]:
