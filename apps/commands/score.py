@@ -78,15 +78,14 @@ def _logged_motion(path: str, robot: model.Robot, log_map: str | None, cutoff: f
     """
     if log_map:  # of currents the motion counts alone, whatever the gains
         mapped = read_log_map(log_map)
-        currents = logs.holds_currents_only(path, robot, mapped)
+        currents = logs.named(path, robot, mapped).holds_currents_only
         recording = read_recording(path, robot, (1.0,) * robot.n if currents else None, mapped)
     else:
-        table = logs.read_trajectory(path, robot)
-        if table.qd is not None and table.qdd is not None:
+        t, q, qd, qdd = logs.read_trajectory(path, robot)
+        if qd is not None and qdd is not None:
             if cutoff is not None:
                 raise InputError(f"{path}: has accelerations and is not filtered: leave --cutoff out")
-            planned = model.Motion(table.t, table.q, table.qd, table.qdd)
-            return trajectories.joined(planned, _PLANNED_RATE)
-        recording = model.Recording(table.t, table.q, 0.0 * table.q, table.qd, path)
+            return trajectories.joined(model.Motion(t, q, qd, qdd), _PLANNED_RATE)
+        recording = model.Recording(t, q, 0.0 * q, qd, path)
     processing = robot.processing if cutoff is None else replace(robot.processing, cutoff=cutoff)
     return estimation.measurement(recording, processing).motion

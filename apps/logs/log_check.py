@@ -270,6 +270,11 @@ def smallest_step(values: Array) -> float:
     return float(gaps.min()) if np.abs(multiples - np.rint(multiples)).max() < _WHOLE else 0.0
 
 
+def longest(recordings: Sequence[Recording]) -> Recording:
+    """The one of several pieces that lasts longest."""
+    return max(recordings, key=lambda piece: float(piece.t[-1] - piece.t[0]))
+
+
 def _mistake(robot: Robot, recording: Recording, currents: bool) -> str | None:
     """Say why the recording would be refused by any command; the size of a current says nothing."""
     scaled = dataclasses.replace(recording, torque=_GAIN * recording.torque) if currents else recording
@@ -324,26 +329,27 @@ def robot_fits(path: str | Path, log_map: LogMap | None = None) -> RobotFits:
     """
     log_map = log_map or LogMap()
     raw = open_log(path, log_map)
-    longest = dict[object, Recording | InputError]()  # the longest piece, read once for robots of the same columns
+    read = dict[object, Recording | InputError]()  # read once for robots of the same columns
     fitting, others, faults = list[RobotFit](), dict[str, str](), list[str]()
     for robot in map(load_robot, robot_names()):
         try:
             log_map.check(robot.n)
             naming = Naming(raw, log_map, robot)
-            currents = naming.holds("current") and not naming.holds("torque")
+            currents = naming.holds_currents_only
             gains = [1.0] * robot.n if currents else None
-            key = choose(raw, log_map, robot, gains), robot.coupling if currents else None
-            if key not in longest:
-                try:
-                    pieces = read_recordings(raw.path, robot, gains, log_map)
-                    longest[key] = max(pieces, key=lambda piece: float(piece.t[-1] - piece.t[0]))
-                except InputError as refusal:
-                    longest[key] = refusal
-            recording = longest[key]
-            if isinstance(recording, InputError):
-                raise recording
+            columns, _ = choose(naming, gains)
         except InputError as refusal:
             faults.append(str(refusal))
+            continue
+        key = tuple(columns.items()), robot.coupling if currents else None
+        if key not in read:
+            try:
+                read[key] = longest(read_recordings(raw.path, robot, gains, log_map))
+            except InputError as refusal:
+                read[key] = refusal
+        recording = read[key]
+        if isinstance(recording, InputError):
+            faults.append(str(recording))
             continue
         if mistake := _mistake(robot, recording, currents):
             others[robot.name] = mistake

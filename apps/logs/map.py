@@ -42,7 +42,7 @@ _SPELLINGS = {
 }  # fmt: skip
 _Numbers = tuple[Real, ...]
 SI = {"position": "rad", "velocity": "rad/s", "torque": "N·m", "current": "A"}
-_SHORT = {"t": "time", "q": "position", "qd": "velocity", "tau": "torque", "i": "current"}
+SHORT = {"t": "time", "q": "position", "qd": "velocity", "tau": "torque", "i": "current"}
 
 
 def factor(quantity: str, unit: str) -> float:
@@ -436,12 +436,12 @@ def with_flags(
     try:
         for entry in units:
             name, _, unit = entry.partition("=")
-            if name not in _SHORT or not unit:
+            if name not in SHORT or not unit:
                 raise InputError(f"--units {entry!r}: give q=, qd=, tau=, i= or t= with a unit, as q=deg")
             rate = re.fullmatch(r"([\d.]+) ?Hz", unit) if name == "t" else None
-            before: Time | Quantity = getattr(log_map, _SHORT[name])
+            before: Time | Quantity = getattr(log_map, SHORT[name])
             changed = Time(rate=float(rate[1])) if rate else replace(before, unit=unit)
-            log_map = replace(log_map, **{_SHORT[name]: changed})
+            log_map = replace(log_map, **{SHORT[name]: changed})
         for kind in QUANTITIES if signs else ():
             if log_map.quantity(kind).sign:
                 raise InputError("--signs and a sign in the log map: give only one of them")
