@@ -156,8 +156,8 @@ def run(
     """Run it."""
     files.check_view()
     robot = arm.load()
-    request = build_request(robot, shape.shape(robot), shape.known_length(), goal, limits)
-    robot, kind = request.problem.robot, request.problem.criterion.kind
+    problem, reference, labels = build_request(robot, shape.shape(robot), shape.known_length(), goal, limits)
+    robot, kind = problem.robot, problem.criterion.kind
     files.check(robot)
     if files.val3:
         export.check_val3(robot, not shape.fourier, Path(files.val3).name)
@@ -166,21 +166,19 @@ def run(
         text = None if best is None else report.criterion_text(kind, best)
         return f"; best: {text or 'no motion within the limits yet'}"
 
-    design = best_motion(request.problem, search.seed, search.starts, words)
-    floor = floor_of(request.problem, design.score, search.seed) if search.bound else None
+    design = best_motion(problem, search.seed, search.starts, words)
+    floor = floor_of(problem, design.score, search.seed) if search.bound else None
     title, samples = f"Motion of {robot.title or robot.name}", design.motion(FIGURE_RATE)
     head, name = export.design_head(design), Path(files.val3 or "").name
-    written = export.WrittenMotion(robot, design.plan, request.problem.bounds, head, name=name)
+    written = export.WrittenMotion(robot, design.plan, problem.bounds, head, name=name)
     replay = None
     if files.val3:  # what a controller would make of the via points if its profiles are trapezoidal
         profile = export.val3_replay(written).motion(_REPLAY_RATE)
-        replay = trajectories.score_motion(request.problem, profile)
-    judged = report.documents.JudgedMotion(
-        title, design.score, samples, request.reference, request.labels, design, floor, replay
-    )
-    estimated = () if request.problem.payloads is not None else ("val3",)
-    files.check_replays(limits.whole(request.problem), written, *estimated)
+        replay = trajectories.score_motion(problem, profile)
+    judged = report.documents.JudgedMotion(title, design.score, samples, reference, labels, design, floor, replay)
+    estimated = () if problem.payloads is not None else ("val3",)
+    files.check_replays(limits.whole(problem), written, *estimated)
     show(files, judged)
     files.write(written)
-    files.write_view(lambda: views.view_of(robot, samples, problem=request.problem))
+    files.write_view(lambda: views.view_of(robot, samples, problem=problem))
     return ANSWERED

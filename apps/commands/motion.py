@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated, NamedTuple
+from typing import Annotated
 
 import numpy as np
 from cyclopts import Parameter
@@ -28,27 +28,17 @@ _REPLAY_RATE = 1000.0  # Hz: at which controllers' own curves are looked at, and
 _ZERO = 1e-9  # SI units: what standard parameters leave where they cancel
 
 
-class Request(NamedTuple):
-    """What was asked for.
-
-    Attributes:
-        problem: to be solved, or to judge a motion by.
-        reference: values of parameters that standard deviations are relative to.
-        labels: how to call a parameter ("ZZ1R"), by its name.
-    """
-
-    problem: trajectories.DesignProblem
-    reference: Mapping[str, float]
-    labels: Mapping[str, str]
-
-
 def build_request(
     robot: model.Robot, shape: trajectories.Shape, length: float | None, goal: GoalOptions, limits: LimitOptions
-) -> Request:
+) -> tuple[trajectories.DesignProblem, dict[str, float], dict[str, str]]:
     """Read all files and build the problem.
 
     Args:
         length: how long the motion will take [s], where that is known.
+
+    Returns:
+        The problem; by the names of parameters, values that standard deviations are relative to, and how to call
+        them ("ZZ1R").
 
     Raises:
         InputError: for whatever does not fit; one line.
@@ -69,15 +59,10 @@ def build_request(
         loads = known.loads(payload, margin) if known.values or payload or margin else None
     elif payload is not None and not goal.payload_only:
         raise InputError("--heaviest-payload counts in torque limits: give --torque-limits")
-    problem = trajectories.build_design(
-        robot,
-        shape,
-        goal.goal(robot, bounds, reference, length),
-        bounds=bounds,
-        loads=loads,
-        scene=limits.read_scene(),
-    )
-    return Request(problem, reference, labels)
+    wanted = goal.goal(robot, bounds, reference, length)
+    scene = limits.read_scene()
+    problem = trajectories.build_design(robot, shape, wanted, bounds=bounds, loads=loads, scene=scene)
+    return problem, reference, labels
 
 
 def best_motion(

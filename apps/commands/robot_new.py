@@ -242,12 +242,19 @@ def new_robot(sheet: _Sheet) -> tuple[model.Robot, tuple[float, ...]]:
             raise InputError(f"--limits of joint {j + 1}: {error}") from None
         axes[j] = replace(axes[j], limits=limits)
     frames = model.modified_dh(axes, sheet.flange or model.Pose())
+    # Counted so that each joint stands at its part of drawn_at where the frames were taken.
+    joints = [
+        replace(joint, theta=joint.theta - math.radians(q))
+        if joint.revolute
+        else replace(joint, r=round(joint.r - q, 12) + 0.0)
+        for joint, q in zip(frames.joints, drawn_at, strict=True)
+    ]
     x, y, z = (frames.base.R[:, 2] * -9.81 + 0.0).tolist()
     slow_speed = model.motion.usual_slow_speed([axis.kind == "revolute" for axis in axes])
     try:
         robot = model.Robot(
             name=name,
-            joints=tuple(map(_shifted, frames.joints, drawn_at)),
+            joints=tuple(joints),
             gravity=(x, y, z),
             drives=model.Drives(),
             payload_frame="the bare flange: origin on its face, z out of it",
@@ -261,13 +268,6 @@ def new_robot(sheet: _Sheet) -> tuple[model.Robot, tuple[float, ...]]:
     except ValueError as error:
         raise InputError(str(error)) from None
     return robot, drawn_at
-
-
-def _shifted(joint: model.Joint, q: float) -> model.Joint:
-    """The joint counted so that it stands at ``q`` [deg or m] where the frames were taken."""
-    if joint.revolute:
-        return replace(joint, theta=joint.theta - math.radians(q))
-    return replace(joint, r=round(joint.r - q, 12) + 0.0)
 
 
 def check_drawing(path: str | None) -> None:

@@ -58,15 +58,14 @@ def run(
     if not scored.bound:
         scored.refuse("seed", "has no effect without --bound: nothing is designed")
     shape = trajectories.ViaPointShape(longest=scored.max_duration)
-    request = build_request(arm.load(), shape, scored.max_duration, goal, limits)
-    motion = _logged_motion(data, request.problem.robot, scored.log_map, scored.cutoff)
-    score = trajectories.score_motion(request.problem, motion)
-    floor = floor_of(request.problem, score, scored.seed or 0) if scored.bound else None
+    problem, reference, labels = build_request(arm.load(), shape, scored.max_duration, goal, limits)
+    motion = _logged_motion(data, problem.robot, scored.log_map, scored.cutoff)
+    score = trajectories.score_motion(problem, motion)
+    floor = floor_of(problem, score, scored.seed or 0) if scored.bound else None
     judged = report.documents.JudgedMotion(
-        f"Motion of {data}", score, motion, request.reference, request.labels, floor=floor, source=data
+        f"Motion of {data}", score, motion, reference, labels, floor=floor, source=data
     )
     show(files, judged)
-    problem = request.problem
     files.write_view(lambda: views.view_of(problem.robot, motion, problem=problem))
     return ANSWERED
 

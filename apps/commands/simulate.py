@@ -137,16 +137,12 @@ def _disturbances(
         raise InputError(
             f"--noise {noise!r}: give none, paper, slow or a share of the torque such as 0.08"
         ) from None
-    return trajectories.relative_disturbances(root_mean_square(robot, references), level)
-
-
-def root_mean_square(robot: model.Robot, references: Sequence[trajectories.Plan]) -> Array:
-    """Root mean square torque of each joint [N·m or N], shape (n,)."""
     simulator, torques = trajectories.Simulator(robot), []
     for reference in references:
         t = np.linspace(0.0, reference.duration, 2000)
         torques.append(simulator.measure(model.Motion(t, *reference.at(t))).torque)
-    return np.asarray(np.sqrt(np.mean(np.concatenate(torques) ** 2, axis=0)))
+    root_mean_square: Array = np.sqrt(np.mean(np.concatenate(torques) ** 2, axis=0))
+    return trajectories.relative_disturbances(root_mean_square, level)
 
 
 def _write(folder: Path, experiment: trajectories.Experiment, controller: trajectories.Controller) -> None:

@@ -205,11 +205,7 @@ def word(read: Callable[[str], Any], metavar: str) -> Parameter:
         return read(tokens[-1].value if typed else ",".join(token.value for token in tokens))
 
     return Parameter(
-        converter=converted,
-        n_tokens=1,
-        metavar=metavar,
-        accepts_keys=False,
-        allow_leading_hyphen=True,
+        converter=converted, n_tokens=1, metavar=metavar, accepts_keys=False, allow_leading_hyphen=True
     )
 
 

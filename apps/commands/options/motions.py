@@ -86,18 +86,13 @@ class NoiseOptions(Options):
     """Sigma per joint [N·m or N], or 10% of the limits; @HZ: independent samples a second (default: 100)."""
 
     @property
-    def level(self) -> float | tuple[float, ...] | None:
-        """Share of the limits, or standard deviations per joint."""
-        return self.torque_noise[0] if self.torque_noise else None
-
-    @property
     def rate(self) -> float:
         """Independent samples a second [Hz]."""
         return (self.torque_noise[1] if self.torque_noise else None) or RATE
 
     def sigma(self, bounds: trajectories.JointBounds) -> Array | None:
         """Standard deviations per joint as asked for."""
-        noise, n = self.level, len(bounds.torque)
+        noise, n = self.torque_noise[0] if self.torque_noise else None, len(bounds.torque)
         if isinstance(noise, float):
             if not np.isfinite(bounds.torque).all():
                 raise InputError(

@@ -48,7 +48,7 @@ class Setup:
             recordings = [
                 piece
                 for path in each(paths, lambda path: f"reading {path}", progress)
-                for piece in self.pieces(path)
+                for piece in logs.read_recordings(path, self.robot, self.gains, self.log_map, self.processing)
             ]
         for text in (text for recording in recordings for text in recording.notes):
             about = text.split(": ", 1)[1]
@@ -56,10 +56,6 @@ class Setup:
                 self.told.add(about)
                 note(text)
         return recordings
-
-    def pieces(self, path: str) -> tuple[model.Recording, ...]:
-        """A recording, split where rows are missing."""
-        return logs.read_recordings(path, self.robot, self.gains, self.log_map, self.processing)
 
     def in_words(self) -> dict[str, str]:
         """Robot and processing for the report."""
