@@ -20,8 +20,6 @@ from .options import Options
 from .values import NewFile, PayloadResultFile, number, word, words
 
 if TYPE_CHECKING:
-    from ..export.format import Format
-
     Name = str
 else:  # the files' names: --help need not load them
     Name = Literal[tuple(export.controllers.FORMATS)]
@@ -48,13 +46,6 @@ class _Export(Options):
     """usd: unit of length of the stage (default: 1)."""
     despite_verdict: bool = False
     """Write it, inertia and all, whatever the verdict."""
-
-    def check(self, form: Format[export.ControllerLoad]) -> None:
-        """Refuse an option that the format does not know: it would be ignored."""
-        for name, held in (("tool_frame", "tool frame"), ("meters_per_unit", "units")):
-            if held not in form.holds:
-                known = [name for name, other in export.controllers.FORMATS.items() if held in other.holds]
-                self.refuse(name, f"belongs to --to {', '.join(known)}, not to {form.name}")
 
     def placed(self, load: export.ControllerLoad) -> export.ControllerLoad:
         """The load in the frame and the units that were asked for."""
@@ -83,7 +74,10 @@ def run(payload: PayloadResultFile, *, request: _Export) -> int:
         payload: The --json of 'dynident payload'.
     """
     form = export.controllers.FORMATS[request.to]
-    request.check(form)
+    for option, held in (("tool_frame", "tool frame"), ("meters_per_unit", "units")):
+        if held not in form.holds:  # it would be ignored
+            known = [name for name, other in export.controllers.FORMATS.items() if held in other.holds]
+            request.refuse(option, f"belongs to --to {', '.join(known)}, not to {form.name}")
     load = export.read_load(payload, request.method, request.despite_verdict)
     if not request.despite_verdict and (load.verdict == "do_not_use" or load.beyond_rating):
         why = f"the verdict on {load.source} is 'do not use': {'; '.join(load.reasons)}"

@@ -122,7 +122,15 @@ def run_export(*, arm: RobotOptions, bodies: _Bodies) -> int:
     bodies.check()
     form = export.simulators.FORMATS[bodies.to]
     robot = arm.load()
-    whole, against = _numbers(bodies, robot)
+    against: tuple[str, ...] = ()
+    if bodies.robot_parameters:
+        (path,) = bodies.robot_parameters
+        stored = results.read_stored_robot(path)
+        whole = export.stored_whole_robot(robot, stored, path)
+        against = tuple(present(stored.reasons_against_use) or ())
+    else:
+        source = f"the description of {robot.name}, nothing identified"
+        whole = estimation.whole_robot(robot, dict(robot.parameters), source)
     against += whole.heavier_than_the_arm()
     if against and not bodies.despite_verdict:
         why = "; ".join(against)
@@ -137,14 +145,3 @@ def run_export(*, arm: RobotOptions, bodies: _Bodies) -> int:
         notes += changed.notes
     print_lines(f"{bodies.out}: {whole.source}. Prior: {whole.prior}.", *(f"  {line}" for line in notes))
     return ANSWERED
-
-
-def _numbers(bodies: _Bodies, robot: model.Robot) -> tuple[estimation.WholeRobot, tuple[str, ...]]:
-    """The robot with its numbers, and what speaks against using them."""
-    if not bodies.robot_parameters:
-        source = f"the description of {robot.name}, nothing identified"
-        return estimation.whole_robot(robot, dict(robot.parameters), source), ()
-    (path,) = bodies.robot_parameters
-    stored = results.read_stored_robot(path)
-    whole = export.stored_whole_robot(robot, stored, path)
-    return whole, tuple(present(stored.reasons_against_use) or ())

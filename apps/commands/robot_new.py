@@ -191,7 +191,15 @@ class _Sheet(Options):
 def run(*, request: _Sheet) -> int:
     """Run it."""
     if request.template:
-        return _write_template(request)
+        for entry in fields(request):
+            if entry.name not in ("template", "out", "overwrite"):
+                request.refuse(entry.name, "belongs to a robot by options, --template is a file to fill in")
+        if request.out is None:
+            print(TEMPLATE, end="")
+        else:
+            request.write(Path(request.out), TEMPLATE)
+            print_lines(f"Written: {request.out}. Fill it in, then: dynident robot show --robot {request.out}")
+        return ANSWERED
     check_drawing(request.drawing)
     if missing := [f"--{name}" for name in ("name", "joint", "flange") if not request.has(name)]:
         raise InputError(f"give {', '.join(missing)}, or --template for a file to fill in")
@@ -206,19 +214,6 @@ def run(*, request: _Sheet) -> int:
     )
     if not model.stand_in.can_stand_in(robot):
         note(f"to rehearse on it, add the mass of the arm to {out} (mass_kg = ..), or give --arm-mass KG")
-    return ANSWERED
-
-
-def _write_template(request: _Sheet) -> int:
-    """Write the file to fill in; what options say of the robot is said in it."""
-    for entry in fields(request):
-        if entry.name not in ("template", "out", "overwrite"):
-            request.refuse(entry.name, "belongs to a robot by options, --template is a file to fill in")
-    if request.out is None:
-        print(TEMPLATE, end="")
-    else:
-        request.write(Path(request.out), TEMPLATE)
-        print_lines(f"Written: {request.out}. Fill it in, then: dynident robot show --robot {request.out}")
     return ANSWERED
 
 

@@ -91,7 +91,19 @@ def run(*, arm: RehearsedRobotOptions, request: _Simulate, view: ViewOptions) ->
         controller = controller.sagging(robot, payload, list(references.values()), 1e-3 * request.sag)
     with bar("simulating") as progress:
         experiment = trajectories.run_experiment(robot, tasks, disturbances, request.seed, controller, progress)
-    _write(Path(request.out), experiment, controller)
+    folder = made_folder(request.out)
+    files = {folder / f"{run.task.name}.csv": run for run in experiment.runs}
+    for file, run in files.items():
+        report.recordings.write_recording(file, run.recording)
+    versions = {"dynident": __version__, "casadi": version("casadi"), "numpy": version("numpy")}
+    names = [file.name for file in files]
+    report.recordings.write_truth(folder / "truth.toml", experiment, controller, names, versions)
+    lines = [
+        f"{file}: {run.exact.motion.t[-1]:.1f} s, tracking error at most {1e3 * run.tracking_error.max():.2f} mrad"
+        for file, run in files.items()
+    ]
+    truth = f"{folder / 'truth.toml'}: what is true of them"
+    print_lines(*lines, truth, *report.assumed_notes(experiment.robot, *report.recordings.SIMULATED))
     shown = None
     if payload is not None:  # known exactly
         com = payload.com
@@ -143,20 +155,3 @@ def _disturbances(
         torques.append(simulator.measure(model.Motion(t, *reference.at(t))).torque)
     root_mean_square: Array = np.sqrt(np.mean(np.concatenate(torques) ** 2, axis=0))
     return trajectories.relative_disturbances(root_mean_square, level)
-
-
-def _write(folder: Path, experiment: trajectories.Experiment, controller: trajectories.Controller) -> None:
-    """Write the recordings, what is true of them, and say so."""
-    made_folder(folder)
-    files = [f"{run.task.name}.csv" for run in experiment.runs]
-    for file, run in zip(files, experiment.runs, strict=True):
-        report.recordings.write_recording(folder / file, run.recording)
-    versions = {"dynident": __version__, "casadi": version("casadi"), "numpy": version("numpy")}
-    report.recordings.write_truth(folder / "truth.toml", experiment, controller, files, versions)
-    lines = [
-        f"{folder / file}: {run.exact.motion.t[-1]:.1f} s, tracking error at most "
-        f"{1e3 * run.tracking_error.max():.2f} mrad"
-        for file, run in zip(files, experiment.runs, strict=True)
-    ]
-    truth = f"{folder / 'truth.toml'}: what is true of them"
-    print_lines(*lines, truth, *report.assumed_notes(experiment.robot, *report.recordings.SIMULATED))

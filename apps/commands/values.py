@@ -96,6 +96,11 @@ def numbers(text: str, count: int | None = None) -> tuple[float, ...]:
     return checked(values, len(values) == (count or len(values)), text, words)
 
 
+def numbers_or(name: str, text: str) -> tuple[float, ...] | str:
+    """A name as it stands; or numbers separated by commas."""
+    return text if text == name else numbers(text)
+
+
 def with_sigma(text: str) -> tuple[tuple[float, ...], float | None]:
     """Masses [kg] and their standard deviation where it is told: 2.5+-0.01."""
     values, mark, sigma = text.replace("±", "+-").partition("+-")

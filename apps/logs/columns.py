@@ -329,16 +329,29 @@ def _check_layout(naming: Naming) -> list[str]:
         InputError: if they are of another number of joints, or near-misses of plain columns.
     """
     raw, robot, known = naming.raw, naming.robot, naming.known
-    if naming.is_plain:
-        _check_near_misses(raw, robot)
-    if naming.is_plain or known.columns is NAMED.columns:
+    if known.columns is NAMED.columns:
         return []
-    if known.size > robot.n and not known.by_name and not known.more:
-        raise InputError(
-            f"{raw.path}: holds {known.size} joints ({known.title}), but robot {robot.name!r} has {robot.n}: is "
-            "it the right robot?"
-        )
-    return [f"columns of: {known.title}"]
+    if not naming.is_plain:
+        if known.size > robot.n and not known.by_name and not known.more:
+            raise InputError(
+                f"{raw.path}: holds {known.size} joints ({known.title}), but robot {robot.name!r} has {robot.n}: "
+                "is it the right robot?"
+            )
+        return [f"columns of: {known.title}"]
+    patterns = [PLAIN.columns[kind][0] for kind in QUANTITIES]
+    plain = {"t"} | {pattern.replace("{}", str(j)) for pattern in patterns for j in range(1, robot.n + 1)}
+    time = time_column(raw.names, PLAIN)
+    for name in raw.names:
+        if name in plain or name == time:
+            continue
+        match = re.fullmatch(r"([a-z]+?)0*(\d*)", re.sub(r"[\[(].*?[\])]|[^a-z0-9]", "", name.lower()))
+        meant = _ALIASES.get(match[1], match[1]) + match[2] if match else name
+        if meant in plain and (meant not in raw.names or meant == name.strip().lower()):
+            raise InputError(f"{raw.path}: column {name!r} looks like {meant!r}: rename it, or give a log map")
+        if re.fullmatch(r"(q|qd|tau|i)(\d+)", name):
+            joints = f"robot {robot.name!r} has {robot.n} joints"
+            raise InputError(f"{raw.path}: column {name!r}, but {joints}: is it the right robot?")
+    return []
 
 
 def _load(naming: Naming, gains: Sequence[float] | None) -> tuple[str, list[str]]:
@@ -373,22 +386,6 @@ def _load(naming: Naming, gains: Sequence[float] | None) -> tuple[str, list[str]
         )
     both = set(torques) <= set(raw.names)
     return "current", ["has torques too; currents and drive gains are used"] * both
-
-
-def _check_near_misses(raw: RawLog, robot: Robot) -> None:
-    patterns = [PLAIN.columns[kind][0] for kind in QUANTITIES]
-    known = {"t"} | {pattern.replace("{}", str(j)) for pattern in patterns for j in range(1, robot.n + 1)}
-    time = time_column(raw.names, PLAIN)
-    for name in raw.names:
-        if name in known or name == time:
-            continue
-        match = re.fullmatch(r"([a-z]+?)0*(\d*)", re.sub(r"[\[(].*?[\])]|[^a-z0-9]", "", name.lower()))
-        meant = _ALIASES.get(match[1], match[1]) + match[2] if match else name
-        if meant in known and (meant not in raw.names or meant == name.strip().lower()):
-            raise InputError(f"{raw.path}: column {name!r} looks like {meant!r}: rename it, or give a log map")
-        if re.fullmatch(r"(q|qd|tau|i)(\d+)", name):
-            joints = f"robot {robot.name!r} has {robot.n} joints"
-            raise InputError(f"{raw.path}: column {name!r}, but {joints}: is it the right robot?")
 
 
 def check_missing(raw: RawLog, columns: Sequence[str]) -> None:

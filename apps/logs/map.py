@@ -450,10 +450,8 @@ def with_flags(
             log_map = replace(log_map, joints=tuple(joints))
         if topic:
             log_map = replace(log_map, layout=replace(log_map.layout, topic=topic))
-    except WrongKeyError as fault:
-        raise InputError(f"command line: {fault.problem}") from None
     except InputError:
         raise
-    except ValueError as error:
-        raise InputError(f"command line: {error}") from None
+    except ValueError as error:  # of a key of the map, which nobody typed
+        raise InputError(f"command line: {getattr(error, 'problem', error)}") from None
     return log_map

@@ -17,7 +17,7 @@ from ...model import Processing, Recording, Robot
 from .arrays_log import mat_log, npz_log, parquet_log
 from .columns import Naming, check_missing, choose
 from .csv_log import csv_log
-from .map import SHORT, SI, Layout, LogMap, ToolColumns, factor, standard_pose
+from .map import SHORT, SI, Layout, LogMap, factor, standard_pose
 from .ros_bag import ros_bag
 from .table import RawLog
 
@@ -307,25 +307,24 @@ def read_tool_poses(path: str | Path, robot: Robot, log_map: LogMap | None = Non
     if len(values) < 4:
         raise InputError(f"{raw.path}: {len(values)} rows of numbers: a tool pose is compared from 4 on")
     q, place, turn = np.split(values, [robot.n, robot.n + 3], axis=1)
-    rotations = _rotations(raw, pose, turn) if pose.rotation else None
-    return ToolPoses(str(raw.path), log_map.si("position", q), place * factor("position", pose.unit), rotations)
-
-
-def _rotations(raw: RawLog, pose: ToolColumns, values: Array) -> Array:
+    q, place = log_map.si("position", q), place * factor("position", pose.unit)
+    if not pose.rotation:
+        return ToolPoses(str(raw.path), q, place, None)
     from scipy.spatial.transform import Rotation
 
     if pose.form == "quaternion":
-        norms = np.linalg.norm(values, axis=1)
+        norms = np.linalg.norm(turn, axis=1)
         k = int(np.argmax(abs(norms - 1.0)))
         if abs(norms[k] - 1.0) > 0.01:
             raise InputError(
                 f"{raw.path}: {raw.place(k)}, columns {', '.join(pose.rotation)}: a quaternion of length "
                 f"{norms[k]:.3g}: it must be 1"
             )
-        return np.asarray(Rotation.from_quat(values).as_matrix())
-    values = values * factor("position", pose.rotation_unit)
-    turned = Rotation.from_euler("xyz", values) if pose.form == "rpy" else Rotation.from_rotvec(values)
-    return np.asarray(turned.as_matrix())
+        turned = Rotation.from_quat(turn)
+    else:
+        turn = turn * factor("position", pose.rotation_unit)
+        turned = Rotation.from_euler("xyz", turn) if pose.form == "rpy" else Rotation.from_rotvec(turn)
+    return ToolPoses(str(raw.path), q, place, np.asarray(turned.as_matrix()))
 
 
 def read_trajectory(path: str | Path, robot: Robot) -> tuple[Array, Array, Array | None, Array | None]:
