@@ -78,11 +78,7 @@ def run(
 
 
 def _apply(controller: HostOptions, port: int, load: ControllerLoad, text: str) -> None:
-    """Send the program and see that the controller holds what was sent.
-
-    Raises:
-        InputError: if it does not.
-    """
+    """Send the program and see that the controller holds what was sent."""
     with controller.client() as client:
         client.start(_FIELDS, 25.0)
         if live.MASS not in (client.layout.names or ()):

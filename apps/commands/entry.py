@@ -319,11 +319,7 @@ def _unknown(words: Sequence[str], arguments: Arguments) -> str:
 
 
 def _beside_report(call: Call) -> Iterator[tuple[str, str, str]]:
-    """The file beside a report, as ``Call.named`` tells files that are written.
-
-    Raises:
-        InputError: if a file stands there that no run has written.
-    """
+    """The file beside a report, as ``Call.named`` tells files that are written."""
     for page in call.given("--report"):
         if (path := call.settings_file(page)) is None:
             continue

@@ -47,24 +47,6 @@ class _Export(Options):
     despite_verdict: bool = False
     """Write it, inertia and all, whatever the verdict."""
 
-    def placed(self, load: export.ControllerLoad) -> export.ControllerLoad:
-        """The load in the frame and the units that were asked for."""
-        if self.flange_frame is not None:
-            load = _seen_from("--flange-frame", load, self.flange_frame, "flange", load.frame)
-        elif (at_flange := load.in_flange()) is not None:
-            load = at_flange
-        else:
-            raise InputError(
-                f"{load.source}: the payload's frame is {load.frame!r}, not the flange: give --flange-frame, the "
-                "flange's pose in it (0 0 0 0 0 0 if it is the same)"
-            )
-        if self.tool_frame is not None:
-            load = _seen_from("--tool-frame", load, self.tool_frame, "tool", "the flange")
-            load = replace(load, in_tool_frame=True)
-        if self.meters_per_unit is not None:
-            load = replace(load, meters_per_unit=self.meters_per_unit)
-        return load
-
 
 @command
 def run(payload: PayloadResultFile, *, request: _Export) -> int:
@@ -85,7 +67,20 @@ def run(payload: PayloadResultFile, *, request: _Export) -> int:
             why = f"{load.source}: {load.beyond_rating}; --despite-verdict writes it all the same"
         print(f"dynident: not written: {one_line(why)}", file=sys.stderr)
         return DO_NOT_USE
-    load = request.placed(load)
+    if request.flange_frame is not None:
+        load = _seen_from("--flange-frame", load, request.flange_frame, "flange", load.frame)
+    elif (at_flange := load.in_flange()) is not None:
+        load = at_flange
+    else:
+        raise InputError(
+            f"{load.source}: the payload's frame is {load.frame!r}, not the flange: give --flange-frame, the "
+            "flange's pose in it (0 0 0 0 0 0 if it is the same)"
+        )
+    if request.tool_frame is not None:
+        load = _seen_from("--tool-frame", load, request.tool_frame, "tool", "the flange")
+        load = replace(load, in_tool_frame=True)
+    if request.meters_per_unit is not None:
+        load = replace(load, meters_per_unit=request.meters_per_unit)
     text = form.text(load)
     if request.out:
         write_text(request.out, text)

@@ -13,9 +13,9 @@ from cyclopts import Parameter
 from ... import model, trajectories
 from ...common.errors import InputError
 from ...common.files import write_text
-from .. import export, report
+from .. import export
 from .entry import FILES, options
-from .options import PageOptions, ViewedPageOptions
+from .options import ViewedPageOptions
 from .options.motions import GoalOptions, LimitOptions
 from .progress import note, status
 from .values import Names, NewFile, positive_number, word
@@ -29,12 +29,12 @@ _ZERO = 1e-9  # SI units: what standard parameters leave where they cancel
 
 
 def build_request(
-    robot: model.Robot, shape: trajectories.Shape, length: float | None, goal: GoalOptions, limits: LimitOptions
+    robot: model.Robot,
+    shape: trajectories.ViaPointShape | trajectories.FourierShape,
+    goal: GoalOptions,
+    limits: LimitOptions,
 ) -> tuple[trajectories.DesignProblem, dict[str, float], dict[str, str]]:
     """Read all files and build the problem.
-
-    Args:
-        length: how long the motion will take [s], where that is known.
 
     Returns:
         The problem; by the names of parameters, values that standard deviations are relative to, and how to call
@@ -59,6 +59,12 @@ def build_request(
         loads = known.loads(payload, margin) if known.values or payload or margin else None
     elif payload is not None and not goal.payload_only:
         raise InputError("--heaviest-payload counts in torque limits: give --torque-limits")
+    if isinstance(shape, trajectories.FourierShape):
+        length: float | None = shape.duration
+    elif shape.fixed is None:
+        length = shape.longest
+    else:
+        length = sum(shape.fixed) if isinstance(shape.fixed, tuple) else (shape.count - 1) * shape.fixed
     wanted = goal.goal(robot, bounds, reference, length)
     scene = limits.read_scene()
     problem = trajectories.build_design(robot, shape, wanted, bounds=bounds, loads=loads, scene=scene)
@@ -111,14 +117,6 @@ def floor_of(
     except KeyboardInterrupt:
         note("interrupted: the floor is not known")
         return None
-
-
-def show(files: PageOptions, judged: report.documents.JudgedMotion) -> None:
-    """Print the score, and write it in the forms asked for."""
-    shown = report.design_report(judged)
-    files.show(shown)
-    files.write_json(lambda: report.documents.design_document(judged))
-    files.write_page(shown, {})
 
 
 @options(FILES)

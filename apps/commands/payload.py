@@ -134,9 +134,7 @@ def run(
         answer = estimation.answer_payload(problem, methods, held_out, constraints, gains)
 
     shown = report.payload_report(answer.result, files.document)
-    files.show(shown)
-    files.write_json(lambda: answer.result)
-    files.write_page(shown, setup.in_words())
+    files.give(shown, lambda: answer.result, setup.in_words())
     files.write_equations(lambda: estimation.payload_system(problem, loaded, unloaded, setup.processing))
     files.write_view(lambda: views.view_of_answer(setup.robot, loaded[0], answer.result))
     return answered(answer.verdict.level)

@@ -87,9 +87,7 @@ def run_check(*, arm: RobotOptions, data: tuple[DataFile, ...], processing: Filt
         )
         readings = estimation.rank_readings(robot, recordings, setup.processing, progress) if recordings else None
     shown = report.readings_report(robot, poses, readings)
-    files.show(shown)
-    files.write_json(lambda: report.documents.robot_check_document(robot, poses, readings))
-    files.write_page(shown, setup.in_words())
+    files.give(shown, lambda: report.documents.robot_check_document(robot, poses, readings), setup.in_words())
     return ANSWERED if report.readings_agree(poses, readings) else DO_NOT_USE
 
 

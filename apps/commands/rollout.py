@@ -61,7 +61,5 @@ def run(*, arm: RobotOptions, request: _Rollout, processing: FilterOptions, file
             models,
         )
     shown = report.rollout_report(rollouts, setup.robot.title or setup.robot.name)
-    files.show(shown)
-    files.write_json(lambda: report.documents.rollouts_document(setup.robot.name, rollouts))
-    files.write_page(shown, setup.in_words())
+    files.give(shown, lambda: report.documents.rollouts_document(setup.robot.name, rollouts), setup.in_words())
     return ANSWERED

@@ -15,7 +15,7 @@ from ..logs.map import read_log_map
 from ..logs.read import read_recording
 from . import ANSWERED
 from .entry import FLOOR, MOTION, command, options
-from .motion import build_request, floor_of, show
+from .motion import build_request, floor_of
 from .options import Options, RehearsedRobotOptions, ViewedPageOptions
 from .options.motions import GoalOptions, LimitOptions
 from .values import LOG, LogMapFile, Reads, Seconds, Seed, positive_number, word
@@ -58,14 +58,14 @@ def run(
     if not scored.bound:
         scored.refuse("seed", "has no effect without --bound: nothing is designed")
     shape = trajectories.ViaPointShape(longest=scored.max_duration)
-    problem, reference, labels = build_request(arm.load(), shape, scored.max_duration, goal, limits)
+    problem, reference, labels = build_request(arm.load(), shape, goal, limits)
     motion = _logged_motion(data, problem.robot, scored.log_map, scored.cutoff)
     score = trajectories.score_motion(problem, motion)
     floor = floor_of(problem, score, scored.seed or 0) if scored.bound else None
     judged = report.documents.JudgedMotion(
         f"Motion of {data}", score, motion, reference, labels, floor=floor, source=data
     )
-    show(files, judged)
+    files.give(report.design_report(judged), lambda: report.documents.design_document(judged), {})
     files.write_view(lambda: views.view_of(problem.robot, motion, problem=problem))
     return ANSWERED
 

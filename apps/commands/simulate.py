@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 from importlib.metadata import version
 from pathlib import Path
 from typing import Annotated, Literal
@@ -26,7 +27,7 @@ from . import ANSWERED
 from .entry import command, options
 from .options import Options, RehearsedRobotOptions, ViewOptions, print_lines
 from .progress import bar
-from .values import NewFolder, PayloadFile, Reads, Seed, Share, checked, number, share, word
+from .values import NewFolder, PayloadFile, Reads, Seed, Share, number_within, share, word
 
 _Trajectory = Annotated[str, Reads("trajectories"), Parameter(metavar="CSV")]
 
@@ -34,16 +35,8 @@ _SHARE = 0.08
 _POINTS = 16
 
 
-def _rate(text: str) -> float:
-    """A rate that a controller may have [Hz]."""
-    value = number(text)
-    return checked(value, 20.0 <= value <= 1e4, text, "a rate from 20 to 10000 Hz")
-
-
-def _sag(text: str) -> float:
-    """A position error in mrad."""
-    value = number(text)
-    return checked(value, 0.0 < value <= 100.0, text, "above 0 and at most 100 mrad")
+_RATE = word(partial(number_within, 20.0, 1e4, "a rate from 20 to 10000 Hz"), "HZ")
+_SAG = word(partial(number_within, 1e-12, 100.0, "above 0 and at most 100 mrad"), "MRAD")
 
 
 @options()
@@ -60,10 +53,10 @@ class _Simulate(Options):
     """Of the drive gains, such as 0.02 (default: 0)."""
     controller: Literal["integral", "proportional", "gravity"] = "integral"
     """Its loops: with integral action (default), without it, or without it and with gravity compensation only."""
-    sag: Annotated[float | None, word(_sag, "MRAD")] = None
+    sag: Annotated[float | None, _SAG] = None
     """Loops without integral action so soft that the payload pulls the worst joint off its path by this (root mean
     square; default: stiff ones)."""
-    rate: Annotated[float, word(_rate, "HZ")] = 250.0
+    rate: Annotated[float, _RATE] = 250.0
     """Of the recordings (default: 250)."""
     seed: Seed = 0
     """Of all that is drawn (default: 0)."""

@@ -71,6 +71,12 @@ def number(text: str) -> float:
     return checked(value, value == 0.0 or _LEAST <= abs(value) <= _MOST, text, size)
 
 
+def number_within(least: float, most: float, words: str, text: str) -> float:
+    """A number between two; ``words``: what it should be."""
+    value = number(text)
+    return checked(value, least <= value <= most, text, words)
+
+
 def positive_number(text: str) -> float:
     """A number above 0."""
     value = number(text)

@@ -33,7 +33,5 @@ def run(
     old, new = (read_following(path, robot, gains, how) for path in (before, after))
     change = following_change(old, new, robot.processing.still_speed)
     shown = report.following_report(change, robot)
-    files.show(shown)
-    files.write_json(lambda: change)
-    files.write_page(shown, {})
+    files.give(shown, lambda: change, {})
     return DO_NOT_USE if change.tells and change.total.clear == "rose" else ANSWERED

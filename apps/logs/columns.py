@@ -323,11 +323,7 @@ def choose(naming: Naming, gains: Sequence[float] | None) -> tuple[dict[str, tup
 
 
 def _check_layout(naming: Naming) -> list[str]:
-    """Check columns that were recognised, and tell the user of them.
-
-    Raises:
-        InputError: if they are of another number of joints, or near-misses of plain columns.
-    """
+    """Check columns that were recognised, and tell the user of them."""
     raw, robot, known = naming.raw, naming.robot, naming.known
     if known.columns is NAMED.columns:
         return []

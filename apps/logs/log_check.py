@@ -320,10 +320,6 @@ class RobotFits(Document, frozen=True):
 def robot_fits(path: str | Path, log_map: LogMap | None = None) -> RobotFits:
     """Try all shipped robots on a log.
 
-    Args:
-        path: the file or folder.
-        log_map: which columns, units, side and signs.
-
     Raises:
         InputError: if the log cannot be opened at all.
     """
@@ -360,10 +356,8 @@ def robot_fits(path: str | Path, log_map: LogMap | None = None) -> RobotFits:
             left = None
         fitting.append(RobotFit(robot.name, left))
     fitting.sort(key=lambda fit: (fit.residual is None, fit.residual or 0.0))
-    fault = None
-    if not fitting and others:
-        fault = f"{path}: {next(iter(others.values()))}"
-    elif not fitting:
+    fault = next((f"{path}: {mistake}" for mistake in others.values() if not fitting), None)
+    if not fitting and not others:
         # What most robots' columns meet; faults of the file come before those of the number of joints.
         fault = min(faults, key=lambda text: ("missing" in text or "joints" in text, -faults.count(text)))
     return RobotFits(str(path), raw.names, tuple(fitting), tuple(others), fault)

@@ -48,10 +48,6 @@ SHORT = {"t": "time", "q": "position", "qd": "velocity", "tau": "torque", "i": "
 def factor(quantity: str, unit: str) -> float:
     """Factor from a number in ``unit`` to SI; "percent" gives the ratio to the rated value.
 
-    Args:
-        quantity: "time", "position", "velocity", "torque" or "current".
-        unit: of that quantity.
-
     Raises:
         InputError: lists the units that are known.
     """
@@ -392,12 +388,7 @@ class LogMap(Table, frozen=True, dict=True):
                 )
 
     def si(self, kind: str, raw: Array) -> Array:
-        """Numbers of a log as joint-side SI values, rows x n.
-
-        Args:
-            kind: of ``QUANTITIES`` or ``REFERENCES``.
-            raw: the columns, rows x n.
-        """
+        """Columns of a quantity or reference, rows x n, as joint-side SI values."""
         quantity, kind = self.quantity(kind), REFERENCES.get(kind, kind)
         values = raw * quantity.factors(kind, raw.shape[1])
         if quantity.side == "motor":  # (8) and by duality (9): tau = G' tau_m

@@ -201,11 +201,7 @@ def read_beside(
 
 
 def _stated(raw: RawLog, columns: Mapping[str, Sequence[str]], log_map: LogMap) -> tuple[LogMap, list[str]]:
-    """A log map with the units that the file itself tells, where the map says none, and what to say of these.
-
-    Raises:
-        InputError: if a unit is not known.
-    """
+    """A log map with the units that the file itself tells, where the map says none, and what to say of these."""
     texts = []
     for option, kind in SHORT.items():
         names = columns.get(kind, ()) if kind != "time" else ()
@@ -331,9 +327,6 @@ def read_trajectory(path: str | Path, robot: Robot) -> tuple[Array, Array, Array
     """Read a planned motion: columns ``t``, ``q1..qn``, ``qd1..qdn`` and ``qdd1..qddn`` or without the last ones.
 
     Other columns are not used; SI units.
-
-    Args:
-        robot: tells how many joints there are.
 
     Returns:
         Times, positions, and speeds and accelerations where the file has them.

@@ -66,6 +66,12 @@ class PageOptions(ResultOptions):
     plots: NewFolder | None = None
     """Write its figures as PNG, SVG and PDF; made if missing."""
 
+    def give(self, shown: Report, document: Callable[[], Any], settings_text: Mapping[str, str]) -> None:
+        """Print the screen, and write document, page and figures, as far as they were asked for."""
+        self.show(shown)
+        self.write_json(document)
+        self.write_page(shown, settings_text)
+
     def write_page(self, shown: Report, settings_text: Mapping[str, str]) -> None:
         """Write page and figures, as far as they were asked for; ``settings_text``: of processing."""
         if self.report:
