@@ -194,8 +194,7 @@ class _Text:
     def _bad_width(self, line: int, count: int) -> InputError:
         names = self._names
         if count < len(names):
-            advice = f"{names[count]!r} and what follows it is missing" if count + 1 < len(names) else (
-                f"{names[count]!r} is missing")  # fmt: skip
+            advice = f"{names[count]!r}{' and what follows it' if count + 1 < len(names) else ''} is missing"
         elif self._dialect.delimiter == "," and count > 1.5 * len(names):
             advice = "numbers need decimal points, or semicolons between them"
         else:

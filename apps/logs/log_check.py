@@ -325,7 +325,7 @@ def robot_fits(path: str | Path, log_map: LogMap | None = None) -> RobotFits:
     """
     log_map = log_map or LogMap()
     raw = open_log(path, log_map)
-    read = dict[object, Recording | InputError]()  # read once for robots of the same columns
+    read = dict[object, Recording | str]()  # read once for robots of the same columns
     fitting, others, faults = list[RobotFit](), dict[str, str](), list[str]()
     for robot in map(load_robot, robot_names()):
         try:
@@ -342,10 +342,9 @@ def robot_fits(path: str | Path, log_map: LogMap | None = None) -> RobotFits:
             try:
                 read[key] = longest(read_recordings(raw.path, robot, gains, log_map))
             except InputError as refusal:
-                read[key] = refusal
-        recording = read[key]
-        if isinstance(recording, InputError):
-            faults.append(str(recording))
+                read[key] = str(refusal)
+        if isinstance(recording := read[key], str):
+            faults.append(recording)
             continue
         if mistake := _mistake(robot, recording, currents):
             others[robot.name] = mistake
