@@ -149,10 +149,7 @@ def read_beside(
     """Read one log whole, perhaps with what the controller wanted.
 
     Args:
-        path: the file or folder.
-        robot: as of ``read_recordings``, like ``drive_gains`` and ``log_map``.
-        drive_gains: torque per current.
-        log_map: which columns, units, side and signs.
+        path: as of ``read_recordings``, like what follows it.
         reference: of ``REFERENCES``; empty for none.
 
     Returns:
