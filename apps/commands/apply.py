@@ -48,12 +48,8 @@ def run(
     """
     load = export.read_load(payload, None, despite_verdict)
     if not despite_verdict and load.verdict == "do_not_use":
-        print(
-            one_line(
-                f"dynident: not sent: the verdict on {load.source} is 'do not use': {'; '.join(load.reasons)}"
-            ),
-            file=sys.stderr,
-        )
+        why = f"the verdict on {load.source} is 'do not use': {'; '.join(load.reasons)}"
+        print(one_line(f"dynident: not sent: {why}"), file=sys.stderr)
         return DO_NOT_USE
     if load.beyond_rating:
         raise InputError(f"{load.source}: {load.beyond_rating}: not sent")
@@ -61,41 +57,28 @@ def run(
     if at_flange is None:
         raise InputError(f"{payload}: the payload's frame is {load.frame!r}, not the flange: nothing was sent")
     load = at_flange.rounded()
-    command = command_of(load)
     if not controller.host:
         raise InputError("give --host, the controller's name or address")
-    text = live.program(command)
+    lines = export.controllers.FORMATS["ur"].text(load).splitlines()
+    (line,) = [line for line in lines if line.startswith("set_target_payload(")]
+    text = live.program(line)
     if not quiet():
         print(f"To {controller.host}, beside the program that runs there:\n\n{printable(text)}")
-    if not yes and not _agreed():
-        note("nothing was sent: answer yes, or give --yes")
-        return ANSWERED
+    if not yes:
+        asked = sys.stdin.isatty()
+        if asked:
+            print("Send it? yes or no: ", end="", flush=True)
+        if not asked or sys.stdin.readline().strip() not in ("yes", "y"):
+            note("nothing was sent: answer yes, or give --yes")
+            return ANSWERED
     _apply(controller, script_port or live.SCRIPT_PORT, load, text)
     if not quiet():
         print("The controller shows this payload now.")
     return ANSWERED
 
 
-def command_of(load: ControllerLoad) -> str:
-    """The one line of URScript that sets a payload."""
-    lines = export.controllers.FORMATS["ur"].text(load).splitlines()
-    (command,) = [line for line in lines if line.startswith("set_target_payload(")]
-    return command
-
-
-def _agreed() -> bool:
-    if not sys.stdin.isatty():
-        return False
-    print("Send it? yes or no: ", end="", flush=True)
-    return sys.stdin.readline().strip() in ("yes", "y")
-
-
 def _apply(controller: HostOptions, port: int, load: ControllerLoad, text: str) -> None:
-    """Send the program and see that the controller holds what was sent.
-
-    Raises:
-        InputError: if it does not.
-    """
+    """Send the program and see that the controller holds what was sent."""
     with controller.client() as client:
         client.start(_FIELDS, 25.0)
         if live.MASS not in (client.layout.names or ()):

@@ -7,7 +7,7 @@ from dataclasses import replace
 from ... import estimation, model
 from ...common.errors import InputError
 from .. import logs, report
-from ..logs.log_check import check_log, robot_fits
+from ..logs.log_check import check_log, longest, robot_fits
 from . import ANSWERED, DO_NOT_USE
 from .entry import command, options
 from .options import PageOptions, ProcessingOptions, RobotOptions, Setup
@@ -56,11 +56,10 @@ def _looked(
         setup = processing.setup(model.load_robot(fits.fitting[0].robot))
     robot = setup.robot
     # Without gains its torques stay currents.
-    currents = setup.gains is None and logs.holds_currents_only(path, robot, setup.log_map)
+    currents = setup.gains is None and logs.named(path, robot, setup.log_map).holds_currents_only
     gains = (1.0,) * robot.n if currents else setup.gains
     pieces = replace(setup, gains=gains, told=set()).read([path])
-    longest = max(pieces, key=lambda piece: float(piece.t[-1] - piece.t[0]))
-    check = check_log(robot, longest, setup.processing, currents)
+    check = check_log(robot, longest(pieces), setup.processing, currents)
     if len(pieces) > 1:
         text = f"Rows are missing: of {len(pieces)} pieces the longest is looked at; record without losing rows"
         check = check.completed([estimation.Finding("note", "recording", text)])

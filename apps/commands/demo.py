@@ -122,7 +122,14 @@ def run(*, demo: _Demo, pages: _Pages) -> int:
     report.documents.write_json(folder / "robot.json", robot.result)
     pages = replace(pages, report=pages.report or str(folder / "report.html"))
     written = (*(folder / name for name in ("payload.json", "robot.json", "torques.png")), pages.report)
-    shown = _shown(answer, robot, str(folder / "payload.json"), ", ".join(map(str, written)))
+    shown = report.payload_report(answer.result, str(folder / "payload.json"))
+    place = ", ".join(f"{1e3 * x:g}" for x in PAYLOAD.com)
+    head = (
+        f"The paper's experiment on a simulated RX90; it carries {PAYLOAD.mass:g} kg at ({place}) mm, which the "
+        "identification is not told."
+    )
+    first = [report.Notes([head]), *shown.first, report.Notes([f"Written: {', '.join(map(str, written))}"])]
+    shown = replace(shown, first=first, sections=[*shown.sections, report.robot_section(robot.result)])
     arm = experiment.robot
     setup = Setup(arm, arm.processing, None, None, LogMap(source="simulated"))
     simulated = {
@@ -148,17 +155,3 @@ def identified(
     robot = estimation.identify(experiment.robot, unloaded, estimation.Settings(progress=progress), [last])
     progress("the payload")
     return robot, estimation.answer_payload(problem, held_out=[last])
-
-
-def _shown(
-    answer: estimation.PayloadAnswer, robot: estimation.Identification, document: str, written: str
-) -> report.Report:
-    """The payload beside the truth, and what to type into a controller; the robot's parameters below."""
-    shown = report.payload_report(answer.result, document)
-    place = ", ".join(f"{1e3 * x:g}" for x in PAYLOAD.com)
-    head = (
-        f"The paper's experiment on a simulated RX90; it carries {PAYLOAD.mass:g} kg at ({place}) mm, which the "
-        "identification is not told."
-    )
-    first = [report.Notes([head]), *shown.first, report.Notes([f"Written: {written}"])]
-    return replace(shown, first=first, sections=[*shown.sections, report.robot_section(robot.result)])

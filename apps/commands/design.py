@@ -15,7 +15,7 @@ from .. import export, report
 from .. import view as views
 from . import ANSWERED
 from .entry import FILES, MOTION, SEARCH, command, options
-from .motion import FIGURE_RATE, MotionFiles, best_motion, build_request, floor_of, show
+from .motion import FIGURE_RATE, MotionFiles, best_motion, build_request, floor_of
 from .options import Options, RehearsedRobotOptions
 from .options.motions import GoalOptions, LimitOptions, in_si
 from .values import Count, NewFolder, Positions, Seconds, Seed, number, numbers, word
@@ -48,7 +48,7 @@ class _Shape(Options):
     start: Positions | None = None
     """Where it starts [deg or m]."""
 
-    def shape(self, robot: model.Robot) -> trajectories.Shape:
+    def shape(self, robot: model.Robot) -> trajectories.ViaPointShape | trajectories.FourierShape:
         """The shape of the motion.
 
         Raises:
@@ -60,16 +60,8 @@ class _Shape(Options):
         self.refuse("via_points", "and --fourier: give one of them")
         for name in _OF_VIA_POINTS:
             self.refuse(name, "belongs to --via-points: --fourier takes --duration")
-        return trajectories.FourierShape(self.fourier, self._period, start=self._start(robot))
-
-    def known_length(self) -> float | None:
-        """How long the motion will take [s], or at most; None where nothing says so."""
-        if self.fourier is not None:
-            return self._period
-        fixed, moves = self.segment_durations, self._count - 1
-        if fixed is None:
-            return self.max_duration
-        return float(moves * fixed[0] if len(fixed) == 1 else sum(fixed))
+        period = trajectories.FourierShape().duration if self.duration is None else self.duration
+        return trajectories.FourierShape(self.fourier, period, start=self._start(robot))
 
     def _start(self, robot: model.Robot) -> tuple[float, ...] | None:
         """The pose where the motion begins, checked in the units it was given in."""
@@ -86,17 +78,10 @@ class _Shape(Options):
                 )
         return tuple(pose.tolist())
 
-    @property
-    def _count(self) -> int:
-        return self.via_points or trajectories.ViaPointShape().count
-
-    @property
-    def _period(self) -> float:
-        return float(trajectories.FourierShape().duration if self.duration is None else self.duration)
-
     def _through_points(self, start: tuple[float, ...] | None) -> trajectories.ViaPointShape:
-        if self._count < _FEWEST:
-            raise InputError(f"--via-points {self._count}: give at least {_FEWEST}")
+        count = self.via_points or trajectories.ViaPointShape().count
+        if count < _FEWEST:
+            raise InputError(f"--via-points {count}: give at least {_FEWEST}")
         if self.segments != "trapezoid":
             self.refuse("ramp", "has no effect without --segments trapezoid")
         times = self.segment_durations
@@ -108,7 +93,7 @@ class _Shape(Options):
             segment = trajectories.Trapezoid() if self.ramp is None else trajectories.Trapezoid(self.ramp)
         passing = segment.passes and not self.rest
         return trajectories.ViaPointShape(
-            self._count, passing=passing, fixed=fixed, segment=segment, longest=self.max_duration, start=start
+            count, passing=passing, fixed=fixed, segment=segment, longest=self.max_duration, start=start
         )
 
 
@@ -156,8 +141,8 @@ def run(
     """Run it."""
     files.check_view()
     robot = arm.load()
-    request = build_request(robot, shape.shape(robot), shape.known_length(), goal, limits)
-    robot, kind = request.problem.robot, request.problem.criterion.kind
+    problem, reference, labels = build_request(robot, shape.shape(robot), goal, limits)
+    robot, kind = problem.robot, problem.criterion.kind
     files.check(robot)
     if files.val3:
         export.check_val3(robot, not shape.fourier, Path(files.val3).name)
@@ -166,21 +151,19 @@ def run(
         text = None if best is None else report.criterion_text(kind, best)
         return f"; best: {text or 'no motion within the limits yet'}"
 
-    design = best_motion(request.problem, search.seed, search.starts, words)
-    floor = floor_of(request.problem, design.score, search.seed) if search.bound else None
+    design = best_motion(problem, search.seed, search.starts, words)
+    floor = floor_of(problem, design.score, search.seed) if search.bound else None
     title, samples = f"Motion of {robot.title or robot.name}", design.motion(FIGURE_RATE)
     head, name = export.design_head(design), Path(files.val3 or "").name
-    written = export.WrittenMotion(robot, design.plan, request.problem.bounds, head, name=name)
+    written = export.WrittenMotion(robot, design.plan, problem.bounds, head, name=name)
     replay = None
     if files.val3:  # what a controller would make of the via points if its profiles are trapezoidal
         profile = export.val3_replay(written).motion(_REPLAY_RATE)
-        replay = trajectories.score_motion(request.problem, profile)
-    judged = report.documents.JudgedMotion(
-        title, design.score, samples, request.reference, request.labels, design, floor, replay
-    )
-    estimated = () if request.problem.payloads is not None else ("val3",)
-    files.check_replays(limits.whole(request.problem), written, *estimated)
-    show(files, judged)
+        replay = trajectories.score_motion(problem, profile)
+    judged = report.documents.JudgedMotion(title, design.score, samples, reference, labels, design, floor, replay)
+    estimated = () if problem.payloads is not None else ("val3",)
+    files.check_replays(limits.whole(problem), written, *estimated)
+    files.give(report.design_report(judged), lambda: report.documents.design_document(judged), {})
     files.write(written)
-    files.write_view(lambda: views.view_of(robot, samples, problem=request.problem))
+    files.write_view(lambda: views.view_of(robot, samples, problem=problem))
     return ANSWERED

@@ -30,7 +30,7 @@ from cyclopts.help import DefaultFormatter
 from ...common.errors import InputError
 from ...common.files import is_device, keeping, place_of
 from . import ANSWERED, BAD_INPUT, COMMANDS
-from .progress import Manner, finished, speaking, version_lines
+from .progress import Manner, speaking, version_lines
 from .values import Reads, Writes
 
 INSTALLATION = Group.create_ordered("installation")
@@ -145,7 +145,11 @@ def command(run: Callable[..., int]) -> Callable[..., int]:
     """Give a command the options that all have, and check the files that it names before it is called."""
     given = inspect.signature(run, eval_str=True)
     terminal = inspect.Parameter("terminal", inspect.Parameter.KEYWORD_ONLY, annotation=TerminalOptions)
-    parts = [_whole(part) for part in (*given.parameters.values(), terminal)]
+    parts = []
+    for part in (*given.parameters.values(), terminal):
+        kind: Any = part.annotation  # options that need nothing are made where nothing is said of them
+        whole = is_dataclass(kind) and all(entry.default is not MISSING for entry in fields(kind))
+        parts.append(part.replace(default=kind()) if whole else part)
 
     def called(*arguments: Any, terminal: TerminalOptions, **options: Any) -> int:
         call = CALL.get()
@@ -154,7 +158,7 @@ def command(run: Callable[..., int]) -> Callable[..., int]:
         check_paths(call)
         read = [path for _, _, path in call.named(Reads)]
         manner: Manner = "quiet" if terminal.quiet else "verbose" if terminal.verbose else "plain"
-        with keeping(read), speaking(manner), finished(call.command):
+        with keeping(read), speaking(manner, call.command):
             return run(*arguments, **options)
 
     called.__doc__, called.__annotations__ = run.__doc__, {part.name: part.annotation for part in parts}
@@ -230,7 +234,11 @@ def check_paths(call: Call) -> None:
         if (kind, path) == ("stream", "-"):
             continue
         place, is_folder = place_of(path), kind == "folder"
-        if not path or not (_may_hold_files(place) if is_folder else _may_be_file(place)):
+        if is_folder:
+            possible = next(above for above in (place, *place.parents) if above.exists()).is_dir()
+        else:
+            possible = not place.is_dir() and place.parent.is_dir()
+        if not path or not possible:
             raise InputError(f"{name} {path!r}: {_NEEDED[is_folder]}")
         rivals = owners if is_folder else owners | folders
         if place in rivals and not is_device(place):  # a pipe or a terminal may be named twice
@@ -276,13 +284,6 @@ class _Help(DefaultFormatter):
         super().__call__(console, options, panel)
 
 
-def _whole(part: inspect.Parameter) -> inspect.Parameter:
-    """Options that need nothing are made where nothing is said of them."""
-    kind: Any = part.annotation
-    whole = is_dataclass(kind) and all(entry.default is not MISSING for entry in fields(kind))
-    return part.replace(default=kind()) if whole else part
-
-
 def _text(error: CycloptsError) -> str:
     """What is wrong with the words of a command line, as a user knows them."""
     if isinstance(error, UnknownCommandError):
@@ -318,11 +319,7 @@ def _unknown(words: Sequence[str], arguments: Arguments) -> str:
 
 
 def _beside_report(call: Call) -> Iterator[tuple[str, str, str]]:
-    """The file beside a report, as ``Call.named`` tells files that are written.
-
-    Raises:
-        InputError: if a file stands there that no run has written.
-    """
+    """The file beside a report, as ``Call.named`` tells files that are written."""
     for page in call.given("--report"):
         if (path := call.settings_file(page)) is None:
             continue
@@ -332,11 +329,3 @@ def _beside_report(call: Call) -> Iterator[tuple[str, str, str]]:
                 "run: move it, or give the report another name"
             )
         yield "--report's options", "file", str(path)
-
-
-def _may_be_file(place: Path) -> bool:
-    return not place.is_dir() and place.parent.is_dir()
-
-
-def _may_hold_files(place: Path) -> bool:
-    return next(above for above in (place, *place.parents) if above.exists()).is_dir()

@@ -20,8 +20,6 @@ from .options import Options
 from .values import NewFile, PayloadResultFile, number, word, words
 
 if TYPE_CHECKING:
-    from ..export.format import Format
-
     Name = str
 else:  # the files' names: --help need not load them
     Name = Literal[tuple(export.controllers.FORMATS)]
@@ -49,31 +47,6 @@ class _Export(Options):
     despite_verdict: bool = False
     """Write it, inertia and all, whatever the verdict."""
 
-    def check(self, form: Format[export.ControllerLoad]) -> None:
-        """Refuse an option that the format does not know: it would be ignored."""
-        for name, held in (("tool_frame", "tool frame"), ("meters_per_unit", "units")):
-            if held not in form.holds:
-                known = [name for name, other in export.controllers.FORMATS.items() if held in other.holds]
-                self.refuse(name, f"belongs to --to {', '.join(known)}, not to {form.name}")
-
-    def placed(self, load: export.ControllerLoad) -> export.ControllerLoad:
-        """The load in the frame and the units that were asked for."""
-        if self.flange_frame is not None:
-            load = _seen_from("--flange-frame", load, self.flange_frame, "flange", load.frame)
-        elif (at_flange := load.in_flange()) is not None:
-            load = at_flange
-        else:
-            raise InputError(
-                f"{load.source}: the payload's frame is {load.frame!r}, not the flange: give --flange-frame, the "
-                "flange's pose in it (0 0 0 0 0 0 if it is the same)"
-            )
-        if self.tool_frame is not None:
-            load = _seen_from("--tool-frame", load, self.tool_frame, "tool", "the flange")
-            load = replace(load, in_tool_frame=True)
-        if self.meters_per_unit is not None:
-            load = replace(load, meters_per_unit=self.meters_per_unit)
-        return load
-
 
 @command
 def run(payload: PayloadResultFile, *, request: _Export) -> int:
@@ -83,7 +56,10 @@ def run(payload: PayloadResultFile, *, request: _Export) -> int:
         payload: The --json of 'dynident payload'.
     """
     form = export.controllers.FORMATS[request.to]
-    request.check(form)
+    for option, held in (("tool_frame", "tool frame"), ("meters_per_unit", "units")):
+        if held not in form.holds:  # it would be ignored
+            known = [name for name, other in export.controllers.FORMATS.items() if held in other.holds]
+            request.refuse(option, f"belongs to --to {', '.join(known)}, not to {form.name}")
     load = export.read_load(payload, request.method, request.despite_verdict)
     if not request.despite_verdict and (load.verdict == "do_not_use" or load.beyond_rating):
         why = f"the verdict on {load.source} is 'do not use': {'; '.join(load.reasons)}"
@@ -91,7 +67,20 @@ def run(payload: PayloadResultFile, *, request: _Export) -> int:
             why = f"{load.source}: {load.beyond_rating}; --despite-verdict writes it all the same"
         print(f"dynident: not written: {one_line(why)}", file=sys.stderr)
         return DO_NOT_USE
-    load = request.placed(load)
+    if request.flange_frame is not None:
+        load = _seen_from("--flange-frame", load, request.flange_frame, "flange", load.frame)
+    elif (at_flange := load.in_flange()) is not None:
+        load = at_flange
+    else:
+        raise InputError(
+            f"{load.source}: the payload's frame is {load.frame!r}, not the flange: give --flange-frame, the "
+            "flange's pose in it (0 0 0 0 0 0 if it is the same)"
+        )
+    if request.tool_frame is not None:
+        load = _seen_from("--tool-frame", load, request.tool_frame, "tool", "the flange")
+        load = replace(load, in_tool_frame=True)
+    if request.meters_per_unit is not None:
+        load = replace(load, meters_per_unit=request.meters_per_unit)
     text = form.text(load)
     if request.out:
         write_text(request.out, text)

@@ -87,7 +87,5 @@ def run_report(
             progress(done / len(logs))
     history = fleet.fleet_of(arms)
     shown = report.fleet_report(history, refused)
-    files.show(shown)
-    files.write_json(lambda: report.documents.fleet_document(history, refused))
-    files.write_page(shown, {"robot": history.arms[0].name})
+    files.give(shown, lambda: report.documents.fleet_document(history, refused), {"robot": history.arms[0].name})
     return ANSWERED

@@ -90,7 +90,5 @@ def run(*, arm: RobotOptions, known: _Known, processing: _Processing, files: Pag
         progress("estimating")
         gains = estimation.answer_gains(problem, load)
     shown = report.gains_report(gains.result, files.document)
-    files.show(shown)
-    files.write_json(lambda: gains.result)
-    files.write_page(shown, setup.in_words())
+    files.give(shown, lambda: gains.result, setup.in_words())
     return answered(gains.verdict.level)

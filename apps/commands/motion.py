@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated, NamedTuple
+from typing import Annotated
 
 import numpy as np
 from cyclopts import Parameter
@@ -13,9 +13,9 @@ from cyclopts import Parameter
 from ... import model, trajectories
 from ...common.errors import InputError
 from ...common.files import write_text
-from .. import export, report
+from .. import export
 from .entry import FILES, options
-from .options import PageOptions, ViewedPageOptions
+from .options import ViewedPageOptions
 from .options.motions import GoalOptions, LimitOptions
 from .progress import note, status
 from .values import Names, NewFile, positive_number, word
@@ -28,27 +28,17 @@ _REPLAY_RATE = 1000.0  # Hz: at which controllers' own curves are looked at, and
 _ZERO = 1e-9  # SI units: what standard parameters leave where they cancel
 
 
-class Request(NamedTuple):
-    """What was asked for.
-
-    Attributes:
-        problem: to be solved, or to judge a motion by.
-        reference: values of parameters that standard deviations are relative to.
-        labels: how to call a parameter ("ZZ1R"), by its name.
-    """
-
-    problem: trajectories.DesignProblem
-    reference: Mapping[str, float]
-    labels: Mapping[str, str]
-
-
 def build_request(
-    robot: model.Robot, shape: trajectories.Shape, length: float | None, goal: GoalOptions, limits: LimitOptions
-) -> Request:
+    robot: model.Robot,
+    shape: trajectories.ViaPointShape | trajectories.FourierShape,
+    goal: GoalOptions,
+    limits: LimitOptions,
+) -> tuple[trajectories.DesignProblem, dict[str, float], dict[str, str]]:
     """Read all files and build the problem.
 
-    Args:
-        length: how long the motion will take [s], where that is known.
+    Returns:
+        The problem; by the names of parameters, values that standard deviations are relative to, and how to call
+        them ("ZZ1R").
 
     Raises:
         InputError: for whatever does not fit; one line.
@@ -69,15 +59,16 @@ def build_request(
         loads = known.loads(payload, margin) if known.values or payload or margin else None
     elif payload is not None and not goal.payload_only:
         raise InputError("--heaviest-payload counts in torque limits: give --torque-limits")
-    problem = trajectories.build_design(
-        robot,
-        shape,
-        goal.goal(robot, bounds, reference, length),
-        bounds=bounds,
-        loads=loads,
-        scene=limits.read_scene(),
-    )
-    return Request(problem, reference, labels)
+    if isinstance(shape, trajectories.FourierShape):
+        length: float | None = shape.duration
+    elif shape.fixed is None:
+        length = shape.longest
+    else:
+        length = sum(shape.fixed) if isinstance(shape.fixed, tuple) else (shape.count - 1) * shape.fixed
+    wanted = goal.goal(robot, bounds, reference, length)
+    scene = limits.read_scene()
+    problem = trajectories.build_design(robot, shape, wanted, bounds=bounds, loads=loads, scene=scene)
+    return problem, reference, labels
 
 
 def best_motion(
@@ -126,14 +117,6 @@ def floor_of(
     except KeyboardInterrupt:
         note("interrupted: the floor is not known")
         return None
-
-
-def show(files: PageOptions, judged: report.documents.JudgedMotion) -> None:
-    """Print the score, and write it in the forms asked for."""
-    shown = report.design_report(judged)
-    files.show(shown)
-    files.write_json(lambda: report.documents.design_document(judged))
-    files.write_page(shown, {})
 
 
 @options(FILES)

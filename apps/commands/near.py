@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -21,7 +22,7 @@ from .motion import FIGURE_RATE, MotionFiles, best_motion
 from .options import Options, RehearsedRobotOptions
 from .options.motions import Known, LimitOptions, NoiseOptions, in_si
 from .progress import note, status
-from .values import Count, Joints, NewFile, Positions, Seconds, Seed, Weighed, numbers, word
+from .values import Count, Joints, NewFile, Positions, Seconds, Seed, Weighed, numbers, numbers_or, word
 
 if TYPE_CHECKING:
     from .options.motions import PayloadBounds
@@ -37,18 +38,15 @@ _LEFT = 1.25  # of the mass expected: what runs of the ladder leave possible, an
 _ON_PAYLOAD, _ON_SEARCH = Parameter(group=Group("payload")), Parameter(group=SEARCH)
 
 
-def _second_pose(text: str) -> tuple[float, ...] | str:
-    """The word "auto"; or a number per joint."""
-    return text if text == "auto" else numbers(text)
-
-
 @options(MOTION)
 class NearOptions(Options):
     """Where the robot stands, which joints move how far and how long, and what is known of the payload."""
 
     pose: Positions
     """Where it stands [deg or m]."""
-    second_pose: Annotated[tuple[float, ...] | str | None, word(_second_pose, "auto|Q1,Q2,..")] = None
+    second_pose: Annotated[tuple[float, ...] | str | None, word(partial(numbers_or, "auto"), "auto|Q1,Q2,..")] = (
+        None
+    )
     """Do it again at another wrist pose, outside the range: one that helps, or this one."""
     joints: Joints
     """Joints that move, such as 2,3,5,6."""

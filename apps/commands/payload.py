@@ -15,9 +15,9 @@ from .entry import FILES, RARE, command, options
 from .options import (
     EquationOptions,
     FramedRobotOptions,
-    FrictionOptions,
     GainOptions,
     KnowledgeOptions,
+    Options,
     PairOptions,
     ViewOptions,
 )
@@ -26,9 +26,12 @@ from .values import DataFile, Essential, HeldOutFile, LoadedFile, RobotParameter
 
 
 @options()
-class ComparedOptions(FrictionOptions):
+class ComparedOptions(Options):
     """Recordings with a payload, and what they are compared with."""
 
+    friction_change: Annotated[Share | None, RARE] = None
+    """Methods 3, 4 and --robot-parameters: by how much friction under load may differ from the robot's own, 1
+    sigma, 0 for not at all (default: 10%)."""
     unloaded: tuple[DataFile, ...] = ()
     """Recording without payload; repeatable: several are recordings of one robot."""
     loaded: tuple[LoadedFile, ...]
@@ -36,6 +39,11 @@ class ComparedOptions(FrictionOptions):
     those without it in this order (weigh, method 3)."""
     robot_parameters: RobotParametersFile | None = None
     """The --json of 'dynident identify' (method 1; weigh: instead of --unloaded)."""
+
+    @property
+    def change(self) -> float:
+        """The change of friction that was given, or the default."""
+        return estimation.FRICTION_CHANGE if self.friction_change is None else self.friction_change
 
     def check(self) -> None:
         """Refuse recordings with a payload that nothing stands beside."""
@@ -126,9 +134,7 @@ def run(
         answer = estimation.answer_payload(problem, methods, held_out, constraints, gains)
 
     shown = report.payload_report(answer.result, files.document)
-    files.show(shown)
-    files.write_json(lambda: answer.result)
-    files.write_page(shown, setup.in_words())
+    files.give(shown, lambda: answer.result, setup.in_words())
     files.write_equations(lambda: estimation.payload_system(problem, loaded, unloaded, setup.processing))
     files.write_view(lambda: views.view_of_answer(setup.robot, loaded[0], answer.result))
     return answered(answer.verdict.level)

@@ -26,22 +26,15 @@ _manner: ContextVar[Manner] = ContextVar("manner", default="plain")
 
 
 @contextmanager
-def speaking(manner: Manner) -> Iterator[None]:
-    """A run that says nothing, what is worth knowing, or every step with its time."""
-    token = _manner.set(manner)
+def speaking(manner: Manner, label: str) -> Iterator[None]:
+    """A run that says nothing, what is worth knowing, or every step with its time and how long all of it took."""
+    token, begin = _manner.set(manner), time.monotonic()
     try:
         yield
+        if manner == "verbose":
+            print(f"dynident: {time.monotonic() - begin:6.1f} s  {label}: done", file=sys.stderr)
     finally:
         _manner.reset(token)
-
-
-@contextmanager
-def finished(label: str) -> Iterator[None]:
-    """Say how long it took, where every step is told."""
-    begin = time.monotonic()
-    yield
-    if _manner.get() == "verbose":
-        print(f"dynident: {time.monotonic() - begin:6.1f} s  {label}: done", file=sys.stderr)
 
 
 def quiet() -> bool:

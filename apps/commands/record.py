@@ -50,7 +50,15 @@ def run(
     if fault and not recorder.count:
         raise InputError(f"{fault}: nothing was recorded")
     recorder.write(out)
-    _tell(recorder, out)
+    total, usual = recorder.count + recorder.dropped, 1.0 / recorder.step
+    lost = f"{recorder.dropped} dropped ({100.0 * recorder.dropped / total:.2g} %)"
+    note(f"{out}: {recorder.count} samples in {recorder.seconds:.1f} s, {lost}")
+    if recorder.repeated:
+        note(f"{out}: {recorder.repeated} samples came twice and are kept once")
+    if not 0.9 < usual / recorder.rate < 1.1:
+        note(f"{out}: {usual:.0f} samples a second came, {recorder.rate:g} were asked for")
+    for time, stop in recorder.stops:
+        note(f"{out}: {stop} after {time:.1f} s")
     if fault:
         raise InputError(f"{fault}; {out} holds the {recorder.seconds:.1f} s before")
     return ANSWERED
@@ -97,17 +105,3 @@ def progress_line(recorder: live.Recorder, new: live.Samples) -> str:
     if recorder.dropped:
         words.append(f"{recorder.dropped} samples dropped")
     return "; ".join(words)
-
-
-def _tell(recorder: live.Recorder, path: str) -> None:
-    """Tell what was recorded, and what is to be known about it."""
-    total = recorder.count + recorder.dropped
-    lost = 100.0 * recorder.dropped / total
-    note(f"{path}: {recorder.count} samples in {recorder.seconds:.1f} s, {recorder.dropped} dropped ({lost:.2g} %)")
-    if recorder.repeated:
-        note(f"{path}: {recorder.repeated} samples came twice and are kept once")
-    usual = 1.0 / recorder.step
-    if not 0.9 < usual / recorder.rate < 1.1:
-        note(f"{path}: {usual:.0f} samples a second came, {recorder.rate:g} were asked for")
-    for time, stop in recorder.stops:
-        note(f"{path}: {stop} after {time:.1f} s")

@@ -82,13 +82,12 @@ def run_check(*, arm: RobotOptions, data: tuple[DataFile, ...], processing: Filt
     with status("reading") as progress:
         logged = [logs.read_tool_poses(path, robot, setup.log_map) for path in data]
         poses = [estimation.check_pose(robot, log, progress) for log in logged if log]
-        with_torques = [path for path in data if not poses or logs.holds_torques(path, robot, setup.log_map)]
-        recordings = setup.read(with_torques)
+        recordings = setup.read(
+            [path for path in data if not poses or logs.named(path, robot, setup.log_map).holds_loads]
+        )
         readings = estimation.rank_readings(robot, recordings, setup.processing, progress) if recordings else None
     shown = report.readings_report(robot, poses, readings)
-    files.show(shown)
-    files.write_json(lambda: report.documents.robot_check_document(robot, poses, readings))
-    files.write_page(shown, setup.in_words())
+    files.give(shown, lambda: report.documents.robot_check_document(robot, poses, readings), setup.in_words())
     return ANSWERED if report.readings_agree(poses, readings) else DO_NOT_USE
 
 
@@ -121,7 +120,15 @@ def run_export(*, arm: RobotOptions, bodies: _Bodies) -> int:
     bodies.check()
     form = export.simulators.FORMATS[bodies.to]
     robot = arm.load()
-    whole, against = _numbers(bodies, robot)
+    against: tuple[str, ...] = ()
+    if bodies.robot_parameters:
+        (path,) = bodies.robot_parameters
+        stored = results.read_stored_robot(path)
+        whole = export.stored_whole_robot(robot, stored, path)
+        against = tuple(present(stored.reasons_against_use) or ())
+    else:
+        source = f"the description of {robot.name}, nothing identified"
+        whole = estimation.whole_robot(robot, dict(robot.parameters), source)
     against += whole.heavier_than_the_arm()
     if against and not bodies.despite_verdict:
         why = "; ".join(against)
@@ -136,14 +143,3 @@ def run_export(*, arm: RobotOptions, bodies: _Bodies) -> int:
         notes += changed.notes
     print_lines(f"{bodies.out}: {whole.source}. Prior: {whole.prior}.", *(f"  {line}" for line in notes))
     return ANSWERED
-
-
-def _numbers(bodies: _Bodies, robot: model.Robot) -> tuple[estimation.WholeRobot, tuple[str, ...]]:
-    """The robot with its numbers, and what speaks against using them."""
-    if not bodies.robot_parameters:
-        source = f"the description of {robot.name}, nothing identified"
-        return estimation.whole_robot(robot, dict(robot.parameters), source), ()
-    (path,) = bodies.robot_parameters
-    stored = results.read_stored_robot(path)
-    whole = export.stored_whole_robot(robot, stored, path)
-    return whole, tuple(present(stored.reasons_against_use) or ())

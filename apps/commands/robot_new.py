@@ -191,7 +191,15 @@ class _Sheet(Options):
 def run(*, request: _Sheet) -> int:
     """Run it."""
     if request.template:
-        return _write_template(request)
+        for entry in fields(request):
+            if entry.name not in ("template", "out", "overwrite"):
+                request.refuse(entry.name, "belongs to a robot by options, --template is a file to fill in")
+        if request.out is None:
+            print(TEMPLATE, end="")
+        else:
+            request.write(Path(request.out), TEMPLATE)
+            print_lines(f"Written: {request.out}. Fill it in, then: dynident robot show --robot {request.out}")
+        return ANSWERED
     check_drawing(request.drawing)
     if missing := [f"--{name}" for name in ("name", "joint", "flange") if not request.has(name)]:
         raise InputError(f"give {', '.join(missing)}, or --template for a file to fill in")
@@ -206,19 +214,6 @@ def run(*, request: _Sheet) -> int:
     )
     if not model.stand_in.can_stand_in(robot):
         note(f"to rehearse on it, add the mass of the arm to {out} (mass_kg = ..), or give --arm-mass KG")
-    return ANSWERED
-
-
-def _write_template(request: _Sheet) -> int:
-    """Write the file to fill in; what options say of the robot is said in it."""
-    for entry in fields(request):
-        if entry.name not in ("template", "out", "overwrite"):
-            request.refuse(entry.name, "belongs to a robot by options, --template is a file to fill in")
-    if request.out is None:
-        print(TEMPLATE, end="")
-    else:
-        request.write(Path(request.out), TEMPLATE)
-        print_lines(f"Written: {request.out}. Fill it in, then: dynident robot show --robot {request.out}")
     return ANSWERED
 
 
@@ -242,12 +237,19 @@ def new_robot(sheet: _Sheet) -> tuple[model.Robot, tuple[float, ...]]:
             raise InputError(f"--limits of joint {j + 1}: {error}") from None
         axes[j] = replace(axes[j], limits=limits)
     frames = model.modified_dh(axes, sheet.flange or model.Pose())
+    # Counted so that each joint stands at its part of drawn_at where the frames were taken.
+    joints = [
+        replace(joint, theta=joint.theta - math.radians(q))
+        if joint.revolute
+        else replace(joint, r=round(joint.r - q, 12) + 0.0)
+        for joint, q in zip(frames.joints, drawn_at, strict=True)
+    ]
     x, y, z = (frames.base.R[:, 2] * -9.81 + 0.0).tolist()
     slow_speed = model.motion.usual_slow_speed([axis.kind == "revolute" for axis in axes])
     try:
         robot = model.Robot(
             name=name,
-            joints=tuple(map(_shifted, frames.joints, drawn_at)),
+            joints=tuple(joints),
             gravity=(x, y, z),
             drives=model.Drives(),
             payload_frame="the bare flange: origin on its face, z out of it",
@@ -261,13 +263,6 @@ def new_robot(sheet: _Sheet) -> tuple[model.Robot, tuple[float, ...]]:
     except ValueError as error:
         raise InputError(str(error)) from None
     return robot, drawn_at
-
-
-def _shifted(joint: model.Joint, q: float) -> model.Joint:
-    """The joint counted so that it stands at ``q`` [deg or m] where the frames were taken."""
-    if joint.revolute:
-        return replace(joint, theta=joint.theta - math.radians(q))
-    return replace(joint, r=round(joint.r - q, 12) + 0.0)
 
 
 def check_drawing(path: str | None) -> None:

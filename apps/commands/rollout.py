@@ -6,7 +6,7 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from ... import estimation, model
+from ... import estimation
 from ...common.errors import InputError
 from .. import report, results, rollout
 from . import ANSWERED
@@ -38,34 +38,28 @@ class _Rollout(Options):
     horizons: Annotated[tuple[float, ...] | None, word(_seconds, "S1,S2,..")] = None
     """Times after the start [s] (default: 0.1,0.5,1,2)."""
 
-    def models(self, robot: model.Robot) -> dict[str, rollout.Arm]:
-        """The other models by the names of their files."""
-        models: dict[str, rollout.Arm] = {}
-        for path in self.against:
-            arm = rollout.MujocoArm(path, robot)
-            if arm.name in models:
-                raise InputError(f"{path}: two models are called {arm.name}: rename a file")
-            models[arm.name] = arm
-        return models
-
 
 @command
 def run(*, arm: RobotOptions, request: _Rollout, processing: FilterOptions, files: PageOptions) -> int:
     """Run it."""
     stored = results.read_stored_robot(request.robot_parameters)
     setup = processing.setup(arm.load(), stored)
-    recordings = setup.read(request.data)
+    recordings, values = setup.read(request.data), stored.possible_values
+    models: dict[str, rollout.Arm] = {}
+    for path in request.against:
+        model = rollout.MujocoArm(path, setup.robot)
+        if model.name in models:
+            raise InputError(f"{path}: two models are called {model.name}: rename a file")
+        models[model.name] = model
     with status("reading") as progress:
         rollouts = rollout.roll_out_all(
             setup.robot,
-            stored.possible_values,
+            values,
             recordings,
             estimation.Settings(setup.processing, progress=progress),
             request.horizons or rollout.HORIZONS,
-            request.models(setup.robot),
+            models,
         )
     shown = report.rollout_report(rollouts, setup.robot.title or setup.robot.name)
-    files.show(shown)
-    files.write_json(lambda: report.documents.rollouts_document(setup.robot.name, rollouts))
-    files.write_page(shown, setup.in_words())
+    files.give(shown, lambda: report.documents.rollouts_document(setup.robot.name, rollouts), setup.in_words())
     return ANSWERED

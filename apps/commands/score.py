@@ -15,7 +15,7 @@ from ..logs.map import read_log_map
 from ..logs.read import read_recording
 from . import ANSWERED
 from .entry import FLOOR, MOTION, command, options
-from .motion import build_request, floor_of, show
+from .motion import build_request, floor_of
 from .options import Options, RehearsedRobotOptions, ViewedPageOptions
 from .options.motions import GoalOptions, LimitOptions
 from .values import LOG, LogMapFile, Reads, Seconds, Seed, positive_number, word
@@ -58,15 +58,14 @@ def run(
     if not scored.bound:
         scored.refuse("seed", "has no effect without --bound: nothing is designed")
     shape = trajectories.ViaPointShape(longest=scored.max_duration)
-    request = build_request(arm.load(), shape, scored.max_duration, goal, limits)
-    motion = _logged_motion(data, request.problem.robot, scored.log_map, scored.cutoff)
-    score = trajectories.score_motion(request.problem, motion)
-    floor = floor_of(request.problem, score, scored.seed or 0) if scored.bound else None
+    problem, reference, labels = build_request(arm.load(), shape, goal, limits)
+    motion = _logged_motion(data, problem.robot, scored.log_map, scored.cutoff)
+    score = trajectories.score_motion(problem, motion)
+    floor = floor_of(problem, score, scored.seed or 0) if scored.bound else None
     judged = report.documents.JudgedMotion(
-        f"Motion of {data}", score, motion, request.reference, request.labels, floor=floor, source=data
+        f"Motion of {data}", score, motion, reference, labels, floor=floor, source=data
     )
-    show(files, judged)
-    problem = request.problem
+    files.give(report.design_report(judged), lambda: report.documents.design_document(judged), {})
     files.write_view(lambda: views.view_of(problem.robot, motion, problem=problem))
     return ANSWERED
 
@@ -78,15 +77,14 @@ def _logged_motion(path: str, robot: model.Robot, log_map: str | None, cutoff: f
     """
     if log_map:  # of currents the motion counts alone, whatever the gains
         mapped = read_log_map(log_map)
-        currents = logs.holds_currents_only(path, robot, mapped)
+        currents = logs.named(path, robot, mapped).holds_currents_only
         recording = read_recording(path, robot, (1.0,) * robot.n if currents else None, mapped)
     else:
-        table = logs.read_trajectory(path, robot)
-        if table.qd is not None and table.qdd is not None:
+        t, q, qd, qdd = logs.read_trajectory(path, robot)
+        if qd is not None and qdd is not None:
             if cutoff is not None:
                 raise InputError(f"{path}: has accelerations and is not filtered: leave --cutoff out")
-            planned = model.Motion(table.t, table.q, table.qd, table.qdd)
-            return trajectories.joined(planned, _PLANNED_RATE)
-        recording = model.Recording(table.t, table.q, 0.0 * table.q, table.qd, path)
+            return trajectories.joined(model.Motion(t, q, qd, qdd), _PLANNED_RATE)
+        recording = model.Recording(t, q, 0.0 * q, qd, path)
     processing = robot.processing if cutoff is None else replace(robot.processing, cutoff=cutoff)
     return estimation.measurement(recording, processing).motion

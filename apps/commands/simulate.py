@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 from importlib.metadata import version
 from pathlib import Path
 from typing import Annotated, Literal
@@ -26,7 +27,7 @@ from . import ANSWERED
 from .entry import command, options
 from .options import Options, RehearsedRobotOptions, ViewOptions, print_lines
 from .progress import bar
-from .values import NewFolder, PayloadFile, Reads, Seed, Share, checked, number, share, word
+from .values import NewFolder, PayloadFile, Reads, Seed, Share, number_within, share, word
 
 _Trajectory = Annotated[str, Reads("trajectories"), Parameter(metavar="CSV")]
 
@@ -34,16 +35,8 @@ _SHARE = 0.08
 _POINTS = 16
 
 
-def _rate(text: str) -> float:
-    """A rate that a controller may have [Hz]."""
-    value = number(text)
-    return checked(value, 20.0 <= value <= 1e4, text, "a rate from 20 to 10000 Hz")
-
-
-def _sag(text: str) -> float:
-    """A position error in mrad."""
-    value = number(text)
-    return checked(value, 0.0 < value <= 100.0, text, "above 0 and at most 100 mrad")
+_RATE = word(partial(number_within, 20.0, 1e4, "a rate from 20 to 10000 Hz"), "HZ")
+_SAG = word(partial(number_within, 1e-12, 100.0, "above 0 and at most 100 mrad"), "MRAD")
 
 
 @options()
@@ -60,10 +53,10 @@ class _Simulate(Options):
     """Of the drive gains, such as 0.02 (default: 0)."""
     controller: Literal["integral", "proportional", "gravity"] = "integral"
     """Its loops: with integral action (default), without it, or without it and with gravity compensation only."""
-    sag: Annotated[float | None, word(_sag, "MRAD")] = None
+    sag: Annotated[float | None, _SAG] = None
     """Loops without integral action so soft that the payload pulls the worst joint off its path by this (root mean
     square; default: stiff ones)."""
-    rate: Annotated[float, word(_rate, "HZ")] = 250.0
+    rate: Annotated[float, _RATE] = 250.0
     """Of the recordings (default: 250)."""
     seed: Seed = 0
     """Of all that is drawn (default: 0)."""
@@ -91,7 +84,19 @@ def run(*, arm: RehearsedRobotOptions, request: _Simulate, view: ViewOptions) ->
         controller = controller.sagging(robot, payload, list(references.values()), 1e-3 * request.sag)
     with bar("simulating") as progress:
         experiment = trajectories.run_experiment(robot, tasks, disturbances, request.seed, controller, progress)
-    _write(Path(request.out), experiment, controller)
+    folder = made_folder(request.out)
+    files = {folder / f"{run.task.name}.csv": run for run in experiment.runs}
+    for file, run in files.items():
+        report.recordings.write_recording(file, run.recording)
+    versions = {"dynident": __version__, "casadi": version("casadi"), "numpy": version("numpy")}
+    names = [file.name for file in files]
+    report.recordings.write_truth(folder / "truth.toml", experiment, controller, names, versions)
+    lines = [
+        f"{file}: {run.exact.motion.t[-1]:.1f} s, tracking error at most {1e3 * run.tracking_error.max():.2f} mrad"
+        for file, run in files.items()
+    ]
+    truth = f"{folder / 'truth.toml'}: what is true of them"
+    print_lines(*lines, truth, *report.assumed_notes(experiment.robot, *report.recordings.SIMULATED))
     shown = None
     if payload is not None:  # known exactly
         com = payload.com
@@ -137,30 +142,9 @@ def _disturbances(
         raise InputError(
             f"--noise {noise!r}: give none, paper, slow or a share of the torque such as 0.08"
         ) from None
-    return trajectories.relative_disturbances(root_mean_square(robot, references), level)
-
-
-def root_mean_square(robot: model.Robot, references: Sequence[trajectories.Plan]) -> Array:
-    """Root mean square torque of each joint [N·m or N], shape (n,)."""
     simulator, torques = trajectories.Simulator(robot), []
     for reference in references:
         t = np.linspace(0.0, reference.duration, 2000)
         torques.append(simulator.measure(model.Motion(t, *reference.at(t))).torque)
-    return np.asarray(np.sqrt(np.mean(np.concatenate(torques) ** 2, axis=0)))
-
-
-def _write(folder: Path, experiment: trajectories.Experiment, controller: trajectories.Controller) -> None:
-    """Write the recordings, what is true of them, and say so."""
-    made_folder(folder)
-    files = [f"{run.task.name}.csv" for run in experiment.runs]
-    for file, run in zip(files, experiment.runs, strict=True):
-        report.recordings.write_recording(folder / file, run.recording)
-    versions = {"dynident": __version__, "casadi": version("casadi"), "numpy": version("numpy")}
-    report.recordings.write_truth(folder / "truth.toml", experiment, controller, files, versions)
-    lines = [
-        f"{folder / file}: {run.exact.motion.t[-1]:.1f} s, tracking error at most "
-        f"{1e3 * run.tracking_error.max():.2f} mrad"
-        for file, run in zip(files, experiment.runs, strict=True)
-    ]
-    truth = f"{folder / 'truth.toml'}: what is true of them"
-    print_lines(*lines, truth, *report.assumed_notes(experiment.robot, *report.recordings.SIMULATED))
+    root_mean_square: Array = np.sqrt(np.mean(np.concatenate(torques) ** 2, axis=0))
+    return trajectories.relative_disturbances(root_mean_square, level)

@@ -71,6 +71,12 @@ def number(text: str) -> float:
     return checked(value, value == 0.0 or _LEAST <= abs(value) <= _MOST, text, size)
 
 
+def number_within(least: float, most: float, words: str, text: str) -> float:
+    """A number between two; ``words``: what it should be."""
+    value = number(text)
+    return checked(value, least <= value <= most, text, words)
+
+
 def positive_number(text: str) -> float:
     """A number above 0."""
     value = number(text)
@@ -94,6 +100,11 @@ def numbers(text: str, count: int | None = None) -> tuple[float, ...]:
     except ValueError as error:
         raise ValueError(f"{text!r} is not {words}: {error}") from None
     return checked(values, len(values) == (count or len(values)), text, words)
+
+
+def numbers_or(name: str, text: str) -> tuple[float, ...] | str:
+    """A name as it stands; or numbers separated by commas."""
+    return text if text == name else numbers(text)
 
 
 def with_sigma(text: str) -> tuple[tuple[float, ...], float | None]:
@@ -205,11 +216,7 @@ def word(read: Callable[[str], Any], metavar: str) -> Parameter:
         return read(tokens[-1].value if typed else ",".join(token.value for token in tokens))
 
     return Parameter(
-        converter=converted,
-        n_tokens=1,
-        metavar=metavar,
-        accepts_keys=False,
-        allow_leading_hyphen=True,
+        converter=converted, n_tokens=1, metavar=metavar, accepts_keys=False, allow_leading_hyphen=True
     )
 
 

@@ -12,13 +12,7 @@ from .. import report
 from .. import view as views
 from . import answered
 from .entry import command, options
-from .options import (
-    GainOptions,
-    KnowledgeOptions,
-    PairOptions,
-    RobotOptions,
-    ViewedPageOptions,
-)
+from .options import GainOptions, KnowledgeOptions, PairOptions, RobotOptions, ViewedPageOptions
 from .payload import ComparedOptions, constraints_solved
 from .progress import status
 from .values import Joints

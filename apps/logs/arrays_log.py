@@ -183,9 +183,6 @@ def _arrays_log(path: Path, arrays: Mapping[str, Any], objects: Mapping[str, str
         path: the file.
         arrays: by name; those that are not numeric are passed over.
         objects: variables that only MATLAB can read -> their class.
-
-    Raises:
-        InputError: if there is no array of samples, or one could be read either way.
     """
     numeric = {name: array for name, array in arrays.items() if array.dtype.kind in "fiub"}
     rows = max((max(array.shape, default=0) for array in numeric.values()), default=0)

@@ -7,9 +7,9 @@ import difflib
 import math
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import NamedTuple
+from itertools import chain
 
 from ...common.errors import InputError
 from ...model import Robot
@@ -26,7 +26,7 @@ _ALIASES = {
 
 @dataclass(frozen=True)
 class Known:
-    """Columns that one recorder writes.
+    """Columns that one recorder writes, and what a log holds of them.
 
     Attributes:
         title: whose they are.
@@ -35,6 +35,9 @@ class Known:
         time: names of the column of time, where it has none of the usual ones.
         time_unit: of that column; empty: it is found out.
         more: whether columns beyond the robot's joints are a gripper's.
+        prefixes: what the "*" of a log's positions stands for, several where it holds several arms alike.
+        joints: names in the log's order, none where columns are numbered.
+        size: joints that have a position in the log.
     """
 
     title: str
@@ -42,11 +45,23 @@ class Known:
     time: tuple[str, ...] = ()
     time_unit: str = ""
     more: bool = False
+    prefixes: tuple[str, ...] = ()
+    joints: tuple[str, ...] = ()
+    size: int = 0
 
     @property
     def by_name(self) -> bool:
         """Tell whether the joints' names distinguish the columns."""
         return "{joint}" in self.columns["position"][0]
+
+    def expanded(self, pattern: str, joints: Sequence[str], n: int) -> tuple[str, ...]:
+        """Names of the columns of n joints."""
+        prefix = self.prefixes[0] if self.prefixes else ""
+        return tuple(
+            pattern.replace("*", prefix, 1).replace("{joint}", joints[j] if joints else "")
+            .replace("{}", str(j + 1)).replace("{0}", str(j))
+            for j in range(n)
+        )  # fmt: skip
 
 
 def _patterns(**patterns: str) -> dict[str, tuple[str, ...]]:
@@ -130,47 +145,21 @@ KNOWN = (
 """Every recorder whose columns are known; of two that fit alike the first counts."""
 
 
-class Recognised(NamedTuple):
-    """The columns of a log that were recognised.
-
-    ``prefixes``: what the "*" of the positions stands for, several where the log holds several arms alike;
-    ``joints``: names in the log's order, none where columns are numbered; ``size``: joints that have a position.
-    """
-
-    known: Known
-    prefixes: tuple[str, ...]
-    joints: tuple[str, ...]
-    size: int
-
-    def expanded(self, pattern: str, joints: Sequence[str], n: int) -> tuple[str, ...]:
-        """Names of the columns of n joints."""
-        prefix = self.prefixes[0] if self.prefixes else ""
-        return tuple(
-            pattern.replace("*", prefix, 1).replace("{joint}", joints[j] if joints else "")
-            .replace("{}", str(j + 1)).replace("{0}", str(j))
-            for j in range(n)
-        )  # fmt: skip
-
-
-def recognised(names: Sequence[str]) -> Recognised | None:
-    """The recorder most of whose quantities a log has; None for a log without positions that are known."""
-    best, most, there = None, 0, set(names)
+def recognised(names: Sequence[str]) -> Known:
+    """The recorder most of whose quantities a log has; plain columns where no positions are known."""
+    best, most, there = PLAIN, 0, set(names)
     for known in KNOWN:
-        layout = next(
-            filter(None, (_positions(known, pattern, names) for pattern in known.columns["position"])), None
-        )
-        if layout is None:
-            continue
-        kinds = sum(
-            any(there >= set(layout.expanded(pattern, layout.joints, layout.size)) for pattern in patterns)
-            for patterns in known.columns.values()
-        )
-        if kinds > most:
-            best, most = layout, kinds
+        layouts = (_positions(known, pattern, names) for pattern in known.columns["position"])
+        if layout := next(filter(None, layouts), None):
+            kinds = sum(
+                any(there >= set(layout.expanded(pattern, layout.joints, layout.size)) for pattern in patterns)
+                for patterns in known.columns.values()
+            )
+            best, most = (layout, kinds) if kinds > most else (best, most)
     return best
 
 
-def _positions(known: Known, pattern: str, names: Sequence[str]) -> Recognised | None:
+def _positions(known: Known, pattern: str, names: Sequence[str]) -> Known | None:
     """The joints whose positions follow a pattern; None without a first one, or for a single name."""
     number, text = r"(?P<joint>\d+)", re.escape(pattern)
     marks = {r"\*": "(?P<prefix>.*)", r"\{joint\}": "(?P<joint>[^/]+)", r"\{0\}": number, r"\{\}": number}
@@ -185,39 +174,18 @@ def _positions(known: Known, pattern: str, names: Sequence[str]) -> Recognised |
     prefixes = tuple(prefix for prefix, joints in arms.items() if len(joints) == most)
     joints = tuple(arms[prefixes[0]])
     if "{joint}" in pattern:
-        return Recognised(known, prefixes, joints, most) if most > 1 else None
+        return replace(known, prefixes=prefixes, joints=joints, size=most) if most > 1 else None
     first = 0 if "{0}" in pattern else 1
     if str(first - 1) in joints:  # numbers that begin before the first joint's are others
         return None
     count = next(k for k in range(len(joints) + 1) if str(first + k) not in joints)
-    return Recognised(known, prefixes, (), count) if count else None
+    return replace(known, prefixes=prefixes, size=count) if count else None
 
 
 def time_column(names: Sequence[str], known: Known) -> str:
     """The column of time: "t", else what the recorder calls it, else a usual name; "t" where there is none."""
     usual = (name for name in names if _TIME.fullmatch(name.strip()))
     return next((name for name in ("t", *known.time, *usual) if name in names), "t")
-
-
-class Columns(NamedTuple):
-    """Names of the columns that are used, and what to tell the user about the choice.
-
-    ``time`` is empty where the log has a rate instead, ``time_unit`` where it is to be found out;
-    ``velocity`` where it has none; ``load`` are torques or, with ``kind`` "current", currents.
-    """
-
-    time: str
-    time_unit: str
-    position: tuple[str, ...]
-    velocity: tuple[str, ...]
-    load: tuple[str, ...]
-    kind: str
-    notes: tuple[str, ...]
-
-    @property
-    def all(self) -> tuple[str, ...]:
-        """Time, positions, speeds, torques or currents."""
-        return (*((self.time,) if self.time else ()), *self.position, *self.velocity, *self.load)
 
 
 @dataclass(frozen=True)
@@ -229,16 +197,17 @@ class Naming:
     robot: Robot
 
     @cached_property
-    def layout(self) -> Recognised | None:
-        """The recorder whose columns these are, where it is known."""
-        return recognised(self.raw.names)
-
-    @property
     def known(self) -> Known:
         """The table of columns that counts: the recorder's, or that of plain logs."""
-        if self.raw.joints or (self.log_map.joints and not (self.layout and self.layout.known.by_name)):
-            return NAMED
-        return self.layout.known if self.layout else PLAIN
+        known = recognised(self.raw.names)
+        if self.raw.joints or (self.log_map.joints and not known.by_name):
+            return replace(NAMED, prefixes=known.prefixes, joints=known.joints)
+        return known
+
+    @property
+    def is_plain(self) -> bool:
+        """Tell whether the columns are those of a log that follows the documentation."""
+        return self.known.columns is PLAIN.columns
 
     def columns(self, kind: str) -> tuple[str, ...]:
         """Names that the columns of a quantity or reference must have, one for each joint."""
@@ -271,6 +240,16 @@ class Naming:
         """Tell whether the log has some of these columns."""
         return bool(set(self.columns(kind)) & set(self.raw.names))
 
+    @property
+    def holds_loads(self) -> bool:
+        """Tell whether the log carries torques or currents."""
+        return self.holds("torque") or self.holds("current")
+
+    @property
+    def holds_currents_only(self) -> bool:
+        """Tell whether the log carries currents but no torques."""
+        return self.holds("current") and not self.holds("torque")
+
     @cached_property
     def joints(self) -> tuple[str, ...]:
         """Joint names in the robot's order; a log's own order (often alphabetical) proves nothing.
@@ -278,7 +257,7 @@ class Naming:
         Raises:
             InputError: if the log names joints whose order is not known.
         """
-        names = self.raw.joints or (self.layout.joints if self.layout else ())
+        names = self.raw.joints or self.known.joints
         if self.log_map.joints or not names:
             return listed(self.log_map.joints)
         known = (*self.robot.joint_names, *((self.robot.links.joints,) if self.robot.links else ()))
@@ -305,57 +284,70 @@ class Naming:
             raise InputError(
                 f"{self.log_map.source}: columns {pattern!r}: name the joints by joints = [...] or --joints"
             )
-        layout = self.layout or Recognised(PLAIN, (), (), 0)
-        if "*" in pattern and len(layout.prefixes) > 1:
+        prefixes = self.known.prefixes
+        if "*" in pattern and len(prefixes) > 1:
             raise InputError(
-                f"{self.raw.path}: holds several arms or topics ({', '.join(layout.prefixes)}): name one's columns "
+                f"{self.raw.path}: holds several arms or topics ({', '.join(prefixes)}): name one's columns "
                 "in a log map"
             )
-        return layout.expanded(pattern, joints, self.robot.n)
+        return self.known.expanded(pattern, joints, self.robot.n)
 
 
-def choose(raw: RawLog, log_map: LogMap, robot: Robot, gains: Sequence[float] | None) -> Columns:
+def choose(naming: Naming, gains: Sequence[float] | None) -> tuple[dict[str, tuple[str, ...]], list[str]]:
     """Choose columns.
+
+    Returns:
+        Names of the columns by quantity: time, unless the log has a rate instead, positions, speeds where there are
+        any, and last torques or currents; and what to tell the user about the choice.
 
     Raises:
         InputError: names what is missing, doubtful or there twice.
     """
-    naming = Naming(raw, log_map, robot)
-    kind, notes = _load(naming, gains)
+    raw, log_map = naming.raw, naming.log_map
+    load, notes = _load(naming, gains)
     speeds = naming.holds("velocity") or log_map.velocity.columns
-    velocity = naming.columns("velocity") if speeds else ()
-    chosen = Columns(
-        naming.time, naming.time_unit, naming.columns("position"), velocity, naming.columns(kind), kind, ()
-    )
+    kinds = ("position", "velocity", load) if speeds else ("position", load)
+    columns = {kind: naming.columns(kind) for kind in kinds}
+    columns = {"time": (naming.time,), **columns} if naming.time else columns
     if not any(log_map.quantity(kind).columns for kind in QUANTITIES):
         notes = [*_check_layout(naming), *notes]
-    if twice := repeated([name for name in raw.names if name in chosen.all]):
+    names = list(chain.from_iterable(columns.values()))
+    if twice := repeated([name for name in raw.names if name in names]):
         raise InputError(f"{raw.path}: column {twice!r} stands in the header twice: rename one")
-    check_missing(raw, chosen.all)
+    check_missing(raw, names)
     pose = log_map.pose or standard_pose(raw.names)
-    used = {*chosen.all, *(pose.all if pose else ())}
+    used = {*names, *(pose.all if pose else ())}
     if ignored := [name for name in raw.names if name not in used]:
         notes = [*notes, f"columns not used: {_listed(ignored)}"]
-    return chosen._replace(notes=tuple(notes))
+    return columns, notes
 
 
 def _check_layout(naming: Naming) -> list[str]:
-    """Check columns that were recognised, and tell the user of them.
-
-    Raises:
-        InputError: if they are of another number of joints, or near-misses of plain columns.
-    """
-    raw, robot, layout, known = naming.raw, naming.robot, naming.layout, naming.known
-    if known is PLAIN:
-        _check_near_misses(raw, robot)
-    if layout is None or layout.known is not known or known in (PLAIN, NAMED):
+    """Check columns that were recognised, and tell the user of them."""
+    raw, robot, known = naming.raw, naming.robot, naming.known
+    if known.columns is NAMED.columns:
         return []
-    if layout.size > robot.n and not known.by_name and not known.more:
-        raise InputError(
-            f"{raw.path}: holds {layout.size} joints ({known.title}), but robot {robot.name!r} has {robot.n}: is "
-            "it the right robot?"
-        )
-    return [f"columns of: {known.title}"]
+    if not naming.is_plain:
+        if known.size > robot.n and not known.by_name and not known.more:
+            raise InputError(
+                f"{raw.path}: holds {known.size} joints ({known.title}), but robot {robot.name!r} has {robot.n}: "
+                "is it the right robot?"
+            )
+        return [f"columns of: {known.title}"]
+    patterns = [PLAIN.columns[kind][0] for kind in QUANTITIES]
+    plain = {"t"} | {pattern.replace("{}", str(j)) for pattern in patterns for j in range(1, robot.n + 1)}
+    time = time_column(raw.names, PLAIN)
+    for name in raw.names:
+        if name in plain or name == time:
+            continue
+        match = re.fullmatch(r"([a-z]+?)0*(\d*)", re.sub(r"[\[(].*?[\])]|[^a-z0-9]", "", name.lower()))
+        meant = _ALIASES.get(match[1], match[1]) + match[2] if match else name
+        if meant in plain and (meant not in raw.names or meant == name.strip().lower()):
+            raise InputError(f"{raw.path}: column {name!r} looks like {meant!r}: rename it, or give a log map")
+        if re.fullmatch(r"(q|qd|tau|i)(\d+)", name):
+            joints = f"robot {robot.name!r} has {robot.n} joints"
+            raise InputError(f"{raw.path}: column {name!r}, but {joints}: is it the right robot?")
+    return []
 
 
 def _load(naming: Naming, gains: Sequence[float] | None) -> tuple[str, list[str]]:
@@ -371,7 +363,7 @@ def _load(naming: Naming, gains: Sequence[float] | None) -> tuple[str, list[str]
                 f"give --drive-gains, {n} numbers in N·m/A"
             )
         # The controller's own prediction does not stand in the place of a measured torque.
-        computed = naming.columns("torque_reference") if naming.known is not PLAIN else ()
+        computed = () if naming.is_plain else naming.columns("torque_reference")
         if computed and set(computed) <= set(raw.names):
             raise InputError(
                 f"{raw.path}: {computed[0]} and so on are what the controller computes, not what was measured: "
@@ -390,22 +382,6 @@ def _load(naming: Naming, gains: Sequence[float] | None) -> tuple[str, list[str]
         )
     both = set(torques) <= set(raw.names)
     return "current", ["has torques too; currents and drive gains are used"] * both
-
-
-def _check_near_misses(raw: RawLog, robot: Robot) -> None:
-    patterns = [PLAIN.columns[kind][0] for kind in QUANTITIES]
-    known = {"t"} | {pattern.replace("{}", str(j)) for pattern in patterns for j in range(1, robot.n + 1)}
-    time = time_column(raw.names, PLAIN)
-    for name in raw.names:
-        if name in known or name == time:
-            continue
-        match = re.fullmatch(r"([a-z]+?)0*(\d*)", re.sub(r"[\[(].*?[\])]|[^a-z0-9]", "", name.lower()))
-        meant = _ALIASES.get(match[1], match[1]) + match[2] if match else name
-        if meant in known and (meant not in raw.names or meant == name.strip().lower()):
-            raise InputError(f"{raw.path}: column {name!r} looks like {meant!r}: rename it, or give a log map")
-        if re.fullmatch(r"(q|qd|tau|i)(\d+)", name):
-            joints = f"robot {robot.name!r} has {robot.n} joints"
-            raise InputError(f"{raw.path}: column {name!r}, but {joints}: is it the right robot?")
 
 
 def check_missing(raw: RawLog, columns: Sequence[str]) -> None:

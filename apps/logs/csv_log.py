@@ -169,11 +169,7 @@ class _Text:
         return values.reshape(-1, per_row)[:, wanted] if per_row else values
 
     def _rows(self, lines: Iterable[str], indices: list[int]) -> Iterator[str]:
-        """Rows as wide as the header: without remarks and empty lines, and without a last row that is cut.
-
-        Raises:
-            InputError: names the first line that has more or fewer cells.
-        """
+        """Rows as wide as the header: without remarks and empty lines, and without a last row that is cut."""
         dialect, width, count = self._dialect, len(self._names), 0
         delimiter = dialect.delimiter
         for number, line in enumerate(lines, dialect.before + 1):
@@ -198,8 +194,7 @@ class _Text:
     def _bad_width(self, line: int, count: int) -> InputError:
         names = self._names
         if count < len(names):
-            advice = f"{names[count]!r} and what follows it is missing" if count + 1 < len(names) else (
-                f"{names[count]!r} is missing")  # fmt: skip
+            advice = f"{names[count]!r}{' and what follows it' if count + 1 < len(names) else ''} is missing"
         elif self._dialect.delimiter == "," and count > 1.5 * len(names):
             advice = "numbers need decimal points, or semicolons between them"
         else:
@@ -273,11 +268,7 @@ def dialect_of(path: Path, layout: Layout) -> Dialect:
 
 
 def _encoding(path: Path) -> str:
-    """The encoding by the first bytes.
-
-    Raises:
-        InputError: if these are no text's.
-    """
+    """The encoding by the first bytes."""
     if path.suffix.lower() in _SPREADSHEETS and path.is_file():
         raise InputError(f"{path}: a spreadsheet: save it as CSV (Excel: Save As, 'CSV UTF-8') and give that file")
     with _binary(path) as stream:

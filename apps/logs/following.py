@@ -26,6 +26,7 @@ from .read import named, read_beside, read_recording
 Missed = Literal["following error", "unpredicted torque", "torque"]
 """Commanded less measured position; measured torque less that which the controller predicted; the torque itself,
 where the log holds neither."""
+_Clear = Literal["fell", "rose", "no clear change"]
 _REFERENCES: tuple[tuple[str, Missed], ...] = (
     ("position_reference", "following error"),
     ("torque_reference", "unpredicted torque"),
@@ -60,7 +61,7 @@ class Change(Document, frozen=True):
     after: float
     fall: float
     interval: tuple[float, float]
-    clear: Literal["fell", "rose", "no clear change"]
+    clear: _Clear
 
 
 class FollowingChange(Document, frozen=True):
@@ -165,6 +166,5 @@ def _change(name: str, before: Array, after: Array, block: NDArray[np.intp]) -> 
     half = student95(count - 1) * sigma
     rms = [float(np.sqrt(x.mean())) for x in (before, after)]
     low, high = 1.0 - float(np.exp(value + half)), 1.0 - float(np.exp(value - half))
-    clear: Literal["fell", "rose", "no clear change"]
-    clear = "fell" if low > 0.0 else "rose" if high < 0.0 else "no clear change"
+    clear: _Clear = "fell" if low > 0.0 else "rose" if high < 0.0 else "no clear change"
     return Change(name, rms[0], rms[1], 1.0 - float(np.exp(value)), (low, high), clear)

@@ -270,6 +270,11 @@ def smallest_step(values: Array) -> float:
     return float(gaps.min()) if np.abs(multiples - np.rint(multiples)).max() < _WHOLE else 0.0
 
 
+def longest(recordings: Sequence[Recording]) -> Recording:
+    """The one of several pieces that lasts longest."""
+    return max(recordings, key=lambda piece: float(piece.t[-1] - piece.t[0]))
+
+
 def _mistake(robot: Robot, recording: Recording, currents: bool) -> str | None:
     """Say why the recording would be refused by any command; the size of a current says nothing."""
     scaled = dataclasses.replace(recording, torque=_GAIN * recording.torque) if currents else recording
@@ -315,35 +320,31 @@ class RobotFits(Document, frozen=True):
 def robot_fits(path: str | Path, log_map: LogMap | None = None) -> RobotFits:
     """Try all shipped robots on a log.
 
-    Args:
-        path: the file or folder.
-        log_map: which columns, units, side and signs.
-
     Raises:
         InputError: if the log cannot be opened at all.
     """
     log_map = log_map or LogMap()
     raw = open_log(path, log_map)
-    longest = dict[object, Recording | InputError]()  # the longest piece, read once for robots of the same columns
+    read = dict[object, Recording | str]()  # read once for robots of the same columns
     fitting, others, faults = list[RobotFit](), dict[str, str](), list[str]()
     for robot in map(load_robot, robot_names()):
         try:
             log_map.check(robot.n)
             naming = Naming(raw, log_map, robot)
-            currents = naming.holds("current") and not naming.holds("torque")
+            currents = naming.holds_currents_only
             gains = [1.0] * robot.n if currents else None
-            key = choose(raw, log_map, robot, gains), robot.coupling if currents else None
-            if key not in longest:
-                try:
-                    pieces = read_recordings(raw.path, robot, gains, log_map)
-                    longest[key] = max(pieces, key=lambda piece: float(piece.t[-1] - piece.t[0]))
-                except InputError as refusal:
-                    longest[key] = refusal
-            recording = longest[key]
-            if isinstance(recording, InputError):
-                raise recording
+            columns, _ = choose(naming, gains)
         except InputError as refusal:
             faults.append(str(refusal))
+            continue
+        key = tuple(columns.items()), robot.coupling if currents else None
+        if key not in read:
+            try:
+                read[key] = longest(read_recordings(raw.path, robot, gains, log_map))
+            except InputError as refusal:
+                read[key] = str(refusal)
+        if isinstance(recording := read[key], str):
+            faults.append(recording)
             continue
         if mistake := _mistake(robot, recording, currents):
             others[robot.name] = mistake
@@ -354,10 +355,8 @@ def robot_fits(path: str | Path, log_map: LogMap | None = None) -> RobotFits:
             left = None
         fitting.append(RobotFit(robot.name, left))
     fitting.sort(key=lambda fit: (fit.residual is None, fit.residual or 0.0))
-    fault = None
-    if not fitting and others:
-        fault = f"{path}: {next(iter(others.values()))}"
-    elif not fitting:
+    fault = next((f"{path}: {mistake}" for mistake in others.values() if not fitting), None)
+    if not fitting and not others:
         # What most robots' columns meet; faults of the file come before those of the number of joints.
         fault = min(faults, key=lambda text: ("missing" in text or "joints" in text, -faults.count(text)))
     return RobotFits(str(path), raw.names, tuple(fitting), tuple(others), fault)

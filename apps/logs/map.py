@@ -42,15 +42,11 @@ _SPELLINGS = {
 }  # fmt: skip
 _Numbers = tuple[Real, ...]
 SI = {"position": "rad", "velocity": "rad/s", "torque": "N·m", "current": "A"}
-_SHORT = {"t": "time", "q": "position", "qd": "velocity", "tau": "torque", "i": "current"}
+SHORT = {"t": "time", "q": "position", "qd": "velocity", "tau": "torque", "i": "current"}
 
 
 def factor(quantity: str, unit: str) -> float:
     """Factor from a number in ``unit`` to SI; "percent" gives the ratio to the rated value.
-
-    Args:
-        quantity: "time", "position", "velocity", "torque" or "current".
-        unit: of that quantity.
 
     Raises:
         InputError: lists the units that are known.
@@ -392,12 +388,7 @@ class LogMap(Table, frozen=True, dict=True):
                 )
 
     def si(self, kind: str, raw: Array) -> Array:
-        """Numbers of a log as joint-side SI values, rows x n.
-
-        Args:
-            kind: of ``QUANTITIES`` or ``REFERENCES``.
-            raw: the columns, rows x n.
-        """
+        """Columns of a quantity or reference, rows x n, as joint-side SI values."""
         quantity, kind = self.quantity(kind), REFERENCES.get(kind, kind)
         values = raw * quantity.factors(kind, raw.shape[1])
         if quantity.side == "motor":  # (8) and by duality (9): tau = G' tau_m
@@ -436,12 +427,12 @@ def with_flags(
     try:
         for entry in units:
             name, _, unit = entry.partition("=")
-            if name not in _SHORT or not unit:
+            if name not in SHORT or not unit:
                 raise InputError(f"--units {entry!r}: give q=, qd=, tau=, i= or t= with a unit, as q=deg")
             rate = re.fullmatch(r"([\d.]+) ?Hz", unit) if name == "t" else None
-            before: Time | Quantity = getattr(log_map, _SHORT[name])
+            before: Time | Quantity = getattr(log_map, SHORT[name])
             changed = Time(rate=float(rate[1])) if rate else replace(before, unit=unit)
-            log_map = replace(log_map, **{_SHORT[name]: changed})
+            log_map = replace(log_map, **{SHORT[name]: changed})
         for kind in QUANTITIES if signs else ():
             if log_map.quantity(kind).sign:
                 raise InputError("--signs and a sign in the log map: give only one of them")
@@ -450,10 +441,8 @@ def with_flags(
             log_map = replace(log_map, joints=tuple(joints))
         if topic:
             log_map = replace(log_map, layout=replace(log_map.layout, topic=topic))
-    except WrongKeyError as fault:
-        raise InputError(f"command line: {fault.problem}") from None
     except InputError:
         raise
-    except ValueError as error:
-        raise InputError(f"command line: {error}") from None
+    except ValueError as error:  # of a key of the map, which nobody typed
+        raise InputError(f"command line: {getattr(error, 'problem', error)}") from None
     return log_map

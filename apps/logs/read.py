@@ -1,9 +1,9 @@
 """From a file to signals in SI units: recordings, poses of the tool, planned motions."""
 
 import hashlib
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from itertools import chain
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 from msgspec.structs import replace
@@ -15,9 +15,9 @@ from ...estimation.diagnosis.kinematics import ToolPoses
 from ...estimation.signals.rows import cut, pieces, typical_step
 from ...model import Processing, Recording, Robot
 from .arrays_log import mat_log, npz_log, parquet_log
-from .columns import Columns, Naming, check_missing, choose
+from .columns import Naming, check_missing, choose
 from .csv_log import csv_log
-from .map import SI, Layout, LogMap, ToolColumns, factor, standard_pose
+from .map import SHORT, SI, Layout, LogMap, factor, standard_pose
 from .ros_bag import ros_bag
 from .table import RawLog
 
@@ -149,10 +149,7 @@ def read_beside(
     """Read one log whole, perhaps with what the controller wanted.
 
     Args:
-        path: the file or folder.
-        robot: as of ``read_recordings``, like ``drive_gains`` and ``log_map``.
-        drive_gains: torque per current.
-        log_map: which columns, units, side and signs.
+        path: as of ``read_recordings``, like what follows it.
         reference: of ``REFERENCES``; empty for none.
 
     Returns:
@@ -163,31 +160,32 @@ def read_beside(
     """
     naming = named(path, robot, log_map)
     raw = naming.raw
-    columns = choose(raw, naming.log_map, robot, drive_gains)
+    columns, chosen = choose(naming, drive_gains)
     log_map, units = _stated(raw, columns, naming.log_map)
-    beside = naming.columns(reference) if reference else ()
-    values, n = raw.whole([*columns.all, *beside]), len(columns.position)
+    if reference:
+        columns[reference] = naming.columns(reference)
+    values = raw.whole(list(chain.from_iterable(columns.values())))
     t, origin, about_time = np.arange(len(values)) / (log_map.time.rate or 1.0), 0.0, list[str]()
-    if columns.time:
-        t, later, origin, about_time = _clock(raw, columns.time, columns.time_unit, values[:, 0])
+    if naming.time:
+        t, later, origin, about_time = _clock(raw, naming.time, naming.time_unit, values[:, 0])
         values = values if later.all() else values[later]
     if len(t) < 2:
         raise InputError(
             f"{raw.path}: {len(t)} rows of numbers, where a recording needs many: record again, or give the "
             "file that holds them"
         )
-    _check_rate(raw, columns.time, t)
-    first, last = int(bool(columns.time)), len(columns.all)
-    _, position, velocity, load, others = np.split(values, [first, first + n, last - n, last], axis=1)
-    q, load = log_map.si("position", position), log_map.si(columns.kind, load)
-    qd = log_map.si("velocity", velocity) if columns.velocity else None
+    _check_rate(raw, naming.time, t)
+    parts = np.split(values, np.cumsum([len(names) for names in columns.values()])[:-1], axis=1)
+    si = {kind: log_map.si(kind, part) for kind, part in zip(columns, parts, strict=True) if kind != "time"}
+    kind = "current" if "current" in si else "torque"
+    q, qd, load = si["position"], si.get("velocity"), si[kind]
     read = hashlib.blake2b(np.ascontiguousarray(np.column_stack([t, q, load])).data, digest_size=16).hexdigest()
     torque, gains = load, tuple[float, ...]()
-    if columns.kind == "current":
+    if kind == "current":
         gains = tuple(drive_gains or ())
         torque = load * (1.0 if drive_gains is None else np.array(drive_gains, dtype=float))
         torque = robot.coupling.joint_torques(torque) if robot.coupling else torque
-    notes = [*raw.notes(), *units, *about_time, *columns.notes]
+    notes = [*raw.notes(), *units, *about_time, *chosen]
     if qd is not None:
         dead = np.flatnonzero(~qd.any(axis=0) & (np.ptp(q, axis=0) > _MOVES))
         if len(dead):
@@ -195,34 +193,27 @@ def read_beside(
             joints = ", ".join(str(j + 1) for j in dead)
             notes.append(f"speeds of joint {joints} are zero throughout: taken from positions")
     noted = tuple(f"{raw.path.name}: {note}" for note in notes)
-    commanded = log_map.si(reference, others) if reference else q[:, :0]
-    return Recording(t, q, torque, qd, str(raw.path), noted, read, gains, origin, raw.gain_sigma), commanded
+    recording = Recording(t, q, torque, qd, str(raw.path), noted, read, gains, origin, raw.gain_sigma)
+    return recording, si.get(reference, q[:, :0])
 
 
-def _stated(raw: RawLog, columns: Columns, log_map: LogMap) -> tuple[LogMap, list[str]]:
-    """A log map with the units that the file itself tells, where the map says none, and what to say of these.
-
-    Raises:
-        InputError: if a unit is not known.
-    """
+def _stated(raw: RawLog, columns: Mapping[str, Sequence[str]], log_map: LogMap) -> tuple[LogMap, list[str]]:
+    """A log map with the units that the file itself tells, where the map says none, and what to say of these."""
     texts = []
-    for kind, names, option in (
-        ("position", columns.position, "q"),
-        ("velocity", columns.velocity, "qd"),
-        (columns.kind, columns.load, "i" if columns.kind == "current" else "tau"),
-    ):
-        stated, quantity = tuple(raw.units.get(name, "") for name in names), log_map.quantity(kind)
-        if quantity.unit or not any(stated):
+    for option, kind in SHORT.items():
+        names = columns.get(kind, ()) if kind != "time" else ()
+        stated = [raw.units.get(name, "") for name in names]
+        if not any(stated) or log_map.quantity(kind).unit:
             continue
         units = tuple(unit or SI[kind] for unit in stated)
         try:
             for unit in units:
                 factor(kind, unit)
-            log_map = replace(log_map, **{kind: replace(quantity, unit=units)})
         except ValueError as error:
             raise InputError(
                 f"{raw.path}: column {names[0]!r}: {error} (--units {option}={SI[kind]} takes another one)"
             ) from None
+        log_map = replace(log_map, **{kind: replace(log_map.quantity(kind), unit=units)})
         texts.append(f"{kind} {', '.join(dict.fromkeys(units))}")
     return log_map, [f"units as the file tells them: {'; '.join(texts)}"] if texts else []
 
@@ -284,26 +275,6 @@ def _check_rate(raw: RawLog, column: str, t: Array) -> None:
         )
 
 
-def holds_currents_only(path: str | Path, robot: Robot, log_map: LogMap | None = None) -> bool:
-    """Tell whether a log carries currents but no torques.
-
-    Raises:
-        InputError: if it cannot be opened.
-    """
-    naming = named(path, robot, log_map)
-    return naming.holds("current") and not naming.holds("torque")
-
-
-def holds_torques(path: str | Path, robot: Robot, log_map: LogMap | None = None) -> bool:
-    """Tell whether a log carries torques or currents.
-
-    Raises:
-        InputError: if it cannot be opened.
-    """
-    naming = named(path, robot, log_map)
-    return naming.holds("torque") or naming.holds("current")
-
-
 def read_tool_poses(path: str | Path, robot: Robot, log_map: LogMap | None = None) -> ToolPoses | None:
     """Read joint positions and tool poses of a log.
 
@@ -329,43 +300,33 @@ def read_tool_poses(path: str | Path, robot: Robot, log_map: LogMap | None = Non
     if len(values) < 4:
         raise InputError(f"{raw.path}: {len(values)} rows of numbers: a tool pose is compared from 4 on")
     q, place, turn = np.split(values, [robot.n, robot.n + 3], axis=1)
-    rotations = _rotations(raw, pose, turn) if pose.rotation else None
-    return ToolPoses(str(raw.path), log_map.si("position", q), place * factor("position", pose.unit), rotations)
-
-
-def _rotations(raw: RawLog, pose: ToolColumns, values: Array) -> Array:
+    q, place = log_map.si("position", q), place * factor("position", pose.unit)
+    if not pose.rotation:
+        return ToolPoses(str(raw.path), q, place, None)
     from scipy.spatial.transform import Rotation
 
     if pose.form == "quaternion":
-        norms = np.linalg.norm(values, axis=1)
+        norms = np.linalg.norm(turn, axis=1)
         k = int(np.argmax(abs(norms - 1.0)))
         if abs(norms[k] - 1.0) > 0.01:
             raise InputError(
                 f"{raw.path}: {raw.place(k)}, columns {', '.join(pose.rotation)}: a quaternion of length "
                 f"{norms[k]:.3g}: it must be 1"
             )
-        return np.asarray(Rotation.from_quat(values).as_matrix())
-    values = values * factor("position", pose.rotation_unit)
-    turned = Rotation.from_euler("xyz", values) if pose.form == "rpy" else Rotation.from_rotvec(values)
-    return np.asarray(turned.as_matrix())
+        turned = Rotation.from_quat(turn)
+    else:
+        turn = turn * factor("position", pose.rotation_unit)
+        turned = Rotation.from_euler("xyz", turn) if pose.form == "rpy" else Rotation.from_rotvec(turn)
+    return ToolPoses(str(raw.path), q, place, np.asarray(turned.as_matrix()))
 
 
-class TrajectoryTable(NamedTuple):
-    """A planned motion as a file holds it: times [s], positions, and speeds and accelerations where it has them."""
-
-    t: Array
-    q: Array
-    qd: Array | None
-    qdd: Array | None
-
-
-def read_trajectory(path: str | Path, robot: Robot) -> TrajectoryTable:
+def read_trajectory(path: str | Path, robot: Robot) -> tuple[Array, Array, Array | None, Array | None]:
     """Read a planned motion: columns ``t``, ``q1..qn``, ``qd1..qdn`` and ``qdd1..qddn`` or without the last ones.
 
     Other columns are not used; SI units.
 
-    Args:
-        robot: tells how many joints there are.
+    Returns:
+        Times, positions, and speeds and accelerations where the file has them.
 
     Raises:
         InputError: names the file, line and column of whatever cannot be used.
@@ -405,4 +366,4 @@ def read_trajectory(path: str | Path, robot: Robot) -> TrajectoryTable:
             f"{raw.path}: {raw.place(k + 1)}, column 't': {steps[k]:g} s missing after {t[k]:g} s: plan "
             "every moment"
         )
-    return TrajectoryTable(t, q, qd if qd.shape[1] else None, qdd if qdd.shape[1] else None)
+    return t, q, qd if qd.shape[1] else None, qdd if qdd.shape[1] else None

@@ -29,7 +29,13 @@ def ros_bag(path: Path, layout: Layout) -> RawLog:
     joints: dict[str, set[str]] = {}
     topic = layout.topic
     with _reader(path) as reader:
-        topic = _topic(path, reader, topic)
+        topics = sorted({connection.topic for connection in reader.connections if connection.msgtype == _TYPE})
+        if topic and topic not in topics:
+            raise InputError(f"{path}: no topic {topic!r} with {_TYPE}; found {', '.join(topics) or 'none'}")
+        if not topic and len(topics) != 1:
+            advice = f" ({', '.join(topics)}): choose one by --topic" if topics else ": record /joint_states"
+            raise InputError(f"{path}: {len(topics)} topics with {_TYPE}{advice}")
+        topic = topic or topics[0]
         for count, (_, message) in enumerate(_messages(reader, topic)):
             for place, joint in enumerate(message.name):
                 fields = {field for field in _FIELDS if len(getattr(message, field)) > place}
@@ -63,12 +69,11 @@ def _rows(
         if missing:
             raise InputError(f"{path}: a message of {topic} lacks joint {missing[0]!r}, which others hold")
         first = stamp if first is None else first
-        yield [_entry(message, field[1], place[field[0]]) if field else 1e-9 * (stamp - first) for field in fields]
-
-
-def _entry(message: Any, field: str, place: int) -> float:
-    values = getattr(message, field)
-    return float(values[place]) if place < len(values) else float("nan")
+        row = []
+        for field in fields:
+            values = getattr(message, field[1])[place[field[0]] :] if field else [1e-9 * (stamp - first)]
+            row.append(float(values[0]) if len(values) else float("nan"))
+        yield row
 
 
 @contextmanager
@@ -79,18 +84,6 @@ def _reader(path: Path) -> Iterator[Any]:
     kind, remedy = "a ROS 2 bag", "copy or record it again"
     with reading(path, kind, remedy), highlevel.AnyReader([path], default_typestore=store) as reader:
         yield reader
-
-
-def _topic(path: Path, reader: Any, topic: str) -> str:
-    topics = sorted({connection.topic for connection in reader.connections if connection.msgtype == _TYPE})
-    if topic and topic not in topics:
-        raise InputError(f"{path}: no topic {topic!r} with {_TYPE}; found {', '.join(topics) or 'none'}")
-    if not topic and len(topics) != 1:
-        raise InputError(
-            f"{path}: {len(topics)} topics with {_TYPE}"
-            + (f" ({', '.join(topics)}): choose one by --topic" if topics else ": record /joint_states")
-        )
-    return topic or topics[0]
 
 
 def _messages(reader: Any, topic: str) -> Iterator[tuple[int, Any]]:

@@ -236,7 +236,7 @@ def test_nothing_is_drawn_where_nobody_looks(
 ) -> None:
     """Not an empty line either."""
     monkeypatch.delenv("FORCE_COLOR", raising=False)
-    with speaking(manner), bar("reducing") as progress:
+    with speaking(manner, "fleet"), bar("reducing") as progress:
         progress(0.5)
         progress(1.0)
     assert capsys.readouterr().err == ""

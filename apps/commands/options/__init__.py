@@ -1,7 +1,6 @@
 """Options that several commands share: declared once, read once, handed on as frozen values."""
 
 from ..entry import Options as Options
-from .knowledge import FrictionOptions as FrictionOptions
 from .knowledge import GainOptions as GainOptions
 from .knowledge import KnowledgeOptions as KnowledgeOptions
 from .outputs import EquationOptions as EquationOptions

@@ -10,8 +10,8 @@ from typing import Annotated
 
 from .... import estimation, model
 from ....common.errors import InputError
-from ..entry import DRIVES, KNOWN, RARE, Options, about, options
-from ..values import Bounds, Share, Weighed, gain_errors, numbers, word
+from ..entry import DRIVES, KNOWN, Options, about, options
+from ..values import Bounds, Weighed, gain_errors, numbers, word
 from .recordings import Setup
 
 _FROM_ROBOT = (
@@ -65,20 +65,6 @@ class KnowledgeOptions(Options):
             with about("--ellipsoid"):
                 constraints.append(estimation.InEllipsoid(self.ellipsoid[:3], self.ellipsoid[3:]))
         return constraints
-
-
-@options()
-class FrictionOptions(Options):
-    """How far friction under load may differ from the robot's own."""
-
-    friction_change: Annotated[Share | None, RARE] = None
-    """Methods 3, 4 and --robot-parameters: by how much friction under load may differ from the robot's own, 1
-    sigma, 0 for not at all (default: 10%)."""
-
-    @property
-    def change(self) -> float:
-        """The change that was given, or the default."""
-        return estimation.FRICTION_CHANGE if self.friction_change is None else self.friction_change
 
 
 @options(DRIVES)

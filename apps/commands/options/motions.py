@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal, NamedTuple
 
@@ -26,6 +27,7 @@ from ..values import (
     names_list,
     number,
     numbers,
+    numbers_or,
     positive_number,
     share,
     word,
@@ -54,11 +56,6 @@ def _acceleration(text: str) -> float | tuple[float, ...]:
     return checked(factor, 0.0 < factor < 1e6, text, "a factor such as 3x")
 
 
-def _torques(text: str) -> tuple[float, ...] | str:
-    """The word "none"; or a number per joint."""
-    return text if text == "none" else numbers(text)
-
-
 def region(text: str) -> tuple[tuple[float, ...], bool]:
     """Radius or three half axes [m], and whether they are half edges of a box."""
     half = numbers(text.removeprefix("box:"))
@@ -73,7 +70,7 @@ _Level = float | tuple[float, ...]
 _Noise = Annotated[tuple[_Level | None, float | None], word(_noise, "S|S1,S2,..[@HZ]")]
 _Columns = Annotated[tuple[str, ...], word(names_list, "NAME,..|payload")]
 _Acceleration = Annotated[_Level, word(_acceleration, "A|A1,A2,..")]
-_Torques = Annotated[str | tuple[float, ...], word(_torques, "T|T1,T2,..")]
+_Torques = Annotated[str | tuple[float, ...], word(partial(numbers_or, "none"), "T|T1,T2,..")]
 _Heaviest = Annotated[str, Reads("heaviest payload"), Parameter(metavar="KG[@X,Y,Z]|TOML")]
 _Region = Annotated[tuple[tuple[float, ...], bool], word(region, "R|A,B,C|box:A,B,C")]
 
@@ -86,18 +83,13 @@ class NoiseOptions(Options):
     """Sigma per joint [N·m or N], or 10% of the limits; @HZ: independent samples a second (default: 100)."""
 
     @property
-    def level(self) -> float | tuple[float, ...] | None:
-        """Share of the limits, or standard deviations per joint."""
-        return self.torque_noise[0] if self.torque_noise else None
-
-    @property
     def rate(self) -> float:
         """Independent samples a second [Hz]."""
         return (self.torque_noise[1] if self.torque_noise else None) or RATE
 
     def sigma(self, bounds: trajectories.JointBounds) -> Array | None:
         """Standard deviations per joint as asked for."""
-        noise, n = self.level, len(bounds.torque)
+        noise, n = self.torque_noise[0] if self.torque_noise else None, len(bounds.torque)
         if isinstance(noise, float):
             if not np.isfinite(bounds.torque).all():
                 raise InputError(

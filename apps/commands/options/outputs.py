@@ -20,7 +20,7 @@ from ..progress import note, quiet, status
 from ..values import NewFile, NewFolder, NewPage, Reads, Stream
 
 if TYPE_CHECKING:
-    from ...report import Provenance, Report
+    from ...report import Report
     from ...view.moving import View
 
 
@@ -66,25 +66,25 @@ class PageOptions(ResultOptions):
     plots: NewFolder | None = None
     """Write its figures as PNG, SVG and PDF; made if missing."""
 
+    def give(self, shown: Report, document: Callable[[], Any], settings_text: Mapping[str, str]) -> None:
+        """Print the screen, and write document, page and figures, as far as they were asked for."""
+        self.show(shown)
+        self.write_json(document)
+        self.write_page(shown, settings_text)
+
     def write_page(self, shown: Report, settings_text: Mapping[str, str]) -> None:
         """Write page and figures, as far as they were asked for; ``settings_text``: of processing."""
         if self.report:
-            report.write_report(self.report, shown, self.provenance(settings_text))
-            if (path := CALL.get().settings_file(self.report)) is not None:
-                write_text(path, settings().settings_text(CALL.get()))
+            call = CALL.get()
+            named = ((role, path) for _, role, path in call.named(Reads) if role != "options")
+            files = [report.SourceFile(role, path, checksum(path)) for role, path in named if Path(path).is_file()]
+            command, when = shlex.join(["dynident", *call.words]), report.provenance.now()
+            made_from = report.Provenance(command, when, tuple(files), versions(), settings_text)
+            report.write_report(self.report, shown, made_from)
+            if (beside := call.settings_file(self.report)) is not None:
+                write_text(beside, settings().settings_text(call))
         if self.plots:
             report.write_plots(self.plots, shown)
-
-    def provenance(self, settings: Mapping[str, str]) -> Provenance:
-        """What the report was made from.
-
-        Args:
-            settings: in words.
-        """
-        named = ((role, path) for _, role, path in CALL.get().named(Reads) if role != "options")
-        files = tuple(report.SourceFile(role, path, checksum(path)) for role, path in named if Path(path).is_file())
-        command = shlex.join(["dynident", *CALL.get().words])
-        return report.Provenance(command, report.provenance.now(), files, versions(), settings)
 
 
 @options(FILES)

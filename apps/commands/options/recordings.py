@@ -48,7 +48,7 @@ class Setup:
             recordings = [
                 piece
                 for path in each(paths, lambda path: f"reading {path}", progress)
-                for piece in self.pieces(path)
+                for piece in logs.read_recordings(path, self.robot, self.gains, self.log_map, self.processing)
             ]
         for text in (text for recording in recordings for text in recording.notes):
             about = text.split(": ", 1)[1]
@@ -57,10 +57,6 @@ class Setup:
                 note(text)
         return recordings
 
-    def pieces(self, path: str) -> tuple[model.Recording, ...]:
-        """A recording, split where rows are missing."""
-        return logs.read_recordings(path, self.robot, self.gains, self.log_map, self.processing)
-
     def in_words(self) -> dict[str, str]:
         """Robot and processing for the report."""
         robot, processing, grid_rate = self.robot, self.processing, self.processing.equation_rate
@@ -68,17 +64,15 @@ class Setup:
         slow = f"{100.0 * processing.slow_fraction:g} % of a joint's largest speed"
         if any(speeds):
             slow += f", and {', '.join(f'{speed:g}' for speed in speeds)} rad/s or m/s"
+        cutoff = f"{processing.cutoff:g} Hz" if processing.cutoff else "none"
+        gains = ", ".join(f"{gain:g}" for gain in self.gains or ())
         words = {
             "robot": f"{robot.title or robot.name} ({robot.name})",
             "sampling rate": f"{processing.rate:g} Hz" if processing.rate else "the recording's own",
-            "low-pass (Butterworth, 4th order, zero phase)": f"{processing.cutoff:g} Hz"
-            if processing.cutoff
-            else "none",
+            "low-pass (Butterworth, 4th order, zero phase)": cutoff,
             "decimation": str(processing.decimate) if grid_rate is None else f"to {grid_rate:g} Hz",
             "slow rows left out below": slow,
-            "drive gains [N·m/A]": ", ".join(f"{gain:g}" for gain in self.gains)
-            if self.gains
-            else "torques were read",
+            "drive gains [N·m/A]": gains or "torques were read",
             "offset of each joint": "identified" if robot.drives.offsets else "none",
         }
         if robot.coupling is not None:

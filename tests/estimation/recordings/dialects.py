@@ -2,10 +2,11 @@
 
 import gzip
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
-from dynident.apps.logs.columns import KNOWN, Known, Recognised
+from dynident.apps.logs.columns import KNOWN, Known
 from dynident.model import Robot
 
 UNITS = {"time": "s", "position": "rad", "velocity": "rad/s", "torque": "Nm", "current": "A"}
@@ -22,7 +23,7 @@ class Sheet(NamedTuple):
 def sheet_of(known: Known, robot: Robot, signals: Mapping[str, np.ndarray]) -> Sheet:
     """The signals as a recorder calls them, with currents where it knows of no torque."""
     joints = robot.joint_names[0] if known.by_name else ()
-    layout = Recognised(known, ("/robot/",), tuple(joints), robot.n)
+    layout = replace(known, prefixes=("/robot/",))
     load = "torque" if "torque" in known.columns else "current"
     time = known.time[0] if known.time else "__time" if "*" in known.columns["position"][0] else "timestamp"
     names, units = [time], [known.time_unit or "s"]
