@@ -9,7 +9,7 @@ import re
 from collections.abc import Sequence
 from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from ...common.files import made_folder, write_text
 from .blocks import Block, Drawing, Report
@@ -46,7 +46,8 @@ def page_html(report: Report, provenance: Provenance) -> str:
 
 def blocks_html(blocks: Sequence[Block]) -> str:
     """Some blocks alone."""
-    return str(_environment().get_template("blocks.html").module.show(blocks))  # type: ignore[attr-defined]
+    templates: Any = _environment().get_template("blocks.html").module
+    return str(templates.show(blocks))
 
 
 @cache

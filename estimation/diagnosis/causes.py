@@ -102,7 +102,7 @@ class Comparison:
             torque = part.torque.T + system.torque - system.states.torque.T
             # Where torques alone differ the columns are there.
             same = robot is None and np.array_equal(part.q, system.states.q)
-            same = same and np.array_equal(part.keep.T, system.keep)
+            same = same and np.array_equal(part.keep, system.states.keep)
             try:
                 changed = replace(system, torque=torque) if same else System.of(robot or self.robot, part)
             except InputError:  # outside the table of a spring
@@ -111,7 +111,7 @@ class Comparison:
                 other = fit.likelihood(torque)
             else:
                 other = self._fitted(changed, fit.weights).likelihood()
-            both = system.keep & part.keep.T
+            both = system.keep & changed.keep
             rise = np.bincount(part.block, np.sum((other - likelihood) * both, axis=0), BLOCKS)
             error = float(np.std(rise, ddof=1)) / np.sqrt(len(rise))
             fall = 1.0 - float(np.exp(-2.0 * rise.sum() / max(int(both.sum()), 1)))

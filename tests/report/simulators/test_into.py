@@ -60,15 +60,21 @@ def by_mujoco(path: Path, states: tuple[Array, ...], names: tuple[str, ...]) -> 
     return np.array(rows)
 
 
+def written_as(kind: str, own: Path) -> Path:
+    """The user's URDF, or MuJoCo's model of it."""
+    if kind == "urdf":
+        return own
+    mujoco = pytest.importorskip("mujoco")
+    path = own.with_suffix(".xml")
+    spec = mujoco.MjSpec.from_file(str(own))
+    spec.compile()
+    path.write_text(spec.to_xml(), encoding="utf-8")
+    return path
+
+
 @pytest.mark.parametrize("kind", ["urdf", "mjcf"])
 def test_a_users_model_moves_as_the_robot(kind: str, own: Path, whole: WholeRobot) -> None:
-    path = own
-    if kind == "mjcf":
-        mujoco = pytest.importorskip("mujoco")
-        path = own.with_suffix(".xml")
-        spec = mujoco.MjSpec.from_file(str(own))
-        spec.compile()
-        path.write_text(spec.to_xml(), encoding="utf-8")
+    path = written_as(kind, own)
     before = path.read_text(encoding="utf-8")
     changed = into(kind, str(path), whole, ["a head"])
     path.write_text(changed.text, encoding="utf-8")
@@ -111,13 +117,7 @@ def test_comments_and_namespaces_of_the_user_stay(own: Path, whole: WholeRobot) 
 @pytest.mark.parametrize("kind", ["urdf", "mjcf"])
 def test_what_does_not_change_stays_byte_for_byte(kind: str, own: Path, whole: WholeRobot) -> None:
     """Odd blanks, quotes, entities and line ends: what is put in or replaced are whole elements or attributes."""
-    path = own
-    if kind == "mjcf":
-        mujoco = pytest.importorskip("mujoco")
-        path = own.with_suffix(".xml")
-        spec = mujoco.MjSpec.from_file(str(own))
-        spec.compile()
-        path.write_text(spec.to_xml(), encoding="utf-8")
+    path = written_as(kind, own)
     odd = "\n <!-- a > b -->  <custom\t>\r\n<text name = 'odd&quot;s'   data=\"damping='3' >\"  />\n</custom >\n"
     end = "</robot>" if kind == "urdf" else "</mujoco>"
     text = path.read_text(encoding="utf-8").replace("><", ">\n<")  # a tag a line
