@@ -23,7 +23,7 @@ from dynident.estimation import payload_estimate, payload_problem
 from dynident.estimation.payload.methods import recommended_method, usable_methods
 from dynident.estimation.payload.result import constrain_payload
 from dynident.model import InertialParameters, Motion
-from dynident.model.drives import FRICTION, parameter_kind
+from dynident.model.friction import is_friction
 from rich.console import Console
 from rich.progress import track
 from rich.table import Table
@@ -77,7 +77,7 @@ def _rms(values: Array) -> Array:
 def carried(name: str, motion: Motion, load: InertialParameters | None) -> Array:
     """Torque of arm and payload without friction [N·m], N x n."""
     values = invented.robot(name).parameters
-    rigid = {key: 0.0 if parameter_kind(key) in FRICTION else value for key, value in values.items()}
+    rigid = {key: 0.0 if is_friction(key) else value for key, value in values.items()}
     return invented.simulator(name).measure(motion, load, rigid).torque
 
 

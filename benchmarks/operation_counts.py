@@ -35,7 +35,7 @@ def operation_counts(function: ca.Function) -> tuple[int, int, int, int]:
 
 def rigid_bodies() -> Iterator[str]:
     """Rows of the comparison with SYMORO+: RX90, 36 base parameters of the links, no drives."""
-    robot = replace(load_robot("rx90"), drives=Drives(rotor_inertia=False, friction=False))
+    robot = replace(load_robot("rx90"), drives=Drives(rotor_inertia=False, friction=()))
     base = base_parameters(robot)
     functions = (inverse_dynamics_base(robot, base), base_regressor(robot, base))
     for (name, (multiplications, additions)), function in zip(SYMORO.items(), functions, strict=True):

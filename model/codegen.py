@@ -40,6 +40,7 @@ _MEANING = {
     "Q": "torques against gravity, without the spring [N m or N]",
     "A": "inertia matrix, rotors included",
     "chi": "parameters (SI units)",
+    "load": "torques of links, payload and spring, which the gears carry [N m or N]",
     "Phi": "regressor: torque = Phi * parameters (SI units)",
 }
 

@@ -3,16 +3,14 @@
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from itertools import pairwise
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
 import casadi as ca
 import numpy as np
 
 from ..common.arrays import Array
 from ..common.errors import InputError
-
-FRICTION = ("FS", "FV", "OFF", "FVM", "FSM")
-"""Kinds of friction, constant torques among them."""
+from .friction import PAPER, Friction
 
 
 def parameter_kind(name: str) -> str:
@@ -22,7 +20,6 @@ def parameter_kind(name: str) -> str:
 
 SPRING = "SPRING"
 """Kind of the parameter that is 1 where a spring's torque is a column."""
-_ONE = ca.SX(1)
 
 
 @dataclass(frozen=True)
@@ -131,14 +128,14 @@ class Drives:
 
     Attributes:
         rotor_inertia: IA of (3).
-        friction: FS and FV of (2).
+        friction: its terms; FS and FV of (2) by default.
         offsets: a constant torque OFF per joint.
         side: where torque is measured: at the motor, whatever its unit, or by sensors on the link side of the gear,
             which see no rotor. Bearings and seals behind them may still rub.
     """
 
     rotor_inertia: bool = True
-    friction: bool = True
+    friction: tuple[Friction, ...] = PAPER
     offsets: bool = False
     coupling: Coupling | None = None
     spring: Spring | None = None
@@ -151,7 +148,16 @@ class Drives:
         for joint in named:
             if not 1 <= joint <= n:
                 raise ValueError(f"drives name joint {joint}, the robot has joints 1 to {n}")
-        if self.coupling and not (self.rotor_inertia and self.friction):
+        for term in self.friction:
+            if any(not 1 <= joint <= n for joint in term.joints):
+                raise ValueError(f"friction {term.kind} names joints {term.joints}, the robot has joints 1 to {n}")
+        for joint in range(1, n + 1):
+            kinds = [term.kind for term in self.friction if term.at(joint)]
+            if len(set(kinds)) < len(kinds):
+                raise ValueError(f"joint {joint} has a term of friction twice: {', '.join(kinds)}")
+        if self.offsets and any(term.kind == "FA" for term in self.friction):
+            raise ValueError("friction FA and the offsets are one column of a joint that moves: leave out one")
+        if self.coupling and not (self.rotor_inertia and set(PAPER) <= set(self.friction)):
             raise ValueError("coupled drives need rotor inertia and friction")
         if self.side == "link" and self.rotor_inertia:
             raise ValueError("sensors on the link side see no rotor inertia")
@@ -159,11 +165,17 @@ class Drives:
     @staticmethod
     def on_link_side() -> "Drives":
         """What torque sensors behind the gear see of a drive: an offset of their own, no rotor, no friction."""
-        return Drives(rotor_inertia=False, friction=False, offsets=True, side="link")
+        return Drives(rotor_inertia=False, friction=(), offsets=True, side="link")
+
+    @property
+    def loaded(self) -> bool:
+        """Whether some friction depends on the torque that a gear carries."""
+        return any(term.loaded for term in self.friction)
 
     def names(self, joint: int) -> tuple[str, ...]:
         """Names of one joint's drive parameters, in the order of (6), the offset last."""
-        kinds = ("IA",) * self.rotor_inertia + ("FS", "FV") * self.friction + ("OFF",) * self.offsets
+        friction = tuple(term.kind for term in self.friction if term.at(joint))
+        kinds = ("IA",) * self.rotor_inertia + friction + ("OFF",) * self.offsets
         return tuple(f"{kind}{joint}" for kind in kinds)
 
     def spring_names(self, joint: int) -> tuple[str, ...]:
@@ -176,30 +188,66 @@ class Drives:
         return (f"FVM{self.coupling.joints[1]}", f"FSM{self.coupling.joints[1]}") if self.coupling else ()
 
 
+class DriveState(NamedTuple):
+    """State of the joints that drives depend on; each n x 1, or as arrays n x N.
+
+    ``load``: torques of links, payload and spring [N·m or N], which the gears carry.
+    """
+
+    q: Any
+    qd: Any
+    qdd: Any
+    load: Any
+
+
+Sign = Callable[[Any], Any]
+"""What stands for the sign in dry friction."""
+
+
+def smooth_sign(width: Any) -> Sign:
+    """tanh(v / width), everywhere differentiable; ``width`` in the speed's unit."""
+    return lambda speed: ca.tanh(speed / width)
+
+
 def drive_terms(
-    drives: Drives, qd: Any, qdd: Any, sign: Callable[[Any], Any] = ca.sign, unit: Any = _ONE
+    drives: Drives, state: DriveState, sign: Sign = ca.sign, lib: Any = ca
 ) -> dict[str, dict[int, Any]]:
     """What multiplies each drive parameter, row by row: {"FV2": {1: qd2}}.
 
     Args:
-        qd: joint speeds, n x 1 [rad/s or m/s]; as arrays n x N.
-        qdd: joint accelerations, n x 1 [rad/s^2 or m/s^2]; as arrays n x N.
         sign: what stands for the sign in Coulomb friction.
-        unit: what stands for the number 1.
+        lib: NumPy where the state is of arrays.
 
-    Source: (2), (3) and, for coupled drives, (10) and (11).
+    Source: (2), (3) and, for coupled drives, (10) and (11). Of these, terms beside the paper's are of the motors'
+    gears: motor j turns with joint j and carries its torque less joint k's (9), motor k turns with both and carries
+    joint k's, and what it needs more stands in both joints' torques.
     """
-    terms: dict[str, dict[int, Any]] = {}
+    (q, qd, qdd, load), terms = state, dict[str, dict[int, Any]]()
+    pair = [joint - 1 for joint in drives.coupling.joints] if drives.coupling else []
     for row in range(qd.shape[0]):
-        factors = {"IA": qdd[row], "FS": sign(qd[row]), "FV": qd[row], "OFF": unit}
-        for name in drives.names(row + 1):
-            terms[name] = {row: factors[parameter_kind(name)]}
-    if drives.coupling:
-        j, k = (joint - 1 for joint in drives.coupling.joints)
+        if drives.rotor_inertia:
+            terms[f"IA{row + 1}"] = {row: qdd[row]}
+        for term in drives.friction:
+            if not term.at(row + 1):
+                continue
+            speed, carried, rows = qd[row], load[row], [row]
+            if row in pair and term not in PAPER:
+                j, k = pair
+                if row == j:
+                    carried = load[j] - load[k]
+                else:
+                    speed, rows = qd[j] + qd[k], pair
+            value = term.value(lib, speed, sign(speed), q[row], carried)
+            terms[f"{term.kind}{row + 1}"] = dict.fromkeys(rows, value)
+        if drives.offsets:
+            terms[f"OFF{row + 1}"] = {row: 1.0}
+    if pair:
+        j, k = pair
         terms[f"IA{k + 1}"][j] = qdd[k]
         terms[f"IA{k + 1}"][k] = qdd[k] + qdd[j]
         terms[f"FVM{k + 1}"] = {j: qd[k], k: qd[j]}
         both = sign(qd[j] + qd[k])
         printed = {j: sign(qd[k]), k: sign(qd[j])}
+        assert drives.coupling is not None
         terms[f"FSM{k + 1}"] = {j: both, k: both} if drives.coupling.coulomb == "sum" else printed
     return terms

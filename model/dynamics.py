@@ -5,30 +5,37 @@ per second squared), chi holds the standard parameters in the order of ``standar
 N·m or N. Every function is made of scalar operations, differentiable, and can be called on SX, MX or numbers.
 """
 
+import math
 from collections.abc import Mapping
 from dataclasses import replace
 
 import casadi as ca
 
 from .base.parameters import BaseParameters
-from .drives import drive_terms, parameter_kind
+from .drives import DriveState, Sign, drive_terms, parameter_kind, smooth_sign
 from .kinematics import base_motion, joint_axis, joint_transform, next_motion
 from .regressors import link_wrench, standard_columns
 from .robot import INERTIAL, Robot
 
+_STEPS = 5
 
-def inverse_dynamics(robot: Robot) -> ca.Function:
+
+def inverse_dynamics(robot: Robot, sign: Sign = ca.sign) -> ca.Function:
     """``inverse_dynamics(q, qd, qdd, chi) -> Gamma`` (1), n x 1.
 
     Gamma is what the motors must give: the torque of a spring is already taken off.
+
+    Args:
+        sign: what stands for the sign in dry friction, such as ``smooth_sign``.
     """
     q, qd, qdd, chi = _symbols(robot)
     value = _parameter_values(robot, chi)
-    torque = _rigid_body_torque(robot, q, qd, qdd, value) + _drive_torque(robot, q, qd, qdd, value)
+    rigid = _rigid_body_torque(robot, q, qd, qdd, value)
+    torque = rigid + _drive_torque(robot, DriveState(q, qd, qdd, rigid), value, sign)
     return _function("inverse_dynamics", {"q": q, "qd": qd, "qdd": qdd, "chi": chi}, torque, "Gamma")
 
 
-def inverse_dynamics_base(robot: Robot, base: BaseParameters) -> ca.Function:
+def inverse_dynamics_base(robot: Robot, base: BaseParameters, sign: Sign = ca.sign) -> ca.Function:
     """``inverse_dynamics_base(q, qd, qdd, chi) -> Gamma`` with chi the base parameters, N_b x 1.
 
     The same algorithm with the eliminated parameters at zero: base parameters in the place of the standard
@@ -38,7 +45,7 @@ def inverse_dynamics_base(robot: Robot, base: BaseParameters) -> ca.Function:
     chi = ca.SX.sym("chi", len(base.columns))
     value = dict(zip(base.columns, ca.vertsplit(chi), strict=True))
     standard = ca.vertcat(*(value.get(name, ca.SX(0)) for name in base.standard))
-    torque = inverse_dynamics(robot)(q, qd, qdd, standard)
+    torque = inverse_dynamics(robot, sign)(q, qd, qdd, standard)
     return _function("inverse_dynamics_base", {"q": q, "qd": qd, "qdd": qdd, "chi": chi}, torque, "Gamma")
 
 
@@ -72,9 +79,14 @@ def gravity(robot: Robot) -> ca.Function:
 
 
 def drive_torque(robot: Robot) -> ca.Function:
-    """``drive_torque(q, qd, chi) -> Gamma``, n x 1: friction and offsets, less the torque of the spring."""
+    """``drive_torque(q, qd, chi) -> Gamma``, n x 1: friction and offsets, less the torque of the spring.
+
+    Friction that depends on load is that at constant speed.
+    """
     q, qd, _, chi = _symbols(robot)
-    torque = _drive_torque(robot, q, qd, ca.SX.zeros(robot.n), _parameter_values(robot, chi))
+    still, value = ca.SX.zeros(robot.n), _parameter_values(robot, chi)
+    rigid = _rigid_body_torque(robot, q, qd, still, value)
+    torque = _drive_torque(robot, DriveState(q, qd, still, rigid), value)
     return _function("drive_torque", {"q": q, "qd": qd, "chi": chi}, torque, "Gamma")
 
 
@@ -84,45 +96,50 @@ def forward_dynamics(robot: Robot) -> ca.Function:
     qdd = A^-1 (Gamma - ID(q, qd, 0, chi)) by L D L'. A must be regular, which it is for links that can exist.
     """
     q, qd, _, chi = _symbols(robot)
-    torque = ca.SX.sym("Gamma", robot.n)
-    rest = torque - inverse_dynamics(robot)(q, qd, ca.SX.zeros(robot.n), chi)
-    D, LT, order = ca.ldl(_mass_matrix(robot, q, chi))
-    qdd = ca.ldl_solve(rest, D, LT, order)
-    return _function("forward_dynamics", {"q": q, "qd": qd, "Gamma": torque, "chi": chi}, qdd, "qdd")
+    return _forward(robot, inverse_dynamics(robot), q, qd, chi, "forward_dynamics")
 
 
-def forward_dynamics_base(robot: Robot, base: BaseParameters) -> ca.Function:
+def forward_dynamics_base(robot: Robot, base: BaseParameters, sign: Sign = ca.sign) -> ca.Function:
     """``forward_dynamics_base(q, qd, Gamma, chi) -> qdd`` with chi the base parameters, N_b x 1.
 
     Motion is as determined by the base parameters as torque is: A and the rest are the same in them.
     """
-    inverse = inverse_dynamics_base(robot, base)
-    q, qd, torque = (ca.SX.sym(symbol, robot.n) for symbol in ("q", "qd", "Gamma"))
-    chi, still = ca.SX.sym("chi", len(base.columns)), ca.SX.zeros(robot.n)
-    qdd = ca.SX.sym("qdd", robot.n)
-    A = ca.tril2symm(ca.tril(ca.jacobian(inverse(q, still, qdd, chi), qdd)))
-    D, LT, order = ca.ldl(A)
+    q, qd, _, _ = _symbols(robot)
+    chi = ca.SX.sym("chi", len(base.columns))
+    return _forward(robot, inverse_dynamics_base(robot, base, sign), q, qd, chi, "forward_dynamics_base")
+
+
+def _forward(robot: Robot, inverse: ca.Function, q: ca.SX, qd: ca.SX, chi: ca.SX, name: str) -> ca.Function:
+    torque, still, qdd = ca.SX.sym("Gamma", robot.n), ca.SX.zeros(robot.n), ca.SX.sym("qdd", robot.n)
+    # The lower half needs fewer operations than the upper one.
+    D, LT, order = ca.ldl(ca.tril2symm(ca.tril(ca.jacobian(inverse(q, still, qdd, chi), qdd))))
     result = ca.ldl_solve(torque - inverse(q, qd, still, chi), D, LT, order)
-    return _function("forward_dynamics_base", {"q": q, "qd": qd, "Gamma": torque, "chi": chi}, result, "qdd")
+    # Friction that grows with load grows with acceleration: each step leaves FL of the error.
+    for _ in range(_STEPS if robot.drives.loaded else 0):
+        result += ca.ldl_solve(torque - inverse(q, qd, result, chi), D, LT, order)
+    return _function(name, {"q": q, "qd": qd, "Gamma": torque, "chi": chi}, result, "qdd")
 
 
 def dry_friction_names(robot: Robot) -> tuple[str, ...]:
-    """Parameters of dry friction: FS of every joint, FSM of coupled drives; none without friction."""
-    return tuple(name for name in standard_columns(robot) if parameter_kind(name) in ("FS", "FSM"))
+    """Parameters of friction that jumps with the speed's sign; none without friction."""
+    smooth = ("FV", "FVM")
+    names = standard_columns(robot)
+    return tuple(name for name in names if name.startswith("F") and parameter_kind(name) not in smooth)
 
 
 def smooth_dry_friction(robot: Robot, width: float) -> ca.Function:
-    """``smooth_dry_friction(qd, level) -> Gamma``, n x 1: dry friction that can be integrated in time.
+    """``smooth_dry_friction(qd, level) -> Gamma``, n x 1: the largest dry friction, where load counts at its limit.
 
     Args:
-        width: w of tanh(qd / w), which stands for the sign [rad/s or m/s].
+        width: of ``smooth_sign``.
 
     Returns:
         Function of the speeds and the parameters ``dry_friction_names`` [N·m or N].
     """
     names = dry_friction_names(robot)
-    qd, level = ca.SX.sym("qd", robot.n), ca.SX.sym("level", len(names))
-    terms = drive_terms(robot.drives, qd, ca.SX.zeros(robot.n), lambda speed: ca.tanh(speed / width))
+    qd, level, none = ca.SX.sym("qd", robot.n), ca.SX.sym("level", len(names)), ca.SX.zeros(robot.n)
+    limits = [joint.limits.torque if math.isfinite(joint.limits.torque) else 0.0 for joint in robot.joints]
+    terms = drive_terms(robot.drives, DriveState(none, qd, none, ca.SX(limits)), smooth_sign(width))
     torque = ca.SX.zeros(robot.n)
     for k, name in enumerate(names):
         for row, factor in terms[name].items():
@@ -156,15 +173,20 @@ def _parameter_values(robot: Robot, chi: ca.SX) -> dict[str, ca.SX]:
     return dict(zip(standard_columns(robot), ca.vertsplit(chi), strict=True))
 
 
-def _drive_torque(robot: Robot, q: ca.SX, qd: ca.SX, qdd: ca.SX, value: Mapping[str, ca.SX]) -> ca.SX:
-    """Rotor inertia, friction and offsets less the torque of the spring, n x 1 [N·m or N]."""
+def _drive_torque(robot: Robot, state: DriveState, value: Mapping[str, ca.SX], sign: Sign = ca.sign) -> ca.SX:
+    """Rotor inertia, friction and offsets less the torque of the spring, n x 1 [N·m or N].
+
+    Args:
+        state: its load the torque of the links alone.
+    """
     torque = ca.SX.zeros(robot.n)
-    for name, rows in drive_terms(robot.drives, qd, qdd).items():
-        for row, factor in rows.items():
-            torque[row] += factor * value[name]
     if robot.spring:
         row = robot.spring.joint - 1
-        torque[row] -= robot.spring.torque_symbol(q[row])
+        torque[row] -= robot.spring.torque_symbol(state.q[row])
+    state = state._replace(load=state.load + torque)
+    for name, rows in drive_terms(robot.drives, state, sign).items():
+        for row, factor in rows.items():
+            torque[row] += factor * value[name]
     return torque
 
 

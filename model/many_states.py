@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from ..common.arrays import Array
-from .drives import drive_terms, parameter_kind
+from .drives import DriveState, drive_terms, parameter_kind
 from .pose import cos_sin
 from .robot import INERTIAL, Joint, Robot
 
@@ -33,7 +33,9 @@ def own_columns(robot: Robot) -> tuple[str, ...]:
     return (*names, *drives, *robot.drives.coupling_names())
 
 
-def regressor_at(robot: Robot, columns: Sequence[str], q: Array, qd: Array, qdd: Array) -> Array:
+def regressor_at(
+    robot: Robot, columns: Sequence[str], q: Array, qd: Array, qdd: Array, load: Array | None = None
+) -> Array:
     """Columns of the standard regressor at N states, n x ``len(columns)`` x N.
 
     Args:
@@ -42,6 +44,7 @@ def regressor_at(robot: Robot, columns: Sequence[str], q: Array, qd: Array, qdd:
         q: positions [rad or m], N x n.
         qd: speeds, N x n.
         qdd: accelerations, N x n.
+        load: torques that the gears carry [N·m or N], N x n, for friction that depends on them; zero by default.
     """
     W = np.zeros((robot.n, len(columns), len(q)))
     kinds: list[list[int]] = [[] for _ in robot.joints]
@@ -55,7 +58,8 @@ def regressor_at(robot: Robot, columns: Sequence[str], q: Array, qd: Array, qdd:
         part = slice(start, start + _TOGETHER)
         _rigid(robot, kinds, places, (q[part].T, qd[part].T, qdd[part].T), W[:, :, part])
     drives = replace(robot.drives, offsets=True)
-    for name, rows in drive_terms(drives, qd.T, qdd.T, np.sign, np.ones(len(q))).items():
+    state = DriveState(q.T, qd.T, qdd.T, np.zeros(q.T.shape) if load is None else load.T)
+    for name, rows in drive_terms(drives, state, np.sign, np).items():
         for row, values in rows.items() if name in columns else ():
             W[row, columns.index(name)] = values
     return W

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 
 import casadi as ca
 
-from .drives import drive_terms
+from .drives import DriveState, drive_terms, parameter_kind, smooth_sign
 from .kinematics import LinkMotion, base_motion, joint_axis, joint_transform, next_motion, spin_matrix
 from .robot import INERTIAL, Robot
 
@@ -42,53 +42,74 @@ def regressor(robot: Robot, columns: Sequence[str], name: str = "regressor") -> 
 
     Returns:
         Function of q, qd, qdd (each n x 1; rad or m, per second, per second squared) to an n x
-        ``len(columns)`` sparse matrix, with common subexpressions eliminated.
+        ``len(columns)`` sparse matrix, with common subexpressions eliminated. Where friction among the columns
+        depends on load, the torques of links, payload and spring are a fourth input, ``load`` [N·m or N].
 
     Raises:
         KeyError: for a name that is not a standard parameter of the robot.
     """
-    states, phi = regressor_expression(robot, columns)
-    return ca.Function(name, [*states], [ca.cse(phi)], ["q", "qd", "qdd"], ["Phi"])
+    state, phi = regressor_expression(robot, columns)
+    inputs = dict(list(state._asdict().items())[: 4 if ca.depends_on(phi, state.load) else 3])
+    return ca.Function(name, [*inputs.values()], [ca.cse(phi)], [*inputs], ["Phi"])
 
 
-def regressor_expression(robot: Robot, columns: Sequence[str]) -> tuple[tuple[ca.SX, ca.SX, ca.SX], ca.SX]:
-    """Symbols q, qd, qdd and the regressor's matrix, to build on; arguments, errors as ``regressor``."""
-    states, terms = _terms(robot)
-    return states, _matrix(robot, columns, terms)
+def regressor_expression(robot: Robot, columns: Sequence[str]) -> tuple[DriveState, ca.SX]:
+    """Symbols q, qd, qdd, load and the regressor's matrix, to build on; arguments, errors as ``regressor``."""
+    state, terms = _terms(robot)
+    return state, _matrix(robot, columns, terms)
+
+
+def load_expression(robot: Robot, state: DriveState, columns: Sequence[str], chi: ca.SX) -> ca.SX:
+    """Torques of links, payload and spring, which the gears carry, by values of some columns; n x 1.
+
+    Args:
+        columns: standard parameters; those of drives do not count.
+        chi: their values, as base parameters where the others are zero.
+    """
+    _, terms = _terms(robot)
+    load = ca.SX.zeros(robot.n)
+    for value, name in zip(ca.vertsplit(chi), columns, strict=True):
+        for row, factor in terms[name].items() if parameter_kind(name) in INERTIAL else ():
+            load[row] += factor * value
+    if robot.spring is not None:
+        row = robot.spring.joint - 1
+        load[row] -= robot.spring.torque_symbol(state.q[row])
+    return load
 
 
 def smooth_regressor(robot: Robot, columns: Sequence[str]) -> ca.Function:
-    """``smooth_regressor(q, qd, qdd, width) -> Phi``: sign(v) in Coulomb friction replaced by tanh(v / width).
+    """``smooth_regressor(q, qd, qdd, width) -> Phi``: sign(v) in dry friction replaced by ``smooth_sign``.
 
     Everywhere differentiable, for optimisation; arguments and errors as ``regressor``, ``width`` a number
     [rad/s or m/s].
     """
-    (q, qd, qdd), terms = _terms(robot)
+    state, terms = _terms(robot)
     width = ca.SX.sym("width")
-    smooth = drive_terms(robot.drives, qd, qdd, lambda speed: ca.tanh(speed / width))
+    smooth = drive_terms(robot.drives, state, smooth_sign(width))
     phi = _matrix(robot, columns, terms | smooth)
-    inputs = [q, qd, qdd, width]
+    inputs = [state.q, state.qd, state.qdd, width]
     return ca.Function("smooth_regressor", inputs, [ca.cse(phi)], ["q", "qd", "qdd", "width"], ["Phi"])
 
 
 def _matrix(robot: Robot, columns: Sequence[str], terms: dict[str, dict[int, ca.SX]]) -> ca.SX:
     phi = ca.SX(robot.n, len(columns))
     for k, column in enumerate(columns):
-        for row, value in terms[column].items():
-            if not value.is_zero():
+        for row, entry in terms[column].items():
+            if not (value := ca.SX(entry)).is_zero():
                 phi[row, k] = value
     return phi
 
 
 @functools.lru_cache(maxsize=16)
-def _terms(robot: Robot) -> tuple[tuple[ca.SX, ca.SX, ca.SX], dict[str, dict[int, ca.SX]]]:
-    """Symbols q, qd, qdd, and what multiplies each standard parameter; built once for a robot."""
-    q, qd, qdd = (ca.SX.sym(symbol, robot.n) for symbol in ("q", "qd", "qdd"))
-    terms = _rigid_body_terms(robot, q, qd, qdd) | drive_terms(robot.drives, qd, qdd)
+def _terms(robot: Robot) -> tuple[DriveState, dict[str, dict[int, ca.SX]]]:
+    """Symbols q, qd, qdd, load, and what multiplies each standard parameter; built once for a robot."""
+    state = DriveState(*(ca.SX.sym(symbol, robot.n) for symbol in DriveState._fields))
+    q, qd, qdd, _ = state
+    terms = _rigid_body_terms(robot, q, qd, qdd) | drive_terms(robot.drives, state)
     if robot.spring is not None:
         row = robot.spring.joint - 1
         terms |= {name: {row: -robot.spring.torque_symbol(q[row])} for name in robot.drives.spring_names(row + 1)}
-    return (q, qd, qdd), terms
+    return state, terms
 
 
 def _rigid_body_terms(robot: Robot, q: ca.SX, qd: ca.SX, qdd: ca.SX) -> dict[str, dict[int, ca.SX]]:

@@ -20,7 +20,8 @@ from ...estimation.fit.covariance import jackknife
 from ...estimation.fit.estimate import Estimate
 from ...estimation.fit.least_squares import weighted
 from ...estimation.fit.linear_problem import LinearProblem
-from ...model.drives import FRICTION, parameter_kind
+from ...model.drives import parameter_kind
+from ...model.friction import is_friction
 from ...model.regressors import payload_columns
 from .comparing import TINY, Compared, excess, side_by_side, widened
 from .store import Stored
@@ -135,7 +136,7 @@ def fleet_of(arms: Sequence[Arm]) -> Fleet:
     """Compare each arm's last night with those before, and arms with each other."""
     arms = tuple(sorted(arms, key=lambda arm: arm.name))
     bodies = [  # friction and constant torques tell nothing of what an arm is made of
-        arm.pooled.part([name for name in arm.pooled.names if parameter_kind(name) not in FRICTION]) for arm in arms
+        arm.pooled.part([name for name in arm.pooled.names if not is_friction(name)]) for arm in arms
     ]
     return Fleet(arms, side_by_side([arm.name for arm in arms], bodies) if len(arms) >= 3 else None)
 
@@ -176,7 +177,7 @@ def _night(recording: Stored, whole: Estimate, usual: float) -> dict[str, tuple[
         Values and standard deviations by the quantity's name.
     """
     names, equations = whole.names, recording.equations
-    frictions = [k for k, name in enumerate(names) if parameter_kind(name) in FRICTION]
+    frictions = [k for k, name in enumerate(names) if is_friction(name)]
     rest = np.array(whole.values)
     rest[frictions] = 0.0
     change = recording.base.effect_of(payload_columns(recording.robot))

@@ -9,6 +9,7 @@ import numpy as np
 from ...common.arrays import Array
 from ...common.errors import InputError
 from ...model import BaseParameters, Robot, forward_dynamics_base
+from ...model.drives import smooth_sign
 from ...model.dynamics import dry_friction_names, smooth_dry_friction
 from ...model.integration import SMOOTHING, Stepper, runge_kutta, stable_steps
 
@@ -37,9 +38,8 @@ class IdentifiedArm:
         self.robot, self._base, n = robot, base, robot.n
         dry = dry_friction_names(robot)
         self._level = np.array([values[base.columns.index(name)] if name in base.columns else 0.0 for name in dry])
-        self._chi = np.where([name in dry for name in base.columns], 0.0, values)
-        self._friction = smooth_dry_friction(robot, SMOOTHING)
-        self._forward = forward_dynamics_base(robot, base)
+        self._chi, self._friction = values, smooth_dry_friction(robot, SMOOTHING)
+        self._forward = forward_dynamics_base(robot, base, smooth_sign(SMOOTHING))
         self._step = Stepper(self._integration_step(n))
 
     def _integration_step(self, n: int) -> ca.Function:
@@ -50,9 +50,8 @@ class IdentifiedArm:
         """
         x = ca.SX.sym("x", 2 * n)
         start, middle, end = (ca.SX.sym(name, 3 * n) for name in ("start", "middle", "end"))
-        shared = ca.SX.sym("shared", len(self._chi) + len(self._level) + 2 * n + 1)
-        sizes = [0, len(self._chi), len(self._level), n, n, 1]
-        chi, level, kp, kd, h = ca.vertsplit(shared, np.cumsum(sizes).tolist())
+        shared = ca.SX.sym("shared", len(self._chi) + 2 * n + 1)
+        chi, kp, kd, h = ca.vertsplit(shared, np.cumsum([0, len(self._chi), n, n, 1]).tolist())
 
         def torque_of(x: ca.SX, path: ca.SX) -> ca.SX:
             q, qd = ca.vertsplit(x, n)
@@ -61,8 +60,7 @@ class IdentifiedArm:
 
         def slope(x: ca.SX, path: ca.SX) -> ca.SX:
             q, qd = ca.vertsplit(x, n)
-            drive = torque_of(x, path) - self._friction(qd, level)
-            return ca.vertcat(qd, self._forward(q, qd, drive, chi))
+            return ca.vertcat(qd, self._forward(q, qd, torque_of(x, path), chi))
 
         after = runge_kutta(slope, x, h, (start, middle, end))
         out = ca.cse(ca.densify(ca.vertcat(after, torque_of(x, start))))
@@ -106,7 +104,7 @@ class IdentifiedArm:
 
     def _run(self, q: Array, qd: Array, path: Array, step: float, kp: Array, kd: Array) -> tuple[Array, Array]:
         count = self._steps(q, kp, kd, step)
-        shared = np.concatenate([self._chi, self._level, kp, kd, [step / count]])
+        shared = np.concatenate([self._chi, kp, kd, [step / count]])
         n, samples = self.robot.n, path.shape[1]
         positions, torques = (np.empty((len(q), samples, n)) for _ in range(2))
         x = np.hstack([q, qd])

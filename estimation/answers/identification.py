@@ -22,9 +22,10 @@ from ..fit.covariance import jackknife, naming_blocks
 from ..fit.drive_gains import Gains, usual_gains
 from ..fit.essential import Elimination, eliminate
 from ..fit.estimate import Estimate, Fit, error_model, fit
+from ..fit.friction import TermChoice
 from ..fit.least_squares import Excitation, excitation, weighted
 from ..fit.linear_problem import LinearProblem
-from ..fit.own_equations import base_problem
+from ..fit.own_equations import base_problem, with_friction
 from ..fit.settings import DEFAULTS, Settings
 from ..payload.long_motion import LongMotion, Source, check_blocks
 from ..payload.methods import selected
@@ -154,6 +155,7 @@ class Identification(Speaks):
         without_robust: why there are no robust standard deviations although they were asked for.
         gains: uncertainty of the drive gains; None where they are taken as exact.
         recordings: what was fitted.
+        choices: terms of friction that were tried.
     """
 
     robot: Robot
@@ -167,6 +169,7 @@ class Identification(Speaks):
     validation: Fit | None = None
     recordings: tuple[Recording, ...] = ()
     held_out: tuple[Recording, ...] = ()
+    choices: tuple[TermChoice, ...] = ()
 
     @property
     def headline(self) -> str:
@@ -231,6 +234,7 @@ def identify(
         InputError: if the recordings cannot determine the parameters.
     """
     settings.progress("base parameters")
+    robot, choices = with_friction(robot, recordings, settings)
     base = base_parameters(robot)
     problem = base_problem(robot, base, recordings, settings)
     gains = settings.gains if gains is None else gains
@@ -247,7 +251,8 @@ def identify(
             reason = str(error)
     check = None
     if validation:
-        unseen = base_problem(robot, base, validation, replace(settings, robust=False), check=False)
+        unseen_settings = replace(settings, robust=False)
+        unseen = base_problem(robot, base, validation, unseen_settings, False, estimate.values)
         check = fit(unseen, estimate.values)
     return Identification(
         robot=robot,
@@ -261,6 +266,7 @@ def identify(
         validation=check,
         recordings=tuple(recordings),
         held_out=tuple(validation),
+        choices=choices,
     )
 
 
@@ -287,8 +293,9 @@ def identification_system(
         result: of ``identify`` with these recordings and settings.
         recordings: without payload.
     """
-    observer, loaded = Observer(result.robot, result.base.columns), [False] * len(recordings)
-    return joined(observer, recordings, loaded, result.estimate.weights, result.problem, processing)
+    observer = Observer(result.robot, result.base.columns).at(result.estimate.values)
+    observers, loaded = [observer] * len(recordings), [False] * len(recordings)
+    return joined(observers, recordings, loaded, result.estimate.weights, result.problem, processing)
 
 
 def robot_result(

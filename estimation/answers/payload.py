@@ -133,7 +133,7 @@ def answer_payload(
     validation = None
     if held_out and problem.alone is not None:
         settings = Settings(problem.source.processing, robust=False)
-        unseen = base_problem(problem.robot, problem.base, held_out, settings, check=False)
+        unseen = base_problem(problem.robot, problem.base, held_out, settings, False, problem.alone.values)
         validation = fit(unseen, problem.alone.values)
     constrained: list[ConstrainedPayload] = []
     failures: dict[int, SolverError] = {}

@@ -94,7 +94,7 @@ def robot_prediction(
         values: of ``base.columns``.
         recording: without payload.
     """
-    pieces = Observer(robot, base.columns).pieces(measurement(recording, processing), processing)
+    pieces = Observer(robot, base.columns).at(values).pieces(measurement(recording, processing), processing)
     return _prediction(recording.source, pieces, {"predicted": values}, False, held_out)
 
 
@@ -111,13 +111,13 @@ def payload_prediction(
     assert problem.alone is not None
     bare, flange = problem.alone.values, problem.robot.flange
     moved = body.moved(flange.R, flange.p).vector
-    observer = loaded_observer(problem.robot, problem.base)
-    pieces = observer.pieces(measurement(recording, processing), processing)
-    curves = {
-        "predicted with payload": np.concatenate([bare, moved]),
-        "predicted without payload": np.concatenate([bare, np.zeros(len(moved))]),
-    }
-    return _prediction(recording.source, pieces, curves, True, held_out)
+    observer, data = loaded_observer(problem.robot, problem.base), measurement(recording, processing)
+    with_payload, without = (np.concatenate([bare, ten]) for ten in (moved, np.zeros(len(moved))))
+    own = observer.at(with_payload).pieces(data, processing)
+    prediction = _prediction(recording.source, own, {"predicted with payload": with_payload}, True, held_out)
+    empty = observer.at(without).pieces(data, processing)
+    other = _prediction(recording.source, empty, {"predicted without payload": without}, True, held_out)
+    return replace(prediction, curves=prediction.curves | other.curves)
 
 
 def _prediction(
@@ -199,12 +199,14 @@ def payload_system(
         weights = from_robot(problem).weights()
     observer = loaded_observer(problem.robot, problem.base)
     recordings, flags = [*unloaded, *loaded], [False] * len(unloaded) + [True] * len(loaded)
-    system = joined(observer, recordings, flags, weights, reduced, processing)
+    own = problem.alone.values if problem.alone is not None else np.zeros(len(problem.base.columns))
+    observers = [observer.at(np.append(own, problem.carried * heavy)) for heavy in flags]
+    system = joined(observers, recordings, flags, weights, reduced, processing)
     return replace(system, known=known.values if known is not None else None)
 
 
 def joined(
-    observer: Observer,
+    observers: Sequence[Observer],
     recordings: Sequence[Recording],
     loaded: Sequence[bool],
     weights: Array,
@@ -212,7 +214,8 @@ def joined(
     processing: Processing,
 ) -> ObservationSystem:
     """The system of recordings one after the other, each held whole; ``loaded``: whether each is with payload."""
-    observations = [observer.observe(data, processing) for data in filtered(recordings, processing)]
+    every = zip(observers, filtered(recordings, processing), strict=True)
+    observations = [observer.observe(data, processing) for observer, data in every]
     bare = np.array([name not in PAYLOAD for name in reduced.columns], dtype=float)
     W = [
         part if heavy else part * bare

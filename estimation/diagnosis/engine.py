@@ -14,7 +14,8 @@ import numpy as np
 from scipy.linalg import solve_triangular
 
 from ...common.arrays import Array
-from ...model import Robot
+from ...model import INERTIAL, Robot
+from ...model.drives import parameter_kind
 from ...model.many_states import own_columns, regressor_at
 from ...model.regressors import payload_columns
 from ..equations.equations import PAYLOAD
@@ -75,24 +76,34 @@ class System:
         payload = payload_columns(robot) if states.loaded.any() else ()
         changes = dict(changes or {}) if payload else {}
         names = tuple(dict.fromkeys((*own, *payload, *changes)))
-        W = regressor_at(robot, names, states.q, states.qd, states.qdd)
-        load, friction = (W[:, [names.index(name) for name in some]] * states.loaded for some in (payload, changes))
-        if payload:
-            load = np.einsum("jcn,cd->jdn", load, frame_change(robot.flange))
-        torque = np.array(states.torque.T)
+        spring = np.zeros(states.torque.T.shape)
         if robot.spring is not None:
             k = robot.spring.joint - 1
-            torque[k] = torque[k] + robot.spring.torque(states.q[:, k])
-        columns = np.concatenate([W[:, : len(own)], load, friction], axis=1)
-        prior, nominal = np.zeros((columns.shape[1],) * 2), np.zeros(len(own))
-        if known is not None:
-            prior[: len(own), : len(own)], nominal = known.root.T @ known.root, known.values
-            torque -= np.einsum("jcn,c->jn", W[:, : len(own)], nominal)
-        index = np.arange(len(own) + len(payload), len(prior))
-        prior[index, index] = np.square(list(changes.values()))
-        inflation = known.inflation if known is not None else 1.0
-        keep = states.keep.T & (states.keep.sum(axis=0) >= _ROWS)[:, None]
-        return System(robot, states, tuple(own), columns, torque, keep, nominal, prior, inflation)
+            spring[k] = robot.spring.torque(states.q[:, k])
+
+        def under(carried: Array) -> System:
+            W = regressor_at(robot, names, states.q, states.qd, states.qdd, carried.T)
+            load, friction = (
+                W[:, [names.index(name) for name in some]] * states.loaded for some in (payload, changes)
+            )
+            if payload:
+                load = np.einsum("jcn,cd->jdn", load, frame_change(robot.flange))
+            columns, torque = np.concatenate([W[:, : len(own)], load, friction], axis=1), states.torque.T + spring
+            prior, nominal = np.zeros((columns.shape[1],) * 2), np.zeros(len(own))
+            if known is not None:
+                prior[: len(own), : len(own)], nominal = known.root.T @ known.root, known.values
+                torque -= np.einsum("jcn,c->jn", W[:, : len(own)], nominal)
+            index = np.arange(len(own) + len(payload), len(prior))
+            prior[index, index] = np.square(list(changes.values()))
+            inflation = known.inflation if known is not None else 1.0
+            keep = states.keep.T & (states.keep.sum(axis=0) >= _ROWS)[:, None]
+            return System(robot, states, tuple(own), columns, torque, keep, nominal, prior, inflation)
+
+        system = under(np.zeros(spring.shape))
+        if not robot.drives.loaded:
+            return system
+        rigid = [k for k, name in enumerate((*own, *payload)) if parameter_kind(name) in INERTIAL]
+        return under(np.einsum("jcn,c->jn", system.columns[:, rigid], system.values[rigid]) - spring)
 
     @property
     def payload(self) -> slice:

@@ -12,7 +12,7 @@ import numpy as np
 
 from ...common.arrays import Array
 from ...common.errors import InputError
-from ...model.drives import FRICTION, parameter_kind
+from ...model.friction import is_friction
 from ..equations.equations import PAYLOAD, Equations
 from ..fit.covariance import NORMAL95
 from ..gains.current_side import RelativeScales, relative_scales
@@ -52,7 +52,7 @@ def scales(problem: LongMotion, weights: Array) -> tuple[Effect, ...]:
         return ()
     names, robot = bare.columns, problem.bare.values
     b, c, n = len(names), len(names) + len(PAYLOAD), problem.robot.n
-    friction = [k for k, name in enumerate(names) if parameter_kind(name) in FRICTION]
+    friction = [k for k, name in enumerate(names) if is_friction(name)]
     rigid, size = [k for k in range(b) if k not in friction], c + len(friction) + n + 2
 
     def gram(unloaded: Equations | None, heavy: Equations | None) -> Array:
@@ -82,7 +82,7 @@ def scales(problem: LongMotion, weights: Array) -> tuple[Effect, ...]:
 
 def scales_of_states(system: System) -> tuple[Effect, ...]:
     """Scales of the loaded torques by subsampled states: beside a known robot, or in a short motion."""
-    rigid = [k for k, name in enumerate(system.names) if parameter_kind(name) not in FRICTION]
+    rigid = [k for k, name in enumerate(system.names) if not is_friction(name)]
     along = np.einsum("jcn,c->jn", system.columns[:, rigid], system.values[rigid]) * system.states.loaded
     each = np.eye(len(along))[:, :, None] * along[:, None]
     prior, free = np.array(system.prior), range(system.payload.stop, len(system.prior))

@@ -15,7 +15,7 @@ from ...common.linear import without
 from ...model import Motion, Processing, Robot, Spring
 from ...model.kernel.kernel import Kernel
 from ...model.motion import Measurement
-from ...model.regressors import regressor_expression
+from ...model.regressors import load_expression, regressor_expression
 from ..signals.decimation import Decimator, noise_bandwidth
 from ..signals.rows import Mask, used_rows
 from .equations import NO_MOTOR, SharedTorque
@@ -104,9 +104,15 @@ def equation_code(robot: Robot, columns: tuple[str, ...]) -> tuple[Kernel, tuple
     """Kernel of q, qd, qdd, torque to each joint's entries and torques, and the columns of the entries.
 
     With a known spring its torque in the recording that was subtracted is one more input; of the column ``PATH``,
-    which is taken off the torques, its values are.
+    which is taken off the torques, its values are; where friction depends on load, the columns' parameters are.
     """
-    (q, qd, qdd), phi = regressor_expression(robot, [name for name in columns if name != PATH])
+    own = [name for name in columns if name != PATH]
+    state, phi = regressor_expression(robot, own)
+    chi = ca.SX.sym("chi", len(columns))
+    if robot.drives.loaded:
+        rigid = [k for k, name in enumerate(columns) if name != PATH]
+        phi = ca.substitute(phi, state.load, load_expression(robot, state, own, chi[rigid]))
+    q, qd, qdd, _ = state
     torque, path, spring = ca.SX.sym("torque", robot.n), ca.SX.sym("path", robot.n), known_spring(robot)
     left = ca.SX(torque)
     if PATH in columns:
@@ -121,6 +127,8 @@ def equation_code(robot: Robot, columns: tuple[str, ...]) -> tuple[Kernel, tuple
         inputs.append(before)
     if PATH in columns:
         inputs.append(path)
+    if robot.drives.loaded:
+        inputs.append(chi)
     if robot.coupling is not None and robot.coupling.rows != "joint":
         j, k = (joint - 1 for joint in robot.coupling.joints)
         # Joint j holds both motors' torque (9); less joint k's, motor j's is left.
@@ -129,9 +137,9 @@ def equation_code(robot: Robot, columns: tuple[str, ...]) -> tuple[Kernel, tuple
         phi = ca.sparsify(phi)
     rows, touched = [], []
     for j, motors in enumerate(_sharing(robot)):
-        own = phi[j, :].sparsity().get_triplet()[1]
-        touched.append(np.array(own, dtype=int))
-        rows += [phi[j, k] for k in own] + [left[j], *(apart[motor] for motor in motors)]
+        there = phi[j, :].sparsity().get_triplet()[1]
+        touched.append(np.array(there, dtype=int))
+        rows += [phi[j, k] for k in there] + [left[j], *(apart[motor] for motor in motors)]
     return Kernel(ca.Function("equations", inputs, [ca.cse(ca.vertcat(*rows))])), tuple(touched)
 
 
@@ -196,6 +204,7 @@ class Observer:
         self._standard = tuple(dict.fromkeys(columns))
         self._kernel, touched = equation_code(robot, self._standard)
         self._with_path = PATH in self._standard
+        self._all, self._chi = self._standard, np.zeros(len(self._standard))
         self._chosen: NDArray[np.int64] | None = None
         self._lay_out(columns, names, touched)
 
@@ -208,6 +217,17 @@ class Observer:
         sizes = [len(own) + 1 + len(others) for own, others in zip(touched, self.motors, strict=True)]
         ends = np.cumsum(sizes)
         self.rows = tuple(slice(int(end) - size, int(end)) for end, size in zip(ends, sizes, strict=True))
+
+    def at(self, values: Array) -> "Observer":
+        """Observer whose friction is that under the load which parameters of these values cause.
+
+        Args:
+            values: of the first columns; those of the others are zero.
+        """
+        there, standard = copy.copy(self), [self._standard[place] for place in self.place]
+        there._chi = np.zeros(len(self._all))
+        np.add.at(there._chi, [self._all.index(name) for name in standard[: len(values)]], values)
+        return there
 
     def only(self, columns: Sequence[str], names: Sequence[str] | None = None) -> "Observer":
         """Observer of some of the columns by the same generated code; arguments as when made."""
@@ -308,6 +328,8 @@ class Observer:
             inputs.append(before[part, None] if before is not None else np.zeros(1))
         if self._with_path:
             inputs.append(path[part] if path is not None else np.zeros(self.robot.n))
+        if self.robot.drives.loaded:
+            inputs.append(self._chi)
         equations = self._kernel(*inputs)
         return equations if self._chosen is None else equations[self._chosen]
 

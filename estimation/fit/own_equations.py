@@ -1,32 +1,42 @@
 """The robot's own equations: recordings without payload, checked, filtered and reduced."""
 
 from collections.abc import Sequence
+from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
+from ...common.arrays import Array
 from ...common.errors import InputError
 from ...common.linear import least_squares
 from ...common.progress import Progress, each, silent
-from ...model import BaseParameters, Processing, Recording, Robot
+from ...model import BaseParameters, Processing, Recording, Robot, base_parameters
 from ...model.base.rank import leftmost_independent, random_states, stacked_regressor
 from ...model.motion import Measurement
 from ..equations.equations import Equations, merged
 from ..equations.observer import Observer, used
-from ..equations.reduction import recorded, reduced_measurement
+from ..equations.reduction import Recorded, recorded, reduced_measurement
 from ..signals.filtering import measurement
 from ..signals.plausibility import check_recordings, still_joints
-from .blocks import block_edges, block_length, in_blocks, remembered
-from .settings import Settings
+from .blocks import FEWEST, block_edges, block_length, in_blocks, remembered, weighted_solution
+from .friction import TermChoice, chosen_terms, under_own_load
+from .settings import Candidates, Settings
 
 
 def base_problem(
-    robot: Robot, base: BaseParameters, recordings: Sequence[Recording], settings: Settings, check: bool = True
+    robot: Robot,
+    base: BaseParameters,
+    recordings: Sequence[Recording],
+    settings: Settings,
+    check: bool = True,
+    fitted: Array | None = None,
 ) -> Equations:
     """Process recordings and reduce them to equations in the base parameters, in blocks of time where robust.
 
     Args:
         recordings: recordings of one and the same load.
         check: refuse recordings in which some joint never moves.
+        fitted: base parameters under whose load friction is; by default under that which the recordings show.
     """
     processing = settings.processing_of(robot)
     check_recordings(robot, recordings)
@@ -35,17 +45,69 @@ def base_problem(
     check_lengths(recordings, processing)
     measured = filtered(recordings, processing, settings.progress)
     observer = Observer(robot, base.columns)
-    if settings.robust:
-        equations, opened = recorded(observer, (used(data, processing) for data in measured))
+
+    def reduced(observer: Observer) -> tuple[Equations, list[Recorded]]:
+        if settings.robust:
+            return recorded(observer, (used(data, processing) for data in measured))
+        return merged(reduced_measurement(observer, data, processing) for data in measured), []
+
+    if fitted is None:
+        (equations, opened), _ = under_own_load(observer, reduced)
     else:
-        equations = merged(reduced_measurement(observer, data, processing) for data in measured)
+        equations, opened = reduced(observer.at(fitted))
     if equations.equations == 0:
         raise InputError(f"{recordings[0].source}: no joint moves: nothing can be compared")
     if not settings.robust:
         return equations
-    load = remembered(opened, equations)
+    return in_own_blocks(equations, opened)
+
+
+class Described(NamedTuple):
+    """A robot with the friction that was asked for or that recordings show, and the terms that were tried."""
+
+    robot: Robot
+    choices: tuple[TermChoice, ...] = ()
+
+
+def with_friction(robot: Robot, recordings: Sequence[Recording], settings: Settings) -> Described:
+    """Give a robot the friction that the settings ask for.
+
+    Of candidates those are kept that recordings without payload, in blocks of time, show; none where blocks are few
+    or no gear's friction is measured.
+
+    Args:
+        recordings: of one and the same load.
+    """
+    asked, own = settings.friction, robot.drives.friction
+    if not isinstance(asked, Candidates):
+        return Described(replace(robot, drives=replace(robot.drives, friction=asked)))
+    kinds = [term.kind for term in own]
+    candidates = tuple(term for term in asked.terms if term.kind not in kinds)
+    if not candidates or not own:
+        return Described(robot)
+    settings.progress("choosing the friction's terms")
+    check_recordings(robot, recordings)
+    check_moving(robot, base_parameters(robot), recordings)
+    check_lengths(recordings, settings.processing_of(robot))
+    wide = replace(robot, drives=replace(robot.drives, friction=(*own, *candidates)))
+    base, processing = base_parameters(wide), settings.processing_of(robot)
+    measured = [used(data, processing) for data in filtered(recordings, processing)]
+    observer = Observer(wide, base.columns)
+    values = weighted_solution(recorded(observer, measured)[0].select(base_parameters(robot).columns))
+    padded = np.zeros(len(base.columns))
+    padded[[base.columns.index(name) for name in base_parameters(robot).columns]] = values
+    equations = in_own_blocks(*recorded(observer.at(padded), measured))
+    if len(equations.blocks) < FEWEST:
+        return Described(robot)
+    terms, choices = chosen_terms(wide, candidates, equations)
+    return Described(replace(robot, drives=replace(robot.drives, friction=(*own, *terms))), choices)
+
+
+def in_own_blocks(equations: Equations, recordings: Sequence[Recorded]) -> Equations:
+    """Equations of one load with blocks of time as long as their memory asks for."""
+    load = remembered(recordings, equations)
     length = block_length([load])
-    return in_blocks(equations, opened, [block_edges(ends, length) for ends in load.spans], length)
+    return in_blocks(equations, recordings, [block_edges(ends, length) for ends in load.spans], length)
 
 
 def filtered(

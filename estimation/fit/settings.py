@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 from ...common.progress import Progress, silent
 from ...model import Processing, Robot
+from ...model.friction import Friction
 from .drive_gains import Gains
 from .essential import StopRule
 
@@ -12,6 +13,13 @@ FRICTION_CHANGE = 0.10
 
 From day to day a real UR10e's Coulomb friction differs by 1 to 9 %, its viscous friction by 2 to 12 %.
 """
+
+
+@dataclass(frozen=True)
+class Candidates:
+    """Terms of friction of which the data keep those that they show, joint by joint, beside the robot's own."""
+
+    terms: tuple[Friction, ...] = (Friction("FL"), Friction("FR"))
 
 
 @dataclass(frozen=True)
@@ -30,6 +38,7 @@ class Settings:
         gains: how sure the drive gains are; what the recordings say of it by default, else the usual errors.
         scale_sigma: by which share the scale of the loaded torques may differ from that without payload (1 sigma);
             methods 1 and 4 alone know of it.
+        friction: its terms, instead of the robot's; by default those that the data show.
         progress: is told what is worked on.
     """
 
@@ -42,6 +51,7 @@ class Settings:
     joints: tuple[int, ...] | None = None
     gains: Gains | None = None
     scale_sigma: float = 0.0
+    friction: tuple[Friction, ...] | Candidates = Candidates()
     progress: Progress = silent
 
     def processing_of(self, robot: Robot) -> Processing:

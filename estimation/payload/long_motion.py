@@ -1,17 +1,19 @@
 """A payload moved by every joint: the equations that the four methods of section V take, and what they are of."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 
+from ...common.arrays import Array
 from ...common.brief import Brief
 from ...common.errors import InputError
 from ...model import BaseParameters, Processing, Recording, Robot
-from ..equations.equations import Equations, merged
+from ..equations.equations import PAYLOAD, Equations, merged
 from ..fit.estimate import Estimate, error_model
+from ..fit.friction import TermChoice
 from ..fit.least_squares import weighted
 from ..fit.linear_problem import Known, SoftPrior, left_out
 from ..fit.settings import DEFAULTS, Settings
@@ -36,6 +38,7 @@ class Source(NamedTuple):
         compared: recordings of one trajectory, those that method 3 refuses among them.
         why_no_pair: why method 3 cannot be used, if it cannot.
         rate: at which the (first) loaded recording was processed [Hz].
+        choices: terms of friction that were tried on the recordings without payload.
     """
 
     loaded: tuple[Recording, ...]
@@ -44,6 +47,7 @@ class Source(NamedTuple):
     compared: tuple[AlignedPair, ...] = ()
     why_no_pair: str = ""
     rate: float | None = None
+    choices: tuple[TermChoice, ...] = ()
 
 
 @dataclass(frozen=True, repr=False)
@@ -59,6 +63,7 @@ class LongMotion(Brief):
         unloaded: equations W without payload, for methods 1, 2 and 4.
         difference: equations W_L of (29) for method 3, if a pair on one trajectory is there.
         known: the robot's parameters from an earlier identification, for method 1, beside ``unloaded`` too.
+        carried: payload under whose load friction is, its ten in frame n; zero where none grows with load.
         inflation: by how much the memory of each joint's errors under load raises variances; none without blocks.
         few: whether blocks as long as that memory asks for would be too few, so that shorter ones were cut.
     """
@@ -71,6 +76,7 @@ class LongMotion(Brief):
     difference: Equations | None = None
     known: Estimate | None = None
     settings: Settings = DEFAULTS
+    carried: Array = field(default_factory=lambda: np.zeros(len(PAYLOAD)))
     inflation: tuple[float, ...] = ()
     few: bool = False
 

@@ -13,7 +13,8 @@ from ...common.arrays import Array
 from ...common.brief import Brief
 from ...common.errors import InputError
 from ...common.linear import decomposed
-from ...model.drives import FRICTION, parameter_kind
+from ...model.drives import parameter_kind
+from ...model.friction import is_friction
 from ...model.regressors import payload_columns
 from ..equations.equations import PAYLOAD, Equations
 from ..equations.observer import PATH
@@ -30,7 +31,6 @@ from .short_motion import ShortMotion
 from .under_load import known_path
 
 PayloadProblem = LongMotion | ShortMotion
-_DRIVE = ("IA", *FRICTION)
 
 
 def from_robot(motion: LongMotion) -> LinearProblem:
@@ -47,7 +47,7 @@ def from_robot(motion: LongMotion) -> LinearProblem:
         return LinearProblem(loaded, PAYLOAD, soft=changes, prior=motion.robot_prior)
     loaded, scale = motion.under_load(friction=False)
     robot = motion.robot_known
-    rigid = [name for name in robot.names if parameter_kind(name) not in FRICTION]
+    rigid = [name for name in robot.names if not is_friction(name)]
     return LinearProblem(loaded, PAYLOAD, (robot.part(rigid) if free_friction else robot,), scale)
 
 
@@ -150,7 +150,7 @@ def from_change(motion: LongMotion) -> ChangeOfParameters:
     if motion.bare is None or motion.unloaded is None:
         raise InputError("method 2 needs a recording without payload")
     columns, flange = motion.base.columns, motion.robot.flange
-    places = [k for k, name in enumerate(columns) if parameter_kind(name) not in _DRIVE]
+    places = [k for k, name in enumerate(columns) if not is_friction(name) and parameter_kind(name) != "IA"]
     G, both = payload_map(motion)[places], in_payload_frame(motion.robot, motion.loaded)
     G = G if flange.is_identity else G @ frame_change(flange)
     return ChangeOfParameters(motion.bare, motion.unloaded, motion.loaded.select(columns), both, places, G)

@@ -11,7 +11,7 @@ import numpy as np
 from ...common.errors import InputError
 from ...common.linear import decomposed
 from ...model import INERTIAL, BaseParameters, Processing, Recording, Robot, base_parameters
-from ...model.drives import FRICTION, parameter_kind
+from ...model.friction import is_friction
 from ...model.motion import Measurement
 from ...model.regressors import payload_columns
 from ..equations.equations import PAYLOAD, Equations
@@ -28,7 +28,8 @@ from ..fit.blocks import (
     weighted_solution,
 )
 from ..fit.estimate import Estimate
-from ..fit.own_equations import check_lengths, check_moving, filtered
+from ..fit.friction import TermChoice, loaded_friction, under_own_load
+from ..fit.own_equations import check_lengths, check_moving, filtered, with_friction
 from ..fit.settings import DEFAULTS, Settings
 from ..signals.alignment import AlignedPair, aligned, best_aligned, check_mismatch
 from ..signals.filtering import grid_rate, measurement
@@ -40,6 +41,7 @@ from .under_load import robot_of
 _TRIED = 12
 """Combinations of pieces that are aligned in search of the lag."""
 _Recordings = tuple[Recording, ...]
+_Load = tuple[Equations, list[Recorded]]
 _Alike = tuple[_Recordings, _Recordings, tuple[float | None, ...]]
 """Recordings with and without payload, and the lag of each pair [s] where it is known."""
 
@@ -72,7 +74,9 @@ def payload_problem(
     Raises:
         InputError: if a recording cannot be used.
     """
-    processing, progress = settings.processing_of(robot), settings.progress
+    processing, progress, choices = settings.processing_of(robot), settings.progress, tuple[TermChoice, ...]()
+    if known is None and unloaded:
+        robot, choices = with_friction(robot, unloaded, settings)
     progress("base parameters")
     base = base_parameters(robot)
     hidden = decomposed(base.effect_of(payload_columns(robot))).null
@@ -96,7 +100,7 @@ def payload_problem(
     motion = long_motion(robot, heavy, bare, together, replace(settings, robust=robust), known)
     if motion.unloaded and motion.unloaded.equations == 0:
         raise InputError(f"{unloaded[0].source}: no joint moves: nothing can be compared")
-    source = Source(tuple(loaded), tuple(unloaded), processing, compared, reason, heavy[0].motion.rate)
+    source = Source(tuple(loaded), tuple(unloaded), processing, compared, reason, heavy[0].motion.rate, choices)
     return replace(motion, source=source, settings=settings)
 
 
@@ -241,14 +245,22 @@ def long_motion(
     base, processing = base_parameters(robot), settings.processing_of(robot)
     observer = Observer(robot, (*base.columns, *payload_columns(robot), PATH))
     both = observer.only((*base.columns, *payload_columns(robot)), (*base.columns, *PAYLOAD))
-    loads = {"loaded": recorded(both, (used(data, processing) for data in loaded))}
+    loads, chi = dict[str, _Load](), np.zeros(len(base.columns))
     if unloaded:
-        loads["unloaded"] = recorded(observer.only(base.columns), (used(data, processing) for data in unloaded))
-        if pairs:
-            loads["difference"] = _changes(observer, base, pairs, loads["unloaded"][0], processing)
+        loads["unloaded"], chi = under_own_load(
+            observer.only(base.columns), lambda own: recorded(own, (used(data, processing) for data in unloaded))
+        )
+    elif known is not None:
+        chi = known.values
+    loads["loaded"], values = under_own_load(
+        both, lambda own: recorded(own, (used(data, processing) for data in loaded)), chi
+    )
+    if pairs:
+        loads["difference"] = _changes(observer.at(values), base, pairs, loads["unloaded"][0], processing)
     parts: dict[str, Any] = {name: equations for name, (equations, _) in loads.items()}
     source = Source((), (), processing)
-    motion = LongMotion(robot, base, **parts, source=source, known=known, settings=settings)
+    carried = values[len(base.columns) :]
+    motion = LongMotion(robot, base, **parts, source=source, known=known, settings=settings, carried=carried)
     if not settings.robust:
         return motion
     # Memory is judged by what W alone leaves; of a difference, by what is left without friction.
@@ -281,7 +293,7 @@ def _inflation_beside(known: Estimate, equations: Equations, recordings: Sequenc
     anew in a few seconds, would take up the slow errors for themselves. A few seconds of load show less memory than
     the robot's own recordings did.
     """
-    rigid = [k for k, name in enumerate(known.names) if parameter_kind(name) not in FRICTION]
+    rigid = [k for k, name in enumerate(known.names) if not is_friction(name)]
     beside = equations.minus([known.names[k] for k in rigid], known.values[rigid])
     values = dict(zip(known.names, known.values, strict=True))
     values |= zip(beside.columns, weighted_solution(beside), strict=True)
@@ -304,12 +316,15 @@ def _changes(
 
     Friction's columns, of the loaded path, stand behind the payload's.
     """
-    chi, bare = robot_of(unloaded), observer.only(base.columns)
-    friction = [name for name in base.columns if parameter_kind(name) in FRICTION]
+    friction = [name for name in base.columns if is_friction(name)]
+    own, chi, loaded_terms = weighted_solution(unloaded), robot_of(unloaded), loaded_friction(observer.robot)
+    grows = [k for k, name in enumerate(base.columns) if name in loaded_terms]
+    chi[grows] = own[grows]  # by which the payload's load makes friction differ
+    heavy, bare = observer.only(base.columns), observer.only(base.columns).at(own)
 
     def change(pair: PairedMeasurement) -> Used:
         loaded = used(pair.loaded, processing, pair.unloaded.motion)
-        path = bare.torques(pair.loaded.motion, chi) - bare.torques(pair.unloaded.motion, chi)
+        path = heavy.torques(pair.loaded.motion, chi) - bare.torques(pair.unloaded.motion, chi)
         return loaded._replace(data=replace(torque_change(observer.robot, pair.unloaded, pair.loaded), path=path))
 
     columns = (*payload_columns(observer.robot), PATH, *friction)

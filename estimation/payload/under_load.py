@@ -19,7 +19,8 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from ...common.arrays import Array
-from ...model.drives import FRICTION, parameter_kind
+from ...model.drives import parameter_kind
+from ...model.friction import is_friction
 from ..equations.equations import PAYLOAD, Equations
 from ..equations.observer import PATH
 from ..fit.estimate import Estimate
@@ -52,7 +53,7 @@ def robot_of(unloaded: Equations) -> Array:
     U, singular, V = np.linalg.svd(W / scale, full_matrices=False)
     significant = singular > _SMALL * singular.max(initial=0.0)
     values = (V[significant].T @ ((U[:, significant].T @ Y) / singular[significant])) / scale
-    return np.where([parameter_kind(name) in FRICTION for name in unloaded.columns], 0.0, values)
+    return np.where([is_friction(name) for name in unloaded.columns], 0.0, values)
 
 
 def known_path(columns: Sequence[str], joints: int) -> tuple[Known, ...]:
@@ -116,7 +117,7 @@ def with_scale(loaded: Equations, robot: Known, role: SoftPrior) -> tuple[Equati
         return loaded.transformed(np.column_stack([np.eye(len(column)), column]), (*loaded.columns, _SCALE))
 
     every = zip(robot.names, robot.values.tolist(), strict=True)
-    rigid = {name: value for name, value in every if parameter_kind(name) not in FRICTION}
+    rigid = {name: value for name, value in every if not is_friction(name)}
     near = {_SCALE: role}
     values = LinearProblem(beside(rigid), (*PAYLOAD, _SCALE), (robot,), near).solved().values
     payload = values[:-1] / (1.0 + values[-1])

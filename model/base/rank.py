@@ -59,7 +59,10 @@ def random_states(robot: Robot, count: int, seed: int) -> tuple[Array, Array, Ar
 def stacked_regressor(robot: Robot, q: Array, qd: Array, qdd: Array) -> Array:
     """Standard regressor on all states, one below the other: (count * n) x N_s."""
     # So few states are not worth a kernel, which must be compiled once.
-    side_by_side = standard_regressor(robot).map(len(q))(q.T, qd.T, qdd.T)
+    phi, states = standard_regressor(robot), [q.T, qd.T, qdd.T]
+    if phi.n_in() > len(states):  # friction that depends on load, which any parameters may cause
+        states.append(np.random.default_rng(len(q)).uniform(-1.0, 1.0, q.T.shape))
+    side_by_side = phi.map(len(q))(*states)
     return np.asarray(side_by_side.full().reshape(robot.n * len(q), -1))
 
 

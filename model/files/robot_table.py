@@ -9,6 +9,7 @@ from msgspec import Meta, field, structs
 
 from ...common.schema import Real, Table, Triple, WrongKeyError, at, unknown
 from ..drives import Coupling, Drives, Spring
+from ..friction import PAPER, Friction, friction_terms, term_names
 from ..motion import Processing, usual_slow_speed
 from ..pose import Pose
 from ..regressors import standard_columns
@@ -150,12 +151,43 @@ class SpringTable(Table, frozen=True):
         return Spring(self.joint, self.stiffness, self.length, self.arms, math.radians(self.zero_deg), rows)
 
 
+class TermTable(Table, frozen=True):
+    """A term of friction with a law of its own, as ``Friction.of`` makes it."""
+
+    kind: str
+    code: str
+    unit: str = ""
+    joints: tuple[int, ...] = ()
+
+
+FrictionTable = tuple[str | TermTable, ...]
+"""Terms of friction: "FS", "FL2", "FB@0.1", or of one's own."""
+
+
+def friction_table(terms: Sequence[Friction]) -> FrictionTable:
+    """Terms of friction as files hold them."""
+    return tuple(
+        row
+        for term in terms
+        for row in ([TermTable(term.kind, term.code, term.unit, term.joints)] if term.code else term_names(term))
+    )
+
+
+def friction_of(table: FrictionTable) -> tuple[Friction, ...]:
+    """The reverse of ``friction_table``."""
+    own = (row for row in table if isinstance(row, TermTable))
+    return (
+        *friction_terms([row for row in table if isinstance(row, str)]),
+        *(Friction(row.kind, row.joints, unit=row.unit, code=row.code) for row in own),
+    )
+
+
 class DrivesTable(Table, frozen=True):
     """What the model has of each drive; keys that are left out go by the side where torque is measured."""
 
     side: Literal["motor", "link"] = "motor"
     rotor_inertia: bool | None = None
-    friction: bool | None = None
+    friction: bool | FrictionTable | None = None
     offsets: bool | None = None
     coupling: CouplingTable | None = None
     spring: SpringTable | None = None
@@ -165,11 +197,17 @@ class DrivesTable(Table, frozen=True):
         """Table of the drives."""
         usual, coupling = _usual(drives.side), drives.coupling
         values = {name: getattr(drives, name) for name in ("rotor_inertia", "friction", "offsets")}
+        if drives.friction not in ((), PAPER):
+            values["friction"] = friction_table(drives.friction)
         return DrivesTable(
             side=drives.side,
             coupling=CouplingTable(joints=coupling.joints, coulomb=coupling.coulomb) if coupling else None,
             spring=SpringTable.of(drives.spring) if drives.spring else None,
-            **{name: value for name, value in values.items() if value != getattr(usual, name)},
+            **{
+                name: bool(value) if value in ((), PAPER) else value
+                for name, value in values.items()
+                if value != getattr(usual, name)
+            },
         )
 
     def drives(self) -> Drives:
@@ -178,6 +216,11 @@ class DrivesTable(Table, frozen=True):
             if self.side == "link" and getattr(self, key):
                 raise WrongKeyError(key, "sensors on the link side do not see it: leave it out")
         values = {name: getattr(self, name) for name in ("rotor_inertia", "friction", "offsets")}
+        if isinstance(self.friction, bool):
+            values["friction"] = PAPER if self.friction else ()
+        elif self.friction is not None:
+            with at("friction"):
+                values["friction"] = friction_of(self.friction)
         drives = replace(_usual(self.side), **{key: value for key, value in values.items() if value is not None})
         if self.coupling:
             with at("coupling"):

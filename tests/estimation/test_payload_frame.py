@@ -20,6 +20,7 @@ from dynident.estimation.payload.result import frame_change
 from dynident.estimation.payload.weighing import difference_weighing
 from dynident.model import Drives, InertialParameters, Motion, Pose, Robot, mounted, standard_columns, with_tool
 from dynident.model.frames import MOUNTS
+from dynident.model.friction import PAPER
 from dynident.tests.estimation.payload.recordings import LOAD, NOISE, near
 from dynident.trajectories import Simulator
 
@@ -62,7 +63,7 @@ def test_friction_behind_link_side_sensors(
 ) -> None:
     """Seals rub there as well: a file that says so explains the torque, one that does not leaves it over."""
     plain = replace(rx90, drives=Drives.on_link_side())
-    rubbing = replace(plain, drives=replace(plain.drives, friction=True))
+    rubbing = replace(plain, drives=replace(plain.drives, friction=PAPER))
     simulator, motion = simulator_of(rubbing), wander(6, 4)
     bare, loaded = simulator.record(motion, None, [0.1] * 6, 1), simulator.record(motion, payload, [0.1] * 6, 2)
     first, second = (

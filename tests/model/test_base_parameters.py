@@ -18,8 +18,8 @@ from dynident.model.base.rank import leftmost_independent, random_states, stacke
 from dynident.model.regressors import payload_columns
 
 Groupings = dict[str, dict[str, float]]
-INERTIAL_ONLY = Drives(rotor_inertia=False, friction=False)
-WITH_ROTORS = Drives(rotor_inertia=True, friction=False)
+INERTIAL_ONLY = Drives(rotor_inertia=False, friction=())
+WITH_ROTORS = Drives(rotor_inertia=True, friction=())
 
 
 def with_drives(robot: Robot, drives: Drives) -> Robot:

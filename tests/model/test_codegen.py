@@ -54,7 +54,7 @@ SLIDING = Robot(
 TABLE = replace(
     SLIDING, drives=Drives(spring=Spring(2, table=((-3.0, 30.0), (-0.5, 5.0), (1.0, -8.0), (3.0, -60.0))))
 )
-SLIDER = Robot("slider", (Joint("prismatic"),), drives=Drives(friction=False))
+SLIDER = Robot("slider", (Joint("prismatic"),), drives=Drives(friction=()))
 ROBOTS = {name: load_robot(name) for name in IN_FULL} | {"sliding": SLIDING, "table": TABLE, "slider": SLIDER}
 """Shipped arms but for those that differ by lengths and axes alone, and what else drives can have."""
 

@@ -123,7 +123,7 @@ def test_offsets_are_named_and_constant(rx90: Robot) -> None:
 
 
 def test_drives_without_friction_and_rotors() -> None:
-    robot = Robot("bare", (Joint(),), drives=Drives(rotor_inertia=False, friction=False))
+    robot = Robot("bare", (Joint(),), drives=Drives(rotor_inertia=False, friction=()))
     assert len(standard_columns(robot)) == 10
     assert standard_regressor(robot).size_out(0) == (1, 10)
 
@@ -201,7 +201,7 @@ def test_springs_without_one_clear_law(arguments: dict[str, object], message: st
     [
         (Drives(coupling=Coupling((5, 7))), "joint 7, the robot has joints 1 to 6"),
         (Drives(spring=replace(GEOMETRIC, joint=0)), "joint 0, the robot has joints 1 to 6"),
-        (Drives(friction=False, coupling=Coupling((5, 6))), "need rotor inertia and friction"),
+        (Drives(friction=(), coupling=Coupling((5, 6))), "need rotor inertia and friction"),
         (Drives(rotor_inertia=False, coupling=Coupling((5, 6))), "need rotor inertia and friction"),
     ],
 )

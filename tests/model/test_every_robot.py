@@ -33,7 +33,7 @@ def vector(robot: Robot, values: dict[str, float]) -> Array:
 
 
 def without_drives(robot: Robot) -> Robot:
-    return replace(robot, drives=Drives(rotor_inertia=False, friction=False))
+    return replace(robot, drives=Drives(rotor_inertia=False, friction=()))
 
 
 def spring_torque(robot: Robot, q: Array) -> Array:

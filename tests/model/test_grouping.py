@@ -65,7 +65,7 @@ def test_known_robots(name: str) -> None:
     robot = serial(name)
     check(compare(robot))
     for rotors, number in zip((True, False), (SHIPPED | NUMBERS)[name], strict=True):
-        drives = Drives(rotor_inertia=rotors, friction=False)
+        drives = Drives(rotor_inertia=rotors, friction=())
         assert len(closed_form_base_parameters(replace(robot, drives=drives)).columns) == number
 
 
@@ -114,7 +114,7 @@ def test_without_gravity() -> None:
 def test_prismatic_rotor_beyond_the_first_joint() -> None:
     """The counter-example of grouping.py: a rule for j = 1 only would keep four parameters."""
     joints = (Joint("prismatic"), Joint("prismatic", alpha=radians(90)))
-    base = closed_form_base_parameters(Robot("two slides", joints, drives=Drives(friction=False)))
+    base = closed_form_base_parameters(Robot("two slides", joints, drives=Drives(friction=())))
     assert base.groupings(symbolic=True) == ("M1R = -IA2 + M1", "IA1 = IA1", "M2R = IA2 + M2")
     assert base.unidentifiable == base.standard[:9] + base.standard[11:20]
     check(compare(Robot("two slides", joints)))
@@ -132,7 +132,7 @@ def test_axes_that_coincide_at_zero_only() -> None:
 
 def test_offset_of_a_vertical_slide() -> None:
     """A vertical slide's weight is as constant as an offset: OFF1 cannot be told from M1 less IA1."""
-    robot = Robot("lift", (Joint("prismatic"),), drives=Drives(friction=False, offsets=True))
+    robot = Robot("lift", (Joint("prismatic"),), drives=Drives(friction=(), offsets=True))
     base = closed_form_base_parameters(robot)
     assert base.names == ("M1R", "IA1R")
     np.testing.assert_allclose(base.grouping[:, -1], [1 / 9.81, -1 / 9.81])

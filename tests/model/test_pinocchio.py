@@ -47,7 +47,7 @@ def with_bodies(robot: Robot, values: dict[str, float]) -> pin.Model:
 
 
 def rigid(robot: Robot) -> Robot:
-    return replace(robot, drives=Drives(rotor_inertia=False, friction=False))
+    return replace(robot, drives=Drives(rotor_inertia=False, friction=()))
 
 
 def relative_error(value: Array, reference: Array) -> float:

@@ -22,6 +22,7 @@ from dynident.model import (
     standard_columns,
 )
 from dynident.model.files.robot_file import robot_toml
+from dynident.model.friction import PAPER
 
 Write = Callable[[str], Path]
 
@@ -147,7 +148,7 @@ def test_defaults(write: Write) -> None:
     assert robot.joints == (Joint(), Joint())
     assert robot.gravity == (0.0, 0.0, -9.81)
     assert robot.payload_frame == "frame 2 (modified DH)"
-    assert (robot.drives.rotor_inertia, robot.drives.friction, robot.drives.offsets) == (True, True, False)
+    assert (robot.drives.rotor_inertia, robot.drives.friction, robot.drives.offsets) == (True, PAPER, False)
     assert robot.flange.is_identity
     assert robot.base.is_identity
     assert math.isinf(robot.rated_payload)

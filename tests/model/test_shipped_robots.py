@@ -131,7 +131,7 @@ def test_written_and_read_again(name: str, tmp_path_factory: pytest.TempPathFact
 
 def test_friction_on_the_link_side_is_written(tmp_path: Path) -> None:
     rubbing = load_robot("panda")
-    robot = replace(rubbing, drives=replace(rubbing.drives, friction=False))
+    robot = replace(rubbing, drives=replace(rubbing.drives, friction=()))
     path = tmp_path / "again.toml"
     path.write_text(robot_toml(rubbing, "made up"), encoding="utf-8")
     assert load_robot(path).drives == rubbing.drives != robot.drives

@@ -111,4 +111,4 @@ ARMS = [*REFERENCE, *SHIPPED]
 
 
 def rigid(robot: Robot) -> Robot:
-    return replace(robot, drives=Drives(rotor_inertia=False, friction=False))
+    return replace(robot, drives=Drives(rotor_inertia=False, friction=()))

@@ -23,6 +23,7 @@ from ...model import (
     mass_matrix,
     standard_columns,
 )
+from ...model.drives import smooth_sign
 from ...model.dynamics import dry_friction_names, smooth_dry_friction
 from ...model.integration import SMOOTHING, Stepper, runge_kutta, stable_steps
 from ...model.kernel.kernel import Kernel
@@ -269,7 +270,9 @@ def integration_step(robot: Robot, base: BaseParameters, waves: int) -> ca.Funct
     h, kp, kv, ki, J, amplitude, w, phases = ca.vertsplit(
         settings, np.cumsum([0, 1, 1, 1, 1, n, n, waves, n * waves]).tolist()
     )
-    forward, friction = forward_dynamics_base(robot, base), smooth_dry_friction(robot, SMOOTHING)
+    forward, dry = forward_dynamics_base(robot, base, smooth_sign(SMOOTHING)), dry_friction_names(robot)
+    own = ca.SX(chi)
+    own[[base.columns.index(name) for name in dry]] = level
 
     def slope(x: ca.SX, reference: ca.SX) -> tuple[ca.SX, ca.SX]:
         (q, qd, z), (q_r, qd_r, feed_forward) = ca.vertsplit(x, n), ca.vertsplit(reference, n)
@@ -278,7 +281,7 @@ def integration_step(robot: Robot, base: BaseParameters, waves: int) -> ca.Funct
         ripple = ca.SX.zeros(n)
         for k in range(waves):
             ripple += amplitude * ca.sin(w[k] * q + phases[k * n : (k + 1) * n])
-        return ca.vertcat(qd, forward(q, qd, torque + ripple - friction(qd, level), chi), error), torque
+        return ca.vertcat(qd, forward(q, qd, torque + ripple, own), error), torque
 
     at_start, torque = slope(x, reference[0])
     after = runge_kutta(

@@ -29,7 +29,7 @@ from dynident.trajectories.motions.via_points import random_points
 from dynident.trajectories.simulation.closed_loop import ClosedLoop, Task
 
 STEP = 0.01
-PENDULUM = Robot("pendulum", (Joint(alpha=radians(90)),), drives=Drives(friction=False, offsets=False))
+PENDULUM = Robot("pendulum", (Joint(alpha=radians(90)),), drives=Drives(friction=(), offsets=False))
 """Turns about a level axis; gravity pulls its mass down."""
 BODY = {"M1": 2.0, "MX1": 1.0, "ZZ1": 0.9}
 

@@ -1,0 +1,149 @@
+"""Friction of the drives as the data ask for it, and the equations of friction that grows with load."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import NamedTuple, TypeVar
+
+import numpy as np
+
+from ...common.arrays import Array
+from ...common.errors import InputError
+from ...common.linear import without
+from ...model import Robot
+from ...model.drives import parameter_kind
+from ...model.friction import Friction
+from ..equations.equations import Equations
+from ..equations.observer import Observer
+from .blocks import weighted_solution
+from .linear_problem import LinearProblem, left_out
+
+_PASSES = 6
+"""At most: the load is known after one, and each leaves its error times FL."""
+_SETTLED = 1e-3
+"""Of a standard deviation: a smaller change of every parameter ends the passes."""
+_OWN = 0.05
+"""Part of a term's column that no other column can imitate, below which the data do not tell it apart."""
+
+
+Held = TypeVar("Held")
+
+
+class TermChoice(NamedTuple):
+    """What held-out blocks of time say of a term at a joint.
+
+    ``fall``: of the joint's squared error on them, as a fraction of it; ``error``: its standard error;
+    ``why_not``: why the term is left out, empty where it is kept.
+    """
+
+    name: str
+    fall: float
+    error: float
+    why_not: str = ""
+
+
+def loaded_friction(robot: Robot) -> tuple[str, ...]:
+    """Parameters of friction that depends on the torque that a gear carries."""
+    loaded = [term for term in robot.drives.friction if term.loaded]
+    return tuple(f"{term.kind}{j}" for term in loaded for j in range(1, robot.n + 1) if term.at(j))
+
+
+def under_own_load(
+    observer: Observer, reduced: Callable[[Observer], tuple[Equations, Held]], known: Array | None = None
+) -> tuple[tuple[Equations, Held], Array]:
+    """Reduce recordings with friction under the load that their own parameters cause.
+
+    The first pass finds the load without friction that grows with it; the next ones refresh it until no parameter
+    moves by more than 1e-3 of its standard deviation.
+
+    Args:
+        observer: of the equations.
+        reduced: equations of the recordings by an observer, and what else it keeps of them.
+        known: values of the first columns, which are not found anew; none by default.
+
+    Returns:
+        What ``reduced`` gives, and the parameters by which the load is.
+    """
+    known = np.zeros(0) if known is None else known
+    values = np.concatenate([known, np.zeros(len(observer.columns) - len(known))])
+    if not observer.robot.drives.loaded:
+        return reduced(observer), values
+    for _ in range(_PASSES):
+        result = reduced(observer.at(values))
+        own = result[0].minus(observer.columns[: len(known)], known)
+        found = np.concatenate([known, weighted_solution(own)])
+        moved, values = (found - values)[len(known) :], found
+        if (np.abs(moved) <= _SETTLED * _sigma(own)).all():
+            break
+    return result, values
+
+
+def _sigma(equations: Equations) -> Array:
+    """Standard deviations by the formula; zero where the parameters are not determined."""
+    try:
+        return LinearProblem(equations, equations.columns).estimate().sigma
+    except InputError:
+        return np.zeros(len(equations.columns))
+
+
+def chosen_terms(
+    robot: Robot, candidates: Sequence[Friction], equations: Equations
+) -> tuple[tuple[Friction, ...], tuple[TermChoice, ...]]:
+    """Keep the terms by which a joint's error on held-out blocks falls by more than its standard error.
+
+    Args:
+        robot: with all candidates at all joints.
+        candidates: tried one after the other.
+        equations: in its base parameters, in blocks of time.
+    """
+    kinds = [term.kind for term in candidates]
+    kept = [name for name in equations.columns if parameter_kind(name) not in kinds]
+    weights = equations.joint_weights(_padded(equations, kept))
+    chosen, choices = list[Friction](), list[TermChoice]()
+    for term in candidates:
+        names = [f"{term.kind}{j}" for j in range(1, robot.n + 1) if f"{term.kind}{j}" in equations.columns]
+        tried = [name for name in names if _apart(equations, name, kept) > _OWN]
+        before, after = (_held_out(equations, columns, weights) for columns in (kept, [*kept, *tried]))
+        joints = []
+        for name in names:
+            j = int(name.removeprefix(term.kind)) - 1
+            falls = before[0][:, j] - after[0][:, j]
+            total, error = float(falls.sum()), float(np.sqrt(len(falls)) * falls.std(ddof=1))
+            size = float(before[0][:, j].sum())
+            why_not = "" if total > error else "explains no more on held-out blocks"
+            if name not in tried:
+                why_not = "not told apart from the others"
+            elif not why_not and term.loaded and after[1][name] <= 0.0:
+                why_not = "would be negative"
+            choices.append(TermChoice(name, total / size if size else 0.0, error / size if size else 0.0, why_not))
+            if not why_not:
+                joints.append(j + 1)
+        if joints:
+            chosen.append(replace(term, joints=tuple(joints) if len(joints) < robot.n else ()))
+            kept += [f"{term.kind}{joint}" for joint in joints]
+    return tuple(chosen), tuple(choices)
+
+
+def _padded(equations: Equations, names: Sequence[str]) -> Array:
+    """Values of all columns by a fit of some, zero the others."""
+    values = np.zeros(len(equations.columns))
+    values[[equations.columns.index(name) for name in names]] = weighted_solution(equations.whole.select(names))
+    return values
+
+
+def _apart(equations: Equations, name: str, others: Sequence[str]) -> float:
+    """Part of a column that its joint's other columns cannot imitate."""
+    place, rest = equations.columns.index(name), [equations.columns.index(other) for other in others]
+    j = int(name.removeprefix(parameter_kind(name))) - 1
+    column = equations.factors[j][:, [place]]
+    size = float(np.linalg.norm(column))
+    return float(np.linalg.norm(without(column, equations.factors[j][:, rest]))) / size if size else 0.0
+
+
+def _held_out(equations: Equations, names: Sequence[str], weights: Array) -> tuple[Array, dict[str, float]]:
+    """Squared errors of each joint on each block by the others' fit, B x n, and the values by all."""
+    solutions = left_out(equations, names, weights).values[:, :, 0]
+    places = [*(equations.columns.index(name) for name in names), -1]
+    rows = np.column_stack([-solutions[:-1], np.ones(len(solutions) - 1)])
+    errors = [np.einsum("bkc,bc->bk", stack[:, :, places], rows) for stack in equations.blocks.factors]
+    squares = np.column_stack([np.sum(error**2, axis=1) for error in errors])
+    return squares, dict(zip(names, solutions[-1].tolist(), strict=True))

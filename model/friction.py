@@ -1,0 +1,159 @@
+"""Friction of drives, a list of terms: each is a parameter times a law of speed, position and load.
+
+The paper's terms are Coulomb and viscous friction (2). Gears also rub in proportion to the torque that they carry
+(Hamon, Gautier, Garrec: Dynamic identification of robots with a dry friction model depending on load and velocity,
+IROS 2010), and lubricated contacts grow more slowly than their speed.
+"""
+
+import re
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from typing import Any, NamedTuple
+
+import casadi as ca
+import numpy as np
+
+from ..common.errors import InputError
+
+
+class Law(NamedTuple):
+    """What multiplies the parameter of a built-in term.
+
+    ``value`` of a library (NumPy or CasADi), speed, its sign, load and the term's own speed; ``loaded``: whether
+    the load counts.
+    """
+
+    title: str
+    unit: str
+    value: Callable[[Any, Any, Any, Any, float], Any]
+    loaded: bool = False
+
+
+LAWS = {
+    "FS": Law("Coulomb", "N·m or N", lambda lib, v, sign, load, own: sign),
+    "FV": Law("viscous", "N·m·s or N·s/m", lambda lib, v, sign, load, own: v),
+    "FL": Law("load", "1", lambda lib, v, sign, load, own: lib.fabs(load) * sign, loaded=True),
+    "FR": Law("root", "N·m/(rad/s)^.5 or N/(m/s)^.5", lambda lib, v, sign, load, own: lib.sqrt(lib.fabs(v)) * sign),
+    "FB": Law("Stribeck", "N·m or N", lambda lib, v, sign, load, own: lib.exp(-((v / own) ** 2)) * sign),
+    "FA": Law("asymmetric Coulomb", "N·m or N", lambda lib, v, sign, load, own: lib.fabs(sign)),
+}
+"""The built-in terms: (2), then load FL |tau| sign(qd), root FR sqrt|qd| sign(qd), Stribeck FB exp(-(qd/speed)^2)
+sign(qd), and FA |sign(qd)|, by which Coulomb friction differs from one direction to the other."""
+_NAME = re.compile(r"(F[A-Z]+)(\d*)(?:@([\d.eE+-]+))?")
+
+
+@dataclass(frozen=True)
+class Friction:
+    """One term of the friction of all joints or of some.
+
+    Attributes:
+        kind: what its parameters are called, "FL" of FL2: one of ``LAWS``, or another that begins with F.
+        joints: numbers of the joints that have it; empty for all.
+        speed: at which the Stribeck term has fallen to 1/e [rad/s or m/s]; of no other term.
+        unit: of the parameter of a law of one's own.
+        code: such a law, as ``Friction.of`` writes it.
+    """
+
+    kind: str
+    joints: tuple[int, ...] = ()
+    speed: float = 0.0
+    unit: str = ""
+    code: str = ""
+
+    def __post_init__(self) -> None:
+        """Refuse a term without a law, and numbers that its law does not take."""
+        if not re.fullmatch(r"F[A-Z]+", self.kind) or self.kind in ("FSM", "FVM"):
+            raise InputError(f"friction {self.kind!r}: its name must be F and more capitals, and not FSM or FVM")
+        if (self.kind in LAWS) == bool(self.code):
+            raise InputError(f"friction {self.kind!r}: give one of {', '.join(LAWS)}, or a law of your own")
+        if (self.speed > 0.0) != (self.kind == "FB"):
+            raise InputError(f"friction {self.kind!r}: FB needs a speed, FB@0.1; no other term has one")
+
+    @staticmethod
+    def of(kind: str, unit: str, law: ca.Function, joints: Sequence[int] = ()) -> "Friction":
+        """Make a term of one's own.
+
+        Args:
+            kind: what its parameters are called, "FD".
+            unit: of the parameter.
+            law: function of the joint's speed [rad/s or m/s], position [rad or m] and load, the torque of links,
+                payload and spring that the gear carries [N·m or N], to what multiplies the parameter.
+            joints: numbers of the joints that have it; all by default.
+
+        Raises:
+            InputError: if it is a function of something else.
+        """
+        sizes = [law.numel_in(k) for k in range(law.n_in())] + [law.numel_out(k) for k in range(law.n_out())]
+        if law.n_in() != 3 or sizes != [1, 1, 1, 1]:
+            raise InputError(f"friction {kind!r}: its law must take speed, position and load and give one number")
+        return Friction(kind, tuple(joints), unit=unit, code=law.serialize())
+
+    @property
+    def loaded(self) -> bool:
+        """Whether it depends on the torque that the gear carries."""
+        if not self.code:
+            return LAWS[self.kind].loaded
+        return bool(_law(self.code).jac_sparsity(0, 2).nnz())
+
+    def at(self, joint: int) -> bool:
+        """Whether a joint (from 1) has it."""
+        return not self.joints or joint in self.joints
+
+    def value(self, lib: Any, speed: Any, sign: Any, position: Any, load: Any) -> Any:
+        """What multiplies its parameter, by NumPy or CasADi."""
+        if not self.code:
+            return LAWS[self.kind].value(lib, speed, sign, load, self.speed)
+        law = _law(self.code)
+        if lib is ca:
+            return law(speed, position, load)
+        rows = (np.broadcast_to(x, speed.shape)[None] for x in (speed, position, load))
+        return law.map(len(speed))(*rows).full()[0]
+
+
+PAPER = (Friction("FS"), Friction("FV"))
+"""Coulomb and viscous friction (2)."""
+
+
+def is_friction(name: str) -> bool:
+    """Whether a parameter is one of friction, a constant torque among it."""
+    return name.startswith(("F", "OFF"))
+
+
+def friction_terms(names: Sequence[str]) -> tuple[Friction, ...]:
+    """Read terms: "FS" for all joints, "FL2" for joint 2 alone, "FB@0.1" with the Stribeck speed.
+
+    Raises:
+        InputError: for a name that stands for no term.
+    """
+    terms: dict[tuple[str, float], list[int]] = {}
+    for name in names:
+        found = _NAME.fullmatch(name.strip())
+        if not found or found[1] not in LAWS:
+            kinds = ", ".join(f"{kind} ({law.title})" for kind, law in LAWS.items())
+            raise InputError(f"friction {name.strip()!r}: give terms such as FS,FV,FL1,FB@0.1, of {kinds}")
+        joints = terms.setdefault((found[1], float(found[3] or 0.0)), [])
+        joints += [int(found[2])] if found[2] else [0]
+    return tuple(
+        Friction(kind, () if 0 in joints else tuple(sorted(set(joints))), speed)
+        for (kind, speed), joints in terms.items()
+    )
+
+
+def term_names(term: Friction) -> tuple[str, ...]:
+    """The reverse of ``friction_terms`` for one built-in term."""
+    speed = f"@{term.speed:g}" if term.speed else ""
+    return tuple(f"{term.kind}{joint}{speed}" for joint in term.joints) or (f"{term.kind}{speed}",)
+
+
+def at_joints(term: Friction, joints: Sequence[int]) -> Friction:
+    """The term at some joints alone."""
+    return replace(term, joints=tuple(joints))
+
+
+@lru_cache(maxsize=64)
+def _law(code: str) -> ca.Function:
+    try:
+        return ca.Function.deserialize(code)
+    except RuntimeError as error:
+        raise InputError(f"a law of friction cannot be read: {error}") from None
