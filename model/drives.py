@@ -10,7 +10,7 @@ import numpy as np
 
 from ..common.arrays import Array
 from ..common.errors import InputError
-from .friction import PAPER, Friction
+from .friction import PAPER, Friction, in_order
 
 
 def parameter_kind(name: str) -> str:
@@ -140,6 +140,10 @@ class Drives:
     coupling: Coupling | None = None
     spring: Spring | None = None
     side: Literal["motor", "link"] = field(default="motor", repr=False)
+
+    def __post_init__(self) -> None:
+        """Put the terms of friction in their order."""
+        object.__setattr__(self, "friction", in_order(self.friction))
 
     def check(self, n: int) -> None:
         """Refuse drives that name joints which a robot of ``n`` joints lacks."""

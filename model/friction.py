@@ -146,9 +146,29 @@ def term_names(term: Friction) -> tuple[str, ...]:
     return tuple(f"{term.kind}{joint}{speed}" for joint in term.joints) or (f"{term.kind}{speed}",)
 
 
-def at_joints(term: Friction, joints: Sequence[int]) -> Friction:
-    """The term at some joints alone."""
-    return replace(term, joints=tuple(joints))
+def in_order(terms: Sequence[Friction]) -> tuple[Friction, ...]:
+    """Sort terms as their parameters stand in a model: the built-in ones, then others by name."""
+    builtin = list(LAWS)
+    return tuple(
+        sorted(terms, key=lambda term: (builtin.index(term.kind) if term.kind in LAWS else len(LAWS), term.kind))
+    )
+
+
+def terms_of(names: Sequence[str], own: Sequence[Friction], joints: int) -> tuple[Friction, ...]:
+    """Read the friction of a model from the names of its parameters.
+
+    Args:
+        names: of all parameters, base or standard ones.
+        own: terms of the robot's description, which tell what no name does: a Stribeck speed, a law of one's own.
+        joints: number of joints.
+    """
+    known = {kind: Friction(kind) for kind in LAWS if kind != "FB"} | {term.kind: term for term in own}
+    terms = []
+    for kind, term in known.items():
+        there = tuple(j for j in range(1, joints + 1) if f"{kind}{j}" in names)
+        if there:
+            terms.append(replace(term, joints=there if len(there) < joints else ()))
+    return in_order(terms)
 
 
 @lru_cache(maxsize=64)

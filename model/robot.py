@@ -6,7 +6,7 @@ Frame j is reached from frame j-1 by a rotation ``alpha`` about x, a translation
 
 import hashlib
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import Any, Literal, NamedTuple
@@ -14,6 +14,7 @@ from typing import Any, Literal, NamedTuple
 from ..common.brief import Brief
 from ..common.errors import holds_control
 from .drives import Coupling, Drives, Spring
+from .friction import Friction, terms_of
 from .motion import Processing
 from .pose import Pose
 
@@ -237,6 +238,14 @@ class Robot(Brief):
     def with_offsets(self, offsets: bool) -> "Robot":
         """Copy of the robot with or without a constant friction offset per joint."""
         return replace(self, drives=replace(self.drives, offsets=offsets))
+
+    def with_friction(self, terms: Sequence[Friction]) -> "Robot":
+        """Copy of the robot with other terms of friction."""
+        return replace(self, drives=replace(self.drives, friction=tuple(terms)))
+
+    def of_parameters(self, names: Sequence[str]) -> "Robot":
+        """Copy of the robot with the terms of friction that parameters of an earlier identification are of."""
+        return self.with_friction(terms_of(names, self.drives.friction, self.n))
 
     def for_currents(self) -> "Robot":
         """Copy of the robot whose equations each hold one motor's torque, a spring's torque as a column."""

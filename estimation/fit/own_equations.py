@@ -1,7 +1,6 @@
 """The robot's own equations: recordings without payload, checked, filtered and reduced."""
 
 from collections.abc import Sequence
-from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -80,7 +79,7 @@ def with_friction(robot: Robot, recordings: Sequence[Recording], settings: Setti
     """
     asked, own = settings.friction, robot.drives.friction
     if not isinstance(asked, Candidates):
-        return Described(replace(robot, drives=replace(robot.drives, friction=asked)))
+        return Described(robot.with_friction(asked))
     kinds = [term.kind for term in own]
     candidates = tuple(term for term in asked.terms if term.kind not in kinds)
     if not candidates or not own:
@@ -89,7 +88,7 @@ def with_friction(robot: Robot, recordings: Sequence[Recording], settings: Setti
     check_recordings(robot, recordings)
     check_moving(robot, base_parameters(robot), recordings)
     check_lengths(recordings, settings.processing_of(robot))
-    wide = replace(robot, drives=replace(robot.drives, friction=(*own, *candidates)))
+    wide = robot.with_friction((*own, *candidates))
     base, processing = base_parameters(wide), settings.processing_of(robot)
     measured = [used(data, processing) for data in filtered(recordings, processing)]
     observer = Observer(wide, base.columns)
@@ -99,8 +98,11 @@ def with_friction(robot: Robot, recordings: Sequence[Recording], settings: Setti
     equations = in_own_blocks(*recorded(observer.at(padded), measured))
     if len(equations.blocks) < FEWEST:
         return Described(robot)
-    terms, choices = chosen_terms(wide, candidates, equations)
-    return Described(replace(robot, drives=replace(robot.drives, friction=(*own, *terms))), choices)
+    try:
+        terms, choices = chosen_terms(wide, candidates, equations)
+    except InputError:  # without some block the motion leaves a direction open: nothing can be held out
+        return Described(robot)
+    return Described(robot.with_friction((*own, *terms)), choices)
 
 
 def in_own_blocks(equations: Equations, recordings: Sequence[Recorded]) -> Equations:

@@ -75,7 +75,9 @@ def payload_problem(
         InputError: if a recording cannot be used.
     """
     processing, progress, choices = settings.processing_of(robot), settings.progress, tuple[TermChoice, ...]()
-    if known is None and unloaded:
+    if known is not None:
+        robot = robot.of_parameters(known.names)
+    elif unloaded:
         robot, choices = with_friction(robot, unloaded, settings)
     progress("base parameters")
     base = base_parameters(robot)

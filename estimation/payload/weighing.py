@@ -47,6 +47,7 @@ def known_robot_weighing(
         InputError: if recordings cannot be used, or the parameters are another model's.
     """
     processing, progress = settings.processing_of(robot), settings.progress
+    robot = robot.of_parameters(known.names)
     check_recordings(robot, loaded)
     check_lengths(loaded, processing)
     progress("base parameters")

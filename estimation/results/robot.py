@@ -10,6 +10,7 @@ from ...common.arrays import Array
 from ...common.errors import InputError
 from ...common.schema import Document, Matrix, Vector, WrongKeyError, at, present
 from ...model import Robot
+from ...model.files.robot_table import friction_of
 from ..fit.covariance import RobustCovariance
 from ..fit.drive_gains import Fingerprints, Gains
 from ..fit.estimate import Estimate, Fit
@@ -223,6 +224,8 @@ class RobotResult(Result, frozen=True, kw_only=True, dict=True):
                 f"'dynident identify --robot {robot.name}'"
             )
         robot = robot.with_offsets(self.processing.offsets is True)
+        if terms := present(self.processing.friction):
+            robot = robot.with_friction(friction_of(terms))
         coulomb = present(self.processing.coulomb)
         if coulomb is not None and robot.coupling is not None:
             robot = robot.with_coulomb(coulomb)

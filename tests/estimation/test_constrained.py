@@ -26,6 +26,7 @@ from dynident.estimation.payload.methods import combined
 from dynident.estimation.payload.problem import long_motion
 from dynident.estimation.possible.cone import ConeProgram, solve_cone
 from dynident.model import InertialParameters, load_robot
+from dynident.model.friction import PAPER
 from dynident.model.motion import Measurement
 from dynident.tests.estimation.estimates import EXACT, TABLES, all_ten, estimate_of, random_estimate
 from dynident.trajectories import Simulator
@@ -200,7 +201,7 @@ def test_ur10e(recordings: Path) -> None:
     )
     every_row = replace(robot.processing, slow_speed=0.0)
     problem = payload_problem(
-        robot, [loaded], [unloaded], settings=Settings(every_row, robust=False, friction_change=0.0)
+        robot, [loaded], [unloaded], settings=Settings(every_row, robust=False, friction_change=0.0, friction=PAPER)
     )
     results = [solve_constrained(payload_estimate(problem, method).estimate) for method in (1, 2, 3, 4)]
     assert [result.body.mass for result in results] == pytest.approx([2.793, 2.788, 2.791, 2.787], abs=4e-3)

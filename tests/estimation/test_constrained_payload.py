@@ -28,6 +28,7 @@ from dynident.estimation.payload.result import constrain_payload
 from dynident.estimation.possible import payload as possible_payload
 from dynident.estimation.possible.constraints import Constraint
 from dynident.model import InertialParameters, Motion, load_robot
+from dynident.model.friction import PAPER
 from dynident.trajectories import Simulator
 
 
@@ -158,7 +159,9 @@ def test_ur10e(recordings: Path) -> None:
         for name in ("loaded_2.805kg", "unloaded")
     )
     every_row = replace(robot.processing, slow_speed=0.0)
-    problem = payload_problem(robot, [loaded], [bare], settings=Settings(every_row, friction_change=0.0))
+    problem = payload_problem(
+        robot, [loaded], [bare], settings=Settings(every_row, friction_change=0.0, friction=PAPER)
+    )
     plain = constrain_payload(payload_estimate(problem, 3))  # without a tilt's share of the covariance
     assert plain.body.first_moments == pytest.approx([0.083, 0.476, 0.137], abs=0.001)
     answer = answer_payload(problem, gains=Gains((0.02,)))

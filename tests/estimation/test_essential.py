@@ -26,9 +26,12 @@ from dynident.estimation.fit.essential import Elimination, EliminationPath, Stop
 from dynident.estimation.fit.estimate import Fit
 from dynident.estimation.fit.least_squares import weighted
 from dynident.model import INERTIAL, InertialParameters, Robot, load_robot
+from dynident.model.friction import PAPER
 from dynident.trajectories import RX90_NOISE, Simulator, random_via_points
 
 NOTHING = Fit(np.ones(1), np.ones(1), (1,))
+
+FIXED = Settings(robust=False, friction=PAPER)
 
 
 def refitted(problem: Equations, weights: Array) -> tuple[list[str], list[float], list[float]]:
@@ -73,13 +76,13 @@ def simulated_rx90() -> Identification:
     simulator = Simulator(robot)
     motions = [random_via_points(robot, 14, seed=k).motion(250.0) for k in range(2)]
     records = [simulator.record(m, None, RX90_NOISE, [0, k, 0], f"{k}") for k, m in enumerate(motions)]
-    return identify(robot, records, Settings(robust=False))
+    return identify(robot, records, FIXED)
 
 
 @pytest.fixture(scope="module")
 def tx40(recordings: Path) -> Identification:
     robot = load_robot("tx40")
-    return identify(robot, [read_recording(recordings / "tx40" / "tx40.csv.gz", robot)], Settings(robust=False))
+    return identify(robot, [read_recording(recordings / "tx40" / "tx40.csv.gz", robot)], FIXED)
 
 
 def test_the_path_is_that_of_refits(simulated_rx90: Identification) -> None:

@@ -26,16 +26,15 @@ def test_residuals_are_those_of_the_fit() -> None:
     """By W of the held-out recording, and by its triangular factor."""
     used, second = recorded(0, False), recorded(1, False)
     result = identify(ROBOT, [used], Settings(robust=False), validation=[second])
-    prediction = robot_prediction(ROBOT, result.base, result.estimate.values, second, ROBOT.processing, True)
+    prediction = robot_prediction(result.robot, result.base, result.estimate.values, second, ROBOT.processing, True)
     (same,) = result.predictions
     assert np.array_equal(same.measured[0], prediction.measured[0])
     assert same.held_out
     assert result.validation is not None
     assert np.allclose(prediction.relative_per_joint, result.validation.relative_per_joint, rtol=1e-6)
-    check = base_problem(ROBOT, result.base, [second], Settings(ROBOT.processing, robust=False))
-    assert np.allclose(
-        prediction.relative_per_joint, fit(check, result.estimate.values).relative_per_joint, rtol=1e-6
-    )
+    settings, values = Settings(ROBOT.processing, robust=False), result.estimate.values
+    check = base_problem(result.robot, result.base, [second], settings, fitted=values)
+    assert np.allclose(prediction.relative_per_joint, fit(check, values).relative_per_joint, rtol=1e-6)
     assert prediction.worst == int(np.argmax(result.validation.relative_per_joint))
     assert prediction.held_out
     assert not prediction.loaded

@@ -11,6 +11,7 @@ import pytest
 from dynident.apps.logs.read import read_recording
 from dynident.estimation import Identification, LongMotion, Settings, identify, payload_estimate, payload_problem
 from dynident.model import Processing, Recording, load_robot
+from dynident.model.friction import PAPER
 
 MASS = 2.805  # kg, weighed
 GAINS = (11.976, 11.976, 9.839, 10.763, 10.757, 10.680)
@@ -25,12 +26,16 @@ ALL_ROWS = replace(load_robot("ur10e").processing, slow_speed=0.0)
 
 def ur10e_pair(folder: Path, processing: Processing) -> LongMotion:
     loaded, unloaded = (ur10e_recording(folder, name) for name in ("loaded_2.805kg", "unloaded"))
-    return payload_problem(load_robot("ur10e"), [loaded], [unloaded], settings=Settings(processing, robust=False))
+    return payload_problem(
+        load_robot("ur10e"), [loaded], [unloaded], settings=Settings(processing, robust=False, friction=PAPER)
+    )
 
 
 def ur10e_identified(folder: Path, processing: Processing) -> Identification:
     unloaded, validation = (ur10e_recording(folder, name) for name in ("unloaded", "validation_unloaded"))
-    return identify(load_robot("ur10e"), [unloaded], Settings(processing, robust=False), validation=[validation])
+    return identify(
+        load_robot("ur10e"), [unloaded], Settings(processing, robust=False, friction=PAPER), validation=[validation]
+    )
 
 
 @pytest.fixture(scope="module")
@@ -108,7 +113,8 @@ def tx40(recordings: Path) -> dict[str, Identification]:
     robot = load_robot("tx40")
     recording = read_recording(recordings / "tx40" / "tx40.csv.gz", robot)
     return {
-        form: identify(robot.with_coulomb(form), [recording], Settings(robust=False)) for form in ("sum", "paper")
+        form: identify(robot.with_coulomb(form), [recording], Settings(robust=False, friction=PAPER))
+        for form in ("sum", "paper")
     }
 
 

@@ -19,6 +19,7 @@ from dynident.estimation.payload.long_motion import Source
 from dynident.estimation.payload.methods import METHODS, usable_methods
 from dynident.estimation.payload.problem import PairedMeasurement, long_motion
 from dynident.model import InertialParameters, load_robot
+from dynident.model.friction import PAPER
 from dynident.tests.estimation.wandering import SETTINGS, Wander, later, noisy, rows_out, same_equations
 from dynident.tests.estimation.wandering import pair as pair
 from dynident.tests.estimation.wandering import simulator as simulator
@@ -291,7 +292,9 @@ def test_ur10e_pair(recordings: Path) -> None:
         for name in ("loaded_2.805kg", "unloaded")
     )
     every_row = replace(robot.processing, slow_speed=0.0)
-    problem = payload_problem(robot, [loaded], [bare], settings=Settings(every_row, friction_change=0.0))
+    problem = payload_problem(
+        robot, [loaded], [bare], settings=Settings(every_row, friction_change=0.0, friction=PAPER)
+    )
     assert len(problem.loaded.blocks) >= 10
     unrelated = replace(problem, difference=None)
     for method in METHODS:

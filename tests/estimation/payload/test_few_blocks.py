@@ -23,6 +23,7 @@ from dynident.estimation.fit.covariance import student95
 from dynident.estimation.payload.methods import METHODS, from_robot
 from dynident.estimation.payload.weighing import known_robot_weighing
 from dynident.model import Recording
+from dynident.model.friction import PAPER
 from dynident.tests.estimation.payload.recordings import cut
 from dynident.tests.estimation.payload.test_friction import LOAD, NAME, SEEDS, recordings
 
@@ -86,7 +87,7 @@ def test_intervals_of_few_seconds_hold_and_say_so() -> None:
 
 @cache
 def stored(seed: int) -> Estimate:
-    return identify(ROBOT, recordings(seed, 0.0)[:1]).estimate
+    return identify(ROBOT, recordings(seed, 0.0)[:1], Settings(friction=PAPER)).estimate
 
 
 @pytest.mark.parametrize("short", [True, False])
