@@ -15,6 +15,7 @@ from ...model.base.rank import random_states
 from ...model.drives import SPRING, parameter_kind
 from ...model.kernel.kernel import Kernel
 from ..equations.equations import Equations, merged
+from ..fit.own_equations import with_friction
 from ..fit.settings import DEFAULTS, Settings
 from ..payload.long_motion import LongMotion, Source, check_blocks
 from ..payload.problem import payload_problem
@@ -134,6 +135,7 @@ def gain_problem(
             for group in mountings.groups
         )
 
+    asked, settings = settings, replace(settings, friction=robot.drives.friction)
     K = np.full(robot.n, _USUAL)
     equations = _times(merged(_together(posed(K, robust=False), mountings)), 1.0 / K)
     # How long residuals remember shows only once the joints' torques are to scale; all of them by one factor is
@@ -143,8 +145,13 @@ def gain_problem(
         K *= _USUAL / K.mean()
     except InputError:  # raised again when the gains are asked for
         K = np.full(robot.n, _USUAL)
+    # Which friction the drives have shows in torques to scale; so does the load that it grows with.
+    robot = with_friction(robot, [_with_gains(robot, recording, K) for recording in unloaded], asked).robot
+    settings = replace(settings, friction=robot.drives.friction)
     problems, deletions, reason = posed(K, robust=True), list[tuple[Equations, ...]](), ""
     together = _together(problems, mountings)
+    if robot.drives.friction != description.drives.friction:
+        equations = _times(merged(part.whole for part in together), 1.0 / K)
     try:
         for k, (problem, own) in enumerate(zip(problems, together, strict=True)):
             others = [part.whole for part in (*together[:k], *together[k + 1 :])]

@@ -67,13 +67,17 @@ def known_path(columns: Sequence[str], joints: int) -> tuple[Known, ...]:
 def friction_sigmas(robot: Estimate, share: float) -> dict[str, float]:
     """Which frictions may change, and how far (1 sigma); those that there are none of cannot.
 
+    Coulomb and viscous friction change with the day and the oil's temperature. What grows with load changes by the
+    payload's torque, and is known; free as well, it would take weight along.
+
     Args:
         robot: its own parameters, friction among them.
         share: standard deviation over friction; 0 for none at all.
     """
     kinds = {name: parameter_kind(name) for name in robot.names}
     largest = max((abs(robot[name]) for name, kind in kinds.items() if kind == "FS"), default=0.0)
-    sigmas = {name: share * abs(robot[name]) for name, kind in kinds.items() if kind in ("FS", "FV", "FSM", "FVM")}
+    rubs = [name for name, kind in kinds.items() if kind in ("FS", "FV", "FSM", "FVM")]
+    sigmas = {name: share * abs(robot[name]) for name in rubs}
     if share > 0.0:
         sigmas |= {name: _OFFSETS * largest for name, kind in kinds.items() if kind == "OFF"}
     return {name: sigma for name, sigma in sigmas.items() if sigma > _NONE * largest}

@@ -13,11 +13,12 @@ from ...model.drives import parameter_kind
 from ...model.motion import Measurement
 from ...model.regressors import payload_columns
 from ...model.visibility import friction_columns
-from ..equations.equations import PAYLOAD, merged
+from ..equations.equations import PAYLOAD, Equations, merged
 from ..equations.observer import PATH, Observation, Observer
 from ..equations.reduction import reduced
 from ..fit.blocks import block_edges, block_length, in_blocks, remembered
 from ..fit.estimate import Estimate
+from ..fit.friction import under_own_load
 from ..fit.own_equations import check_lengths, filtered
 from ..fit.settings import DEFAULTS, Settings
 from ..signals.alignment import aligned
@@ -57,11 +58,16 @@ def known_robot_weighing(
     still = [at_rest(data, moving) for data in measured]
     masks = [telling_rows(data.motion, moving, processing) for data in still]
     rms = _torque_rms(sources, still, masks)
+
+    def observed(observer: Observer) -> tuple[Equations, list[Observation]]:
+        each_one = [
+            observer.observe_rows(data, keep, processing.thinning(data.motion.rate))
+            for data, keep in zip(still, masks, strict=True)
+        ]
+        return merged(map(reduced, each_one)), each_one
+
     observer = _observer(robot, base, settings.friction_change > 0.0)
-    observations = [
-        observer.observe_rows(data, keep, processing.thinning(data.motion.rate))
-        for data, keep in zip(still, masks, strict=True)
-    ]
+    (_, observations), _ = under_own_load(observer, observed, known.values)
     # Of a single recording the robot's own ripple is what would be found: it takes weight along.
     runs = _runs(sources, observations, [() for _ in loaded])
     k, sigmas = len(known.values), friction_sigmas(known, settings.friction_change)

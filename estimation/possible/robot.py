@@ -21,7 +21,7 @@ from .cone import ConeProgram, SolverError, solve_cone
 from .constraints import MassBounds, lowest_eigenvalue
 from .payload import NOISE_FLOOR, TOLERANCE, Active, Possible, lifted, whitening
 
-_NOT_NEGATIVE = ("IA", "FV", "FS", "FVM", "FSM")
+_NOT_NEGATIVE = ("IA", "FV", "FS", "FL", "FVM", "FSM")
 POWERS = {**dict.fromkeys(INERTIAL[:6], 2), **dict.fromkeys(INERTIAL[6:9], 1), "M": 0, "IA": 2}
 """Power of a length in the unit of each kind."""
 _NEXT_TO_NOTHING = 1e-3
