@@ -236,8 +236,9 @@ class Robot(Brief):
         }
 
     def with_offsets(self, offsets: bool) -> "Robot":
-        """Copy of the robot with or without a constant friction offset per joint."""
-        return replace(self, drives=replace(self.drives, offsets=offsets))
+        """Copy of the robot with or without a constant friction offset per joint; FA gives way to it."""
+        friction = tuple(term for term in self.drives.friction if not offsets or term.kind != "FA")
+        return replace(self, drives=replace(self.drives, offsets=offsets, friction=friction))
 
     def with_friction(self, terms: Sequence[Friction]) -> "Robot":
         """Copy of the robot with other terms of friction."""

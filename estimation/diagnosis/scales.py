@@ -35,8 +35,8 @@ HIDDEN, SENSITIVE = (0.01, 0.05), 0.03
 """Least and largest error of the loaded torques' scale that recordings are thought to hide, and the relative change
 of the mass by what they do hide above which it is reported."""
 OFF_SCALE, OFF_SCALE_Z = 0.2, 4.0
-"""Relative difference of two joints' scales, and its standard deviations, beyond friction and noise: joint 1 of a real
-UR10e, which no gravity loads, is .19 (4 sigma) off in one good recording, .03 in another."""
+"""Relative difference of two joints' scales, and its standard deviations, beyond friction and noise: joint 1 of a
+real UR10e, which no gravity loads, is .19 (4 sigma) off in one good recording, .03 in another."""
 LONG_ENOUGH = 10.0
 """s: errors of the model last about a second, so that shorter recordings do not tell how they scatter."""
 

@@ -96,12 +96,12 @@ def with_friction(robot: Robot, recordings: Sequence[Recording], settings: Setti
     padded = np.zeros(len(base.columns))
     padded[[base.columns.index(name) for name in base_parameters(robot).columns]] = values
     equations = in_own_blocks(*recorded(observer.at(padded), measured))
-    if len(equations.blocks) < FEWEST:
-        return Described(robot)
     try:
+        if len(equations.blocks) < FEWEST:
+            raise InputError(f"{len(equations.blocks)} blocks of time are too few to hold some out: record longer")
         terms, choices = chosen_terms(wide, candidates, equations)
-    except InputError:  # without some block the motion leaves a direction open: nothing can be held out
-        return Described(robot)
+    except InputError as error:  # too little motion is left where a block is held out
+        return Described(robot, tuple(TermChoice(term.kind, np.nan, np.nan, f"{error}") for term in candidates))
     return Described(robot.with_friction((*own, *terms)), choices)
 
 

@@ -30,6 +30,7 @@ from .parts import (
     Result,
     RobustDocument,
     Ten,
+    TermDocument,
     VerdictDocument,
 )
 
@@ -343,6 +344,7 @@ class PayloadResult(Result, frozen=True, kw_only=True, dict=True):
     gain_sigma: GainErrorsDocument | UnsetType | None = UNSET
     mass_by_joints: tuple[JointsMassDocument, ...] | UnsetType = UNSET
     joint_that_agrees_least: str | UnsetType | None = UNSET
+    friction: tuple[TermDocument, ...] | UnsetType = UNSET
     essential: EliminationDocument | UnsetType | None = UNSET
     left_out: dict[str, str] | UnsetType = UNSET
     verdict: VerdictDocument

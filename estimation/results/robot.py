@@ -26,6 +26,7 @@ from .parts import (
     RobustDocument,
     RolloutDocument,
     Ten,
+    TermDocument,
     VerdictDocument,
 )
 
@@ -118,6 +119,7 @@ class RobotResult(Result, frozen=True, kw_only=True, dict=True):
     base_parameters: tuple[ParameterDocument, ...]
     elimination: EliminationDocument | UnsetType = UNSET
     constrained: PossibleRobotDocument | None = None
+    friction: tuple[TermDocument, ...] | UnsetType = UNSET
     chi2_by: str | UnsetType = UNSET
     condition_number: Number | UnsetType = UNSET
     condition_number_scaled: Number | UnsetType = UNSET

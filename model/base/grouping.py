@@ -146,7 +146,11 @@ def _prismatic(chain: Chain, j: int, robot: Robot) -> Iterator[Move]:
         if abs(weight) <= ZERO * float(np.linalg.norm(chain.gravity)):
             yield Move("prismatic rotor into M", j, "IA", {"IA": 1.0, "M": -1.0}, True)
         elif robot.drives.rotor_inertia:
-            yield Move("prismatic offset into M and IA", j, "OFF", {"M": 1.0, "IA": -1.0, "OFF": weight}, True)
+            # FA is 1 for a joint that moves, as OFF is; a robot has one of them.
+            constant = "FA" if f"FA{j + 1}" in robot.drives.names(j + 1) else "OFF"
+            yield Move(
+                "prismatic offset into M and IA", j, constant, {"M": 1.0, "IA": -1.0, constant: weight}, True
+            )
 
 
 def _apply(

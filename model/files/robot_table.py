@@ -333,7 +333,7 @@ class RobotTable(Table, frozen=True, kw_only=True):
                 parameters=self.parameters,
                 title=self.title,
             )
-        known = standard_columns(robot.with_offsets(True))
+        known = {*standard_columns(robot), *standard_columns(robot.with_offsets(True))}
         for key in robot.parameters:
             if key not in known:
                 raise WrongKeyError(f"parameters.{key}", "not a standard parameter of this robot")
