@@ -240,11 +240,25 @@ def _needed(robot: Robot, parameters: Mapping[str, float]) -> tuple[Array, Array
     chi = np.array([values[name] for name in standard_columns(robot)])
     q = ca.SX.sym("q", robot.n)
     torque = ca.Function("torque", [q], [gravity(robot)(q, chi), ca.diag(mass_matrix(robot)(q, chi))])
+    rest, inertia = (np.array(part) for part in torque.map(_POSES)(_poses(robot)))
+    return rest, inertia
+
+
+def typical_load(robot: Robot, parameters: Mapping[str, float]) -> Array:
+    """Mean size of the torque that carries the links against gravity [N·m or N], shape (n,).
+
+    Without payload and spring, over poses in the joints' ranges, or one turn or metre without a range.
+    """
+    chi = [parameters.get(name, 0.0) for name in standard_columns(robot)]
+    rest = np.array(gravity(robot).map(_POSES)(_poses(robot), np.tile(chi, (_POSES, 1)).T))
+    return np.asarray(np.abs(rest).mean(axis=1))
+
+
+def _poses(robot: Robot) -> Array:
+    """Positions in the joints' ranges, n x poses; always the same."""
     bound = np.array([np.pi if joint.revolute else 0.5 for joint in robot.joints])[:, None]
     low, high = np.clip([joint.limits.position for joint in robot.joints], -bound, bound).T
-    poses = np.random.default_rng(0).uniform(low, high, (_POSES, robot.n))
-    rest, inertia = (np.array(part) for part in torque.map(_POSES)(poses.T))
-    return rest, inertia
+    return np.random.default_rng(0).uniform(low, high, (_POSES, robot.n)).T
 
 
 def _load(robot: Robot, parameters: Mapping[str, float]) -> float:

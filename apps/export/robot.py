@@ -9,7 +9,9 @@ from ...common.errors import InputError
 from ...estimation.possible.whole_robot import Labelled, LinkNumbers, WholeRobot, whole_robot
 from ...estimation.results.robot import RobotResult
 from ...model import Pose, Robot, base_parameters
+from ...model.drives import parameter_kind
 from ...model.frames import step
+from ...model.friction import PAPER
 from ..numbers import exact
 from .format import Format
 
@@ -84,6 +86,15 @@ def _lost(holds: frozenset[str], whole: WholeRobot) -> Iterator[str]:
         ]
         if quantity not in holds and values:
             yield f"No place for {quantity} [{unit}]: {', '.join(values)}."
+    kinds = [term.kind for term in robot.drives.friction if term not in PAPER]
+    own = {name: value.value for link in whole.links for name, value in link.parameters.items()}
+    laws = [f"{name} {value:.4g}" for name, value in own.items() if parameter_kind(name) in kinds]
+    if laws:
+        yield (
+            f"No place for friction by load or by a law of its own ({', '.join(laws)}): its nearest Coulomb and "
+            "viscous friction is in friction and damping, under the mean torque that carries the arm alone in the "
+            "poses of its range, up to each joint's largest speed."
+        )
     if coupling is not None:
         names = " and ".join(whole.joint_names[joint - 1] for joint in coupling.joints)
         if "coupled" not in holds:

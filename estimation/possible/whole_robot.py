@@ -15,7 +15,9 @@ from ...common.linear import decomposed
 from ...model import INERTIAL, BaseParameters, InertialParameters, Robot
 from ...model.drives import parameter_kind
 from ...model.frames import bodies_in_link_frames
+from ...model.friction import PAPER
 from ...model.inertia import gradients
+from ...model.stand_in import typical_load
 from ..fit.estimate import Estimate, error_model
 from .robot import POWERS, typical_length
 
@@ -218,6 +220,29 @@ def _labelling(
     return labels
 
 
+def _plain_friction(robot: Robot, parameters: Mapping[str, float]) -> list[dict[str, tuple[float, float]]]:
+    """Coulomb and viscous friction nearest to each other term, by joint and name, per unit of its parameter.
+
+    Under the ``typical_load``, over speeds up to the joint's limit (1 without one) and, for a law of one's own, in
+    the middle of its range.
+    """
+    rows, load = list[dict[str, tuple[float, float]]](), typical_load(robot, parameters)
+    for j, joint in enumerate(robot.joints):
+        top = joint.limits.speed if np.isfinite(joint.limits.speed) else 1.0
+        speed, middle = (
+            np.linspace(0.02, 1.0, 50) * top,
+            float(np.mean(np.clip(joint.limits.position, -10.0, 10.0))),
+        )
+        plain = {}
+        for term in robot.drives.friction:
+            if term not in PAPER and f"{term.kind}{j + 1}" in parameters:
+                law = term.value(np, speed, np.sign(speed), np.full(50, middle), np.full(50, load[j]))
+                dry, viscous = np.linalg.lstsq(np.column_stack([np.ones(50), speed]), law, rcond=None)[0]
+                plain[f"{term.kind}{j + 1}"] = float(dry), float(viscous)
+        rows.append(plain)
+    return rows
+
+
 def whole_robot(
     robot: Robot,
     parameters: Mapping[str, float],
@@ -285,6 +310,10 @@ def whole_robot(
         {quantity: {f"{kind}{j}": 1.0} for quantity, kind in DRIVE_NUMBERS.items() if f"{kind}{j}" in parameters}
         for j in range(1, robot.n + 1)
     ]
+    for row, plain in zip(apart, _plain_friction(robot, parameters), strict=True):
+        for name, (dry, viscous) in plain.items():
+            row.setdefault("friction", {})[name] = dry
+            row.setdefault("damping", {})[name] = viscous
     # Rotor k turns with q_j + q_k (8): its inertia IA_k and viscous friction FVM_k act on that sum, and
     # IA_j - IA_k, FV_j - FVM_k and FV_k - FVM_k remain.
     remaining, shared = [dict(row) for row in apart], dict[str, Slopes]()
@@ -297,7 +326,7 @@ def whole_robot(
             del remaining[k - 1]["armature"]
         if "damping" in shared:
             for joint in (j, k):
-                remaining[joint - 1]["damping"] = {f"FV{joint}": 1.0, f"FVM{k}": -1.0}
+                remaining[joint - 1]["damping"] = {**remaining[joint - 1]["damping"], f"FVM{k}": -1.0}
     *joints, coupled = drives([*remaining, shared])
     return WholeRobot(
         robot=robot,
