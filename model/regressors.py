@@ -81,14 +81,31 @@ def smooth_regressor(robot: Robot, columns: Sequence[str]) -> ca.Function:
     """``smooth_regressor(q, qd, qdd, width) -> Phi``: sign(v) in dry friction replaced by ``smooth_sign``.
 
     Everywhere differentiable, for optimisation; arguments and errors as ``regressor``, ``width`` a number
-    [rad/s or m/s].
+    [rad/s or m/s]. Friction that depends on load is that of the robot's own parameters.
     """
     state, terms = _terms(robot)
     width = ca.SX.sym("width")
     smooth = drive_terms(robot.drives, state, smooth_sign(width))
-    phi = _matrix(robot, columns, terms | smooth)
+    phi = _under_own_load(robot, state, _matrix(robot, columns, terms | smooth))
     inputs = [state.q, state.qd, state.qdd, width]
     return ca.Function("smooth_regressor", inputs, [ca.cse(phi)], ["q", "qd", "qdd", "width"], ["Phi"])
+
+
+def own_regressor(robot: Robot, columns: Sequence[str]) -> ca.Function:
+    """``own_regressor(q, qd, qdd) -> Phi``: ``regressor`` under the load of the robot's own parameters."""
+    state, phi = regressor_expression(robot, columns)
+    inputs = [state.q, state.qd, state.qdd]
+    return ca.Function(
+        "own_regressor", inputs, [ca.cse(_under_own_load(robot, state, phi))], ["q", "qd", "qdd"], ["Phi"]
+    )
+
+
+def _under_own_load(robot: Robot, state: DriveState, phi: ca.SX) -> ca.SX:
+    if not ca.depends_on(phi, state.load):
+        return phi
+    known = {name: value for name, value in robot.parameters.items() if parameter_kind(name) in INERTIAL}
+    load = load_expression(robot, state, list(known), ca.SX(list(known.values())))
+    return ca.substitute(phi, state.load, load)
 
 
 def _matrix(robot: Robot, columns: Sequence[str], terms: dict[str, dict[int, ca.SX]]) -> ca.SX:

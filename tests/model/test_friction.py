@@ -1,5 +1,6 @@
 """Terms of friction: every law on every robot, through the regressor, the dynamics, files and code."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import casadi as ca
@@ -24,6 +25,7 @@ from dynident.model.drives import DriveState, parameter_kind
 from dynident.model.files.robot_file import robot_toml
 from dynident.model.friction import LAWS, PAPER, Friction, friction_terms, is_friction, term_names, terms_of
 from dynident.model.many_states import regressor_at
+from dynident.model.regressors import own_regressor, smooth_regressor
 
 STATES = 12
 
@@ -174,3 +176,16 @@ def test_robots_refuse_what_joints_cannot_have() -> None:
     ):
         with pytest.raises(ValueError, match=message):
             robot.with_offsets(True).with_friction(terms)
+
+
+def test_smoothed_terms_near_the_exact_ones(rubbing: Robot) -> None:
+    """Under the load of the robot's own parameters, at speeds far above the width."""
+    columns = standard_columns(rubbing)
+    robot = replace(rubbing, parameters=dict(zip(columns, drawn(rubbing).tolist(), strict=True)))
+    q, qd, qdd = random_states(robot, STATES, seed=6)
+    qd = np.abs(qd) + 1.0  # of coupled drives the sum too
+    kinds = [k for k, name in enumerate(columns) if not name.startswith("FX")]  # its own sign is not smoothed
+    exact, smooth = own_regressor(robot, columns), smooth_regressor(robot, columns)
+    for k in range(STATES):
+        W = np.array(exact(q[k], qd[k], qdd[k]))[:, kinds]
+        np.testing.assert_allclose(np.array(smooth(q[k], qd[k], qdd[k], 1e-3))[:, kinds], W, atol=1e-9)

@@ -13,9 +13,9 @@ import casadi as ca
 import numpy as np
 
 from ...common.arrays import Array
-from ...model import Robot, regressor
+from ...model import Robot
 from ...model.kernel.kernel import Kernel
-from ...model.regressors import smooth_regressor
+from ...model.regressors import own_regressor, smooth_regressor
 from ..motions.family import Samples
 
 SPRING = "SPRING"
@@ -40,7 +40,7 @@ class RegressorKernel:
             spring[robot.spring.joint - 1] = robot.spring.torque_symbol(q[robot.spring.joint - 1])
         order = [[*own, SPRING].index(name) for name in columns]
         smooth = ca.horzcat(smooth_regressor(robot, own)(q, qd, qdd, width), spring)[:, order].T
-        exact = ca.horzcat(regressor(robot, own)(q, qd, qdd), spring)[:, order].T
+        exact = ca.horzcat(own_regressor(robot, own)(q, qd, qdd), spring)[:, order].T
         seed, state = ca.SX.sym("seed", smooth.nnz()), ca.vertcat(q, qd, qdd)
         slope = ca.cse(ca.densify(ca.jtimes(smooth.nz[:], state, seed, True)))
         self._smooth = Kernel(ca.Function("smooth_entries", [q, qd, qdd, width], [ca.cse(smooth)]))
