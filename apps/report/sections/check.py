@@ -12,7 +12,7 @@ from ....model import Pose, Robot
 from ...logs.following import FollowingChange
 from ...logs.log_check import LogReport, RobotFits
 from ..blocks import Banner, Block, Notes, OnPage, Report, Section, Table
-from ..documents.check import Look
+from ..documents import Look
 from ..figures.signals import following_figure, signals_figure
 from .robot import robot_description
 

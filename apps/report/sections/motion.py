@@ -16,7 +16,7 @@ from ....trajectories.design.full_trajectory import Rung
 from ....trajectories.design.score import holding_torques
 from ...export.motion import assumed_line, rests_on
 from ..blocks import Banner, Block, Notes, OnPage, Report, Section, Table, Text
-from ..documents.design import JudgedMotion, NearResult
+from ..documents import JudgedMotion, NearResult
 from ..figures.motion import motion_figure, sigma_figure
 from .robot import assumed_notes
 
