@@ -3,6 +3,7 @@
 from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
+from msgspec import UnsetType
 
 from ....common.schema import present
 from ....estimation import Gains
@@ -10,7 +11,8 @@ from ....estimation.answers.system import TorquePrediction
 from ....estimation.fit.estimate import Fit
 from ....estimation.fit.least_squares import Excitation
 from ....estimation.results.parts import EliminationDocument, ProcessingDocument, ResidualDocument, VerdictDocument
-from ....estimation.results.payload import JointsMassDocument, array
+from ....estimation.results.payload import JointsMassDocument, PayloadData, array
+from ....estimation.results.robot import RobotResult
 from ...numbers import percent, with_interval
 from ..blocks import Block, Details, Notes, OnPage, Section, Table, Text, with_sigma
 from ..figures.parameters import essential_figure, excitation_figure
@@ -63,6 +65,13 @@ def residual_text(fit: Fit | ResidualDocument) -> str:
     """Relative residual in percent, of all joints and of each."""
     joints = " ".join(f"{100.0 * value:.1f}" for value in array(fit.relative_per_joint, 0))
     return f"{100.0 * float(array(fit.relative)):.2f} % (joints {joints} %)"
+
+
+def conditioning(equations: int | UnsetType, parameters: int | UnsetType, of: PayloadData | RobotResult) -> str:
+    """Number of equations and parameters, and the condition number."""
+    raw, scaled = array(of.condition_number), array(of.condition_number_scaled)
+    size = f"{equations} equations{f', {parameters} parameters' if present(parameters) else ''}"
+    return f"{size}; condition number {raw:.4g} (SI units, unweighted), {scaled:.3g} with columns scaled."
 
 
 Predictions = Callable[[], Sequence[TorquePrediction]]
@@ -126,7 +135,7 @@ def joints_section(
     number = "" if mounting is None else f"_{mounting}"
     headings = ("", "unit", "mass", "95 % interval", "share")
     drawn = joints_figure(masses, mass, interval, f"by_joints{number}")
-    blocks: list[Block] = [Text(words), Table("Mass by joints", headings, rows), *([drawn] if drawn else [])]
+    blocks: list[Block] = [Text(words), Table("Mass by joints", headings, rows), *drawn]
     return Section(f"joints{number}", "The payload as each joint sees it", blocks)
 
 
