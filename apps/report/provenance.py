@@ -6,7 +6,6 @@ from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from typing import NamedTuple
 
-from ... import __version__
 from ...common.errors import InputError
 from .blocks import Table
 
@@ -37,24 +36,14 @@ class Provenance:
     settings: Mapping[str, str] = field(default_factory=dict)
 
     @property
-    def day(self) -> str:
-        """Date and time, to the minute."""
-        return self.date.strftime("%Y-%m-%d %H:%M UTC")
-
-    @property
     def tables(self) -> list[Table]:
-        """What it was made from, as far as there is any."""
+        """Files, settings and versions, as far as there are any."""
         parts = (
             ("Files that were read", ("file", "SHA-256"), self.files),
             ("Settings", ("value",), list(self.settings.items())),
             ("Versions", ("version",), list(self.versions.items())),
         )
         return [Table(title, ("", *words), rows) for title, words, rows in parts if rows]
-
-    @property
-    def foot(self) -> str:
-        """The last line of a page."""
-        return f"dynident {__version__}, {self.day}"
 
 
 def now() -> datetime:

@@ -1,8 +1,8 @@
 """Figures of an arm and its motion: from three sides, between its limits, what it would teach, as predicted."""
 
 from collections.abc import Mapping, Sequence
+from itertools import cycle
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -20,7 +20,7 @@ _FEW = 4  # parameters a figure names as the least known
 _TALLEST = 14.0  # inches
 _STYLES = ((BLUE, "-"), (ORANGE, "--"), (GREY, ":"), ("black", "-."))
 _UNITS = {"position": ("m", "rad"), "speed": ("m/s", "rad/s"), "torque": ("N", "N·m")}
-"""Of sliding and turning joints."""
+"""Units of sliding and of turning joints."""
 _VIEWS = (("from the side", 0, 2), ("from the front", 1, 2), ("from above", 0, 1))
 
 
@@ -32,16 +32,24 @@ def motion_figure(problem: DesignProblem, motion: Motion, title: str) -> Drawing
         columns: list[tuple[str, dict[str, Array], Array, Array]] = [
             ("position", {"position": motion.q}, bounds.low, bounds.high),
             ("speed", {"speed": motion.qd}, -bounds.speed, bounds.speed),
+            *([("torque", torques, -bounds.torque, bounds.torque)] if torques else []),
         ]
-        if torques:
-            columns.append(("torque", torques, -bounds.torque, bounds.torque))
         size, edges = (3.4 * len(columns), min(1.25 * n + 1.0, _TALLEST)), (0.65, 0.1, 0.6, 0.75)
         figure, axes = panels(size, n, len(columns), edges, (0.5, 0.15), sharex=True)
         turning = sorted({joint.revolute for joint in problem.robot.joints}, reverse=True)
-        for k, (name, curves, low, high) in enumerate(columns):
-            for j in range(n):
-                _between(axes[j, k], motion.t, {label: x[:, j] for label, x in curves.items()}, low[j], high[j])
-                axes[j, k].set_ylabel(f"joint {j + 1}" if k == 0 else "", fontsize=9)
+        for k, (name, curves, lowest, highest) in enumerate(columns):
+            for j, (axis, low, high) in enumerate(zip(axes[:, k], lowest, highest, strict=True)):
+                for line, (label, values) in zip(cycle(_LINES), curves.items(), strict=False):
+                    axis.plot(motion.t, values[:, j], line, color="black", linewidth=0.9, label=label)
+                if np.isfinite([low, high]).all():
+                    room, hatched = 0.12 * (high - low), {"facecolor": "none", "hatch": "////", "linewidth": 0.0}
+                    for limit, beyond, label in ((low, low - room, "limit"), (high, high + room, "")):
+                        axis.axhline(limit, color="C3", linestyle=(0, (6, 2)), linewidth=1.1, label=label)
+                        axis.axhspan(*sorted((limit, beyond)), edgecolor="C3", **hatched)
+                    axis.set_ylim(low - room, high + room)
+                axis.tick_params(labelsize=8)
+                axis.grid(visible=True, alpha=0.3)
+                axis.set_ylabel(f"joint {j + 1}" if k == 0 else "", fontsize=9)
             unit = " or ".join(_UNITS[name][kind] for kind in turning)
             axes[0, k].set_title(f"{name} [{unit}]", fontsize=10)
             axes[-1, k].set_xlabel("time [s]")
@@ -52,26 +60,10 @@ def motion_figure(problem: DesignProblem, motion: Motion, title: str) -> Drawing
     return Drawing("motion", "Positions, speeds and torques of every joint between their limits, over time.", draw)
 
 
-def _between(axis: Any, t: Array, curves: Mapping[str, Array], low: float, high: float) -> None:
-    """Curves, and the limits as lines with hatching beyond."""
-    for k, (label, values) in enumerate(curves.items()):
-        axis.plot(t, values, _LINES[k % len(_LINES)], color="black", linewidth=0.9, label=label)
-    if np.isfinite([low, high]).all():
-        room = 0.12 * (high - low)
-        for limit, beyond, label in ((low, low - room, "limit"), (high, high + room, "")):
-            axis.axhline(limit, color="C3", linestyle=(0, (6, 2)), linewidth=1.1, label=label)
-            axis.axhspan(*sorted((limit, beyond)), facecolor="none", edgecolor="C3", hatch="////", linewidth=0.0)
-        axis.set_ylim(low - room, high + room)
-    axis.tick_params(labelsize=8)
-    axis.grid(visible=True, alpha=0.3)
-
-
 def sigma_figure(score: Score, title: str, reference: Mapping[str, float], labels: Mapping[str, str]) -> Drawing:
     """Predicted standard deviation of every parameter: relative where a reference value is known, else in SI units.
 
-    Args:
-        reference: values that standard deviations are relative to.
-        labels: how to call parameters ("ZZ1R"), by their names.
+    ``labels`` are shown in the place of parameters' names ("ZZ1R").
     """
 
     def draw() -> Figure:

@@ -24,7 +24,7 @@ _MOST_SHOWN = 1e12
 def excitation_figure(excitation: Excitation, labels: Mapping[str, str]) -> Drawing:
     """Each parameter's torque over the noise, whole and without what the others can imitate.
 
-    ``labels``: name of a parameter -> how the figure calls it.
+    ``labels`` are shown in the place of parameters' names.
     """
     names = [labels.get(name, name) for name in excitation.names]
     weak = [name for name, value in zip(names, excitation.independent, strict=True) if value < _GOOD]

@@ -8,6 +8,7 @@ import numpy as np
 
 from ....common.arrays import Array
 from ....estimation.answers.system import TorquePrediction
+from ....estimation.fit.covariance import NORMAL95
 from ....model import Recording
 from ...logs.following import FollowingChange
 from ..blocks import Drawing
@@ -44,10 +45,9 @@ def _extremes(t: Array, values: Array) -> tuple[Array, Array]:
     size = len(t) // _STRETCHES
     if size < 4:
         return t, values
-    count = len(t) // size
-    parts = values[: count * size].reshape(count, size)
-    places = np.sort(np.stack([parts.argmin(axis=1), parts.argmax(axis=1)], axis=1), axis=1)
-    chosen = (places + size * np.arange(count)[:, None]).ravel()
+    parts = values[: len(t) // size * size].reshape(-1, size)
+    within = np.sort(np.stack([parts.argmin(axis=1), parts.argmax(axis=1)], axis=1), axis=1)
+    chosen = (within + size * np.arange(len(parts))[:, None]).ravel()
     return t[chosen], values[chosen]
 
 
@@ -59,11 +59,10 @@ def worst_joint_figure(prediction: TorquePrediction) -> Drawing:
         figure, axes = panels((5.8, 3.2), 2, edges=(0.8, 0.1, 0.3, 0.5), sharex=True, height_ratios=(2, 1))
         above, below = axes[:, 0]
         _torques(above, prediction, [j])
+        _residuals(below, prediction, [j])
         above.set_ylabel(f"joint {j + 1} [N·m]")
         legend(figure, [above], "upper center", fontsize=9)
-        _residuals(below, prediction, [j])
-        below.set_ylabel("residual")
-        below.set_xlabel("time [s]")
+        below.set(xlabel="time [s]", ylabel="residual")
         return figure
 
     caption = (
@@ -76,38 +75,37 @@ def worst_joint_figure(prediction: TorquePrediction) -> Drawing:
 
 def prediction_figure(prediction: TorquePrediction, name: str) -> Drawing:
     """Torques, residual and its autocorrelation of every joint, a row each."""
-    joints = ", ".join(f"{100.0 * share:.1f}" for share in prediction.relative_per_joint)
+    n, percents = len(prediction.t), [f"{100.0 * ratio:.1f}" for ratio in prediction.relative_per_joint]
     caption = (
         f"Every joint on {words_of(prediction)}: torque, residual, and the residual's autocorrelation; the dashed "
         "lines hold 95 % of it if the noise were white."
     )
-    text = f"{caption} Relative residuals of the joints in percent: {joints}."
-    return Drawing(name, caption, lambda: _every_joint(prediction), text)
 
+    def draw() -> Figure:
+        size, edges = (10.0, 1.75 * n + 0.6), (0.8, 0.1, 0.6, 0.5)
+        figure, ((left, middle, right),) = panels(size, 1, 3, edges, width_ratios=(5, 3, 2))
+        _torques(left, prediction, range(n))
+        _residuals(middle, prediction, range(n))
+        correlations = [prediction.autocorrelation(j) for j in range(n)]
+        rows = bands(right, [(min(-0.5, 1.1 * float(rho.min())), 1.05) for _, rho in correlations])
+        upright: dict[str, Any] = {"rotation": 90, "va": "center", "ha": "center", "transform": left.transAxes}
+        corner: dict[str, Any] = {"ha": "right", "va": "top", "fontsize": 9, "transform": middle.transAxes}
+        for j, ((lags, rho), row) in enumerate(zip(correlations, rows, strict=True)):
+            right.plot(lags, row(rho), color="black", linewidth=1.0)
+            right.axhline(float(row(0.0)), color="0.4", linewidth=0.6)
+            for level in (-NORMAL95, NORMAL95):
+                band = float(row(level / np.sqrt(max(len(prediction.t[j]), 1))))
+                right.axhline(band, color="0.4", linestyle="--", linewidth=0.8)
+            left.text(-0.14, (n - j - 0.5) / n, f"joint {j + 1} [N·m]", **upright)
+            middle.text(0.99, (n - j - 0.03) / n, f"{percents[j]} %", **corner)
+        for axis, title in ((left, "torque"), (middle, "residual"), (right, "its autocorrelation")):
+            axis.set_title(title, fontsize=10)
+            axis.set_xlabel("lag [s]" if axis is right else "time [s]")
+        legend(figure, [left], "upper center")
+        return figure
 
-def _every_joint(prediction: TorquePrediction) -> Figure:
-    n = len(prediction.t)
-    size, edges = (10.0, 1.75 * n + 0.6), (0.8, 0.1, 0.6, 0.5)
-    figure, ((left, middle, right),) = panels(size, 1, 3, edges, width_ratios=(5, 3, 2))
-    _torques(left, prediction, range(n))
-    _residuals(middle, prediction, range(n))
-    correlations = [prediction.autocorrelation(j) for j in range(n)]
-    rows = bands(right, [(min(-0.5, 1.1 * float(rho.min())), 1.05) for _, rho in correlations])
-    for j, ((lags, rho), row) in enumerate(zip(correlations, rows, strict=True)):
-        right.plot(lags, row(rho), color="black", linewidth=1.0)
-        right.axhline(float(row(0.0)), color="0.4", linewidth=0.6)
-        for level in (-1.96, 1.96):
-            band = float(row(level / np.sqrt(max(len(prediction.t[j]), 1))))
-            right.axhline(band, color="0.4", linestyle="--", linewidth=0.8)
-        look: dict[str, Any] = {"rotation": 90, "va": "center", "ha": "center", "transform": left.transAxes}
-        left.text(-0.14, (n - j - 0.5) / n, f"joint {j + 1} [N·m]", **look)
-        share = f"{100.0 * prediction.relative_per_joint[j]:.1f} %"
-        middle.text(0.99, (n - j - 0.03) / n, share, ha="right", va="top", fontsize=9, transform=middle.transAxes)
-    for axis, title in ((left, "torque"), (middle, "residual"), (right, "its autocorrelation")):
-        axis.set_title(title, fontsize=10)
-        axis.set_xlabel("lag [s]" if axis is right else "time [s]")
-    legend(figure, [left], "upper center")
-    return figure
+    text = f"{caption} Relative residuals of the joints in percent: {', '.join(percents)}."
+    return Drawing(name, caption, draw, text)
 
 
 def words_of(prediction: TorquePrediction) -> str:
@@ -125,7 +123,14 @@ def _torques(axis: Axes, prediction: TorquePrediction, joints: Sequence[int]) ->
     curves += [
         (label, torques, _CURVES[k % len(_CURVES)]) for k, (label, torques) in enumerate(prediction.curves.items())
     ]
-    rows = bands(axis, [_range([torques[j] for _, torques, _ in curves]) for j in joints])
+    ranges = []
+    for j in joints:
+        values = np.concatenate([torques[j] for _, torques, _ in curves])
+        values = values[np.isfinite(values)]
+        low, high = (float(values.min()), float(values.max())) if len(values) else (0.0, 0.0)
+        room = 0.05 * (high - low) or 1.0
+        ranges.append((low - room, high + room))
+    rows = bands(axis, ranges)
     for label, torques, (colour, line, width) in curves:
         for first, (j, row) in enumerate(zip(joints, rows, strict=True)):
             t, values = _parted(prediction, j, torques[j])
@@ -140,15 +145,6 @@ def _residuals(axis: Axes, prediction: TorquePrediction, joints: Sequence[int]) 
         t, values = _parted(prediction, j, residual)
         axis.axhline(float(row(0.0)), color="0.4", linewidth=0.6)
         axis.plot(t, row(values), color="black", linewidth=0.8)
-
-
-def _range(curves: Sequence[Array]) -> tuple[float, float]:
-    """Lowest and highest value of some curves, with a little room."""
-    values = np.concatenate(curves)
-    values = values[np.isfinite(values)]
-    low, high = (float(values.min()), float(values.max())) if len(values) else (0.0, 0.0)
-    room = 0.05 * (high - low) or 1.0
-    return low - room, high + room
 
 
 def _parted(prediction: TorquePrediction, j: int, values: Array) -> tuple[Array, Array]:
