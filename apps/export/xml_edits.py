@@ -72,9 +72,8 @@ class XmlEdits:
         for spot in self.spots:
             if spot.tag == tag and spot.values.get("name") == name:
                 return spot
-        raise InputError(
-            f"{self._path}: {tag} {name!r} does not stand in this file: give the file that it is included from"
-        )
+        fault = f"{tag} {name!r} does not stand in this file: give the file that it is included from"
+        raise InputError(f"{self._path}: {fault}")
 
     def within(self, above: Spot, tag: str) -> Spot | None:
         """The first element of a tag straight in another one."""

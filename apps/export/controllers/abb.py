@@ -1,10 +1,7 @@
-"""ABB RAPID ``loaddata``.
+"""ABB RAPID ``loaddata``: of a tool (``tload`` of tooldata) in tool0, of a grip load in the tool frame.
 
-[mass, cog, aom, ix, iy, iz]: mass [kg]; cog [mm]; aom, the quaternion of the principal axes at the centre of
-gravity; principal moments there [kg m^2]. Of a tool (``tload`` of tooldata) in the wrist frame tool0, of a grip
-load in the tool frame. Source: Technical reference manual, RAPID Instructions, Functions and Data types,
-"loaddata" and "tooldata"; public at docs.ros.org/en/noetic/api/abb_rapid_msgs/html/msg/LoadData.html and
-yumpu.com/en/document/view/5679047.
+Source: Technical reference manual, RAPID Instructions, Functions and Data types, "loaddata" and "tooldata"; public
+at docs.ros.org/en/noetic/api/abb_rapid_msgs/html/msg/LoadData.html and yumpu.com/en/document/view/5679047.
 """
 
 from ..load import ControllerLoad, listed, load_format, number

@@ -1,10 +1,7 @@
-"""Fanuc MOTION/PAYLOAD SET, as typed at the pendant.
+"""Fanuc MOTION/PAYLOAD SET, as typed at the pendant; older screens print the mass in kgf: the same number.
 
-PAYLOAD [kg]; PAYLOAD CENTER X, Y, Z [cm] from the centre of the faceplate; PAYLOAD INERTIA X, Y, Z [kgf cm s^2]:
-moments about axes through the centre of gravity parallel to the faceplate's. 1 kgf cm s^2 = 0.0980665 kg m^2.
-Older screens print the mass in kgf: the same number. Source: public copies of the HandlingTool manual's "Setting
-payload", such as ch-delivery.lincolnelectric.com/api/public/content/67cd62debb004088957ebe41ecebc9c1 (mass and
-centre).
+Source: public copies of the HandlingTool manual's "Setting payload" (mass and centre), such as
+ch-delivery.lincolnelectric.com/api/public/content/67cd62debb004088957ebe41ecebc9c1.
 """
 
 import numpy as np

@@ -1,8 +1,6 @@
-"""Franka ``Robot::setLoad`` of libfranka.
+"""Franka ``Robot::setLoad`` of libfranka: the load beside the end effector set in Desk, not instead of it.
 
-setLoad(load_mass, F_x_Cload, load_inertia): mass [kg]; centre of mass in the flange frame [m]; 3 x 3 inertia [kg
-m^2], column-major. It is the load beside the end effector set in Desk, not instead of it. Sources: libfranka,
-robot.h; docs.ros.org/en/humble/p/franka_msgs/srv/SetLoad.html.
+Sources: libfranka, robot.h; docs.ros.org/en/humble/p/franka_msgs/srv/SetLoad.html.
 """
 
 from ..load import ControllerLoad, listed, load_format, number

@@ -1,8 +1,7 @@
 """MJCF (MuJoCo): a body ``payload`` inside the body ``flange``.
 
-fullinertia is M(1,1), M(2,2), M(3,3), M(1,2), M(1,3), M(2,3) about pos in the axes of the body; it must be
-positive definite and its principal moments fulfil A + B >= C. Source: MuJoCo documentation, XML reference,
-body/inertial.
+The inertia must be positive definite and its principal moments fulfil A + B >= C. Source: MuJoCo documentation, XML
+reference, body/inertial.
 """
 
 from ....common.errors import InputError

@@ -1,7 +1,6 @@
 """SDFormat: a model of one link ``payload``, its origin at the flange.
 
-The pose of the inertial frame is the centre of mass without rotation; ixx, ixy, ixz, iyy, iyz, izz are entries of
-the inertia matrix there. Without them SDFormat takes 1 kg m^2, so a point mass needs explicit zeros. Source:
+Without entries of the inertia SDFormat takes 1 kg m^2, so a point mass needs explicit zeros. Source:
 sdformat.org/spec, link/inertial (element descriptions in sdf/1.x/inertial.sdf), and gz-math, Inertial.
 """
 

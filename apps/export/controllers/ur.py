@@ -1,8 +1,6 @@
 """Universal Robots: ``set_target_payload`` of URScript.
 
-set_target_payload(m, cog, inertia): mass [kg]; cog [m] from the tool mount; inertia [Ixx, Iyy, Izz, Ixy, Ixz, Iyz]
-[kg m^2] with origin in the cog and axes aligned with the flange's; left out, it is zero. Components beyond +-133
-kg m^2 and negative moments raise an exception. Source: URScript manual, set_target_payload
+Components beyond +-133 kg m^2 and negative moments raise an exception. Source: URScript manual, set_target_payload
 (universal-robots.com/manuals/EN/HTML/SW10_6/Content/prod-scriptmanual/G5/set_target_payload.htm).
 """
 

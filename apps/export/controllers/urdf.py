@@ -1,8 +1,6 @@
-"""URDF: a link ``payload`` fixed to the link ``tool0``.
+"""URDF: a link ``payload`` fixed to the link ``tool0``; its inertial origin is not turned.
 
-The inertial origin stands at the centre of mass without rotation, so that ixx, ixy, ixz, iyy, iyz, izz are the
-entries of the inertia matrix there in the axes of the flange (ixy = -integral of x y dm). Source: URDF
-specification, wiki.ros.org/urdf/XML/link, and wiki.ros.org/urdf/Tutorials (inertia, sign of products).
+Source: URDF specification, wiki.ros.org/urdf/XML/link, and wiki.ros.org/urdf/Tutorials (inertia, sign of products).
 """
 
 from ..load import ControllerLoad, load_format

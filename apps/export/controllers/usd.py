@@ -1,10 +1,8 @@
-"""USD physics: ``PhysicsMassAPI`` on a prim whose origin is the flange.
+"""USD physics: ``PhysicsMassAPI`` on a prim whose origin is the flange, in the stage's units.
 
-mass, centerOfMass (prim's local space), diagonalInertia (principal moments about the centre of mass),
-principalAxes (quaternion, scalar first), all in the stage's units: lengths divided by metersPerUnit, inertia by
-its square. Referencing a stage converts nothing. A mass or diagonalInertia of zero is ignored. Source:
-UsdPhysicsMassAPI in the OpenUSD documentation (openusd.org/release/api/class_usd_physics_mass_a_p_i.html) and the
-UsdPhysics proposal on units.
+Referencing a stage converts nothing; a mass or diagonalInertia of zero is ignored. Source: UsdPhysicsMassAPI in the
+OpenUSD documentation (openusd.org/release/api/class_usd_physics_mass_a_p_i.html) and the UsdPhysics proposal on
+units.
 """
 
 import math

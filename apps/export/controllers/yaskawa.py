@@ -1,8 +1,7 @@
 """Yaskawa Motoman tool load information, as typed at the pendant (tool file).
 
-W [kg]; Xg, Yg, Zg [mm] in flange coordinates; Ix, Iy, Iz [kg m^2] about axes through the centre of gravity
-parallel to the flange's. Sources: NX100 instructions 9.11 "ARM Control"
-(easymanua.ls/yaskawa/motoman-nx100/manual?p=259) and YRC1000 (easymanua.ls/yaskawa/motoman-yrc1000/manual?p=119).
+Sources: NX100 instructions 9.11 "ARM Control" (easymanua.ls/yaskawa/motoman-nx100/manual?p=259) and YRC1000
+(easymanua.ls/yaskawa/motoman-yrc1000/manual?p=119).
 """
 
 import numpy as np

@@ -32,7 +32,16 @@ def _write(whole: WholeRobot) -> str:
         fixed = {"name": f"{names[-1]}-{flange}", "type": "fixed"}
         root.append(element("link", {"name": flange}))
         root.append(element("joint", fixed, *_place(names[-1], flange, frames.flange)))
-    root.extend(_transmission(whole, j) for j in range(robot.n))
+    interface = element("hardwareInterface", {}, "hardware_interface/EffortJointInterface")
+    for name, drive in zip(whole.joint_names, whole.apart, strict=True):  # as Drake reads drives
+        rotor = element("drake:rotor_inertia", {"value": exact(drive_value(drive, "armature"))})
+        gear = element("drake:gear_ratio", {"value": "1"})
+        parts = (
+            element("type", {}, "transmission_interface/SimpleTransmission"),
+            element("joint", {"name": name}, interface),
+            element("actuator", {"name": f"{name}_motor"}, rotor, gear),
+        )
+        root.append(element("transmission", {"name": f"{name}_transmission"}, *parts))
     return xml_text(root)
 
 
@@ -61,22 +70,6 @@ def _place(parent: str, child: str, pose: Pose) -> list[Element]:
         element("child", {"link": child}),
         element("origin", {"xyz": exact(pose.origin), "rpy": exact(pose.rpy)}),
     ]
-
-
-def _transmission(whole: WholeRobot, j: int) -> Element:
-    """A drive as Drake reads it."""
-    name = whole.joint_names[j]
-    interface = element("hardwareInterface", {}, "hardware_interface/EffortJointInterface")
-    return element(
-        "transmission", {"name": f"{name}_transmission"},
-        element("type", {}, "transmission_interface/SimpleTransmission"),
-        element("joint", {"name": name}, interface),
-        element(
-            "actuator", {"name": f"{name}_motor"},
-            element("drake:rotor_inertia", {"value": exact(drive_value(whole.apart[j], "armature"))}),
-            element("drake:gear_ratio", {"value": "1"}),
-        ),
-    )  # fmt: skip
 
 
 FORMAT = Format(
