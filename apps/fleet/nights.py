@@ -1,4 +1,4 @@
-"""A fleet over time: it tells what changed last night, and which arm differs from its twins.
+"""Changes of a fleet in the last night, and arms that differ from their twins.
 
 Of each recording of an arm friction, payload and drive scales are found while the rest is fixed from all of them. A
 series is one such quantity of one arm, night by night. Its last night is compared with the median of the nights
@@ -165,15 +165,10 @@ def arm_of(recordings: Sequence[Stored]) -> Arm:
 
 
 def _night(recording: Stored, whole: Estimate, usual: float) -> dict[str, tuple[float, float]]:
-    """One recording: friction and a change of payload together, then each drive's scale beside its friction.
+    """Value and standard deviation of each quantity by one recording.
 
-    Args:
-        recording: of the night.
-        whole: the arm's base parameters by all recordings that were told the usual mass.
-        usual: that mass less what the controller was told this night [kg].
-
-    Returns:
-        Values and standard deviations by the quantity's name.
+    Friction and a change of payload are found together, then each drive's scale beside its friction. ``whole`` is
+    by all recordings that were told the usual mass, which is ``usual`` [kg] more than what was told this night.
     """
     names, equations = whole.names, recording.equations
     frictions = [k for k, name in enumerate(names) if parameter_kind(name) in FRICTION]
@@ -196,7 +191,6 @@ def _night(recording: Stored, whole: Estimate, usual: float) -> dict[str, tuple[
 
 
 def _measured(equations: Equations) -> dict[str, tuple[float, float]]:
-    """Each parameter with a standard deviation to compare it by."""
     estimate, ratio = compared_by(equations)
     sigma = ratio * estimate.sigma
     return dict(zip(estimate.names, zip(estimate.values.tolist(), sigma.tolist(), strict=True), strict=True))

@@ -1,6 +1,6 @@
-"""Parts that several reports share: verdict, torques, joints, excitation, essential parameters."""
+"""Parts that several reports share: verdict, errors of the gains, torques, joints."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from msgspec import UnsetType
@@ -9,13 +9,11 @@ from ....common.schema import present
 from ....estimation import Gains
 from ....estimation.answers.system import TorquePrediction
 from ....estimation.fit.estimate import Fit
-from ....estimation.fit.least_squares import Excitation
-from ....estimation.results.parts import EliminationDocument, ProcessingDocument, ResidualDocument, VerdictDocument
+from ....estimation.results.parts import ProcessingDocument, ResidualDocument, VerdictDocument
 from ....estimation.results.payload import JointsMassDocument, PayloadData, array
 from ....estimation.results.robot import RobotResult
 from ...numbers import percent, with_interval
-from ..blocks import Block, Details, Notes, OnPage, Section, Table, Text, with_sigma
-from ..figures.parameters import essential_figure, excitation_figure
+from ..blocks import Block, Notes, OnPage, Section, Table, Text, with_sigma
 from ..figures.payload import joints_figure
 from ..figures.signals import prediction_figure, words_of, worst_joint_figure
 
@@ -137,47 +135,3 @@ def joints_section(
     drawn = joints_figure(masses, mass, interval, f"by_joints{number}")
     blocks: list[Block] = [Text(words), Table("Mass by joints", headings, rows), *drawn]
     return Section(f"joints{number}", "The payload as each joint sees it", blocks)
-
-
-def excitation_section(make: Callable[[], Excitation | None], labels: Mapping[str, str]) -> Section:
-    """A figure, and the numbers to be opened; ``labels``: names of parameters as the page calls them."""
-
-    def drawn() -> list[Block]:
-        excitation = make()
-        if excitation is None:
-            words = (
-                "The robot's parameters were read from a file, without the equations they come from: what its "
-                "motion excited stands in the report of that identification."
-            )
-            return [Text(words)]
-        numbers = zip(excitation.names, excitation.signal, excitation.independent, excitation.share, strict=True)
-        rows = []
-        for name, signal, own, share in numbers:
-            parts = (percent(float(share)), percent(1.0 / float(own) if own else float("inf")))
-            rows.append((labels.get(name, name), f"{signal:.3g}", f"{own:.3g}", *parts))
-        words = (
-            "A parameter is well known where its torque is large against the noise and no combination of others "
-            "imitates it. Sigmas here are the formula's, for white noise; a small value of a parameter makes them "
-            "large too."
-        )
-        headings = ("", "torque over noise", "its own part", "share", "relative sigma")
-        table = Details("Numbers", [Table("Excitation", headings, rows)])
-        return [Text(words), excitation_figure(excitation, labels), table]
-
-    return Section("excitation", "Excitation of each parameter", [OnPage(drawn)])
-
-
-def essential_section(elimination: EliminationDocument | None, title: str) -> Section:
-    """The path as a figure, the parameters by name, and what speaks against them."""
-    heading = "Essential parameters"
-    if elimination is None:
-        words = "Parameters are eliminated for method 4 only, robot and payload together; it was not used here."
-        return Section("essential", heading, [OnPage(lambda: [Text(words)])])
-    lines = [
-        f"{elimination.essential} of {len(elimination.path) - 1} parameters essential "
-        f"({elimination.description}): error's sigma {elimination.sigma_ratio:.4f} times, largest relative "
-        f"sigma {elimination.largest_relative_sigma_percent:.3g} %.",
-        f"Essential: {', '.join(str(parameter.name) for parameter in elimination.parameters)}.",
-        *(f"  - {warning}" for warning in elimination.warnings),
-    ]
-    return Section("essential", heading, [Notes(lines), essential_figure(elimination, title)])

@@ -20,8 +20,6 @@ from .estimates import data_notes, methods_section
 from .evidence import (
     MEND,
     VERDICTS,
-    essential_section,
-    excitation_section,
     gain_error_notes,
     joints_section,
     reason_blocks,
@@ -29,6 +27,7 @@ from .evidence import (
     verdict_notes,
     worst_torque,
 )
+from .parameters import essential_section, excitation_section
 
 _SHOWN = ("abb", "kuka", "ur", "fanuc", "yaskawa", "staubli", "franka", "urdf")
 """The formats in the page; 'dynident export' writes more."""

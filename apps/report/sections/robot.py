@@ -21,8 +21,6 @@ from ..blocks import Banner, Block, Notes, Report, Section, Table, with_sigma
 from .evidence import (
     MEND,
     conditioning,
-    essential_section,
-    excitation_section,
     gain_error_notes,
     reason_blocks,
     residual_text,
@@ -30,6 +28,7 @@ from .evidence import (
     verdict_notes,
     worst_torque,
 )
+from .parameters import essential_section, excitation_section
 from .rollout import rollout_line, rollout_section
 
 _HEADINGS = ("joint", "kind", "alpha", "d", "theta", "r", "from", "to", "speed", "accel.", "torque")
