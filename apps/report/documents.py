@@ -74,7 +74,7 @@ class FrameDocument(Document, frozen=True):
 
 
 class PoseLogDocument(Document, frozen=True):
-    """How well the robot's description gives the tool's poses in one log."""
+    """Tool poses of one log beside those of the robot's description."""
 
     source: str = field(name="log")
     reproduced: bool
@@ -89,7 +89,7 @@ class PoseLogDocument(Document, frozen=True):
 
 
 class RobotCheckDocument(Document, frozen=True):
-    """Whether a description agrees with recordings; ways to read them by torques where there are some."""
+    """Comparison of a description with recordings; ways to read them by torques where there are some."""
 
     robot: str
     poses: tuple[PoseLogDocument, ...]
@@ -136,7 +136,7 @@ def robot_check_document(robot: Robot, poses: Sequence[PoseCheck], readings: Rea
 
 
 class LimitDocument(Document, frozen=True):
-    """How near a motion comes to a limit."""
+    """The nearest that a motion comes to a limit."""
 
     name: str
     worst: str
@@ -148,7 +148,7 @@ class LimitDocument(Document, frozen=True):
 
 
 class LimitsDocument(Document, frozen=True):
-    """Whether a motion keeps its limits; ``max_violation`` in units of the limit."""
+    """Limits of a motion, met or not; ``max_violation`` in units of the limit."""
 
     max_violation: float
     feasible: bool | UnsetType = field(default=UNSET, name="met")
@@ -451,7 +451,7 @@ class NightDocument(Document, frozen=True):
 
 
 class FleetDocument(Document, frozen=True):
-    """What a fleet's nights say; ``changed``: those of ``last`` with z beyond ``threshold``."""
+    """Last nights of a fleet; ``changed``: those of ``last`` with z beyond ``threshold``."""
 
     arms: tuple[str, ...]
     first_day: str

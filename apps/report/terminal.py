@@ -35,7 +35,7 @@ def print_blocks(blocks: Sequence[Block], stream: IO[str] | None = None) -> None
 
 
 def print_report(report: Report, details: bool = False, stream: IO[str] | None = None) -> None:
-    """Print what fits on a screen of 25 lines, or all of it, with ``details``."""
+    """Print what fits on a screen of 25 lines and how much is left out, or all of it, with ``details``."""
     if not details:
         with _opened(stream) as terminal:
             _print_first(terminal, report)
@@ -64,16 +64,16 @@ def printed(blocks: Sequence[Block]) -> Iterator[Table | Text | Notes | Banner]:
 
 
 def _print_first(terminal: Console, report: Report) -> None:
-    """Print what fits on a screen, and say how much is left out."""
     left_out, width, blocks = 0, terminal.width, list(printed(report.first))
-    must = [block for block in blocks if not (isinstance(block, Notes) and block.optional)]
-    shown = {id(block): _lines(terminal, block, block.spare if isinstance(block, Table) else ()) for block in must}
+    shown = {
+        id(block): _lines(terminal, block, block.spare if isinstance(block, Table) else ())
+        for block in blocks
+        if not (isinstance(block, Notes) and block.optional)
+    }
     room = LINES - 1 - sum(map(len, shown.values()))
     for block in blocks:
-        if id(block) in shown:
-            _print_lines(terminal, shown[id(block)])
-            continue
-        for line in block.lines if isinstance(block, Notes) else ():
+        _print_lines(terminal, shown.get(id(block), ()))
+        for line in block.lines if isinstance(block, Notes) and block.optional else ():
             wrapped = _brief(_wrapped(line, width), width)
             if len(wrapped) > room:
                 left_out += 1
@@ -149,7 +149,19 @@ def _table_lines(terminal: Console, table: Table, spare: Collection[str]) -> lis
         parts[-1].append(k)
     lines = textwrap.wrap(printable(table.title), terminal.width)
     for part in parts:
-        grid = _grid(table, rows, part, _width(table, rows, part) > terminal.width)
+        folds = _width(table, rows, part) > terminal.width  # even a part of the columns is too wide
+        grid = Grid(box=None, padding=(0, 1, 0, 0), show_header=any(table.headings[k] for k in part))
+        for k in part:
+            grid.add_column(
+                Line(printable(table.headings[k])),
+                justify="right" if table.looks[k] == "number" else "left",
+                no_wrap=not (table.looks[k] == "words" or folds),
+                overflow="fold",
+            )
+        for row in rows:
+            grid.add_row(*(Line(printable(row[k])) for k in part))
+            if row[0] in table.ends and row is not rows[-1] and not table.merged:
+                grid.add_row()
         lines += ["".join(piece.text for piece in line).rstrip() for line in terminal.render_lines(grid, pad=False)]
     return lines
 
@@ -172,20 +184,3 @@ def _width(table: Table, rows: Sequence[tuple[str, ...]], part: Sequence[int]) -
         widest = max(cell_len(text) for text in (table.headings[k], *(row[k] for row in rows)))
         needed += (min(widest, _NARROWEST) if table.looks[k] == "words" else widest) + 1
     return needed
-
-
-def _grid(table: Table, rows: Sequence[tuple[str, ...]], part: Sequence[int], folds: bool) -> Grid:
-    """Some columns as rich prints them; ``folds``: even they are too wide."""
-    grid = Grid(box=None, padding=(0, 1, 0, 0), show_header=any(table.headings[k] for k in part))
-    for k in part:
-        grid.add_column(
-            Line(printable(table.headings[k])),
-            justify="right" if table.looks[k] == "number" else "left",
-            no_wrap=not (table.looks[k] == "words" or folds),
-            overflow="fold",
-        )
-    for row in rows:
-        grid.add_row(*(Line(printable(row[k])) for k in part))
-        if row[0] in table.ends and row is not rows[-1] and not table.merged:
-            grid.add_row()
-    return grid
