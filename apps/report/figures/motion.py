@@ -1,4 +1,4 @@
-"""Figures of an arm and its motion: from three sides, between its limits, what it would teach, as predicted."""
+"""Figures of an arm and its motion: from three sides, between its limits, and predicted standard deviations."""
 
 from collections.abc import Mapping, Sequence
 from itertools import cycle
@@ -11,14 +11,12 @@ from ....model import Motion, Robot
 from ....model.frames import frames_at, step
 from ....trajectories import DesignProblem, Score
 from ....trajectories.design.score import load_torques
-from ...rollout import Rollout
 from ..blocks import Drawing
-from .canvas import BLUE, GREY, ORANGE, Figure, legend, log_scale, names_below, panels, plain, save_figure
+from .canvas import Figure, legend, log_scale, names_below, panels, save_figure
 
 _LINES = ("-", "--", ":", "-.")
 _FEW = 4  # parameters a figure names as the least known
 _TALLEST = 14.0  # inches
-_STYLES = ((BLUE, "-"), (ORANGE, "--"), (GREY, ":"), ("black", "-."))
 _UNITS = {"position": ("m", "rad"), "speed": ("m/s", "rad/s"), "torque": ("N", "N·m")}
 """Units of sliding and of turning joints."""
 _VIEWS = (("from the side", 0, 2), ("from the front", 1, 2), ("from above", 0, 1))
@@ -92,31 +90,6 @@ def sigma_figure(score: Score, title: str, reference: Mapping[str, float], label
     return Drawing(
         "predicted_sigma", "Standard deviation that identification would leave to each parameter, predicted.", draw
     )
-
-
-def rollout_figure(rollout: Rollout, name: str, unit: tuple[str, float]) -> Drawing:
-    """Median and 90 % of the starts by each prediction, in a unit of some size."""
-
-    def draw() -> Figure:
-        figure, axes = panels((5.8, 3.2))
-        axis, resting = axes[0, 0], bool(rollout.resting.all())
-        for by, (colour, line) in zip(rollout.errors, _STYLES, strict=False):
-            spreads = [rollout.spread(by, float(seconds), resting) for seconds in rollout.times]
-            low, high = np.array([spread for spread in spreads if spread is not None]).T / unit[1]
-            axis.plot(rollout.times, low, color=colour, linestyle=line, label=by)
-            axis.fill_between(rollout.times, low, high, color=colour, alpha=0.2, linewidth=0)
-        log_scale(axis)
-        axis.set_xlabel("time after the start [s]")
-        axis.set_ylabel(f"error [{unit[0]}]")
-        axis.legend(fontsize=9, frameon=False)
-        plain(axis)
-        return figure
-
-    caption = (
-        f"Distance of predicted from measured motion on {rollout.source}, root mean square over the joints: median "
-        "of the starts, shaded up to 90 %."
-    )
-    return Drawing(name, caption, draw)
 
 
 def outline(robot: Robot, q: Sequence[float]) -> Array:
