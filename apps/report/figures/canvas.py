@@ -79,7 +79,8 @@ def legend(figure: Figure, axes: Iterable[Axes], at: str, **options: Any) -> Non
     entries = [pair for axis in axes for pair in zip(*axis.get_legend_handles_labels(), strict=True)]
     handles = {label: handle for handle, label in entries}
     look: dict[str, Any] = {"ncols": len(handles), "frameon": False, "borderaxespad": 0.2, "loc": at} | options
-    figure.legend(list(handles.values()), list(handles), **look)
+    if handles:
+        figure.legend(list(handles.values()), list(handles), **look)
 
 
 def log_scale(axis: Axes) -> None:

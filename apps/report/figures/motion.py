@@ -1,7 +1,6 @@
 """Figures of an arm and its motion: from three sides, between its limits, and predicted standard deviations."""
 
 from collections.abc import Mapping, Sequence
-from itertools import cycle
 from pathlib import Path
 
 import numpy as np
@@ -12,11 +11,10 @@ from ....model.frames import frames_at, step
 from ....trajectories import DesignProblem, Score
 from ....trajectories.design.score import load_torques
 from ..blocks import Drawing
-from .canvas import Figure, legend, log_scale, names_below, panels, save_figure
+from .canvas import Figure, log_scale, names_below, panels, save_figure
+from .signals import Column, over_time
 
-_LINES = ("-", "--", ":", "-.")
 _FEW = 4  # parameters a figure names as the least known
-_TALLEST = 14.0  # inches
 _UNITS = {"position": ("m", "rad"), "speed": ("m/s", "rad/s"), "torque": ("N", "N·m")}
 """Units of sliding and of turning joints."""
 _VIEWS = (("from the side", 0, 2), ("from the front", 1, 2), ("from above", 0, 1))
@@ -26,34 +24,19 @@ def motion_figure(problem: DesignProblem, motion: Motion, title: str) -> Drawing
     """Positions, speeds and torques of every joint between their limits: a row a joint, a column a quantity."""
 
     def draw() -> Figure:
-        bounds, torques, n = problem.bounds, load_torques(problem, motion), motion.n
-        columns: list[tuple[str, dict[str, Array], Array, Array]] = [
-            ("position", {"position": motion.q}, bounds.low, bounds.high),
-            ("speed", {"speed": motion.qd}, -bounds.speed, bounds.speed),
-            *([("torque", torques, -bounds.torque, bounds.torque)] if torques else []),
-        ]
-        size, edges = (3.4 * len(columns), min(1.25 * n + 1.0, _TALLEST)), (0.65, 0.1, 0.6, 0.75)
-        figure, axes = panels(size, n, len(columns), edges, (0.5, 0.15), sharex=True)
+        bounds, torques = problem.bounds, load_torques(problem, motion)
         turning = sorted({joint.revolute for joint in problem.robot.joints}, reverse=True)
-        for k, (name, curves, lowest, highest) in enumerate(columns):
-            for j, (axis, low, high) in enumerate(zip(axes[:, k], lowest, highest, strict=True)):
-                for line, (label, values) in zip(cycle(_LINES), curves.items(), strict=False):
-                    axis.plot(motion.t, values[:, j], line, color="black", linewidth=0.9, label=label)
-                if np.isfinite([low, high]).all():
-                    room, hatched = 0.12 * (high - low), {"facecolor": "none", "hatch": "////", "linewidth": 0.0}
-                    for limit, beyond, label in ((low, low - room, "limit"), (high, high + room, "")):
-                        axis.axhline(limit, color="C3", linestyle=(0, (6, 2)), linewidth=1.1, label=label)
-                        axis.axhspan(*sorted((limit, beyond)), edgecolor="C3", **hatched)
-                    axis.set_ylim(low - room, high + room)
-                axis.tick_params(labelsize=8)
-                axis.grid(visible=True, alpha=0.3)
-                axis.set_ylabel(f"joint {j + 1}" if k == 0 else "", fontsize=9)
+
+        def column(name: str, curves: Mapping[str, Array], low: Array, high: Array) -> Column:
             unit = " or ".join(_UNITS[name][kind] for kind in turning)
-            axes[0, k].set_title(f"{name} [{unit}]", fontsize=10)
-            axes[-1, k].set_xlabel("time [s]")
-        legend(figure, axes[0], "lower center", fontsize=9)
-        figure.suptitle(title)
-        return figure
+            return f"{name} [{unit}]", curves, np.stack([low, high])
+
+        columns = [
+            column("position", {"position": motion.q}, bounds.low, bounds.high),
+            column("speed", {"speed": motion.qd}, -bounds.speed, bounds.speed),
+            *([column("torque", torques, -bounds.torque, bounds.torque)] if torques else []),
+        ]
+        return over_time(title, motion.t, columns)
 
     return Drawing("motion", "Positions, speeds and torques of every joint between their limits, over time.", draw)
 
@@ -87,9 +70,8 @@ def sigma_figure(score: Score, title: str, reference: Mapping[str, float], label
         figure.suptitle(title)
         return figure
 
-    return Drawing(
-        "predicted_sigma", "Standard deviation that identification would leave to each parameter, predicted.", draw
-    )
+    caption = "Standard deviation that identification would leave to each parameter, predicted."
+    return Drawing("predicted_sigma", caption, draw)
 
 
 def outline(robot: Robot, q: Sequence[float]) -> Array:

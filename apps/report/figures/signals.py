@@ -1,8 +1,9 @@
 """Figures of recordings: signals over time, torques beside predicted ones, and what a controller missed."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from itertools import cycle
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -15,29 +16,49 @@ from ..blocks import Drawing
 from .canvas import BLUE, GREY, ORANGE, Axes, Figure, bands, legend, panels, plain
 
 _STRETCHES = 2000  # of a long signal that are drawn
+_LINES = ("-", "--", ":", "-.")
+_TALLEST = 14.0  # inches
 _GAP = 2.5  # steps: a longer one is drawn as a gap
 _CURVES = ((BLUE, "--", 1.3), (ORANGE, ":", 1.3), ("black", "-.", 1.0))
 
 
+Column: TypeAlias = tuple[str, Mapping[str, Array], Array]
+"""Heading, curves (N, n) by name, and limits (2, n), nan or infinite where there is none."""
+
+
+def over_time(title: str, t: Array, columns: Sequence[Column]) -> Figure:
+    """A row a joint, a column a quantity, between hatched limits."""
+    n = columns[0][2].shape[1]
+    size, edges = (10.2, min(1.25 * n + 1.0, _TALLEST)), (0.65, 0.1, 0.6, 0.75)
+    figure, axes = panels(size, n, len(columns), edges, (0.5, 0.15), sharex=True)
+    for k, (heading, curves, limits) in enumerate(columns):
+        for j, (axis, (low, high)) in enumerate(zip(axes[:, k], limits.T, strict=True)):
+            for line, (label, values) in zip(cycle(_LINES), curves.items(), strict=False):
+                axis.plot(*_extremes(t, values[:, j]), line, color="black", linewidth=0.9, label=label)
+            if np.isfinite([low, high]).all():
+                room, hatched = 0.12 * (high - low), {"facecolor": "none", "hatch": "////", "linewidth": 0.0}
+                for limit, beyond, label in ((low, low - room, "limit"), (high, high + room, "")):
+                    axis.axhline(limit, color="C3", linestyle=(0, (6, 2)), linewidth=1.1, label=label)
+                    axis.axhspan(*sorted((limit, beyond)), edgecolor="C3", **hatched)
+                axis.set_ylim(low - room, high + room)
+            axis.tick_params(labelsize=8)
+            axis.grid(visible=True, alpha=0.3)
+            axis.set_ylabel(f"joint {j + 1}" if k == 0 else "", fontsize=9)
+        axes[0, k].set_title(heading, fontsize=10)
+        axes[-1, k].set_xlabel("time [s]")
+    legend(figure, axes[0], "lower center", fontsize=9)
+    figure.suptitle(title)
+    return figure
+
+
 def signals_figure(recording: Recording, unit: str, name: str) -> Drawing:
     """Positions and torques of every joint over time; ``unit`` of the torques, "N·m" or "A"."""
-    title, n = Path(recording.source).name, recording.q.shape[1]
-
-    def draw() -> Figure:
-        figure, axes = panels((11.0, 1.5 * n + 0.8), n, 2, (0.8, 0.1, 0.4, 0.5), (0.8, 0.2), sharex=True)
-        for k, (values, label) in enumerate(
-            ((recording.q, "q{} [rad or m]"), (recording.torque, f"joint {{}} [{unit}]"))
-        ):
-            for j, axis in enumerate(axes[:, k]):
-                axis.plot(*_extremes(recording.t, values[:, j]), linewidth=0.8)
-                axis.set_ylabel(label.format(j + 1))
-                axis.grid(visible=True, alpha=0.3)
-            axes[-1, k].set_xlabel("time [s]")
-        figure.suptitle(title)
-        return figure
-
+    title, unlimited = Path(recording.source).name, np.full((2, recording.q.shape[1]), np.nan)
     loads = "currents" if unit == "A" else "torques"
-    return Drawing(name, f"Positions and {loads} of {title} as they were understood, joint side.", draw)
+    signals = (("positions [rad or m]", recording.q), (f"{loads} [{unit}]", recording.torque))
+    columns = [(heading, {"": values}, unlimited) for heading, values in signals]
+    caption = f"Positions and {loads} of {title} as they were understood, joint side."
+    return Drawing(name, caption, lambda: over_time(title, recording.t, columns))
 
 
 def _extremes(t: Array, values: Array) -> tuple[Array, Array]:
