@@ -214,7 +214,6 @@ def _aligned(own: Lines, theirs: Lines, slides: set[int]) -> tuple[Array, Array]
 
 
 def _between(first: tuple[Array, Array], second: tuple[Array, Array]) -> Array:
-    """Shortest vector from one axis to another [m]."""
     (p, a), (q, b) = first, second
     directions, offset = np.column_stack([a, b]), q - p
     return np.asarray(offset - directions @ np.linalg.lstsq(directions, offset, rcond=1e-9)[0])

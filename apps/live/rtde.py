@@ -199,7 +199,6 @@ class Client:
         return np.frombuffer(b"".join(samples), self.layout)
 
     def _ask(self, kind: int, payload: bytes) -> bytes:
-        """Send a packet and wait for its answer; messages in between are passed over."""
         try:
             self._socket.settimeout(max(self._deadline - time.monotonic(), 0.01))
             self._socket.sendall(packed(kind, payload))

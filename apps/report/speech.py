@@ -85,7 +85,6 @@ _SHOWN: dict[type, _Shown] = {
 
 
 def _shown(answer: object) -> tuple[Any, _Shown]:
-    """The result of an answer, and the functions that show it."""
     result = getattr(answer, "result", answer)
     return result, _SHOWN[type(result)]
 

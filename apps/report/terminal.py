@@ -113,7 +113,6 @@ def _print_lines(terminal: Console, lines: Sequence[str]) -> None:
 
 
 def _lines(terminal: Console, block: Table | Text | Notes | Banner, spare: Collection[str]) -> list[str]:
-    """The block as wide as the terminal, a table without its ``spare`` rows."""
     if isinstance(block, Table):
         return _table_lines(terminal, block, spare)
     lines = block.lines if isinstance(block, Notes) else (block.words,)
@@ -178,7 +177,6 @@ def _merged(section: Sequence[tuple[str, ...]]) -> list[tuple[str, ...]]:
 
 
 def _width(table: Table, rows: Sequence[tuple[str, ...]], part: Sequence[int]) -> int:
-    """Columns of the terminal that those of the table need."""
     needed = 1
     for k in part:
         widest = max(cell_len(text) for text in (table.headings[k], *(row[k] for row in rows)))

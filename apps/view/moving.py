@@ -177,7 +177,6 @@ def _axes(robot: Robot, touched: NDArray[np.bool_]) -> list[Shape]:
 
 
 def _surroundings(problem: DesignProblem, robot: Robot) -> list[Shape]:
-    """Floor, walls and bodies of the scene, and the region in which payloads lie."""
     half, payloads, shapes = 12.0 * cylinder_radius(robot), problem.payloads, list[Shape]()
     for surface in _surfaces(problem.scene):
         shapes.append(Shape(surface.name, 0, *plane(surface.normal, surface.offset, half), _FLOOR, 0.6))

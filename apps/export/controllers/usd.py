@@ -12,7 +12,6 @@ from ..rotation import principal_axes, quaternion
 
 
 def _digits(load: ControllerLoad) -> int | None:
-    """Decimals of a moment in the stage's units."""
     digits = load.moment_digits
     return None if digits is None else digits + round(2.0 * math.log10(load.meters_per_unit))
 

@@ -87,7 +87,6 @@ def descriptors_of(motion: WrittenMotion, plan: ViaPoints) -> list[Descriptor]:
 
 
 def _percent(fraction: float) -> int:
-    """Rounded down, and at least 1."""
     return max(int(100.0 * fraction + 1e-9), 1)
 
 
@@ -128,7 +127,6 @@ def check_val3(robot: Robot, via_points: bool, name: str) -> None:
 
 
 def _write(motion: WrittenMotion) -> str:
-    """The database: points and how each is approached."""
     plan = _points(motion)
     moves = [Descriptor(_APPROACH, _APPROACH), *descriptors_of(motion, plan)]
     angles, motions = np.degrees(plan.points).tolist(), []
@@ -151,7 +149,6 @@ def _write(motion: WrittenMotion) -> str:
 
 
 def _beside(motion: WrittenMotion) -> dict[str, str]:
-    """The project and its programs."""
     count = len(_points(motion).points)
     start = [
         "begin",

@@ -54,7 +54,6 @@ def _write(whole: WholeRobot) -> str:
 
 
 def _prim(kind: str, inside: Iterable[str], metadata: Iterable[str] = ()) -> list[str]:
-    """A prim, line by line."""
     return [f"def {kind} (", *_indented(metadata), ")", "{", *_indented(inside), "}"]
 
 
@@ -87,7 +86,6 @@ def _link(whole: WholeRobot, j: int, pose: Pose) -> list[str]:
 
 
 def _placed(pose: Pose) -> list[str]:
-    """Where a prim stands in the one above it."""
     return [
         f"double3 xformOp:translate = ({exact(pose.origin, ', ')})",
         f"quatd xformOp:orient = ({exact(quaternion(pose.R), ', ')})",
@@ -143,7 +141,6 @@ def _custom_data(name: str, numbers: Mapping[str, Labelled]) -> list[str]:
 
 
 def _identifier(name: str) -> str:
-    """A name as prims may have it."""
     return re.sub(r"^(?=\d)", "_", re.sub(r"\W", "_", name, flags=re.ASCII))
 
 

@@ -211,7 +211,6 @@ def _draw_flange(com: Array, ends: Array, body: Array | None, flange: bool) -> F
 
 
 def _view(axis: Axes, com: Array, body: Array | None, axes: tuple[int, int], flange: bool) -> None:
-    """The flange's plate and axes, and the body."""
     i, k = axes
     if flange:
         look: dict[str, Any] = {"facecolor": "0.85", "edgecolor": "black", "hatch": "///"}
@@ -230,7 +229,6 @@ def _view(axis: Axes, com: Array, body: Array | None, axes: tuple[int, int], fla
 
 
 def _uncertain(axis: Axes, com: Array, ends: Array, axes: tuple[int, int]) -> None:
-    """Centre of mass, its intervals as bars and an ellipse."""
     i, k = axes
     if np.isfinite(ends).all():
         centre, width = ends.mean(axis=1), np.ptp(ends, axis=1)

@@ -138,7 +138,6 @@ def words_of(prediction: TorquePrediction) -> str:
 
 
 def _torques(axis: Axes, prediction: TorquePrediction, joints: Sequence[int]) -> None:
-    """Measured and predicted torques, a row for each joint."""
     curves: list[tuple[str, Sequence[Array], tuple[str, str, float]]]
     curves = [("measured", prediction.measured, (GREY, "-", 2.6))]
     curves += [

@@ -119,7 +119,6 @@ def free_cells(estimate: FreeEstimate) -> list[str]:
 
 
 def _values(estimate: FreeEstimate | PossibleEstimate) -> Array:
-    """The numbers of the rows, nan where there is none."""
     moments = estimate.principal_moments if isinstance(estimate, PossibleEstimate) else None
     inertia = six(array(estimate.inertia_com, 3, 3))
     return np.concatenate([estimate.ten, array(estimate.com, 3), inertia, array(moments, 3)])

@@ -134,7 +134,6 @@ def _twin_notes(fleet: Fleet) -> list[str]:
 
 
 def _drawings(fleet: Fleet) -> list[Drawing]:
-    """Small multiples: a line an arm, a panel a quantity."""
     arms, drawings = [arm.name for arm in fleet.arms], list[Drawing]()
     for kind, name, words in _DRAWN:
         caption = (

@@ -140,7 +140,6 @@ def near_report(result: NearResult, expected: InertialParameters, hints: Sequenc
 
 
 def _motion_banner(title: str, score: Score) -> Banner:
-    """Say whether the motion keeps its limits, and which were not checked."""
     names = dict.fromkeys(limit.name for limit in score.limits)
     missing = [kind for kind in _KINDS if not any(name.startswith(kind) for name in names)]
     missed = dict.fromkeys(limit.name for limit in score.limits if str(limit) in score.violations)
@@ -233,7 +232,6 @@ def _taught_table(problem: DesignProblem, score: Score) -> Table:
 
 
 def _spread_table(title: str, spread: PayloadSpread) -> Table:
-    """Standard deviations to come of a payload's mass, centre of mass and inertia there."""
     sigmas = [("mass", "kg", spread.mass)]
     sigmas += [(f"centre of mass {axis}", "mm", 1e3 * x) for axis, x in zip("xyz", spread.com, strict=True)]
     sigmas += [(f"inertia {a}{a} at com", "kg m²", x) for a, x in zip("XYZ", spread.moments, strict=True)]
@@ -253,7 +251,6 @@ def criterion_text(kind: str, value: float) -> str:
 
 
 def _sigma_tables(score: Score, reference: Mapping[str, float], labels: Mapping[str, str]) -> list[Table]:
-    """Predicted standard deviations, of many parameters the least known."""
     sigma, relative, rows = score.learnt.sigma, score.relative_sigma(dict(reference)), []
     shown = list(sigma)
     if len(sigma) > _MOST_SHOWN:

@@ -88,7 +88,6 @@ def assumed_notes(robot: Robot, *parts: str) -> list[str]:
 
 
 def _grouped(parts: Mapping[str, str]) -> dict[str, str]:
-    """Parts of a robot in words, by their source."""
     said: dict[str, list[str]] = {}
     for part in sorted(parts, key=list(SOURCED).index):
         said.setdefault(parts[part], []).append(SOURCED[part])
