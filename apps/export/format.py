@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from ...trajectories.motions.family import Plan
 
 T = TypeVar("T")
+_ASCII = str.maketrans({"±": "+-", "·": " ", "ä": "ae", "ö": "oe", "ü": "ue", "Ä": "Ae", "Ö": "Oe", "Ü": "Ue"})
 
 
 class Replay(NamedTuple):
@@ -70,19 +71,7 @@ class Format(Generic[T]):
 
 def plain(line: str) -> str:
     """A comment on one line of ASCII that ends no comment and continues no line."""
-    text = printable(" ".join(line.split()))
-    for sign, word in {
-        "±": "+-",
-        "·": " ",
-        "ä": "ae",
-        "ö": "oe",
-        "ü": "ue",
-        "Ä": "Ae",
-        "Ö": "Oe",
-        "Ü": "Ue",
-    }.items():
-        text = text.replace(sign, word)
-    text = text.encode("ascii", "replace").decode("ascii")
+    text = printable(" ".join(line.split())).translate(_ASCII).encode("ascii", "replace").decode("ascii")
     return text.replace("--", "- -").replace("--", "- -").replace("*/", "* /").rstrip("\\")
 
 

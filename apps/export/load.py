@@ -55,15 +55,14 @@ class ControllerLoad:
         source: file, method and estimator the numbers come from.
         verdict: level of the verdict.
         reasons: for the verdict.
-        point_mass: whether the inertia at the centre of mass is not to be used: only mass and centre of mass are
-            written.
-        in_tool_frame: whether ``frame`` is a tool's, not the flange's.
-        flange: where the robot's flange stands in ``frame``, if that is another frame and it is known.
+        point_mass: the inertia is not to be used: only mass and centre of mass are written.
+        in_tool_frame: ``frame`` is a tool's, not the flange's.
+        flange: pose of the robot's flange in ``frame``, if that is another frame and it is known.
         flange_source: who says so.
         half_widths: of the intervals, by which numbers are rounded before they are written; None: they are not.
         inertia_digits: decimals of the inertia [kg m^2], where it is rounded.
         added: to each moment before, so that the rounded body can exist [kg m^2].
-        rated: what the arm carries by its data sheet [kg]; inf where that is not known.
+        rated: payload by the arm's data sheet [kg]; inf where that is not known.
         meters_per_unit: length of the unit of length [m], for formats that have units of their own (USD).
     """
 
@@ -88,29 +87,22 @@ class ControllerLoad:
         Raises:
             InputError: for a mass that is not positive, and for an inertia that no body has.
         """
-        mass, body, fault = self.mass, self.body, ""
+        mass, body, fault, units = self.mass, self.body, "", "kg and metres are needed"
         if not self.meters_per_unit > 0.0:
             raise InputError(f"metres per unit must be positive, not {self.meters_per_unit:g}")
         reach = float(np.abs(body.com).max()) if mass > 0.0 else 0.0
         if not mass > 0.0:
             fault = f"a mass of {mass:.3g} kg: controllers refuse it"
         elif not (mass <= _HEAVIEST and reach <= _FARTHEST):
-            fault = (
-                f"{mass:.3g} kg, its centre of mass {reach:.3g} m away, is nothing that an arm carries: kg and "
-                "metres are needed"
-            )
+            load = f"{mass:.3g} kg, its centre of mass {reach:.3g} m away"
+            fault = f"{load}, is nothing that an arm carries: {units}"
         elif self.point_mass:
             return
         elif not (most := float(np.abs(body.inertia_com).max())) <= mass * _FARTHEST**2:
-            fault = (
-                f"moments of inertia up to {most:.3g} kg m^2 are nothing that {mass:.3g} kg have: kg and metres "
-                "are needed"
-            )
+            fault = f"moments of inertia up to {most:.3g} kg m^2 are nothing that {mass:.3g} kg have: {units}"
         elif (least := body.min_pseudo_inertia_eigenvalue) < -_ROUNDING * np.trace(body.pseudo_inertia):
-            fault = (
-                f"no body has this inertia (pseudo-inertia eigenvalue {least:.2g}): take one that can exist, or "
-                "identify again"
-            )
+            found = f"no body has this inertia (pseudo-inertia eigenvalue {least:.2g})"
+            fault = f"{found}: take one that can exist, or identify again"
         if fault:
             raise InputError(f"{self.source}: {fault}")
 

@@ -177,16 +177,15 @@ def _beside(motion: WrittenMotion) -> dict[str, str]:
 
 
 def _program(name: str, access: str, code: list[str]) -> str:
-    lines = [
-        FIRST,
-        f'<Programs xmlns:xsi="{_XSI}" xmlns="{_SPACE}/Program/2">',
-        f'  <Program name="{name}" access="{access}">',
-        "    <Code><![CDATA[" + "\n".join(code),
-        "]]></Code>",
-        "  </Program>",
-        "</Programs>\n",
-    ]
-    return "\n".join(lines)
+    text = "\n".join(code)
+    return f"""{FIRST}
+<Programs xmlns:xsi="{_XSI}" xmlns="{_SPACE}/Program/2">
+  <Program name="{name}" access="{access}">
+    <Code><![CDATA[{text}
+]]></Code>
+  </Program>
+</Programs>
+"""
 
 
 FORMAT = Format(

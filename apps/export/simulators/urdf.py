@@ -27,7 +27,18 @@ def _write(whole: WholeRobot) -> str:
         marks, body = link_marks(link, whole.apart[j]), link.body
         mass = [xml.urdf_inertial(body.mass, body.com, body.inertia_com)] if body.mass else []
         root.append(element("link", {"name": link.link}, *xml.marked(marks, mass)))
-        root.append(_joint(whole, j))
+        joint = robot.joints[j]
+        limits, dynamics = joint.limits, xml.drive_attributes(whole.apart[j])
+        bounded = all(map(math.isfinite, limits.position))
+        kind = "prismatic" if not joint.revolute else "revolute" if bounded else "continuous"
+        low, high = limits.position if bounded else (-_UNKNOWN, _UNKNOWN)
+        values = {} if kind == "continuous" else {"lower": exact(low), "upper": exact(high)}
+        values |= {"velocity": exact(min(limits.speed, _UNKNOWN)), "effort": exact(min(limits.torque, _UNKNOWN))}
+        if math.isfinite(limits.acceleration):
+            values["drake:acceleration"] = exact(limits.acceleration)
+        parts = [*_place(names[j], names[j + 1], frames.link(j)), element("axis", {"xyz": frames.axis(j)})]
+        parts += [element("limit", values), *([element("dynamics", dynamics)] if dynamics else [])]
+        root.append(element("joint", {"name": whole.joint_names[j], "type": kind}, *parts))
     if (flange := frames.flange_name) not in names:
         fixed = {"name": f"{names[-1]}-{flange}", "type": "fixed"}
         root.append(element("link", {"name": flange}))
@@ -36,32 +47,13 @@ def _write(whole: WholeRobot) -> str:
     for name, drive in zip(whole.joint_names, whole.apart, strict=True):  # as Drake reads drives
         rotor = element("drake:rotor_inertia", {"value": exact(drive_value(drive, "armature"))})
         gear = element("drake:gear_ratio", {"value": "1"})
-        parts = (
+        parts = [
             element("type", {}, "transmission_interface/SimpleTransmission"),
             element("joint", {"name": name}, interface),
             element("actuator", {"name": f"{name}_motor"}, rotor, gear),
-        )
+        ]
         root.append(element("transmission", {"name": f"{name}_transmission"}, *parts))
     return xml_text(root)
-
-
-def _joint(whole: WholeRobot, j: int) -> Element:
-    joint, names = whole.robot.joints[j], whole.link_names
-    limits, drive = joint.limits, xml.drive_attributes(whole.apart[j])
-    bounded = all(math.isfinite(end) for end in limits.position)
-    kind = "prismatic" if not joint.revolute else "revolute" if bounded else "continuous"
-    low, high = limits.position if bounded else (-_UNKNOWN, _UNKNOWN)
-    values = {} if kind == "continuous" else {"lower": exact(low), "upper": exact(high)}
-    values |= {"velocity": exact(min(limits.speed, _UNKNOWN)), "effort": exact(min(limits.torque, _UNKNOWN))}
-    if math.isfinite(limits.acceleration):
-        values["drake:acceleration"] = exact(limits.acceleration)
-    return element(
-        "joint", {"name": whole.joint_names[j], "type": kind},
-        *_place(names[j], names[j + 1], Frames(whole.robot).link(j)),
-        element("axis", {"xyz": Frames(whole.robot).axis(j)}),
-        element("limit", values),
-        *([element("dynamics", drive)] if drive else []),
-    )  # fmt: skip
 
 
 def _place(parent: str, child: str, pose: Pose) -> list[Element]:

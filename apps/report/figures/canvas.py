@@ -19,12 +19,8 @@ Axes: TypeAlias = "_axes.Axes"
 Figure: TypeAlias = "_figure.Figure"
 GREY, BLUE, ORANGE = "0.62", "#0072b2", "#d55e00"
 """Colours that differ in lightness too; every curve has its own line or marker as well."""
-# Entries that would differ from one day to the next are left out.
-_METADATA: dict[str, dict[str, Any]] = {
-    ".png": {"Software": None},
-    ".svg": {"Date": None},
-    ".pdf": {"CreationDate": None},
-}
+_DATED = {".png": "Software", ".svg": "Date", ".pdf": "CreationDate"}
+"""Entries of files that would differ from one day to the next: they are left out."""
 Scale: TypeAlias = Callable[[Array | float], Array]
 """From a row's values to places in a panel."""
 _GRID: dict[str, Any] = {"color": "0.9", "linewidth": 0.6, "zorder": 0.5}
@@ -60,7 +56,7 @@ def panels(
     """A figure and its panels, shape (rows, columns), at fixed places: to search for places takes three drawings.
 
     Args:
-        size: width and height of the figure [inches].
+        size: width and height [inches].
         edges: room at the left, the right, above and below all panels [inches].
         gaps: between columns and between rows [inches].
         options: of matplotlib's ``subplots``.
@@ -117,12 +113,8 @@ def lines_above(axis: Axes, count: int) -> None:
 def bands(axis: Axes, ranges: Sequence[tuple[float, float]]) -> list[Scale]:
     """Rows one below the other in one panel, each with a scale of its own; a panel for each takes thrice as long.
 
-    Args:
-        axis: of the panel; its grid and numbers are set here.
-        ranges: lowest and highest value of each row, the topmost first.
-
-    Returns:
-        For each row what places its values in the panel.
+    ``ranges`` are the lowest and highest value of each row, the topmost first; for each row what places its values
+    in the panel is returned.
     """
     locator = matplotlib().ticker.MaxNLocator(_NUMBERS, steps=[1, 2, 5, 10])
     floors = range(len(ranges) - 1, -1, -1)
@@ -147,17 +139,12 @@ def _placed(floor: int, low: float, high: float, values: Array | float) -> Array
     return np.asarray(floor + _INSET + (1.0 - 2.0 * _INSET) * (values - low) / (high - low))
 
 
-def mark_interval(axis: Axes, low: float, high: float) -> None:
-    """A band of an interval, where there is one."""
-    if np.isfinite([low, high]).all():
-        axis.axvspan(low, high, facecolor="0.9", edgecolor="0.7", hatch="//", linewidth=0.0)
-
-
 def save_figure(figure: Figure, path: str | Path, dpi: int = 130) -> None:
     """Write a figure as PNG, SVG or PDF by the path's ending; the same figure gives the same bytes."""
     ending = Path(path).suffix.lower()
-    settings = {"svg.hashsalt": "dynident"}
-    write_bytes(path, _saved(figure, settings, format=ending[1:], dpi=dpi, metadata=_METADATA.get(ending)))
+    metadata = {_DATED[ending]: None} if ending in _DATED else None
+    content = _saved(figure, {"svg.hashsalt": "dynident"}, format=ending[1:], dpi=dpi, metadata=metadata)
+    write_bytes(path, content)
 
 
 def svg_text(figure: Figure, name: str) -> str:

@@ -17,7 +17,7 @@ from ....estimation.results.payload import (
     bounds,
 )
 from ..blocks import Drawing
-from .canvas import BLUE, ORANGE, Axes, Figure, legend, mark_interval, matplotlib, panels, plain
+from .canvas import BLUE, ORANGE, Axes, Figure, legend, matplotlib, panels, plain
 
 _FREE = 0.22  # the free estimate stands this much below the constrained one
 _NAME = 24  # letters of a recording's name
@@ -29,8 +29,9 @@ def _interval_rows(
     axis: Axes, names: Sequence[str], values: Array, ends: Array, agreed: Array, missing: str = "", marks: str = ""
 ) -> None:
     """A row a name: its value and interval (N, 2), or a word; ``agreed``: value, low and high of all together."""
-    middle = float(agreed[0])
-    mark_interval(axis, *agreed[1:].tolist())
+    middle, low, high = agreed.tolist()
+    if np.isfinite([low, high]).all():
+        axis.axvspan(low, high, facecolor="0.9", edgecolor="0.7", hatch="//", linewidth=0.0)
     axis.axvline(middle, color="black", linestyle="--", linewidth=1.0)
     for row, (value, interval) in enumerate(zip(values, ends, strict=True)):
         if np.isfinite(value):
@@ -93,7 +94,7 @@ def methods_figure(result: PayloadResult) -> Drawing:
     masses = ", ".join(f"method {each.method} {each.ten[9]:.4g} kg" for each in result.possible)
     caption = (
         "Filled: payload that can exist, with its 95 % interval. Open: least squares alone, which may be a body "
-        f"that cannot exist. The band is the recommended interval (method {result.method})."
+        f"that cannot exist. The dashed line and the band are the recommended payload (method {result.method})."
     )
     free = {each.method: each for each in result.free}
 

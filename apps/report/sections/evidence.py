@@ -96,10 +96,8 @@ def torques_section(predictions: Predictions, recordings: int = 0) -> Section:
             "autocorrelation, is an error of the model; white noise would stay within the dashed lines."
         )
         if not any(prediction.held_out for prediction in shown):
-            words += (
-                " No recording was held out (--validate): these are the data that were fitted, and look better "
-                "than others would."
-            )
+            fitted = "these are the data that were fitted, and look better than others would"
+            words += f" No recording was held out (--validate): {fitted}."
         if recordings > len(shown):
             words += f" {recordings - len(shown)} more recordings were used and are not drawn."
         rows = [(words_of(each), *(percent(float(share)) for share in each.relative_per_joint)) for each in shown]
@@ -114,10 +112,7 @@ def torques_section(predictions: Predictions, recordings: int = 0) -> Section:
 def joints_section(
     masses: Sequence[JointsMassDocument], mass: float, interval: tuple[float, float], mounting: int | None = None
 ) -> Section:
-    """Mass by groups of joints, beside that by all [kg], and each joint's share of what the others show.
-
-    ``mounting`` is the number of a known weight, where there are such.
-    """
+    """Mass [kg] by groups of joints and each joint's share; ``mounting``: number of a known weight, if there are."""
     rows = []
     for group in masses:
         cells: tuple[str, str] = ("not visible", "-")
