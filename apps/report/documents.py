@@ -14,8 +14,6 @@ from msgspec import UNSET, UnsetType, field
 from ... import __version__
 from ...common.files import write_bytes
 from ...common.schema import Document, Matrix, Vector, json_schema
-from ...common.schema import json_text as json_text
-from ...common.schema import write_json as write_json
 from ...estimation.diagnosis.kinematics import PoseCheck, Readings
 from ...estimation.results.parts import HorizonDocument, Number, RolloutDocument
 from ...estimation.results.payload import PayloadResult, VisibilityDocument

@@ -112,7 +112,7 @@ def torques_section(predictions: Predictions, recordings: int = 0) -> Section:
 def joints_section(
     masses: Sequence[JointsMassDocument], mass: float, interval: tuple[float, float], mounting: int | None = None
 ) -> Section:
-    """Mass [kg] by groups of joints and each joint's share; ``mounting``: number of a known weight, if there are."""
+    """Mass [kg] by groups of joints and each joint's share; ``mounting``: number of a known weight, if any."""
     rows = []
     for group in masses:
         cells: tuple[str, str] = ("not visible", "-")
