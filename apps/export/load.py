@@ -2,10 +2,11 @@
 
 import math
 import re
+from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import cached_property, partial
+from functools import cached_property
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -306,7 +307,15 @@ def listed(values: Array, digits: int | None = None) -> str:
     return ", ".join(number(float(value), digits) for value in np.ravel(values))
 
 
-load_format = partial(
-    Format[ControllerLoad], head=load_head, ready=ControllerLoad.rounded, holds=frozenset({"products"})
-)
-"""Makes the format of a payload, unless told otherwise with its numbers rounded and with products of inertia."""
+def load_format(
+    *,
+    order: str,
+    reference: str = "inertia matrix about the centre of mass, axes of the flange",
+    units: str = "kg, m, kg m^2",
+    holds: frozenset[str] = frozenset({"products"}),
+    ready: Callable[[ControllerLoad], ControllerLoad] = ControllerLoad.rounded,
+    **parts: Any,
+) -> Format[ControllerLoad]:
+    """The format of a payload, which says what its numbers refer to, their order and units."""
+    remarks = (f"Reference: {reference}.", f"Order: {order}.", f"Units: {units}.")
+    return Format(head=load_head, remarks=remarks, holds=holds, ready=ready, **parts)

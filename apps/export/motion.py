@@ -22,11 +22,9 @@ _NO_TIME = 1e-6  # s: a last step shorter than this is left out
 
 @dataclass(frozen=True)
 class WrittenMotion:
-    """A motion and what its file says about it.
+    """A motion within bounds of the joints, and what its file says about it.
 
     Attributes:
-        bounds: limits of the joints that it keeps.
-        head: lines about it.
         rate: samples or cycles a second in files [Hz].
         joint_names: as the controller calls them; none for names of our own.
         name: of a VAL3 application.

@@ -32,12 +32,7 @@ class OddDocument(Document, frozen=True):
 class Compared:
     """Parameters by several recordings, one beside the other.
 
-    Attributes:
-        recordings: their names, k.
-        parameters: their names, c.
-        values: k x c.
-        sigma: own standard deviations, k x c.
-        degrees_of_freedom: the fewest of the recordings.
+    Values and standard deviations are k recordings x c parameters, degrees of freedom the fewest of the recordings.
     """
 
     recordings: tuple[str, ...]

@@ -41,7 +41,6 @@ class Series:
     """One quantity of one arm, night by night.
 
     Attributes:
-        arm: its name.
         quantity: a friction ("FS2"), ``MASS``, or "scale 2", by which share a drive's torque is larger than on the
             whole.
         days: ISO dates or times, d.
@@ -93,10 +92,8 @@ class Arm:
     """An arm by all of its recordings.
 
     Attributes:
-        name: of the arm.
         days: of its nights, ISO.
         told: mass that the controller was told each night [kg].
-        series: each quantity.
         pooled: its base parameters by those with the payload it was told most often, to compare with other arms.
     """
 

@@ -147,10 +147,7 @@ def same_time(logs: Iterable[Log]) -> dict[str, str]:
 class Recipe:
     """Settings that make equations of logs.
 
-    Attributes:
-        drive_gains: torque per current [N·m/A or N/A], if currents were read.
-        gains: how sure they are; None where they are taken as exact.
-        log_map: how logs are read.
+    ``drive_gains`` [N·m/A or N/A] are there if currents were read, ``gains`` unless these are taken as exact.
     """
 
     processing: Processing
@@ -173,13 +170,7 @@ class Recipe:
 
 @dataclass(frozen=True)
 class Stored:
-    """A recording of a store.
-
-    Attributes:
-        name: of the log.
-        about: what is known of it: the arm's own name, day, told payload.
-        equations: in the robot's base parameters, in blocks of time.
-    """
+    """A recording of a store: equations in the robot's base parameters, in blocks of time, and facts of the log."""
 
     name: str
     robot: Robot

@@ -41,9 +41,8 @@ class Recorder:
 
     Attributes:
         rate: samples a second that were asked for [Hz].
-        length: in the controller's time, after which nothing is kept any more [s].
-        count: samples that are kept.
-        repeated: samples that came twice, and are kept once.
+        length: after it, in the controller's time, nothing is kept any more [s].
+        repeated: number of samples that came twice, and are kept once.
         stops: what stopped the arm, with the time since the start [s].
     """
 

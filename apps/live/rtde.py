@@ -144,11 +144,7 @@ class Client:
         self._socket.close()
 
     def start(self, fields: Sequence[str] = FIELDS, rate: float | None = None) -> None:
-        """Start the samples: of all fields that the controller has.
-
-        Args:
-            fields: what is asked for.
-            rate: samples a second [Hz]; the fastest by default.
+        """Start the samples of all fields that the controller has, ``rate`` [Hz] a second, the fastest by default.
 
         Raises:
             LinkError: if the controller refuses, or a field that is needed is absent.
@@ -170,10 +166,7 @@ class Client:
         self._last = time.monotonic()
 
     def take(self, wait: float = 0.1) -> Samples:
-        """Samples that have come since the last call, or come now; between calls the system keeps them.
-
-        Args:
-            wait: for so long [s], unless the samples end before.
+        """Samples that have come since the last call, or come within ``wait`` [s]; the system keeps them.
 
         Raises:
             LinkError: when there are none left, and why no more come.

@@ -280,14 +280,9 @@ class NearDocument(Document, frozen=True):
 
 
 class NearResult(NamedTuple):
-    """A motion near a pose, and what it will tell of a payload.
+    """A motion near a pose, its visibility of a payload, and predicted standard deviations by white noise.
 
-    Attributes:
-        design: of the series; its score tells the limits.
-        shape: what was asked of the motion.
-        visibility: what can be seen at all.
-        spread: predicted standard deviations, of white noise.
-        ladder: the runs up to full speed; none where the motion holds for every payload.
+    ``shape`` was asked for; where the motion holds for every payload there is no ``ladder`` of slower runs.
     """
 
     design: Design

@@ -11,7 +11,7 @@ from .blocks import Table
 
 
 class SourceFile(NamedTuple):
-    """A file that was read: what for, its name and the SHA-256 checksum of its bytes."""
+    """A file that was read: its role, its name and the SHA-256 checksum of its bytes."""
 
     role: str
     name: str
@@ -20,14 +20,7 @@ class SourceFile(NamedTuple):
 
 @dataclass(frozen=True)
 class Provenance:
-    """Everything that is needed to repeat a result.
-
-    Attributes:
-        command: that made it, as typed.
-        files: that were read.
-        versions: of the packages that decide the numbers.
-        settings: of processing, in words.
-    """
+    """Command as typed, files that were read, versions of packages and settings: all that repeats a result."""
 
     command: str
     date: datetime

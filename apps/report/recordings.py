@@ -39,14 +39,7 @@ def write_truth(
     files: Sequence[str],
     versions: Mapping[str, str],
 ) -> None:
-    """Write what the recordings were made from, so that a result can be compared and the experiment repeated.
-
-    Args:
-        path: file.
-        controller: that ran it.
-        files: name of each run's recording.
-        versions: of the programs that made it.
-    """
+    """Write all that a simulated experiment was made from; ``files`` are the names of the runs' recordings."""
     robot = experiment.robot
     assumed = robot.assumed(*SIMULATED)
     loads = [run.task.payload for run in experiment.runs if run.task.payload is not None]

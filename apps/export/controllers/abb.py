@@ -23,11 +23,9 @@ FORMAT = load_format(
     source="RAPID reference manual, loaddata",
     write=_write,
     holds=frozenset({"products", "tool frame"}),
-    remarks=(
-        "Reference: principal moments about the centre of gravity, their axes turned by aom out of the frame.",
-        "Order: [mass, [cog x, y, z], [aom q1 (scalar), q2, q3, q4], ix, iy, iz].",
-        "Units: kg, mm, kg m^2.",
-    ),
+    reference="principal moments about the centre of gravity, their axes turned by aom out of the frame",
+    order="[mass, [cog x, y, z], [aom q1 (scalar), q2, q3, q4], ix, iy, iz]",
+    units="kg, mm, kg m^2",
     in_part="ix = iy = iz = 0, the controller takes a point mass",
     comment=("! ", ""),
 )

@@ -27,10 +27,8 @@ FORMAT = load_format(
     source="HandlingTool manual, Setting payload",
     write=_write,
     holds=frozenset(),
-    remarks=(
-        "Reference: moments about axes through the centre of gravity parallel to the faceplate's x, y, z.",
-        "Order: PAYLOAD, PAYLOAD CENTER X, Y, Z, PAYLOAD INERTIA X, Y, Z.",
-        "Units: kg (or kgf, the same number), cm, kgf cm s^2 (1 of them is 0.0980665 kg m^2).",
-    ),
+    reference="moments about axes through the centre of gravity parallel to the faceplate's x, y, z",
+    order="PAYLOAD, PAYLOAD CENTER X, Y, Z, PAYLOAD INERTIA X, Y, Z",
+    units="kg (or kgf, the same number), cm, kgf cm s^2 (1 of them is 0.0980665 kg m^2)",
     in_part="PAYLOAD INERTIA = 0, a point mass",
 )

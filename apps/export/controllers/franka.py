@@ -18,12 +18,7 @@ FORMAT = load_format(
     title="Franka Robot::setLoad (libfranka, C++; beside the end effector set in Desk)",
     source="libfranka, robot.h, setLoad",
     write=_write,
-    remarks=(
-        "Reference: inertia matrix about the centre of mass, axes of the flange.",
-        "Order: load_mass, F_x_Cload {x, y, z}, load_inertia column by column (Ixx Iyx Izx Ixy Iyy Izy Ixz "
-        "Iyz Izz).",
-        "Units: kg, m, kg m^2.",
-    ),
+    order="load_mass, F_x_Cload {x, y, z}, load_inertia column by column (Ixx Iyx Izx Ixy Iyy Izy Ixz Iyz Izz)",
     in_part="the inertia is zero, a point mass",
     comment=("// ", ""),
 )

@@ -31,12 +31,9 @@ FORMAT = load_format(
     title="KUKA LOAD_DATA (config.dat; put the number of your tool for 1)",
     source="load data in the manuals of the arms (KUKA.Load)",
     write=_write,
-    remarks=(
-        "Reference: principal moments about the centre of mass, their axes turned by A, B, C out of the flange "
-        "frame.",
-        "Order: M, CM {X, Y, Z, A about z, B about new y, C about newest x}, J {X, Y, Z}.",
-        "Units: kg, mm, deg, kg m^2.",
-    ),
+    reference="principal moments about the centre of mass, their axes turned by A, B, C out of the flange frame",
+    order="M, CM {X, Y, Z, A about z, B about new y, C about newest x}, J {X, Y, Z}",
+    units="kg, mm, deg, kg m^2",
     in_part="J = 0, a point mass",
     comment=("; ", ""),
 )

@@ -33,11 +33,7 @@ FORMAT = load_format(
     source="MuJoCo XML reference, body/inertial",
     write=_write,
     ready=_ready,
-    remarks=(
-        "Reference: inertia matrix about the centre of mass, axes of the flange.",
-        "Order: pos x, y, z; fullinertia M11, M22, M33, M12, M13, M23.",
-        "Units: kg, m, kg m^2.",
-    ),
+    order="pos x, y, z; fullinertia M11, M22, M33, M12, M13, M23",
     in_part="the inertia is zero, a point mass; a moving link needs inertia of its own",
     comment=COMMENT,
 )

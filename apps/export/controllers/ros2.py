@@ -27,10 +27,7 @@ FORMAT = load_format(
     source="ur_msgs/srv/SetPayload of 2026 (older ones lack the inertia: leave ixx to iyz out)",
     write=_write,
     ready=ur.ready,
-    remarks=(
-        "Reference: inertia matrix about the centre of gravity, axes of the tool flange.",
-        "Order: mass, center_of_gravity, ixx to iyz by name, entries of the matrix (ixy = -integral of x y dm).",
-        "Units: kg, m, kg m^2.",
-    ),
+    reference="inertia matrix about the centre of gravity, axes of the tool flange",
+    order="mass, center_of_gravity, ixx to iyz by name, entries of the matrix (ixy = -integral of x y dm)",
     in_part="the inertia is left out, the driver takes zero",
 )

@@ -18,11 +18,7 @@ FORMAT = load_format(
     title="SDFormat (fix the link payload to the flange of your robot, origin on origin)",
     source="sdformat.org/spec, inertial",
     write=_write,
-    remarks=(
-        "Reference: inertia matrix about the centre of mass, axes of the flange.",
-        "Order: pose x, y, z, roll, pitch, yaw; ixx, ixy, ixz, iyy, iyz, izz, entries of the matrix.",
-        "Units: kg, m, kg m^2.",
-    ),
+    order="pose x, y, z, roll, pitch, yaw; ixx, ixy, ixz, iyy, iyz, izz, entries of the matrix",
     in_part="the inertia is zero, a point mass (left out it would be 1 kg m^2); simulators may ask for one of "
     "your own",
     comment=COMMENT,

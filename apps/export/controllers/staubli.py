@@ -24,11 +24,6 @@ FORMAT = load_format(
     title="Staeubli: plain values (its load format is not documented publicly)",
     source="none public; see the manual of your controller",
     write=_write,
-    remarks=(
-        "Reference: inertia matrix about the centre of mass, axes of the flange.",
-        "Order: mass; com x, y, z; Ixx, Ixy, Ixz, Iyy, Iyz, Izz, entries of the matrix (Ixy = -integral of x y "
-        "dm).",
-        "Units: kg, m, kg m^2.",
-    ),
+    order="mass; com x, y, z; Ixx, Ixy, Ixz, Iyy, Iyz, Izz, entries of the matrix (Ixy = -integral of x y dm)",
     in_part="the inertia is left out",
 )

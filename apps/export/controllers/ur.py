@@ -33,11 +33,7 @@ FORMAT = load_format(
     source="URScript manual, set_target_payload",
     write=_write,
     ready=ready,
-    remarks=(
-        "Reference: inertia matrix about the centre of gravity, axes of the tool flange.",
-        "Order: m, [cog x, y, z], [Ixx, Iyy, Izz, Ixy, Ixz, Iyz], entries of the matrix (Ixy = -integral of x y "
-        "dm).",
-        "Units: kg, m, kg m^2.",
-    ),
+    reference="inertia matrix about the centre of gravity, axes of the tool flange",
+    order="m, [cog x, y, z], [Ixx, Iyy, Izz, Ixy, Ixz, Iyz], entries of the matrix (Ixy = -integral of x y dm)",
     in_part="the inertia is left out, the controller takes zero",
 )

@@ -23,11 +23,7 @@ FORMAT = load_format(
     title="URDF (copy joint and link payload into your robot, whose flange link is tool0 here)",
     source="wiki.ros.org/urdf/XML/link",
     write=_write,
-    remarks=(
-        "Reference: inertia matrix about the centre of mass, axes of the flange.",
-        "Order: ixx, ixy, ixz, iyy, iyz, izz, entries of the matrix (ixy = -integral of x y dm).",
-        "Units: kg, m, kg m^2.",
-    ),
+    order="ixx, ixy, ixz, iyy, iyz, izz, entries of the matrix (ixy = -integral of x y dm)",
     in_part="the inertia is zero, a point mass; simulators may ask for one of your own",
     comment=COMMENT,
 )

@@ -50,12 +50,9 @@ FORMAT = load_format(
     source="OpenUSD, UsdPhysicsMassAPI",
     write=_write,
     holds=frozenset({"products", "units"}),
-    remarks=(
-        "Reference: principal moments about the centre of mass, their axes turned by principalAxes out of the "
-        "prim's.",
-        "Order: centerOfMass x, y, z; diagonalInertia along the principal axes; principalAxes w, x, y, z.",
-        "Units: kg (kilogramsPerUnit = 1), length in metersPerUnit, inertia in kg times that squared.",
-    ),
+    reference="principal moments about the centre of mass, their axes turned by principalAxes out of the prim's",
+    order="centerOfMass x, y, z; diagonalInertia along the principal axes; principalAxes w, x, y, z",
+    units="kg (kilogramsPerUnit = 1), length in metersPerUnit, inertia in kg times that squared",
     in_part="no diagonalInertia: the simulator makes one from the shapes",
     first_line="#usda 1.0",
 )

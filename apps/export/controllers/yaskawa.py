@@ -22,10 +22,8 @@ FORMAT = load_format(
     source="NX100 and YRC1000 instructions, ARM control",
     write=_write,
     holds=frozenset(),
-    remarks=(
-        "Reference: moments about axes through the centre of gravity parallel to the flange's x, y, z.",
-        "Order: W, Xg, Yg, Zg, Ix, Iy, Iz.",
-        "Units: kg, mm, kg m^2.",
-    ),
+    reference="moments about axes through the centre of gravity parallel to the flange's x, y, z",
+    order="W, Xg, Yg, Zg, Ix, Iy, Iz",
+    units="kg, mm, kg m^2",
     in_part="Ix = Iy = Iz = 0, which the manual allows for tools that are small against their distance",
 )

@@ -55,11 +55,8 @@ def panels(
 ) -> tuple[Figure, Any]:
     """A figure and its panels, shape (rows, columns), at fixed places: to search for places takes three drawings.
 
-    Args:
-        size: width and height [inches].
-        edges: room at the left, the right, above and below all panels [inches].
-        gaps: between columns and between rows [inches].
-        options: of matplotlib's ``subplots``.
+    ``size`` is width and height, ``edges`` room at the left, the right, above and below all panels, ``gaps`` those
+    between columns and between rows [inches]; ``options`` are those of matplotlib's ``subplots``.
     """
     (width, height), (left, right, above, below) = size, edges
     wide = (width - left - right + gaps[0]) / columns - gaps[0]

@@ -162,10 +162,8 @@ def repeats_figure(repeats: Repeats, mass: float, interval: tuple[float, float])
 def flange_figure(payload: PossibleEstimate, inertia: bool, flange: bool) -> Drawing:
     """Three views, x-z, y-z and x-y, equal in scale; below them enlargements of the uncertainty.
 
-    Args:
-        payload: the recommended one.
-        inertia: whether its inertia may be used: then a body of that inertia is drawn.
-        flange: whether its frame is the flange: then a plate of 63 mm is drawn.
+    A body of the payload's ``inertia`` is drawn where that may be used, a plate of 63 mm where its frame is the
+    ``flange``.
     """
     com, ends = 1e3 * array(payload.com, 3), 1e3 * array(payload.com_interval95, 3, 2)
     origin = "the flange, drawn as a plate of 63 mm (ISO 9409-1-50)" if flange else "the frame's origin"
