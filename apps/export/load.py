@@ -174,9 +174,9 @@ class ControllerLoad:
             return self
         if self.flange is None:
             return None
-        place = ", ".join(f"{x:g}" for x in self.flange.origin)
+        position = ", ".join(f"{x:g}" for x in self.flange.origin)
         turn = ", ".join(f"{np.degrees(angle) + 0.0:g}" for angle in self.flange.rpy)
-        frame = f"flange, at ({place}) m, ({turn}) deg in {self.frame} ({self.flange_source or 'no source'})"
+        frame = f"flange, at ({position}) m, ({turn}) deg in {self.frame} ({self.flange_source or 'no source'})"
         return self.seen_from(self.flange.R, self.flange.p, frame)
 
 
@@ -255,7 +255,7 @@ def load_of(
         body = InertialParameters.from_com(ten[9], ten[6:9] / ten[9], np.zeros((3, 3)))
     else:
         body = InertialParameters(ten)
-    place = present(result.flange_in_payload_frame)
+    flange = present(result.flange_in_payload_frame)
     return ControllerLoad(
         body,
         result.frame,
@@ -266,7 +266,7 @@ def load_of(
         rated=result.rated_payload_kg or math.inf,
         half_widths=widths if math.isfinite(widths.mass) else None,
         flange=result.flange,
-        flange_source=place.source if place else "",
+        flange_source=flange.source if flange else "",
     )
 
 

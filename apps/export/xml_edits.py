@@ -101,8 +101,8 @@ class XmlEdits:
 
     def add(self, above: Spot, elements: "Sequence[ElementTree.Element[Any]]") -> None:
         """Put elements last into one that is not empty."""
-        place = len(self._text[: self._text.rindex("<", above.begin, above.end)].rstrip())
-        self._changes.append((place, place, "".join(self._lines(above, elements))))
+        position = len(self._text[: self._text.rindex("<", above.begin, above.end)].rstrip())
+        self._changes.append((position, position, "".join(self._lines(above, elements))))
 
     def _lines(self, above: Spot, elements: "Sequence[ElementTree.Element[Any]]") -> list[str]:
         """Elements as texts, each on lines of its own, as far in as they are to stand."""

@@ -149,16 +149,16 @@ def arm_of(recordings: Sequence[Stored]) -> Arm:
             raise InputError(f"{name}: its arm and day are not known: give --pattern to reduce")
     ordered = sorted(recordings, key=lambda recording: recording.about["day"])
     arm, days = ordered[0].about["arm"], tuple(recording.about["day"] for recording in ordered)
-    told = tuple(float(recording.about.get("payload", "0")) for recording in ordered)
-    usual = Counter(told).most_common(1)[0][0]
-    same = [recording.equations for recording, mass in zip(ordered, told, strict=True) if mass == usual]
+    reported = tuple(float(recording.about.get("payload", "0")) for recording in ordered)
+    usual = Counter(reported).most_common(1)[0][0]
+    same = [recording.equations for recording, mass in zip(ordered, reported, strict=True) if mass == usual]
     whole = weighted(merged(equations.whole for equations in same))
-    nights = [_night(recording, whole, usual - mass) for recording, mass in zip(ordered, told, strict=True)]
+    nights = [_night(recording, whole, usual - mass) for recording, mass in zip(ordered, reported, strict=True)]
     series = []
     for name in nights[0]:
         values, sigma = np.array([night[name] for night in nights]).T
         series.append(Series(arm, name, days, values, sigma))
-    return Arm(arm, days, told, tuple(series), widened(whole, compared_by(same[-1])[1]))
+    return Arm(arm, days, reported, tuple(series), widened(whole, compared_by(same[-1])[1]))
 
 
 def _night(recording: Stored, whole: Estimate, usual: float) -> dict[str, tuple[float, float]]:

@@ -64,11 +64,11 @@ def reduce_fleet(
         InputError: if the store is another's or cannot be written, or the workers are lost; what is done stays.
     """
     recipe = recipe or Recipe(robot.processing)
-    plan, place = packed((robot, recipe)), Store.made(store, robot, recipe)
-    before = {log.file: log for log in place.logs()}
+    plan, target = packed((robot, recipe)), Store.made(store, robot, recipe)
+    before = {log.file: log for log in target.logs()}
     held = {file: log for file, log in before.items() if not log.wrong}
     wanted, refused = _wanted([log if isinstance(log, Log) else Log(log, {}) for log in logs], recipe, held)
-    missing = [log for log in wanted if not place.path(log.key).exists()]
+    missing = [log for log in wanted if not target.path(log.key).exists()]
     results: Iterator[_Done | None] = (reduce_log(plan, log) for log in missing)
     if isinstance(workers, tuple):
         results = _by(workers[0], plan, missing, workers[1])
@@ -84,7 +84,7 @@ def reduce_fleet(
             if log.wrong:
                 refused[log.file] = log.wrong
             else:
-                write_bytes(place.path(log.key), content)
+                write_bytes(target.path(log.key), content)
             done += 1
             progress(done / len(missing))
     except BrokenExecutor as error:
@@ -92,9 +92,9 @@ def reduce_fleet(
         raise InputError(f"{lost_after}: run it again, what is done is kept") from None
     good = {log.file: log for log in wanted if log.file not in refused}
     bad = {file: Log(file, {}, reason) for file, reason in refused.items()}
-    place.finish((before | good | bad).values())
+    target.finish((before | good | bad).values())
     known = len(wanted) - len(missing)
-    return ReducedDocument(str(place.root), len(good) - known, known, refused_documents(refused), lost)
+    return ReducedDocument(str(target.root), len(good) - known, known, refused_documents(refused), lost)
 
 
 def _wanted(logs: Sequence[Log], recipe: Recipe, held: Mapping[str, Log]) -> tuple[list[Log], dict[str, str]]:

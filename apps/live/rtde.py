@@ -246,11 +246,11 @@ def _connected(host: str, port: int, hint: str, silent: str) -> socket.socket:
         raise LinkError(f"{address}: the name {host} was not resolved within {PATIENCE:g} s: give the address")
     latest = min(latest, time.monotonic() + PATIENCE)
     fault = found[0] if isinstance(found[0], Exception) else None
-    for family, kind, protocol, _, place in found[0] if fault is None else ():
+    for family, kind, protocol, _, target in found[0] if fault is None else ():
         connection = socket.socket(family, kind, protocol)
         connection.settimeout(max(latest - time.monotonic(), 0.01))
         try:
-            connection.connect(place)
+            connection.connect(target)
         except OSError as error:
             connection.close()
             fault = error

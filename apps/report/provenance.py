@@ -36,7 +36,7 @@ class Provenance:
             ("Settings", ("value",), list(self.settings.items())),
             ("Versions", ("version",), list(self.versions.items())),
         )
-        return [Table(title, ("", *words), rows) for title, words, rows in parts if rows]
+        return [Table(title, ("", *headings), rows) for title, headings, rows in parts if rows]
 
 
 def now() -> datetime:

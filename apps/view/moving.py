@@ -92,12 +92,12 @@ def view_of(
             shapes.append(Shape("ellipsoid of inertia", robot.n + 1, *body, _INERTIA, 0.3))
     shapes += foot
     drawn = _picked(motion, _FINER)
-    place = point_at(robot, robot.flange.p, motion.q[drawn])[0].T
-    path = (place - robot.base.p) @ robot.base.R
+    position = point_at(robot, robot.flange.p, motion.q[drawn])[0].T
+    path = (position - robot.base.p) @ robot.base.R
     paths = [Line("path of the flange", path, _colours(problem, motion, drawn))] if len(path) > 1 else []
     title = (robot.title or robot.name) + (f", {motion.t[-1] - motion.t[0]:.3g} s" if paths else "")
     named = {(shape.colour, shape.name.rstrip(" 0123456789")) for shape in shapes}  # without numbers of joints
-    legend = sorted((colour, words) for colour, words in named if not words.startswith(("link", "axis")))
+    legend = sorted((colour, text) for colour, text in named if not text.startswith(("link", "axis")))
     if paths and problem is None:
         legend.append((_PATH, "path of the flange"))
     elif paths:
@@ -200,5 +200,5 @@ def _colours(problem: DesignProblem | None, motion: Motion, picked: NDArray[np.i
         return np.tile(np.array(_PATH, dtype=np.uint8), (pieces, 1))
     taught = np.add.reduceat(taught_over_time(problem, motion), picked[:-1])
     rate = taught / np.maximum(np.diff(motion.t[picked]), 1e-9)
-    share = np.sqrt(rate / max(float(rate.max()), 1e-300))[:, None]
-    return np.asarray((1.0 - share) * np.array(_LITTLE) + share * np.array(_MUCH)).astype(np.uint8)
+    ratio = np.sqrt(rate / max(float(rate.max()), 1e-300))[:, None]
+    return np.asarray((1.0 - ratio) * np.array(_LITTLE) + ratio * np.array(_MUCH)).astype(np.uint8)

@@ -43,12 +43,12 @@ def show_view(path: str | Path | None, view: View) -> str:
     Raises:
         InputError: if there is no browser.
     """
-    place = Path(path) if path else Path(mkdtemp(prefix="dynident_")) / "view.html"
+    page = Path(path) if path else Path(mkdtemp(prefix="dynident_")) / "view.html"
     if path is None:
-        write_view(place, view)
-    if not webbrowser.open(place.resolve().as_uri()):
-        raise InputError(f"--view -: no browser could be opened: open {place} in one")
-    return str(place)
+        write_view(page, view)
+    if not webbrowser.open(page.resolve().as_uri()):
+        raise InputError(f"--view -: no browser could be opened: open {page} in one")
+    return str(page)
 
 
 def html_of(view: View) -> str:
@@ -61,8 +61,7 @@ def html_of(view: View) -> str:
         finally:
             server.stop()
     rows = "".join(
-        f'<div><span style="color:rgb{colour}">&#9632;</span> {escape(words)}</div>'
-        for colour, words in view.legend
+        f'<div><span style="color:rgb{colour}">&#9632;</span> {escape(text)}</div>' for colour, text in view.legend
     )
     style = "position:fixed;left:8px;bottom:52px;padding:6px 10px;background:#fffd;color:#222;font:12px sans-serif;"
     summary = f"<summary>{escape(view.title)}</summary>"  # a click closes it on a narrow page

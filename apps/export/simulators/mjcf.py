@@ -57,9 +57,9 @@ def marks(whole: WholeRobot) -> dict[str, Labelled]:
 
 def custom(whole: WholeRobot) -> Element:
     """Marks as texts that MuJoCo keeps when it writes a model."""
-    words = {name: " ".join(f"{key}={word}" for key, word in fields(label).items())
+    text = {name: " ".join(f"{key}={word}" for key, word in fields(label).items())
              for name, label in marks(whole).items()}  # fmt: skip
-    return element("custom", {}, *(element("text", {"name": name, "data": data}) for name, data in words.items()))
+    return element("custom", {}, *(element("text", {"name": name, "data": data}) for name, data in text.items()))
 
 
 def _links(whole: WholeRobot) -> Element:

@@ -25,10 +25,10 @@ def _write(whole: WholeRobot) -> str:
         element("joint", {"name": f"world-{names[0]}", "type": "fixed"}, *ends),
     )  # fmt: skip
     for j, link in enumerate(whole.links):
-        place, drive, body = _pose(frames.link(j)), whole.apart[j], link.body
-        place.set("relative_to", names[j])
+        pose, drive, body = _pose(frames.link(j)), whole.apart[j], link.body
+        pose.set("relative_to", names[j])
         mass = [xml.sdf_inertial(body.mass, body.com, body.inertia_com)] if body.mass else []
-        model.append(element("link", {"name": link.link}, place, *xml.marked(link_marks(link, drive), mass)))
+        model.append(element("link", {"name": link.link}, pose, *xml.marked(link_marks(link, drive), mass)))
         joint = robot.joints[j]
         limits, kind = joint.limits, "revolute" if joint.revolute else "prismatic"
         bounds = {"lower": limits.position[0], "upper": limits.position[1], "effort": limits.torque}

@@ -126,8 +126,8 @@ def _custom_data(name: str, numbers: Mapping[str, Labelled]) -> list[str]:
     """Marks as metadata of a prim, kept by whatever writes the stage again."""
     lines = [f"string name = {json.dumps(name)}"]
     for key, label in numbers.items():
-        words = [f'string {name} = "{word}"' for name, word in fields(label).items() if name != "value"]
-        entries = [f"double value = {exact(label.value)}", *words]
+        text = [f'string {name} = "{word}"' for name, word in fields(label).items() if name != "value"]
+        entries = [f"double value = {exact(label.value)}", *text]
         lines += [f"dictionary {key} = {{", *_indented(entries), "}"]
     return ["customData = {", "    dictionary dynident = {", *_indented(_indented(lines)), "    }", "}"]
 

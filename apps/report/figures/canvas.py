@@ -61,10 +61,10 @@ def panels(
     (width, height), (left, right, above, below) = size, edges
     wide = (width - left - right + gaps[0]) / columns - gaps[0]
     high = (height - above - below + gaps[1]) / rows - gaps[1]
-    place = {"left": left / width, "right": 1.0 - right / width, "wspace": gaps[0] / wide}
-    place |= {"top": 1.0 - above / height, "bottom": below / height, "hspace": gaps[1] / high}
+    grid = {"left": left / width, "right": 1.0 - right / width, "wspace": gaps[0] / wide}
+    grid |= {"top": 1.0 - above / height, "bottom": below / height, "hspace": gaps[1] / high}
     figure = new_figure(width, height)
-    return figure, figure.subplots(rows, columns, squeeze=False, gridspec_kw=place, **options)
+    return figure, figure.subplots(rows, columns, squeeze=False, gridspec_kw=grid, **options)
 
 
 def legend(figure: Figure, axes: Iterable[Axes], at: str, **options: Any) -> None:
@@ -97,8 +97,8 @@ def names_below(axis: Axes, names: Sequence[str], fontsize: float) -> None:
     lines_above(axis, len(names))
     axis.xaxis.labelpad = 8.0 + 0.65 * fontsize * max(map(len, names), default=0)
     look: dict[str, Any] = {"rotation": 90, "ha": "center", "va": "top", "fontsize": fontsize}
-    for place, name in enumerate(names):
-        axis.annotate(name, (place, 0.0), (0, -4), axis.get_xaxis_transform(), "offset points", **look)
+    for position, name in enumerate(names):
+        axis.annotate(name, (position, 0.0), (0, -4), axis.get_xaxis_transform(), "offset points", **look)
 
 
 def lines_above(axis: Axes, count: int) -> None:
@@ -117,16 +117,16 @@ def bands(axis: Axes, ranges: Sequence[tuple[float, float]]) -> list[Scale]:
     floors = range(len(ranges) - 1, -1, -1)
     scales: list[Scale] = [partial(_placed, floor, *ends) for floor, ends in zip(floors, ranges, strict=True)]
     ticks = [[float(y) for y in locator.tick_values(*ends) if ends[0] <= y <= ends[1]] for ends in ranges]
-    places = {float(place(y)): y for place, values in zip(scales, ticks, strict=True) for y in values}
+    places = {float(scale(y)): y for scale, values in zip(scales, ticks, strict=True) for y in values}
     axis.set_ylim(0.0, float(len(ranges)))
     axis.set_xmargin(0.02)
     axis.set_yticks([])
     axis.yaxis.labelpad = 36.0
     plain(axis)
     across = axis.get_yaxis_transform()
-    for place, y in places.items():
+    for position, y in places.items():
         text = f"{y:g}".replace("-", "\N{MINUS SIGN}")
-        axis.annotate(text, (0.0, place), (-4, 0), across, "offset points", ha="right", va="center")
+        axis.annotate(text, (0.0, position), (-4, 0), across, "offset points", ha="right", va="center")
     axis.hlines(list(places), 0.0, 1.0, transform=across, **_GRID)
     axis.hlines(floors[:-1], 0.0, 1.0, color="0.3", linewidth=0.8, transform=across)
     return scales

@@ -61,8 +61,8 @@ def sigma_figure(score: Score, title: str, reference: Mapping[str, float], label
             axis.set_ylim(0.5 * heights.min(), 6.0 * heights.max())
             log_scale(axis)
             for k in np.argsort(-heights, kind="stable")[:_FEW]:  # the least known with their number
-                place: tuple[float, float] = (k, heights[k])
-                axis.annotate(f"{heights[k]:.2g}", place, ha="center", va="bottom", fontsize=7, rotation=90)
+                position: tuple[float, float] = (k, heights[k])
+                axis.annotate(f"{heights[k]:.2g}", position, ha="center", va="bottom", fontsize=7, rotation=90)
             names_below(axis, list(values), 7)
             axis.set_xlim(-0.8, len(heights) - 0.2)
             axis.grid(visible=True, axis="y", alpha=0.3)

@@ -80,9 +80,7 @@ def fits_report(fits: RobotFits) -> Report:
 def check_report(looks: Sequence[Look]) -> Report:
     """Verdict on the logs, then each with its signals."""
     unusable = [look.path for look in looks if not (look.check and look.check.usable)]
-    words = (
-        f"To be mended first: {', '.join(unusable)}." if unusable else "Nothing speaks against using these logs."
-    )
+    text = f"To be mended first: {', '.join(unusable)}." if unusable else "Nothing speaks against using these logs."
     sections = []
     for number, look in enumerate(looks, 1):
         reports = [fits_report(look.fits)] if look.fits else []
@@ -94,7 +92,7 @@ def check_report(looks: Sequence[Look]) -> Report:
             unit = "A" if look.check.currents else "N·m"
             blocks.append(signals_figure(look.check.working.recording, unit, f"{number:02d}_{stem}"))
         sections.append(Section(f"log_{number}", look.path, blocks))
-    return Report("A look at recordings", [Banner("do_not_use" if unusable else "use", words)], sections)
+    return Report("A look at recordings", [Banner("do_not_use" if unusable else "use", text)], sections)
 
 
 def _understood(check: LogReport) -> list[str]:
@@ -124,9 +122,9 @@ def readings_report(robot: Robot, poses: Sequence[PoseCheck], readings: Readings
     ``readings`` are ranked by torques; None without torques.
     """
     faithful = readings_agree(poses, readings)
-    words = "agrees with the recordings" if faithful else "does NOT agree with the recordings as they are read"
+    text = "agrees with the recordings" if faithful else "does NOT agree with the recordings as they are read"
     first: list[Block] = [
-        Banner("use" if faithful else "do_not_use", f"The robot's description {words}."),
+        Banner("use" if faithful else "do_not_use", f"The robot's description {text}."),
         Notes(_kinematics_lines(poses, readings), optional=True),
     ]
     tables: list[Block] = []
@@ -152,9 +150,9 @@ def _kinematics_lines(poses: Sequence[PoseCheck], readings: Readings | None) -> 
     """Tool poses compared, and the best reading, which is never applied."""
 
     def words(pose: Pose, axes: bool = True) -> str:
-        place = ", ".join(f"{value:.4f}" for value in pose.origin)
+        position = ", ".join(f"{value:.4f}" for value in pose.origin)
         turn = ", ".join(f"{math.degrees(angle) + 0.0:.2f}" for angle in pose.rpy)
-        return f"({place}) m" + (f", rpy ({turn}) deg" if axes else ", axes not logged")
+        return f"({position}) m" + (f", rpy ({turn}) deg" if axes else ", axes not logged")
 
     lines = []
     for check in poses:
@@ -205,14 +203,11 @@ def following_report(change: FollowingChange, robot: Robot) -> Report:
     title = f"Root mean square of the {change.kind} [{unit}; mm or N where a joint slides]"
     least, most = (100 * x for x in total.interval)
     level = _LEVELS[total.clear] if change.tells else "mass_and_com_only"
-    direction = "fell" if total.fall >= 0.0 else "rose"
-    words, others = (
-        f"The {change.kind} {direction} by {100 * abs(total.fall):.1f} % (by {least:.1f} to {most:.1f} %): "
-        f"{_MEANING[total.clear]}.",
-        list[str](),
-    )
+    direction, others = "fell" if total.fall >= 0.0 else "rose", list[str]()
+    amount = f"{direction} by {100 * abs(total.fall):.1f} % (by {least:.1f} to {most:.1f} %)"
+    text = f"The {change.kind} {amount}: {_MEANING[total.clear]}."
     if change.kind == "torque":
-        words = (
+        text = (
             "The logs hold neither qref1.. (positions commanded) nor tauref1.. (torque it expects): the torque "
             "itself is compared, which says nothing about the number entered, for the same motion needs the same "
             "torque. Log one of them to verify."
@@ -227,7 +222,7 @@ def following_report(change: FollowingChange, robot: Robot) -> Report:
     figure = following_figure(change, unit, scale)
     return Report(
         f"Before and after a payload was entered: {robot.title or robot.name}",
-        [Banner(level, words), Notes(others), Table(title, headings, rows)],
+        [Banner(level, text), Notes(others), Table(title, headings, rows)],
         [Section("joints", "Joint by joint", [figure, Notes(compared)])],
         "how both recordings were compared",
     )

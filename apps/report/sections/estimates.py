@@ -63,12 +63,12 @@ def methods_section(result: PayloadResult) -> Section:
             exists, hold = own.physically_consistent, "contradict the data" if each.conflict else "hold"
             rows.append((f"method {each.method}", "yes" if exists else "no", *numbers_of, hold))
         headings = ("", "free exists", "eigenvalue free", "constrained", "chi2 rise", "p", "constraints")
-        words = (
+        text = (
             "A body can exist if the 4 x 4 pseudo-inertia has no negative eigenvalue; positive moments alone are "
             "not enough. A small p says that the data contradict the constraints."
         )
         constraints = f"Constraints: {'; '.join(present(result.best.constraints) or ())}."
-        blocks += [Table("Physical consistency", headings, rows), Notes([words, constraints])]
+        blocks += [Table("Physical consistency", headings, rows), Notes([text, constraints])]
     blocks.append(Notes(method_notes(result)))
     return Section("methods", "Every parameter, and the methods side by side", blocks)
 

@@ -91,20 +91,20 @@ def torques_section(predictions: Predictions, recordings: int = 0) -> Section:
 
     def drawn() -> list[Block]:
         shown = predictions()
-        words = (
+        text = (
             "Residual: measured less predicted torque. A residual that repeats or lasts, seen in the "
             "autocorrelation, is an error of the model; white noise would stay within the dashed lines."
         )
         if not any(prediction.held_out for prediction in shown):
             fitted = "these are the data that were fitted, and look better than others would"
-            words += f" No recording was held out (--validate): {fitted}."
+            text += f" No recording was held out (--validate): {fitted}."
         if recordings > len(shown):
-            words += f" {recordings - len(shown)} more recordings were used and are not drawn."
-        rows = [(words_of(each), *(percent(float(share)) for share in each.relative_per_joint)) for each in shown]
+            text += f" {recordings - len(shown)} more recordings were used and are not drawn."
+        rows = [(words_of(each), *(percent(float(ratio)) for ratio in each.relative_per_joint)) for each in shown]
         joints = [f"joint {j}" for j in range(1, len(shown[0].t) + 1)] if shown else []
         headings = ("norm of the residual over norm of the torque", *joints)
         drawings = [prediction_figure(each, f"torques_{k}") for k, each in enumerate(shown, 1)]
-        return [Text(words), Table("Relative residual", headings, rows), *drawings]
+        return [Text(text), Table("Relative residual", headings, rows), *drawings]
 
     return Section("torques", "Measured and predicted torques", [OnPage(drawn)])
 
@@ -121,12 +121,12 @@ def joints_section(
         share = present(group.share)
         ratio = "-" if share is None else with_sigma(share, float(array(group.share_sigma)))
         rows.append((group.name, "kg", *cells, ratio))
-    words = (
+    text = (
         "Each joint weighs the payload with its own torque: where they differ, a drive gain, a friction model or "
         "the robot's description is wrong. Share: its torque over what the other joints' payload demands."
     )
     number = "" if mounting is None else f"_{mounting}"
     headings = ("", "unit", "mass", "95 % interval", "share")
     drawn = joints_figure(masses, mass, interval, f"by_joints{number}")
-    blocks: list[Block] = [Text(words), Table("Mass by joints", headings, rows), *drawn]
+    blocks: list[Block] = [Text(text), Table("Mass by joints", headings, rows), *drawn]
     return Section(f"joints{number}", "The payload as each joint sees it", blocks)

@@ -113,8 +113,8 @@ def _arms_table(fleet: Fleet) -> Table:
             f"{line.quantity.removeprefix('scale ').removeprefix('mass')} {line.z:+.1f}".strip() if line.z else "-"
             for line in farthest
         ]
-        told = f"{mass.values[-1]:+.2f}±{mass.sigma[-1]:.2g}"
-        rows.append((arm.name, f"{len(arm.days)}", arm.days[-1], f"{arm.told[-1]:g}", told, *drift))
+        reported = f"{mass.values[-1]:+.2f}±{mass.sigma[-1]:.2g}"
+        rows.append((arm.name, f"{len(arm.days)}", arm.days[-1], f"{arm.told[-1]:g}", reported, *drift))
     headings = ("arm", "nights", "last", "told [kg]", "less told [kg]", "friction z", "gain z", "payload z")
     return Table("Every arm, by its drift", headings, rows)
 
@@ -135,9 +135,9 @@ def _twin_notes(fleet: Fleet) -> list[str]:
 
 def _drawings(fleet: Fleet) -> list[Drawing]:
     arms, drawings = [arm.name for arm in fleet.arms], list[Drawing]()
-    for kind, name, words in _DRAWN:
+    for kind, name, text in _DRAWN:
         caption = (
-            f"{words}: a line an arm, a panel a quantity, day by day, less the median of the nights before the "
+            f"{text}: a line an arm, a panel a quantity, day by day, less the median of the nights before the "
             "last. The band is what varies anyway (2 sigma); orange is a change."
         )
         for k, start in enumerate(range(0, len(arms), _ARMS), 1):

@@ -75,7 +75,7 @@ def design_report(judged: JudgedMotion) -> Report:
     together = [
         ("duration", f"{score.duration:.4g}", f"s; {recorded}"),
         ("parameters", str(len(problem.names)), f"criterion {kind}"),
-        *((name, f"{x:.4g}" if np.isfinite(x) else "rank-deficient", words) for name, x, words in numbers),
+        *((name, f"{x:.4g}" if np.isfinite(x) else "rank-deficient", text) for name, x, text in numbers),
     ]
     brakes, known = _holding_tables(problem, score), bool(np.isfinite(list(learnt.sigma.values())).all())
     sigma = (score, f"{title}: predicted standard deviations", judged.reference, judged.labels)
@@ -99,7 +99,7 @@ def near_report(result: NearResult, expected: InertialParameters, hints: Sequenc
     """
     robot, problem, score, plan = result.robot, result.design.problem, result.design.score, result.motion
     title, joints = robot.title or robot.name, ", ".join(map(str, result.shape.joints))
-    place = ", ".join(f"{1e3 * x:g}" for x in expected.com)
+    position = ", ".join(f"{1e3 * x:g}" for x in expected.com)
     writers = "--samples, --ros2 or --urscript"
     periods = "one period" if plan.repeats == 1 else f"{plan.repeats} periods"
     two = f", at {len(plan.poses)} poses, {plan.transfer:.1f} s from one to the other" * bool(plan.transfer)
@@ -122,7 +122,7 @@ def near_report(result: NearResult, expected: InertialParameters, hints: Sequenc
     ]
     first: list[Block] = [
         _motion_banner(f"Motion of joints {joints} of {title}", score),
-        _spread_table(f"Predicted for {expected.mass:g} kg at ({place}) mm", result.spread),
+        _spread_table(f"Predicted for {expected.mass:g} kg at ({position}) mm", result.spread),
         *ladder_tables(result.ladder),
         Notes([f"Next: add {writers}, run it without and with the payload, then 'dynident weigh'."]),
         Notes(notes, optional=True),
@@ -143,8 +143,8 @@ def _motion_banner(title: str, score: Score) -> Banner:
     names = dict.fromkeys(limit.name for limit in score.limits)
     missing = [kind for kind in _KINDS if not any(name.startswith(kind) for name in names)]
     missed = dict.fromkeys(limit.name for limit in score.limits if str(limit) in score.violations)
-    level, words = "mass_and_com_only" if missing else "use", f"every limit{' that was checked' * bool(missing)}"
-    keeps = f"keeps {words}" if score.feasible else f"does NOT keep {', '.join(missed)}"
+    level, text = "mass_and_com_only" if missing else "use", f"every limit{' that was checked' * bool(missing)}"
+    keeps = f"keeps {text}" if score.feasible else f"does NOT keep {', '.join(missed)}"
     unchecked = f" NOT checked: {', '.join(missing)}." if missing else ""
     return Banner(level if score.feasible else "do_not_use", f"{title}: {keeps}.{unchecked}")
 
@@ -223,10 +223,10 @@ def _taught_table(problem: DesignProblem, score: Score) -> Table:
         spread = payload_spread(body.vector, learnt.covariance, range(len(INERTIAL)))
         return _spread_table(f"From {recorded}, of a payload of {mass:g} kg {1e3 * _ARM:g} mm away", spread)
     rows = []
-    for words, unit, kinds in _GROUPS:
+    for text, unit, kinds in _GROUPS:
         sigma = [s for name, s in learnt.sigma.items() if parameter_kind(name) in kinds]
         if sigma:
-            rows.append((words, str(len(sigma)), f"{np.median(sigma):.2g}", f"{max(sigma):.2g}", unit))
+            rows.append((text, str(len(sigma)), f"{np.median(sigma):.2g}", f"{max(sigma):.2g}", unit))
     headings = ("", "number", "median", "largest", "unit")
     return Table(f"From {recorded}, of the robot, 1 sigma", headings, rows)
 

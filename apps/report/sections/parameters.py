@@ -28,18 +28,18 @@ def excitation_section(make: Callable[[], Excitation | None], labels: Mapping[st
     def shown() -> list[Block]:
         excitation = make()
         if excitation is None:
-            words = (
+            text = (
                 "The robot's parameters were read from a file, without the equations they come from: what its "
                 "motion excited stands in the report of that identification."
             )
-            return [Text(words)]
+            return [Text(text)]
         names, weak, rows = [labels.get(name, name) for name in excitation.names], list[str](), []
         numbers = zip(names, excitation.signal, excitation.independent, excitation.share, strict=True)
         for name, signal, own, ratio in numbers:
             relative = percent(1.0 / float(own) if own else float("inf"))
             rows.append((name, f"{signal:.3g}", f"{own:.3g}", percent(float(ratio)), relative))
             weak += [name] if own < _GOOD else []
-        words = (
+        text = (
             "A parameter is well known where its torque is large against the noise and no combination of others "
             "imitates it. Sigmas here are the formula's, for white noise; a small value of a parameter makes them "
             "large too."
@@ -52,7 +52,7 @@ def excitation_section(make: Callable[[], Excitation | None], labels: Mapping[st
         known = f"Relative sigma above 10 %: {', '.join(weak)}." if weak else "All relative sigmas are below 10 %."
         figure = Drawing("excitation", caption, lambda: _draw_excitation(excitation, names), f"{caption} {known}")
         headings = ("", "torque over noise", "its own part", "share", "relative sigma")
-        return [Text(words), figure, Details("Numbers", [Table("Excitation", headings, rows)])]
+        return [Text(text), figure, Details("Numbers", [Table("Excitation", headings, rows)])]
 
     return Section("excitation", "Excitation of each parameter", [OnPage(shown)])
 
@@ -83,8 +83,8 @@ def essential_section(elimination: EliminationDocument | None, title: str) -> Se
     """The path of the elimination as a figure, the parameters by name, and what speaks against them."""
     heading = "Essential parameters"
     if elimination is None:
-        words = "Parameters are eliminated for method 4 only, robot and payload together; it was not used here."
-        return Section("essential", heading, [OnPage(lambda: [Text(words)])])
+        text = "Parameters are eliminated for method 4 only, robot and payload together; it was not used here."
+        return Section("essential", heading, [OnPage(lambda: [Text(text)])])
     lines = [
         f"{elimination.essential} of {len(elimination.path) - 1} parameters essential "
         f"({elimination.description}): error's sigma {elimination.sigma_ratio:.4f} times, largest relative "
@@ -139,8 +139,8 @@ def essential_figure(elimination: EliminationDocument, title: str) -> Drawing:
 
 def _limit(axis: Axes, value: float, label: str) -> None:
     axis.axhline(value, color="black", linestyle="--", linewidth=1.0)
-    place: dict[str, Any] = {"xycoords": ("axes fraction", "data"), "textcoords": "offset points", "fontsize": 8}
-    axis.annotate(label, (1.0, value), xytext=(-4, 3), ha="right", **place)
+    look: dict[str, Any] = {"xycoords": ("axes fraction", "data"), "textcoords": "offset points", "fontsize": 8}
+    axis.annotate(label, (1.0, value), xytext=(-4, 3), ha="right", **look)
 
 
 def _steps(axis: Axes, values: Array, gone: int, label: str) -> None:

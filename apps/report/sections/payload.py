@@ -48,8 +48,8 @@ def payload_report(result: PayloadResult, document: str | None = None, notes: Se
     if joints := present(result.joints):
         subtitle = f"Weighed by a motion of joint{'s' * (len(joints) > 1)} {', '.join(map(str, joints))}"
     if (repeats := present(result.repeats)) is not None:
-        words = "Each recording was weighed alone too: the scatter tells what no single one does."
-        blocks: list[Block] = [Text(words), *repeats_figure(repeats, mass, interval)]
+        text = "Each recording was weighed alone too: the scatter tells what no single one does."
+        blocks: list[Block] = [Text(text), *repeats_figure(repeats, mass, interval)]
         sections.insert(0, Section("repeats", "From recording to recording", blocks))
     if not result.short:
         base, source = (made.problem.base, made.problem.source) if made else (None, None)

@@ -71,9 +71,9 @@ def robot_description(robot: Robot) -> list[Block]:
     if robot.mass is not None:
         lines.append(f"Mass of the arm, base and all: {robot.mass:g} kg.")
     if robot.flange_pose is not None:
-        place = ", ".join(f"{1e3 * value:g}" for value in robot.flange_pose.origin)
+        position = ", ".join(f"{1e3 * value:g}" for value in robot.flange_pose.origin)
         turn = ", ".join(f"{math.degrees(angle) + 0.0:g}" for angle in robot.flange_pose.rpy)
-        lines.append(f"The maker's flange stands at ({place}) mm, rpy ({turn}) deg in the payload's frame.")
+        lines.append(f"The maker's flange stands at ({position}) mm, rpy ({turn}) deg in the payload's frame.")
     lines += [f"Joints are also called {', '.join(names)}." for names in robot.joint_names]
     lines += [f"{names[0].upper()}{names[1:]}: {source}." for source, names in _grouped(sources).items()]
     lines += [f"Note: {note}" for note in robot.snapped]
@@ -180,11 +180,11 @@ def robot_table(result: RobotResult) -> Table:
     for k, parameter in enumerate(result.base_parameters):
         name, grouping = parameter.name or estimate.names[k], parameter.grouping or ""
         value, sigma = estimate.values[k], estimate.total_sigma[k]
-        share = 100.0 * sigma / abs(value) if value != 0.0 else float("inf")
+        ratio = 100.0 * sigma / abs(value) if value != 0.0 else float("inf")
         grouped = grouping.split(" = ", 1)[1] if name.endswith("R") and " = " in grouping else ""
         more = (format(values[k], form) for _, values, form in shown)
         essential = "yes" if parameter.essential is True else ""
-        rows.append((name, with_sigma(value, sigma), f"{share:.3g}", *more, essential, grouped))
+        rows.append((name, with_sigma(value, sigma), f"{ratio:.3g}", *more, essential, grouped))
     headings = ("", "value", "%", *(heading for heading, *_ in shown), "essential", "grouping")
     return Table(f"Base parameters of {result.title}, SI units", headings, rows)
 
@@ -194,8 +194,8 @@ def standard_table(parameters: Sequence[PossibleParameter], title: str) -> Table
     rows = []
     for each in parameters:
         prior = "" if isinstance(each.prior, UnsetType) else f"{each.prior + 0.0:.4g}"
-        share = f"{100.0 * array(each.share):.0f} %"
-        rows.append((each.name, f"{each.value:.4g}", prior, share, each.decided_by or ""))
+        ratio = f"{100.0 * array(each.share):.0f} %"
+        rows.append((each.name, f"{each.value:.4g}", prior, ratio, each.decided_by or ""))
     ends = [parameter.name for parameter in parameters if parameter_kind(parameter.name) == INERTIAL[-1]]
     headings = ("", "value", "prior", "data", "decided by")
     return Table(f"Standard parameters of {title}, SI units", headings, rows, ends)
