@@ -94,7 +94,13 @@ def view_of(
     drawn = _picked(motion, _FINER)
     position = point_at(robot, robot.flange.p, motion.q[drawn])[0].T
     path = (position - robot.base.p) @ robot.base.R
-    paths = [Line("path of the flange", path, _colours(problem, motion, drawn))] if len(path) > 1 else []
+    colours = np.tile(np.array(_PATH, dtype=np.uint8), (len(path) - 1, 1))
+    if problem is not None and len(path) > 1:  # pale where a second teaches little, red where it teaches most
+        taught = np.add.reduceat(taught_over_time(problem, motion), drawn[:-1])
+        rate = taught / np.maximum(np.diff(motion.t[drawn]), 1e-9)
+        ratio = np.sqrt(rate / max(float(rate.max()), 1e-300))[:, None]
+        colours = np.asarray((1.0 - ratio) * np.array(_LITTLE) + ratio * np.array(_MUCH)).astype(np.uint8)
+    paths = [Line("path of the flange", path, colours)] if len(path) > 1 else []
     title = (robot.title or robot.name) + (f", {motion.t[-1] - motion.t[0]:.3g} s" if paths else "")
     named = {(shape.colour, shape.name.rstrip(" 0123456789")) for shape in shapes}  # without numbers of joints
     legend = sorted((colour, text) for colour, text in named if not text.startswith(("link", "axis")))
@@ -191,14 +197,3 @@ def _surroundings(problem: DesignProblem, robot: Robot) -> list[Shape]:
 
 def _surfaces(scene: Scene | None) -> Sequence[HalfSpace]:
     return scene.surfaces if scene is not None else ()
-
-
-def _colours(problem: DesignProblem | None, motion: Motion, picked: NDArray[np.intp]) -> NDArray[np.uint8]:
-    """Colour of each piece of the path: pale where a second teaches little, red where it teaches most."""
-    pieces = len(picked) - 1
-    if problem is None:
-        return np.tile(np.array(_PATH, dtype=np.uint8), (pieces, 1))
-    taught = np.add.reduceat(taught_over_time(problem, motion), picked[:-1])
-    rate = taught / np.maximum(np.diff(motion.t[picked]), 1e-9)
-    ratio = np.sqrt(rate / max(float(rate.max()), 1e-300))[:, None]
-    return np.asarray((1.0 - ratio) * np.array(_LITTLE) + ratio * np.array(_MUCH)).astype(np.uint8)

@@ -34,6 +34,23 @@ _UNITS = {"following error": ("mrad", 1e3), "unpredicted torque": ("N·m", 1.0),
 
 def log_report(check: LogReport) -> Report:
     """Reading of a log, motion of its joints and findings; then steps of the signals and excitation."""
+    recording, time = check.working.recording, check.time
+    kind = "currents [A] of unknown gain" if check.currents else "torques [N·m or N]"
+    speeds = "with speeds" if recording.qd is not None else "without speeds (taken from positions)"
+    reading = [f"{recording.source}: positions [rad or m], {kind}, {speeds}, joint side"]
+    if time is not None:
+        even = max(time.steps[1] - 1.0 / time.rate, 1.0 / time.rate - time.steps[0]) < _UNEVEN / time.rate
+        spacing = "even" if even else f"steps {1e3 * time.steps[0]:.3g} to {1e3 * time.steps[1]:.3g} ms"
+        moving = f"moves from {time.moving[0]:.4g} to {time.moving[1]:.4g} s" if time.moving else "never moves"
+        reading.append(
+            f"{time.samples} samples, {time.duration:.4g} s at {time.rate:.5g} Hz ({spacing}, jitter "
+            f"{100 * time.jitter:.2g} %); {moving}"
+        )
+    if check.relative_residual is not None:
+        reading.append(
+            f"The robot's model leaves {100 * check.relative_residual:.2f} % unexplained; condition number with "
+            f"columns scaled {check.condition_number_scaled:.3g}"
+        )
     lines = [f"{_MARKS[finding.severity]}: {finding.text}" for finding in check.findings]
     worst = [f.text for severity in ("error", "warning") for f in check.findings if f.severity == severity]
     last = "Good: nothing is to be mended." if check.findings else "Good: nothing looks wrong."
@@ -55,7 +72,7 @@ def log_report(check: LogReport) -> Report:
     shown = [Table("", headings, motion)] if motion else []
     return Report(
         check.source,
-        [Notes(_understood(check)), *shown, Notes(lines, optional=True), Notes([mend])],
+        [Notes(reading), *shown, Notes(lines, optional=True), Notes([mend])],
         [Section("signals", "Signals", [table for table in tables if table.rows])],
         "steps of the signals, each parameter's excitation",
     )
@@ -93,27 +110,6 @@ def check_report(looks: Sequence[Look]) -> Report:
             blocks.append(signals_figure(look.check.working.recording, unit, f"{number:02d}_{stem}"))
         sections.append(Section(f"log_{number}", look.path, blocks))
     return Report("A look at recordings", [Banner("do_not_use" if unusable else "use", text)], sections)
-
-
-def _understood(check: LogReport) -> list[str]:
-    recording, time = check.working.recording, check.time
-    kind = "currents [A] of unknown gain" if check.currents else "torques [N·m or N]"
-    speeds = "with speeds" if recording.qd is not None else "without speeds (taken from positions)"
-    lines = [f"{recording.source}: positions [rad or m], {kind}, {speeds}, joint side"]
-    if time is not None:
-        even = max(time.steps[1] - 1.0 / time.rate, 1.0 / time.rate - time.steps[0]) < _UNEVEN / time.rate
-        steps = "even" if even else f"steps {1e3 * time.steps[0]:.3g} to {1e3 * time.steps[1]:.3g} ms"
-        moving = f"moves from {time.moving[0]:.4g} to {time.moving[1]:.4g} s" if time.moving else "never moves"
-        lines.append(
-            f"{time.samples} samples, {time.duration:.4g} s at {time.rate:.5g} Hz ({steps}, jitter "
-            f"{100 * time.jitter:.2g} %); {moving}"
-        )
-    if check.relative_residual is not None:
-        lines.append(
-            f"The robot's model leaves {100 * check.relative_residual:.2f} % unexplained; condition number with "
-            f"columns scaled {check.condition_number_scaled:.3g}"
-        )
-    return lines
 
 
 def readings_report(robot: Robot, poses: Sequence[PoseCheck], readings: Readings | None) -> Report:
