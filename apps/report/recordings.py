@@ -81,22 +81,10 @@ def write_npz(path: str | Path, system: ObservationSystem) -> None:
     Raises:
         OSError: if it cannot be written.
     """
-    reduced = system.reduced
-    arrays: dict[str, Any] = reduced.arrays()
-    if system.known is not None:
-        arrays["known"] = system.known
+    names = ("W", "Y", "joint", "recording", "t", "loaded", "weights")
+    arrays: dict[str, Any] = {name: getattr(system, name) for name in names} | system.reduced.arrays()
+    arrays |= {"sources": np.array(system.sources), "row_weights": system.weights[system.joint - 1]}
+    arrays |= {"known": system.known} if system.known is not None else {}
     content = io.BytesIO()
-    np.savez_compressed(
-        content,
-        W=system.W,
-        Y=system.Y,
-        joint=system.joint,
-        recording=system.recording,
-        t=system.t,
-        loaded=system.loaded,
-        sources=np.array(system.sources),
-        weights=system.weights,
-        row_weights=system.weights[system.joint - 1],
-        **arrays,
-    )
+    np.savez_compressed(content, **arrays)
     write_bytes(path, content.getvalue())

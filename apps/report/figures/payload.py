@@ -182,7 +182,7 @@ def flange_figure(payload: PossibleEstimate, inertia: bool, flange: bool) -> Dra
 
 
 def _draw_flange(com: Array, ends: Array, body: Array | None, flange: bool) -> Figure:
-    known = bool(np.isfinite(ends).all())
+    known, patches = bool(np.isfinite(ends).all()), matplotlib().patches
     points = [np.full(3, -1.25 * _PLATE), np.full(3, 1.25 * _PLATE), com - 12.0, com + 12.0]
     points += list(ends.T) if known else []
     if body is not None:
@@ -193,47 +193,37 @@ def _draw_flange(com: Array, ends: Array, body: Array | None, flange: bool) -> F
     size, edges = (6.6, 4.7 if known else 2.6), (0.65, 0.1, 0.1, 0.75)
     figure, axes = panels(size, 1 + known, 3, edges, (0.72, 0.55))
     for column, (i, k) in enumerate(_VIEWS):
-        _view(axes[0, column], com, body, (i, k), flange)
-        axes[0, column].set(xlim=(middle[i] - half, middle[i] + half), ylim=(middle[k] - half, middle[k] + half))
+        above = axes[0, column]
+        if flange:
+            look: dict[str, Any] = {"facecolor": "0.85", "edgecolor": "black", "hatch": "///"}
+            side = patches.Rectangle((-_PLATE, -8.0), 2 * _PLATE, 8.0, **look)
+            above.add_patch(side if k == 2 else patches.Circle((0.0, 0.0), _PLATE, **look))
+        for tip, name in (((0.9 * _PLATE, 0.0), "xyz"[i]), ((0.0, 0.9 * _PLATE), "xyz"[k])):
+            above.annotate("", tip, (0.0, 0.0), arrowprops={"arrowstyle": "-|>", "color": "black", "lw": 1.2})
+            above.annotate(name, tip, xytext=(3, 3), textcoords="offset points", fontsize=9)
+        if body is not None:
+            squares, directions = np.linalg.eigh(body[np.ix_((i, k), (i, k))])
+            angle = np.linspace(0.0, 2.0 * np.pi, 91)
+            circle = np.sqrt(np.maximum(squares, 0.0))[:, None] * np.vstack([np.cos(angle), np.sin(angle)])
+            outline = com[[i, k], None] + directions @ circle
+            above.plot(*outline, "--", color="0.35", linewidth=1.2, label="equivalent ellipsoid")
         for axis in axes[:, column]:
-            _uncertain(axis, com, ends, (i, k))
-            axis.set_aspect("equal", adjustable="box" if axis is axes[0, column] else "datalim")
+            if known:
+                centre, width = ends.mean(axis=1), np.ptp(ends, axis=1)
+                look = {"facecolor": "none", "edgecolor": BLUE, "linewidth": 1.2, "hatch": "xxx"}
+                axis.add_patch(patches.Ellipse((centre[i], centre[k]), width[i], width[k], **look))
+                axis.plot(ends[i], [com[k]] * 2, color=BLUE, linewidth=1.6, label="95 % intervals")
+                axis.plot([com[i]] * 2, ends[k], color=BLUE, linewidth=1.6)
+            mark: dict[str, Any] = {"color": ORANGE, "markeredgecolor": "black", "markersize": 5}
+            axis.plot(com[i], com[k], "o", label="centre of mass", **mark)
+            axis.set_aspect("equal", adjustable="box" if axis is above else "datalim")
             axis.set_xlabel(f"{'xyz'[i]} [mm]", labelpad=1.0)
             axis.set_ylabel(f"{'xyz'[k]} [mm]", labelpad=1.0)
             axis.tick_params(labelsize=8)
             axis.locator_params(nbins=5)
             plain(axis)
+        above.set(xlim=(middle[i] - half, middle[i] + half), ylim=(middle[k] - half, middle[k] + half))
         if known:
             axes[1, column].margins(0.12)
     legend(figure, [axes[0, 0]], "lower center", fontsize=9)
     return figure
-
-
-def _view(axis: Axes, com: Array, body: Array | None, axes: tuple[int, int], flange: bool) -> None:
-    i, k = axes
-    if flange:
-        look: dict[str, Any] = {"facecolor": "0.85", "edgecolor": "black", "hatch": "///"}
-        patches = matplotlib().patches
-        side = patches.Rectangle((-_PLATE, -8.0), 2 * _PLATE, 8.0, **look)
-        axis.add_patch(side if k == 2 else patches.Circle((0.0, 0.0), _PLATE, **look))
-    for tip, name in (((0.9 * _PLATE, 0.0), "xyz"[i]), ((0.0, 0.9 * _PLATE), "xyz"[k])):
-        axis.annotate("", tip, (0.0, 0.0), arrowprops={"arrowstyle": "-|>", "color": "black", "lw": 1.2})
-        axis.annotate(name, tip, xytext=(3, 3), textcoords="offset points", fontsize=9)
-    if body is not None:
-        squares, directions = np.linalg.eigh(body[np.ix_(axes, axes)])
-        angle = np.linspace(0.0, 2.0 * np.pi, 91)
-        circle = np.vstack([np.cos(angle), np.sin(angle)])
-        outline = com[[i, k], None] + directions @ (np.sqrt(np.maximum(squares, 0.0))[:, None] * circle)
-        axis.plot(*outline, "--", color="0.35", linewidth=1.2, label="equivalent ellipsoid")
-
-
-def _uncertain(axis: Axes, com: Array, ends: Array, axes: tuple[int, int]) -> None:
-    i, k = axes
-    if np.isfinite(ends).all():
-        centre, width = ends.mean(axis=1), np.ptp(ends, axis=1)
-        look: dict[str, Any] = {"facecolor": "none", "edgecolor": BLUE, "linewidth": 1.2, "hatch": "xxx"}
-        ellipse = matplotlib().patches.Ellipse((centre[i], centre[k]), width[i], width[k], **look)
-        axis.add_patch(ellipse)
-        axis.plot(ends[i], [com[k]] * 2, color=BLUE, linewidth=1.6, label="95 % intervals")
-        axis.plot([com[i]] * 2, ends[k], color=BLUE, linewidth=1.6)
-    axis.plot(com[i], com[k], "o", color=ORANGE, markeredgecolor="black", markersize=5, label="centre of mass")
