@@ -18,7 +18,6 @@ def _write(load: ControllerLoad) -> str:
 
 
 FORMAT = load_format(
-    name="abb",
     title="ABB loaddata (tload of tooldata in tool0; grip load in the tool frame)",
     source="RAPID reference manual, loaddata",
     write=_write,

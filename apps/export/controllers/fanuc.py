@@ -22,7 +22,6 @@ def _write(load: ControllerLoad) -> str:
 
 
 FORMAT = load_format(
-    name="fanuc",
     title="Fanuc MOTION/PAYLOAD SET",
     source="HandlingTool manual, Setting payload",
     write=_write,

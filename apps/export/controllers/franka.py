@@ -14,7 +14,6 @@ def _write(load: ControllerLoad) -> str:
 
 
 FORMAT = load_format(
-    name="franka",
     title="Franka Robot::setLoad (libfranka, C++; beside the end effector set in Desk)",
     source="libfranka, robot.h, setLoad",
     write=_write,

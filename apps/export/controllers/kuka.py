@@ -27,7 +27,6 @@ def _write(load: ControllerLoad) -> str:
 
 
 FORMAT = load_format(
-    name="kuka",
     title="KUKA LOAD_DATA (config.dat; put the number of your tool for 1)",
     source="load data in the manuals of the arms (KUKA.Load)",
     write=_write,

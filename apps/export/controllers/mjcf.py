@@ -28,7 +28,6 @@ def _ready(load: ControllerLoad) -> ControllerLoad:
 
 
 FORMAT = load_format(
-    name="mjcf",
     title="MJCF (copy the body payload into the body of your flange)",
     source="MuJoCo XML reference, body/inertial",
     write=_write,

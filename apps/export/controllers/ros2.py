@@ -22,7 +22,6 @@ def _write(load: ControllerLoad) -> str:
 
 
 FORMAT = load_format(
-    name="ros2",
     title="Universal Robots ROS 2 driver, service set_payload",
     source="ur_msgs/srv/SetPayload of 2026 (older ones lack the inertia: leave ixx to iyz out)",
     write=_write,

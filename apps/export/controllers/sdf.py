@@ -14,7 +14,6 @@ def _write(load: ControllerLoad) -> str:
 
 
 FORMAT = load_format(
-    name="sdf",
     title="SDFormat (fix the link payload to the flange of your robot, origin on origin)",
     source="sdformat.org/spec, inertial",
     write=_write,

@@ -20,7 +20,6 @@ def _write(load: ControllerLoad) -> str:
 
 
 FORMAT = load_format(
-    name="staubli",
     title="Staeubli: plain values (its load format is not documented publicly)",
     source="none public; see the manual of your controller",
     write=_write,

@@ -28,7 +28,6 @@ def ready(load: ControllerLoad) -> ControllerLoad:
 
 
 FORMAT = load_format(
-    name="ur",
     title="Universal Robots set_target_payload",
     source="URScript manual, set_target_payload",
     write=_write,

@@ -19,7 +19,6 @@ def _write(load: ControllerLoad) -> str:
 
 
 FORMAT = load_format(
-    name="urdf",
     title="URDF (copy joint and link payload into your robot, whose flange link is tool0 here)",
     source="wiki.ros.org/urdf/XML/link",
     write=_write,

@@ -45,7 +45,6 @@ def Xform "payload" (
 
 
 FORMAT = load_format(
-    name="usd",
     title="USD PhysicsMassAPI (stage units; copy into a stage of the same units)",
     source="OpenUSD, UsdPhysicsMassAPI",
     write=_write,

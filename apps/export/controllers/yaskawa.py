@@ -17,7 +17,6 @@ def _write(load: ControllerLoad) -> str:
 
 
 FORMAT = load_format(
-    name="yaskawa",
     title="Yaskawa tool load information",
     source="NX100 and YRC1000 instructions, ARM control",
     write=_write,

@@ -61,7 +61,6 @@ def _replay(motion: WrittenMotion) -> Replay:
 
 
 FORMAT = Format(
-    name="ros2",
     title="JointTrajectory of ROS 2",
     source="trajectory_msgs/msg/JointTrajectory",
     head=motion_head,

@@ -189,7 +189,6 @@ def _program(name: str, access: str, code: list[str]) -> str:
 
 
 FORMAT = Format(
-    name="val3",
     title="VAL3 application of Staubli",
     source="VAL3 Reference Manual (D28062804A)",
     head=motion_head,

@@ -127,7 +127,6 @@ def _spring_sites(whole: WholeRobot) -> dict[int, list[Element]]:
 
 
 FORMAT = Format(
-    name="mjcf",
     title="MJCF (MuJoCo 3.3 or newer)",
     source="MuJoCo XML reference",
     head=robot_head,

@@ -55,7 +55,6 @@ def _pose(pose: Pose) -> Element:
 
 
 FORMAT = Format(
-    name="sdf",
     title="SDFormat 1.9 (Gazebo, Drake)",
     source="sdformat.org/spec; Drake's elements: drake.mit.edu, Parsing models",
     head=robot_head,

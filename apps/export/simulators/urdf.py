@@ -65,7 +65,6 @@ def _place(parent: str, child: str, pose: Pose) -> list[Element]:
 
 
 FORMAT = Format(
-    name="urdf",
     title="URDF",
     source="wiki.ros.org/urdf/XML; Drake's elements: drake.mit.edu, Parsing models",
     head=robot_head,

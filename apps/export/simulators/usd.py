@@ -137,7 +137,6 @@ def _identifier(name: str) -> str:
 
 
 FORMAT = Format(
-    name="usd",
     title="USD with the physics schema of PhysX (Isaac Sim 5 or newer)",
     source="OpenUSD, UsdPhysics; PhysX, PhysxJointAxisAPI",
     head=robot_head,
