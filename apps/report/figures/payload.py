@@ -32,7 +32,8 @@ def _interval_rows(
     middle, low, high = agreed.tolist()
     if np.isfinite([low, high]).all():
         axis.axvspan(low, high, facecolor="0.9", edgecolor="0.7", hatch="//", linewidth=0.0)
-    axis.axvline(middle, color="black", linestyle="--", linewidth=1.0)
+    if np.isfinite(middle):
+        axis.axvline(middle, color="black", linestyle="--", linewidth=1.0)
     for row, (value, interval) in enumerate(zip(values, ends, strict=True)):
         if np.isfinite(value):
             axis.plot(interval, [row, row], color=BLUE, linewidth=2.0)
@@ -76,8 +77,10 @@ def joints_figure(
         reach = 1.1 * min(float(reaches.max()), max(6.0 * float(np.median(reaches)), 0.1 * abs(mass)))
         left.set_xlim(mass - reach, mass + reach)
         joints = [group for group in masses if len(group.joints) == 1]
-        shares, sigmas = (np.array([array(x) for x in each]) for each in
-                          zip(*((group.share, group.share_sigma) for group in joints), strict=True))  # fmt: skip
+        shares, sigmas = (
+            np.array([array(x) for x in each], dtype=float)
+            for each in ([group.share for group in joints], [group.share_sigma for group in joints])
+        )
         both = np.stack([shares - 2.0 * sigmas, shares + 2.0 * sigmas], axis=1)
         agreed = np.array([1.0, np.nan, np.nan])
         _interval_rows(right, [group.name for group in joints], shares, both, agreed, "not determined")
