@@ -36,15 +36,34 @@ def print_blocks(blocks: Sequence[Block], stream: IO[str] | None = None) -> None
 
 def print_report(report: Report, details: bool = False, stream: IO[str] | None = None) -> None:
     """Print what fits on a screen of 25 lines and how much is left out, or all of it, with ``details``."""
-    if not details:
-        with _opened(stream) as terminal:
-            _print_first(terminal, report)
+    blocks = list(printed(report.first))
+    if details:
+        for section in report.sections:
+            if any(printed(section.blocks)):
+                blocks += [Notes(["", section.title.upper()]), *printed(section.blocks)]
+        print_blocks([*blocks, *([Notes(["", *report.notes])] if report.notes else [])], stream)
         return
-    blocks = [*report.first]
-    for section in report.sections:
-        if any(printed(section.blocks)):
-            blocks += [Notes(["", section.title.upper()]), *section.blocks]
-    print_blocks([*blocks, *([Notes(["", *report.notes])] if report.notes else [])], stream)
+    with _opened(stream) as terminal:
+        left_out, width = 0, terminal.width
+        shown = {
+            id(block): _lines(terminal, block, block.spare if isinstance(block, Table) else ())
+            for block in blocks
+            if not (isinstance(block, Notes) and block.optional)
+        }
+        room = LINES - 1 - sum(map(len, shown.values()))
+        for block in blocks:
+            _print_lines(terminal, shown.get(id(block), ()))
+            for line in block.lines if isinstance(block, Notes) and block.optional else ():
+                wrapped = _brief(_wrapped(line, width), width)
+                if len(wrapped) > room:
+                    left_out += 1
+                    continue
+                room -= len(wrapped)
+                _print_lines(terminal, wrapped)
+        notes = f"{left_out} more note{'s' * (left_out > 1)}" if left_out else ""
+        if notes or report.more:
+            last = f"--details: {'; '.join(text for text in (notes, report.more) if text)}"
+            _print_lines(terminal, _brief(_wrapped(last, width), width, 1))
 
 
 def screen_text(report: Report, details: bool = False) -> str:
@@ -61,29 +80,6 @@ def printed(blocks: Sequence[Block]) -> Iterator[Table | Text | Notes | Banner]:
             yield from printed((*block.left, *block.right))
         elif isinstance(block, Table | Notes | Banner) or (isinstance(block, Text) and not block.heading):
             yield block
-
-
-def _print_first(terminal: Console, report: Report) -> None:
-    left_out, width, blocks = 0, terminal.width, list(printed(report.first))
-    shown = {
-        id(block): _lines(terminal, block, block.spare if isinstance(block, Table) else ())
-        for block in blocks
-        if not (isinstance(block, Notes) and block.optional)
-    }
-    room = LINES - 1 - sum(map(len, shown.values()))
-    for block in blocks:
-        _print_lines(terminal, shown.get(id(block), ()))
-        for line in block.lines if isinstance(block, Notes) and block.optional else ():
-            wrapped = _brief(_wrapped(line, width), width)
-            if len(wrapped) > room:
-                left_out += 1
-                continue
-            room -= len(wrapped)
-            _print_lines(terminal, wrapped)
-    notes = f"{left_out} more note{'s' * (left_out > 1)}" if left_out else ""
-    if notes or report.more:
-        last = f"--details: {'; '.join(text for text in (notes, report.more) if text)}"
-        _print_lines(terminal, _brief(_wrapped(last, width), width, 1))
 
 
 class _Console(Console):

@@ -12,7 +12,7 @@ from ...fleet.comparing import CHANCE, Compared
 from ...fleet.nights import CHANGED, FEWEST, Series
 from ...fleet.reduction import ReducedDocument
 from ..blocks import Banner, Block, Drawing, Notes, OnPage, Report, Section, Table, Text
-from ..figures.canvas import BLUE, GREY, ORANGE, Axes, Figure, panels
+from ..figures.canvas import BLUE, GREY, ORANGE, Figure, panels
 
 _WORDS = (
     "z is the last night's value less the median of the nights before, over their spread (1.4826 median absolute "
@@ -156,26 +156,21 @@ def _multiples(fleet: Fleet, arms: Sequence[str], kind: str) -> Figure:
     figure, axes = panels(size, len(arms), columns, (1.0, 0.1, 0.3, 0.25), (0.1, 0.08), sharex=True, sharey="col")
     for line, (arm, row) in zip(axes, rows.items(), strict=True):
         for axis, series in zip(line, row, strict=False):
-            _spark(axis, series)
+            unit = 100.0 if series.relative else 1.0
+            values, band = unit * series.changes, 2.0 * unit * series.spread
+            dates = [datetime.fromisoformat(day).replace(tzinfo=None) for day in series.days]
+            days = [(date - datetime(2000, 1, 1)) / timedelta(days=1) for date in dates]
+            axis.axhspan(-band, band, color="0.92", linewidth=0)
+            axis.plot(days, values, color=GREY, linewidth=0.6)
+            axis.plot(days, values, ".", color=BLUE, markersize=2)
+            if series.z is not None and abs(series.z) > CHANGED:
+                axis.plot(days[-1:], values[-1:], "s", color=ORANGE, markersize=2.5)
+            axis.set(xticks=[], yticks=[])
+            axis.spines[:].set_visible(False)
         line[0].set_ylabel(arm, rotation=0, ha="right", va="center", fontsize=8)
     for axis, series in zip(axes[0], rows[arms[0]], strict=False):
         axis.set_title(series.quantity, fontsize=8)
     return figure
-
-
-def _spark(axis: Axes, series: Series) -> None:
-    """One quantity of one arm: points, a band, and the last night where it changed."""
-    size = 100.0 if series.relative else 1.0
-    values, band = size * series.changes, 2.0 * size * series.spread
-    dates = [datetime.fromisoformat(day).replace(tzinfo=None) for day in series.days]
-    days = [(date - datetime(2000, 1, 1)) / timedelta(days=1) for date in dates]
-    axis.axhspan(-band, band, color="0.92", linewidth=0)
-    axis.plot(days, values, color=GREY, linewidth=0.6)
-    axis.plot(days, values, ".", color=BLUE, markersize=2)
-    if series.z is not None and abs(series.z) > CHANGED:
-        axis.plot(days[-1:], values[-1:], "s", color=ORANGE, markersize=2.5)
-    axis.set(xticks=[], yticks=[])
-    axis.spines[:].set_visible(False)
 
 
 def compared_report(compared: Compared) -> Report:
