@@ -174,20 +174,20 @@ def _night(recording: Stored, whole: Estimate, usual: float) -> dict[str, tuple[
     change = recording.base.effect_of(payload_columns(recording.robot))
     own = np.eye(len(names))
     columns = [*(names[k] for k in frictions), *PAYLOAD]
-    both = _measured(equations.transformed(np.column_stack([own[:, frictions], change]), columns, rest))
-    mass, sigma = both["M_L"]
-    numbers = {names[k]: both[names[k]] for k in frictions} | {MASS: (usual + mass, sigma)}
+    fit = _fitted(equations.transformed(np.column_stack([own[:, frictions], change]), columns, rest))
+    mass, sigma = fit["M_L"]
+    quantities = {names[k]: fit[names[k]] for k in frictions} | {MASS: (usual + mass, sigma)}
     if abs(mass) > _CLEARLY * sigma:  # what hangs there is no drive's scale
-        rest = rest + change @ np.array([both[name][0] for name in PAYLOAD])
+        rest = rest + change @ np.array([fit[name][0] for name in PAYLOAD])
     for j in range(recording.robot.n):
-        beside = [k for k in frictions if np.abs(equations.factors[j][:, k]).max(initial=0.0) > 0.0]
-        M = np.column_stack([rest, own[:, beside]])
-        alone = equations.transformed(M, ["scale", *(names[k] for k in beside)], rest, [j])
-        numbers[f"scale {j + 1}"] = _measured(alone)["scale"]
-    return numbers
+        of_joint = [k for k in frictions if np.abs(equations.factors[j][:, k]).max(initial=0.0) > 0.0]
+        M = np.column_stack([rest, own[:, of_joint]])
+        scaled = equations.transformed(M, ["scale", *(names[k] for k in of_joint)], rest, [j])
+        quantities[f"scale {j + 1}"] = _fitted(scaled)["scale"]
+    return quantities
 
 
-def _measured(equations: Equations) -> dict[str, tuple[float, float]]:
+def _fitted(equations: Equations) -> dict[str, tuple[float, float]]:
     estimate, ratio = compared_by(equations)
     sigma = ratio * estimate.sigma
     return dict(zip(estimate.names, zip(estimate.values.tolist(), sigma.tolist(), strict=True), strict=True))

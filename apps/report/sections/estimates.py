@@ -163,11 +163,11 @@ def sigma_notes(estimates: Sequence[FreeEstimate]) -> list[str]:
     lines = ["± one standard deviation by (17)-(19): for white torque noise, the torques' scale taken as exact."]
     if robust:
         first = robust[0][1]
-        other, how = "that by the memory of the errors", "memory"
+        other, source = "that by the memory of the errors", "memory"
         if not first.by_memory:
             length = array(present(first.block_length))
             other = "the block jackknife's standard deviation"
-            how = f"jackknife over {first.blocks} blocks of {length:.2g} s or more"
+            source = f"jackknife over {first.blocks} blocks of {length:.2g} s or more"
         lines = [f"± the larger of the formula's (17)-(19) and {other}."]
         ratios = [
             f"method {e.method} {numbers(e.sigma_robust)[-1] / numbers(e.sigma)[-1]:.2f}"
@@ -175,13 +175,13 @@ def sigma_notes(estimates: Sequence[FreeEstimate]) -> list[str]:
             if not e.from_scale
         ]
         if ratios:
-            lines.append(f"Mass, sigma_robust/sigma ({how} to formula): {', '.join(ratios)}.")
+            lines.append(f"Mass, sigma_robust/sigma ({source} to formula): {', '.join(ratios)}.")
     by_formula: dict[str, list[str]] = {}
     for e in estimates:
         if e.unavailable:
             by_formula.setdefault(e.unavailable, []).append(str(e.method))
-    alone = [f"± of method {', '.join(methods)} by the formula alone: {why}" for why, methods in by_formula.items()]
-    return [*lines, *sorted({str(r.warning) for _, r in robust if r.warning}), *alone]
+    formula = [f"± of method {', '.join(each)} by the formula alone: {why}" for why, each in by_formula.items()]
+    return [*lines, *sorted({str(r.warning) for _, r in robust if r.warning}), *formula]
 
 
 def data_notes(result: PayloadResult) -> list[str]:

@@ -174,8 +174,8 @@ def robot_table(result: RobotResult) -> Table:
     """
     estimate, constrained = result.estimate, result.constrained and present(result.constrained.base_parameters)
     nearest = [parameter.value for parameter in constrained] if constrained else None
-    beside = [("by gains", estimate.sigma_by_gains, ".2g"), ("constrained", nearest, ".4g")]
-    shown = [(heading, values, form) for heading, values, form in beside if values is not None]
+    further = [("by gains", estimate.sigma_by_gains, ".2g"), ("constrained", nearest, ".4g")]
+    shown = [(heading, values, form) for heading, values, form in further if values is not None]
     rows: list[tuple[str, ...]] = []
     for k, parameter in enumerate(result.base_parameters):
         name, grouping = parameter.name or estimate.names[k], parameter.grouping or ""
@@ -206,8 +206,8 @@ def robot_sigma_notes(result: RobotResult) -> list[str]:
     estimate, robust = result.estimate, result.estimate.robust
     if robust is None:
         why = result.robust.unavailable if result.robust else None
-        alone = [f"± by the formula alone: {why}"] if why else []
-        return ["± one standard deviation by (17)-(19), for white torque noise.", *alone]
+        formula = [f"± by the formula alone: {why}"] if why else []
+        return ["± one standard deviation by (17)-(19), for white torque noise.", *formula]
     low, middle, high = np.quantile(robust.sigma / np.maximum(estimate.sigma, 1e-300), (0.0, 0.5, 1.0))
     return [
         "± and % by the larger of the formula's (17)-(19) and the block jackknife's standard deviation; what is "
@@ -241,9 +241,9 @@ def constrained_notes(result: RobotResult) -> list[str]:
         named = [f"{holding.description} ({holding.multiplier:.2g})" for holding in active[:_MOST_NAMED]]
         more = len(active) - len(named)
         lines.append(f"Held back by (multiplier): {', '.join(named)}{f' and {more} more' if more else ''}.")
-    alone = [text for text in hidden if " " not in text]
+    single = [text for text in hidden if " " not in text]
     lines.append(
-        f"No motion shows {', '.join(alone)}{' and ' * bool(alone)}{len(hidden) - len(alone)} "
+        f"No motion shows {', '.join(single)}{' and ' * bool(single)}{len(hidden) - len(single)} "
         "combinations of standard parameters (the JSON lists them)."
     )
     return lines
