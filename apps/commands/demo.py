@@ -15,6 +15,7 @@ from cyclopts import Parameter
 from ... import estimation, model, trajectories
 from ...common.files import made_folder
 from ...common.progress import Progress, silent
+from ...common.schema import write_json
 from .. import report
 from ..logs.map import LogMap
 from . import ANSWERED
@@ -118,8 +119,8 @@ def run(*, demo: _Demo, pages: _Pages) -> int:
         experiment = simulate_paper(paper_robot(), noise, demo.seed, demo.trajectories, progress)
     with status("reducing") as progress:
         robot, answer = identified(experiment, progress)
-    report.documents.write_json(folder / "payload.json", answer.result)
-    report.documents.write_json(folder / "robot.json", robot.result)
+    write_json(folder / "payload.json", answer.result)
+    write_json(folder / "robot.json", robot.result)
     pages = replace(pages, report=pages.report or str(folder / "report.html"))
     written = (*(folder / name for name in ("payload.json", "robot.json", "torques.png")), pages.report)
     shown = report.payload_report(answer.result, str(folder / "payload.json"))

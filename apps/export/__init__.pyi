@@ -2,7 +2,6 @@ from . import controllers as controllers
 from . import motions as motions
 from . import simulators as simulators
 from .load import ControllerLoad as ControllerLoad
-from .load import load_of as load_of
 from .load import read_load as read_load
 from .motion import WrittenMotion as WrittenMotion
 from .motion import design_head as design_head

@@ -1,7 +1,7 @@
 """One type for every format: its name, what it can hold, where it is documented, and the text that it becomes."""
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib import import_module
 from pkgutil import iter_modules
 from typing import TYPE_CHECKING, Generic, NamedTuple, TypeVar
@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from ...trajectories.motions.family import Plan
 
 T = TypeVar("T")
+_ASCII = str.maketrans({"±": "+-", "·": " ", "ä": "ae", "ö": "oe", "ü": "ue", "Ä": "Ae", "Ö": "Oe", "Ü": "Ue"})
 
 
 class Replay(NamedTuple):
@@ -27,7 +28,6 @@ class Format(Generic[T]):
     """A format that a payload, a robot or a motion (``T``) can be written in.
 
     Attributes:
-        name: on the command line.
         title: whose format it is.
         source: where it is documented.
         head: what must be said beside the numbers, a line each.
@@ -42,7 +42,6 @@ class Format(Generic[T]):
         replay: what a controller makes of a motion's file, by its own interpolation.
     """
 
-    name: str
     title: str
     source: str
     head: Callable[["Format[T]", T], Iterable[str]]
@@ -55,6 +54,7 @@ class Format(Generic[T]):
     comment: tuple[str, str] = ("# ", "")
     beside: Callable[[T], Mapping[str, str]] = lambda value: {}
     replay: Callable[[T], Replay] | None = None
+    name: str = ""
 
     def text(self, value: T) -> str:
         """The whole file.
@@ -70,19 +70,7 @@ class Format(Generic[T]):
 
 def plain(line: str) -> str:
     """A comment on one line of ASCII that ends no comment and continues no line."""
-    text = printable(" ".join(line.split()))
-    for sign, word in {
-        "±": "+-",
-        "·": " ",
-        "ä": "ae",
-        "ö": "oe",
-        "ü": "ue",
-        "Ä": "Ae",
-        "Ö": "Oe",
-        "Ü": "Ue",
-    }.items():
-        text = text.replace(sign, word)
-    text = text.encode("ascii", "replace").decode("ascii")
+    text = printable(" ".join(line.split())).translate(_ASCII).encode("ascii", "replace").decode("ascii")
     return text.replace("--", "- -").replace("--", "- -").replace("*/", "* /").rstrip("\\")
 
 
@@ -94,11 +82,11 @@ class Formats(Mapping[str, Format[T]]):
         self._package, self._names = package, sorted(module.name for module in iter_modules(folders))
 
     def __getitem__(self, name: str) -> Format[T]:
-        """The format of that name."""
+        """The format of that name, which is its file's."""
         if name not in self._names:
             raise KeyError(name)
         form: Format[T] = import_module(f"{self._package}.{name}").FORMAT
-        return form
+        return replace(form, name=name)
 
     def __iter__(self) -> Iterator[str]:
         """Names, in the order of the alphabet."""

@@ -1,11 +1,12 @@
-"""A payload as a robot's controller asks for it, and the estimate of a result that becomes it."""
+"""A payload as a robot's controller asks for it, made of a result's estimate."""
 
 import math
 import re
+from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import cached_property, partial
+from functools import cached_property
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -29,7 +30,7 @@ precision, and some simulators check A + B >= C to the last digit.
 _DIGITS = 10
 """Significant digits where a hand may type them and no interval says how many there are."""
 _ALLOWED = 1.05
-"""Of the rated payload: by so much an estimate may err."""
+"""By this ratio to the rated payload an estimate may err."""
 _HEAVIEST, _FARTHEST = 5000.0, 10.0
 """kg and m: twice what the strongest arms carry, and farther than any reaches."""
 
@@ -55,15 +56,14 @@ class ControllerLoad:
         source: file, method and estimator the numbers come from.
         verdict: level of the verdict.
         reasons: for the verdict.
-        point_mass: whether the inertia at the centre of mass is not to be used: only mass and centre of mass are
-            written.
-        in_tool_frame: whether ``frame`` is a tool's, not the flange's.
-        flange: where the robot's flange stands in ``frame``, if that is another frame and it is known.
+        point_mass: the inertia is not to be used: only mass and centre of mass are written.
+        in_tool_frame: ``frame`` is a tool's, not the flange's.
+        flange: pose of the robot's flange in ``frame``, if that is another frame and it is known.
         flange_source: who says so.
         half_widths: of the intervals, by which numbers are rounded before they are written; None: they are not.
         inertia_digits: decimals of the inertia [kg m^2], where it is rounded.
         added: to each moment before, so that the rounded body can exist [kg m^2].
-        rated: what the arm carries by its data sheet [kg]; inf where that is not known.
+        rated: payload by the arm's data sheet [kg]; inf where that is not known.
         meters_per_unit: length of the unit of length [m], for formats that have units of their own (USD).
     """
 
@@ -88,29 +88,22 @@ class ControllerLoad:
         Raises:
             InputError: for a mass that is not positive, and for an inertia that no body has.
         """
-        mass, body, fault = self.mass, self.body, ""
+        mass, body, fault, units = self.mass, self.body, "", "kg and metres are needed"
         if not self.meters_per_unit > 0.0:
             raise InputError(f"metres per unit must be positive, not {self.meters_per_unit:g}")
         reach = float(np.abs(body.com).max()) if mass > 0.0 else 0.0
         if not mass > 0.0:
             fault = f"a mass of {mass:.3g} kg: controllers refuse it"
         elif not (mass <= _HEAVIEST and reach <= _FARTHEST):
-            fault = (
-                f"{mass:.3g} kg, its centre of mass {reach:.3g} m away, is nothing that an arm carries: kg and "
-                "metres are needed"
-            )
+            load = f"{mass:.3g} kg, its centre of mass {reach:.3g} m away"
+            fault = f"{load}, is nothing that an arm carries: {units}"
         elif self.point_mass:
             return
         elif not (most := float(np.abs(body.inertia_com).max())) <= mass * _FARTHEST**2:
-            fault = (
-                f"moments of inertia up to {most:.3g} kg m^2 are nothing that {mass:.3g} kg have: kg and metres "
-                "are needed"
-            )
+            fault = f"moments of inertia up to {most:.3g} kg m^2 are nothing that {mass:.3g} kg have: {units}"
         elif (least := body.min_pseudo_inertia_eigenvalue) < -_ROUNDING * np.trace(body.pseudo_inertia):
-            fault = (
-                f"no body has this inertia (pseudo-inertia eigenvalue {least:.2g}): take one that can exist, or "
-                "identify again"
-            )
+            found = f"no body has this inertia (pseudo-inertia eigenvalue {least:.2g})"
+            fault = f"{found}: take one that can exist, or identify again"
         if fault:
             raise InputError(f"{self.source}: {fault}")
 
@@ -126,7 +119,7 @@ class ControllerLoad:
 
     @property
     def beyond_rating(self) -> str:
-        """What is told of a mass that the arm does not carry; empty for others."""
+        """Fault of a mass that the arm does not carry; empty for others."""
         carried = not self.mass > _ALLOWED * self.rated
         return "" if carried else f"a mass of {self.mass:.4g} kg, the arm carries {self.rated:g} kg"
 
@@ -142,10 +135,7 @@ class ControllerLoad:
 
     @property
     def widened(self) -> float:
-        """What is added to each moment [kg m^2] where rounding could make a flat or thin body impossible; else 0.
-
-        A constrained estimate often is so.
-        """
+        """Addition to each moment [kg m^2] by which rounding makes no flat body impossible."""
         return self.added + self._lack
 
     @cached_property
@@ -184,10 +174,9 @@ class ControllerLoad:
             return self
         if self.flange is None:
             return None
-        x, y, z = self.flange.origin
+        position = ", ".join(f"{x:g}" for x in self.flange.origin)
         turn = ", ".join(f"{np.degrees(angle) + 0.0:g}" for angle in self.flange.rpy)
-        place = f"({x:g}, {y:g}, {z:g}) m, ({turn}) deg"
-        frame = f"flange, at {place} in {self.frame} ({self.flange_source or 'no source'})"
+        frame = f"flange, at ({position}) m, ({turn}) deg in {self.frame} ({self.flange_source or 'no source'})"
         return self.seen_from(self.flange.R, self.flange.p, frame)
 
 
@@ -206,16 +195,12 @@ def _excess(inertia: Array) -> float:
 
 
 def is_flange(frame: str) -> bool:
-    """Whether the frame of a payload is the flange: it begins with "tool0", "flange" or "the bare flange"."""
+    """Tell whether a payload's frame is the flange: it begins with "tool0", "flange" or "the bare flange"."""
     return re.match(r"[\s:,]*((the|bare)[\s:,]+)*(tool0|flange)([\s:,]|$)", frame.lower()) is not None
 
 
 def read_load(path: str | Path, method: int | None = None, despite_verdict: bool = False) -> ControllerLoad:
-    """The payload of a JSON file; see ``load_of``.
-
-    Raises:
-        InputError: if the file is no such document, or the estimate is not of a body that can exist.
-    """
+    """The payload of a JSON file; see ``load_of``."""
     return load_of(read_stored_payload(path), Path(path).name, method, despite_verdict)
 
 
@@ -224,12 +209,10 @@ def load_of(
 ) -> ControllerLoad:
     """The payload of a result, in the frame it was identified in.
 
-    Of the methods the one that is asked for, else the recommended one; of its estimates the constrained one, which
-    can exist, else the weighted least-squares one.
-
     Args:
         name: of the result, for messages.
-        method: 1 to 4.
+        method: 1 to 4, the recommended one by default; its constrained estimate, which can exist, goes before the
+            weighted least-squares one.
         despite_verdict: take the inertia although the verdict is that only mass and centre of mass may be used.
 
     Raises:
@@ -243,70 +226,52 @@ def load_of(
         raise InputError(
             f"{name}: no estimate of method {number}; there are {', '.join(map(str, there)) or 'none'}"
         )
-    estimate, verdict, widths = chosen[0], result.verdict, _half_widths(chosen[0])
-    kind = "constrained" if isinstance(estimate, PossibleEstimate) else "wls"
+    estimate, verdict = chosen[0], result.verdict
+    if isinstance(estimate, PossibleEstimate):
+        kind = "constrained"
+        parts = (array(estimate.com_interval95, 3, 2), array(estimate.inertia_com_interval95, 3, 3, 2))
+        halves = [np.ptp(each, axis=-1) / 2.0 for each in (bounds(estimate.interval95)[9], *parts)]
+    else:
+        kind = "wls"
+        coms = array(estimate.com_sigma, 3), array(estimate.com_sigma_robust, 3)
+        inertias = array(estimate.inertia_com_sigma, 3, 3), array(estimate.inertia_com_sigma_robust, 3, 3)
+        halves = [2.0 * each for each in (estimate.larger_sigma[9], np.fmax(*coms), np.fmax(*inertias))]
+    known = (np.isfinite(half) & (half > 0.0) for half in halves)
+    least = (float(np.min(half, where=there, initial=np.inf)) for half, there in zip(halves, known, strict=True))
+    widths = HalfWidths(*least)
     source, reasons, ten = f"{name}, method {number} ({kind})", verdict.reasons, estimate.ten
     point_mass = verdict.level == "mass_and_com_only" and not despite_verdict
     if result.assumed and number == result.method:
         label = f"inertia ASSUMED, not measured: {result.assumed.inertia}"
         source, reasons, point_mass = f"{source}, {label}", (*reasons, label), False
-        ten, widths = numbers(result.assumed.parameters), widths and widths._replace(inertia=math.inf)
-    place = present(result.flange_in_payload_frame)
+        ten, widths = numbers(result.assumed.parameters), widths._replace(inertia=math.inf)
+    needed = INERTIAL[6:] if point_mass else INERTIAL
+    if missing := [kind for kind, x in zip(INERTIAL, ten, strict=True) if kind in needed and np.isnan(x)]:
+        raise InputError(
+            f"{name}: {', '.join(missing)} was not measured: move more joints, or assume an inertia by 'dynident "
+            "weigh --inertia box:AxBxC'"
+        )
+    if np.isnan(ten).any():  # of a point mass, whose inertia is not used
+        body = InertialParameters.from_com(ten[9], ten[6:9] / ten[9], np.zeros((3, 3)))
+    else:
+        body = InertialParameters(ten)
+    flange = present(result.flange_in_payload_frame)
     return ControllerLoad(
-        _body(ten, name, point_mass),
+        body,
         result.frame,
         source,
         verdict.level,
         reasons,
         point_mass,
         rated=result.rated_payload_kg or math.inf,
-        half_widths=widths,
+        half_widths=widths if math.isfinite(widths.mass) else None,
         flange=result.flange,
-        flange_source=place.source if place else "",
+        flange_source=flange.source if flange else "",
     )
 
 
-def _half_widths(estimate: FreeEstimate | PossibleEstimate) -> HalfWidths | None:
-    """Half of the narrowest intervals; None where there is none of the mass."""
-    if isinstance(estimate, PossibleEstimate):
-        ends = (
-            bounds(estimate.interval95)[9],
-            array(estimate.com_interval95, 3, 2),
-            array(estimate.inertia_com_interval95, 3, 3, 2),
-        )
-        halves = [_least(np.ptp(each, axis=-1) / 2.0) for each in ends]
-    else:
-        coms = array(estimate.com_sigma, 3), array(estimate.com_sigma_robust, 3)
-        inertias = array(estimate.inertia_com_sigma, 3, 3), array(estimate.inertia_com_sigma_robust, 3, 3)
-        halves = [_least(2.0 * each) for each in (estimate.larger_sigma[9], np.fmax(*coms), np.fmax(*inertias))]
-    return HalfWidths(*halves) if np.isfinite(halves[0]) else None
-
-
-def _least(halves: Array) -> float:
-    """The smallest of those that are known; infinite where none is."""
-    return float(np.min(halves, where=np.isfinite(halves) & (halves > 0.0), initial=np.inf))
-
-
-def _body(values: Array, name: str, point_mass: bool) -> InertialParameters:
-    """The ten as a body; a point mass where the inertia is not to be used and may be missing.
-
-    Raises:
-        InputError: if a number that is needed was not measured.
-    """
-    needed = INERTIAL[6:] if point_mass else INERTIAL
-    missing = [kind for kind, value in zip(INERTIAL, values, strict=True) if kind in needed and np.isnan(value)]
-    if missing:
-        raise InputError(
-            f"{name}: {', '.join(missing)} was not measured: move more joints, or assume an inertia by 'dynident "
-            "weigh --inertia box:AxBxC'"
-        )
-    if np.isnan(values).any():
-        return InertialParameters.from_com(values[9], values[6:9] / values[9], np.zeros((3, 3)))
-    return InertialParameters(values)
-
-
 def load_head(form: Format[ControllerLoad], load: ControllerLoad) -> list[str]:
-    """What must be said beside the numbers of a rounded load."""
+    """Head of a file: source, verdict, frame, and what must be known of the numbers of a rounded load."""
     verdict = load.verdict.replace("_", " ")
     lines = [
         f"{form.title}: payload by dynident {__version__} from {load.source}. Verdict: {verdict}.",
@@ -331,11 +296,7 @@ def load_head(form: Format[ControllerLoad], load: ControllerLoad) -> list[str]:
 
 
 def number(value: float, digits: int | None = None) -> str:
-    """A number without exponent, always with a decimal point: every controller reads it.
-
-    Args:
-        digits: decimals to round it to; None: it has those that it should have.
-    """
+    """A number without exponent, always with a decimal point: every controller reads it; ``digits``: decimals."""
     value = value if digits is None else round(value, digits)
     text = np.format_float_positional(value, precision=_DIGITS, unique=False, fractional=False, trim="0")
     return "0.0" if float(text) == 0.0 else text
@@ -346,7 +307,15 @@ def listed(values: Array, digits: int | None = None) -> str:
     return ", ".join(number(float(value), digits) for value in np.ravel(values))
 
 
-load_format = partial(
-    Format[ControllerLoad], head=load_head, ready=ControllerLoad.rounded, holds=frozenset({"products"})
-)
-"""Makes the format of a payload, unless told otherwise with its numbers rounded and with products of inertia."""
+def load_format(
+    *,
+    order: str,
+    reference: str = "inertia matrix about the centre of mass, axes of the flange",
+    units: str = "kg, m, kg m^2",
+    holds: frozenset[str] = frozenset({"products"}),
+    ready: Callable[[ControllerLoad], ControllerLoad] = ControllerLoad.rounded,
+    **parts: Any,
+) -> Format[ControllerLoad]:
+    """The format of a payload, which says what its numbers refer to, their order and units."""
+    remarks = (f"Reference: {reference}.", f"Order: {order}.", f"Units: {units}.")
+    return Format(head=load_head, remarks=remarks, holds=holds, ready=ready, **parts)

@@ -1,4 +1,4 @@
-"""What every motion file starts from: the motion, its robot and the words at its head."""
+"""A motion as files of every format start from it: with its robot and the words at its head."""
 
 from dataclasses import dataclass, replace
 
@@ -22,11 +22,9 @@ _NO_TIME = 1e-6  # s: a last step shorter than this is left out
 
 @dataclass(frozen=True)
 class WrittenMotion:
-    """A motion and what its file says about it.
+    """A motion within bounds of the joints, and what its file says about it.
 
     Attributes:
-        bounds: limits of the joints that it keeps.
-        head: lines about it.
         rate: samples or cycles a second in files [Hz].
         joint_names: as the controller calls them; none for names of our own.
         name: of a VAL3 application.
@@ -64,7 +62,7 @@ class WrittenMotion:
 
 
 def motion_head(form: Format[WrittenMotion], motion: WrittenMotion) -> tuple[str, ...]:
-    """What must be said before the samples."""
+    """Lines before the samples."""
     return (*motion.head, *form.remarks)
 
 
@@ -87,9 +85,14 @@ def design_head(design: Design) -> tuple[str, ...]:
     """Robot, limits, duration, criterion, seed and version of a design."""
     problem, learnt, bounds = design.problem, design.learnt, design.problem.bounds
     earlier = f", with {len(problem.earlier)} rows of earlier recordings" if len(problem.earlier) else ""
+    shape, plan = "Fourier series", design.plan
+    if isinstance(plan, ViaPoints):
+        shape = f"{len(plan.points)} via points, {'at rest in each' if plan.rests else 'passing'}"
+        if isinstance(plan.segment, Trapezoid):
+            shape += f", trapezoids of speed with ramps of {plan.segment.ramp:g} of each move's time"
     lines = [
         f"Exciting motion of {problem.robot.title or problem.robot.name} by dynident {__version__}.",
-        f"Duration {design.plan.duration:.6g} s; {_shape(design.plan)}.",
+        f"Duration {plan.duration:.6g} s; {shape}.",
         f"Criterion {problem.criterion.kind} for {len(problem.names)} parameters{earlier}; seed {design.seed}, "
         f"{design.starts} starts{', interrupted' if design.interrupted else ''}.",
         f"Condition number {learnt.condition_number:.4g}, columns scaled {learnt.condition_number_scaled:.4g}, "
@@ -106,7 +109,7 @@ def design_head(design: Design) -> tuple[str, ...]:
 
 
 def assumed_line(problem: DesignProblem) -> list[str]:
-    """What of the robot was assumed that the motion rests on; no line where nothing was."""
+    """Assumptions on the robot that the motion rests on; no line without one."""
     assumed = problem.robot.assumed(*rests_on(problem))
     return [f"Assumed, not published: {', '.join(SOURCED[name] for name in assumed)}."] if assumed else []
 
@@ -114,15 +117,6 @@ def assumed_line(problem: DesignProblem) -> list[str]:
 def rests_on(problem: DesignProblem) -> tuple[str, ...]:
     """Names of ``model.robot.SOURCED`` that a motion rests on."""
     return ("position", "speed", "acceleration", *(("torque", "parameters") if problem.torque_limited else ()))
-
-
-def _shape(plan: Plan) -> str:
-    if isinstance(plan, ViaPoints):
-        ramp = ""
-        if isinstance(plan.segment, Trapezoid):
-            ramp = f", trapezoids of speed with ramps of {plan.segment.ramp:g} of each move's time"
-        return f"{len(plan.points)} via points, {'at rest in each' if plan.rests else 'passing'}{ramp}"
-    return "Fourier series"
 
 
 def _numbers(values: Array) -> str:

@@ -1,7 +1,7 @@
 """Identified numbers in a user's own model, matched by names of joints and moved into its frames."""
 
 import math
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Mapping
 from itertools import combinations
 from typing import Any, NamedTuple
 from xml.etree.ElementTree import Comment
@@ -31,7 +31,7 @@ class Placed(NamedTuple):
 
 
 Extra = dict[str, tuple[str, float]]
-"""Bodies fixed to others: to which, and their mass [kg]."""
+"""Bodies fixed to others: the moving body that carries them, and their mass [kg]."""
 
 
 def _read_mjcf(path: str) -> tuple[dict[str, Placed], Extra]:
@@ -47,12 +47,9 @@ def _read_mjcf(path: str) -> tuple[dict[str, Placed], Extra]:
     data.qpos[:] = 0.0
     mujoco.mj_kinematics(model, data)
     placed = {}
-    for k in range(model.njnt):
-        body = int(model.jnt_bodyid[k])
-        pose = Pose.of(data.xmat[body].reshape(3, 3), data.xpos[body])
-        placed[model.joint(k).name] = Placed(
-            data.xanchor[k].copy(), data.xaxis[k].copy(), model.body(body).name, pose
-        )
+    for k, body in enumerate(map(int, model.jnt_bodyid)):
+        pose, name = Pose.of(data.xmat[body].reshape(3, 3), data.xpos[body]), model.body(body).name
+        placed[model.joint(k).name] = Placed(data.xanchor[k].copy(), data.xaxis[k].copy(), name, pose)
     fixed = {
         model.body(k).name: (model.body(int(model.body_weldid[k])).name, float(model.body_mass[k]))
         for k in range(1, model.nbody)
@@ -69,11 +66,15 @@ def _read_urdf(path: str) -> tuple[dict[str, Placed], Extra]:
         joint = children.get(link)
         return Pose() if joint is None else pose(joint.parent) @ joint.origin
 
+    def moving(link: str) -> str:
+        joint = children.get(link)
+        return moving(joint.parent) if joint is not None and joint.kind == "fixed" else link
+
     placed, fixed = {}, {}
     for joint in tree.joints:
         there, body = pose(joint.child), tree.links[joint.child]
         if joint.kind == "fixed":
-            fixed[joint.child] = (joint.parent, body.mass if body is not None else 0.0)
+            fixed[joint.child] = (moving(joint.parent), body.mass if body is not None else 0.0)
             continue
         axis = np.array(joint.axis) / np.linalg.norm(joint.axis)
         placed[joint.name] = Placed(there.p, there.R @ axis, joint.child, there)
@@ -94,12 +95,7 @@ class Changed(NamedTuple):
 
 
 def into(kind: str, path: str, whole: WholeRobot, head: Iterable[str]) -> Changed:
-    """Put a robot's numbers into an MJCF or URDF file.
-
-    Args:
-        kind: "mjcf" or "urdf".
-        path: of the file.
-        head: what is to be said at the head.
+    """Put a robot's numbers, below lines at the head, into an MJCF or URDF file ("mjcf" or "urdf").
 
     Raises:
         InputError: if the file cannot be used, no joint matches, or its geometry is not the robot's.
@@ -109,8 +105,7 @@ def into(kind: str, path: str, whole: WholeRobot, head: Iterable[str]) -> Change
     model = XmlEdits(path)
     if of_mujoco and any(spot.values.get("inertiafromgeom") == "true" for spot in model.spots):
         raise InputError(f'{path}: inertiafromgeom="true" makes MuJoCo pass over inertials: set it to auto')
-    names = _matching(whole, placed, path)
-    moved = _bodies(whole, names, placed, path)
+    names, moved = _matched(whole, placed, path)
     root, coupled = model.spots[0], whole.robot.coupling
     model.put(root, [Comment(f" {plain(line)} ") for line in head])
     both = of_mujoco and coupled is not None and {joint - 1 for joint in coupled.joints} <= names.keys()
@@ -141,7 +136,10 @@ def into(kind: str, path: str, whole: WholeRobot, head: Iterable[str]) -> Change
         notes.append(f"Joints of {whole.robot.name} that are not in {path}: {', '.join(missing)}.")
     if others := [name for name in placed if name not in names.values()]:
         notes.append(f"Joints of {path} that are left alone: {', '.join(others)}.")
-    for name, mass in _carried(extra, {placed[name].body for name in names.values()}):
+    links = {placed[name].body for name in names.values()}
+    for name, (fixed, mass) in extra.items():
+        if fixed not in links or mass <= 0.0:
+            continue
         nothing = [mjcf_inertial(0.0, np.zeros(3), np.zeros((3, 3)))] if of_mujoco else []
         link = model.named("body" if of_mujoco else "link", name)
         model.put(link, nothing, model.within(link, "inertial"))
@@ -158,39 +156,24 @@ def into(kind: str, path: str, whole: WholeRobot, head: Iterable[str]) -> Change
     return Changed(model.text(), tuple(notes))
 
 
-def _carried(extra: Extra, links: set[str]) -> Iterator[tuple[str, float]]:
-    """Bodies with mass that are fixed to one of the links, straight or through others."""
-    for body, (fixed, mass) in extra.items():
-        while fixed not in links and fixed in extra:
-            fixed = extra[fixed][0]
-        if fixed in links and mass > 0.0:
-            yield body, mass
+def _matched(
+    whole: WholeRobot, placed: Mapping[str, Placed], path: str
+) -> tuple[dict[int, str], dict[int, InertialParameters]]:
+    """Names in the model by the robot's joints, from 0, and links in the frames of the model's bodies.
 
-
-def _matching(whole: WholeRobot, placed: Mapping[str, Placed], path: str) -> dict[int, str]:
-    """Names in the model by the robot's joints, from 0."""
-    lists = (whole.joint_names, *whole.robot.joint_names, [f"joint{j + 1}" for j in range(whole.robot.n)])
-    matches: dict[int, str] = {}
-    for j in range(whole.robot.n):
-        own = [names[j] for names in lists if names[j] in placed]
-        matches |= {j: own[0]} if own else {}
-    if not matches:
+    Raises:
+        InputError: if no joint matches; names the joint whose axis lies elsewhere.
+    """
+    robot, names = whole.robot, dict[int, str]()
+    lists = (whole.joint_names, *robot.joint_names, [f"joint{j + 1}" for j in range(robot.n)])
+    for j in range(robot.n):
+        own_names = [each[j] for each in lists if each[j] in placed]
+        names |= {j: own_names[0]} if own_names else {}
+    if not names:
         raise InputError(
             f"{path}: none of its joints ({', '.join(placed) or 'none'}) is called as the robot's "
             f"({', '.join(whole.joint_names)}): give joint_names in a robot file of your own"
         )
-    return matches
-
-
-def _bodies(
-    whole: WholeRobot, names: Mapping[int, str], placed: Mapping[str, Placed], path: str
-) -> dict[int, InertialParameters]:
-    """Links in the frames of the model's bodies.
-
-    Raises:
-        InputError: names the joint whose axis lies elsewhere.
-    """
-    robot = whole.robot
     frames = frames_at(robot, [0.0] * robot.n)
     own = {j: (frames[j + 1].p, frames[j + 1].R[:, 2]) for j in names}
     theirs = {j: (placed[name].point, placed[name].axis) for j, name in names.items()}
@@ -210,7 +193,7 @@ def _bodies(
         link = frames[j + 1] @ Frames(robot).own(j + 1)
         pose = placed[name].pose
         moved[j] = whole.links[j].body.moved(pose.R.T @ R @ link.R, pose.R.T @ (R @ link.p + t - pose.p))
-    return moved
+    return names, moved
 
 
 Lines = Mapping[int, tuple[Array, Array]]
@@ -226,14 +209,11 @@ def _aligned(own: Lines, theirs: Lines, slides: set[int]) -> tuple[Array, Array]
     R = np.asarray(U @ np.diag([1.0, 1.0, np.linalg.det(U @ Vt)]) @ Vt)
     rows = [np.eye(3) - np.outer(theirs[j][1], theirs[j][1]) for j in turning]
     right = [P @ (theirs[j][0] - R @ own[j][0]) for P, j in zip(rows, turning, strict=True)]
-    if not rows:
-        return R, np.zeros(3)
-    return R, np.asarray(np.linalg.lstsq(np.vstack(rows), np.concatenate(right), rcond=None)[0])
+    shift = np.linalg.lstsq(np.vstack(rows), np.concatenate(right), rcond=None)[0] if rows else np.zeros(3)
+    return R, np.asarray(shift)
 
 
 def _between(first: tuple[Array, Array], second: tuple[Array, Array]) -> Array:
-    """Shortest vector from one axis to another [m]."""
     (p, a), (q, b) = first, second
-    directions = np.column_stack([a, b])
-    offset = q - p
+    directions, offset = np.column_stack([a, b]), q - p
     return np.asarray(offset - directions @ np.linalg.lstsq(directions, offset, rcond=1e-9)[0])

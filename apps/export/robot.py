@@ -1,4 +1,4 @@
-"""What formats of whole robots share: what is said at the head, marks of numbers, and where links stand."""
+"""Common parts of whole robots' formats: the head, marks of numbers, and frames of links."""
 
 import math
 from collections.abc import Iterator, Mapping
@@ -25,7 +25,7 @@ _LEGEND = (
 
 
 def robot_head(form: Format[WholeRobot], whole: WholeRobot) -> list[str]:
-    """What must be said beside the numbers."""
+    """Head of a file: source of the numbers, prior, meaning of the marks, and notes."""
     title = whole.robot.title or whole.robot.name
     return [
         f"{title} as {form.title} by dynident {__version__}. Numbers: {whole.source}.",
@@ -38,11 +38,11 @@ def robot_head(form: Format[WholeRobot], whole: WholeRobot) -> list[str]:
 
 
 def robot_notes(form: Format[WholeRobot], whole: WholeRobot) -> list[str]:
-    """What a reader must know of this robot: masses, bounds, and what is left out."""
-    return [*_masses(whole), *_drives(whole), *_lost(form.holds, whole), *form.remarks]
+    """Masses, drives that are not to be believed or not known, and all that the format has no place for."""
+    return [*_numbers_notes(whole), *_lost(form.holds, whole), *form.remarks]
 
 
-def _masses(whole: WholeRobot) -> Iterator[str]:
+def _numbers_notes(whole: WholeRobot) -> Iterator[str]:
     arm = whole.robot.mass
     maker = f"; the whole arm weighs {arm:g} kg by its maker, base included" if arm is not None else ""
     yield f"Moving links weigh {whole.mass:.4g} kg together{maker}."
@@ -53,10 +53,6 @@ def _masses(whole: WholeRobot) -> Iterator[str]:
         f"Least principal moment of inertia: {least.moments[0]:.3g} kg m^2 ({least.link}); nearest to the edge of "
         f"the possible: {edge.link}, A + B - C is {100.0 * edge.margin:.2g} % of the sum."
     )
-
-
-def _drives(whole: WholeRobot) -> Iterator[str]:
-    """What is not to be believed of the drives, or not known."""
     if at_bound := whole.at_bound():
         yield (
             f"At their bound, zero: {', '.join(at_bound)}. Torques hardly show it, but a simulated motion runs "
@@ -75,7 +71,6 @@ def _drives(whole: WholeRobot) -> Iterator[str]:
 
 
 def _lost(holds: frozenset[str], whole: WholeRobot) -> Iterator[str]:
-    """What of the robot has no place in a format, a line each."""
     robot, coupling, spring = whole.robot, whole.robot.coupling, whole.robot.spring
     drives = whole.drives if "coupled" in holds else whole.apart
     for quantity, unit in _UNITS.items():
@@ -127,14 +122,12 @@ def drive_value(drive: Mapping[str, Labelled], quantity: str) -> float:
 def fields(label: Labelled) -> dict[str, str]:
     """A mark as words by key; ``none`` where there is nothing to say."""
     sure = (label.sigma, *(label.interval or (None, None)))
+    texts = ("none" if value is None else f"{value:.6g}" for value in sure)
     return {
         "value": exact(label.value),
         "mark": label.mark,
         "share": f"{math.floor(1000.0 * label.origin.share) / 1000.0:.3f}",  # 1 is for what the data determine
-        **{
-            key: "none" if value is None else f"{value:.6g}"
-            for key, value in zip(("sigma", "low", "high"), sure, strict=True)
-        },
+        **dict(zip(("sigma", "low", "high"), texts, strict=True)),
         "within": ",".join(label.origin.base) or "none",
     }
 
@@ -146,7 +139,7 @@ def link_marks(link: LinkNumbers, drive: Mapping[str, Labelled]) -> dict[str, La
 
 @dataclass(frozen=True)
 class Frames:
-    """Where the links of a robot stand at zero; link 0 is the base."""
+    """Poses of a robot's links at zero; link 0 is the base."""
 
     robot: Robot
 
@@ -186,11 +179,7 @@ class Frames:
 
 
 def stored_whole_robot(robot: Robot, stored: RobotResult, path: str) -> WholeRobot:
-    """A robot with the parameters nearest to a prior, as ``dynident identify`` stored them.
-
-    Args:
-        stored: what was identified, of one recording or of several together.
-        path: of the file, for messages.
+    """A robot with the parameters nearest to a prior, as ``dynident identify`` stored them in the file ``path``.
 
     Raises:
         InputError: if the file is another robot's, or holds no links nearest to a prior.

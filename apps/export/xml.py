@@ -41,7 +41,7 @@ def xml_text(root: Element) -> str:
 
 
 def urdf_inertial(mass: float, com: Array, inertia: Array) -> Element:
-    """A body [kg, m, kg m^2]: entries of the matrix about the centre of mass, in the axes of the link."""
+    """A body in URDF [kg, m, kg m^2]: entries of the matrix about the centre of mass, in the axes of the link."""
     return element(
         "inertial", _NONE,
         element("origin", {"xyz": exact(com), "rpy": "0 0 0"}),
@@ -51,13 +51,13 @@ def urdf_inertial(mass: float, com: Array, inertia: Array) -> Element:
 
 
 def sdf_inertial(mass: float, com: Array, inertia: Array) -> Element:
-    """The same body, the pose of whose inertial frame is not turned."""
+    """A body in SDFormat; the pose of its inertial frame is not turned."""
     pose = texts({"pose": f"{exact(com)} 0 0 0", "mass": exact(mass)})
     return element("inertial", _NONE, *pose, element("inertia", _NONE, *texts(inertia_entries(inertia))))
 
 
 def mjcf_inertial(mass: float, com: Array, inertia: Array) -> Element:
-    """The same body, entries M11, M22, M33, M12, M13, M23."""
+    """A body in MJCF: entries M11, M22, M33, M12, M13, M23 of the matrix."""
     moments = {"fullinertia": exact(six(inertia))} if inertia.any() else {"diaginertia": "0 0 0"}
     return element("inertial", {"pos": exact(com), "mass": exact(mass)} | moments)
 

@@ -72,9 +72,8 @@ class XmlEdits:
         for spot in self.spots:
             if spot.tag == tag and spot.values.get("name") == name:
                 return spot
-        raise InputError(
-            f"{self._path}: {tag} {name!r} does not stand in this file: give the file that it is included from"
-        )
+        fault = f"{tag} {name!r} does not stand in this file: give the file that it is included from"
+        raise InputError(f"{self._path}: {fault}")
 
     def within(self, above: Spot, tag: str) -> Spot | None:
         """The first element of a tag straight in another one."""
@@ -102,8 +101,8 @@ class XmlEdits:
 
     def add(self, above: Spot, elements: "Sequence[ElementTree.Element[Any]]") -> None:
         """Put elements last into one that is not empty."""
-        place = len(self._text[: self._text.rindex("<", above.begin, above.end)].rstrip())
-        self._changes.append((place, place, "".join(self._lines(above, elements))))
+        position = len(self._text[: self._text.rindex("<", above.begin, above.end)].rstrip())
+        self._changes.append((position, position, "".join(self._lines(above, elements))))
 
     def _lines(self, above: Spot, elements: "Sequence[ElementTree.Element[Any]]") -> list[str]:
         """Elements as texts, each on lines of its own, as far in as they are to stand."""

@@ -1,4 +1,4 @@
-"""Recordings side by side: whether they say the same, and what differs."""
+"""Parameters by several recordings side by side, and the odd one among them."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -32,12 +32,7 @@ class OddDocument(Document, frozen=True):
 class Compared:
     """Parameters by several recordings, one beside the other.
 
-    Attributes:
-        recordings: their names, k.
-        parameters: their names, c.
-        values: k x c.
-        sigma: own standard deviations, k x c.
-        degrees_of_freedom: the fewest of the recordings.
+    Values and standard deviations are k recordings x c parameters, degrees of freedom the fewest of the recordings.
     """
 
     recordings: tuple[str, ...]
@@ -95,9 +90,7 @@ class Compared:
 
 
 def compared(recordings: Sequence[str], results: Sequence[Identification]) -> Compared:
-    """Parameters of one robot by several recordings, side by side, whose names come first.
-
-    Drive gains' errors are left out: all recordings share them.
+    """Parameters of one robot by several recordings, whose drive gains' errors, which all share, are left out.
 
     Raises:
         InputError: if the recordings show different parameters.
@@ -122,14 +115,10 @@ def side_by_side(recordings: Sequence[str], estimates: Sequence[Estimate]) -> Co
 
 
 def excess(estimate: Estimate, robust: Array | None) -> Array:
-    """How many times the formula's standard deviations those are that recordings are compared by, shape (c,).
+    """Ratio of the standard deviations that recordings are compared by to the formula's, shape (c,).
 
-    From a dozen blocks the jackknife knows no single standard deviation well, but well by how much they are larger
-    than the formula's on the whole. The larger of its own and of the formula's, so scaled, is taken.
-
-    Args:
-        estimate: with the formula's.
-        robust: the jackknife's, shape (c,); None without.
+    From a dozen blocks the jackknife (``robust``) knows no single standard deviation well, but well how much larger
+    than the formula's they are on the whole. The larger of its own and of the formula's, so scaled, is taken.
     """
     if robust is None:
         return np.ones(len(estimate.values))

@@ -1,4 +1,4 @@
-"""A fleet over time: it tells what changed last night, and which arm differs from its twins.
+"""Changes of a fleet in the last night, and arms that differ from their twins.
 
 Of each recording of an arm friction, payload and drive scales are found while the rest is fixed from all of them. A
 series is one such quantity of one arm, night by night. Its last night is compared with the median of the nights
@@ -42,7 +42,6 @@ class Series:
     """One quantity of one arm, night by night.
 
     Attributes:
-        arm: its name.
         quantity: a friction ("FS2"), ``MASS``, or "scale 2", by which share a drive's torque is larger than on the
             whole.
         days: ISO dates or times, d.
@@ -94,10 +93,8 @@ class Arm:
     """An arm by all of its recordings.
 
     Attributes:
-        name: of the arm.
         days: of its nights, ISO.
         told: mass that the controller was told each night [kg].
-        series: each quantity.
         pooled: its base parameters by those with the payload it was told most often, to compare with other arms.
     """
 
@@ -153,28 +150,23 @@ def arm_of(recordings: Sequence[Stored]) -> Arm:
             raise InputError(f"{name}: its arm and day are not known: give --pattern to reduce")
     ordered = sorted(recordings, key=lambda recording: recording.about["day"])
     arm, days = ordered[0].about["arm"], tuple(recording.about["day"] for recording in ordered)
-    told = tuple(float(recording.about.get("payload", "0")) for recording in ordered)
-    usual = Counter(told).most_common(1)[0][0]
-    same = [recording.equations for recording, mass in zip(ordered, told, strict=True) if mass == usual]
+    reported = tuple(float(recording.about.get("payload", "0")) for recording in ordered)
+    usual = Counter(reported).most_common(1)[0][0]
+    same = [recording.equations for recording, mass in zip(ordered, reported, strict=True) if mass == usual]
     whole = weighted(merged(equations.whole for equations in same))
-    nights = [_night(recording, whole, usual - mass) for recording, mass in zip(ordered, told, strict=True)]
+    nights = [_night(recording, whole, usual - mass) for recording, mass in zip(ordered, reported, strict=True)]
     series = []
     for name in nights[0]:
         values, sigma = np.array([night[name] for night in nights]).T
         series.append(Series(arm, name, days, values, sigma))
-    return Arm(arm, days, told, tuple(series), widened(whole, compared_by(same[-1])[1]))
+    return Arm(arm, days, reported, tuple(series), widened(whole, compared_by(same[-1])[1]))
 
 
 def _night(recording: Stored, whole: Estimate, usual: float) -> dict[str, tuple[float, float]]:
-    """One recording: friction and a change of payload together, then each drive's scale beside its friction.
+    """Value and standard deviation of each quantity by one recording.
 
-    Args:
-        recording: of the night.
-        whole: the arm's base parameters by all recordings that were told the usual mass.
-        usual: that mass less what the controller was told this night [kg].
-
-    Returns:
-        Values and standard deviations by the quantity's name.
+    Friction and a change of payload are found together, then each drive's scale beside its friction. ``whole`` is
+    by all recordings that were told the usual mass, which is ``usual`` [kg] more than what was told this night.
     """
     names, equations = whole.names, recording.equations
     frictions = [k for k, name in enumerate(names) if is_friction(name)]
@@ -183,21 +175,20 @@ def _night(recording: Stored, whole: Estimate, usual: float) -> dict[str, tuple[
     change = recording.base.effect_of(payload_columns(recording.robot))
     own = np.eye(len(names))
     columns = [*(names[k] for k in frictions), *PAYLOAD]
-    both = _measured(equations.transformed(np.column_stack([own[:, frictions], change]), columns, rest))
-    mass, sigma = both["M_L"]
-    numbers = {names[k]: both[names[k]] for k in frictions} | {MASS: (usual + mass, sigma)}
+    fit = _fitted(equations.transformed(np.column_stack([own[:, frictions], change]), columns, rest))
+    mass, sigma = fit["M_L"]
+    quantities = {names[k]: fit[names[k]] for k in frictions} | {MASS: (usual + mass, sigma)}
     if abs(mass) > _CLEARLY * sigma:  # what hangs there is no drive's scale
-        rest = rest + change @ np.array([both[name][0] for name in PAYLOAD])
+        rest = rest + change @ np.array([fit[name][0] for name in PAYLOAD])
     for j in range(recording.robot.n):
-        beside = [k for k in frictions if np.abs(equations.factors[j][:, k]).max(initial=0.0) > 0.0]
-        M = np.column_stack([rest, own[:, beside]])
-        alone = equations.transformed(M, ["scale", *(names[k] for k in beside)], rest, [j])
-        numbers[f"scale {j + 1}"] = _measured(alone)["scale"]
-    return numbers
+        of_joint = [k for k in frictions if np.abs(equations.factors[j][:, k]).max(initial=0.0) > 0.0]
+        M = np.column_stack([rest, own[:, of_joint]])
+        scaled = equations.transformed(M, ["scale", *(names[k] for k in of_joint)], rest, [j])
+        quantities[f"scale {j + 1}"] = _fitted(scaled)["scale"]
+    return quantities
 
 
-def _measured(equations: Equations) -> dict[str, tuple[float, float]]:
-    """Each parameter with a standard deviation to compare it by."""
+def _fitted(equations: Equations) -> dict[str, tuple[float, float]]:
     estimate, ratio = compared_by(equations)
     sigma = ratio * estimate.sigma
     return dict(zip(estimate.names, zip(estimate.values.tolist(), sigma.tolist(), strict=True), strict=True))

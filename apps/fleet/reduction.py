@@ -47,7 +47,7 @@ def reduce_fleet(
     workers: "int | tuple[Executor, int]" = 1,
     progress: Callable[[float], None] = lambda _: None,
 ) -> ReducedDocument:
-    """Reduce recordings to equations in a store; what is there already is left as it is.
+    """Reduce recordings to equations in a store's folder; those that are there already stay as they are.
 
     Killed at any moment and started again it ends in the same store, byte for byte. Workers need this package and
     the logs; only this process writes.
@@ -55,7 +55,6 @@ def reduce_fleet(
     Args:
         logs: with what is known of them or by their paths alone; see ``catalog``.
         robot: the type, with the structure that is asked for.
-        store: its folder.
         recipe: settings; the robot's own by default.
         workers: number of processes of this machine, 1 for this one alone; or an executor of ``concurrent.futures``
             or of its form (Dask's ``client.get_executor()``), and how many workers it has.
@@ -65,11 +64,11 @@ def reduce_fleet(
         InputError: if the store is another's or cannot be written, or the workers are lost; what is done stays.
     """
     recipe = recipe or Recipe(robot.processing)
-    plan, place = packed((robot, recipe)), Store.made(store, robot, recipe)
-    before = {log.file: log for log in place.logs()}
+    plan, target = packed((robot, recipe)), Store.made(store, robot, recipe)
+    before = {log.file: log for log in target.logs()}
     held = {file: log for file, log in before.items() if not log.wrong}
     wanted, refused = _wanted([log if isinstance(log, Log) else Log(log, {}) for log in logs], recipe, held)
-    missing = [log for log in wanted if not place.path(log.key).exists()]
+    missing = [log for log in wanted if not target.path(log.key).exists()]
     results: Iterator[_Done | None] = (reduce_log(plan, log) for log in missing)
     if isinstance(workers, tuple):
         results = _by(workers[0], plan, missing, workers[1])
@@ -85,19 +84,17 @@ def reduce_fleet(
             if log.wrong:
                 refused[log.file] = log.wrong
             else:
-                write_bytes(place.path(log.key), content)
+                write_bytes(target.path(log.key), content)
             done += 1
             progress(done / len(missing))
     except BrokenExecutor as error:
-        raise InputError(
-            f"the workers were lost after {done} of {len(missing)} recordings ({error}): run it again, what is "
-            "done is kept"
-        ) from None
+        lost_after = f"the workers were lost after {done} of {len(missing)} recordings ({error})"
+        raise InputError(f"{lost_after}: run it again, what is done is kept") from None
     good = {log.file: log for log in wanted if log.file not in refused}
     bad = {file: Log(file, {}, reason) for file, reason in refused.items()}
-    place.finish((before | good | bad).values())
+    target.finish((before | good | bad).values())
     known = len(wanted) - len(missing)
-    return ReducedDocument(str(place.root), len(good) - known, known, refused_documents(refused), lost)
+    return ReducedDocument(str(target.root), len(good) - known, known, refused_documents(refused), lost)
 
 
 def _wanted(logs: Sequence[Log], recipe: Recipe, held: Mapping[str, Log]) -> tuple[list[Log], dict[str, str]]:
@@ -120,6 +117,11 @@ def _wanted(logs: Sequence[Log], recipe: Recipe, held: Mapping[str, Log]) -> tup
     return wanted, refused
 
 
+@lru_cache(maxsize=4)
+def _unpacked(plan: bytes) -> tuple[Robot, Recipe]:  # once a worker
+    return unpacked(plan, tuple[Robot, Recipe])
+
+
 def reduce_log(plan: bytes, log: Log) -> _Done:
     """Reduce a recording to the bytes of its equations, or tell why there is none; workers do this."""
     robot, recipe = _unpacked(plan)
@@ -136,12 +138,6 @@ def reduce_log(plan: bytes, log: Log) -> _Done:
         return replace(log, wrong=" ".join(str(error).split())), b""
     except Exception as fault:  # one bad log stops nobody; it is named, and so is the fault
         return replace(log, wrong=f"a fault of ours, please report it: {type(fault).__name__}: {fault}"), b""
-
-
-@lru_cache(maxsize=4)
-def _unpacked(plan: bytes) -> tuple[Robot, Recipe]:
-    """Make what a worker needs beside a log once a worker."""
-    return unpacked(plan, tuple[Robot, Recipe])
 
 
 def _by(executor: Executor, plan: bytes, logs: Iterable[Log], workers: int) -> Iterator[_Done | None]:

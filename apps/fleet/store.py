@@ -62,13 +62,10 @@ class Log(Document, frozen=True):
         return ""
 
     def other_day(self, start: float) -> str:
-        """Fault of a log whose own clock tells another day than it is said to be of; empty if there is none.
+        """Fault of a log whose clock, at ``start`` [s], tells another day than it is said to be of; empty if none.
 
         Only times since 1970 tell a day: a log that counts from its own start, or by a clock that was never set,
         has none.
-
-        Args:
-            start: its first time [s].
         """
         if "day" not in self.about or not _CLOCKS[0] <= start <= _CLOCKS[1]:
             return ""
@@ -91,13 +88,13 @@ def found_logs(paths: Sequence[str]) -> tuple[str, ...]:
     """
     logs = set[str]()
     for path in paths:
-        place, anchor = Path(path), Path(path).anchor
-        if place.is_dir():
-            inside = [file for file in place.rglob("*") if file.is_file() and file.name.endswith(SUFFIXES)]
-        elif place.exists():
-            inside = [place]
+        given_path, anchor = Path(path), Path(path).anchor
+        if given_path.is_dir():
+            inside = [file for file in given_path.rglob("*") if file.is_file() and file.name.endswith(SUFFIXES)]
+        elif given_path.exists():
+            inside = [given_path]
         else:
-            inside = [file for file in Path(anchor).glob(str(place.relative_to(anchor))) if file.is_file()]
+            inside = [file for file in Path(anchor).glob(str(given_path.relative_to(anchor))) if file.is_file()]
         if not inside:
             raise InputError(f"{path}: no log there")
         logs.update(map(str, inside))
@@ -107,9 +104,7 @@ def found_logs(paths: Sequence[str]) -> tuple[str, ...]:
 def catalog(logs: Sequence[str], pattern: str = "") -> tuple[Log, ...]:
     """Tell by each log's path what is known of it.
 
-    Args:
-        logs: paths.
-        pattern: the end of a path, "{arm}/{day}.csv": words of ``KNOWN`` in braces, ``*`` for anything else.
+    ``pattern`` is the end of a path, "{arm}/{day}.csv": words of ``KNOWN`` in braces, ``*`` for anything else.
 
     Raises:
         InputError: for a pattern that no path has.
@@ -152,10 +147,7 @@ def same_time(logs: Iterable[Log]) -> dict[str, str]:
 class Recipe:
     """Settings that make equations of logs.
 
-    Attributes:
-        drive_gains: torque per current [N·m/A or N/A], if currents were read.
-        gains: how sure they are; None where they are taken as exact.
-        log_map: how logs are read.
+    ``drive_gains`` [N·m/A or N/A] are there if currents were read, ``gains`` unless these are taken as exact.
     """
 
     processing: Processing
@@ -178,13 +170,7 @@ class Recipe:
 
 @dataclass(frozen=True)
 class Stored:
-    """A recording of a store.
-
-    Attributes:
-        name: of the log.
-        about: what is known of it: the arm's own name, day, told payload.
-        equations: in the robot's base parameters, in blocks of time.
-    """
+    """A recording of a store: equations in the robot's base parameters, in blocks of time, and facts of the log."""
 
     name: str
     robot: Robot
@@ -194,14 +180,9 @@ class Stored:
 
     def parquet(self, estimate: Estimate) -> bytes:
         """A table of one row: the log, the parameters identified by it alone, and the equations, packed."""
-        row = {
-            "file": self.name,
-            **{fact: self.about.get(fact) for fact in KNOWN},
-            "parameters": estimate.names,
-            "values": estimate.values,
-            "sigma": estimate.sigma,
-            "equations": packed(self),
-        }
+        facts = {fact: self.about.get(fact) for fact in KNOWN}
+        numbers = {"parameters": estimate.names, "values": estimate.values, "sigma": estimate.sigma}
+        row = {"file": self.name, **facts, **numbers, "equations": packed(self)}
         return parquet_bytes({name: [value] for name, value in row.items()})
 
 
@@ -211,7 +192,7 @@ def packed(value: Any) -> bytes:
 
 
 def unpacked(content: bytes, kind: type[_Kind]) -> _Kind:
-    """Read the value that bytes hold.
+    """The value that bytes hold.
 
     Raises:
         InputError: if they are not what was written.
@@ -305,12 +286,10 @@ class Store:
         if not self.index.exists():
             return ()
         with naming(self.index, f"delete it and {_AGAIN}"):
-            rows = [
-                {name: row.get(name) for name in _OWN}
-                | {"about": {fact: row[fact] for fact in KNOWN if row.get(fact) is not None}}
-                for row in parquet_rows(self.index)
-            ]
-            return convert(rows, tuple[Log, ...])
+            rows = parquet_rows(self.index)
+            facts = ({fact: row[fact] for fact in KNOWN if row.get(fact) is not None} for row in rows)
+            own = ({name: row.get(name) for name in _OWN} for row in rows)
+            return convert([log | {"about": about} for log, about in zip(own, facts, strict=True)], tuple[Log, ...])
 
     def finish(self, logs: Iterable[Log]) -> None:
         """Write what is in it, and what was refused, and why."""

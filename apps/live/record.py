@@ -41,9 +41,8 @@ class Recorder:
 
     Attributes:
         rate: samples a second that were asked for [Hz].
-        length: in the controller's time, after which nothing is kept any more [s].
-        count: samples that are kept.
-        repeated: samples that came twice, and are kept once.
+        length: after it, in the controller's time, nothing is kept any more [s].
+        repeated: number of samples that came twice, and are kept once.
         stops: what stopped the arm, with the time since the start [s].
     """
 
@@ -96,9 +95,22 @@ class Recorder:
             for k, now in enumerate(samples[TIME].tolist()):
                 if self.over:
                     break
-                if self._is_new(now):
-                    new.append(k)
-                    self.count += 1
+                step = now - self._last
+                if not self.count:
+                    self._first = now
+                elif not 0.0 <= step < 1e9:
+                    fault = f"the controller's time runs back after {self.seconds:.1f} s: was it restarted?"
+                    raise LinkError(fault)
+                elif step == 0.0:
+                    self.repeated, self._standing = self.repeated + 1, self._standing + 1
+                    if self._standing * self.step > _STILL:
+                        raise LinkError(f"the controller's time stands still after {self.seconds:.1f} s")
+                    continue
+                else:
+                    self._steps[max(round(step / _TICK), 1)] += 1
+                self._last, self._standing = now, 0
+                new.append(k)
+                self.count += 1
         finally:
             self._kept.append(samples[new])
         kept = self._kept[-1]
@@ -111,23 +123,6 @@ class Recorder:
                 self.stops.append((now - self._first, stop))
             self._stop = stop
         return kept
-
-    def _is_new(self, now: float) -> bool:
-        """Tell whether a sample of this time is one more, and count what is missing before it."""
-        if not self.count:
-            self._first = self._last = now
-            return True
-        step = now - self._last
-        if not -1e9 < step < 1e9 or step < 0.0:
-            raise LinkError(f"the controller's time runs back after {self.seconds:.1f} s: was it restarted?")
-        if step == 0.0:
-            self.repeated, self._standing = self.repeated + 1, self._standing + 1
-            if self._standing * self.step > _STILL:
-                raise LinkError(f"the controller's time stands still after {self.seconds:.1f} s")
-            return False
-        self._steps[max(round(step / _TICK), 1)] += 1
-        self._last, self._standing = now, 0
-        return True
 
     def write(self, path: str | Path) -> None:
         """Write what there is, in one step, in the format that the name says; see ``check_name``.

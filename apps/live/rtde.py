@@ -8,7 +8,6 @@ import socket
 import struct
 import threading
 import time
-from collections import deque
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any, Self
@@ -64,26 +63,22 @@ def packed(kind: int, payload: bytes = b"") -> bytes:
     return _HEADER.pack(_HEADER.size + len(payload), kind) + payload
 
 
-def split(buffer: bytearray) -> list[tuple[int, bytes]]:
-    """Take whole packets from the front of a buffer, each a type and its payload; none if there is a part of one.
+def first_packet(buffer: bytearray) -> tuple[int, bytes] | None:
+    """Take the first packet off a buffer, its type and its payload; None while it is not whole.
 
     Raises:
         LinkError: if the first bytes are no packet of this protocol.
     """
-    packets: list[tuple[int, bytes]] = []
-    start = 0
-    while len(buffer) - start >= _HEADER.size:
-        size, kind = _HEADER.unpack_from(buffer, start)
-        if size < _HEADER.size or kind not in _KINDS:
-            if packets:
-                break  # these first; the next call finds what is wrong at the front
-            raise LinkError("what arrives is not RTDE: is this the right port?")
-        if len(buffer) - start < size:
-            break
-        packets.append((kind, bytes(buffer[start + _HEADER.size : start + size])))
-        start += size
-    del buffer[:start]
-    return packets
+    if len(buffer) < _HEADER.size:
+        return None
+    size, kind = _HEADER.unpack_from(buffer)
+    if size < _HEADER.size or kind not in _KINDS:
+        raise LinkError("what arrives is not RTDE: is this the right port?")
+    if len(buffer) < size:
+        return None
+    payload = bytes(buffer[_HEADER.size : size])
+    del buffer[:size]
+    return kind, payload
 
 
 def available(fields: Sequence[str], types: Sequence[str]) -> tuple[str, ...]:
@@ -125,8 +120,7 @@ class Client:
                 speak version 2 within 2.5 s more; within 5 s in all.
         """
         self.host = f"{host}:{port}"
-        self._buffer, self._waiting = bytearray(), deque[tuple[int, bytes]]()
-        self._number, self._fault, self._last = 0, "", 0.0
+        self._buffer, self._number, self._fault, self._last = bytearray(), 0, "", 0.0
         latest = time.monotonic() + _AGREED
         self._socket = _connected(host, port, ": is RTDE enabled there?", "is the robot on, is the address right?")
         self._deadline = min(time.monotonic() + PATIENCE, latest)
@@ -150,11 +144,7 @@ class Client:
         self._socket.close()
 
     def start(self, fields: Sequence[str] = FIELDS, rate: float | None = None) -> None:
-        """Start the samples: of all fields that the controller has.
-
-        Args:
-            fields: what is asked for.
-            rate: samples a second [Hz]; the fastest by default.
+        """Start the samples of all fields that the controller has, ``rate`` [Hz] a second, the fastest by default.
 
         Raises:
             LinkError: if the controller refuses, or a field that is needed is absent.
@@ -176,10 +166,7 @@ class Client:
         self._last = time.monotonic()
 
     def take(self, wait: float = 0.1) -> Samples:
-        """Samples that have come since the last call, or come now; between calls the system keeps them.
-
-        Args:
-            wait: for so long [s], unless the samples end before.
+        """Samples that have come since the last call, or come within ``wait`` [s]; the system keeps them.
 
         Raises:
             LinkError: when there are none left, and why no more come.
@@ -187,12 +174,11 @@ class Client:
         until, samples = time.monotonic() + wait, list[bytes]()
         try:
             while not self._fault:
-                for kind, payload in self._taken():
-                    if kind == DATA:
-                        if len(payload) != self.layout.itemsize + 1 or payload[0] != self._number:
-                            raise LinkError("a sample is not of the size or the recipe that was agreed on")
-                        samples.append(payload[1:])
-                self._receive(until - time.monotonic())
+                kind, payload = self._packet(until)
+                if kind == DATA:
+                    if len(payload) != self.layout.itemsize + 1 or payload[0] != self._number:
+                        raise LinkError("a sample is not of the size or the recipe that was agreed on")
+                    samples.append(payload[1:])
         except TimeoutError:
             pass
         except (OSError, ValueError) as error:
@@ -206,15 +192,13 @@ class Client:
         return np.frombuffer(b"".join(samples), self.layout)
 
     def _ask(self, kind: int, payload: bytes) -> bytes:
-        """Send a packet and wait for its answer; messages in between are passed over."""
         try:
             self._socket.settimeout(max(self._deadline - time.monotonic(), 0.01))
             self._socket.sendall(packed(kind, payload))
             while True:
-                for answered, answer in self._taken():
-                    if answered == kind:
-                        return answer
-                self._receive(self._deadline - time.monotonic())
+                answered, answer = self._packet(self._deadline)
+                if answered == kind:
+                    return answer
         except TimeoutError:
             raise self._told(f"connected, but no answer within {PATIENCE:g} s") from None
         except OSError as error:
@@ -222,23 +206,17 @@ class Client:
         except ValueError as error:
             raise self._told(str(error)) from None
 
-    def _taken(self) -> Iterator[tuple[int, bytes]]:
-        """Packets that wait, one after the other; what is not taken stays."""
-        while self._waiting:
-            yield self._waiting.popleft()
-
-    def _receive(self, seconds: float) -> None:
-        """Wait so long [s] for further bytes, unless there are whole packets; those before a wrong one count."""
-        self._waiting.extend(split(self._buffer))
-        if self._waiting:
-            return
-        if seconds <= 0.0:
-            raise TimeoutError
-        self._socket.settimeout(seconds)
-        received = self._socket.recv(_CHUNK)
-        if not received:
-            raise LinkError("the controller closed the connection")
-        self._buffer += received
+    def _packet(self, until: float) -> tuple[int, bytes]:
+        """Wait for the next packet until a time; those before a wrong one count."""
+        while (packet := first_packet(self._buffer)) is None:
+            if (seconds := until - time.monotonic()) <= 0.0:
+                raise TimeoutError
+            self._socket.settimeout(seconds)
+            received = self._socket.recv(_CHUNK)
+            if not received:
+                raise LinkError("the controller closed the connection")
+            self._buffer += received
+        return packet
 
     def _told(self, fault: str) -> LinkError:
         return LinkError(f"{self.host}: {fault}")
@@ -252,32 +230,35 @@ def _connected(host: str, port: int, hint: str, silent: str) -> socket.socket:
     Raises:
         LinkError: if the name does not resolve, or nothing answers, within 2.5 s each.
     """
-    address, deadline = f"{host}:{port}", time.monotonic() + _CONNECTED
-    opened: list[socket.socket] = []
-    faults: list[Exception] = []
-    resolved = threading.Event()
+    address, latest = f"{host}:{port}", time.monotonic() + _CONNECTED
+    found: list[Any] = []
 
-    def connect() -> None:
+    def resolve() -> None:
         try:
-            socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)
-            resolved.set()
-            opened.append(socket.create_connection((host, port), PATIENCE))
-            if time.monotonic() > deadline:  # nobody waits for it any more
-                opened.pop().close()
+            found.append(socket.getaddrinfo(host, port, type=socket.SOCK_STREAM))
         except (OSError, UnicodeError) as error:
-            faults.append(error)
-            resolved.set()
+            found.append(error)
 
-    thread = threading.Thread(target=connect, name="connecting", daemon=True)
+    thread = threading.Thread(target=resolve, name="resolving", daemon=True)
     thread.start()
-    if not resolved.wait(PATIENCE):
+    thread.join(PATIENCE)
+    if not found:
         raise LinkError(f"{address}: the name {host} was not resolved within {PATIENCE:g} s: give the address")
-    thread.join(max(deadline - time.monotonic(), 0.0))
-    if opened:
-        return opened[0]
-    if not faults or isinstance(faults[0], TimeoutError):
+    latest = min(latest, time.monotonic() + PATIENCE)
+    fault = found[0] if isinstance(found[0], Exception) else None
+    for family, kind, protocol, _, target in found[0] if fault is None else ():
+        connection = socket.socket(family, kind, protocol)
+        connection.settimeout(max(latest - time.monotonic(), 0.01))
+        try:
+            connection.connect(target)
+        except OSError as error:
+            connection.close()
+            fault = error
+        else:
+            return connection
+    if fault is None or isinstance(fault, TimeoutError):
         raise LinkError(f"{address}: no answer within {PATIENCE:g} s: {silent}")
-    raise LinkError(f"{address}: no connection: {getattr(faults[0], 'strerror', None) or faults[0]}{hint}")
+    raise LinkError(f"{address}: no connection: {getattr(fault, 'strerror', None) or fault}{hint}")
 
 
 def program(command: str) -> str:

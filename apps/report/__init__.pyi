@@ -7,7 +7,7 @@ from . import sections as sections
 from .blocks import Notes as Notes
 from .blocks import Report as Report
 from .blocks import Table as Table
-from .documents.design import NearResult as NearResult
+from .documents import NearResult as NearResult
 from .figures.canvas import legend as legend
 from .figures.canvas import panels as panels
 from .figures.canvas import save_figure as save_figure

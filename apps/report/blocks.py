@@ -1,4 +1,4 @@
-"""What an answer shows, as values: ``terminal`` prints it, ``page`` renders it by templates."""
+"""Parts of a report as values: ``terminal`` prints them, ``page`` renders them by templates."""
 
 from __future__ import annotations
 

@@ -11,6 +11,7 @@ from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from ... import __version__
 from ...common.files import made_folder, write_text
 from .blocks import Block, Drawing, Report
 from .figures.canvas import save_figure, svg_text
@@ -41,7 +42,9 @@ def write_plots(folder: str | Path, report: Report) -> None:
 
 def page_html(report: Report, provenance: Provenance) -> str:
     """The file's text."""
-    return _environment().get_template("page.html").render(report=report, provenance=provenance)
+    day = provenance.date.strftime("%Y-%m-%d %H:%M UTC")
+    page = _environment().get_template("page.html")
+    return page.render(report=report, provenance=provenance, day=day, version=__version__)
 
 
 def blocks_html(blocks: Sequence[Block]) -> str:

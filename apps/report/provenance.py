@@ -6,13 +6,12 @@ from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from typing import NamedTuple
 
-from ... import __version__
 from ...common.errors import InputError
 from .blocks import Table
 
 
 class SourceFile(NamedTuple):
-    """A file that was read: what for, its name and the SHA-256 checksum of its bytes."""
+    """A file that was read: its role, its name and the SHA-256 checksum of its bytes."""
 
     role: str
     name: str
@@ -21,14 +20,7 @@ class SourceFile(NamedTuple):
 
 @dataclass(frozen=True)
 class Provenance:
-    """Everything that is needed to repeat a result.
-
-    Attributes:
-        command: that made it, as typed.
-        files: that were read.
-        versions: of the packages that decide the numbers.
-        settings: of processing, in words.
-    """
+    """Command as typed, files that were read, versions of packages and settings: all that repeats a result."""
 
     command: str
     date: datetime
@@ -37,24 +29,14 @@ class Provenance:
     settings: Mapping[str, str] = field(default_factory=dict)
 
     @property
-    def day(self) -> str:
-        """Date and time, to the minute."""
-        return self.date.strftime("%Y-%m-%d %H:%M UTC")
-
-    @property
     def tables(self) -> list[Table]:
-        """What it was made from, as far as there is any."""
+        """Files, settings and versions, as far as there are any."""
         parts = (
             ("Files that were read", ("file", "SHA-256"), self.files),
             ("Settings", ("value",), list(self.settings.items())),
             ("Versions", ("version",), list(self.versions.items())),
         )
-        return [Table(title, ("", *words), rows) for title, words, rows in parts if rows]
-
-    @property
-    def foot(self) -> str:
-        """The last line of a page."""
-        return f"dynident {__version__}, {self.day}"
+        return [Table(title, ("", *headings), rows) for title, headings, rows in parts if rows]
 
 
 def now() -> datetime:

@@ -39,14 +39,7 @@ def write_truth(
     files: Sequence[str],
     versions: Mapping[str, str],
 ) -> None:
-    """Write what the recordings were made from, so that a result can be compared and the experiment repeated.
-
-    Args:
-        path: file.
-        controller: that ran it.
-        files: name of each run's recording.
-        versions: of the programs that made it.
-    """
+    """Write all that a simulated experiment was made from; ``files`` are the names of the runs' recordings."""
     robot = experiment.robot
     assumed = robot.assumed(*SIMULATED)
     loads = [run.task.payload for run in experiment.runs if run.task.payload is not None]
@@ -88,22 +81,10 @@ def write_npz(path: str | Path, system: ObservationSystem) -> None:
     Raises:
         OSError: if it cannot be written.
     """
-    reduced = system.reduced
-    arrays: dict[str, Any] = reduced.arrays()
-    if system.known is not None:
-        arrays["known"] = system.known
+    names = ("W", "Y", "joint", "recording", "t", "loaded", "weights")
+    arrays: dict[str, Any] = {name: getattr(system, name) for name in names} | system.reduced.arrays()
+    arrays |= {"sources": np.array(system.sources), "row_weights": system.weights[system.joint - 1]}
+    arrays |= {"known": system.known} if system.known is not None else {}
     content = io.BytesIO()
-    np.savez_compressed(
-        content,
-        W=system.W,
-        Y=system.Y,
-        joint=system.joint,
-        recording=system.recording,
-        t=system.t,
-        loaded=system.loaded,
-        sources=np.array(system.sources),
-        weights=system.weights,
-        row_weights=system.weights[system.joint - 1],
-        **arrays,
-    )
+    np.savez_compressed(content, **arrays)
     write_bytes(path, content.getvalue())

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import sys
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -41,24 +41,19 @@ class _Shown(NamedTuple):
     """Functions that show one kind of result; ``rows``: of its data frame, named like the document's keys."""
 
     report: Callable[[Any], Report]
-    document: Callable[[Any], Any]
     rows: Callable[[Any], list[dict[str, Any]]]
-
-
-def _itself(result: Any) -> Any:
-    """A result is its own document."""
-    return result
+    document: Callable[[Any], Any] = lambda result: result
 
 
 def _payload_rows(result: PayloadResult) -> list[dict[str, Any]]:
     parts: list[tuple[str, str, Any, Any]] = [("mass", "kg", result.mass, ())]
     parts += [(f"com {axis}", "m", result.com, k) for k, axis in enumerate("xyz")]
     parts += [(f"inertia {'xyz'[i]}{'xyz'[j]}", "kg m^2", result.inertia, (i, j)) for i, j in SIX]
-    return [
-        {"quantity": name, **{key: float(getattr(of, key)[at]) for key in ("value", "low", "high")}, "unit": unit,
-         "use": of.use}
-        for name, unit, of, at in parts
-    ]  # fmt: skip
+    rows = []
+    for name, unit, of, at in parts:
+        numbers = {key: float(getattr(of, key)[at]) for key in ("value", "low", "high")}
+        rows.append({"quantity": name, **numbers, "unit": unit, "use": of.use})
+    return rows
 
 
 def _gains_rows(result: GainsResult) -> list[dict[str, Any]]:
@@ -72,29 +67,24 @@ def _judged(answer: Design) -> JudgedMotion:
     return JudgedMotion(title, answer.score, answer.motion(_RATE), design=answer)
 
 
-def _look(check: LogReport) -> list[Look]:
-    return [Look(check.source, check)]
-
-
 _SHOWN: dict[type, _Shown] = {
-    PayloadResult: _Shown(payload_report, _itself, _payload_rows),
-    RobotResult: _Shown(robot_report, _itself, lambda result: plain(result)["base_parameters"]),
-    GainsResult: _Shown(gains_report, _itself, _gains_rows),
+    PayloadResult: _Shown(payload_report, _payload_rows),
+    RobotResult: _Shown(robot_report, lambda result: plain(result)["base_parameters"]),
+    GainsResult: _Shown(gains_report, _gains_rows),
     Design: _Shown(
         lambda answer: design_report(_judged(answer)),
-        lambda answer: design_document(_judged(answer)),
         lambda answer: [{"parameter": name, "sigma": sigma} for name, sigma in answer.learnt.sigma.items()],
+        lambda answer: design_document(_judged(answer)),
     ),
     LogReport: _Shown(
         log_report,
-        lambda check: check_document(check.working.robot, _look(check)),
         lambda check: [{"joint": j, **facts} for j, facts in enumerate(plain(check)["logs"][0]["joints"], 1)],
+        lambda check: check_document(check.working.robot, [Look(check.source, check)]),
     ),
 }
 
 
 def _shown(answer: object) -> tuple[Any, _Shown]:
-    """What is shown of an answer, its result, and how."""
     result = getattr(answer, "result", answer)
     return result, _SHOWN[type(result)]
 
@@ -142,24 +132,25 @@ def _drawn(answer: object) -> Report:
     result, shown = _shown(answer)
     if getattr(result, "working", result) is None:
         raise InputError("a result that was read from a file has no recordings to draw: identify again")
-    return check_report(_look(result)) if isinstance(result, LogReport) else shown.report(result)
-
-
-def _recordings(result: Any) -> Iterable[Recording]:
-    """The recordings that a result rests on."""
-    if isinstance(result, RobotResult):
-        return (*result.working.recordings, *result.working.held_out)
-    if isinstance(result, PayloadResult | GainsResult):
-        source = getattr(result.working, "problem", result.working).source
-        held_out = getattr(result.working, "held_out", ())
-        return (*source.unloaded, *source.loaded, *held_out) if source else held_out
-    return (result.working.recording,) if isinstance(result, LogReport) else ()
+    if isinstance(result, LogReport):
+        return check_report([Look(result.source, result)])
+    return shown.report(result)
 
 
 def write_report(answer: object, path: str | Path) -> None:
     """Write the page, made by the program that runs from the recordings' files."""
-    report = _drawn(answer)
-    paths = dict.fromkeys(recording.source for recording in _recordings(_shown(answer)[0]))
+    report, (result, _) = _drawn(answer), _shown(answer)
+    recordings: list[Recording] = []
+    working: Any = getattr(result, "working", None)
+    if isinstance(result, RobotResult):
+        recordings += [*working.recordings, *working.held_out]
+    elif isinstance(result, PayloadResult | GainsResult):
+        if source := getattr(working, "problem", working).source:
+            recordings += [*source.unloaded, *source.loaded]
+        recordings += getattr(working, "held_out", ())
+    elif isinstance(result, LogReport):
+        recordings.append(working.recording)
+    paths = dict.fromkeys(recording.source for recording in recordings)
     files = tuple(SourceFile("recording", name, checksum(name)) for name in paths if Path(name).is_file())
     origin = Provenance(f"python {sys.argv[0] or '(interactive)'}", now(), files, versions())
     page.write_report(path, report, origin)

@@ -35,16 +35,35 @@ def print_blocks(blocks: Sequence[Block], stream: IO[str] | None = None) -> None
 
 
 def print_report(report: Report, details: bool = False, stream: IO[str] | None = None) -> None:
-    """Print what fits on a screen of 25 lines, or all of it, with ``details``."""
-    if not details:
-        with _opened(stream) as terminal:
-            _print_first(terminal, report)
+    """Print what fits on a screen of 25 lines and how much is left out, or all of it, with ``details``."""
+    blocks = list(printed(report.first))
+    if details:
+        for section in report.sections:
+            if any(printed(section.blocks)):
+                blocks += [Notes(["", section.title.upper()]), *printed(section.blocks)]
+        print_blocks([*blocks, *([Notes(["", *report.notes])] if report.notes else [])], stream)
         return
-    blocks = [*report.first]
-    for section in report.sections:
-        if any(printed(section.blocks)):
-            blocks += [Notes(["", section.title.upper()]), *section.blocks]
-    print_blocks([*blocks, *([Notes(["", *report.notes])] if report.notes else [])], stream)
+    with _opened(stream) as terminal:
+        left_out, width = 0, terminal.width
+        shown = {
+            id(block): _lines(terminal, block, block.spare if isinstance(block, Table) else ())
+            for block in blocks
+            if not (isinstance(block, Notes) and block.optional)
+        }
+        room = LINES - 1 - sum(map(len, shown.values()))
+        for block in blocks:
+            _print_lines(terminal, shown.get(id(block), ()))
+            for line in block.lines if isinstance(block, Notes) and block.optional else ():
+                wrapped = _brief(_wrapped(line, width), width)
+                if len(wrapped) > room:
+                    left_out += 1
+                    continue
+                room -= len(wrapped)
+                _print_lines(terminal, wrapped)
+        notes = f"{left_out} more note{'s' * (left_out > 1)}" if left_out else ""
+        if notes or report.more:
+            last = f"--details: {'; '.join(text for text in (notes, report.more) if text)}"
+            _print_lines(terminal, _brief(_wrapped(last, width), width, 1))
 
 
 def screen_text(report: Report, details: bool = False) -> str:
@@ -61,29 +80,6 @@ def printed(blocks: Sequence[Block]) -> Iterator[Table | Text | Notes | Banner]:
             yield from printed((*block.left, *block.right))
         elif isinstance(block, Table | Notes | Banner) or (isinstance(block, Text) and not block.heading):
             yield block
-
-
-def _print_first(terminal: Console, report: Report) -> None:
-    """Print what fits on a screen, and say how much is left out."""
-    left_out, width, blocks = 0, terminal.width, list(printed(report.first))
-    must = [block for block in blocks if not (isinstance(block, Notes) and block.optional)]
-    shown = {id(block): _lines(terminal, block, block.spare if isinstance(block, Table) else ()) for block in must}
-    room = LINES - 1 - sum(map(len, shown.values()))
-    for block in blocks:
-        if id(block) in shown:
-            _print_lines(terminal, shown[id(block)])
-            continue
-        for line in block.lines if isinstance(block, Notes) else ():
-            wrapped = _brief(_wrapped(line, width), width)
-            if len(wrapped) > room:
-                left_out += 1
-                continue
-            room -= len(wrapped)
-            _print_lines(terminal, wrapped)
-    notes = f"{left_out} more note{'s' * (left_out > 1)}" if left_out else ""
-    if notes or report.more:
-        last = f"--details: {'; '.join(text for text in (notes, report.more) if text)}"
-        _print_lines(terminal, _brief(_wrapped(last, width), width, 1))
 
 
 class _Console(Console):
@@ -113,7 +109,6 @@ def _print_lines(terminal: Console, lines: Sequence[str]) -> None:
 
 
 def _lines(terminal: Console, block: Table | Text | Notes | Banner, spare: Collection[str]) -> list[str]:
-    """The block as wide as the terminal, a table without its ``spare`` rows."""
     if isinstance(block, Table):
         return _table_lines(terminal, block, spare)
     lines = block.lines if isinstance(block, Notes) else (block.words,)
@@ -149,7 +144,19 @@ def _table_lines(terminal: Console, table: Table, spare: Collection[str]) -> lis
         parts[-1].append(k)
     lines = textwrap.wrap(printable(table.title), terminal.width)
     for part in parts:
-        grid = _grid(table, rows, part, _width(table, rows, part) > terminal.width)
+        folds = _width(table, rows, part) > terminal.width  # even a part of the columns is too wide
+        grid = Grid(box=None, padding=(0, 1, 0, 0), show_header=any(table.headings[k] for k in part))
+        for k in part:
+            grid.add_column(
+                Line(printable(table.headings[k])),
+                justify="right" if table.looks[k] == "number" else "left",
+                no_wrap=not (table.looks[k] == "words" or folds),
+                overflow="fold",
+            )
+        for row in rows:
+            grid.add_row(*(Line(printable(row[k])) for k in part))
+            if row[0] in table.ends and row is not rows[-1] and not table.merged:
+                grid.add_row()
         lines += ["".join(piece.text for piece in line).rstrip() for line in terminal.render_lines(grid, pad=False)]
     return lines
 
@@ -166,26 +173,8 @@ def _merged(section: Sequence[tuple[str, ...]]) -> list[tuple[str, ...]]:
 
 
 def _width(table: Table, rows: Sequence[tuple[str, ...]], part: Sequence[int]) -> int:
-    """Columns of the terminal that those of the table need."""
     needed = 1
     for k in part:
         widest = max(cell_len(text) for text in (table.headings[k], *(row[k] for row in rows)))
         needed += (min(widest, _NARROWEST) if table.looks[k] == "words" else widest) + 1
     return needed
-
-
-def _grid(table: Table, rows: Sequence[tuple[str, ...]], part: Sequence[int], folds: bool) -> Grid:
-    """Some columns as rich prints them; ``folds``: even they are too wide."""
-    grid = Grid(box=None, padding=(0, 1, 0, 0), show_header=any(table.headings[k] for k in part))
-    for k in part:
-        grid.add_column(
-            Line(printable(table.headings[k])),
-            justify="right" if table.looks[k] == "number" else "left",
-            no_wrap=not (table.looks[k] == "words" or folds),
-            overflow="fold",
-        )
-    for row in rows:
-        grid.add_row(*(Line(printable(row[k])) for k in part))
-        if row[0] in table.ends and row is not rows[-1] and not table.merged:
-            grid.add_row()
-    return grid

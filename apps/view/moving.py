@@ -1,6 +1,6 @@
 """An arm in motion as a view: what is where at each time, without any viewer."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -23,8 +23,7 @@ _FINER = 5  # points of the path, than times: at a pose every .05 s a fast path 
 _THICK = 0.35  # radius of a drawn link, of the stand-in's cylinder
 _LINK, _AXIS, _NEAR, _BODY, _FLOOR = (90, 110, 140), (30, 60, 200), (220, 40, 30), (200, 140, 40), (200, 205, 210)
 _BALL, _CENTRE, _INERTIA, _PATH = (240, 180, 60), (220, 40, 30), (60, 160, 90), (70, 70, 70)
-_LITTLE, _MUCH = np.array([200.0, 210.0, 230.0]), np.array([200.0, 30.0, 60.0])
-_FOOT: Colour = (150, 150, 150)
+_LITTLE, _MUCH, _FOOT = (200, 210, 230), (200, 30, 60), (150, 150, 150)
 _LEVEL = 1e-6  # of a unit normal: what a floor may lie off the base's plane
 _TOUCHED = 0.02  # of a limit: a joint nearer to one is marked
 
@@ -77,31 +76,41 @@ def view_of(
     picked = _picked(motion)
     frames = tuple(frames_at(robot, q.tolist()) for q in motion.q[picked])
     meshes, drawn_links, notes = looks_of(robot, _LINK)
-    touched = None  # joints at a limit between the shown times, (N, n)
+    touched = np.zeros((len(picked), robot.n), dtype=bool)  # joints at a limit between the shown times
     if problem is not None:
         touched = np.logical_or.reduceat(room_over_time(problem, motion) < _TOUCHED, picked, axis=0)
     stand_ins = [shape for shape in _links(robot) if shape.frame not in drawn_links]
-    shapes = [*stand_ins, *meshes, *_axes(robot, touched)]
-    if problem is not None:
-        shapes += _surroundings(problem, robot)
-    shapes += _payload(payload, robot.n + 1) if payload is not None else []
     height, foot = ground_of(robot, frames, problem.scene if problem is not None else None)
+    shapes = [*stand_ins, *meshes, *_axes(robot, touched), *(_surroundings(problem, robot) if problem else ())]
+    if payload is not None:
+        low, high = payload.com_interval.T
+        if np.isfinite(payload.com_interval).all():
+            ball = ellipsoid(0.5 * (low + high), np.diag(0.5 * (high - low)))
+            shapes.append(Shape("centre of mass, 95 %", robot.n + 1, *ball, _CENTRE))
+        if payload.inertia is not None:
+            body = ellipsoid(payload.com, inertia_axes(payload.mass, payload.inertia))
+            shapes.append(Shape("ellipsoid of inertia", robot.n + 1, *body, _INERTIA, 0.3))
     shapes += foot
     drawn = _picked(motion, _FINER)
-    place = point_at(robot, robot.flange.p, motion.q[drawn])[0].T
-    path = (place - robot.base.p) @ robot.base.R
-    paths = [Line("path of the flange", path, _colours(problem, motion, drawn))] if len(path) > 1 else []
+    position = point_at(robot, robot.flange.p, motion.q[drawn])[0].T
+    path = (position - robot.base.p) @ robot.base.R
+    colours = np.tile(np.array(_PATH, dtype=np.uint8), (len(path) - 1, 1))
+    if problem is not None and len(path) > 1:  # pale where a second teaches little, red where it teaches most
+        taught = np.add.reduceat(taught_over_time(problem, motion), drawn[:-1])
+        rate = taught / np.maximum(np.diff(motion.t[drawn]), 1e-9)
+        ratio = np.sqrt(rate / max(float(rate.max()), 1e-300))[:, None]
+        colours = np.asarray((1.0 - ratio) * np.array(_LITTLE) + ratio * np.array(_MUCH)).astype(np.uint8)
+    paths = [Line("path of the flange", path, colours)] if len(path) > 1 else []
     title = (robot.title or robot.name) + (f", {motion.t[-1] - motion.t[0]:.3g} s" if paths else "")
-    return View(
-        title,
-        motion.t[picked] - motion.t[0],
-        frames,
-        tuple(shapes),
-        tuple(paths),
-        tuple(_legend(shapes, problem, bool(paths))),
-        tuple(notes),
-        height,
-    )
+    named = {(shape.colour, shape.name.rstrip(" 0123456789")) for shape in shapes}  # without numbers of joints
+    legend = sorted((colour, text) for colour, text in named if not text.startswith(("link", "axis")))
+    if paths and problem is None:
+        legend.append((_PATH, "path of the flange"))
+    elif paths:
+        legend.append((_LITTLE, "path of the flange where a second teaches little"))
+        legend.append((_MUCH, "where it teaches most"))
+    times = motion.t[picked] - motion.t[0]
+    return View(title, times, frames, tuple(shapes), tuple(paths), tuple(legend), tuple(notes), height)
 
 
 def view_of_answer(robot: Robot, recording: Recording, result: PayloadResult) -> View:
@@ -140,24 +149,6 @@ def _picked(motion: Motion, finer: int = 1) -> NDArray[np.intp]:
     return np.unique(np.linspace(0, len(motion.t) - 1, count).round().astype(np.intp))
 
 
-def _legend(shapes: Sequence[Shape], problem: DesignProblem | None, moving: bool) -> Iterator[tuple[Colour, str]]:
-    """Name each colour; numbers of joints are left out. A path is drawn of what is ``moving``."""
-    named = {(shape.colour, shape.name.rstrip(" 0123456789")) for shape in shapes}
-    yield from sorted((colour, words) for colour, words in named if not words.startswith(("link", "axis")))
-    if not moving:
-        return
-    if problem is None:
-        yield _PATH, "path of the flange"
-    else:
-        yield _rgb(_LITTLE), "path of the flange where a second teaches little"
-        yield _rgb(_MUCH), "where it teaches most"
-
-
-def _rgb(colour: Array) -> Colour:
-    red, green, blue = colour.astype(int).tolist()
-    return red, green, blue
-
-
 def _links(robot: Robot) -> list[Shape]:
     """Capsules from each frame to where the next one starts: along x, then along the joint's axis.
 
@@ -179,20 +170,19 @@ def _links(robot: Robot) -> list[Shape]:
     return shapes
 
 
-def _axes(robot: Robot, touched: NDArray[np.bool_] | None) -> list[Shape]:
+def _axes(robot: Robot, touched: NDArray[np.bool_]) -> list[Shape]:
     """Joint axes; a red one over it while the joint is at a limit."""
     radius, shapes = cylinder_radius(robot), []
     ends = np.array([0.0, 0.0, 1.2 * radius])
     for j in range(robot.n):
         shapes.append(Shape(f"axis {j + 1}", j + 1, *capsule(-ends, ends, 0.12 * radius), _AXIS))
-        if touched is not None and touched[:, j].any():
+        if touched[:, j].any():
             marked = capsule(-ends, ends, 0.5 * radius)
             shapes.append(Shape(f"at limit {j + 1}", j + 1, *marked, _NEAR, 0.6, touched[:, j]))
     return shapes
 
 
 def _surroundings(problem: DesignProblem, robot: Robot) -> list[Shape]:
-    """Floor, walls and bodies of the scene, and the region in which payloads lie."""
     half, payloads, shapes = 12.0 * cylinder_radius(robot), problem.payloads, list[Shape]()
     for surface in _surfaces(problem.scene):
         shapes.append(Shape(surface.name, 0, *plane(surface.normal, surface.offset, half), _FLOOR, 0.6))
@@ -207,27 +197,3 @@ def _surroundings(problem: DesignProblem, robot: Robot) -> list[Shape]:
 
 def _surfaces(scene: Scene | None) -> Sequence[HalfSpace]:
     return scene.surfaces if scene is not None else ()
-
-
-def _payload(payload: ShownPayload, frame: int) -> list[Shape]:
-    """Centre of mass by its interval, and the homogeneous ellipsoid of its inertia."""
-    low, high = payload.com_interval.T
-    shapes = []
-    if np.isfinite(payload.com_interval).all():
-        axes = np.diag(0.5 * (high - low))
-        shapes.append(Shape("centre of mass, 95 %", frame, *ellipsoid(0.5 * (low + high), axes), _CENTRE))
-    if payload.inertia is not None:
-        axes = inertia_axes(payload.mass, payload.inertia)
-        shapes.append(Shape("ellipsoid of inertia", frame, *ellipsoid(payload.com, axes), _INERTIA, 0.3))
-    return shapes
-
-
-def _colours(problem: DesignProblem | None, motion: Motion, picked: NDArray[np.intp]) -> NDArray[np.uint8]:
-    """Colour of each piece of the path: pale where a second teaches little, red where it teaches most."""
-    pieces = len(picked) - 1
-    if problem is None:
-        return np.tile(np.array(_PATH, dtype=np.uint8), (pieces, 1))
-    taught = np.add.reduceat(taught_over_time(problem, motion), picked[:-1])
-    rate = taught / np.maximum(np.diff(motion.t[picked]), 1e-9)
-    share = np.sqrt(rate / max(float(rate.max()), 1e-300))[:, None]
-    return np.asarray((1.0 - share) * _LITTLE + share * _MUCH).astype(np.uint8)

@@ -104,9 +104,8 @@ def _along(z: Array) -> Array:
 
 def _sphere() -> tuple[Array, NDArray[np.uint32]]:
     """Unit sphere about z; poles and equator doubled, so that it can be drawn apart there."""
-    tilts = np.concatenate(
-        [np.linspace(0.0, 0.5 * np.pi, _UP // 2 + 1), np.linspace(0.5 * np.pi, np.pi, _UP // 2 + 1)]
-    )
+    upper = np.linspace(0.0, 0.5 * np.pi, _UP // 2 + 1)
+    tilts = np.concatenate([upper, 0.5 * np.pi + upper])
     turns = 2.0 * np.pi * np.arange(_AROUND) / _AROUND
     tilt, turn = (x.ravel() for x in np.meshgrid(tilts, turns, indexing="ij"))
     vertices = np.column_stack([np.sin(tilt) * np.cos(turn), np.sin(tilt) * np.sin(turn), np.cos(tilt)])

@@ -3,7 +3,6 @@
 import contextlib
 import io
 import webbrowser
-from collections.abc import Iterator
 from pathlib import Path
 from tempfile import mkdtemp
 from typing import Any
@@ -13,7 +12,7 @@ import numpy as np
 
 from ...common.errors import InputError
 from ...common.files import write_text
-from ...model import Pose
+from ..export.rotation import quaternion
 from .moving import View
 
 _LAST = 1.0  # s: how long the last pose stays
@@ -44,65 +43,49 @@ def show_view(path: str | Path | None, view: View) -> str:
     Raises:
         InputError: if there is no browser.
     """
-    place = Path(path) if path else Path(mkdtemp(prefix="dynident_")) / "view.html"
+    page = Path(path) if path else Path(mkdtemp(prefix="dynident_")) / "view.html"
     if path is None:
-        write_view(place, view)
-    if not webbrowser.open(place.resolve().as_uri()):
-        raise InputError(f"--view -: no browser could be opened: open {place} in one")
-    return str(place)
+        write_view(page, view)
+    if not webbrowser.open(page.resolve().as_uri()):
+        raise InputError(f"--view -: no browser could be opened: open {page} in one")
+    return str(page)
 
 
 def html_of(view: View) -> str:
-    """The view as HTML."""
-    with _server() as server:
-        handles = _built(server, view)
-        serialiser = server.get_scene_serializer()
-        for k in range(1, len(view.times)):
-            serialiser.insert_sleep(float(view.times[k] - view.times[k - 1]))
-            _move(handles, view, k)
-        serialiser.insert_sleep(_LAST)
-        page = str(serialiser.as_html())
-    return page.replace("</body>", f"{_legend(view)}</body>", 1)
-
-
-def _legend(view: View) -> str:
-    """Name each colour in a corner of the page, closed on a narrow one by a click."""
-    rows = "".join(
-        f'<div><span style="color:rgb{colour}">&#9632;</span> {escape(words)}</div>'
-        for colour, words in view.legend
-    )
-    style = "position:fixed;left:8px;bottom:52px;padding:6px 10px;background:#fffd;color:#222;font:12px sans-serif;"
-    return f'<details open style="{style}border-radius:6px"><summary>{escape(view.title)}</summary>{rows}</details>'
-
-
-@contextlib.contextmanager
-def _server() -> Iterator[Any]:
-    """A server on a free port of this machine alone, whose scene is taken down and which says nothing."""
+    """The view as HTML: made by a server on a free port of this machine alone, which says nothing."""
     viser = require_viewer()
     with contextlib.redirect_stdout(io.StringIO()):
         server = viser.ViserServer(host="127.0.0.1", port=0, verbose=False)
         try:
-            yield server
+            page = _played(server, view)
         finally:
             server.stop()
+    rows = "".join(
+        f'<div><span style="color:rgb{colour}">&#9632;</span> {escape(text)}</div>' for colour, text in view.legend
+    )
+    style = "position:fixed;left:8px;bottom:52px;padding:6px 10px;background:#fffd;color:#222;font:12px sans-serif;"
+    summary = f"<summary>{escape(view.title)}</summary>"  # a click closes it on a narrow page
+    legend = f'<details open style="{style}border-radius:6px">{summary}{rows}</details>'
+    return page.replace("</body>", f"{legend}</body>", 1)
 
 
-def _built(server: Any, view: View) -> dict[str, Any]:
-    """The scene at the first time: a node for each frame, and below it what is fixed to it."""
-    scene, handles = server.scene, {}
+def _played(server: Any, view: View) -> str:
+    """The scene at the first time, a node for each frame and below it what is fixed to it; then its movement."""
+    scene, frames, meshes = server.scene, [], []
     scene.set_up_direction("+z")
-    _look(server, view)
-    place = (0.0, 0.0, view.ground)
-    scene.add_grid(*("/ground", 4.0, 4.0), cell_size=0.1, section_size=1.0, shadow_opacity=0.0, position=place)
+    points = np.array([pose.p for poses in view.frames for pose in poses])
+    middle, size = 0.5 * (points.min(axis=0) + points.max(axis=0)), float(np.ptp(points, axis=0).max())
+    server.initial_camera.look_at = middle
+    server.initial_camera.position = middle + (size + 0.3) * np.array([0.75, -0.85, 0.5])
+    ground = (0.0, 0.0, view.ground)
+    scene.add_grid(*("/ground", 4.0, 4.0), cell_size=0.1, section_size=1.0, shadow_opacity=0.0, position=ground)
     for number, pose in enumerate(view.frames[0]):
-        handles[f"/{number}"] = scene.add_frame(
-            f"/{number}", show_axes=False, wxyz=quaternion(pose), position=pose.origin
-        )
+        turn = quaternion(pose.R).tolist()
+        frames.append(scene.add_frame(f"/{number}", show_axes=False, wxyz=turn, position=pose.origin))
     for shape in view.shapes:
         name = f"/{shape.frame}/{shape.name.replace('/', ', ')}"
-        vertices = shape.vertices.astype(np.float32)
-        handles[name] = scene.add_mesh_simple(
-            *(name, vertices, shape.faces),
+        mesh = scene.add_mesh_simple(
+            *(name, shape.vertices.astype(np.float32), shape.faces),
             color=shape.colour,
             opacity=None if shape.opacity >= 1.0 else shape.opacity,
             side="double",
@@ -110,36 +93,21 @@ def _built(server: Any, view: View) -> dict[str, Any]:
             cast_shadow=False,
             receive_shadow=False,
         )
+        meshes += [(mesh, shape.shown)] if shape.shown is not None else []
     for path in view.paths:
         pieces = np.stack([path.points[:-1], path.points[1:]], axis=1).astype(np.float32)
         colours = np.repeat(path.colours[:, None], 2, axis=1)
         scene.add_line_segments(f"/{path.name}", pieces, colours, thickness=3.0, thickness_units="screen")
-    return handles
-
-
-def _look(server: Any, view: View) -> None:
-    """From in front, at the middle of where the arm goes."""
-    places = np.array([pose.p for frames in view.frames for pose in frames])
-    middle, size = 0.5 * (places.min(axis=0) + places.max(axis=0)), float(np.ptp(places, axis=0).max())
-    server.initial_camera.look_at = middle
-    server.initial_camera.position = middle + (size + 0.3) * np.array([0.75, -0.85, 0.5])
-
-
-def _move(handles: dict[str, Any], view: View, k: int) -> None:
-    """Bring the scene from time k - 1 to time k."""
-    for number, (before, pose) in enumerate(zip(view.frames[k - 1], view.frames[k], strict=True)):
-        if np.abs(pose.p - before.p).max() > _STILL:
-            handles[f"/{number}"].position = pose.origin
-        if np.abs(pose.R - before.R).max() > _STILL:
-            handles[f"/{number}"].wxyz = quaternion(pose)
-    for shape in view.shapes:
-        if shape.shown is not None and shape.shown[k] != shape.shown[k - 1]:
-            handles[f"/{shape.frame}/{shape.name.replace('/', ', ')}"].visible = bool(shape.shown[k])
-
-
-def quaternion(pose: Pose) -> tuple[float, ...]:
-    """w, x, y, z of a rotation."""
-    from scipy.spatial.transform import Rotation
-
-    x, y, z, w = Rotation.from_matrix(pose.R).as_quat(canonical=True).tolist()
-    return w, x, y, z
+    serialiser = server.get_scene_serializer()
+    for k in range(1, len(view.times)):
+        serialiser.insert_sleep(float(view.times[k] - view.times[k - 1]))
+        for frame, before, pose in zip(frames, view.frames[k - 1], view.frames[k], strict=True):
+            if np.abs(pose.p - before.p).max() > _STILL:
+                frame.position = pose.origin
+            if np.abs(pose.R - before.R).max() > _STILL:
+                frame.wxyz = quaternion(pose.R).tolist()
+        for mesh, shown in meshes:
+            if shown[k] != shown[k - 1]:
+                mesh.visible = bool(shown[k])
+    serialiser.insert_sleep(_LAST)
+    return str(serialiser.as_html())

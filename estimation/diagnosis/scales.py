@@ -184,8 +184,8 @@ def sensitive(evidence: Evidence) -> Iterator[Finding]:
     if change > max(SENSITIVE * mass, NORMAL95 * evidence.spread.mass):
         advice = f": --scale-sigma {100 * hidden:.2g}% allows for that" if evidence.weighed is None else ""
         yield note(
-            f"torques with payload that are {100 * hidden:.2g} % too large or too small, which these recordings do "
-            f"not show ({1.0 + whole.size:.3f} ± {whole.sigma:.2g} times those without), move this mass by "
+            f"torques with payload that are {100 * hidden:.2g} % too large or too small would pass unseen (here "
+            f"they are {1.0 + whole.size:.3f} ± {whole.sigma:.2g} times those without) and move this mass by "
             f"{100 * change / mass:.1f} %, out of its interval{advice}",
             "mass",
         )

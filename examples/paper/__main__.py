@@ -11,11 +11,11 @@ import multiprocessing
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from pathlib import Path
 
-from dynident.apps import report
 from dynident.apps.commands.demo import TRAJECTORIES
 from dynident.apps.commands.progress import bar
 from dynident.apps.commands.values import share, whole
 from dynident.common.files import write_text
+from dynident.common.schema import write_json
 from dynident.examples.paper.printed import paper_tables
 
 from .figure import save_repetitions
@@ -71,7 +71,7 @@ def run_repeated(folder: Path, seed: int, trajectories: int, count: int, gain_er
             f"drive gains wrong by {100 * gain_error:g} %": scenarios["gains"].payload,
         },
     )
-    report.documents.write_json(folder / "simulated_experiment.json", repeated_numbers(scenarios))
+    write_json(folder / "simulated_experiment.json", repeated_numbers(scenarios))
     print(document)
 
 

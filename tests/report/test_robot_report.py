@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 from dynident.apps.report.blocks import Notes
 from dynident.apps.report.figures.canvas import save_figure
-from dynident.apps.report.figures.parameters import essential_figure
-from dynident.apps.report.sections.evidence import essential_section
+from dynident.apps.report.sections.parameters import essential_figure, essential_section
 from dynident.apps.report.sections.robot import constrained_notes, standard_table
 from dynident.estimation import Estimate, RobotResult, SigmaBound, SigmaRatio
 from dynident.estimation.fit.essential import Elimination, EliminationPath, StopRule

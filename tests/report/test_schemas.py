@@ -4,7 +4,7 @@ import json
 from pathlib import Path
 
 import pytest
-from dynident.apps.report.documents.schemas import DOCUMENTS, schema_text
+from dynident.apps.report.documents import DOCUMENTS, schema_text
 
 FOLDER = Path(__file__).parents[2] / "docs" / "schemas"
 
@@ -17,5 +17,5 @@ def test_each_document_has_one_and_the_page_links_it() -> None:
 
 @pytest.mark.parametrize("name", DOCUMENTS)
 def test_it_is_current(name: str) -> None:
-    """If not: python -m dynident.apps.report.documents.schemas."""
+    """If not: python -m dynident.apps.report.documents."""
     assert json.loads((FOLDER / f"{name}.schema.json").read_bytes()) == json.loads(schema_text(name))

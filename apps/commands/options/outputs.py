@@ -12,6 +12,7 @@ from cyclopts import Parameter
 
 from .... import estimation
 from ....common.files import checksum, write_text
+from ....common.schema import json_text, write_json
 from ....common.versions import versions
 from ... import report
 from ... import view as views
@@ -52,9 +53,9 @@ class ResultOptions(Options):
     def write_json(self, document: Callable[[], Any]) -> None:
         """Write the document; it is made only if it was asked for."""
         if self.json == "-":
-            sys.stdout.write(report.documents.json_text(document()).decode())
+            sys.stdout.write(json_text(document()).decode())
         elif self.json:
-            report.documents.write_json(self.json, document())
+            write_json(self.json, document())
 
 
 @options(FILES)

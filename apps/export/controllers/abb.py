@@ -1,10 +1,7 @@
-"""ABB RAPID ``loaddata``.
+"""ABB RAPID ``loaddata``: of a tool (``tload`` of tooldata) in tool0, of a grip load in the tool frame.
 
-[mass, cog, aom, ix, iy, iz]: mass [kg]; cog [mm]; aom, the quaternion of the principal axes at the centre of
-gravity; principal moments there [kg m^2]. Of a tool (``tload`` of tooldata) in the wrist frame tool0, of a grip
-load in the tool frame. Source: Technical reference manual, RAPID Instructions, Functions and Data types,
-"loaddata" and "tooldata"; public at docs.ros.org/en/noetic/api/abb_rapid_msgs/html/msg/LoadData.html and
-yumpu.com/en/document/view/5679047.
+Source: Technical reference manual, RAPID Instructions, Functions and Data types, "loaddata" and "tooldata"; public
+at docs.ros.org/en/noetic/api/abb_rapid_msgs/html/msg/LoadData.html and yumpu.com/en/document/view/5679047.
 """
 
 from ..load import ControllerLoad, listed, load_format, number
@@ -21,16 +18,13 @@ def _write(load: ControllerLoad) -> str:
 
 
 FORMAT = load_format(
-    name="abb",
     title="ABB loaddata (tload of tooldata in tool0; grip load in the tool frame)",
     source="RAPID reference manual, loaddata",
     write=_write,
     holds=frozenset({"products", "tool frame"}),
-    remarks=(
-        "Reference: principal moments about the centre of gravity, their axes turned by aom out of the frame.",
-        "Order: [mass, [cog x, y, z], [aom q1 (scalar), q2, q3, q4], ix, iy, iz].",
-        "Units: kg, mm, kg m^2.",
-    ),
+    reference="principal moments about the centre of gravity, their axes turned by aom out of the frame",
+    order="[mass, [cog x, y, z], [aom q1 (scalar), q2, q3, q4], ix, iy, iz]",
+    units="kg, mm, kg m^2",
     in_part="ix = iy = iz = 0, the controller takes a point mass",
     comment=("! ", ""),
 )

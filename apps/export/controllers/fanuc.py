@@ -1,10 +1,7 @@
-"""Fanuc MOTION/PAYLOAD SET, as typed at the pendant.
+"""Fanuc MOTION/PAYLOAD SET, as typed at the pendant; older screens print the mass in kgf: the same number.
 
-PAYLOAD [kg]; PAYLOAD CENTER X, Y, Z [cm] from the centre of the faceplate; PAYLOAD INERTIA X, Y, Z [kgf cm s^2]:
-moments about axes through the centre of gravity parallel to the faceplate's. 1 kgf cm s^2 = 0.0980665 kg m^2.
-Older screens print the mass in kgf: the same number. Source: public copies of the HandlingTool manual's "Setting
-payload", such as ch-delivery.lincolnelectric.com/api/public/content/67cd62debb004088957ebe41ecebc9c1 (mass and
-centre).
+Source: public copies of the HandlingTool manual's "Setting payload" (mass and centre), such as
+ch-delivery.lincolnelectric.com/api/public/content/67cd62debb004088957ebe41ecebc9c1.
 """
 
 import numpy as np
@@ -25,15 +22,12 @@ def _write(load: ControllerLoad) -> str:
 
 
 FORMAT = load_format(
-    name="fanuc",
     title="Fanuc MOTION/PAYLOAD SET",
     source="HandlingTool manual, Setting payload",
     write=_write,
     holds=frozenset(),
-    remarks=(
-        "Reference: moments about axes through the centre of gravity parallel to the faceplate's x, y, z.",
-        "Order: PAYLOAD, PAYLOAD CENTER X, Y, Z, PAYLOAD INERTIA X, Y, Z.",
-        "Units: kg (or kgf, the same number), cm, kgf cm s^2 (1 of them is 0.0980665 kg m^2).",
-    ),
+    reference="moments about axes through the centre of gravity parallel to the faceplate's x, y, z",
+    order="PAYLOAD, PAYLOAD CENTER X, Y, Z, PAYLOAD INERTIA X, Y, Z",
+    units="kg (or kgf, the same number), cm, kgf cm s^2 (1 of them is 0.0980665 kg m^2)",
     in_part="PAYLOAD INERTIA = 0, a point mass",
 )

@@ -1,8 +1,6 @@
-"""Franka ``Robot::setLoad`` of libfranka.
+"""Franka ``Robot::setLoad`` of libfranka: the load beside the end effector set in Desk, not instead of it.
 
-setLoad(load_mass, F_x_Cload, load_inertia): mass [kg]; centre of mass in the flange frame [m]; 3 x 3 inertia [kg
-m^2], column-major. It is the load beside the end effector set in Desk, not instead of it. Sources: libfranka,
-robot.h; docs.ros.org/en/humble/p/franka_msgs/srv/SetLoad.html.
+Sources: libfranka, robot.h; docs.ros.org/en/humble/p/franka_msgs/srv/SetLoad.html.
 """
 
 from ..load import ControllerLoad, listed, load_format, number
@@ -16,16 +14,10 @@ def _write(load: ControllerLoad) -> str:
 
 
 FORMAT = load_format(
-    name="franka",
     title="Franka Robot::setLoad (libfranka, C++; beside the end effector set in Desk)",
     source="libfranka, robot.h, setLoad",
     write=_write,
-    remarks=(
-        "Reference: inertia matrix about the centre of mass, axes of the flange.",
-        "Order: load_mass, F_x_Cload {x, y, z}, load_inertia column by column (Ixx Iyx Izx Ixy Iyy Izy Ixz "
-        "Iyz Izz).",
-        "Units: kg, m, kg m^2.",
-    ),
+    order="load_mass, F_x_Cload {x, y, z}, load_inertia column by column (Ixx Iyx Izx Ixy Iyy Izy Ixz Iyz Izz)",
     in_part="the inertia is zero, a point mass",
     comment=("// ", ""),
 )

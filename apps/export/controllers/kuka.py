@@ -1,9 +1,7 @@
-"""KUKA ``LOAD_DATA``.
+"""KUKA ``LOAD_DATA``; a negative mass stands for the arm's default load.
 
-{M, CM {X, Y, Z, A, B, C}, J {X, Y, Z}}: mass [kg]; centre of mass [mm] and principal axes in flange coordinates; A
-about z, B about the new y, C about the newest x [deg]; principal moments [kg m^2]. A negative mass stands for the
-arm's default load. Source: load definition in the manuals of the arms (KR IONTEC, "Load center of gravity and mass
-moment of inertia", easymanua.ls/kuka/iontec-kr-20-r3100/manual?p=40) and KRC_WriteLoadData
+Source: load definition in the manuals of the arms (KR IONTEC, "Load center of gravity and mass moment of inertia",
+easymanua.ls/kuka/iontec-kr-20-r3100/manual?p=40) and KRC_WriteLoadData
 (infosys.beckhoff.com/content/1033/tf5120/13081587595.html).
 """
 
@@ -29,16 +27,12 @@ def _write(load: ControllerLoad) -> str:
 
 
 FORMAT = load_format(
-    name="kuka",
     title="KUKA LOAD_DATA (config.dat; put the number of your tool for 1)",
     source="load data in the manuals of the arms (KUKA.Load)",
     write=_write,
-    remarks=(
-        "Reference: principal moments about the centre of mass, their axes turned by A, B, C out of the flange "
-        "frame.",
-        "Order: M, CM {X, Y, Z, A about z, B about new y, C about newest x}, J {X, Y, Z}.",
-        "Units: kg, mm, deg, kg m^2.",
-    ),
+    reference="principal moments about the centre of mass, their axes turned by A, B, C out of the flange frame",
+    order="M, CM {X, Y, Z, A about z, B about new y, C about newest x}, J {X, Y, Z}",
+    units="kg, mm, deg, kg m^2",
     in_part="J = 0, a point mass",
     comment=("; ", ""),
 )

@@ -1,8 +1,7 @@
 """MJCF (MuJoCo): a body ``payload`` inside the body ``flange``.
 
-fullinertia is M(1,1), M(2,2), M(3,3), M(1,2), M(1,3), M(2,3) about pos in the axes of the body; it must be
-positive definite and its principal moments fulfil A + B >= C. Source: MuJoCo documentation, XML reference,
-body/inertial.
+The inertia must be positive definite and its principal moments fulfil A + B >= C. Source: MuJoCo documentation, XML
+reference, body/inertial.
 """
 
 from ....common.errors import InputError
@@ -29,16 +28,11 @@ def _ready(load: ControllerLoad) -> ControllerLoad:
 
 
 FORMAT = load_format(
-    name="mjcf",
     title="MJCF (copy the body payload into the body of your flange)",
     source="MuJoCo XML reference, body/inertial",
     write=_write,
     ready=_ready,
-    remarks=(
-        "Reference: inertia matrix about the centre of mass, axes of the flange.",
-        "Order: pos x, y, z; fullinertia M11, M22, M33, M12, M13, M23.",
-        "Units: kg, m, kg m^2.",
-    ),
+    order="pos x, y, z; fullinertia M11, M22, M33, M12, M13, M23",
     in_part="the inertia is zero, a point mass; a moving link needs inertia of its own",
     comment=COMMENT,
 )

@@ -1,9 +1,7 @@
 """A call of the service ``set_payload`` of Universal Robots' ROS 2 driver.
 
-ur_msgs/srv/SetPayload: mass [kg]; center_of_gravity [m] from the tool mount; ixx, iyy, izz, ixy, ixz, iyz
-[kg m^2] about the centre of gravity, axes aligned with the flange's, as ``set_target_payload`` takes them;
-transition_time. Messages before 2026 have mass and centre of gravity alone; the rolling distribution's has one
-field ``payload``, a geometry_msgs/Inertia. Source: docs.ros.org/en/jazzy/p/ur_msgs/srv/SetPayload.html and
+Messages before 2026 have mass and centre of gravity alone; the rolling distribution's has one field ``payload``, a
+geometry_msgs/Inertia. Source: docs.ros.org/en/jazzy/p/ur_msgs/srv/SetPayload.html and
 UniversalRobots/Universal_Robots_ROS2_Driver, pull request 1811.
 """
 
@@ -24,15 +22,11 @@ def _write(load: ControllerLoad) -> str:
 
 
 FORMAT = load_format(
-    name="ros2",
     title="Universal Robots ROS 2 driver, service set_payload",
     source="ur_msgs/srv/SetPayload of 2026 (older ones lack the inertia: leave ixx to iyz out)",
     write=_write,
     ready=ur.ready,
-    remarks=(
-        "Reference: inertia matrix about the centre of gravity, axes of the tool flange.",
-        "Order: mass, center_of_gravity, ixx to iyz by name, entries of the matrix (ixy = -integral of x y dm).",
-        "Units: kg, m, kg m^2.",
-    ),
+    reference="inertia matrix about the centre of gravity, axes of the tool flange",
+    order="mass, center_of_gravity, ixx to iyz by name, entries of the matrix (ixy = -integral of x y dm)",
     in_part="the inertia is left out, the driver takes zero",
 )

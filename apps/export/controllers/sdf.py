@@ -1,7 +1,6 @@
 """SDFormat: a model of one link ``payload``, its origin at the flange.
 
-The pose of the inertial frame is the centre of mass without rotation; ixx, ixy, ixz, iyy, iyz, izz are entries of
-the inertia matrix there. Without them SDFormat takes 1 kg m^2, so a point mass needs explicit zeros. Source:
+Without entries of the inertia SDFormat takes 1 kg m^2, so a point mass needs explicit zeros. Source:
 sdformat.org/spec, link/inertial (element descriptions in sdf/1.x/inertial.sdf), and gz-math, Inertial.
 """
 
@@ -15,15 +14,10 @@ def _write(load: ControllerLoad) -> str:
 
 
 FORMAT = load_format(
-    name="sdf",
     title="SDFormat (fix the link payload to the flange of your robot, origin on origin)",
     source="sdformat.org/spec, inertial",
     write=_write,
-    remarks=(
-        "Reference: inertia matrix about the centre of mass, axes of the flange.",
-        "Order: pose x, y, z, roll, pitch, yaw; ixx, ixy, ixz, iyy, iyz, izz, entries of the matrix.",
-        "Units: kg, m, kg m^2.",
-    ),
+    order="pose x, y, z, roll, pitch, yaw; ixx, ixy, ixz, iyy, iyz, izz, entries of the matrix",
     in_part="the inertia is zero, a point mass (left out it would be 1 kg m^2); simulators may ask for one of "
     "your own",
     comment=COMMENT,

@@ -20,15 +20,9 @@ def _write(load: ControllerLoad) -> str:
 
 
 FORMAT = load_format(
-    name="staubli",
     title="Staeubli: plain values (its load format is not documented publicly)",
     source="none public; see the manual of your controller",
     write=_write,
-    remarks=(
-        "Reference: inertia matrix about the centre of mass, axes of the flange.",
-        "Order: mass; com x, y, z; Ixx, Ixy, Ixz, Iyy, Iyz, Izz, entries of the matrix (Ixy = -integral of x y "
-        "dm).",
-        "Units: kg, m, kg m^2.",
-    ),
+    order="mass; com x, y, z; Ixx, Ixy, Ixz, Iyy, Iyz, Izz, entries of the matrix (Ixy = -integral of x y dm)",
     in_part="the inertia is left out",
 )

@@ -1,8 +1,6 @@
 """Universal Robots: ``set_target_payload`` of URScript.
 
-set_target_payload(m, cog, inertia): mass [kg]; cog [m] from the tool mount; inertia [Ixx, Iyy, Izz, Ixy, Ixz, Iyz]
-[kg m^2] with origin in the cog and axes aligned with the flange's; left out, it is zero. Components beyond +-133
-kg m^2 and negative moments raise an exception. Source: URScript manual, set_target_payload
+Components beyond +-133 kg m^2 and negative moments raise an exception. Source: URScript manual, set_target_payload
 (universal-robots.com/manuals/EN/HTML/SW10_6/Content/prod-scriptmanual/G5/set_target_payload.htm).
 """
 
@@ -30,16 +28,11 @@ def ready(load: ControllerLoad) -> ControllerLoad:
 
 
 FORMAT = load_format(
-    name="ur",
     title="Universal Robots set_target_payload",
     source="URScript manual, set_target_payload",
     write=_write,
     ready=ready,
-    remarks=(
-        "Reference: inertia matrix about the centre of gravity, axes of the tool flange.",
-        "Order: m, [cog x, y, z], [Ixx, Iyy, Izz, Ixy, Ixz, Iyz], entries of the matrix (Ixy = -integral of x y "
-        "dm).",
-        "Units: kg, m, kg m^2.",
-    ),
+    reference="inertia matrix about the centre of gravity, axes of the tool flange",
+    order="m, [cog x, y, z], [Ixx, Iyy, Izz, Ixy, Ixz, Iyz], entries of the matrix (Ixy = -integral of x y dm)",
     in_part="the inertia is left out, the controller takes zero",
 )

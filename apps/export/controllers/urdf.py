@@ -1,8 +1,6 @@
-"""URDF: a link ``payload`` fixed to the link ``tool0``.
+"""URDF: a link ``payload`` fixed to the link ``tool0``; its inertial origin is not turned.
 
-The inertial origin stands at the centre of mass without rotation, so that ixx, ixy, ixz, iyy, iyz, izz are the
-entries of the inertia matrix there in the axes of the flange (ixy = -integral of x y dm). Source: URDF
-specification, wiki.ros.org/urdf/XML/link, and wiki.ros.org/urdf/Tutorials (inertia, sign of products).
+Source: URDF specification, wiki.ros.org/urdf/XML/link, and wiki.ros.org/urdf/Tutorials (inertia, sign of products).
 """
 
 from ..load import ControllerLoad, load_format
@@ -21,15 +19,10 @@ def _write(load: ControllerLoad) -> str:
 
 
 FORMAT = load_format(
-    name="urdf",
     title="URDF (copy joint and link payload into your robot, whose flange link is tool0 here)",
     source="wiki.ros.org/urdf/XML/link",
     write=_write,
-    remarks=(
-        "Reference: inertia matrix about the centre of mass, axes of the flange.",
-        "Order: ixx, ixy, ixz, iyy, iyz, izz, entries of the matrix (ixy = -integral of x y dm).",
-        "Units: kg, m, kg m^2.",
-    ),
+    order="ixx, ixy, ixz, iyy, iyz, izz, entries of the matrix (ixy = -integral of x y dm)",
     in_part="the inertia is zero, a point mass; simulators may ask for one of your own",
     comment=COMMENT,
 )

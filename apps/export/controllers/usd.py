@@ -1,10 +1,8 @@
-"""USD physics: ``PhysicsMassAPI`` on a prim whose origin is the flange.
+"""USD physics: ``PhysicsMassAPI`` on a prim whose origin is the flange, in the stage's units.
 
-mass, centerOfMass (prim's local space), diagonalInertia (principal moments about the centre of mass),
-principalAxes (quaternion, scalar first), all in the stage's units: lengths divided by metersPerUnit, inertia by
-its square. Referencing a stage converts nothing. A mass or diagonalInertia of zero is ignored. Source:
-UsdPhysicsMassAPI in the OpenUSD documentation (openusd.org/release/api/class_usd_physics_mass_a_p_i.html) and the
-UsdPhysics proposal on units.
+Referencing a stage converts nothing; a mass or diagonalInertia of zero is ignored. Source: UsdPhysicsMassAPI in the
+OpenUSD documentation (openusd.org/release/api/class_usd_physics_mass_a_p_i.html) and the UsdPhysics proposal on
+units.
 """
 
 import math
@@ -14,7 +12,6 @@ from ..rotation import principal_axes, quaternion
 
 
 def _digits(load: ControllerLoad) -> int | None:
-    """Decimals of a moment in the stage's units."""
     digits = load.moment_digits
     return None if digits is None else digits + round(2.0 * math.log10(load.meters_per_unit))
 
@@ -48,17 +45,13 @@ def Xform "payload" (
 
 
 FORMAT = load_format(
-    name="usd",
     title="USD PhysicsMassAPI (stage units; copy into a stage of the same units)",
     source="OpenUSD, UsdPhysicsMassAPI",
     write=_write,
     holds=frozenset({"products", "units"}),
-    remarks=(
-        "Reference: principal moments about the centre of mass, their axes turned by principalAxes out of the "
-        "prim's.",
-        "Order: centerOfMass x, y, z; diagonalInertia along the principal axes; principalAxes w, x, y, z.",
-        "Units: kg (kilogramsPerUnit = 1), length in metersPerUnit, inertia in kg times that squared.",
-    ),
+    reference="principal moments about the centre of mass, their axes turned by principalAxes out of the prim's",
+    order="centerOfMass x, y, z; diagonalInertia along the principal axes; principalAxes w, x, y, z",
+    units="kg (kilogramsPerUnit = 1), length in metersPerUnit, inertia in kg times that squared",
     in_part="no diagonalInertia: the simulator makes one from the shapes",
     first_line="#usda 1.0",
 )

@@ -1,8 +1,7 @@
 """Yaskawa Motoman tool load information, as typed at the pendant (tool file).
 
-W [kg]; Xg, Yg, Zg [mm] in flange coordinates; Ix, Iy, Iz [kg m^2] about axes through the centre of gravity
-parallel to the flange's. Sources: NX100 instructions 9.11 "ARM Control"
-(easymanua.ls/yaskawa/motoman-nx100/manual?p=259) and YRC1000 (easymanua.ls/yaskawa/motoman-yrc1000/manual?p=119).
+Sources: NX100 instructions 9.11 "ARM Control" (easymanua.ls/yaskawa/motoman-nx100/manual?p=259) and YRC1000
+(easymanua.ls/yaskawa/motoman-yrc1000/manual?p=119).
 """
 
 import numpy as np
@@ -18,15 +17,12 @@ def _write(load: ControllerLoad) -> str:
 
 
 FORMAT = load_format(
-    name="yaskawa",
     title="Yaskawa tool load information",
     source="NX100 and YRC1000 instructions, ARM control",
     write=_write,
     holds=frozenset(),
-    remarks=(
-        "Reference: moments about axes through the centre of gravity parallel to the flange's x, y, z.",
-        "Order: W, Xg, Yg, Zg, Ix, Iy, Iz.",
-        "Units: kg, mm, kg m^2.",
-    ),
+    reference="moments about axes through the centre of gravity parallel to the flange's x, y, z",
+    order="W, Xg, Yg, Zg, Ix, Iy, Iz",
+    units="kg, mm, kg m^2",
     in_part="Ix = Iy = Iz = 0, which the manual allows for tools that are small against their distance",
 )

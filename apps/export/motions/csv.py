@@ -18,7 +18,6 @@ def _write(motion: WrittenMotion) -> str:
 
 
 FORMAT = Format(
-    name="csv",
     title="CSV",
     source="the columns' names",
     head=motion_head,

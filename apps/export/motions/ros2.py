@@ -6,6 +6,7 @@ exponent, which YAML 1.1 would take for text. Source: docs.ros.org/en/jazzy/p/tr
 and JointTrajectoryPoint; builtin_interfaces/msg/Duration.
 """
 
+import re
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -41,15 +42,15 @@ def check_joint_names(names: Sequence[str], n: int) -> tuple[str, ...]:
         InputError: if they do not fit ``n`` joints.
     """
     names = tuple(names) or tuple(f"joint_{j}" for j in range(1, n + 1))
-    if len(names) != n or len(set(names)) != n or not all(_plain(name) for name in names):
+    if (
+        len(names) != n
+        or len(set(names)) != n
+        or not all(re.fullmatch(r"[A-Za-z0-9_/.-]+", name) for name in names)
+    ):
         raise InputError(
             f"joint names {', '.join(names)}: {n} different names of letters, digits and _ - / . are needed"
         )
     return names
-
-
-def _plain(name: str) -> bool:
-    return bool(name) and all(letter.isascii() and (letter.isalnum() or letter in "_-/.") for letter in name)
 
 
 def _replay(motion: WrittenMotion) -> Replay:
@@ -60,7 +61,6 @@ def _replay(motion: WrittenMotion) -> Replay:
 
 
 FORMAT = Format(
-    name="ros2",
     title="JointTrajectory of ROS 2",
     source="trajectory_msgs/msg/JointTrajectory",
     head=motion_head,

@@ -81,7 +81,6 @@ def _check(label: str, limit: float, message: str) -> list[str]:
 
 
 FORMAT = Format(
-    name="urscript",
     title="URScript of Universal Robots",
     source="URScript manual, servoj",
     head=motion_head,

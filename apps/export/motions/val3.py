@@ -8,11 +8,11 @@ as in the public VAL3 applications of ros-industrial/staubli_val3_driver.
 """
 
 import math
+import re
 from typing import NamedTuple
 
 import numpy as np
 
-from ....common.arrays import Array
 from ....common.errors import InputError
 from ....model import Robot, forward_kinematics
 from ....trajectories import PointToPoint, Trapezoid, ViaPoints, plan_point_to_point
@@ -25,7 +25,7 @@ _BLEND = 1.0 / 3.0  # of the distance to the nearer neighbour: where a passing q
 
 
 class Descriptor(NamedTuple):
-    """How one point is approached: percentages; it is left and reached again at ``leave`` [mm], 0 for a stop."""
+    """Approach of a point: percentages; it is left and reached again at ``leave`` [mm], 0 for a stop."""
 
     accel: int
     vel: int
@@ -40,7 +40,7 @@ def _points(motion: WrittenMotion) -> ViaPoints:
 
 
 def val3_replay(motion: WrittenMotion) -> PointToPoint:
-    """What a controller does with these moves if its profiles are trapezoidal: an estimate to be scored.
+    """Motion of a controller whose profiles are trapezoidal by these moves: an estimate to be scored.
 
     Raises:
         InputError: as ``check_val3``.
@@ -67,7 +67,12 @@ def descriptors_of(motion: WrittenMotion, plan: ViaPoints) -> list[Descriptor]:
     nominal, strong = (np.array([getattr(limit, kind) for limit in limits]) for kind in ("speed", "acceleration"))
     most_speed = _percent(float((motion.bounds.speed / nominal).min()))
     most = _percent(min(float((motion.bounds.acceleration / strong).min()), 1.0))
-    leave = np.zeros(len(plan.points)) if plan.rests else _leave(motion, plan.points)
+    leave = np.zeros(len(plan.points))
+    if not plan.rests:  # each inner point is left and rejoined
+        kinematics = forward_kinematics(motion.robot)
+        origins = np.array([kinematics(q)[1].full().ravel() for q in plan.points]).reshape(-1, 3)
+        gap = 1000.0 * np.linalg.norm(np.diff(origins, axis=0), axis=1)
+        leave[1:-1] = np.floor(_BLEND * np.minimum(gap[:-1], gap[1:]))
     descriptors = []
     for k, (T, step) in enumerate(zip(plan.durations, np.abs(np.diff(plan.points, axis=0)), strict=True)):
         # As the slowest joint has them; the others follow its law.
@@ -82,7 +87,6 @@ def descriptors_of(motion: WrittenMotion, plan: ViaPoints) -> list[Descriptor]:
 
 
 def _percent(fraction: float) -> int:
-    """Rounded down, and at least 1."""
     return max(int(100.0 * fraction + 1e-9), 1)
 
 
@@ -96,15 +100,6 @@ def _speed(by_speed: float, by_acceleration: float, T: float) -> float:
         return 1.0
     fraction = (T - math.sqrt(root)) * by_speed / (2.0 * by_acceleration)
     return min(max(fraction, 0.01), 1.0)
-
-
-def _leave(motion: WrittenMotion, points: Array) -> Array:
-    """Distance at which each inner point is left and rejoined [mm], shape (points,)."""
-    kinematics = forward_kinematics(motion.robot)
-    origins = np.array([kinematics(q)[1].full().ravel() for q in points]).reshape(-1, 3)
-    gap = 1000.0 * np.linalg.norm(np.diff(origins, axis=0), axis=1)
-    nearer = np.concatenate([[0.0], np.minimum(gap[:-1], gap[1:]), [0.0]])
-    return np.asarray(np.floor(_BLEND * nearer))
 
 
 _XSI = "http://www.w3.org/2001/XMLSchema-instance"
@@ -125,26 +120,22 @@ def check_val3(robot: Robot, via_points: bool, name: str) -> None:
     require_six_turning(robot, "VAL3 jointRx")
     if not via_points:
         raise InputError("VAL3 needs via points, a Fourier motion has none: design with --via-points")
-    if not (name.isascii() and name.replace("_", "a").isalnum() and name[:1].isalpha() and len(name) <= 15):
+    if not re.fullmatch(r"[A-Za-z]\w{0,14}", name, re.ASCII):
         raise InputError(
             f"{name!r} is no VAL3 application's name: a letter, then letters, digits and _, 15 at most"
         )
 
 
 def _write(motion: WrittenMotion) -> str:
-    """The database: points and how each is approached."""
     plan = _points(motion)
     moves = [Descriptor(_APPROACH, _APPROACH), *descriptors_of(motion, plan)]
-    joints = [
-        {f"j{j}": f"{angle:.6f}" for j, angle in enumerate(row, 1)} for row in np.degrees(plan.points).tolist()
-    ]
-    motions = []
+    angles, motions = np.degrees(plan.points).tolist(), []
     for accel, vel, leave in moves:
         profile = {"accel": f"{accel}", "vel": f"{vel}", "decel": f"{accel}", "tmax": "99999", "rmax": "99999"}
         near = f"{leave:g}"
         motions.append(profile | ({"blend": "joint", "leave": near, "reach": near} if leave else {"blend": "off"}))
     variables = {
-        ("jPoint", "jointRx"): joints,
+        ("jPoint", "jointRx"): [{f"j{j}": f"{angle:.6f}" for j, angle in enumerate(row, 1)} for row in angles],
         ("mMotion", "mdesc"): motions,
         ("nIndex", "num"): [{"value": "0"}],
         ("tFlange", "tool"): [{"fatherId": "flange[0]"}],
@@ -158,7 +149,6 @@ def _write(motion: WrittenMotion) -> str:
 
 
 def _beside(motion: WrittenMotion) -> dict[str, str]:
-    """The project and its programs."""
     count = len(_points(motion).points)
     start = [
         "begin",
@@ -187,20 +177,18 @@ def _beside(motion: WrittenMotion) -> dict[str, str]:
 
 
 def _program(name: str, access: str, code: list[str]) -> str:
-    lines = [
-        FIRST,
-        f'<Programs xmlns:xsi="{_XSI}" xmlns="{_SPACE}/Program/2">',
-        f'  <Program name="{name}" access="{access}">',
-        "    <Code><![CDATA[" + "\n".join(code),
-        "]]></Code>",
-        "  </Program>",
-        "</Programs>\n",
-    ]
-    return "\n".join(lines)
+    text = "\n".join(code)
+    return f"""{FIRST}
+<Programs xmlns:xsi="{_XSI}" xmlns="{_SPACE}/Program/2">
+  <Program name="{name}" access="{access}">
+    <Code><![CDATA[{text}
+]]></Code>
+  </Program>
+</Programs>
+"""
 
 
 FORMAT = Format(
-    name="val3",
     title="VAL3 application of Staubli",
     source="VAL3 Reference Manual (D28062804A)",
     head=motion_head,

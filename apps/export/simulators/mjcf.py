@@ -10,9 +10,6 @@ import math
 from collections.abc import Mapping
 from xml.etree.ElementTree import Element
 
-import numpy as np
-
-from ....common.arrays import Array
 from ....estimation.possible.whole_robot import Labelled, WholeRobot
 from ....model import Pose
 from ...numbers import exact
@@ -23,8 +20,19 @@ from ..xml import COMMENT, FIRST, element, mark_comment, mjcf_inertial, xml_text
 
 
 def _write(whole: WholeRobot) -> str:
-    frames = Frames(whole.robot)
-    tendons = [*coupled_tendon(whole, whole.joint_names), *_spring_tendon(whole)]
+    frames, spring = Frames(whole.robot), whole.robot.spring
+    tendons, motors = coupled_tendon(whole, whole.joint_names), list[Element]()
+    if spring is not None and not spring.table:
+        values = {"name": "spring", "stiffness": exact(spring.stiffness), "springlength": exact(spring.length)}
+        ends = (element("site", {"site": f"spring_{end}"}) for end in ("fixed", "moving"))
+        tendons.append(element("spatial", values, *ends))
+    for name, drive, joint in zip(whole.joint_names, whole.drives, whole.robot.joints, strict=True):
+        values = {"name": name, "joint": name}  # the control is the torque on the joint's side
+        if math.isfinite(torque := joint.limits.torque):
+            values["ctrlrange"] = exact([-torque, torque])
+        if "offset" in drive:  # the bias takes the offset off
+            values |= {"biastype": "affine", "biasprm": exact([-drive["offset"].value, 0.0, 0.0])}
+        motors.append(element("general", values))
     root = element(
         "mujoco",
         {"model": whole.robot.name},
@@ -33,7 +41,7 @@ def _write(whole: WholeRobot) -> str:
         custom(whole),
         element("worldbody", {}, _links(whole)),
         *([element("tendon", {}, *tendons)] if tendons else []),
-        element("actuator", {}, *(_motor(whole, j) for j in range(whole.robot.n))),
+        element("actuator", {}, *motors),
     )
     return xml_text(root)
 
@@ -49,9 +57,9 @@ def marks(whole: WholeRobot) -> dict[str, Labelled]:
 
 def custom(whole: WholeRobot) -> Element:
     """Marks as texts that MuJoCo keeps when it writes a model."""
-    words = {name: " ".join(f"{key}={word}" for key, word in fields(label).items())
+    text = {name: " ".join(f"{key}={word}" for key, word in fields(label).items())
              for name, label in marks(whole).items()}  # fmt: skip
-    return element("custom", {}, *(element("text", {"name": name, "data": data}) for name, data in words.items()))
+    return element("custom", {}, *(element("text", {"name": name, "data": data}) for name, data in text.items()))
 
 
 def _links(whole: WholeRobot) -> Element:
@@ -86,17 +94,6 @@ def drive_attributes(drive: Mapping[str, Labelled]) -> dict[str, str]:
     return {name: exact(drive_value(drive, quantity)) for quantity, name in names.items() if quantity in drive}
 
 
-def _motor(whole: WholeRobot, j: int) -> Element:
-    """A motor whose control is the torque on the joint's side; its bias takes the offset off."""
-    name, drive, torque = whole.joint_names[j], whole.drives[j], whole.robot.joints[j].limits.torque
-    values = {"name": name, "joint": name}
-    if math.isfinite(torque):
-        values["ctrlrange"] = exact([-torque, torque])
-    if "offset" in drive:
-        values |= {"biastype": "affine", "biasprm": exact([-drive["offset"].value, 0.0, 0.0])}
-    return element("general", values)
-
-
 def coupled_tendon(whole: WholeRobot, joints: tuple[str, ...]) -> list[Element]:
     """The drive that turns with the sum of two joints, which ``joints`` names; none without one."""
     coupling = whole.robot.coupling
@@ -109,16 +106,6 @@ def coupled_tendon(whole: WholeRobot, joints: tuple[str, ...]) -> list[Element]:
     return [element("fixed", {"name": "coupled_drive"} | drive_attributes(drive), *both)]
 
 
-def _spring_tendon(whole: WholeRobot) -> list[Element]:
-    spring = whole.robot.spring
-    if spring is None or spring.table:
-        return []
-    values = {"name": "spring", "stiffness": exact(spring.stiffness), "springlength": exact(spring.length)}
-    return [
-        element("spatial", values, *(element("site", {"site": f"spring_{end}"}) for end in ("fixed", "moving")))
-    ]
-
-
 def _spring_sites(whole: WholeRobot) -> dict[int, list[Element]]:
     """Pivots of the spring as elements of the links that they stand on, 0 being the base.
 
@@ -129,20 +116,17 @@ def _spring_sites(whole: WholeRobot) -> dict[int, list[Element]]:
     if spring is None or spring.table:
         return {}
     j, (a, b) = spring.joint - 1, spring.arms
-    moving: Array = np.array([a, 0.0, 0.0])
-    fixed: Array = -b * np.array([math.cos(spring.zero), math.sin(spring.zero), 0.0])
-    places = {
-        j: ("spring_fixed", frames.joint(j), fixed),
-        j + 1: ("spring_moving", frames.own(j + 1).inverse(), moving),
-    }
+    pivots = (
+        ("spring_fixed", frames.joint(j), [-b * math.cos(spring.zero), -b * math.sin(spring.zero), 0.0]),
+        ("spring_moving", frames.own(j + 1).inverse(), [a, 0.0, 0.0]),
+    )
     return {
         link: [element("site", {"name": name, "pos": exact(pose.R @ pivot + pose.p)})]
-        for link, (name, pose, pivot) in places.items()
+        for link, (name, pose, pivot) in enumerate(pivots, j)
     }
 
 
 FORMAT = Format(
-    name="mjcf",
     title="MJCF (MuJoCo 3.3 or newer)",
     source="MuJoCo XML reference",
     head=robot_head,

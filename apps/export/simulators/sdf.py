@@ -25,11 +25,24 @@ def _write(whole: WholeRobot) -> str:
         element("joint", {"name": f"world-{names[0]}", "type": "fixed"}, *ends),
     )  # fmt: skip
     for j, link in enumerate(whole.links):
-        place, marks, body = _pose(frames.link(j)), link_marks(link, whole.apart[j]), link.body
-        place.set("relative_to", names[j])
+        pose, drive, body = _pose(frames.link(j)), whole.apart[j], link.body
+        pose.set("relative_to", names[j])
         mass = [xml.sdf_inertial(body.mass, body.com, body.inertia_com)] if body.mass else []
-        model.append(element("link", {"name": link.link}, place, *xml.marked(marks, mass)))
-        model.append(_joint(whole, j))
+        model.append(element("link", {"name": link.link}, pose, *xml.marked(link_marks(link, drive), mass)))
+        joint = robot.joints[j]
+        limits, kind = joint.limits, "revolute" if joint.revolute else "prismatic"
+        bounds = {"lower": limits.position[0], "upper": limits.position[1], "effort": limits.torque}
+        bounds |= {"velocity": limits.speed, "drake:acceleration": limits.acceleration}
+        finite = {name: exact(end) for name, end in bounds.items() if math.isfinite(end)}
+        rotor = {"drake:rotor_inertia": exact(drive_value(drive, "armature")), "drake:gear_ratio": "1"}
+        axis = (
+            element("xyz", {}, frames.axis(j)),
+            element("limit", {}, *texts(finite)),
+            element("dynamics", {}, *texts(xml.drive_attributes(drive))),
+        )
+        parts = [*texts({"parent": names[j], "child": names[j + 1]}), element("axis", {}, *axis)]
+        parts += texts(rotor) if "armature" in drive else []
+        model.append(element("joint", {"name": whole.joint_names[j], "type": kind}, *parts))
     if (flange := frames.flange_name) not in names:
         attached = {"name": flange, "attached_to": names[-1]}
         model.append(element("frame", attached, _pose(frames.flange)))
@@ -41,33 +54,7 @@ def _pose(pose: Pose) -> Element:
     return element("pose", {}, f"{exact(pose.origin)} {exact(pose.rpy)}")
 
 
-def _joint(whole: WholeRobot, j: int) -> Element:
-    joint, names, drive = whole.robot.joints[j], whole.link_names, whole.apart[j]
-    limits, kind = joint.limits, "revolute" if joint.revolute else "prismatic"
-    bounds = {
-        "lower": limits.position[0],
-        "upper": limits.position[1],
-        "effort": limits.torque,
-        "velocity": limits.speed,
-        "drake:acceleration": limits.acceleration,
-    }
-    finite = {name: exact(end) for name, end in bounds.items() if math.isfinite(end)}
-    rotor = {"drake:rotor_inertia": exact(drive_value(drive, "armature")), "drake:gear_ratio": "1"}
-    return element(
-        "joint", {"name": whole.joint_names[j], "type": kind},
-        *texts({"parent": names[j], "child": names[j + 1]}),
-        element(
-            "axis", {},
-            element("xyz", {}, Frames(whole.robot).axis(j)),
-            element("limit", {}, *texts(finite)),
-            element("dynamics", {}, *texts(xml.drive_attributes(drive))),
-        ),
-        *(texts(rotor) if "armature" in drive else []),
-    )  # fmt: skip
-
-
 FORMAT = Format(
-    name="sdf",
     title="SDFormat 1.9 (Gazebo, Drake)",
     source="sdformat.org/spec; Drake's elements: drake.mit.edu, Parsing models",
     head=robot_head,

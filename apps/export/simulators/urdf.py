@@ -27,32 +27,33 @@ def _write(whole: WholeRobot) -> str:
         marks, body = link_marks(link, whole.apart[j]), link.body
         mass = [xml.urdf_inertial(body.mass, body.com, body.inertia_com)] if body.mass else []
         root.append(element("link", {"name": link.link}, *xml.marked(marks, mass)))
-        root.append(_joint(whole, j))
+        joint = robot.joints[j]
+        limits, dynamics = joint.limits, xml.drive_attributes(whole.apart[j])
+        bounded = all(map(math.isfinite, limits.position))
+        kind = "prismatic" if not joint.revolute else "revolute" if bounded else "continuous"
+        low, high = limits.position if bounded else (-_UNKNOWN, _UNKNOWN)
+        values = {} if kind == "continuous" else {"lower": exact(low), "upper": exact(high)}
+        values |= {"velocity": exact(min(limits.speed, _UNKNOWN)), "effort": exact(min(limits.torque, _UNKNOWN))}
+        if math.isfinite(limits.acceleration):
+            values["drake:acceleration"] = exact(limits.acceleration)
+        parts = [*_place(names[j], names[j + 1], frames.link(j)), element("axis", {"xyz": frames.axis(j)})]
+        parts += [element("limit", values), *([element("dynamics", dynamics)] if dynamics else [])]
+        root.append(element("joint", {"name": whole.joint_names[j], "type": kind}, *parts))
     if (flange := frames.flange_name) not in names:
         fixed = {"name": f"{names[-1]}-{flange}", "type": "fixed"}
         root.append(element("link", {"name": flange}))
         root.append(element("joint", fixed, *_place(names[-1], flange, frames.flange)))
-    root.extend(_transmission(whole, j) for j in range(robot.n))
+    interface = element("hardwareInterface", {}, "hardware_interface/EffortJointInterface")
+    for name, drive in zip(whole.joint_names, whole.apart, strict=True):  # as Drake reads drives
+        rotor = element("drake:rotor_inertia", {"value": exact(drive_value(drive, "armature"))})
+        gear = element("drake:gear_ratio", {"value": "1"})
+        parts = [
+            element("type", {}, "transmission_interface/SimpleTransmission"),
+            element("joint", {"name": name}, interface),
+            element("actuator", {"name": f"{name}_motor"}, rotor, gear),
+        ]
+        root.append(element("transmission", {"name": f"{name}_transmission"}, *parts))
     return xml_text(root)
-
-
-def _joint(whole: WholeRobot, j: int) -> Element:
-    joint, names = whole.robot.joints[j], whole.link_names
-    limits, drive = joint.limits, xml.drive_attributes(whole.apart[j])
-    bounded = all(math.isfinite(end) for end in limits.position)
-    kind = "prismatic" if not joint.revolute else "revolute" if bounded else "continuous"
-    low, high = limits.position if bounded else (-_UNKNOWN, _UNKNOWN)
-    values = {} if kind == "continuous" else {"lower": exact(low), "upper": exact(high)}
-    values |= {"velocity": exact(min(limits.speed, _UNKNOWN)), "effort": exact(min(limits.torque, _UNKNOWN))}
-    if math.isfinite(limits.acceleration):
-        values["drake:acceleration"] = exact(limits.acceleration)
-    return element(
-        "joint", {"name": whole.joint_names[j], "type": kind},
-        *_place(names[j], names[j + 1], Frames(whole.robot).link(j)),
-        element("axis", {"xyz": Frames(whole.robot).axis(j)}),
-        element("limit", values),
-        *([element("dynamics", drive)] if drive else []),
-    )  # fmt: skip
 
 
 def _place(parent: str, child: str, pose: Pose) -> list[Element]:
@@ -63,24 +64,7 @@ def _place(parent: str, child: str, pose: Pose) -> list[Element]:
     ]
 
 
-def _transmission(whole: WholeRobot, j: int) -> Element:
-    """A drive as Drake reads it."""
-    name = whole.joint_names[j]
-    interface = element("hardwareInterface", {}, "hardware_interface/EffortJointInterface")
-    return element(
-        "transmission", {"name": f"{name}_transmission"},
-        element("type", {}, "transmission_interface/SimpleTransmission"),
-        element("joint", {"name": name}, interface),
-        element(
-            "actuator", {"name": f"{name}_motor"},
-            element("drake:rotor_inertia", {"value": exact(drive_value(whole.apart[j], "armature"))}),
-            element("drake:gear_ratio", {"value": "1"}),
-        ),
-    )  # fmt: skip
-
-
 FORMAT = Format(
-    name="urdf",
     title="URDF",
     source="wiki.ros.org/urdf/XML; Drake's elements: drake.mit.edu, Parsing models",
     head=robot_head,

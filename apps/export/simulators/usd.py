@@ -31,10 +31,22 @@ def _write(whole: WholeRobot) -> str:
         f"float physics:gravityMagnitude = {exact(size)}",
     ]
     links = _prim(f'Xform "{base}"', [], [_schemas("PhysicsRigidBodyAPI")])
-    pose = Pose()
-    for j in joints:
-        pose = pose @ frames.link(j)
-        links += _link(whole, j, pose)
+    pose, flange = Pose(), frames.flange_name
+    for j, link in enumerate(whole.links):
+        inside, pose = list[str](), pose @ frames.link(j)
+        if (body := link.body).mass != 0.0:
+            moments, axes = principal_axes(body.inertia_com)
+            inside += [
+                f"float physics:mass = {exact(body.mass)}",
+                f"point3f physics:centerOfMass = ({exact(body.com, ', ')})",
+                f"float3 physics:diagonalInertia = ({exact(moments, ', ')})",
+                f"quatf physics:principalAxes = ({exact(quaternion(axes), ', ')})",
+            ]
+        inside += _placed(pose)
+        if j == whole.robot.n - 1 and flange not in whole.link_names:
+            inside += _prim(f'Xform "{_identifier(flange)}"', _placed(frames.flange))
+        marks = [_schemas("PhysicsRigidBodyAPI", "PhysicsMassAPI"), *_custom_data(link.link, link_marks(link, {}))]
+        links += _prim(f'Xform "{_identifier(link.link)}"', inside, marks)
     held = _prim('PhysicsFixedJoint "world"', [f"rel physics:body1 = </{root}/{base}>"])
     moving = [line for j in joints for line in _joint(whole, j, root)]
     lines = [
@@ -54,7 +66,6 @@ def _write(whole: WholeRobot) -> str:
 
 
 def _prim(kind: str, inside: Iterable[str], metadata: Iterable[str] = ()) -> list[str]:
-    """A prim, line by line."""
     return [f"def {kind} (", *_indented(metadata), ")", "{", *_indented(inside), "}"]
 
 
@@ -66,28 +77,7 @@ def _schemas(*names: str) -> str:
     return f"prepend apiSchemas = [{', '.join(map(json.dumps, names))}]"
 
 
-def _link(whole: WholeRobot, j: int, pose: Pose) -> list[str]:
-    link, frames = whole.links[j], Frames(whole.robot)
-    flange = frames.flange_name
-    lines: list[str] = []
-    if (body := link.body).mass != 0.0:
-        moments, axes = principal_axes(body.inertia_com)
-        lines += [
-            f"float physics:mass = {exact(body.mass)}",
-            f"point3f physics:centerOfMass = ({exact(body.com, ', ')})",
-            f"float3 physics:diagonalInertia = ({exact(moments, ', ')})",
-            f"quatf physics:principalAxes = ({exact(quaternion(axes), ', ')})",
-        ]
-    lines += _placed(pose)
-    if j == whole.robot.n - 1 and flange not in whole.link_names:
-        lines += _prim(f'Xform "{_identifier(flange)}"', _placed(frames.flange))
-    schemas = _schemas("PhysicsRigidBodyAPI", "PhysicsMassAPI")
-    marks = _custom_data(link.link, link_marks(link, {}))
-    return _prim(f'Xform "{_identifier(link.link)}"', lines, [schemas, *marks])
-
-
 def _placed(pose: Pose) -> list[str]:
-    """Where a prim stands in the one above it."""
     return [
         f"double3 xformOp:translate = ({exact(pose.origin, ', ')})",
         f"quatd xformOp:orient = ({exact(quaternion(pose.R), ', ')})",
@@ -136,19 +126,17 @@ def _custom_data(name: str, numbers: Mapping[str, Labelled]) -> list[str]:
     """Marks as metadata of a prim, kept by whatever writes the stage again."""
     lines = [f"string name = {json.dumps(name)}"]
     for key, label in numbers.items():
-        words = [f'string {name} = "{word}"' for name, word in fields(label).items() if name != "value"]
-        entries = [f"double value = {exact(label.value)}", *words]
+        text = [f'string {name} = "{word}"' for name, word in fields(label).items() if name != "value"]
+        entries = [f"double value = {exact(label.value)}", *text]
         lines += [f"dictionary {key} = {{", *_indented(entries), "}"]
     return ["customData = {", "    dictionary dynident = {", *_indented(_indented(lines)), "    }", "}"]
 
 
 def _identifier(name: str) -> str:
-    """A name as prims may have it."""
     return re.sub(r"^(?=\d)", "_", re.sub(r"\W", "_", name, flags=re.ASCII))
 
 
 FORMAT = Format(
-    name="usd",
     title="USD with the physics schema of PhysX (Isaac Sim 5 or newer)",
     source="OpenUSD, UsdPhysics; PhysX, PhysxJointAxisAPI",
     head=robot_head,

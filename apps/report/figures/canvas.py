@@ -19,12 +19,8 @@ Axes: TypeAlias = "_axes.Axes"
 Figure: TypeAlias = "_figure.Figure"
 GREY, BLUE, ORANGE = "0.62", "#0072b2", "#d55e00"
 """Colours that differ in lightness too; every curve has its own line or marker as well."""
-# Entries that would differ from one day to the next are left out.
-_METADATA: dict[str, dict[str, Any]] = {
-    ".png": {"Software": None},
-    ".svg": {"Date": None},
-    ".pdf": {"CreationDate": None},
-}
+_DATED = {".png": "Software", ".svg": "Date", ".pdf": "CreationDate"}
+"""Entries of files that would differ from one day to the next: they are left out."""
 Scale: TypeAlias = Callable[[Array | float], Array]
 """From a row's values to places in a panel."""
 _GRID: dict[str, Any] = {"color": "0.9", "linewidth": 0.6, "zorder": 0.5}
@@ -59,19 +55,16 @@ def panels(
 ) -> tuple[Figure, Any]:
     """A figure and its panels, shape (rows, columns), at fixed places: to search for places takes three drawings.
 
-    Args:
-        size: width and height of the figure [inches].
-        edges: room at the left, the right, above and below all panels [inches].
-        gaps: between columns and between rows [inches].
-        options: of matplotlib's ``subplots``.
+    ``size`` is width and height, ``edges`` room at the left, the right, above and below all panels, ``gaps`` those
+    between columns and between rows [inches]; ``options`` are those of matplotlib's ``subplots``.
     """
     (width, height), (left, right, above, below) = size, edges
     wide = (width - left - right + gaps[0]) / columns - gaps[0]
     high = (height - above - below + gaps[1]) / rows - gaps[1]
-    place = {"left": left / width, "right": 1.0 - right / width, "wspace": gaps[0] / wide}
-    place |= {"top": 1.0 - above / height, "bottom": below / height, "hspace": gaps[1] / high}
+    grid = {"left": left / width, "right": 1.0 - right / width, "wspace": gaps[0] / wide}
+    grid |= {"top": 1.0 - above / height, "bottom": below / height, "hspace": gaps[1] / high}
     figure = new_figure(width, height)
-    return figure, figure.subplots(rows, columns, squeeze=False, gridspec_kw=place, **options)
+    return figure, figure.subplots(rows, columns, squeeze=False, gridspec_kw=grid, **options)
 
 
 def legend(figure: Figure, axes: Iterable[Axes], at: str, **options: Any) -> None:
@@ -79,7 +72,8 @@ def legend(figure: Figure, axes: Iterable[Axes], at: str, **options: Any) -> Non
     entries = [pair for axis in axes for pair in zip(*axis.get_legend_handles_labels(), strict=True)]
     handles = {label: handle for handle, label in entries}
     look: dict[str, Any] = {"ncols": len(handles), "frameon": False, "borderaxespad": 0.2, "loc": at} | options
-    figure.legend(list(handles.values()), list(handles), **look)
+    if handles:
+        figure.legend(list(handles.values()), list(handles), **look)
 
 
 def log_scale(axis: Axes) -> None:
@@ -103,8 +97,8 @@ def names_below(axis: Axes, names: Sequence[str], fontsize: float) -> None:
     lines_above(axis, len(names))
     axis.xaxis.labelpad = 8.0 + 0.65 * fontsize * max(map(len, names), default=0)
     look: dict[str, Any] = {"rotation": 90, "ha": "center", "va": "top", "fontsize": fontsize}
-    for place, name in enumerate(names):
-        axis.annotate(name, (place, 0.0), (0, -4), axis.get_xaxis_transform(), "offset points", **look)
+    for position, name in enumerate(names):
+        axis.annotate(name, (position, 0.0), (0, -4), axis.get_xaxis_transform(), "offset points", **look)
 
 
 def lines_above(axis: Axes, count: int) -> None:
@@ -116,27 +110,23 @@ def lines_above(axis: Axes, count: int) -> None:
 def bands(axis: Axes, ranges: Sequence[tuple[float, float]]) -> list[Scale]:
     """Rows one below the other in one panel, each with a scale of its own; a panel for each takes thrice as long.
 
-    Args:
-        axis: of the panel; its grid and numbers are set here.
-        ranges: lowest and highest value of each row, the topmost first.
-
-    Returns:
-        For each row what places its values in the panel.
+    ``ranges`` are the lowest and highest value of each row, the topmost first; for each row what places its values
+    in the panel is returned.
     """
     locator = matplotlib().ticker.MaxNLocator(_NUMBERS, steps=[1, 2, 5, 10])
     floors = range(len(ranges) - 1, -1, -1)
     scales: list[Scale] = [partial(_placed, floor, *ends) for floor, ends in zip(floors, ranges, strict=True)]
     ticks = [[float(y) for y in locator.tick_values(*ends) if ends[0] <= y <= ends[1]] for ends in ranges]
-    places = {float(place(y)): y for place, values in zip(scales, ticks, strict=True) for y in values}
+    places = {float(scale(y)): y for scale, values in zip(scales, ticks, strict=True) for y in values}
     axis.set_ylim(0.0, float(len(ranges)))
     axis.set_xmargin(0.02)
     axis.set_yticks([])
     axis.yaxis.labelpad = 36.0
     plain(axis)
     across = axis.get_yaxis_transform()
-    for place, y in places.items():
+    for position, y in places.items():
         text = f"{y:g}".replace("-", "\N{MINUS SIGN}")
-        axis.annotate(text, (0.0, place), (-4, 0), across, "offset points", ha="right", va="center")
+        axis.annotate(text, (0.0, position), (-4, 0), across, "offset points", ha="right", va="center")
     axis.hlines(list(places), 0.0, 1.0, transform=across, **_GRID)
     axis.hlines(floors[:-1], 0.0, 1.0, color="0.3", linewidth=0.8, transform=across)
     return scales
@@ -146,17 +136,12 @@ def _placed(floor: int, low: float, high: float, values: Array | float) -> Array
     return np.asarray(floor + _INSET + (1.0 - 2.0 * _INSET) * (values - low) / (high - low))
 
 
-def mark_interval(axis: Axes, low: float, high: float) -> None:
-    """A band of an interval, where there is one."""
-    if np.isfinite([low, high]).all():
-        axis.axvspan(low, high, facecolor="0.9", edgecolor="0.7", hatch="//", linewidth=0.0)
-
-
 def save_figure(figure: Figure, path: str | Path, dpi: int = 130) -> None:
     """Write a figure as PNG, SVG or PDF by the path's ending; the same figure gives the same bytes."""
     ending = Path(path).suffix.lower()
-    settings = {"svg.hashsalt": "dynident"}
-    write_bytes(path, _saved(figure, settings, format=ending[1:], dpi=dpi, metadata=_METADATA.get(ending)))
+    metadata = {_DATED[ending]: None} if ending in _DATED else None
+    content = _saved(figure, {"svg.hashsalt": "dynident"}, format=ending[1:], dpi=dpi, metadata=metadata)
+    write_bytes(path, content)
 
 
 def svg_text(figure: Figure, name: str) -> str:

@@ -1,8 +1,7 @@
-"""Figures of an arm and its motion: from three sides, between its limits, what it would teach, as predicted."""
+"""Figures of an arm and its motion: from three sides, between its limits, and predicted standard deviations."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -11,16 +10,13 @@ from ....model import Motion, Robot
 from ....model.frames import frames_at, step
 from ....trajectories import DesignProblem, Score
 from ....trajectories.design.score import load_torques
-from ...rollout import Rollout
 from ..blocks import Drawing
-from .canvas import BLUE, GREY, ORANGE, Figure, legend, log_scale, names_below, panels, plain, save_figure
+from .canvas import Figure, log_scale, names_below, panels, save_figure
+from .signals import Column, over_time
 
-_LINES = ("-", "--", ":", "-.")
 _FEW = 4  # parameters a figure names as the least known
-_TALLEST = 14.0  # inches
-_STYLES = ((BLUE, "-"), (ORANGE, "--"), (GREY, ":"), ("black", "-."))
 _UNITS = {"position": ("m", "rad"), "speed": ("m/s", "rad/s"), "torque": ("N", "N·m")}
-"""Of sliding and turning joints."""
+"""Units of sliding and of turning joints."""
 _VIEWS = (("from the side", 0, 2), ("from the front", 1, 2), ("from above", 0, 1))
 
 
@@ -28,50 +24,27 @@ def motion_figure(problem: DesignProblem, motion: Motion, title: str) -> Drawing
     """Positions, speeds and torques of every joint between their limits: a row a joint, a column a quantity."""
 
     def draw() -> Figure:
-        bounds, torques, n = problem.bounds, load_torques(problem, motion), motion.n
-        columns: list[tuple[str, dict[str, Array], Array, Array]] = [
-            ("position", {"position": motion.q}, bounds.low, bounds.high),
-            ("speed", {"speed": motion.qd}, -bounds.speed, bounds.speed),
-        ]
-        if torques:
-            columns.append(("torque", torques, -bounds.torque, bounds.torque))
-        size, edges = (3.4 * len(columns), min(1.25 * n + 1.0, _TALLEST)), (0.65, 0.1, 0.6, 0.75)
-        figure, axes = panels(size, n, len(columns), edges, (0.5, 0.15), sharex=True)
+        bounds, torques = problem.bounds, load_torques(problem, motion)
         turning = sorted({joint.revolute for joint in problem.robot.joints}, reverse=True)
-        for k, (name, curves, low, high) in enumerate(columns):
-            for j in range(n):
-                _between(axes[j, k], motion.t, {label: x[:, j] for label, x in curves.items()}, low[j], high[j])
-                axes[j, k].set_ylabel(f"joint {j + 1}" if k == 0 else "", fontsize=9)
+
+        def column(name: str, curves: Mapping[str, Array], low: Array, high: Array) -> Column:
             unit = " or ".join(_UNITS[name][kind] for kind in turning)
-            axes[0, k].set_title(f"{name} [{unit}]", fontsize=10)
-            axes[-1, k].set_xlabel("time [s]")
-        legend(figure, axes[0], "lower center", fontsize=9)
-        figure.suptitle(title)
-        return figure
+            return f"{name} [{unit}]", curves, np.stack([low, high])
+
+        columns = [
+            column("position", {"position": motion.q}, bounds.low, bounds.high),
+            column("speed", {"speed": motion.qd}, -bounds.speed, bounds.speed),
+            *([column("torque", torques, -bounds.torque, bounds.torque)] if torques else []),
+        ]
+        return over_time(title, motion.t, columns)
 
     return Drawing("motion", "Positions, speeds and torques of every joint between their limits, over time.", draw)
-
-
-def _between(axis: Any, t: Array, curves: Mapping[str, Array], low: float, high: float) -> None:
-    """Curves, and the limits as lines with hatching beyond."""
-    for k, (label, values) in enumerate(curves.items()):
-        axis.plot(t, values, _LINES[k % len(_LINES)], color="black", linewidth=0.9, label=label)
-    if np.isfinite([low, high]).all():
-        room = 0.12 * (high - low)
-        for limit, beyond, label in ((low, low - room, "limit"), (high, high + room, "")):
-            axis.axhline(limit, color="C3", linestyle=(0, (6, 2)), linewidth=1.1, label=label)
-            axis.axhspan(*sorted((limit, beyond)), facecolor="none", edgecolor="C3", hatch="////", linewidth=0.0)
-        axis.set_ylim(low - room, high + room)
-    axis.tick_params(labelsize=8)
-    axis.grid(visible=True, alpha=0.3)
 
 
 def sigma_figure(score: Score, title: str, reference: Mapping[str, float], labels: Mapping[str, str]) -> Drawing:
     """Predicted standard deviation of every parameter: relative where a reference value is known, else in SI units.
 
-    Args:
-        reference: values that standard deviations are relative to.
-        labels: how to call parameters ("ZZ1R"), by their names.
+    ``labels`` are shown in the place of parameters' names ("ZZ1R").
     """
 
     def draw() -> Figure:
@@ -88,8 +61,8 @@ def sigma_figure(score: Score, title: str, reference: Mapping[str, float], label
             axis.set_ylim(0.5 * heights.min(), 6.0 * heights.max())
             log_scale(axis)
             for k in np.argsort(-heights, kind="stable")[:_FEW]:  # the least known with their number
-                place: tuple[float, float] = (k, heights[k])
-                axis.annotate(f"{heights[k]:.2g}", place, ha="center", va="bottom", fontsize=7, rotation=90)
+                position: tuple[float, float] = (k, heights[k])
+                axis.annotate(f"{heights[k]:.2g}", position, ha="center", va="bottom", fontsize=7, rotation=90)
             names_below(axis, list(values), 7)
             axis.set_xlim(-0.8, len(heights) - 0.2)
             axis.grid(visible=True, axis="y", alpha=0.3)
@@ -97,34 +70,8 @@ def sigma_figure(score: Score, title: str, reference: Mapping[str, float], label
         figure.suptitle(title)
         return figure
 
-    return Drawing(
-        "predicted_sigma", "Standard deviation that identification would leave to each parameter, predicted.", draw
-    )
-
-
-def rollout_figure(rollout: Rollout, name: str, unit: tuple[str, float]) -> Drawing:
-    """Median and 90 % of the starts by each prediction, in a unit of some size."""
-
-    def draw() -> Figure:
-        figure, axes = panels((5.8, 3.2))
-        axis, resting = axes[0, 0], bool(rollout.resting.all())
-        for by, (colour, line) in zip(rollout.errors, _STYLES, strict=False):
-            spreads = [rollout.spread(by, float(seconds), resting) for seconds in rollout.times]
-            low, high = np.array([spread for spread in spreads if spread is not None]).T / unit[1]
-            axis.plot(rollout.times, low, color=colour, linestyle=line, label=by)
-            axis.fill_between(rollout.times, low, high, color=colour, alpha=0.2, linewidth=0)
-        log_scale(axis)
-        axis.set_xlabel("time after the start [s]")
-        axis.set_ylabel(f"error [{unit[0]}]")
-        axis.legend(fontsize=9, frameon=False)
-        plain(axis)
-        return figure
-
-    caption = (
-        f"Distance of predicted from measured motion on {rollout.source}, root mean square over the joints: median "
-        "of the starts, shaded up to 90 %."
-    )
-    return Drawing(name, caption, draw)
+    caption = "Standard deviation that identification would leave to each parameter, predicted."
+    return Drawing("predicted_sigma", caption, draw)
 
 
 def outline(robot: Robot, q: Sequence[float]) -> Array:

@@ -6,7 +6,6 @@ from typing import Any
 import numpy as np
 
 from ....common.arrays import Array
-from ....common.schema import present
 from ....estimation.fit.covariance import NORMAL95
 from ....estimation.payload.repeats import Repeats
 from ....estimation.results.payload import (
@@ -18,7 +17,7 @@ from ....estimation.results.payload import (
     bounds,
 )
 from ..blocks import Drawing
-from .canvas import BLUE, ORANGE, Axes, Figure, legend, mark_interval, matplotlib, panels, plain
+from .canvas import BLUE, ORANGE, Axes, Figure, legend, matplotlib, panels, plain
 
 _FREE = 0.22  # the free estimate stands this much below the constrained one
 _NAME = 24  # letters of a recording's name
@@ -26,35 +25,35 @@ _PLATE = 31.5  # mm: half of the plate of ISO 9409-1-50, to compare sizes with
 _VIEWS = ((0, 2), (1, 2), (0, 1))
 
 
-def _intervals(axis: Axes, rows: Iterable[float], values: Array, ends: Array, marker: str = "o") -> None:
-    """Values with their intervals (N, 2), a row each; one without an interval is a mark alone."""
-    for row, value, interval in zip(rows, values, ends, strict=True):
-        axis.plot(interval, [row, row], color=BLUE, linewidth=2.0)
-        axis.plot(value, row, marker, color=BLUE, markersize=6)
-
-
-def _recommended(axis: Axes, mass: float, interval: tuple[float, float]) -> None:
-    mark_interval(axis, *interval)
-    axis.axvline(mass, color="black", linestyle="--", linewidth=1.0)
-
-
-def _named_rows(axis: Axes, names: Sequence[str]) -> None:
+def _interval_rows(
+    axis: Axes, names: Sequence[str], values: Array, ends: Array, agreed: Array, missing: str = "", marks: str = ""
+) -> None:
+    """A row a name: its value and interval (N, 2), or a word; ``agreed``: value, low and high of all together."""
+    middle, low, high = agreed.tolist()
+    if np.isfinite([low, high]).all():
+        axis.axvspan(low, high, facecolor="0.9", edgecolor="0.7", hatch="//", linewidth=0.0)
+    if np.isfinite(middle):
+        axis.axvline(middle, color="black", linestyle="--", linewidth=1.0)
+    for row, (value, interval) in enumerate(zip(values, ends, strict=True)):
+        if np.isfinite(value):
+            axis.plot(interval, [row, row], color=BLUE, linewidth=2.0)
+            axis.plot(value, row, marks[row : row + 1] or "o", color=BLUE, markersize=6)
+        elif missing:
+            look: dict[str, Any] = {"ha": "center", "va": "center", "fontsize": 9, "style": "italic"}
+            box = {"facecolor": "white", "edgecolor": "none", "pad": 1.5}
+            axis.text(middle, row, missing, bbox=box, **look)
     axis.set_yticks(range(len(names)), names)
     axis.set_ylim(len(names) - 0.5, -0.5)
     plain(axis)
 
 
-def _missing(axis: Axes, text: str, x: float, y: float) -> None:
-    box = {"facecolor": "white", "edgecolor": "none", "pad": 1.5}
-    axis.text(x, y, text, ha="center", va="center", fontsize=9, style="italic", bbox=box)
-
-
 def joints_figure(
     masses: Sequence[JointsMassDocument], mass: float, interval: tuple[float, float], name: str = "by_joints"
-) -> Drawing | None:
-    """Mass [kg] by groups of joints, and each joint's share of the payload; None where none sees it."""
+) -> list[Drawing]:
+    """Mass [kg] by groups of joints, and each joint's share of the payload; none where no group sees it."""
+    values = np.array([group.mass if group.interval95 is not None else None for group in masses], dtype=float)
     if all(group.mass is None for group in masses):
-        return None
+        return []
     text = "; ".join(
         f"{group.name} {group.mass:.4g} kg" if group.mass is not None else f"{group.name} does not see it"
         for group in masses
@@ -64,39 +63,33 @@ def joints_figure(
         "the recommended mass. Right: the torque of each joint over what the payload seen by all others demands "
         "there, with two standard deviations; 1 where drive gain and friction are right."
     )
-    return Drawing(name, caption, lambda: _draw_joints(masses, mass, interval), f"{caption} {text}.")
 
+    def draw() -> Figure:
+        size, edges = (9.0, 0.32 * len(masses) + 1.2), (0.85, 0.1, 0.3, 0.3)
+        figure, ((left, right),) = panels(size, 1, 2, edges, (0.85, 0.0), width_ratios=(3, 2))
+        ends = np.array([array(group.interval95, 2) for group in masses])
+        marks = "".join("s" if len(group.joints) > 1 else "o" for group in masses)
+        names = [group.name for group in masses]
+        _interval_rows(left, names, values, ends, np.array([mass, *interval]), "not visible", marks)
+        reaches = np.abs(ends - mass).max(axis=1)
+        reaches = reaches[np.isfinite(reaches)]
+        # One joint that hardly sees the mass must not squeeze the others to a line.
+        reach = 1.1 * min(float(reaches.max()), max(6.0 * float(np.median(reaches)), 0.1 * abs(mass)))
+        left.set_xlim(mass - reach, mass + reach)
+        joints = [group for group in masses if len(group.joints) == 1]
+        shares, sigmas = (
+            np.array([array(x) for x in each], dtype=float)
+            for each in ([group.share for group in joints], [group.share_sigma for group in joints])
+        )
+        both = np.stack([shares - 2.0 * sigmas, shares + 2.0 * sigmas], axis=1)
+        agreed = np.array([1.0, np.nan, np.nan])
+        _interval_rows(right, [group.name for group in joints], shares, both, agreed, "not determined")
+        right.set_ylim(left.get_ylim())
+        for axis, title in ((left, "mass [kg]"), (right, "share of the others' payload")):
+            axis.set_title(title, fontsize=10)
+        return figure
 
-def _draw_joints(masses: Sequence[JointsMassDocument], mass: float, interval: tuple[float, float]) -> Figure:
-    size, edges = (9.0, 0.32 * len(masses) + 1.2), (0.85, 0.1, 0.3, 0.3)
-    figure, ((left, right),) = panels(size, 1, 2, edges, (0.85, 0.0), width_ratios=(3, 2))
-    _recommended(left, mass, interval)
-    reaches = []
-    for row, group in enumerate(masses):
-        if group.mass is None or group.interval95 is None:
-            _missing(left, "not visible", mass, row)
-            continue
-        ends = array(group.interval95, 2)
-        _intervals(left, [row], array([group.mass]), ends[None], "s" if len(group.joints) > 1 else "o")
-        reaches.append(float(np.abs(ends - mass).max()))
-    # One joint that hardly sees the mass must not squeeze the others to a line.
-    reach = 1.1 * min(max(reaches), max(6.0 * float(np.median(reaches)), 0.1 * abs(mass)))
-    left.set_xlim(mass - reach, mass + reach)
-    left.set_title("mass [kg]", fontsize=10)
-    _named_rows(left, [group.name for group in masses])
-    right.axvline(1.0, color="black", linestyle="--", linewidth=1.0)
-    joints = [group for group in masses if len(group.joints) == 1]
-    for row, group in enumerate(joints):
-        share = present(group.share)
-        if share is None:
-            _missing(right, "not determined", 1.0, row)
-            continue
-        half = 2.0 * float(array(group.share_sigma))
-        _intervals(right, [row], array([share]), array([[share - half, share + half]]))
-    right.set_title("share of the others' payload", fontsize=10)
-    _named_rows(right, [group.name for group in joints])
-    right.set_ylim(left.get_ylim())
-    return figure
+    return [Drawing(name, caption, draw, f"{caption} {text}.")]
 
 
 def methods_figure(result: PayloadResult) -> Drawing:
@@ -104,38 +97,37 @@ def methods_figure(result: PayloadResult) -> Drawing:
     masses = ", ".join(f"method {each.method} {each.ten[9]:.4g} kg" for each in result.possible)
     caption = (
         "Filled: payload that can exist, with its 95 % interval. Open: least squares alone, which may be a body "
-        f"that cannot exist. The band is the recommended interval (method {result.method})."
+        f"that cannot exist. The dashed line and the band are the recommended payload (method {result.method})."
     )
-    return Drawing("methods", caption, lambda: _draw_methods(result), f"{caption} Masses: {masses}.")
-
-
-def _draw_methods(result: PayloadResult) -> Figure:
-    def values(estimates: Iterable[FreeEstimate | PossibleEstimate]) -> Array:
-        return np.asarray(scale * [[each.ten[9], *array(each.com, 3)] for each in estimates]).T
-
-    count, scale = len(result.possible), np.array([1.0, 1e3, 1e3, 1e3])
     free = {each.method: each for each in result.free}
-    filled, opened = values(result.possible), values([free[each.method] for each in result.possible])
-    ends = np.array(
-        [[bounds(each.interval95)[9], *array(each.com_interval95, 3, 2)] for each in result.possible]
-    ) * scale[:, None]  # fmt: skip
-    size, edges = (9.0, 0.42 * count + 1.35), (0.85, 0.1, 0.3, 0.6)
-    figure, (axes,) = panels(size, 1, 4, edges, (0.25, 0.0), sharey=True)
-    titles = ("mass [kg]", *(f"centre of mass {axis} [mm]" for axis in "xyz"))
-    for k, (axis, title) in enumerate(zip(axes, titles, strict=True)):
-        if result.best is not None:
-            mark_interval(axis, *ends[result.possible.index(result.best), k])
-        _intervals(axis, range(count), filled[k], ends[:, k])
-        look: dict[str, Any] = {"color": "black", "fillstyle": "none", "markersize": 5, "linestyle": "none"}
-        axis.plot(opened[k], np.arange(count) + _FREE, "D", label="least squares alone", **look)
-        axis.set_title(title, fontsize=10)
-        plain(axis)
-        axis.locator_params(axis="x", nbins=4)
-    axes[0].plot([], [], "o-", color=BLUE, label="with constraints, 95 %")
-    axes[0].set_yticks(range(count), [f"method {each.method}" for each in result.possible])
-    axes[0].set_ylim(count - 0.4, -0.6)
-    legend(figure, [axes[0]], "lower center")
-    return figure
+
+    def values(estimates: Iterable[FreeEstimate | PossibleEstimate]) -> Array:
+        return np.array([[each.ten[9], *1e3 * array(each.com, 3)] for each in estimates])
+
+    def draw() -> Figure:
+        filled, opened = values(result.possible), values(free[each.method] for each in result.possible)
+        ends = np.array(
+            [[bounds(each.interval95)[9], *1e3 * array(each.com_interval95, 3, 2)] for each in result.possible]
+        )
+        best = result.possible.index(result.best) if result.best is not None else None
+        size, edges = (9.0, 0.42 * len(filled) + 1.35), (0.85, 0.1, 0.3, 0.6)
+        figure, (axes,) = panels(size, 1, 4, edges, (0.25, 0.0), sharey=True)
+        names = [f"method {each.method}" for each in result.possible]
+        for k, (axis, title) in enumerate(
+            zip(axes, ("mass [kg]", *(f"centre of mass {axis} [mm]" for axis in "xyz")), strict=True)
+        ):
+            agreed = np.full(3, np.nan) if best is None else np.array([filled[best, k], *ends[best, k]])
+            _interval_rows(axis, names, filled[:, k], ends[:, k], agreed)
+            look: dict[str, Any] = {"color": "black", "fillstyle": "none", "markersize": 5, "linestyle": "none"}
+            axis.plot(opened[:, k], np.arange(len(opened)) + _FREE, "D", label="least squares alone", **look)
+            axis.set_title(title, fontsize=10)
+            axis.locator_params(axis="x", nbins=4)
+        axes[0].plot([], [], "o-", color=BLUE, label="with constraints, 95 %")
+        axes[0].set_ylim(len(filled) - 0.4, -0.6)
+        legend(figure, [axes[0]], "lower center")
+        return figure
+
+    return Drawing("methods", caption, draw, f"{caption} Masses: {masses}.")
 
 
 def seen(repeats: Repeats) -> tuple[list[int], Array, Array]:
@@ -145,38 +137,36 @@ def seen(repeats: Repeats) -> tuple[list[int], Array, Array]:
     return k, masses[k], sigmas[k]
 
 
-def repeats_figure(repeats: Repeats, mass: float, interval: tuple[float, float]) -> Drawing | None:
-    """Mass [kg] by each recording in the order they were given; None where fewer than two show it."""
-    places, masses, sigmas = seen(repeats)
-    if len(places) < 2:
-        return None
+def repeats_figure(repeats: Repeats, mass: float, interval: tuple[float, float]) -> list[Drawing]:
+    """Mass [kg] by each recording in the order they were given; none where fewer than two show it."""
+    shown, masses, _ = seen(repeats)
+    if len(shown) < 2:
+        return []
     caption = (
         "The mass by each recording alone, in order, with two standard deviations; the dashed line and the band "
         "are the answer by all of them."
     )
-    each = "; ".join(f"recording {k + 1} {m:.4g} kg" for k, m in zip(places, masses, strict=True))
+    each = "; ".join(f"recording {k + 1} {m:.4g} kg" for k, m in zip(shown, masses, strict=True))
 
     def draw() -> Figure:
         names = [f"{k}: {source[-_NAME:]}" for k, source in enumerate(repeats.sources, 1)]
         edges = (0.25 + 0.085 * max(map(len, names)), 0.1, 0.1, 0.5)
         figure, ((axis,),) = panels((7.0, 0.32 * len(names) + 1.0), edges=edges)
-        _recommended(axis, mass, interval)
-        half = NORMAL95 * sigmas
-        _intervals(axis, places, masses, np.stack([masses - half, masses + half], axis=1))
+        values, half = (np.array(x, dtype=float) for x in (repeats.masses, repeats.sigmas))
+        half *= NORMAL95
+        ends = np.stack([values - half, values + half], axis=1)
+        _interval_rows(axis, names, values, ends, np.array([mass, *interval]))
         axis.set_xlabel("mass [kg]")
-        _named_rows(axis, names)
         return figure
 
-    return Drawing("repeats", caption, draw, f"{caption} {each}.")
+    return [Drawing("repeats", caption, draw, f"{caption} {each}.")]
 
 
 def flange_figure(payload: PossibleEstimate, inertia: bool, flange: bool) -> Drawing:
     """Three views, x-z, y-z and x-y, equal in scale; below them enlargements of the uncertainty.
 
-    Args:
-        payload: the recommended one.
-        inertia: whether its inertia may be used: then a body of that inertia is drawn.
-        flange: whether its frame is the flange: then a plate of 63 mm is drawn.
+    A body of the payload's ``inertia`` is drawn where that may be used, a plate of 63 mm where its frame is the
+    ``flange``.
     """
     com, ends = 1e3 * array(payload.com, 3), 1e3 * array(payload.com_interval95, 3, 2)
     origin = "the flange, drawn as a plate of 63 mm (ISO 9409-1-50)" if flange else "the frame's origin"
@@ -195,7 +185,7 @@ def flange_figure(payload: PossibleEstimate, inertia: bool, flange: bool) -> Dra
 
 
 def _draw_flange(com: Array, ends: Array, body: Array | None, flange: bool) -> Figure:
-    known = bool(np.isfinite(ends).all())
+    known, patches = bool(np.isfinite(ends).all()), matplotlib().patches
     points = [np.full(3, -1.25 * _PLATE), np.full(3, 1.25 * _PLATE), com - 12.0, com + 12.0]
     points += list(ends.T) if known else []
     if body is not None:
@@ -206,49 +196,37 @@ def _draw_flange(com: Array, ends: Array, body: Array | None, flange: bool) -> F
     size, edges = (6.6, 4.7 if known else 2.6), (0.65, 0.1, 0.1, 0.75)
     figure, axes = panels(size, 1 + known, 3, edges, (0.72, 0.55))
     for column, (i, k) in enumerate(_VIEWS):
-        _view(axes[0, column], com, body, (i, k), flange)
-        axes[0, column].set(xlim=(middle[i] - half, middle[i] + half), ylim=(middle[k] - half, middle[k] + half))
+        above = axes[0, column]
+        if flange:
+            look: dict[str, Any] = {"facecolor": "0.85", "edgecolor": "black", "hatch": "///"}
+            side = patches.Rectangle((-_PLATE, -8.0), 2 * _PLATE, 8.0, **look)
+            above.add_patch(side if k == 2 else patches.Circle((0.0, 0.0), _PLATE, **look))
+        for tip, name in (((0.9 * _PLATE, 0.0), "xyz"[i]), ((0.0, 0.9 * _PLATE), "xyz"[k])):
+            above.annotate("", tip, (0.0, 0.0), arrowprops={"arrowstyle": "-|>", "color": "black", "lw": 1.2})
+            above.annotate(name, tip, xytext=(3, 3), textcoords="offset points", fontsize=9)
+        if body is not None:
+            squares, directions = np.linalg.eigh(body[np.ix_((i, k), (i, k))])
+            angle = np.linspace(0.0, 2.0 * np.pi, 91)
+            circle = np.sqrt(np.maximum(squares, 0.0))[:, None] * np.vstack([np.cos(angle), np.sin(angle)])
+            outline = com[[i, k], None] + directions @ circle
+            above.plot(*outline, "--", color="0.35", linewidth=1.2, label="equivalent ellipsoid")
         for axis in axes[:, column]:
-            _uncertain(axis, com, ends, (i, k))
-            axis.set_aspect("equal", adjustable="box" if axis is axes[0, column] else "datalim")
+            if known:
+                centre, width = ends.mean(axis=1), np.ptp(ends, axis=1)
+                look = {"facecolor": "none", "edgecolor": BLUE, "linewidth": 1.2, "hatch": "xxx"}
+                axis.add_patch(patches.Ellipse((centre[i], centre[k]), width[i], width[k], **look))
+                axis.plot(ends[i], [com[k]] * 2, color=BLUE, linewidth=1.6, label="95 % intervals")
+                axis.plot([com[i]] * 2, ends[k], color=BLUE, linewidth=1.6)
+            mark: dict[str, Any] = {"color": ORANGE, "markeredgecolor": "black", "markersize": 5}
+            axis.plot(com[i], com[k], "o", label="centre of mass", **mark)
+            axis.set_aspect("equal", adjustable="box" if axis is above else "datalim")
             axis.set_xlabel(f"{'xyz'[i]} [mm]", labelpad=1.0)
             axis.set_ylabel(f"{'xyz'[k]} [mm]", labelpad=1.0)
             axis.tick_params(labelsize=8)
             axis.locator_params(nbins=5)
             plain(axis)
+        above.set(xlim=(middle[i] - half, middle[i] + half), ylim=(middle[k] - half, middle[k] + half))
         if known:
             axes[1, column].margins(0.12)
     legend(figure, [axes[0, 0]], "lower center", fontsize=9)
     return figure
-
-
-def _view(axis: Axes, com: Array, body: Array | None, axes: tuple[int, int], flange: bool) -> None:
-    """The flange's plate and axes, and the body."""
-    i, k = axes
-    if flange:
-        look: dict[str, Any] = {"facecolor": "0.85", "edgecolor": "black", "hatch": "///"}
-        patches = matplotlib().patches
-        side = patches.Rectangle((-_PLATE, -8.0), 2 * _PLATE, 8.0, **look)
-        axis.add_patch(side if k == 2 else patches.Circle((0.0, 0.0), _PLATE, **look))
-    for tip, name in (((0.9 * _PLATE, 0.0), "xyz"[i]), ((0.0, 0.9 * _PLATE), "xyz"[k])):
-        axis.annotate("", tip, (0.0, 0.0), arrowprops={"arrowstyle": "-|>", "color": "black", "lw": 1.2})
-        axis.annotate(name, tip, xytext=(3, 3), textcoords="offset points", fontsize=9)
-    if body is not None:
-        squares, directions = np.linalg.eigh(body[np.ix_(axes, axes)])
-        angle = np.linspace(0.0, 2.0 * np.pi, 91)
-        circle = np.vstack([np.cos(angle), np.sin(angle)])
-        outline = com[[i, k], None] + directions @ (np.sqrt(np.maximum(squares, 0.0))[:, None] * circle)
-        axis.plot(*outline, "--", color="0.35", linewidth=1.2, label="equivalent ellipsoid")
-
-
-def _uncertain(axis: Axes, com: Array, ends: Array, axes: tuple[int, int]) -> None:
-    """Centre of mass, its intervals as bars and an ellipse."""
-    i, k = axes
-    if np.isfinite(ends).all():
-        centre, width = ends.mean(axis=1), np.ptp(ends, axis=1)
-        look: dict[str, Any] = {"facecolor": "none", "edgecolor": BLUE, "linewidth": 1.2, "hatch": "xxx"}
-        ellipse = matplotlib().patches.Ellipse((centre[i], centre[k]), width[i], width[k], **look)
-        axis.add_patch(ellipse)
-        axis.plot(ends[i], [com[k]] * 2, color=BLUE, linewidth=1.6, label="95 % intervals")
-        axis.plot([com[i]] * 2, ends[k], color=BLUE, linewidth=1.6)
-    axis.plot(com[i], com[k], "o", color=ORANGE, markeredgecolor="black", markersize=5, label="centre of mass")

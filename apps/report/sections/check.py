@@ -12,7 +12,7 @@ from ....model import Pose, Robot
 from ...logs.following import FollowingChange
 from ...logs.log_check import LogReport, RobotFits
 from ..blocks import Banner, Block, Notes, OnPage, Report, Section, Table
-from ..documents.check import Look
+from ..documents import Look
 from ..figures.signals import following_figure, signals_figure
 from .robot import robot_description
 
@@ -24,23 +24,56 @@ _SHOWN = 6
 _RANKED = 20
 _LEVELS = {"fell": "use", "rose": "do_not_use", "no clear change": "mass_and_com_only"}
 """Colour of the banner."""
+_MEANING = {
+    "fell": "the number entered helps",
+    "rose": "the number entered does harm: check unit, frame and sign of what was typed in",
+    "no clear change": "the change is too small against its own uncertainty to say that it helps",
+}
 _UNITS = {"following error": ("mrad", 1e3), "unpredicted torque": ("N·m", 1.0), "torque": ("N·m", 1.0)}
 
 
 def log_report(check: LogReport) -> Report:
-    """How a log was understood, its joints and what looks wrong; then steps, the excitation, the signals."""
+    """Reading of a log, motion of its joints and findings; then steps of the signals and excitation."""
+    recording, time = check.working.recording, check.time
+    kind = "currents [A] of unknown gain" if check.currents else "torques [N·m or N]"
+    speeds = "with speeds" if recording.qd is not None else "without speeds (taken from positions)"
+    reading = [f"{recording.source}: positions [rad or m], {kind}, {speeds}, joint side"]
+    if time is not None:
+        even = max(time.steps[1] - 1.0 / time.rate, 1.0 / time.rate - time.steps[0]) < _UNEVEN / time.rate
+        spacing = "even" if even else f"steps {1e3 * time.steps[0]:.3g} to {1e3 * time.steps[1]:.3g} ms"
+        moving = f"moves from {time.moving[0]:.4g} to {time.moving[1]:.4g} s" if time.moving else "never moves"
+        reading.append(
+            f"{time.samples} samples, {time.duration:.4g} s at {time.rate:.5g} Hz ({spacing}, jitter "
+            f"{100 * time.jitter:.2g} %); {moving}"
+        )
+    if check.relative_residual is not None:
+        reading.append(
+            f"The robot's model leaves {100 * check.relative_residual:.2f} % unexplained; condition number with "
+            f"columns scaled {check.condition_number_scaled:.3g}"
+        )
     lines = [f"{_MARKS[finding.severity]}: {finding.text}" for finding in check.findings]
     worst = [f.text for severity in ("error", "warning") for f in check.findings if f.severity == severity]
     last = "Good: nothing is to be mended." if check.findings else "Good: nothing looks wrong."
     mend = f"Mend first: {worst[0]}." if worst else last
-    motion, steps = _joint_tables(check) if check.joints else (None, None)
+    load, unit = ("current", "A") if check.currents else ("torque", "N·m")
+    motion, steps = list[tuple[str, ...]](), list[tuple[str, ...]]()
+    for j, (joint, facts) in enumerate(zip(check.working.robot.joints, check.joints, strict=False), 1):
+        ratio = f"{100 * facts.speed / joint.limits.speed:.0f} %" if np.isfinite(joint.limits.speed) else ""
+        position, torque = "{:.3f} to {:.3f}".format(*facts.position), "{:.4g} to {:.4g}".format(*facts.torque)
+        motion.append((str(j), "yes" if facts.moves else "no", position, f"{facts.speed:.3g}", ratio, torque))
+        sizes = (f"{step:.2g}" if step > 0.0 else "" for step in (facts.position_step, facts.torque_step))
+        steps.append((str(j), *sizes, f"{100 * facts.saturated:.2f} %"))
+    headings = ("joint", "moves", "position", "speed", "of limit", f"{load} {unit}")
     sigma = [(entry.name, f"{entry.relative_sigma_percent:.3g} %") for entry in check.excitation]
-    excitation = Table("Excitation: each base parameter from this log", ("", "relative sigma"), sigma)
-    details = [*([steps] if steps else []), *([excitation] if sigma else [])]
+    tables = (
+        Table("Steps of the signals", ("joint", "step of position", f"of {load}", f"{load} at extreme"), steps),
+        Table("Excitation: each base parameter from this log", ("", "relative sigma"), sigma),
+    )
+    shown = [Table("", headings, motion)] if motion else []
     return Report(
         check.source,
-        [Notes(_understood(check)), *([motion] if motion else []), Notes(lines, optional=True), Notes([mend])],
-        [Section("signals", "Signals", details)],
+        [Notes(reading), *shown, Notes(lines, optional=True), Notes([mend])],
+        [Section("signals", "Signals", [table for table in tables if table.rows])],
         "steps of the signals, each parameter's excitation",
     )
 
@@ -51,25 +84,20 @@ def fits_report(fits: RobotFits) -> Report:
         more = len(fits.columns) - _MOST
         shown = ", ".join(fits.columns[:_MOST]) + (f" and {more} more" if more > 0 else "")
         return Report(fits.source, [Notes([f"{fits.source}: columns {shown}", f"Mend first: {fits.fault}"])])
-    fitting = [
+    fitting = ", ".join(
         fit.robot if fit.residual is None else f"{fit.robot} ({100 * fit.residual:.3g} %)" for fit in fits.fitting
-    ]
-    lines = [
-        f"{fits.source}: no --robot is given. It can be of {', '.join(fitting)}: in brackets what the model leaves"
-    ]
+    )
+    lines = [f"{fits.source}: no --robot is given. It can be of {fitting}: in brackets what the model leaves"]
     if fits.others:
         lines.append(f"Not of {', '.join(fits.others)}: positions, speeds or torques are beyond them")
-    return Report(
-        fits.source, [Notes([*lines, f"Looked at as {fits.fitting[0].robot}; name the right one by --robot:"])]
-    )
+    lines.append(f"Looked at as {fits.fitting[0].robot}; name the right one by --robot:")
+    return Report(fits.source, [Notes(lines)])
 
 
 def check_report(looks: Sequence[Look]) -> Report:
-    """Whether the logs can be used, then each with its signals."""
+    """Verdict on the logs, then each with its signals."""
     unusable = [look.path for look in looks if not (look.check and look.check.usable)]
-    words = (
-        f"To be mended first: {', '.join(unusable)}." if unusable else "Nothing speaks against using these logs."
-    )
+    text = f"To be mended first: {', '.join(unusable)}." if unusable else "Nothing speaks against using these logs."
     sections = []
     for number, look in enumerate(looks, 1):
         reports = [fits_report(look.fits)] if look.fits else []
@@ -81,55 +109,18 @@ def check_report(looks: Sequence[Look]) -> Report:
             unit = "A" if look.check.currents else "N·m"
             blocks.append(signals_figure(look.check.working.recording, unit, f"{number:02d}_{stem}"))
         sections.append(Section(f"log_{number}", look.path, blocks))
-    return Report("A look at recordings", [Banner("do_not_use" if unusable else "use", words)], sections)
-
-
-def _understood(check: LogReport) -> list[str]:
-    """Say how the log was understood, and how well the robot's model explains it."""
-    recording, time = check.working.recording, check.time
-    kind = "currents [A] of unknown gain" if check.currents else "torques [N·m or N]"
-    speeds = "with speeds" if recording.qd is not None else "without speeds (taken from positions)"
-    lines = [f"{recording.source}: positions [rad or m], {kind}, {speeds}, joint side"]
-    if time is not None:
-        even = max(time.steps[1] - 1.0 / time.rate, 1.0 / time.rate - time.steps[0]) < _UNEVEN / time.rate
-        steps = "even" if even else f"steps {1e3 * time.steps[0]:.3g} to {1e3 * time.steps[1]:.3g} ms"
-        moving = f"moves from {time.moving[0]:.4g} to {time.moving[1]:.4g} s" if time.moving else "never moves"
-        lines.append(
-            f"{time.samples} samples, {time.duration:.4g} s at {time.rate:.5g} Hz ({steps}, jitter "
-            f"{100 * time.jitter:.2g} %); {moving}"
-        )
-    if check.relative_residual is not None:
-        lines.append(
-            f"The robot's model leaves {100 * check.relative_residual:.2f} % unexplained; condition number with "
-            f"columns scaled {check.condition_number_scaled:.3g}"
-        )
-    return lines
-
-
-def _joint_tables(check: LogReport) -> tuple[Table, Table]:
-    """Each joint's motion and torque; steps of the signals, and how often a torque stands at its extreme."""
-    moved, steps = [], []
-    for j, (joint, facts) in enumerate(zip(check.working.robot.joints, check.joints, strict=True), 1):
-        share = f"{100 * facts.speed / joint.limits.speed:.0f} %" if np.isfinite(joint.limits.speed) else ""
-        position, torque = "{:.3f} to {:.3f}".format(*facts.position), "{:.4g} to {:.4g}".format(*facts.torque)
-        moved.append((str(j), "yes" if facts.moves else "no", position, f"{facts.speed:.3g}", share, torque))
-        sizes = (f"{step:.2g}" if step > 0.0 else "" for step in (facts.position_step, facts.torque_step))
-        steps.append((str(j), *sizes, f"{100 * facts.saturated:.2f} %"))
-    load, unit = ("current", "A") if check.currents else ("torque", "N·m")
-    motion = Table("", ("joint", "moves", "position", "speed", "of limit", f"{load} {unit}"), moved)
-    headings = ("joint", "step of position", f"of {load}", f"{load} at extreme")
-    return motion, Table("Steps of the signals", headings, steps)
+    return Report("A look at recordings", [Banner("do_not_use" if unusable else "use", text)], sections)
 
 
 def readings_report(robot: Robot, poses: Sequence[PoseCheck], readings: Readings | None) -> Report:
-    """Whether the description agrees with the recordings; then every reading that was tried, and the description.
+    """Verdict on a robot's description by recordings; then every reading that was tried, and the description.
 
     ``readings`` are ranked by torques; None without torques.
     """
     faithful = readings_agree(poses, readings)
-    words = "agrees with the recordings" if faithful else "does NOT agree with the recordings as they are read"
+    text = "agrees with the recordings" if faithful else "does NOT agree with the recordings as they are read"
     first: list[Block] = [
-        Banner("use" if faithful else "do_not_use", f"The robot's description {words}."),
+        Banner("use" if faithful else "do_not_use", f"The robot's description {text}."),
         Notes(_kinematics_lines(poses, readings), optional=True),
     ]
     tables: list[Block] = []
@@ -152,12 +143,12 @@ def readings_agree(poses: Sequence[PoseCheck], readings: Readings | None) -> boo
 
 
 def _kinematics_lines(poses: Sequence[PoseCheck], readings: Readings | None) -> list[str]:
-    """Compare tool poses in words; name the best reading, which is never applied."""
+    """Tool poses compared, and the best reading, which is never applied."""
 
     def words(pose: Pose, axes: bool = True) -> str:
-        place = ", ".join(f"{value:.4f}" for value in pose.origin)
+        position = ", ".join(f"{value:.4f}" for value in pose.origin)
         turn = ", ".join(f"{math.degrees(angle) + 0.0:.2f}" for angle in pose.rpy)
-        return f"({place}) m" + (f", rpy ({turn}) deg" if axes else ", axes not logged")
+        return f"({position}) m" + (f", rpy ({turn}) deg" if axes else ", axes not logged")
 
     lines = []
     for check in poses:
@@ -173,14 +164,12 @@ def _kinematics_lines(poses: Sequence[PoseCheck], readings: Readings | None) -> 
         if not check.determined:
             lines.append("  The motion does not tell base and tool apart: they are one choice of many.")
         if check.wrong_unit:
-            lines.append(
-                f"  The tool moves {check.scale:.3g} times as far as the flange: positions in {check.wrong_unit}?"
-            )
+            farther = f"The tool moves {check.scale:.3g} times as far as the flange"
+            lines.append(f"  {farther}: positions in {check.wrong_unit}?")
         if check.readings:
             lines += _reading_lines(check.readings)
-    return lines + (
-        _reading_lines(readings) if readings else ["No torques or currents: the pose alone is compared."]
-    )
+    alone = ["No torques or currents: the pose alone is compared."]
+    return lines + (_reading_lines(readings) if readings else alone)
 
 
 def _reading_lines(readings: Readings) -> list[str]:
@@ -199,17 +188,27 @@ def _reading_lines(readings: Readings) -> list[str]:
 
 
 def following_report(change: FollowingChange, robot: Robot) -> Report:
-    """Whether the number entered helps, joint by joint, and how both recordings were compared."""
-    unit, scale = _UNITS[change.kind]
+    """Change of each joint's error when a payload was entered, and how both recordings were compared."""
+    (unit, scale), total = _UNITS[change.kind], change.total
     rows = []
-    for joint in (*change.joints, change.total):
+    for joint in (*change.joints, total):
         numbers = [f"{scale * x:.3g}" for x in (joint.before, joint.after)]
         low, high = (f"{100 * x:.1f}" for x in joint.interval)
         rows.append((joint.name, *numbers, f"{100 * joint.fall:.1f}", f"{low} to {high}", joint.clear))
     headings = ("", "before", "after", "fell by %", "95 % interval", "change")
     title = f"Root mean square of the {change.kind} [{unit}; mm or N where a joint slides]"
-    words, *others = _following_notes(change)
-    level = _LEVELS[change.total.clear] if change.tells else "mass_and_com_only"
+    least, most = (100 * x for x in total.interval)
+    level = _LEVELS[total.clear] if change.tells else "mass_and_com_only"
+    direction, others = "fell" if total.fall >= 0.0 else "rose", list[str]()
+    amount = f"{direction} by {100 * abs(total.fall):.1f} % (by {least:.1f} to {most:.1f} %)"
+    text = f"The {change.kind} {amount}: {_MEANING[total.clear]}."
+    if change.kind == "torque":
+        text = (
+            "The logs hold neither qref1.. (positions commanded) nor tauref1.. (torque it expects): the torque "
+            "itself is compared, which says nothing about the number entered, for the same motion needs the same "
+            "torque. Log one of them to verify."
+        )
+        others = [f"Torque changed by {-100 * total.fall:+.1f} % ({-most:+.1f} to {-least:+.1f} %)."]
     compared = [
         f"The second recording's clock shows {1e3 * change.lag:+.3g} ms more; samples of one place on the motion "
         "are compared.",
@@ -219,29 +218,7 @@ def following_report(change: FollowingChange, robot: Robot) -> Report:
     figure = following_figure(change, unit, scale)
     return Report(
         f"Before and after a payload was entered: {robot.title or robot.name}",
-        [Banner(level, words), Notes(others), Table(title, headings, rows)],
+        [Banner(level, text), Notes(others), Table(title, headings, rows)],
         [Section("joints", "Joint by joint", [figure, Notes(compared)])],
         "how both recordings were compared",
     )
-
-
-def _following_notes(change: FollowingChange) -> list[str]:
-    total = change.total
-    low, high = (100 * x for x in total.interval)
-    if change.kind == "torque":
-        return [
-            "The logs hold neither qref1.. (positions commanded) nor tauref1.. (torque it expects): "
-            "the torque itself is compared, which says nothing about the number entered, for the same motion needs "
-            "the same torque. Log one of them to verify.",
-            f"Torque changed by {-100 * total.fall:+.1f} % ({-high:+.1f} to {-low:+.1f} %).",
-        ]
-    meaning = {
-        "fell": "the number entered helps",
-        "rose": "the number entered does harm: check unit, frame and sign of what was typed in",
-        "no clear change": "these recordings do not show whether it helps",
-    }
-    direction = "fell" if total.fall >= 0.0 else "rose"
-    return [
-        f"The {change.kind} {direction} by {100 * abs(total.fall):.1f} % (by {low:.1f} to {high:.1f} %): "
-        f"{meaning[total.clear]}."
-    ]

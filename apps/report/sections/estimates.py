@@ -23,7 +23,7 @@ from ....model import INERTIAL
 from ...numbers import SIX, interval_digits, or_dash, six, with_interval
 from ..blocks import Block, Notes, Section, Table, Text, with_sigma
 from ..figures.payload import methods_figure
-from .evidence import residual_text
+from .evidence import conditioning, residual_text
 
 _UNITS = dict.fromkeys(INERTIAL[:6], "kg m²") | dict.fromkeys(INERTIAL[6:9], "kg m") | {"M": "kg"}
 _ROWS = (
@@ -33,32 +33,43 @@ _ROWS = (
     *((f"{which} moment", "kg m²") for which in ("smallest", "middle", "largest")),
 )
 """The ten parameters, the centre of mass, the inertia and its principal moments there, with units."""
-_ENDS = ("M", "com z", "YZ at com")
-_HOW = {
+_METHODS = {
     1: "the loaded torques less those of the robot as it was identified",
     2: "the change of the robot's base parameters",
     3: "the difference of the torques on one trajectory",
     4: "robot and payload at once, from all recordings",
 }
-"""Each method in words."""
-_WORDS = (
-    "XY is the entry of the inertia matrix: minus the integral of x y dm. Methods 3 and 4 on the same trajectories "
-    "use the same equations: that they agree confirms nothing. Methods 1 and 2 go through the robot's own "
-    "parameters."
-)
 
 
 def methods_section(result: PayloadResult) -> Section:
     """Every method's payload, with constraints and without, whether it can exist, and where sigma comes from."""
-    methods = sorted({estimate.method for estimate in result.free})
+    free = {estimate.method: estimate for estimate in result.free}
     blocks: list[Block] = [
-        Notes([f"Method {number}, {METHOD_NAMES[number]}: {_HOW[number]}." for number in methods]),
+        Notes([f"Method {number}, {METHOD_NAMES[number]}: {_METHODS[number]}." for number in sorted(free)]),
         *([methods_figure(result)] if result.possible else []),
         parameters_table(result),
-        Text(_WORDS),
-        *_consistency(result),
-        Notes(method_notes(result)),
+        Text(
+            "XY is the entry of the inertia matrix: minus the integral of x y dm. Methods 3 and 4 on the same "
+            "trajectories use the same equations: that they agree confirms nothing. Methods 1 and 2 go through the "
+            "robot's own parameters."
+        ),
     ]
+    if result.best is not None:
+        rows = []
+        for each in result.possible:
+            own = free[each.method]
+            numbers_of = [f"{array(of.min_pseudo_inertia_eigenvalue):.2g}" for of in (own, each)]
+            numbers_of += [f"{array(each.chi2_rise):.3g}", f"{array(each.p_value):.2g}"]
+            exists, hold = own.physically_consistent, "contradict the data" if each.conflict else "hold"
+            rows.append((f"method {each.method}", "yes" if exists else "no", *numbers_of, hold))
+        headings = ("", "free exists", "eigenvalue free", "constrained", "chi2 rise", "p", "constraints")
+        text = (
+            "A body can exist if the 4 x 4 pseudo-inertia has no negative eigenvalue; positive moments alone are "
+            "not enough. A small p says that the data contradict the constraints."
+        )
+        constraints = f"Constraints: {'; '.join(present(result.best.constraints) or ())}."
+        blocks += [Table("Physical consistency", headings, rows), Notes([text, constraints])]
+    blocks.append(Notes(method_notes(result)))
     return Section("methods", "Every parameter, and the methods side by side", blocks)
 
 
@@ -69,22 +80,16 @@ def parameters_table(result: PayloadResult) -> Table:
     standard deviations with errors of the drive gains, where they are allowed for, and what a short motion shows.
     """
     best = result.best or result.best_free
-    ends = np.vstack([result.mass.interval95, result.com.interval95])
-    ends = np.vstack([np.full((9, 2), np.nan), ends, np.full((9, 2), np.nan)])
+    ends = np.full((22, 2), np.nan)
+    ends[9:13] = np.vstack([result.mass.interval95, result.com.interval95])
     if isinstance(best, PossibleEstimate):
-        of_inertia = array(best.inertia_com_interval95, 3, 3, 2)
-        parts = (best.com_interval95, [of_inertia[pair] for pair in SIX], best.principal_moments_interval95)
-        shapes = ((3, 2), (6, 2), (3, 2))
-        ends = np.vstack([bounds(best.interval95), *map(array, parts, *zip(*shapes, strict=True))])
+        ends[:13] = np.vstack([bounds(best.interval95), array(best.com_interval95, 3, 2)])
+        ends[13:19] = [array(best.inertia_com_interval95, 3, 3, 2)[pair] for pair in SIX]
+        ends[19:] = array(best.principal_moments_interval95, 3, 2)
     others = [estimate for estimate in result.possible if estimate is not result.best]
     with_gains, visibility = numbers(best.sigma_with_gains), present(result.visibility)
-    headings = [
-        "",
-        "unit",
-        f"method {result.method}",
-        "95 % interval",
-        *(f"method {each.method}" for each in others),
-    ]
+    headings = ["", "unit", f"method {result.method}", "95 % interval"]
+    headings += [f"method {each.method}" for each in others]
     headings += [f"method {each.method} free" for each in result.free]
     headings += ["sigma with gains"] if result.gain_sigma else []
     headings += ["by these joints"] if visibility is not None else []
@@ -101,7 +106,7 @@ def parameters_table(result: PayloadResult) -> Table:
             row.append(f"{with_gains[k]:.2g}" if k < len(INERTIAL) and np.isfinite(with_gains[k]) else "")
         row += [visibility.parameters.get(name, "")] if visibility is not None else []
         rows.append(tuple(row))
-    return Table(f"Every parameter in {result.frame}", headings, rows, _ENDS)
+    return Table(f"Every parameter in {result.frame}", headings, rows, ("M", "com z", "YZ at com"))
 
 
 def free_cells(estimate: FreeEstimate) -> list[str]:
@@ -114,52 +119,26 @@ def free_cells(estimate: FreeEstimate) -> list[str]:
 
 
 def _values(estimate: FreeEstimate | PossibleEstimate) -> Array:
-    """The numbers of the rows, nan where there is none."""
     moments = estimate.principal_moments if isinstance(estimate, PossibleEstimate) else None
     inertia = six(array(estimate.inertia_com, 3, 3))
     return np.concatenate([estimate.ten, array(estimate.com, 3), inertia, array(moments, 3)])
-
-
-def _consistency(result: PayloadResult) -> list[Block]:
-    """Smallest eigenvalue of the pseudo-inertia by every method, free and constrained, and the price."""
-    if result.best is None:
-        return []
-    free, rows = {estimate.method: estimate for estimate in result.free}, []
-    for each in result.possible:
-        own = free[each.method]
-        eigenvalues = (f"{array(of.min_pseudo_inertia_eigenvalue):.2g}" for of in (own, each))
-        price = (f"{array(each.chi2_rise):.3g}", f"{array(each.p_value):.2g}")
-        exists, hold = (
-            "yes" if own.physically_consistent else "no",
-            "contradict the data" if each.conflict else "hold",
-        )
-        rows.append((f"method {each.method}", exists, *eigenvalues, *price, hold))
-    headings = ("", "free exists", "eigenvalue free", "constrained", "chi2 rise", "p", "constraints")
-    words = (
-        "A body can exist if the 4 x 4 pseudo-inertia has no negative eigenvalue; positive moments alone are not "
-        "enough. A small p says that the data contradict the constraints."
-    )
-    constraints = f"Constraints: {'; '.join(present(result.best.constraints) or ())}."
-    return [Table("Physical consistency", headings, rows), Notes([words, constraints])]
 
 
 def method_notes(result: PayloadResult) -> list[str]:
     """Say where intervals and sigma come from, what constraints cost and which methods contradict them."""
     best, robust, lines = result.best, present(result.best_free.robust), list[str]()
     if best is not None:
-        how = (
+        source = (
             "by the formula (17)-(19) alone, for white torque noise: on real robots they are too short by a factor "
+            "of about 1.5 to 4"
         )
-        how += "of about 1.5 to 4"
         if robust is not None and robust.blocks is not None:
-            told = (
-                f": {robust.warning}" if robust.by_memory else f", by the block jackknife ({robust.blocks} blocks)"
-            )
-            how = f"over bodies that hold all constraints{told}"
+            by = f": {robust.warning}" if robust.by_memory else f", by the block jackknife ({robust.blocks} blocks)"
+            source = f"over bodies that hold all constraints{by}"
         if np.isnan(bounds(best.interval95)).any():
             lines.append("No intervals: constraints contradict the data, so that none would hold.")
         else:
-            lines.append(f"95 % intervals {how}.")
+            lines.append(f"95 % intervals {source}.")
         price = "No constraint is active: the free estimate can exist as it is."
         if best.active:
             held = "; ".join(str(active.constraint) for active in best.active)
@@ -184,11 +163,11 @@ def sigma_notes(estimates: Sequence[FreeEstimate]) -> list[str]:
     lines = ["± one standard deviation by (17)-(19): for white torque noise, the torques' scale taken as exact."]
     if robust:
         first = robust[0][1]
-        other, how = "that by the memory of the errors", "memory"
+        other, source = "that by the memory of the errors", "memory"
         if not first.by_memory:
             length = array(present(first.block_length))
             other = "the block jackknife's standard deviation"
-            how = f"jackknife over {first.blocks} blocks of {length:.2g} s or more"
+            source = f"jackknife over {first.blocks} blocks of {length:.2g} s or more"
         lines = [f"± the larger of the formula's (17)-(19) and {other}."]
         ratios = [
             f"method {e.method} {numbers(e.sigma_robust)[-1] / numbers(e.sigma)[-1]:.2f}"
@@ -196,21 +175,35 @@ def sigma_notes(estimates: Sequence[FreeEstimate]) -> list[str]:
             if not e.from_scale
         ]
         if ratios:
-            lines.append(f"Mass, sigma_robust/sigma ({how} to formula): {', '.join(ratios)}.")
+            lines.append(f"Mass, sigma_robust/sigma ({source} to formula): {', '.join(ratios)}.")
     by_formula: dict[str, list[str]] = {}
     for e in estimates:
         if e.unavailable:
             by_formula.setdefault(e.unavailable, []).append(str(e.method))
-    alone = [f"± of method {', '.join(methods)} by the formula alone: {why}" for why, methods in by_formula.items()]
-    return [*lines, *sorted({str(r.warning) for _, r in robust if r.warning}), *alone]
+    formula = [f"± of method {', '.join(each)} by the formula alone: {why}" for why, each in by_formula.items()]
+    return [*lines, *sorted({str(r.warning) for _, r in robust if r.warning}), *formula]
 
 
 def data_notes(result: PayloadResult) -> list[str]:
     """Equations, condition numbers, residuals, friction and the alignment of recordings."""
-    data = present(result.data)
+    data, residual = present(result.data), present(result.relative_residual)
     if data is None:
         return []
-    lines = (_short_notes if result.short else _long_notes)(result, data)
+    lines = list[str]()
+    if data.condition_number is not None:
+        moving = f"Joints {', '.join(map(str, result.joints))} move" if result.joints else "Without payload"
+        lines.append(f"{moving}: {conditioning(data.equations, data.base_parameters, data)}")
+    if result.short:
+        lines += _short_notes(result, data)
+    elif residual is not None and residual.relative is not None:
+        lines.append(f"Relative residual of the robot's model: {residual_text(residual)}")
+    if residual is not None and residual.validation:
+        lines.append(f"The same on the validation recording: {residual_text(residual.validation)}")
+    if data.friction == "may differ" and not result.short:
+        lines.append(
+            "Methods 3 and 4, and 1 beside a stored robot: friction under load may differ from the robot's own "
+            "(--friction-change), which the intervals allow for."
+        )
     if data.lags_s:
         ends = dict.fromkeys(f"{round(lag, 4) + 0.0:.4f}" for lag in (min(data.lags_s), max(data.lags_s)))
         pairs = f"{len(data.lags_s)} pair{'s' * (len(data.lags_s) > 1)}"
@@ -218,26 +211,6 @@ def data_notes(result: PayloadResult) -> list[str]:
         lines.append(
             f"{pairs} aligned by {' to '.join(ends)} s; positions then differ by at most {largest:.2f} mrad (rms "
             f"{rms:.3f})."
-        )
-    return lines
-
-
-def _long_notes(result: PayloadResult, data: PayloadData) -> list[str]:
-    lines, residual = list[str](), present(result.relative_residual)
-    if data.condition_number is not None:
-        lines.append(
-            f"Without payload: {data.equations} equations, {data.base_parameters} parameters; "
-            f"condition number {data.condition_number:.4g} (SI units, unweighted), "
-            f"{array(data.condition_number_scaled):.3g} with columns scaled."
-        )
-    if residual is not None and residual.relative is not None:
-        lines.append(f"Relative residual of the robot's model: {residual_text(residual)}")
-    if residual is not None and residual.validation:
-        lines.append(f"The same on the validation recording: {residual_text(residual.validation)}")
-    if data.friction == "may differ":
-        lines.append(
-            "Methods 3 and 4, and 1 beside a stored robot: friction under load may differ from the robot's own "
-            "(--friction-change), which the intervals allow for."
         )
     return lines
 
@@ -262,28 +235,19 @@ def _short_notes(result: PayloadResult, data: PayloadData) -> list[str]:
             "Friction may differ from the robot's own (--friction-change), and the robot from what was identified "
             "within its covariance; the intervals allow for it."
         )
-    return [
-        f"Joints {', '.join(map(str, result.joints or ()))} move; {data.equations} equations, condition "
-        f"number {array(data.condition_number):.4g} (SI units, unweighted), "
-        f"{array(data.condition_number_scaled):.3g} with columns scaled.",
+    lines = [
         f"Not explained: {joints} % of the joints' torque, {100 * own:.1f} % of the payload's own.",
         friction,
-        *_ripple_notes(result),
-        *(f"Visible only as a sum: {sums}." for sums in (visibility.combinations if visibility else ())),
     ]
-
-
-def _ripple_notes(result: PayloadResult) -> list[str]:
-    """Waves that came with the payload, or are noise."""
-    waves = dict.fromkeys((wave.joint, round(wave.waves)) for wave in result.ripple or ())
-    if not waves:
-        return []
-    joints = ", ".join(f"joint {joint} {count}" for joint, count in waves)
-    alone, pairs = result.repeats.sources if result.repeats else (), result.data.lags_s if result.data else ()
-    recordings = max(1, len(alone), len(pairs))
-    by_noise = 1.0 - (1.0 - RIPPLE_CHANCE) ** (len(result.joints or ()) * recordings)
-    return [
-        f"Ripple that seems to come with the payload, waves per turn (or per 2 pi m): {joints}. It may be chance: "
-        f"noise alone shows a wave in a joint of a recording with a probability of {100 * RIPPLE_CHANCE:.0f} %, "
-        f"here in one or more with {100 * by_noise:.0f} %. It is estimated too, which costs accuracy."
-    ]
+    if waves := dict.fromkeys((wave.joint, round(wave.waves)) for wave in result.ripple or ()):
+        counts = ", ".join(f"joint {joint} {count}" for joint, count in waves)
+        recordings = max(1, len(result.repeats.sources if result.repeats else ()), len(data.lags_s))
+        by_noise = 1.0 - (1.0 - RIPPLE_CHANCE) ** (len(result.joints or ()) * recordings)
+        lines.append(
+            f"Ripple that seems to come with the payload, waves per turn (or per 2 pi m): {counts}. It may be "
+            f"chance: noise alone shows a wave in a joint of a recording with a probability of "
+            f"{100 * RIPPLE_CHANCE:.0f} %, here in one or more with {100 * by_noise:.0f} %. It is estimated too, "
+            "which costs accuracy."
+        )
+    sums = visibility.combinations if visibility else ()
+    return [*lines, *(f"Visible only as a sum: {names}." for names in sums)]

@@ -1,19 +1,19 @@
-"""Parts that several reports share: verdict, torques, joints, excitation, essential parameters."""
+"""Parts that several reports share: verdict, errors of the gains, torques, joints."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
+from msgspec import UnsetType
 
 from ....common.schema import present
 from ....estimation import Gains
 from ....estimation.answers.system import TorquePrediction
 from ....estimation.fit.estimate import Fit
-from ....estimation.fit.least_squares import Excitation
-from ....estimation.results.parts import EliminationDocument, ProcessingDocument, ResidualDocument, VerdictDocument
-from ....estimation.results.payload import JointsMassDocument, array
+from ....estimation.results.parts import ProcessingDocument, ResidualDocument, VerdictDocument
+from ....estimation.results.payload import JointsMassDocument, PayloadData, array
+from ....estimation.results.robot import RobotResult
 from ...numbers import percent, with_interval
-from ..blocks import Block, Details, Notes, OnPage, Section, Table, Text, with_sigma
-from ..figures.parameters import essential_figure, excitation_figure
+from ..blocks import Block, Notes, OnPage, Section, Table, Text, with_sigma
 from ..figures.payload import joints_figure
 from ..figures.signals import prediction_figure, words_of, worst_joint_figure
 
@@ -65,6 +65,13 @@ def residual_text(fit: Fit | ResidualDocument) -> str:
     return f"{100.0 * float(array(fit.relative)):.2f} % (joints {joints} %)"
 
 
+def conditioning(equations: int | UnsetType, parameters: int | UnsetType, of: PayloadData | RobotResult) -> str:
+    """Number of equations and parameters, and the condition number."""
+    raw, scaled = array(of.condition_number), array(of.condition_number_scaled)
+    size = f"{equations} equations{f', {parameters} parameters' if present(parameters) else ''}"
+    return f"{size}; condition number {raw:.4g} (SI units, unweighted), {scaled:.3g} with columns scaled."
+
+
 Predictions = Callable[[], Sequence[TorquePrediction]]
 """Recordings to draw, computed when a page asks for them."""
 
@@ -84,22 +91,20 @@ def torques_section(predictions: Predictions, recordings: int = 0) -> Section:
 
     def drawn() -> list[Block]:
         shown = predictions()
-        words = (
+        text = (
             "Residual: measured less predicted torque. A residual that repeats or lasts, seen in the "
             "autocorrelation, is an error of the model; white noise would stay within the dashed lines."
         )
         if not any(prediction.held_out for prediction in shown):
-            words += (
-                " No recording was held out (--validate): these are the data that were fitted, and look better "
-                "than others would."
-            )
+            fitted = "these are the data that were fitted, and look better than others would"
+            text += f" No recording was held out (--validate): {fitted}."
         if recordings > len(shown):
-            words += f" {recordings - len(shown)} more recordings were used and are not drawn."
-        rows = [(words_of(each), *(percent(float(share)) for share in each.relative_per_joint)) for each in shown]
+            text += f" {recordings - len(shown)} more recordings were used and are not drawn."
+        rows = [(words_of(each), *(percent(float(ratio)) for ratio in each.relative_per_joint)) for each in shown]
         joints = [f"joint {j}" for j in range(1, len(shown[0].t) + 1)] if shown else []
         headings = ("norm of the residual over norm of the torque", *joints)
         drawings = [prediction_figure(each, f"torques_{k}") for k, each in enumerate(shown, 1)]
-        return [Text(words), Table("Relative residual", headings, rows), *drawings]
+        return [Text(text), Table("Relative residual", headings, rows), *drawings]
 
     return Section("torques", "Measured and predicted torques", [OnPage(drawn)])
 
@@ -107,10 +112,7 @@ def torques_section(predictions: Predictions, recordings: int = 0) -> Section:
 def joints_section(
     masses: Sequence[JointsMassDocument], mass: float, interval: tuple[float, float], mounting: int | None = None
 ) -> Section:
-    """Mass by groups of joints, beside that by all [kg], and each joint's share of what the others show.
-
-    ``mounting`` is the number of a known weight, where there are such.
-    """
+    """Mass [kg] by groups of joints and each joint's share; ``mounting``: number of a known weight, if any."""
     rows = []
     for group in masses:
         cells: tuple[str, str] = ("not visible", "-")
@@ -119,56 +121,12 @@ def joints_section(
         share = present(group.share)
         ratio = "-" if share is None else with_sigma(share, float(array(group.share_sigma)))
         rows.append((group.name, "kg", *cells, ratio))
-    words = (
+    text = (
         "Each joint weighs the payload with its own torque: where they differ, a drive gain, a friction model or "
         "the robot's description is wrong. Share: its torque over what the other joints' payload demands."
     )
     number = "" if mounting is None else f"_{mounting}"
     headings = ("", "unit", "mass", "95 % interval", "share")
     drawn = joints_figure(masses, mass, interval, f"by_joints{number}")
-    blocks: list[Block] = [Text(words), Table("Mass by joints", headings, rows), *([drawn] if drawn else [])]
+    blocks: list[Block] = [Text(text), Table("Mass by joints", headings, rows), *drawn]
     return Section(f"joints{number}", "The payload as each joint sees it", blocks)
-
-
-def excitation_section(make: Callable[[], Excitation | None], labels: Mapping[str, str]) -> Section:
-    """A figure, and the numbers to be opened; ``labels``: names of parameters as the page calls them."""
-
-    def drawn() -> list[Block]:
-        excitation = make()
-        if excitation is None:
-            words = (
-                "The robot's parameters were read from a file, without the equations they come from: what its "
-                "motion excited stands in the report of that identification."
-            )
-            return [Text(words)]
-        numbers = zip(excitation.names, excitation.signal, excitation.independent, excitation.share, strict=True)
-        rows = []
-        for name, signal, own, share in numbers:
-            parts = (percent(float(share)), percent(1.0 / float(own) if own else float("inf")))
-            rows.append((labels.get(name, name), f"{signal:.3g}", f"{own:.3g}", *parts))
-        words = (
-            "A parameter is well known where its torque is large against the noise and no combination of others "
-            "imitates it. Sigmas here are the formula's, for white noise; a small value of a parameter makes them "
-            "large too."
-        )
-        headings = ("", "torque over noise", "its own part", "share", "relative sigma")
-        table = Details("Numbers", [Table("Excitation", headings, rows)])
-        return [Text(words), excitation_figure(excitation, labels), table]
-
-    return Section("excitation", "Excitation of each parameter", [OnPage(drawn)])
-
-
-def essential_section(elimination: EliminationDocument | None, title: str) -> Section:
-    """The path as a figure, the parameters by name, and what speaks against them."""
-    heading = "Essential parameters"
-    if elimination is None:
-        words = "Parameters are eliminated for method 4 only, robot and payload together; it was not used here."
-        return Section("essential", heading, [OnPage(lambda: [Text(words)])])
-    lines = [
-        f"{elimination.essential} of {len(elimination.path) - 1} parameters essential "
-        f"({elimination.description}): error's sigma {elimination.sigma_ratio:.4f} times, largest relative "
-        f"sigma {elimination.largest_relative_sigma_percent:.3g} %.",
-        f"Essential: {', '.join(str(parameter.name) for parameter in elimination.parameters)}.",
-        *(f"  - {warning}" for warning in elimination.warnings),
-    ]
-    return Section("essential", heading, [Notes(lines), essential_figure(elimination, title)])

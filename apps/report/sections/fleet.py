@@ -1,6 +1,8 @@
 """A fleet's recordings and nights, and recordings of one robot side by side."""
 
 from collections.abc import Mapping, Sequence
+from datetime import datetime, timedelta
+from functools import partial
 from pathlib import PurePath
 
 import numpy as np
@@ -9,15 +11,14 @@ from ...fleet import Fleet
 from ...fleet.comparing import CHANCE, Compared
 from ...fleet.nights import CHANGED, FEWEST, Series
 from ...fleet.reduction import ReducedDocument
-from ..blocks import Banner, Block, Notes, OnPage, Report, Section, Table, Text
-from ..figures.fleet import fleet_figures
+from ..blocks import Banner, Block, Drawing, Notes, OnPage, Report, Section, Table, Text
+from ..figures.canvas import BLUE, GREY, ORANGE, Figure, panels
 
 _WORDS = (
     "z is the last night's value less the median of the nights before, over their spread (1.4826 median absolute "
     f"deviations) and the night's own error together; beyond {CHANGED:g} it is a change. {FEWEST} nights must come "
     "before. Friction also follows the temperature, which is part of the spread."
 )
-
 _QUANTITIES = {
     "FS": "Coulomb friction",
     "FV": "viscous friction",
@@ -27,6 +28,14 @@ _QUANTITIES = {
     "scale": "torque scale",
     "mass": "payload less what was told",
 }
+_DRAWN = (
+    ("FS", "coulomb", "Coulomb friction"),
+    ("FV", "viscous", "Viscous friction"),
+    ("mass", "mass", "Payload less what the controller was told"),
+    ("scale", "scale", "Scale of each drive's torque"),
+)
+"""Beginning of the quantities' names, name of the drawing, and its caption."""
+_ARMS = 20  # in one drawing
 _MOST_SHOWN = 10  # parameters on the first screen
 _LINES = 12  # recordings that have a column of their own
 
@@ -45,63 +54,45 @@ def reduced_report(reduced: ReducedDocument) -> Report:
     return Report("The store", first, _refused(refused), "all that was refused")
 
 
-def fleet_report(fleet: Fleet, refused: Mapping[str, str]) -> Report:
-    """What changed last night, the clearest first; then a line an arm, and small multiples."""
-    last = max(arm.days[-1] for arm in fleet.arms)
-    kinds = (
-        ("FS", "coulomb", "Coulomb friction"),
-        ("FV", "viscous", "Viscous friction"),
-        ("mass", "mass", "Payload less what the controller was told"),
-        ("scale", "scale", "Scale of each drive's torque"),
-    )
-    headline, *others = _head(fleet, refused)
-    first: list[Block] = [
-        Banner("do_not_use" if fleet.changed else "use", headline),
-        Notes(others),
-        *([_changed(fleet)] if fleet.changed else []),
-        Notes(_twins(fleet), optional=True),
-    ]
-    drawings = [drawing for kind in kinds for drawing in fleet_figures(fleet, *kind)]
-    sections = [
-        Section("arms", "Every arm", [_arms(fleet)]),
-        Section("multiples", "Day by day", [OnPage(lambda: [Text(_WORDS), *drawings])]),
-        *_refused(sorted(refused.items())),
-    ]
-    nights = sum(len(arm.days) for arm in fleet.arms)
-    subtitle = f"{len(fleet.arms)} arms, {nights} recordings, {fleet.first} to {last}"
-    return Report("The fleet", first, sections, "a line an arm", subtitle)
-
-
 def _refused(refused: Sequence[tuple[str, str]]) -> list[Section]:
     table = Table("Refused", ("log", "why"), refused)
     return [Section("refused", "Logs that were refused", [table])] if refused else []
 
 
-def _head(fleet: Fleet, refused: Mapping[str, str]) -> list[str]:
-    changes = f"{len(fleet.changed)} changes last night" if fleet.changed else "nothing changed last night"
-    lines, few = (
-        [f"{len(fleet.arms)} arms: {changes}."],
-        [arm.name for arm in fleet.arms if len(arm.days) <= FEWEST],
-    )
+def fleet_report(fleet: Fleet, refused: Mapping[str, str]) -> Report:
+    """Changes of the last night, the clearest first; then a line an arm, and small multiples."""
+    arms, changed = fleet.arms, fleet.changed
+    notes, few = list[str](), [arm.name for arm in arms if len(arm.days) <= FEWEST]
     if few:
         more = " and more" if len(few) > 6 else ""
-        lines.append(f"Too few nights to tell a change yet: {', '.join(few[:6])}{more}.")
-    return [*lines, *([f"{len(refused)} logs were refused; see logs.parquet of the store."] if refused else [])]
-
-
-def _changed(fleet: Fleet) -> Table:
-    rows = [
-        (line.arm, meaning(line.quantity), _amount(line), f"{line.z:+.1f}", str(len(line.values) - 1))
-        for line in fleet.changed
+        notes.append(f"Too few nights to tell a change yet: {', '.join(few[:6])}{more}.")
+    if refused:
+        notes.append(f"{len(refused)} logs were refused; see logs.parquet of the store.")
+    headline = f"{len(changed)} changes last night" if changed else "nothing changed last night"
+    first: list[Block] = [
+        Banner("do_not_use" if changed else "use", f"{len(arms)} arms: {headline}."),
+        Notes(notes),
+        *([_changed_table(changed)] if changed else []),
+        Notes(_twin_notes(fleet), optional=True),
     ]
+    sections = [
+        Section("arms", "Every arm", [_arms_table(fleet)]),
+        Section("multiples", "Day by day", [OnPage(lambda: [Text(_WORDS), *_drawings(fleet)])]),
+        *_refused(sorted(refused.items())),
+    ]
+    nights, last = sum(len(arm.days) for arm in arms), max(arm.days[-1] for arm in arms)
+    subtitle = f"{len(arms)} arms, {nights} recordings, {fleet.first} to {last}"
+    return Report("The fleet", first, sections, "a line an arm", subtitle)
+
+
+def _changed_table(changed: Sequence[Series]) -> Table:
+    rows = []
+    for line in changed:
+        amount = f"{line.changes[-1]:+.3g} {'kg' if line.quantity == 'mass' else 'N·m or N'}"
+        if line.relative or line.quantity.startswith("scale"):
+            amount = f"{100.0 * float(line.changes[-1]):+.1f} %"
+        rows.append((line.arm, meaning(line.quantity), amount, f"{line.z:+.1f}", str(len(line.values) - 1)))
     return Table("What changed", ("arm", "quantity", "by", "z", "nights before"), rows)
-
-
-def _amount(series: Series) -> str:
-    value = float(series.changes[-1])
-    if series.relative or series.quantity.startswith("scale"):
-        return f"{100.0 * value:+.1f} %"
-    return f"{value:+.3g} {'kg' if series.quantity == 'mass' else 'N·m or N'}"
 
 
 def meaning(quantity: str) -> str:
@@ -110,7 +101,7 @@ def meaning(quantity: str) -> str:
     return f"{_QUANTITIES[kind.strip()]} {quantity[len(kind) :]}".strip()
 
 
-def _arms(fleet: Fleet) -> Table:
+def _arms_table(fleet: Fleet) -> Table:
     """A line an arm, by its drift: its last night, and the farthest z of friction, gains and payload."""
     rows = []
     for arm in sorted(fleet.arms, key=lambda arm: -max(abs(line.z or 0.0) for line in arm.series)):
@@ -122,13 +113,13 @@ def _arms(fleet: Fleet) -> Table:
             f"{line.quantity.removeprefix('scale ').removeprefix('mass')} {line.z:+.1f}".strip() if line.z else "-"
             for line in farthest
         ]
-        told = f"{mass.values[-1]:+.2f}±{mass.sigma[-1]:.2g}"
-        rows.append((arm.name, f"{len(arm.days)}", arm.days[-1], f"{arm.told[-1]:g}", told, *drift))
+        reported = f"{mass.values[-1]:+.2f}±{mass.sigma[-1]:.2g}"
+        rows.append((arm.name, f"{len(arm.days)}", arm.days[-1], f"{arm.told[-1]:g}", reported, *drift))
     headings = ("arm", "nights", "last", "told [kg]", "less told [kg]", "friction z", "gain z", "payload z")
     return Table("Every arm, by its drift", headings, rows)
 
 
-def _twins(fleet: Fleet) -> list[str]:
+def _twin_notes(fleet: Fleet) -> list[str]:
     """Arms that differ from the others of their type in what is no friction."""
     twins = fleet.twins
     if twins is None:
@@ -142,6 +133,46 @@ def _twins(fleet: Fleet) -> list[str]:
     return lines or [f"No arm differs from its twins beyond {twins.bound:.1f} sigma (chance {CHANCE:g})."]
 
 
+def _drawings(fleet: Fleet) -> list[Drawing]:
+    arms, drawings = [arm.name for arm in fleet.arms], list[Drawing]()
+    for kind, name, text in _DRAWN:
+        caption = (
+            f"{text}: a line an arm, a panel a quantity, day by day, less the median of the nights before the "
+            "last. The band is what varies anyway (2 sigma); orange is a change."
+        )
+        for k, start in enumerate(range(0, len(arms), _ARMS), 1):
+            draw = partial(_multiples, fleet, arms[start : start + _ARMS], kind)
+            drawings.append(Drawing(f"{name}_{k}", caption, draw))
+    return drawings
+
+
+def _multiples(fleet: Fleet, arms: Sequence[str], kind: str) -> Figure:
+    rows = {
+        arm: [line for line in fleet.series if (line.arm, line.quantity[: len(kind)]) == (arm, kind)]
+        for arm in arms
+    }
+    columns = max(len(row) for row in rows.values())
+    size = (1.1 + 1.05 * columns, 0.55 + 0.48 * len(arms))
+    figure, axes = panels(size, len(arms), columns, (1.0, 0.1, 0.3, 0.25), (0.1, 0.08), sharex=True, sharey="col")
+    for line, (arm, row) in zip(axes, rows.items(), strict=True):
+        for axis, series in zip(line, row, strict=False):
+            unit = 100.0 if series.relative else 1.0
+            values, band = unit * series.changes, 2.0 * unit * series.spread
+            dates = [datetime.fromisoformat(day).replace(tzinfo=None) for day in series.days]
+            days = [(date - datetime(2000, 1, 1)) / timedelta(days=1) for date in dates]
+            axis.axhspan(-band, band, color="0.92", linewidth=0)
+            axis.plot(days, values, color=GREY, linewidth=0.6)
+            axis.plot(days, values, ".", color=BLUE, markersize=2)
+            if series.z is not None and abs(series.z) > CHANGED:
+                axis.plot(days[-1:], values[-1:], "s", color=ORANGE, markersize=2.5)
+            axis.set(xticks=[], yticks=[])
+            axis.spines[:].set_visible(False)
+        line[0].set_ylabel(arm, rotation=0, ha="right", va="center", fontsize=8)
+    for axis, series in zip(axes[0], rows[arms[0]], strict=False):
+        axis.set_title(series.quantity, fontsize=8)
+    return figure
+
+
 def compared_report(compared: Compared) -> Report:
     """The parameters in which recordings differ most; then all of them."""
     odd = [
@@ -150,8 +181,7 @@ def compared_report(compared: Compared) -> Report:
         for each in compared.odd
     ]
     nothing = f"No recording differs from the others beyond {compared.bound:.1f} sigma (chance {CHANCE:g})."
-    order = np.argsort(-compared.scatter, kind="stable")
-    most = sorted(order[:_MOST_SHOWN].tolist())
+    most = sorted(np.argsort(-compared.scatter, kind="stable")[:_MOST_SHOWN].tolist())
     first: list[Block] = [
         _compared_table(compared, "Where the recordings differ most (SI units)", most),
         Notes(odd or [nothing], optional=True),

@@ -14,7 +14,7 @@ def gains_report(gains: GainsResult, document: str | None = None) -> Report:
 
     ``document``: the JSON file that was written, if any.
     """
-    level, made = gains.judged.level, gains.working
+    level, made, mounted = gains.judged.level, gains.working, bool(gains.load and gains.load.mountings)
     ask = "" if document else "add --json gains.json, then "
     after = f"Next: {ask}give --drive-gains {document or 'gains.json'} to 'dynident payload'."
     first = [
@@ -25,40 +25,37 @@ def gains_report(gains: GainsResult, document: str | None = None) -> Report:
         Notes(verdict_notes(gains.judged), optional=True),
         worst_torque(lambda: made.predictions),
     ]
-    # Of recordings that were not looked at joint by joint there is none.
-    mounted = zip(made.mountings.names, made.loads, made.by_joints, strict=True) if made and made.by_joints else ()
-    weights = [
-        joints_section(mass_by_joints(by_joints), load.mass, (load.mass, load.mass), name)._replace(
-            title=f"The known weight as each joint sees it{_mounted(gains, name)}"
-        )
-        for name, load, by_joints in mounted
-    ]
-    sections = (*weights, torques_section(lambda: made.predictions))
+    sections = []
+    # Recordings that were not looked at joint by joint have none.
+    of_joints = (
+        zip(made.mountings.names, made.loads, made.by_joints, strict=True) if made and made.by_joints else ()
+    )
+    for name, load, by_joints in of_joints:
+        section = joints_section(mass_by_joints(by_joints), load.mass, (load.mass, load.mass), name)
+        title = f"The known weight as each joint sees it{f', mounting {name}' if mounted else ''}"
+        sections.append(section._replace(title=title))
+    sections.append(torques_section(lambda: made.predictions))
+    title = f"Drive gains of the {gains.robot_title or gains.robot}"
     subtitle = "Identified from recordings of motor currents with a known weight"
     more = "the payload, residuals, where sigma comes from"
-    return Report(f"Drive gains of the {gains.robot_title or gains.robot}", first, sections, more, subtitle,
-                  _notes(gains))  # fmt: skip
+    return Report(title, first, sections, more, subtitle, _notes(gains, mounted))
 
 
 def gains_table(gains: GainsResult) -> Table:
     """Gains with standard deviations, what of the current is left unexplained, and what each rests on."""
     headings = ("motor", "N·m/A", "sigma", "%", "residual %", "rests on")
-    told, residual = gains.drive_gains, present(gains.relative_residual)
-    sigma, n = np.sqrt(np.diag(told.relative_covariance)), len(told.values)
+    drives, residual = gains.drive_gains, present(gains.relative_residual)
+    sigma, n = np.sqrt(np.diag(drives.relative_covariance)), len(drives.values)
     unexplained = array(residual.relative_per_joint if residual else None, n)
-    parts = zip(told.values, sigma, unexplained, told.rests_on or ("",) * n, strict=True)
+    parts = zip(drives.values, sigma, unexplained, drives.rests_on or ("",) * n, strict=True)
     rows = [
-        (str(j), f"{value:.3f}", f"{value * share:.2g}", f"{100 * share:.2g}", f"{100 * left:.1f}", word)
-        for j, (value, share, left, word) in enumerate(parts, start=1)
+        (str(j), f"{value:.3f}", f"{value * ratio:.2g}", f"{100 * ratio:.2g}", f"{100 * left:.1f}", word)
+        for j, (value, ratio, left, word) in enumerate(parts, start=1)
     ]
     return Table(f"Drive gains of {gains.robot}", headings, rows)
 
 
-def _mounted(gains: GainsResult, name: int) -> str:
-    return f", mounting {name}" if gains.load and gains.load.mountings else ""
-
-
-def _notes(gains: GainsResult) -> list[str]:
+def _notes(gains: GainsResult, mounted: bool) -> list[str]:
     lines, robust, residual, load = list[str](), present(gains.robust), present(gains.relative_residual), gains.load
     if load:
         known, sigma = present(load.known) or {}, float(array(load.mass_sigma))
@@ -67,13 +64,13 @@ def _notes(gains: GainsResult) -> list[str]:
             number, ten = str(k) if k > 1 else "", numbers(mounting.identified)
             com = " ".join(f"{x:.4f}" for x in ten[6:9] / ten[9])
             lines.append(
-                f"Payload{_mounted(gains, mounting.mounting)}: {known.get(f'M_L{number}', np.nan):.4g} kg as given "
-                f"(sigma {sigma:.2g} kg), centre of mass {com} m, "
-                f"{'as given' if f'MX_L{number}' in known else 'estimated'}."
+                f"Payload{f', mounting {mounting.mounting}' if mounted else ''}: "
+                f"{known.get(f'M_L{number}', np.nan):.4g} kg as given (sigma {sigma:.2g} kg), centre of mass {com} "
+                f"m, {'as given' if f'MX_L{number}' in known else 'estimated'}."
             )
     lines += [
         "Every gain goes with the mass as given: 1 % of it is 1 % of each, which no recording shows"
-        + (" unless weights differ." if load and load.mountings else "."),
+        + (" unless weights differ." if mounted else "."),
         f"Relative residual of the currents: {100 * array(residual.relative if residual else None):.2f} %.",
         "Without the constraint that robot and payload can exist: "
         + " ".join(f"{value:.3f}" for value in array(gains.drive_gains.without_constraints, 0))

@@ -10,13 +10,12 @@ from ....model import INERTIAL, InertialParameters, Motion
 from ....model.drives import parameter_kind
 from ....model.inertia import PayloadSpread, payload_spread
 from ....model.visibility import PayloadVisibility
-from ....trajectories import DesignProblem, PayloadSet, Score
-from ....trajectories.design.floor import Floor
+from ....trajectories import DesignProblem, Score
 from ....trajectories.design.full_trajectory import Rung
 from ....trajectories.design.score import holding_torques
 from ...export.motion import assumed_line, rests_on
 from ..blocks import Banner, Block, Notes, OnPage, Report, Section, Table, Text
-from ..documents.design import JudgedMotion, NearResult
+from ..documents import JudgedMotion, NearResult
 from ..figures.motion import motion_figure, sigma_figure
 from .robot import assumed_notes
 
@@ -37,13 +36,24 @@ _GROUPS = (
 
 
 def design_report(judged: JudgedMotion) -> Report:
-    """Which limits hold, what the motion would teach, what to do next; then every parameter and the motion."""
+    """Limits, predicted standard deviations and what to do next; then every parameter and the motion."""
     score, problem, floor = judged.score, judged.score.problem, judged.floor
     kind, title = problem.criterion.kind, problem.robot.title or problem.robot.name
-    notes = [_replay_note(kind, judged.replay)] if judged.replay is not None else []
+    notes, writers, learnt = list[str](), "--samples, --ros2, --urscript or --val3", score.learnt
+    if (replay := judged.replay) is not None:
+        limits = f"but {'; '.join(replay.violations)}" if replay.violations else "every limit met"
+        notes.append(
+            f"Replayed by trapezoidal moves as --val3 asks for: {criterion_text(kind, replay.value)} in "
+            f"{replay.duration:.4g} s, {limits}. Score the controller's log by 'dynident score'."
+        )
     notes += [*_payload_notes(problem, score), *assumed_notes(problem.robot, *rests_on(problem))]
-    notes += [_floor_note(kind, floor)] if floor is not None else []
-    writers = "--samples, --ros2, --urscript or --val3"
+    if floor is not None:
+        quantity = {"d": "uncertainty", "a": "relative sigma"}.get(kind, "condition number")
+        times = np.exp(0.5 * floor.gap if kind == "d" else floor.gap)
+        notes.append(
+            f"Floor over {floor.states} weighted states within the limits, continuity ignored: "
+            f"{criterion_text(kind, floor.value)}; its {quantity} is {times:.3g} times the floor's."
+        )
     criterion, after = f"Criterion {criterion_text(kind, score.value)}.", list[str]()
     if judged.design is not None:
         after = [f"Next: add {writers}, run it, then 'dynident check LOG'."]
@@ -55,16 +65,27 @@ def design_report(judged: JudgedMotion) -> Report:
         Notes(notes, optional=True),
         *([_how_to_run(score.duration, writers, "payload")] if after else []),
     ]
-    brakes = _holding_tables(problem, score)
+    numbers = (
+        ("condition number", learnt.condition_number, "of W in SI units"),
+        ("the same, scaled", learnt.condition_number_scaled, "columns scaled to norm 1"),
+        ("log det", learnt.log_det, "of the information matrix"),
+    )
+    length = problem.goal.data_length
+    recorded = f"{length:g} s of data, the motion repeated" if length else "recorded once"
+    together = [
+        ("duration", f"{score.duration:.4g}", f"s; {recorded}"),
+        ("parameters", str(len(problem.names)), f"criterion {kind}"),
+        *((name, f"{x:.4g}" if np.isfinite(x) else "rank-deficient", text) for name, x, text in numbers),
+    ]
+    brakes, known = _holding_tables(problem, score), bool(np.isfinite(list(learnt.sigma.values())).all())
+    sigma = (score, f"{title}: predicted standard deviations", judged.reference, judged.labels)
     blocks: list[Block] = [
-        _score_table(problem, score),
-        *_sigma_tables(score, judged.reference, judged.labels),
+        Table("Parameters together", ("", "value", "remark"), together),
+        *(_sigma_tables(score, judged.reference, judged.labels) if known else []),
         *brakes,
         motion_figure(problem, judged.motion, f"{title}: motion between its limits"),
+        *([sigma_figure(*sigma)] if known else []),
     ]
-    if np.isfinite(list(score.learnt.sigma.values())).all():
-        words = f"{title}: what the motion would teach"
-        blocks.append(sigma_figure(score, words, judged.reference, judged.labels))
     more = f"condition numbers, every parameter{', what brakes hold' if brakes else ''}"
     return Report(
         f"Motion for the {title}", first, [Section("motion", "Motion and what it would teach", blocks)], more
@@ -72,22 +93,41 @@ def design_report(judged: JudgedMotion) -> Report:
 
 
 def near_report(result: NearResult, expected: InertialParameters, hints: Sequence[str], motion: Motion) -> Report:
-    """What a motion will tell of a payload as expected, and what to do next; then what can be seen, and the motion.
+    """Predicted standard deviations of an expected payload, what to do next; then visibility and the motion.
 
     ``hints`` say what else could be done.
     """
-    robot, problem, score = result.robot, result.design.problem, result.design.score
+    robot, problem, score, plan = result.robot, result.design.problem, result.design.score, result.motion
     title, joints = robot.title or robot.name, ", ".join(map(str, result.shape.joints))
-    place = ", ".join(f"{1e3 * x:g}" for x in expected.com)
+    position = ", ".join(f"{1e3 * x:g}" for x in expected.com)
     writers = "--samples, --ros2 or --urscript"
+    periods = "one period" if plan.repeats == 1 else f"{plan.repeats} periods"
+    two = f", at {len(plan.poses)} poses, {plan.transfer:.1f} s from one to the other" * bool(plan.transfer)
+    slower = ", ".join(f"{rung.motion.duration:.0f}" for rung in result.ladder if rung.speed < 1.0)
+    before = f"the rehearsal, once at a tenth of the speed, takes {plan.slowed(0.1).duration:.0f} s"
+    if result.ladder:
+        before = f"the slower runs before it take {slower} s" if slower else "the first run may be at full speed"
+    unchecked = (
+        "Torque limits are NOT checked: the description has no torque limits or no parameters (--robot-parameters "
+        "or --arm-mass); the rehearsal does not show them either."
+    )
+    notes = [
+        *hints,
+        f"{plan.duration:.1f} s: {periods} of {plan.period:.2f} s{two}; {before}.",
+        "Sigma by (17)-(19) for white torque noise; constant torques and Coulomb friction are estimated too. Real "
+        "recordings have 1.6 to 4 times as much.",
+        *([] if problem.torque_limited else [unchecked]),
+        *_payload_notes(problem, score),
+        *assumed_notes(robot, *rests_on(problem)),
+    ]
     first: list[Block] = [
         _motion_banner(f"Motion of joints {joints} of {title}", score),
-        _spread_table(f"Predicted for {expected.mass:g} kg at ({place}) mm", result.spread),
+        _spread_table(f"Predicted for {expected.mass:g} kg at ({position}) mm", result.spread),
         *ladder_tables(result.ladder),
         Notes([f"Next: add {writers}, run it without and with the payload, then 'dynident weigh'."]),
-        Notes([*hints, *_near_notes(result)], optional=True),
+        Notes(notes, optional=True),
         OnPage(lambda: [_limits_table(score)]),
-        _how_to_run(result.motion.duration, writers, "weigh"),
+        _how_to_run(plan.duration, writers, "weigh"),
     ]
     brakes = _holding_tables(problem, score)
     drawn = motion_figure(problem, motion, f"Motion that weighs a payload: {title}")
@@ -100,12 +140,11 @@ def near_report(result: NearResult, expected: InertialParameters, hints: Sequenc
 
 
 def _motion_banner(title: str, score: Score) -> Banner:
-    """Say whether the motion keeps its limits, and which were not checked."""
     names = dict.fromkeys(limit.name for limit in score.limits)
     missing = [kind for kind in _KINDS if not any(name.startswith(kind) for name in names)]
     missed = dict.fromkeys(limit.name for limit in score.limits if str(limit) in score.violations)
-    level, words = "mass_and_com_only" if missing else "use", f"every limit{' that was checked' * bool(missing)}"
-    keeps = f"keeps {words}" if score.feasible else f"does NOT keep {', '.join(missed)}"
+    level, text = "mass_and_com_only" if missing else "use", f"every limit{' that was checked' * bool(missing)}"
+    keeps = f"keeps {text}" if score.feasible else f"does NOT keep {', '.join(missed)}"
     unchecked = f" NOT checked: {', '.join(missing)}." if missing else ""
     return Banner(level if score.feasible else "do_not_use", f"{title}: {keeps}.{unchecked}")
 
@@ -129,26 +168,20 @@ def _payload_notes(problem: DesignProblem, score: Score) -> list[str]:
         return []
     missed = any(limit.name.startswith("torque") and str(limit) in score.violations for limit in score.limits)
     shares = holding_torques(problem, score.samples.q) / problem.bounds.torque
-    joint = int(np.argmax(shares))
-    bounds = f"up to {payloads.mass:g} kg {_region(payloads)}, down to none"
+    joint, half = int(np.argmax(shares)), 1e3 * payloads.half
+    x, y, z = 1e3 * payloads.centre + 0.0
+    axes = ", ".join(f"{length:.4g}" for length in half)
+    region = f"in an ellipsoid of half axes {axes} mm"
+    if payloads.region == "cube":
+        region = f"in a box of half edges {axes} mm"
+    elif np.ptp(half) < 1e-9 * half.max():
+        region = f"within {half[0]:.4g} mm"
     return [
-        f"Torque limits {'do NOT hold' if missed else 'hold'} for every payload {bounds}.",
+        f"Torque limits {'do NOT hold' if missed else 'hold'} for every payload up to {payloads.mass:g} kg "
+        f"{region} about ({x:.4g}, {y:.4g}, {z:.4g}) mm of the last link's frame, down to none.",
         f"Power cut on the way: the brake of joint {joint + 1} then holds up to {100 * shares[joint]:.0f} % of its "
         "torque limit.",
     ]
-
-
-def _region(payloads: PayloadSet) -> str:
-    """Where the bodies lie in the last link's frame."""
-    x, y, z = 1e3 * payloads.centre + 0.0
-    half = 1e3 * payloads.half
-    axes = ", ".join(f"{length:.4g}" for length in half)
-    place = f"about ({x:.4g}, {y:.4g}, {z:.4g}) mm of the last link's frame"
-    if payloads.region == "cube":
-        return f"in a box of half edges {axes} mm {place}"
-    if np.ptp(half) < 1e-9 * half.max():
-        return f"within {half[0]:.4g} mm {place}"
-    return f"in an ellipsoid of half axes {axes} mm {place}"
 
 
 def _holding_tables(problem: DesignProblem, score: Score) -> list[Table]:
@@ -190,16 +223,15 @@ def _taught_table(problem: DesignProblem, score: Score) -> Table:
         spread = payload_spread(body.vector, learnt.covariance, range(len(INERTIAL)))
         return _spread_table(f"From {recorded}, of a payload of {mass:g} kg {1e3 * _ARM:g} mm away", spread)
     rows = []
-    for words, unit, kinds in _GROUPS:
+    for text, unit, kinds in _GROUPS:
         sigma = [s for name, s in learnt.sigma.items() if parameter_kind(name) in kinds]
         if sigma:
-            rows.append((words, str(len(sigma)), f"{np.median(sigma):.2g}", f"{max(sigma):.2g}", unit))
+            rows.append((text, str(len(sigma)), f"{np.median(sigma):.2g}", f"{max(sigma):.2g}", unit))
     headings = ("", "number", "median", "largest", "unit")
     return Table(f"From {recorded}, of the robot, 1 sigma", headings, rows)
 
 
 def _spread_table(title: str, spread: PayloadSpread) -> Table:
-    """Standard deviations to come of a payload's mass, centre of mass and inertia there."""
     sigmas = [("mass", "kg", spread.mass)]
     sigmas += [(f"centre of mass {axis}", "mm", 1e3 * x) for axis, x in zip("xyz", spread.com, strict=True)]
     sigmas += [(f"inertia {a}{a} at com", "kg m²", x) for a, x in zip("XYZ", spread.moments, strict=True)]
@@ -218,57 +250,17 @@ def criterion_text(kind: str, value: float) -> str:
     return f"{kind}: condition number {np.exp(value):.4g}"
 
 
-def _score_table(problem: DesignProblem, score: Score) -> Table:
-    """How well the parameters are determined together."""
-    learnt, length = score.learnt, problem.goal.data_length
-    together = (
-        ("condition number", learnt.condition_number, "of W in SI units"),
-        ("the same, scaled", learnt.condition_number_scaled, "columns scaled to norm 1"),
-        ("log det", learnt.log_det, "of the information matrix"),
-    )
-    recorded = f"{length:g} s of data, the motion repeated" if length else "recorded once"
-    rows = [
-        ("duration", f"{score.duration:.4g}", f"s; {recorded}"),
-        ("parameters", str(len(problem.names)), f"criterion {problem.criterion.kind}"),
-        *((name, f"{x:.4g}" if np.isfinite(x) else "rank-deficient", words) for name, x, words in together),
-    ]
-    return Table("Parameters together", ("", "value", "remark"), rows)
-
-
 def _sigma_tables(score: Score, reference: Mapping[str, float], labels: Mapping[str, str]) -> list[Table]:
-    """Predicted standard deviations; of many parameters the least known. None where not all can be told."""
-    sigma, relative = score.learnt.sigma, score.relative_sigma(dict(reference))
+    sigma, relative, rows = score.learnt.sigma, score.relative_sigma(dict(reference)), []
     shown = list(sigma)
     if len(sigma) > _MOST_SHOWN:
         shown = sorted(sigma, key=lambda name: -relative.get(name, 0.0))[: _SHOWN if relative else 0]
-    if not shown or not np.isfinite(list(sigma.values())).all():
-        return []
-    rows = []
     for name in shown:
         value = f"{reference[name]:.4g}" if name in reference else ""
         percent = f"{100.0 * relative[name]:.2g}" if name in relative else ""
         rows.append((labels.get(name, name), f"{sigma[name]:.3g}", value, percent))
     least = f", the {len(shown)} least known of {len(sigma)}" if len(shown) < len(sigma) else ""
-    return [Table(f"Predicted sigma{least}", ("", "sigma", "value", "%"), rows)]
-
-
-def _floor_note(kind: str, floor: Floor) -> str:
-    """How far a motion is from the best that states within the limits allow."""
-    what = {"d": "uncertainty", "a": "relative sigma"}.get(kind, "condition number")
-    times = np.exp(0.5 * floor.gap if kind == "d" else floor.gap)
-    return (
-        f"Floor over {floor.states} weighted states within the limits, continuity ignored: "
-        f"{criterion_text(kind, floor.value)}; its {what} is {times:.3g} times the floor's."
-    )
-
-
-def _replay_note(kind: str, replay: Score) -> str:
-    """How the motion changes where a controller moves between the via points by its own profiles."""
-    limits = f"but {'; '.join(replay.violations)}" if replay.violations else "every limit met"
-    return (
-        f"Replayed by trapezoidal moves as --val3 asks for: {criterion_text(kind, replay.value)} in "
-        f"{replay.duration:.4g} s, {limits}. Score the controller's log by 'dynident score'."
-    )
+    return [Table(f"Predicted sigma{least}", ("", "sigma", "value", "%"), rows)] if rows else []
 
 
 def visibility_table(visibility: PayloadVisibility) -> Table:
@@ -277,29 +269,6 @@ def visibility_table(visibility: PayloadVisibility) -> Table:
     rows = [(kind, visibility.parameters[kind], visibility.combination(kind)) for kind in INERTIAL]
     title = f"Visible to joint{'s' * (len(visibility.joints) > 1)} {joints}: {visibility.rank} of 10"
     return Table(title, ("parameter", "visible", "as part of"), rows)
-
-
-def _near_notes(result: NearResult) -> list[str]:
-    """Duration, speeds, limits; where the prediction comes from."""
-    motion, problem = result.motion, result.design.problem
-    two = f", at {len(motion.poses)} poses, {motion.transfer:.1f} s from one to the other" * bool(motion.transfer)
-    periods = "one period" if motion.repeats == 1 else f"{motion.repeats} periods"
-    slower = ", ".join(f"{rung.motion.duration:.0f}" for rung in result.ladder if rung.speed < 1.0)
-    before = f"the rehearsal, once at a tenth of the speed, takes {motion.slowed(0.1).duration:.0f} s"
-    if result.ladder:
-        before = f"the slower runs before it take {slower} s" if slower else "the first run may be at full speed"
-    unchecked = (
-        "Torque limits are NOT checked: the description has no torque limits or no parameters (--robot-parameters "
-        "or --arm-mass); the rehearsal does not show them either."
-    )
-    return [
-        f"{motion.duration:.1f} s: {periods} of {motion.period:.2f} s{two}; {before}.",
-        "Sigma by (17)-(19) for white torque noise; constant torques and Coulomb friction are estimated too. Real "
-        "recordings have 1.6 to 4 times as much.",
-        *([] if problem.torque_limited else [unchecked]),
-        *_payload_notes(problem, result.design.score),
-        *assumed_notes(problem.robot, *rests_on(problem)),
-    ]
 
 
 def ladder_tables(ladder: Sequence[Rung]) -> list[Table]:

@@ -8,7 +8,6 @@ import numpy as np
 from ....common.arrays import Array
 from ....common.errors import InputError
 from ....common.schema import present
-from ....estimation.answers.system import TorquePrediction
 from ....estimation.payload.result import METHOD_NAMES
 from ....estimation.possible.payload import CONFLICT
 from ....estimation.results.payload import PayloadResult, array
@@ -21,8 +20,6 @@ from .estimates import data_notes, methods_section
 from .evidence import (
     MEND,
     VERDICTS,
-    essential_section,
-    excitation_section,
     gain_error_notes,
     joints_section,
     reason_blocks,
@@ -30,6 +27,7 @@ from .evidence import (
     verdict_notes,
     worst_torque,
 )
+from .parameters import essential_section, excitation_section
 
 _SHOWN = ("abb", "kuka", "ur", "fanuc", "yaskawa", "staubli", "franka", "urdf")
 """The formats in the page; 'dynident export' writes more."""
@@ -46,28 +44,23 @@ def payload_report(result: PayloadResult, document: str | None = None, notes: Se
     best, made, method, level = result.best, result.working, result.method, result.verdict.level
     mass, interval = float(result.mass), tuple(result.mass.interval95.tolist())
     sections = [methods_section(result), joints_section(present(result.mass_by_joints) or (), mass, interval)]
-    subtitle = "Identified from recordings of joint positions and torques"
-    repeats, joints = present(result.repeats), present(result.joints)
-    if joints:
+    subtitle, worst = "Identified from recordings of joint positions and torques", list[Block]()
+    if joints := present(result.joints):
         subtitle = f"Weighed by a motion of joint{'s' * (len(joints) > 1)} {', '.join(map(str, joints))}"
-    if repeats is not None:
-        drawn = repeats_figure(repeats, mass, interval)
-        words = "Each recording was weighed alone too: the scatter tells what no single one does."
-        blocks: list[Block] = [Text(words), *([drawn] if drawn is not None else [])]
+    if (repeats := present(result.repeats)) is not None:
+        text = "Each recording was weighed alone too: the scatter tells what no single one does."
+        blocks: list[Block] = [Text(text), *repeats_figure(repeats, mass, interval)]
         sections.insert(0, Section("repeats", "From recording to recording", blocks))
-
-    def predictions() -> Sequence[TorquePrediction]:
-        return () if result.short else made.predictions
-
     if not result.short:
         base, source = (made.problem.base, made.problem.source) if made else (None, None)
         count = (len(source.loaded) if source else 0) + (len(made.held_out) if made else 0)
         labels = dict(zip(base.columns, base.names, strict=True)) if base else {}
         sections += [
-            torques_section(predictions, count),
+            torques_section(lambda: made.predictions, count),
             excitation_section(lambda: made.excitation, labels),
             essential_section(present(result.essential), result.title),
         ]
+        worst = [worst_torque(lambda: made.predictions)]
     to_do = [MEND]
     if level != "do_not_use":
         export = f"'dynident export {document or 'P.json'} --to ur' (abb, kuka, fanuc, ..)"
@@ -77,15 +70,14 @@ def payload_report(result: PayloadResult, document: str | None = None, notes: Se
         Text("What to type into the controller", heading=True),
         Notes(to_do),
         OnPage(lambda: controller_blocks(result, "this report", result.title)),
+        *([flange_figure(best, result.inertia.use == "use", is_flange(result.frame))] if best else []),
     ]
-    if best is not None:
-        controller.append(flange_figure(best, result.inertia.use == "use", is_flange(result.frame)))
     first: list[Block] = [
         Banner(level, f"Verdict: {VERDICTS[level]} (method {method}, {METHOD_NAMES[method]})."),
         Pair(controller, [quantities_table(result)]),
         *reason_blocks(result.verdict),
         Notes([*answer_notes(result), *notes], optional=True),
-        worst_torque(predictions),
+        *worst,
     ]
     more = "every method, all parameters, joints, residuals"
     return Report(f"Payload on the {result.title}", first, sections, more, subtitle, data_notes(result))
@@ -120,15 +112,26 @@ def answer_notes(result: PayloadResult) -> list[str]:
         *([f"Mass by method [kg]: {each}."] if len(masses) > 1 else []),
         *([f"Method {chosen.method}: {chosen.reason}."] if chosen is not None and chosen.reason else []),
         *verdict_notes(result.verdict),
-        *scale_notes(result),
+        *_scale_notes(result),
         *(
             f"Another way, {way.name}: {array(way.mass):.4g} kg, centre of mass "
             f"({', '.join('-' if not np.isfinite(x) else f'{1e3 * x:.1f}' for x in way.com)}) mm."
             for way in present(result.agreement) or ()
         ),
-        *_repeat_notes(result),
-        *gain_error_notes(result.settings, result.gains),
     ]
+    if repeats := present(result.repeats):
+        _, alone, sigmas = seen(repeats)
+        texts = ", ".join(f"{m:.4g} ± {s:.2g}" for m, s in zip(alone, sigmas, strict=True))
+        spread = f"spread {array(repeats.spread):.2g} kg"
+        lines.append(f"{len(repeats.masses)} recordings, each alone [kg]: {texts}; {spread}.")
+        if repeats.drift_per_recording is not None:
+            trend = "a drift" if repeats.drifts else "no clear drift"
+            step, sigma = repeats.drift_per_recording, array(repeats.drift_sigma)
+            lines.append(f"From one to the next {step:+.2g} ± {sigma:.2g} kg: {trend}.")
+        if repeats.excess is not None and repeats.excess > 1.0:
+            wider = "all intervals are widened by that"
+            lines.append(f"They scatter {repeats.excess:.2g} times as much as each says: {wider}.")
+    lines += gain_error_notes(result.settings, result.gains)
     if not result.short and not (residual and residual.validation):
         lines.append("Better: keep one recording without payload out of identification (--validate).")
     if robust and robust.unavailable:
@@ -138,8 +141,7 @@ def answer_notes(result: PayloadResult) -> list[str]:
     return lines
 
 
-def scale_notes(result: PayloadResult) -> list[str]:
-    """The mass from a scale or from CAD beside that by the torques."""
+def _scale_notes(result: PayloadResult) -> list[str]:
     if result.mass_from_scale and result.scale:
         mass, sigma = result.scale
         return [f"Mass: the scale's {mass:g} ± {sigma:g} kg; the torques of these joints do not contain it."]
@@ -150,25 +152,6 @@ def scale_notes(result: PayloadResult) -> list[str]:
         for weighing in present((result.best or result.best_free).weighed) or ()
     ]
     return lines or ["Not weighed: --mass KG+-KG compares with a scale, and sharpens the centre of mass."]
-
-
-def _repeat_notes(result: PayloadResult) -> list[str]:
-    """Spread and drift of several recordings."""
-    repeats = present(result.repeats)
-    if repeats is None:
-        return []
-    _, masses, sigmas = seen(repeats)
-    each = ", ".join(f"{m:.4g} ± {s:.2g}" for m, s in zip(masses, sigmas, strict=True))
-    lines = [f"{len(repeats.masses)} recordings, each alone [kg]: {each}; spread {array(repeats.spread):.2g} kg."]
-    if repeats.drift_per_recording is not None:
-        trend = "a drift" if repeats.drifts else "no clear drift"
-        step, sigma = repeats.drift_per_recording, array(repeats.drift_sigma)
-        lines.append(f"From one to the next {step:+.2g} ± {sigma:.2g} kg: {trend}.")
-    if repeats.excess is not None and repeats.excess > 1.0:
-        lines.append(
-            f"They scatter {repeats.excess:.2g} times as much as each says: all intervals are widened by that."
-        )
-    return lines
 
 
 def controller_line(result: PayloadResult) -> str:
@@ -215,19 +198,14 @@ def controller_blocks(result: PayloadResult, name: str, title: str) -> list[Bloc
         )
         return [Text(where), Code("controller-plain", controller_line(result))]
     load = replace(at_flange, reasons=())  # which stand beside it
-    maker = next((form for word, form in _MAKERS.items() if word in title.lower()), None)
-
-    def written(form: str) -> Details:
+    maker = next((form for word, form in _MAKERS.items() if word in title.lower()), "")
+    opened, formats = list[Block](), list[Block]()
+    for form in _SHOWN:
         try:
             block: Block = Code(f"controller-{form}", FORMATS[form].text(load).rstrip("\n"))
         except InputError as error:
             block = Text(f"This controller would refuse it: {error}.")
-        return Details(FORMATS[form].title, [block], form == maker)
-
-    formats: list[Block] = [written(form) for form in _SHOWN if form != maker]
+        (opened if form == maker else formats).append(Details(FORMATS[form].title, [block], form == maker))
     more = ", ".join(form for form in FORMATS if form not in _SHOWN)
     formats.append(Text(f"'dynident export --to' also writes {more}."))
-    return [
-        *([written(maker)] if maker else []),
-        Details("Other controllers and files" if maker else "Controllers and files", formats),
-    ]
+    return [*opened, Details("Other controllers and files" if maker else "Controllers and files", formats)]

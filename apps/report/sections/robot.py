@@ -20,8 +20,7 @@ from ...rollout import Rollout
 from ..blocks import Banner, Block, Notes, Report, Section, Table, with_sigma
 from .evidence import (
     MEND,
-    essential_section,
-    excitation_section,
+    conditioning,
     gain_error_notes,
     reason_blocks,
     residual_text,
@@ -29,6 +28,7 @@ from .evidence import (
     verdict_notes,
     worst_torque,
 )
+from .parameters import essential_section, excitation_section
 from .rollout import rollout_line, rollout_section
 
 _HEADINGS = ("joint", "kind", "alpha", "d", "theta", "r", "from", "to", "speed", "accel.", "torque")
@@ -45,36 +45,25 @@ def robot_description(robot: Robot) -> list[Block]:
         geometry = (math.degrees(joint.alpha), joint.d, math.degrees(joint.theta), joint.r)
         limits, scale = joint.limits, math.degrees(1.0) if joint.revolute else 1.0
         motion = (scale * x for x in (*limits.position, limits.speed, limits.acceleration))
-        known = (f"{x:.5g}" if math.isfinite(x) else "" for x in (*motion, limits.torque))
-        rows.append((name, joint.kind, *(f"{value:.6g}" for value in geometry), *known))
-    flange = frames_at(robot, [0.0] * robot.n)[-1]
-    parts = {part: source for part, source in robot.sources.items() if part in SOURCED}
-    lines = [
-        f"Payloads are given in: {robot.payload_frame}",
-        f"At the zero pose that frame stands at {_vector(flange.p.tolist())} m in the base, "
-        f"z along {_vector(flange.R[:, 2].tolist())}, x along {_vector(flange.R[:, 0].tolist())}.",
-        f"Gravity in frame 0: {_vector(list(robot.gravity))} m/s^2.",
-        *_properties(robot),
-        *(f"Joints are also called {', '.join(names)}." for names in robot.joint_names),
-        *(f"{names[0].upper()}{names[1:]}: {source}." for source, names in _grouped(parts).items()),
-        *(f"Note: {note}" for note in robot.snapped),
-    ]
-    title = f"{robot.title or robot.name}: modified DH (Khalil-Kleinfinger), degrees and m"
-    return [Table(title, _HEADINGS, rows), Notes(lines)]
-
-
-def _properties(robot: Robot) -> list[str]:
-    """What is known of the drives, and what only some descriptions say."""
-    drives, lines = robot.drives, list[str]()
-    parts = {
+        cells = (f"{x:.5g}" if math.isfinite(x) else "" for x in (*motion, limits.torque))
+        rows.append((name, joint.kind, *(f"{value:.6g}" for value in geometry), *cells))
+    flange, drives = frames_at(robot, [0.0] * robot.n)[-1], robot.drives
+    sources = {part: source for part, source in robot.sources.items() if part in SOURCED}
+    modelled = {
         "rotor inertia": drives.rotor_inertia,
         "friction": drives.friction,
         "offsets": drives.offsets,
         "coupled drives": drives.coupling is not None,
         "a gravity spring": drives.spring is not None,
     }
-    known = ", ".join(word for word, there in parts.items() if there) or "none of their parameters"
-    lines.append(f"Drives: {known}{'; torque sensors on the link side' if drives.side == 'link' else ''}.")
+    known = ", ".join(word for word, there in modelled.items() if there) or "none of their parameters"
+    lines = [
+        f"Payloads are given in: {robot.payload_frame}",
+        f"At the zero pose that frame stands at {_vector(flange.p.tolist())} m in the base, "
+        f"z along {_vector(flange.R[:, 2].tolist())}, x along {_vector(flange.R[:, 0].tolist())}.",
+        f"Gravity in frame 0: {_vector(list(robot.gravity))} m/s^2.",
+        f"Drives: {known}{'; torque sensors on the link side' if drives.side == 'link' else ''}.",
+    ]
     if math.isfinite(robot.rated_payload):
         lines.append(f"Rated payload: {robot.rated_payload:g} kg.")
     if robot.links is not None:
@@ -82,20 +71,23 @@ def _properties(robot: Robot) -> list[str]:
     if robot.mass is not None:
         lines.append(f"Mass of the arm, base and all: {robot.mass:g} kg.")
     if robot.flange_pose is not None:
-        place = ", ".join(f"{1e3 * value:g}" for value in robot.flange_pose.origin)
+        position = ", ".join(f"{1e3 * value:g}" for value in robot.flange_pose.origin)
         turn = ", ".join(f"{math.degrees(angle) + 0.0:g}" for angle in robot.flange_pose.rpy)
-        lines.append(f"The maker's flange stands at ({place}) mm, rpy ({turn}) deg in the payload's frame.")
-    return lines
+        lines.append(f"The maker's flange stands at ({position}) mm, rpy ({turn}) deg in the payload's frame.")
+    lines += [f"Joints are also called {', '.join(names)}." for names in robot.joint_names]
+    lines += [f"{names[0].upper()}{names[1:]}: {source}." for source, names in _grouped(sources).items()]
+    lines += [f"Note: {note}" for note in robot.snapped]
+    title = f"{robot.title or robot.name}: modified DH (Khalil-Kleinfinger), degrees and m"
+    return [Table(title, _HEADINGS, rows), Notes(lines)]
 
 
 def assumed_notes(robot: Robot, *parts: str) -> list[str]:
     """Assumptions about a robot; ``parts``: of ``model.robot.SOURCED``, all of them by default."""
     grouped = _grouped(robot.assumed(*parts))
-    return [f"Assumed, not published: {names} ({how})." for how, names in grouped.items()]
+    return [f"Assumed, not published: {names} ({rule})." for rule, names in grouped.items()]
 
 
 def _grouped(parts: Mapping[str, str]) -> dict[str, str]:
-    """Parts of a robot in words, by what is said of them."""
     said: dict[str, list[str]] = {}
     for part in sorted(parts, key=list(SOURCED).index):
         said.setdefault(parts[part], []).append(SOURCED[part])
@@ -107,7 +99,7 @@ def _vector(values: list[float]) -> str:
 
 
 def robot_report(result: RobotResult, rollouts: Sequence[Rollout] = (), document: str | None = None) -> Report:
-    """How well the model explains the torques, joint by joint; then every parameter, torques and excitation.
+    """Verdict, residual and friction of each joint; then every parameter, torques and excitation.
 
     ``rollouts`` are predicted motions of recordings, ``document`` the JSON file that it was written to.
     """
@@ -117,11 +109,24 @@ def robot_report(result: RobotResult, rollouts: Sequence[Rollout] = (), document
     labels = dict(zip(made.base.columns, made.base.names, strict=True)) if made else {}
     count = len(made.held_out or made.recordings) if made else 0
     notes = [*verdict_notes(verdict), *gain_error_notes(result.processing, result.gains)]
+    estimate, held_out, constrained = result.estimate, result.validation, result.constrained
+    on_held_out = f"; {percent(float(array(held_out.relative)))} on the recording held out" if held_out else ""
+    known = int((estimate.total_sigma <= 0.1 * np.abs(estimate.values)).sum())
+    lines = [
+        f"The model leaves {percent(estimate.fit.relative)} of the torque unexplained{on_held_out}.",
+        f"{len(result.columns)} base parameters, {known} of them known to 10 % (1 sigma), "
+        f"{len(result.essential)} essential.",
+    ]
+    if constrained is not None:
+        p_value = float(array(constrained.p_value))
+        contradicted = f"No robot that can exist comes near them (p {p_value:.2g})."
+        possible = "A robot that can exist has these parameters within their uncertainty."
+        lines.append(contradicted if p_value < CONFLICT else possible)
     first = [
         Banner("do_not_use" if verdict.reasons else "use", f"Verdict: {_BAD if verdict.reasons else _GOOD}"),
         *reason_blocks(verdict),
         joint_table(result),
-        Notes([*_known(result), following]),
+        Notes([*lines, following]),
         Notes([*map(rollout_line, rollouts), *notes], optional=True),
         worst_torque(lambda: made.predictions),
     ]
@@ -132,8 +137,14 @@ def robot_report(result: RobotResult, rollouts: Sequence[Rollout] = (), document
         excitation_section(lambda: made.excitation, labels),
         essential_section(present(result.elimination), result.title),
     )
+    data = [
+        conditioning(result.data.equations, len(result.columns), result),
+        f"Relative residual: {residual_text(estimate.fit)}",
+        *([f"On the validation recording: {residual_text(held_out)}"] if held_out else []),
+        *robot_sigma_notes(result),
+    ]
     title, more = f"Dynamic parameters of the {result.title}", "every base parameter, residuals, what is essential"
-    return Report(title, first, sections, more, "Identified from recordings without payload", _data_notes(result))
+    return Report(title, first, sections, more, "Identified from recordings without payload", data)
 
 
 def joint_table(result: RobotResult) -> Table:
@@ -155,23 +166,6 @@ def joint_table(result: RobotResult) -> Table:
     return Table(f"Torques of {result.title}", headings, rows)
 
 
-def _known(result: RobotResult) -> list[str]:
-    """The residual in words, and what is known."""
-    estimate, held_out, constrained = result.estimate, result.validation or None, result.constrained
-    on_held_out = f"; {percent(float(array(held_out.relative)))} on the recording held out" if held_out else ""
-    known = int((estimate.total_sigma <= 0.1 * np.abs(estimate.values)).sum())
-    p_value = float(array(constrained.p_value if constrained else None))
-    possible = "A robot that can exist has these parameters within their uncertainty."
-    if p_value < CONFLICT:
-        possible = f"No robot that can exist comes near them (p {p_value:.2g})."
-    return [
-        f"The model leaves {percent(estimate.fit.relative)} of the torque unexplained{on_held_out}.",
-        f"{len(result.columns)} base parameters, {known} of them known to 10 % (1 sigma), "
-        f"{len(result.essential)} essential.",
-        *([possible] if constrained is not None else []),
-    ]
-
-
 def robot_table(result: RobotResult) -> Table:
     """Base parameters with standard deviations, beside those of a robot that can exist.
 
@@ -180,17 +174,17 @@ def robot_table(result: RobotResult) -> Table:
     """
     estimate, constrained = result.estimate, result.constrained and present(result.constrained.base_parameters)
     nearest = [parameter.value for parameter in constrained] if constrained else None
-    beside = [("by gains", estimate.sigma_by_gains, ".2g"), ("constrained", nearest, ".4g")]
-    shown = [(heading, values, form) for heading, values, form in beside if values is not None]
+    further = [("by gains", estimate.sigma_by_gains, ".2g"), ("constrained", nearest, ".4g")]
+    shown = [(heading, values, form) for heading, values, form in further if values is not None]
     rows: list[tuple[str, ...]] = []
     for k, parameter in enumerate(result.base_parameters):
         name, grouping = parameter.name or estimate.names[k], parameter.grouping or ""
         value, sigma = estimate.values[k], estimate.total_sigma[k]
-        share = 100.0 * sigma / abs(value) if value != 0.0 else float("inf")
+        ratio = 100.0 * sigma / abs(value) if value != 0.0 else float("inf")
         grouped = grouping.split(" = ", 1)[1] if name.endswith("R") and " = " in grouping else ""
         more = (format(values[k], form) for _, values, form in shown)
         essential = "yes" if parameter.essential is True else ""
-        rows.append((name, with_sigma(value, sigma), f"{share:.3g}", *more, essential, grouped))
+        rows.append((name, with_sigma(value, sigma), f"{ratio:.3g}", *more, essential, grouped))
     headings = ("", "value", "%", *(heading for heading, *_ in shown), "essential", "grouping")
     return Table(f"Base parameters of {result.title}, SI units", headings, rows)
 
@@ -200,23 +194,11 @@ def standard_table(parameters: Sequence[PossibleParameter], title: str) -> Table
     rows = []
     for each in parameters:
         prior = "" if isinstance(each.prior, UnsetType) else f"{each.prior + 0.0:.4g}"
-        share = f"{100.0 * array(each.share):.0f} %"
-        rows.append((each.name, f"{each.value:.4g}", prior, share, each.decided_by or ""))
+        ratio = f"{100.0 * array(each.share):.0f} %"
+        rows.append((each.name, f"{each.value:.4g}", prior, ratio, each.decided_by or ""))
     ends = [parameter.name for parameter in parameters if parameter_kind(parameter.name) == INERTIAL[-1]]
     headings = ("", "value", "prior", "data", "decided by")
     return Table(f"Standard parameters of {title}, SI units", headings, rows, ends)
-
-
-def _data_notes(result: RobotResult) -> list[str]:
-    raw, scaled = (float(array(number)) for number in (result.condition_number, result.condition_number_scaled))
-    held_out = result.validation
-    return [
-        f"{result.data.equations} equations, {len(result.columns)} parameters; "
-        f"condition number {raw:.4g} (SI units, unweighted), {scaled:.3g} with columns scaled.",
-        f"Relative residual: {residual_text(result.estimate.fit)}",
-        *([f"On the validation recording: {residual_text(held_out)}"] if held_out else []),
-        *robot_sigma_notes(result),
-    ]
 
 
 def robot_sigma_notes(result: RobotResult) -> list[str]:
@@ -224,8 +206,8 @@ def robot_sigma_notes(result: RobotResult) -> list[str]:
     estimate, robust = result.estimate, result.estimate.robust
     if robust is None:
         why = result.robust.unavailable if result.robust else None
-        alone = [f"± by the formula alone: {why}"] if why else []
-        return ["± one standard deviation by (17)-(19), for white torque noise.", *alone]
+        formula = [f"± by the formula alone: {why}"] if why else []
+        return ["± one standard deviation by (17)-(19), for white torque noise.", *formula]
     low, middle, high = np.quantile(robust.sigma / np.maximum(estimate.sigma, 1e-300), (0.0, 0.5, 1.0))
     return [
         "± and % by the larger of the formula's (17)-(19) and the block jackknife's standard deviation; what is "
@@ -259,9 +241,9 @@ def constrained_notes(result: RobotResult) -> list[str]:
         named = [f"{holding.description} ({holding.multiplier:.2g})" for holding in active[:_MOST_NAMED]]
         more = len(active) - len(named)
         lines.append(f"Held back by (multiplier): {', '.join(named)}{f' and {more} more' if more else ''}.")
-    alone = [text for text in hidden if " " not in text]
+    single = [text for text in hidden if " " not in text]
     lines.append(
-        f"No motion shows {', '.join(alone)}{' and ' * bool(alone)}{len(hidden) - len(alone)} "
+        f"No motion shows {', '.join(single)}{' and ' * bool(single)}{len(hidden) - len(single)} "
         "combinations of standard parameters (the JSON lists them)."
     )
     return lines

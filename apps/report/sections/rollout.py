@@ -4,10 +4,13 @@ from collections.abc import Sequence
 from math import pi
 from pathlib import PurePath
 
-from ...rollout import CONSTANT, GROWTH_TIME, IDENTIFIED, Rollout
-from ..blocks import Block, Notes, Report, Section, Table, Text
-from ..figures.motion import rollout_figure
+import numpy as np
 
+from ...rollout import CONSTANT, GROWTH_TIME, IDENTIFIED, Rollout
+from ..blocks import Block, Drawing, Notes, Report, Section, Table, Text
+from ..figures.canvas import BLUE, GREY, ORANGE, Figure, log_scale, panels, plain
+
+_STYLES = ((BLUE, "-"), (ORANGE, "--"), (GREY, ":"), ("black", "-."))
 _GROWS = 10.0
 """An error of the start that grows by more within half a second hides what the parameters do."""
 _WORDS = (
@@ -19,12 +22,12 @@ _WORDS = (
 
 def rollout_report(rollouts: Sequence[Rollout], robot: str) -> Report:
     """Errors by horizon and the replay of the first recording, a line of each other; then all of them."""
-    first, *others = rollouts
-    lines, more = [*_notes(first), *map(rollout_line, others)], "every recording, starts at rest"
-    blocks: list[Block] = [_tables(first)[0], Notes(lines, optional=True)]
-    sections = [rollout_section(rollouts)]
-    title = f"Predicted motion of the {robot}"
-    return Report(title, blocks, sections, more, "Of recordings that were not fitted")
+    table, *more, notes = _parts(rollouts[0], 1)
+    lines = [Notes([rollout_line(rollout) for rollout in rollouts[1:]], optional=True)]
+    others = [block for k, rollout in enumerate(rollouts[1:], 2) for block in _parts(rollout, k)]
+    section = Section("rollout", "Predicted motion", [Text(_WORDS), *more, *others])
+    title, details = f"Predicted motion of the {robot}", "every recording, starts at rest"
+    return Report(title, [table, notes, *lines], [section], details, "Of recordings that were not fitted")
 
 
 def rollout_line(rollout: Rollout) -> str:
@@ -39,10 +42,33 @@ def rollout_line(rollout: Rollout) -> str:
     )
 
 
-def _notes(rollout: Rollout) -> list[str]:
-    """The replay, and whether open loop can judge anything."""
-    replay, (unit, size) = rollout.replay, _unit(rollout)
-    joints = " ".join(f"{100.0 * share:.1f}" for share in replay.joints)
+def rollout_section(rollouts: Sequence[Rollout]) -> Section:
+    """Tables and figures of every recording."""
+    blocks = [block for k, rollout in enumerate(rollouts, 1) for block in _parts(rollout, k)]
+    return Section("rollout", "Predicted motion", [Text(_WORDS), *blocks])
+
+
+def _parts(rollout: Rollout, number: int) -> list[Block]:
+    """Errors by horizon, of starts in motion and at rest; a figure; the replay, and whether open loop can judge."""
+    (unit, size), resting, replay = _unit(rollout), int(rollout.resting.sum()), rollout.replay
+    names = [IDENTIFIED, *(by for by in rollout.errors if by != IDENTIFIED)]
+    headings = ("after", *(heading for by in names for heading in (by, f"{by}, 90 %")))
+    blocks: list[Block] = []
+    for at_rest, count in ((False, len(rollout.resting) - resting), (True, resting)):
+        rows = []
+        for seconds in rollout.horizons if count else ():
+            spreads = [rollout.spread(by, seconds, at_rest) for by in names]
+            cells = (f"{error / size:.3g}" for spread in spreads if spread is not None for error in spread)
+            rows.append((f"{seconds:g} s", *cells))
+        starts = f"{count} starts {'at rest' if at_rest else 'in motion'}"
+        title = f"{PurePath(rollout.source).name}: error [{unit}], median and 90 % of {starts}"
+        blocks += [Table(title, headings, rows)] if count else []
+    caption = (
+        f"Distance of predicted from measured motion on {rollout.source}, root mean square over the joints: median "
+        "of the starts, shaded up to 90 %."
+    )
+    blocks.append(Drawing(f"rollout_{number}", caption, lambda: _draw(rollout)))
+    joints = " ".join(f"{100.0 * ratio:.1f}" for ratio in replay.joints)
     lines = [
         f"Replay: torque {100.0 * replay.relative:.2g} % from the measured one (joints {joints} %), path kept to "
         f"{replay.strayed / size:.2g} {unit}."
@@ -53,34 +79,22 @@ def _notes(rollout: Rollout) -> list[str]:
         lines.append(f"{grows}{hides * (rollout.growth > _GROWS)}.")
     if rollout.diverged:
         lines.append(f"{rollout.diverged} of {len(rollout.resting)} starts of the identified robot ran away.")
-    return lines
+    return [*blocks, Notes(lines, optional=True)]
 
 
-def rollout_section(rollouts: Sequence[Rollout]) -> Section:
-    """Tables and figures of every recording."""
-    blocks: list[Block] = [Text(_WORDS)]
-    for k, rollout in enumerate(rollouts, start=1):
-        figure = rollout_figure(rollout, f"rollout_{k}", _unit(rollout))
-        blocks += [*_tables(rollout), figure, Notes(_notes(rollout))]
-    return Section("rollout", "Predicted motion", blocks)
-
-
-def _tables(rollout: Rollout) -> list[Table]:
-    """Errors by horizon, of starts in motion and at rest."""
-    (unit, size), resting = _unit(rollout), int(rollout.resting.sum())
-    names = [IDENTIFIED, *(by for by in rollout.errors if by != IDENTIFIED)]
-    headings = ("after", *(heading for by in names for heading in (by, f"{by}, 90 %")))
-    tables = []
-    for at_rest, count in ((False, len(rollout.resting) - resting), (True, resting)):
-        rows = []
-        for seconds in rollout.horizons if count else ():
-            spreads = [rollout.spread(by, seconds, at_rest) for by in names]
-            cells = (f"{error / size:.3g}" for spread in spreads if spread is not None for error in spread)
-            rows.append((f"{seconds:g} s", *cells))
-        starts = f"{count} starts {'at rest' if at_rest else 'in motion'}"
-        title = f"{PurePath(rollout.source).name}: error [{unit}], median and 90 % of {starts}"
-        tables += [Table(title, headings, rows)] if count else []
-    return tables
+def _draw(rollout: Rollout) -> Figure:
+    figure, ((axis,),) = panels((5.8, 3.2))
+    (unit, size), resting = _unit(rollout), bool(rollout.resting.all())
+    for by, (colour, line) in zip(rollout.errors, _STYLES, strict=False):
+        spreads = [rollout.spread(by, float(seconds), resting) for seconds in rollout.times]
+        low, high = np.array([spread for spread in spreads if spread is not None]).T / size
+        axis.plot(rollout.times, low, color=colour, linestyle=line, label=by)
+        axis.fill_between(rollout.times, low, high, color=colour, alpha=0.2, linewidth=0)
+    log_scale(axis)
+    axis.set(xlabel="time after the start [s]", ylabel=f"error [{unit}]")
+    axis.legend(fontsize=9, frameon=False)
+    plain(axis)
+    return figure
 
 
 def _unit(rollout: Rollout) -> tuple[str, float]:

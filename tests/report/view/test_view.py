@@ -10,10 +10,10 @@ from typing import Any
 import casadi as ca
 import numpy as np
 import pytest
+from dynident.apps.export.rotation import quaternion
 from dynident.apps.view import ShownPayload, View, html_of, view_of
 from dynident.apps.view.moving import _axes, ground_of
 from dynident.apps.view.shapes import Shape, box, capsule, ellipsoid, inertia_axes, plane
-from dynident.apps.view.viser_page import quaternion
 from dynident.cli import main
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError
@@ -169,7 +169,7 @@ def test_a_joint_at_a_limit_is_marked_at_that_time() -> None:
 def test_quaternions_turn_as_their_poses_do() -> None:
     for angles in itertools.product((-np.pi, -1.0, 0.0, 0.5 * np.pi, 3.0), repeat=3):
         pose = Pose.from_rpy((0.0, 0.0, 0.0), angles)
-        w, x, y, z = quaternion(pose)
+        w, x, y, z = quaternion(pose.R)
         turned = [
             [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
             [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],

@@ -1,0 +1,502 @@
+"""Documents of answers, as ``--json`` writes them, and their JSON Schema.
+
+Each key is declared once, with the type it is read by. ``python -m dynident.apps.report.documents`` writes schemas.
+"""
+
+from collections.abc import Mapping, Sequence
+from itertools import islice
+from pathlib import Path
+from typing import Literal, NamedTuple
+
+import msgspec
+from msgspec import UNSET, UnsetType, field
+
+from ... import __version__
+from ...common.files import write_bytes
+from ...common.schema import Document, Matrix, Vector, json_schema
+from ...estimation.diagnosis.kinematics import PoseCheck, Readings
+from ...estimation.results.parts import HorizonDocument, Number, RolloutDocument
+from ...estimation.results.payload import PayloadResult, VisibilityDocument
+from ...estimation.results.robot import GainsResult, RobotResult
+from ...model import Motion, Robot
+from ...model.inertia import PayloadSpread
+from ...model.visibility import PayloadVisibility
+from ...trajectories import Design, DesignProblem, NearShape, Score, Trapezoid, ViaPoints
+from ...trajectories import NearMotion as NearPlan
+from ...trajectories.design.floor import Floor
+from ...trajectories.design.full_trajectory import Rung
+from ...trajectories.design.score import holding_torques
+from ..export.motion import rests_on
+from ..fleet import Fleet
+from ..fleet.comparing import OddDocument
+from ..fleet.nights import CHANGED, Series
+from ..fleet.reduction import ReducedDocument
+from ..fleet.store import RefusedDocument, refused_documents
+from ..logs.following import FollowingChange
+from ..logs.log_check import LogReport, RobotFits
+from ..rollout import Rollout
+
+
+class CheckDocument(Document, frozen=True):
+    """A look at several logs of a robot, null where none was named: then ``fits`` tells which shipped ones fit."""
+
+    robot: str | None
+    logs: tuple[LogReport, ...]
+    fits: tuple[RobotFits, ...] | UnsetType = UNSET
+
+
+class ReadingDocument(Document, frozen=True):
+    """One way to read the joint columns, and the residual it leaves."""
+
+    residual: Number
+    order: tuple[int, ...]
+    sign: tuple[int, ...]
+    zero_deg: tuple[int, ...]
+    torque_sign: tuple[int, ...]
+
+
+class ReadingsDocument(Document, frozen=True):
+    """Ways to read the joint columns, best first."""
+
+    unit: str
+    as_recorded: Number
+    suggested: str | None
+    ranked: tuple[ReadingDocument, ...]
+
+
+class FrameDocument(Document, frozen=True):
+    """A frame; null where its axes are not logged."""
+
+    xyz_m: tuple[float, ...]
+    rpy_rad: tuple[float, ...] | None
+
+
+class PoseLogDocument(Document, frozen=True):
+    """Tool poses of one log beside those of the robot's description."""
+
+    source: str = field(name="log")
+    reproduced: bool
+    rms: float = field(name="rms_m")
+    largest: float = field(name="largest_m")
+    rms_angle: Number = field(name="rms_angle_rad")
+    as_is: float = field(name="as_is_m")
+    base: FrameDocument
+    tool: FrameDocument
+    determined: bool = field(name="base_and_tool_determined")
+    readings: ReadingsDocument | None
+
+
+class RobotCheckDocument(Document, frozen=True):
+    """Comparison of a description with recordings; ways to read them by torques where there are some."""
+
+    robot: str
+    poses: tuple[PoseLogDocument, ...]
+    unit: str | UnsetType = UNSET
+    as_recorded: Number | UnsetType = UNSET
+    suggested: str | UnsetType | None = UNSET
+    ranked: tuple[ReadingDocument, ...] | UnsetType = UNSET
+
+
+class Look(NamedTuple):
+    """A look at one log: its check, None where no robot fits, and the robots that fit where none was named."""
+
+    path: str
+    check: LogReport | None
+    fits: RobotFits | None = None
+
+
+def check_document(robot: Robot | None, looks: Sequence[Look]) -> CheckDocument:
+    """Make the document of ``dynident check --json``."""
+    fits = tuple(look.fits for look in looks if look.fits)
+    logs = tuple(look.check for look in looks if look.check)
+    return CheckDocument(robot.name if robot else None, logs, fits or UNSET)
+
+
+def robot_check_document(robot: Robot, poses: Sequence[PoseCheck], readings: Readings | None) -> RobotCheckDocument:
+    """Make the document of ``dynident robot check --json``."""
+
+    def ranked(readings: Readings | None) -> ReadingsDocument | None:
+        if readings is None:
+            return None
+        best = []
+        for reading, residual in islice(readings.residuals.items(), 20):
+            order, zeros = (column + 1 for column in reading.order), (90 * quarter for quarter in reading.quarters)
+            best.append(ReadingDocument(residual, tuple(order), reading.sign, tuple(zeros), reading.torque))
+        suggested = readings.suggested.described() if readings.suggested else None
+        return ReadingsDocument(readings.unit, readings.as_recorded, suggested, tuple(best))
+
+    logs = []
+    for check in poses:
+        base = FrameDocument(check.base.origin, check.base.rpy)
+        tool = FrameDocument(check.tool.origin, check.tool.rpy if check.rms_angle is not None else None)
+        logs.append(PoseLogDocument.of(check, base=base, tool=tool, readings=ranked(check.readings)))
+    return RobotCheckDocument.of(ranked(readings), robot=robot.name, poses=tuple(logs))
+
+
+class LimitDocument(Document, frozen=True):
+    """The nearest that a motion comes to a limit."""
+
+    name: str
+    worst: str
+    value: Number
+    limit: Number
+    violation: Number
+    relative: Number
+    room: Number
+
+
+class LimitsDocument(Document, frozen=True):
+    """Limits of a motion, met or not; ``max_violation`` in units of the limit."""
+
+    max_violation: float
+    feasible: bool | UnsetType = field(default=UNSET, name="met")
+    nearest: tuple[LimitDocument, ...] | UnsetType = UNSET
+    torque_checked: bool | UnsetType = UNSET
+
+
+class PayloadBoundsDocument(Document, frozen=True):
+    """Every payload up to a mass in a region of the last link's frame; ``holding``: what brakes hold, N·m or N."""
+
+    mass: float
+    region: Literal["ball", "cube"]
+    centre: Vector
+    axes: Matrix
+    holding: Vector = field(name="holding_torque")
+
+
+class FloorDocument(Document, frozen=True):
+    """The best that states within the limits allow, continuity ignored."""
+
+    value: Number = field(name="criterion_value")
+    gap: Number
+    states: int
+
+
+class ReplayDocument(Document, frozen=True):
+    """A motion as a controller's own profiles between the via points make it."""
+
+    value: Number = field(name="criterion_value")
+    condition_number: Number
+    condition_number_scaled: Number
+    duration: float = field(name="duration_s")
+    feasible: bool = field(name="limits_met")
+    violations: tuple[str, ...]
+
+
+class MotionDocument(Document, frozen=True):
+    """Via points with times [s], or a Fourier series; rad or m, one column for each joint."""
+
+    kind: Literal["via points", "fourier"]
+    points: Matrix | UnsetType = UNSET
+    durations: Vector | UnsetType = UNSET
+    speeds: Matrix | UnsetType | None = UNSET
+    accelerations: Matrix | UnsetType | None = UNSET
+    segments: str | UnsetType = UNSET
+    ramp: Number | UnsetType = UNSET
+    offset: Vector | UnsetType = UNSET
+    a: Matrix | UnsetType = UNSET
+    b: Matrix | UnsetType = UNSET
+    period: float | UnsetType = UNSET
+
+
+class DesignDocument(Document, frozen=True):
+    """A designed or judged motion: its criterion, what it would teach, its limits, what it assumes of the robot."""
+
+    robot: str
+    robot_fingerprint: str
+    kind: str = field(name="criterion")
+    value: Number = field(name="criterion_value")
+    condition_number: Number
+    condition_number_scaled: Number
+    log_det: Number
+    sigma: dict[str, Number] = field(name="predicted_sigma")
+    predicted_sigma_percent: dict[str, Number]
+    noise: Vector = field(name="torque_noise")
+    rate: Number = field(name="independent_rate_hz")
+    data_length: Number = field(name="data_length_s")
+    duration: float = field(name="duration_s")
+    limits: LimitsDocument
+    payload_bounds: PayloadBoundsDocument | None
+    floor: FloorDocument | None
+    evaluated: str | None
+    val3_replay: ReplayDocument | None
+    assumed: dict[str, str]
+    version: str
+    seed: int | UnsetType = UNSET
+    starts: int | UnsetType = UNSET
+    solver: str | UnsetType = UNSET
+    evaluations: int | UnsetType = UNSET
+    cpu_s: float | UnsetType = UNSET
+    interrupted: bool | UnsetType = UNSET
+    motion: MotionDocument | UnsetType = UNSET
+
+
+class NearMotion(Document, frozen=True):
+    """A motion near a pose or two; ranges to either side [rad or m]."""
+
+    poses: Matrix
+    joints: tuple[int, ...]
+    ranges: Vector
+    period: float = field(name="period_s")
+    repeats: int
+    transfer: float = field(name="transfer_s")
+
+
+class SpreadDocument(Document, frozen=True):
+    """Standard deviations to come; null where not visible."""
+
+    mass: Number
+    com: Vector
+    inertia_com: Matrix
+
+
+class RungDocument(Document, frozen=True):
+    """A run of the ladder: share of the full speed, mass that it bears and largest one after it [kg]."""
+
+    speed: float
+    mass: float = field(name="bears_kg")
+    bound: float = field(name="bound_kg")
+    duration: float = field(name="duration_s")
+
+
+class NearDocument(Document, frozen=True):
+    """A motion near a pose: what it shows of a payload, how well, its limits."""
+
+    robot: str
+    kind: str = field(name="criterion")
+    near: NearMotion
+    visibility: VisibilityDocument
+    predicted_sigma: SpreadDocument
+    condition_number: Number
+    condition_number_scaled: Number
+    duration: float = field(name="duration_s")
+    rehearsal_s: float
+    ladder: tuple[RungDocument, ...] | None
+    cpu_s: float
+    limits: LimitsDocument
+    payload_bounds: PayloadBoundsDocument | None
+    assumed: dict[str, str]
+    seed: int
+
+
+class NearResult(NamedTuple):
+    """A motion near a pose, its visibility of a payload, and predicted standard deviations by white noise.
+
+    ``shape`` was asked for; where the motion holds for every payload there is no ``ladder`` of slower runs.
+    """
+
+    design: Design
+    shape: NearShape
+    visibility: PayloadVisibility
+    spread: PayloadSpread
+    ladder: tuple[Rung, ...] = ()
+
+    @property
+    def robot(self) -> Robot:
+        """The robot."""
+        return self.design.problem.robot
+
+    @property
+    def motion(self) -> NearPlan:
+        """The motion with its repeats and transfers."""
+        assert isinstance(self.design.plan, NearPlan)
+        return self.design.plan
+
+
+class JudgedMotion(NamedTuple):
+    """A motion with its score.
+
+    Attributes:
+        title: of the score's table.
+        reference: values that standard deviations are relative to.
+        labels: how to call parameters ("ZZ1R"), by their names.
+        design: the designed motion; None where one was only judged.
+        floor: under the criterion, if it was asked for and found.
+        replay: score of what a controller makes of the motion by its own profiles.
+        source: file of a motion that was only judged.
+    """
+
+    title: str
+    score: Score
+    motion: Motion
+    reference: Mapping[str, float] = {}
+    labels: Mapping[str, str] = {}
+    design: Design | None = None
+    floor: Floor | None = None
+    replay: Score | None = None
+    source: str | None = None
+
+
+def design_document(judged: JudgedMotion) -> DesignDocument:
+    """Make the document of ``dynident design --json``."""
+    score, design, floor, replay = judged.score, judged.design, judged.floor, judged.replay
+    problem, learnt, relative = score.problem, score.learnt, score.relative_sigma(dict(judged.reference))
+    percent = {name: 100.0 * relative[name] if name in relative else None for name in learnt.sigma}
+    motion: MotionDocument | UnsetType = UNSET
+    if design is not None and isinstance(design.plan, ViaPoints):
+        segment = design.plan.segment
+        ramp = segment.ramp if isinstance(segment, Trapezoid) else None
+        motion = MotionDocument.of(design.plan, kind="via points", segments=segment.name, ramp=ramp)
+    elif design is not None:
+        motion = MotionDocument.of(design.plan, kind="fourier")
+    return DesignDocument.of(
+        *(score, learnt, problem, problem.goal, problem.criterion, design),
+        robot=problem.robot.name,
+        robot_fingerprint=problem.robot.fingerprint,
+        predicted_sigma_percent=percent,
+        limits=LimitsDocument.of(score, nearest=tuple(map(LimitDocument.of, score.limits))),
+        payload_bounds=_payload_bounds(problem, score),
+        floor=FloorDocument.of(floor) if floor else None,
+        evaluated=judged.source,
+        val3_replay=ReplayDocument.of(replay, replay.learnt) if replay else None,
+        assumed=problem.robot.assumed(*rests_on(problem)),
+        version=__version__,
+        solver="augmented" if design else UNSET,
+        motion=motion,
+    )
+
+
+def _payload_bounds(problem: DesignProblem, score: Score) -> PayloadBoundsDocument | None:
+    if problem.payloads is None:
+        return None
+    return PayloadBoundsDocument.of(problem.payloads, holding=holding_torques(problem, score.samples.q))
+
+
+def near_document(result: NearResult) -> NearDocument:
+    """Make the document of ``dynident near --json``."""
+    design, motion, score = result.design, result.motion, result.design.score
+    return NearDocument.of(
+        *(score.learnt, motion, design, design.problem.criterion),
+        robot=design.problem.robot.name,
+        near=NearMotion.of(result.shape, motion),
+        visibility=VisibilityDocument.of(result.visibility),
+        predicted_sigma=SpreadDocument.of(result.spread),
+        rehearsal_s=motion.slowed(0.1).duration,
+        ladder=tuple(RungDocument.of(rung, duration=rung.motion.duration) for rung in result.ladder) or None,
+        limits=LimitsDocument(
+            score.max_violation,
+            torque_checked=design.problem.torque_limited,
+            nearest=tuple(map(LimitDocument.of, score.limits)),
+        ),
+        payload_bounds=_payload_bounds(design.problem, score),
+        assumed=design.problem.robot.assumed(*rests_on(design.problem)),
+    )
+
+
+class RolloutsDocument(Document, frozen=True):
+    """Open loop and replay on each recording."""
+
+    robot: str
+    rollouts: tuple[RolloutDocument, ...]
+
+
+def rollouts_document(robot: str, rollouts: Sequence[Rollout]) -> RolloutsDocument:
+    """Make the document of ``dynident rollout --json``; ``robot``: its name."""
+    return RolloutsDocument(robot, tuple(map(rollout_document, rollouts)))
+
+
+def rollout_document(rollout: Rollout) -> RolloutDocument:
+    """Errors by horizon, and the replay."""
+    resting, replay = int(rollout.resting.sum()), rollout.replay
+
+    def spreads(seconds: float, at_rest: bool) -> dict[str, tuple[Number, Number]] | None:
+        found = {by: rollout.spread(by, seconds, at_rest) for by in rollout.errors}
+        return {by: (spread[0], spread[1]) for by, spread in found.items() if spread is not None} or None
+
+    return RolloutDocument.of(
+        rollout,
+        starts_in_motion=len(rollout.resting) - resting,
+        starts_at_rest=resting,
+        horizons=tuple(HorizonDocument(t, spreads(t, False), spreads(t, True)) for t in rollout.horizons),
+        replay_relative=replay.relative,
+        replay_joints=replay.joints,
+        replay_strayed=replay.strayed,
+    )
+
+
+class ComparedDocument(Document, frozen=True):
+    """Parameters by k recordings: values and standard deviations k x c, the rest c each."""
+
+    recordings: tuple[str, ...]
+    parameters: tuple[str, ...]
+    values: Matrix
+    sigma: Matrix
+    pooled: Vector
+    pooled_interval95: Matrix
+    scatter: Vector
+    odd: tuple[OddDocument, ...]
+
+
+class NightDocument(Document, frozen=True):
+    """A quantity of an arm on its last night, its standard deviation, and what the ``nights`` before say.
+
+    ``usual``: their median; ``z``: how far the last night is from it, null of too few nights.
+    """
+
+    arm: str
+    quantity: str
+    day: str
+    value: Number
+    sigma: Number
+    usual: Number
+    nights: int
+    z: Number
+
+
+class FleetDocument(Document, frozen=True):
+    """Last nights of a fleet; ``changed``: those of ``last`` with z beyond ``threshold``."""
+
+    arms: tuple[str, ...]
+    first_day: str
+    threshold: float
+    changed: tuple[NightDocument, ...]
+    last: tuple[NightDocument, ...]
+    odd: tuple[OddDocument, ...]
+    refused: tuple[RefusedDocument, ...]
+
+
+def fleet_document(fleet: Fleet, refused: Mapping[str, str]) -> FleetDocument:
+    """Make the document of ``dynident fleet report --json``."""
+
+    def night(line: Series) -> NightDocument:
+        value, sigma, before = float(line.values[-1]), float(line.sigma[-1]), len(line.values) - 1
+        return NightDocument.of(line, day=line.days[-1], value=value, sigma=sigma, nights=before)
+
+    return FleetDocument(
+        arms=tuple(arm.name for arm in fleet.arms),
+        first_day=fleet.first,
+        threshold=CHANGED,
+        changed=tuple(map(night, fleet.changed)),
+        last=tuple(map(night, fleet.series)),
+        odd=fleet.twins.odd if fleet.twins is not None else (),
+        refused=refused_documents(refused),
+    )
+
+
+DOCUMENTS: dict[str, type[Document]] = {
+    "identify": RobotResult,
+    "payload": PayloadResult,
+    "weigh": PayloadResult,
+    "gains": GainsResult,
+    "design": DesignDocument,
+    "near": NearDocument,
+    "rollout": RolloutsDocument,
+    "fleet_report": FleetDocument,
+    "fleet_reduce": ReducedDocument,
+    "compare": ComparedDocument,
+    "check": CheckDocument,
+    "verify": FollowingChange,
+    "robot_check": RobotCheckDocument,
+}
+"""Each command's document by the command's name."""
+
+
+def schema_text(name: str) -> bytes:
+    """The JSON Schema of a command's document, as its file holds it."""
+    text = msgspec.json.encode(json_schema(DOCUMENTS[name]), order="sorted")
+    return msgspec.json.format(text, indent=1) + b"\n"
+
+
+if __name__ == "__main__":
+    for command in DOCUMENTS:
+        write_bytes(Path(__file__).parents[2] / "docs" / "schemas" / f"{command}.schema.json", schema_text(command))
