@@ -9,7 +9,7 @@ from ....common.schema import present
 from ....estimation import Gains
 from ....estimation.answers.system import TorquePrediction
 from ....estimation.fit.estimate import Fit
-from ....estimation.results.parts import ProcessingDocument, ResidualDocument, VerdictDocument
+from ....estimation.results.parts import ProcessingDocument, ResidualDocument, TermDocument, VerdictDocument
 from ....estimation.results.payload import JointsMassDocument, PayloadData, array
 from ....estimation.results.robot import RobotResult
 from ...numbers import percent, with_interval
@@ -57,6 +57,33 @@ def gain_error_notes(processing: ProcessingDocument, gains: Gains | None) -> lis
         source = ", as is usual: nothing is said of them (--gain-sigma)" if gains.assumed else ""
         line = f"Intervals include errors of the {scales}: {percents} % per {each}{common}{source}."
     return [line, *gains.notes]
+
+
+def friction_notes(terms: Sequence[TermDocument]) -> list[str]:
+    """Line on the terms of friction that recordings were asked for."""
+    kept = [
+        f"{term.name} ({100.0 * float(array(term.fall)):.0f} ± {100.0 * float(array(term.error)):.0f} %)"
+        for term in terms
+        if term.kept
+    ]
+    if kept:
+        return [
+            f"Friction beside Coulomb and viscous: {', '.join(kept)}; by so much a joint's squared error falls on "
+            "blocks of time that were held out (--friction)."
+        ]
+    untried = [term for term in terms if term.fall is None or not np.isfinite(array(term.fall))]
+    return [f"Friction by load or root of speed was not tried: {present(untried[0].why_not)}."] if untried else []
+
+
+def friction_table(terms: Sequence[TermDocument]) -> list[Table]:
+    """Tabulate the terms of friction that were tried; none where none were."""
+    rows = [
+        (term.name, f"{100 * float(array(term.fall)):.1f}", f"{100 * float(array(term.error)):.1f}",
+         "kept" if term.kept else present(term.why_not) or "")
+        for term in terms
+    ]  # fmt: skip
+    headings = ("", "error falls by, %", "its standard error, %", "")
+    return [Table("Terms of friction, on blocks of time that were held out", headings, rows)] if rows else []
 
 
 def residual_text(fit: Fit | ResidualDocument) -> str:

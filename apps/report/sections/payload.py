@@ -20,6 +20,7 @@ from .estimates import data_notes, methods_section
 from .evidence import (
     MEND,
     VERDICTS,
+    friction_notes,
     gain_error_notes,
     joints_section,
     reason_blocks,
@@ -131,6 +132,7 @@ def answer_notes(result: PayloadResult) -> list[str]:
         if repeats.excess is not None and repeats.excess > 1.0:
             wider = "all intervals are widened by that"
             lines.append(f"They scatter {repeats.excess:.2g} times as much as each says: {wider}.")
+    lines += friction_notes(present(result.friction) or ())
     lines += gain_error_notes(result.settings, result.gains)
     if not result.short and not (residual and residual.validation):
         lines.append("Better: keep one recording without payload out of identification (--validate).")

@@ -21,6 +21,8 @@ from ..blocks import Banner, Block, Notes, Report, Section, Table, with_sigma
 from .evidence import (
     MEND,
     conditioning,
+    friction_notes,
+    friction_table,
     gain_error_notes,
     reason_blocks,
     residual_text,
@@ -108,7 +110,8 @@ def robot_report(result: RobotResult, rollouts: Sequence[Rollout] = (), document
     following = MEND if verdict.reasons else f"Next: {'' if document else 'add --json robot.json, then '}{after}."
     labels = dict(zip(made.base.columns, made.base.names, strict=True)) if made else {}
     count = len(made.held_out or made.recordings) if made else 0
-    notes = [*verdict_notes(verdict), *gain_error_notes(result.processing, result.gains)]
+    terms = present(result.friction) or ()
+    notes = [*verdict_notes(verdict), *friction_notes(terms), *gain_error_notes(result.processing, result.gains)]
     estimate, held_out, constrained = result.estimate, result.validation, result.constrained
     on_held_out = f"; {percent(float(array(held_out.relative)))} on the recording held out" if held_out else ""
     known = int((estimate.total_sigma <= 0.1 * np.abs(estimate.values)).sum())
@@ -254,4 +257,5 @@ def robot_section(result: RobotResult) -> Section:
     tables, nearest = [robot_table(result)], result.constrained
     if nearest is not None and nearest.parameters:
         tables.append(standard_table(nearest.parameters, result.title))
+    tables += friction_table(present(result.friction) or ())
     return Section("parameters", "Base parameters of the robot", [*tables, Notes(constrained_notes(result))])
