@@ -7,12 +7,10 @@ import sys
 import time
 from typing import TYPE_CHECKING, Annotated, Literal
 
-from cyclopts import Parameter
-
 from ...common.errors import InputError, one_line, printable
 from .. import export, live
 from . import ANSWERED, DO_NOT_USE
-from .entry import CONTROLLER, command
+from .entry import SETTING, command
 from .options import HostOptions
 from .progress import note, quiet
 from .values import PayloadResultFile, Port
@@ -35,7 +33,7 @@ def run(
     yes: bool = False,
     despite_verdict: bool = False,
     controller: HostOptions,
-    script_port: Annotated[Port | None, Parameter(group=CONTROLLER)] = None,
+    script_port: Annotated[Port | None, SETTING] = None,
 ) -> int:
     """Run it: nothing is sent before the word is given.
 
@@ -44,7 +42,7 @@ def run(
         to: Whose controller: ur, a Universal Robots one.
         yes: Send it without asking.
         despite_verdict: Send it, inertia and all, whatever the verdict.
-        script_port: Its port of scripts (default: 30002).
+        script_port: Port of scripts of the controller (default: 30002).
     """
     load = export.read_load(payload, None, despite_verdict)
     if not despite_verdict and load.verdict == "do_not_use":

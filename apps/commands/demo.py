@@ -18,7 +18,7 @@ from ...common.progress import Progress, silent
 from .. import report
 from ..logs.map import LogMap
 from . import ANSWERED
-from .entry import command, options
+from .entry import SETTING, command, options
 from .options import Options, PageOptions, Setup
 from .progress import bar, status
 from .values import Count, NewFolder, Seed, Share
@@ -95,8 +95,8 @@ class _Demo(Options):
     """Default: 18, as in the paper."""
     noise: Literal["paper", "slow", "none"] = "paper"
     """As the paper's robot (default), with a memory of 0.8 s, or none."""
-    gain_error: Share = 0.0
-    """Of the drive gains, such as 0.02 (default: 0)."""
+    gain_error: Annotated[Share, SETTING] = 0.0
+    """Error of the drive gains, such as 0.02 (default: 0)."""
 
 
 @options()

@@ -14,7 +14,7 @@ from ...common.files import made_folder
 from .. import export, report
 from .. import view as views
 from . import ANSWERED
-from .entry import FILES, MOTION, SEARCH, command, options
+from .entry import FILES, MOTION, SEARCH, SETTING, command, options
 from .motion import FIGURE_RATE, MotionFiles, best_motion, build_request, floor_of
 from .options import Options, RehearsedRobotOptions
 from .options.motions import GoalOptions, LimitOptions, in_si
@@ -35,9 +35,9 @@ class _Shape(Options):
     """A Fourier series of H harmonics instead."""
     segments: Annotated[Literal["quintic", "trapezoid"] | None, Parameter(show_choices=False)] = None
     """quintic (default), or trapezoid: as movej runs it, at rest in each point."""
-    ramp: Annotated[float | None, word(number, "SHARE")] = None
-    """Of each move's time, in either ramp of a trapezoid (0.25)."""
-    segment_durations: Annotated[tuple[float, ...] | None, word(numbers, "S|S1,S2,..")] = None
+    ramp: Annotated[float | None, word(number, "SHARE"), SETTING] = None
+    """Share of each move's time in either ramp of a trapezoid (default: 0.25)."""
+    segment_durations: Annotated[tuple[float, ...] | None, word(numbers, "S|S1,S2,.."), SETTING] = None
     """Fixed times from point to point, one for all or one each (default: free)."""
     rest: bool = False
     """Rest in each via point instead of passing it."""
@@ -86,7 +86,7 @@ class _Shape(Options):
             self.refuse("ramp", "has no effect without --segments trapezoid")
         times = self.segment_durations
         if times is not None and self.max_duration is not None:
-            raise InputError("--segment-durations fixes the whole duration: leave --max-duration out")
+            raise InputError("segment-durations fixes the whole duration: leave --max-duration out")
         fixed = times[0] if times is not None and len(times) == 1 else times
         segment: trajectories.Segment = trajectories.Quintic()
         if self.segments == "trapezoid":

@@ -10,7 +10,7 @@ from ... import estimation, model
 from ...common.errors import InputError
 from .. import report, rollout
 from . import answered
-from .entry import command, options
+from .entry import SETTING, command, options
 from .options import EquationOptions, GainOptions, Options, ProcessingOptions, RobotOptions
 from .progress import note, status
 from .values import DataFile, Essential, HeldOutFile, number, word, words
@@ -36,7 +36,7 @@ class _Identify(Options):
     """Recording without payload; repeatable: several are recordings of one identification."""
     validate: tuple[HeldOutFile, ...] = ()
     """Another one, held out; repeatable."""
-    essential: Essential | None = None
+    essential: Annotated[Essential | None, SETTING] = None
     """Eliminate parameters until the error's standard deviation has grown by this ratio (default: 1.02), or until
     all relative standard deviations are within a percentage such as 10%."""
     rollout: bool = False
@@ -46,7 +46,7 @@ class _Identify(Options):
     prior (default: prior where the robot's file or --prior-mass gives a mass, else base)."""
     prior_mass: Annotated[float | None, word(number, "KG"), _POSSIBLE] = None
     """Of the moving links; prior: cylinders of this mass instead of the robot's file."""
-    prior_budget: Annotated[float | None, word(number, "CHI2"), _POSSIBLE] = None
+    prior_budget: Annotated[float | None, word(number, "CHI2"), SETTING] = None
     """What the prior may cost in chi2 (default: 1)."""
     total_mass: Annotated[tuple[float, float] | None, words(number, "LOW HIGH"), _POSSIBLE] = None
     """Of all links [kg]."""

@@ -14,7 +14,7 @@ from ... import model, trajectories
 from ...common.errors import InputError
 from ...common.files import write_text
 from .. import export
-from .entry import FILES, options
+from .entry import FILES, SETTING, options
 from .options import ViewedPageOptions
 from .options.motions import GoalOptions, LimitOptions
 from .progress import note, status
@@ -127,14 +127,14 @@ class MotionFiles(ViewedPageOptions):
     """Samples of the motion: t, q, qd, qdd."""
     ros2: Annotated[NewFile | None, Parameter(metavar="F.yaml")] = None
     """JointTrajectory of ROS 2."""
-    joint_names: Names | None = None
-    """For --ros2 (default: joint_1, ..)."""
+    joint_names: Annotated[Names | None, SETTING] = None
+    """Names of the joints for --ros2 (default: joint_1, ..)."""
     urscript: NewFile | None = None
     """servoj program."""
-    controller_rate: _Rate | None = None
-    """Of --urscript: 500 (default) or 125."""
-    sample_rate: _Rate | None = None
-    """Of the samples in files (default: 250)."""
+    controller_rate: Annotated[_Rate | None, SETTING] = None
+    """Cycles a second of the controller for --urscript [Hz]: 500 (default) or 125."""
+    sample_rate: Annotated[_Rate | None, SETTING] = None
+    """Samples a second in files [Hz] (default: 250)."""
 
     def check(self, robot: model.Robot, *more_sampled: str) -> None:
         """Refuse options without effect, and what a format has no place for, before the search.

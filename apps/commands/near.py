@@ -17,7 +17,7 @@ from ...common.files import write_text
 from .. import export, report
 from .. import view as views
 from . import ANSWERED
-from .entry import FILES, MOTION, SEARCH, about, command, options
+from .entry import FILES, MOTION, SEARCH, SETTING, about, command, options
 from .motion import FIGURE_RATE, MotionFiles, best_motion
 from .options import Options, RehearsedRobotOptions
 from .options.motions import Known, LimitOptions, NoiseOptions, in_si
@@ -60,8 +60,8 @@ class NearOptions(Options):
     """A motion for 1.25 times the mass expected, and slower runs before it that bound the payload."""
     seed: Annotated[Seed, _ON_SEARCH] = 0
     """Of the random starts (default: 0)."""
-    starts: Annotated[Count, _ON_SEARCH, Parameter(metavar="K")] = 1
-    """Random starts (default: 1)."""
+    starts: Annotated[Count, SETTING] = 1
+    """Random starts of the search (default: 1)."""
 
     def check(self, robot: model.Robot) -> None:
         """Refuse what does not go together."""
@@ -119,8 +119,8 @@ class NearOptions(Options):
 class NearFiles(MotionFiles):
     """Formats of the motion, and the file of its rehearsal."""
 
-    rehearsal: Annotated[NewFile | None, Parameter(metavar="F.csv")] = None
-    """That way once at a tenth of the speed; F_1.csv, .. with --ladder (default: beside --samples)."""
+    rehearsal: Annotated[NewFile | None, SETTING] = None
+    """File of the same way once at a tenth of the speed; F_1.csv, .. with --ladder (default: beside --samples)."""
 
     def write_all(self, result: report.NearResult, written: export.WrittenMotion) -> None:
         """Write the motion, its rehearsal and the JSON."""
@@ -265,7 +265,7 @@ def _torques(
     if (known.values or robot.parameters) and np.isfinite(bounds.torque).any():
         return bounds, known.loads(payload or expected, limits.torque_margin)
     if payload is not None or limits.torque_margin is not None:
-        option = "--heaviest-payload" if payload is not None else "--torque-margin"
+        option = "--heaviest-payload" if payload is not None else "torque-margin"
         raise InputError(
             f"{option} counts in torque limits: give --torque-limits, and --robot-parameters or --arm-mass"
         )

@@ -26,7 +26,6 @@ _INTO = ("mjcf", "urdf")
 """Formats whose files can get the numbers."""
 
 
-@command
 def run_list() -> int:
     """Run ``robot list``: names and titles."""
     for name in model.robot_names():

@@ -14,7 +14,7 @@ from .. import view as views
 from ..logs.map import read_log_map
 from ..logs.read import read_recording
 from . import ANSWERED
-from .entry import FLOOR, MOTION, command, options
+from .entry import FLOOR, MOTION, SETTING, command, options
 from .motion import build_request, floor_of
 from .options import Options, RehearsedRobotOptions, ViewedPageOptions
 from .options.motions import GoalOptions, LimitOptions
@@ -35,8 +35,8 @@ class _Scored(Options):
     """How long it may take."""
     bound: Annotated[bool, Parameter(group=FLOOR)] = False
     """Estimate the floor over all motions, and the gap."""
-    seed: Annotated[Seed | None, Parameter(group=FLOOR)] = None
-    """Of the random states of --bound (default: 0)."""
+    seed: Annotated[Seed | None, SETTING] = None
+    """Seed of the random states of --bound (default: 0)."""
 
 
 @command

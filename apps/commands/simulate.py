@@ -24,7 +24,7 @@ from ...common.files import made_folder
 from .. import logs, report
 from .. import view as views
 from . import ANSWERED
-from .entry import command, options
+from .entry import SETTING, command, options
 from .options import Options, RehearsedRobotOptions, ViewOptions, print_lines
 from .progress import bar
 from .values import NewFolder, PayloadFile, Reads, Seed, Share, number_within, share, word
@@ -49,8 +49,8 @@ class _Simulate(Options):
     """Run each trajectory with this payload too."""
     noise: Annotated[str, Parameter(metavar="LEVEL")] = ""
     """none, a share of each joint's torque, or paper or slow (rx90); default: paper for rx90, else 0.08."""
-    gain_error: Share = 0.0
-    """Of the drive gains, such as 0.02 (default: 0)."""
+    gain_error: Annotated[Share, SETTING] = 0.0
+    """Error of the drive gains, such as 0.02 (default: 0)."""
     controller: Literal["integral", "proportional", "gravity"] = "integral"
     """Its loops: with integral action (default), without it, or without it and with gravity compensation only."""
     sag: Annotated[float | None, _SAG] = None

@@ -67,7 +67,7 @@ def run(
     files.show(shown)
     files.write_json(lambda: answer.result)
     if files.plots and not shown.drawings():
-        raise InputError("--plots: no joints see the mass, there is nothing to draw")
+        raise InputError("plots: no joints see the mass, there is nothing to draw")
     files.write_page(shown, setup.in_words())
     files.write_view(lambda: views.view_of_answer(robot, loaded[0], answer.result))
     return answered(answer.verdict.level)

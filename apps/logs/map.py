@@ -435,7 +435,7 @@ def with_flags(
             log_map = replace(log_map, **{SHORT[name]: changed})
         for kind in QUANTITIES if signs else ():
             if log_map.quantity(kind).sign:
-                raise InputError("--signs and a sign in the log map: give only one of them")
+                raise InputError("signs and a sign in the log map: give only one of them")
             log_map = replace(log_map, **{kind: replace(log_map.quantity(kind), sign=tuple(signs))})
         if joints:
             log_map = replace(log_map, joints=tuple(joints))

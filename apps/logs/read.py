@@ -46,7 +46,7 @@ def open_log(path: str | Path, log_map: LogMap) -> RawLog:
     is_bag = not log_map.files and (path / "metadata.yaml").is_file()
     reader = ros_bag if is_bag else _READERS.get(path.suffix.lower(), csv_log)
     if log_map.layout.topic and reader is not ros_bag and path.exists():
-        raise InputError(f"{path}: is no ROS 2 bag and has no topics: leave --topic, or topic in the log map, out")
+        raise InputError(f"{path}: is no ROS 2 bag and has no topics: leave topic out")
     if log_map.files:
         return _joined(path, log_map)
     if not is_bag and not path.exists():

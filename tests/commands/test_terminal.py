@@ -56,13 +56,13 @@ def test_quiet_says_nothing_and_verbose_the_time(check: list[str]) -> None:
     loud = typed(check)
     assert "[/x]" in loud.out.replace("\n", "")
     assert typed(check, "--quiet") == (loud.status, "", "")
-    assert "s  check: done" in typed(check, "--verbose").err
+    assert "s  check: done" in typed(check, "verbose=true").err
 
 
 def test_lists_may_begin_with_a_minus(check: list[str]) -> None:
     turned, same = (
         json.loads(typed(check, *signs, "--json", "-").out)
-        for signs in (("--signs", "-1,1,1,1,1,1"), ("--signs=-1,1,1,1,1,1",))
+        for signs in (("--signs", "-1,1,1,1,1,1"), ("signs=-1,1,1,1,1,1",))
     )
     assert turned == same
 
@@ -103,7 +103,7 @@ def test_a_file_of_options_stands_for_a_command_line(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     "line",
     [
-        'payload --robot rx90 --loaded a.csv --loaded b"c".csv --offsets false --signs -1,1',
+        'payload --robot rx90 --loaded a.csv --loaded b"c".csv offsets=false signs=-1,1',
         "check --robot rx90 a.csv b.csv --cutoff 5",
         "identify --data=a.csv --robot=rx90 --total-mass 20 60 --details",
         "robot show --robot ur10e --at -10,20,30,40,50,60",

@@ -15,7 +15,7 @@ from .... import model, trajectories
 from ....common.arrays import Array
 from ....common.errors import InputError
 from ... import results
-from ..entry import GOAL, LIMITS, NOISE, Options, options
+from ..entry import GOAL, LIMITS, NOISE, SETTING, Options, options
 from ..progress import note
 from ..values import (
     Names,
@@ -107,12 +107,12 @@ class GoalOptions(NoiseOptions):
     """d: information (default); a: relative sigma; cond: condition number; cond-scaled: columns scaled."""
     columns: _Columns | None = None
     """Parameters to be estimated (default: base), or the payload's ten, the robot being known."""
-    parameters: Names | None = None
-    """Those that count, for d and a (default: all)."""
+    parameters: Annotated[Names | None, SETTING] = None
+    """Parameters that count, for criteria d and a (default: all)."""
     data_from: tuple[Annotated[str, Reads("earlier data"), Parameter(metavar="F")], ...] = ()
     """What was learnt before: --npz of identify or payload, or --json of identify (d and a); repeatable."""
-    data_length: Seconds | None = None
-    """Of the recording to come."""
+    data_length: Annotated[Seconds | None, SETTING] = None
+    """Length of the recording to come [s]."""
 
     @property
     def payload_only(self) -> bool:
@@ -139,7 +139,7 @@ class GoalOptions(NoiseOptions):
         if self.data_from:
             length = length or motion_length
             if length is None:
-                raise InputError("--data-from needs --data-length: how long will be recorded next?")
+                raise InputError("--data-from needs data-length, a setting: how long will be recorded next?")
             if noise is None:
                 noise = results.recorded_noise(self.data_from[0])
         if noise is None:
@@ -197,8 +197,8 @@ class LimitOptions(Options):
 
     speed_override: Annotated[float, word(number, "SHARE")] = 1.0
     """Of the speed (default: 1)."""
-    acceleration: _Acceleration | None = None
-    """[deg/s² or m/s²], or 3x: three times the speed limit per second."""
+    acceleration: Annotated[_Acceleration | None, SETTING] = None
+    """Limit of the accelerations [deg/s² or m/s²], or 3x: three times the speed limit per second."""
     torque_limits: _Torques | None = None
     """[N·m or N], or none: not even those of the robot's file."""
     robot_parameters: RobotParametersFile | None = None
@@ -207,10 +207,10 @@ class LimitOptions(Options):
     """Torque limits hold without it and with it."""
     within: _Region | None = None
     """Torque limits hold for every payload up to --heaviest-payload in a ball, ellipsoid or box there [m]."""
-    torque_margin: Share | None = None
-    """Of the torque limits that stays free, such as 10%."""
-    scene: Annotated[str | None, Reads("scene"), Parameter(metavar="TOML")] = None
-    """Floor, walls, and bodies that keep clear of each other."""
+    torque_margin: Annotated[Share | None, SETTING] = None
+    """Share of the torque limits that stays free, such as 10%."""
+    scene: Annotated[str | None, Reads("scene"), Parameter(metavar="TOML"), SETTING] = None
+    """File of floor, walls, and bodies that keep clear of each other."""
 
     def known(self, robot: model.Robot) -> Known:
         """What is known of the robot: ``--robot-parameters``, or a stand-in."""
@@ -228,7 +228,7 @@ class LimitOptions(Options):
             InputError: if options contradict each other, or torque limits are missing that a set needs.
         """
         if self.torque_margin is not None and not np.isfinite(bounds.torque).any():
-            raise InputError("--torque-margin has no effect without torque limits: give --torque-limits")
+            raise InputError("torque-margin has no effect without torque limits: give --torque-limits")
         if self.heaviest_payload is None:
             self.refuse("within", "needs --heaviest-payload KG[@X,Y,Z]: the largest mass there")
             return None
@@ -246,7 +246,7 @@ class LimitOptions(Options):
         if isinstance(self.acceleration, float):
             acceleration = [self.acceleration * joint.limits.speed for joint in robot.joints]
         elif self.acceleration is not None:
-            acceleration = in_si(each_joint(self.acceleration, robot, "--acceleration"), robot).tolist()
+            acceleration = in_si(each_joint(self.acceleration, robot, "acceleration"), robot).tolist()
         torque = (math.inf,) * robot.n if isinstance(self.torque_limits, str) else self.torque_limits
         torque = torque and each_joint(torque, robot, "--torque-limits")
         return trajectories.JointBounds.of(

@@ -15,7 +15,7 @@ from ....common.files import checksum, write_text
 from ....common.versions import versions
 from ... import report
 from ... import view as views
-from ..entry import CALL, FILES, VIEW, Options, options, settings
+from ..entry import CALL, FILES, SETTING, VIEW, Options, options, settings
 from ..progress import note, quiet, status
 from ..values import NewFile, NewFolder, NewPage, Reads, Stream
 
@@ -63,8 +63,8 @@ class PageOptions(ResultOptions):
 
     report: NewPage | None = None
     """Write a report, one self-contained HTML file, and F.run.toml, which repeats the run by --config."""
-    plots: NewFolder | None = None
-    """Write its figures as PNG, SVG and PDF; made if missing."""
+    plots: Annotated[NewFolder | None, SETTING] = None
+    """Folder for the report's figures as PNG, SVG and PDF; made if missing."""
 
     def give(self, shown: Report, document: Callable[[], Any], settings_text: Mapping[str, str]) -> None:
         """Print the screen, and write document, page and figures, as far as they were asked for."""

@@ -11,7 +11,7 @@ from cyclopts import Parameter
 from .... import model
 from ....common.errors import InputError
 from ... import live
-from ..entry import CONTROLLER, INSTALLATION, Options, options
+from ..entry import CONTROLLER, INSTALLATION, SETTING, Options, options
 from ..progress import note
 from ..values import Frame, Kilograms, Port, RobotFile, chain, mount, word
 
@@ -26,7 +26,7 @@ class ArmOptions(Options):
 
     robot: RobotFile
     """A shipped robot ('dynident robot list'), TOML, URDF or xacro, or a name of robot_descriptions."""
-    chain: Annotated[_Chain | None, _INSTALLED] = None
+    chain: Annotated[_Chain | None, SETTING] = None
     """URDF: first link and flange of the arm, either may be left out (default: the root, the only end)."""
 
     def load(self) -> model.Robot:
