@@ -92,7 +92,7 @@ def _apply(controller: HostOptions, port: int, load: ControllerLoad, text: str) 
 
 
 def _differing(shown: live.Samples, load: ControllerLoad) -> str:
-    """Which numbers of the last sample are others than those that were sent, in words; empty where none is."""
+    """Name the numbers of the last sample that are not those that were sent; empty where there are none."""
     inertia = [float(load.inertia[at]) for at in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))]
     sent = {live.MASS: [load.mass], live.CENTRE: load.com.tolist(), live.INERTIA: inertia}
     wrong = []

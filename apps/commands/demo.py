@@ -90,11 +90,11 @@ class _Demo(Options):
     out: NewFolder = "demo"
     """Folder of the results (default: demo)."""
     seed: Seed = 0
-    """Of the trajectories and the noise (default: 0)."""
+    """Seed of the trajectories and the noise (default: 0)."""
     trajectories: Count = TRAJECTORIES
-    """Default: 18, as in the paper."""
+    """Number of trajectories (default: 18, as in the paper)."""
     noise: Literal["paper", "slow", "none"] = "paper"
-    """As the paper's robot (default), with a memory of 0.8 s, or none."""
+    """Noise of the paper's robot (default), with a memory of 0.8 s, or none."""
     gain_error: Annotated[Share, SETTING] = 0.0
     """Error of the drive gains, such as 0.02 (default: 0)."""
 

@@ -46,7 +46,7 @@ class _Shape(Options):
     max_duration: Seconds | None = None
     """Longest time through via points."""
     start: Positions | None = None
-    """Where it starts [deg or m]."""
+    """Pose at the start [deg or m]."""
 
     def shape(self, robot: model.Robot) -> trajectories.ViaPointShape | trajectories.FourierShape:
         """The shape of the motion.
@@ -99,10 +99,10 @@ class _Shape(Options):
 
 @options(SEARCH)
 class _Search(Options):
-    """How a motion is searched for."""
+    """Random starts of the search, and the floor."""
 
     seed: Seed = 0
-    """Of the random starts (default: 0)."""
+    """Seed of the random starts (default: 0)."""
     starts: Annotated[Count | None, Parameter(metavar="K")] = None
     """Random starts (default: 6 by d and a, else 3)."""
     bound: bool = False

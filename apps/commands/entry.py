@@ -98,7 +98,7 @@ class Options:
 
 @options(TERMINAL)
 class TerminalOptions(Options):
-    """How much is said, and a file of options."""
+    """Settings file, and how much is printed."""
 
     config: Annotated[str | None, Reads("options"), Parameter(metavar="TOML")] = None
     """Options and rarer settings (docs/settings.md) from a file, as every report writes one; what is typed goes
@@ -287,7 +287,7 @@ def about(*options: str) -> Iterator[None]:
 
 
 def marks(hint: Any) -> Iterator[Any]:
-    """What is said of a type and its parts beside the types themselves."""
+    """Marks of a type and its parts beside the types themselves."""
     yield from getattr(hint, "__metadata__", ())
     for part in get_args(hint):
         yield from marks(part)

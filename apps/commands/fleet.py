@@ -20,12 +20,12 @@ from .values import LOG, Count, NewFolder
 
 @options()
 class _Reduce(Options):
-    """What is known of the logs, and who reduces them."""
+    """Places of the logs, and processes that reduce them."""
 
     store: NewFolder
     """Folder of the reduced recordings."""
     pattern: Annotated[str, Parameter(metavar="PATH")] = ""
-    """How paths end, such as '{arm}/{day}.csv', or with {payload} (told, kg); * stands for anything else."""
+    """Ends of paths, such as '{arm}/{day}.csv', or with {payload} (reported, kg); * stands for anything else."""
     workers: Count = 1
     """Processes of this machine (default: 1, this one)."""
     cluster: Annotated[str | None, Parameter(metavar="ADDRESS")] = None

@@ -1,4 +1,4 @@
-"""What ``design``, ``near`` and ``score`` share: problem, search, files, and what is shown of a motion."""
+"""Parts that ``design``, ``near`` and ``score`` share: problem, search, and files of the motion."""
 
 from __future__ import annotations
 

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 _RANGE, _MASS = 30.0, 3.0  # deg, kg
 
 _NOISE = 0.007
-"""Of the torque limit: standard deviation of a torque sample where none is given; real arms have 0.5 to 0.9 %."""
+"""Standard deviation of a torque sample as a fraction of the torque limit where none is given; arms have 0.5 to 0.9 %."""
 _NOISE_RATE, _PAPER_RATE = 10.0, 250.0  # Hz
 _LEFT = 1.25  # of the mass expected: what runs of the ladder leave possible, and the motion bears at full speed
 
@@ -40,10 +40,10 @@ _ON_PAYLOAD, _ON_SEARCH = Parameter(group=Group("payload")), Parameter(group=SEA
 
 @options(MOTION)
 class NearOptions(Options):
-    """Where the robot stands, which joints move how far and how long, and what is known of the payload."""
+    """Pose, moving joints, ranges and time, and knowledge of the payload."""
 
     pose: Positions
-    """Where it stands [deg or m]."""
+    """Pose of the arm [deg or m]."""
     second_pose: Annotated[tuple[float, ...] | str | None, word(partial(numbers_or, "auto"), "auto|Q1,Q2,..")] = (
         None
     )
@@ -53,13 +53,13 @@ class NearOptions(Options):
     range: Annotated[tuple[float, ...] | None, word(numbers, "R|R1,R2,..")] = None
     """To either side [deg or m] (default: 30)."""
     duration: Seconds = 30.0
-    """How long it takes (default: 30)."""
+    """Time of the motion [s] (default: 30)."""
     mass: Annotated[Weighed | None, _ON_PAYLOAD] = None
     """About its mass (default: 3); weighed, with the scale's standard deviation: 2.5+-0.01."""
     ladder: Annotated[bool, _ON_PAYLOAD] = False
     """A motion for 1.25 times the mass expected, and slower runs before it that bound the payload."""
     seed: Annotated[Seed, _ON_SEARCH] = 0
-    """Of the random starts (default: 0)."""
+    """Seed of the random starts (default: 0)."""
     starts: Annotated[Count, SETTING] = 1
     """Random starts of the search (default: 1)."""
 
@@ -74,7 +74,7 @@ class NearOptions(Options):
             )
 
     def bounded_by(self, payload: PayloadBounds | None) -> NearOptions:
-        """What is expected, no heavier than every payload within bounds.
+        """These options with an expected mass no heavier than every payload within bounds.
 
         Raises:
             InputError: if what is expected is heavier.
@@ -202,7 +202,7 @@ def run(
 def _shape(
     options: NearOptions, robot: model.Robot, goal: trajectories.NearGoal, bounds: trajectories.JointBounds
 ) -> tuple[trajectories.NearShape, Array | None]:
-    """What is asked of the motion, and a second pose that would help where none was asked for."""
+    """Shape of the motion, and a second pose that would help where none was asked for."""
     ranges = options.ranges(robot)
     with about("--pose"):
         first = in_si(options.pose, robot)

@@ -38,7 +38,7 @@ def speaking(manner: Manner, label: str) -> Iterator[None]:
 
 
 def quiet() -> bool:
-    """Whether this run prints no screen: files and the exit status tell."""
+    """This run prints no screen: files and the exit status tell."""
     return _manner.get() == "quiet"
 
 
@@ -118,5 +118,5 @@ def report_fault(fault: Exception, words: Sequence[str]) -> int:
 
 
 def version_lines() -> list[str]:
-    """What a report of a fault should name."""
+    """Versions that a report of a fault should name."""
     return [f"{name.lower()} {number}" for name, number in versions(_SOLVERS).items()]

@@ -92,7 +92,7 @@ def run_check(*, arm: RobotOptions, data: tuple[DataFile, ...], processing: Filt
 
 @options()
 class _Bodies(Options):
-    """Where the numbers come from, and the file to write."""
+    """Source of the numbers, and the file to write."""
 
     robot_parameters: tuple[RobotParametersFile, ...] = ()
     """The --json of 'dynident identify' (default: the parameters of the robot's own file)."""

@@ -138,7 +138,7 @@ def flange(text: str) -> model.Pose:
 
 
 def joint_limits(text: str) -> tuple[tuple[float, ...], ...]:
-    """Of each joint LOW:HIGH[:SPEED[:ACCELERATION[:TORQUE]]]; what is left empty or out is unbounded."""
+    """Limits of each joint, LOW:HIGH[:SPEED[:ACCELERATION[:TORQUE]]]; those left empty or out are infinite."""
     joints = []
     for part in texts(text):
         ends = part.split(":")
@@ -155,7 +155,7 @@ _LIMITS = "LOW:HIGH[:SPEED[:ACCELERATION[:TORQUE]]],.."
 
 @options()
 class _Sheet(Options):
-    """What a data sheet says."""
+    """Entries of a data sheet."""
 
     template: bool = False
     """A file to fill in: every key with an example (default: to standard output)."""
@@ -170,9 +170,9 @@ class _Sheet(Options):
     limits: Annotated[tuple[tuple[float, ...], ...] | None, word(joint_limits, _LIMITS)] = None
     """One part a joint, as far as they are known [deg or m, per s, N·m or N]: -170:170:220::300."""
     rated_payload: Annotated[float | None, word(number, "KG")] = None
-    """By the data sheet."""
+    """Rated payload by the data sheet."""
     mass: Annotated[float | None, word(number, "KG")] = None
-    """Of the whole arm, its base with it, if known."""
+    """Mass of the whole arm, its base with it, if known."""
     out: Annotated[NewFile | None, Parameter(metavar="F.toml")] = None
     """File to write (default: NAME.toml)."""
     drawing: NewFile | None = None

@@ -32,7 +32,7 @@ class _Scored(Options):
     cutoff: Annotated[float | None, word(positive_number, "HZ")] = None
     """Low-pass on positions."""
     max_duration: Seconds | None = None
-    """How long it may take."""
+    """Longest time that it may take."""
     bound: Annotated[bool, Parameter(group=FLOOR)] = False
     """Estimate the floor over all motions, and the gap."""
     seed: Annotated[Seed | None, SETTING] = None

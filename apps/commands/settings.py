@@ -33,7 +33,7 @@ def settings_text(call: Call) -> str:
 
 
 def is_settings_file(path: Path) -> bool:
-    """Whether a file was written by a run, as ``settings_text`` gives it."""
+    """A file was written by a run, as ``settings_text`` gives it."""
     try:
         with path.open(encoding="utf-8", errors="replace") as file:
             return file.readline().startswith(_HEAD)

@@ -57,9 +57,9 @@ class _Simulate(Options):
     """Loops without integral action so soft that the payload pulls the worst joint off its path by this (root mean
     square; default: stiff ones)."""
     rate: Annotated[float, _RATE] = 250.0
-    """Of the recordings (default: 250)."""
+    """Samples a second of the recordings (default: 250)."""
     seed: Seed = 0
-    """Of all that is drawn (default: 0)."""
+    """Seed of all that is drawn (default: 0)."""
     out: NewFolder
     """Folder of the recordings and of truth.toml."""
 
@@ -108,7 +108,7 @@ def run(*, arm: RehearsedRobotOptions, request: _Simulate, view: ViewOptions) ->
 def _references(
     robot: model.Robot, described: model.Robot, files: Sequence[str], seed: int
 ) -> dict[str, trajectories.Plan]:
-    """What to run, by name; motions of files need only keep the limits of the description, not assumed ones."""
+    """Motions by name; those of files need only keep the limits of the description, not assumed ones."""
     motions: dict[str, trajectories.Plan] = {}
     for file in files:
         name = Path(file).name.removesuffix(".gz").removesuffix(".csv")
@@ -128,7 +128,7 @@ def _references(
 def _disturbances(
     robot: model.Robot, noise: str, references: Sequence[trajectories.Plan]
 ) -> trajectories.Disturbances:
-    """What disturbs the recordings, by a name or as a share of each joint's root mean square torque."""
+    """Disturbances of the recordings, by a name or as a share of each joint's root mean square torque."""
     noise = noise or ("paper" if robot.name == "rx90" else str(_SHARE))
     if noise == "none":
         return trajectories.no_disturbances(robot.n)

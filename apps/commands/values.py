@@ -183,7 +183,7 @@ def method(text: str) -> str:
 
 
 def mount(text: str) -> tuple[str, tuple[float, float, float]]:
-    """How the base stands: roll, pitch, yaw [rad] from a word or degrees; or gravity in its frame [m/s²]."""
+    """Mounting of the base: roll, pitch, yaw [rad] from a word or degrees; or gravity in its frame [m/s²]."""
     if text.startswith("gravity="):
         x, y, z = numbers(text.removeprefix("gravity="), 3)
         return "gravity", (x, y, z)

@@ -28,7 +28,7 @@ _Errors = Annotated[tuple[tuple[float, ...], float], word(gain_errors, "2%|S1,S2
 
 @options(KNOWN)
 class KnowledgeOptions(Options):
-    """What is known of the payload; it enters the constrained estimate of every method."""
+    """Knowledge of the payload, which enters the constrained estimate of every method."""
 
     mass: Weighed | None = None
     """The payload was weighed, with the scale's standard deviation."""
@@ -69,7 +69,7 @@ class KnowledgeOptions(Options):
 
 @options(DRIVES)
 class GainOptions(Options):
-    """How sure the drive gains are."""
+    """Uncertainty of the drive gains."""
 
     gain_sigma: _Errors | None = None
     """Each joint's error of torque or drive gain, and one that all share: 2%,common=1% (default: what the

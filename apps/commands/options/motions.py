@@ -101,7 +101,7 @@ class NoiseOptions(Options):
 
 @options(GOAL)
 class GoalOptions(NoiseOptions):
-    """Which parameters, by which criterion, beside what is known already."""
+    """Parameters to be learnt, the criterion, and data that are there already."""
 
     criterion: Annotated[Literal["d", "a", "cond", "cond-scaled"], Parameter(show_choices=False)] = "d"
     """d: information (default); a: relative sigma; cond: condition number; cond-scaled: columns scaled."""
@@ -110,13 +110,13 @@ class GoalOptions(NoiseOptions):
     parameters: Annotated[Names | None, SETTING] = None
     """Parameters that count, for criteria d and a (default: all)."""
     data_from: tuple[Annotated[str, Reads("earlier data"), Parameter(metavar="F")], ...] = ()
-    """What was learnt before: --npz of identify or payload, or --json of identify (d and a); repeatable."""
+    """Earlier data: --npz of identify or payload, or --json of identify (d and a); repeatable."""
     data_length: Annotated[Seconds | None, SETTING] = None
     """Length of the recording to come [s]."""
 
     @property
     def payload_only(self) -> bool:
-        """Whether the payload alone is asked for."""
+        """The payload alone is asked for."""
         return self.columns == ("payload",)
 
     def goal(
@@ -174,7 +174,7 @@ class GoalOptions(NoiseOptions):
 
 
 class Known(NamedTuple):
-    """What is known of a robot.
+    """A robot with the values of its parameters.
 
     Attributes:
         robot: with its parameters, or a stand-in's.
@@ -196,7 +196,7 @@ class LimitOptions(Options):
     """Limits of the joints, the robot's parameters for its torques, and the scene."""
 
     speed_override: Annotated[float, word(number, "SHARE")] = 1.0
-    """Of the speed (default: 1)."""
+    """Share of the speed limits (default: 1)."""
     acceleration: Annotated[_Acceleration | None, SETTING] = None
     """Limit of the accelerations [deg/s² or m/s²], or 3x: three times the speed limit per second."""
     torque_limits: _Torques | None = None
@@ -213,7 +213,7 @@ class LimitOptions(Options):
     """File of floor, walls, and bodies that keep clear of each other."""
 
     def known(self, robot: model.Robot) -> Known:
-        """What is known of the robot: ``--robot-parameters``, or a stand-in."""
+        """The robot with ``--robot-parameters``, or a stand-in."""
         if not self.robot_parameters:
             return Known(model.stand_in.rehearsed(robot), {}, None)
         robot = model.stand_in.with_assumed_limits(robot)
@@ -258,7 +258,7 @@ class LimitOptions(Options):
         return problem.with_torque_share(1.0 / (1.0 - (self.torque_margin or 0.0)))
 
     def read_scene(self) -> trajectories.Scene | None:
-        """What the motion keeps clear of."""
+        """Floor, walls and bodies of the file."""
         return trajectories.read_scene(self.scene) if self.scene else None
 
 

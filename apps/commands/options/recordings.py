@@ -25,7 +25,7 @@ _Gains = Annotated[tuple[float, ...] | str, Reads("drive gains"), word(gains_or_
 
 @dataclass(frozen=True, eq=False)
 class Setup:
-    """What recordings are read and identified with.
+    """Robot, processing and drive gains that recordings are read and identified with.
 
     Attributes:
         robot: with the structure that is asked for.
@@ -83,7 +83,7 @@ class Setup:
 
 @options(LOGS)
 class LogOptions(Options):
-    """How logs are read."""
+    """Columns, units and drive gains of logs."""
 
     log_map: LogMapFile | None = None
     """Columns, units, side and signs of the logs, topic of a ROS 2 bag."""
@@ -115,7 +115,7 @@ class LogOptions(Options):
 
 @options(LOGS)
 class FilterOptions(LogOptions):
-    """How logs are read, settings of filtering and of the model's structure."""
+    """Logs, their filtering, and the structure of the model."""
 
     rate: Annotated[Hertz | None, SETTING] = None
     """Even rate that recordings are filtered down to."""

@@ -59,7 +59,7 @@ class RehearsedRobotOptions(RobotOptions):
     """A robot to plan or simulate with, which may need a stand-in."""
 
     arm_mass: Annotated[Kilograms | None, _INSTALLED] = None
-    """Of the whole arm, for a stand-in where its file tells neither mass nor bodies of links."""
+    """Mass of the whole arm, for a stand-in where its file tells neither mass nor bodies of links."""
 
     def load(self) -> model.Robot:
         """The robot with the mass that was given."""
