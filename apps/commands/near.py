@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 _RANGE, _MASS = 30.0, 3.0  # deg, kg
 
 _NOISE = 0.007
-"""Standard deviation of a torque sample as a fraction of the torque limit where none is given; arms have 0.5 to 0.9 %."""
+"""Noise of a torque sample as a fraction of the torque limit, where none is given; arms have 0.5 to 0.9 %."""
 _NOISE_RATE, _PAPER_RATE = 10.0, 250.0  # Hz
 _LEFT = 1.25  # of the mass expected: what runs of the ladder leave possible, and the motion bears at full speed
 
