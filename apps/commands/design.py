@@ -49,11 +49,7 @@ class _Shape(Options):
     """Pose at the start [deg or m]."""
 
     def shape(self, robot: model.Robot) -> trajectories.ViaPointShape | trajectories.FourierShape:
-        """The shape of the motion.
-
-        Raises:
-            InputError: for options that do not go together.
-        """
+        """The shape of the motion."""
         if self.fourier is None:
             self.refuse("duration", "is the period of --fourier: via points take --max-duration")
             return self._through_points(self._start(robot))

@@ -214,11 +214,7 @@ def application(calls: list[Call], words: Sequence[str]) -> App:
 
 
 def run(words: Sequence[str]) -> int:
-    """Find the command of a command line and call it.
-
-    Raises:
-        InputError: for words that no command knows; one line.
-    """
+    """Find the command of a command line and call it."""
     calls: list[Call] = []
     app = application(calls, words)
     try:
@@ -274,11 +270,7 @@ def settings() -> Any:
 
 @contextmanager
 def about(*options: str) -> Iterator[None]:
-    """Say of whatever is wrong within which options it is about.
-
-    Raises:
-        InputError: instead of what is raised within.
-    """
+    """Say of whatever is wrong within which options it is about."""
     try:
         yield
     except ValueError as error:

@@ -1,4 +1,4 @@
-"""``dynident fleet``: recordings of many robots to a store of equations, in parallel, and what changed by them."""
+"""``dynident fleet`` and ``compare``: recordings of many robots to a store of equations, or of one side by side."""
 
 from __future__ import annotations
 
@@ -9,13 +9,15 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
+from ... import estimation
 from ...common.errors import InputError
+from ...common.files import checksum
 from .. import fleet, report
 from . import ANSWERED, DO_NOT_USE
 from .entry import command, options
 from .options import GainOptions, Options, PageOptions, ProcessingOptions, ResultOptions, RobotOptions
 from .progress import bar, note
-from .values import LOG, Count, NewFolder
+from .values import LOG, Count, DataFile, NewFolder
 
 
 @options()
@@ -88,4 +90,32 @@ def run_report(
     history = fleet.fleet_of(arms)
     shown = report.fleet_report(history, refused)
     files.give(shown, lambda: report.documents.fleet_document(history, refused), {"robot": history.arms[0].name})
+    return ANSWERED
+
+
+@command
+def run_compare(
+    data: tuple[DataFile, ...], *, arm: RobotOptions, processing: ProcessingOptions, files: ResultOptions
+) -> int:
+    """Run ``compare``.
+
+    Args:
+        data: Recordings of one robot without payload.
+    """
+    if len(data) < 2:
+        raise InputError("one recording: give two or more to compare")
+    first = dict[str, str]()
+    for path in data:
+        if first.setdefault(checksum(path), path) != path or data.count(path) > 1:
+            raise InputError(f"{path} is given twice: a recording counts once")
+    setup = processing.setup(arm.load())
+    results, settings = [], estimation.Settings(setup.processing)
+    with bar("identifying") as progress:
+        for k, path in enumerate(data, 1):
+            result = estimation.identify(setup.robot, setup.read([path]), settings, gains=setup.identified)
+            results.append(result)
+            progress(k / len(data))
+    compared = fleet.compared(data, results)
+    files.show(report.compared_report(compared))
+    files.write_json(lambda: report.documents.ComparedDocument.of(compared))
     return ANSWERED

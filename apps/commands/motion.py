@@ -39,9 +39,6 @@ def build_request(
     Returns:
         The problem; by the names of parameters, values that standard deviations are relative to, and how to call
         them ("ZZ1R").
-
-    Raises:
-        InputError: for whatever does not fit; one line.
     """
     known = limits.known(robot)
     robot, bounds = known.robot, limits.bounds(known.robot)
@@ -83,9 +80,6 @@ def best_motion(
         seed: of the random starts.
         starts: number of random starts; None for the criterion's own.
         words: what is said of the best criterion so far; None before there is one.
-
-    Raises:
-        InputError: if there is none; says which limit is missed and by how much.
     """
     with status("building") as progress:
 
@@ -183,9 +177,6 @@ class MotionFiles(ViewedPageOptions):
             problem: whose limits count, whole: what a design leaves free of the torques is for this.
             written: the motion.
             estimated: formats whose replay is too rough to refuse a motion for.
-
-        Raises:
-            InputError: says which, and by how much.
         """
         for name, (_, motion) in self.asked(written).items():
             if name in estimated or (replay := export.motions.FORMATS[name].replay) is None:

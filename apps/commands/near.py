@@ -74,11 +74,7 @@ class NearOptions(Options):
             )
 
     def bounded_by(self, payload: PayloadBounds | None) -> NearOptions:
-        """These options with an expected mass no heavier than every payload within bounds.
-
-        Raises:
-            InputError: if what is expected is heavier.
-        """
+        """These options with an expected mass no heavier than every payload within bounds."""
         if not isinstance(payload, trajectories.PayloadSet) or self.expected.mass <= payload.mass:
             return self
         if self.mass is None and not self.ladder:
@@ -252,11 +248,7 @@ def _torques(
     options: NearOptions,
     payload: PayloadBounds | None,
 ) -> tuple[trajectories.JointBounds, trajectories.Loads | None]:
-    """Bounds that the motion keeps, and loads for torque limits; none where limits or parameters are unknown.
-
-    Raises:
-        InputError: if a payload was bounded that torque limits cannot be kept for.
-    """
+    """Bounds that the motion keeps, and loads for torque limits; none where limits or parameters are unknown."""
     robot, expected = known.robot, options.expected
     if options.ladder:
         if not isinstance(payload, trajectories.PayloadSet):

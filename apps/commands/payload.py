@@ -142,11 +142,7 @@ def run(
 
 @contextmanager
 def constraints_solved() -> Iterator[None]:
-    """Constraints that leave no body are the user's to mend.
-
-    Raises:
-        InputError: where the solver finds none.
-    """
+    """Constraints that leave no body are the user's to mend."""
     try:
         yield
     except estimation.SolverError as error:

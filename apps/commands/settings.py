@@ -42,11 +42,7 @@ def is_settings_file(path: Path) -> bool:
 
 
 def read_settings(call: Call, path: str) -> None:
-    """Add what the ``--config`` file says of options that are not typed.
-
-    Raises:
-        InputError: if the file cannot be read, or is another command's.
-    """
+    """Add what the ``--config`` file says of options that are not typed."""
     table = toml_data(read_text(path, TOML_BYTES), f"--config {path}")
     meant = table.pop("command", call.command)
     if meant != call.command:

@@ -224,9 +224,6 @@ def _clock(raw: RawLog, column: str, unit: str, values: Array) -> tuple[Array, N
     Returns:
         Seconds of the rows that come later than the row before, which rows those are, what the column holds where
         seconds are 0 [s], and what is to be said of it.
-
-    Raises:
-        InputError: if time runs back or stands still, counts rows, or no unit fits.
     """
     if not len(values):
         return values, np.zeros(0, dtype=bool), 0.0, []

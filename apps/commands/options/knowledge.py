@@ -40,11 +40,7 @@ class KnowledgeOptions(Options):
     """Centre and semi-axes of one that holds all of it."""
 
     def constraints(self) -> list[estimation.Constraint]:
-        """The constraints that are named.
-
-        Raises:
-            InputError: if they make no sense.
-        """
+        """The constraints that are named."""
         constraints: list[estimation.Constraint] = [estimation.PossibleBody()]
         if self.mass is not None:
             masses, sigma = self.mass
@@ -91,9 +87,6 @@ class GainOptions(Options):
             loaded: recordings with the payload that is asked for.
             unloaded: without, or the robot's own.
             stored: the robot's parameters from a file.
-
-        Raises:
-            InputError: if it cannot be used, before any work is done.
         """
         then = stored.gains if stored is not None else None
         now, n = setup.identified, setup.robot.n

@@ -131,9 +131,6 @@ class GoalOptions(NoiseOptions):
         Args:
             reference: values that standard deviations are relative to.
             motion_length: how long the motion will take [s], where it is known.
-
-        Raises:
-            InputError: for earlier recordings that do not fit, or without the length of the next one.
         """
         noise, earlier, length = self.sigma(bounds), None, self.data_length
         if self.data_from:
@@ -222,11 +219,7 @@ class LimitOptions(Options):
         return Known(stored.applied_to(robot), values, stored.estimate.covariance)
 
     def payload(self, robot: model.Robot, bounds: trajectories.JointBounds) -> PayloadBounds | None:
-        """The heaviest payload, or every payload within bounds, in the last link's frame.
-
-        Raises:
-            InputError: if options contradict each other, or torque limits are missing that a set needs.
-        """
+        """The heaviest payload, or every payload within bounds, in the last link's frame."""
         if self.torque_margin is not None and not np.isfinite(bounds.torque).any():
             raise InputError("torque-margin has no effect without torque limits: give --torque-limits")
         if self.heaviest_payload is None:
@@ -263,11 +256,7 @@ class LimitOptions(Options):
 
 
 def payload_bounds(robot: model.Robot, text: str, within: tuple[tuple[float, ...], bool] | None) -> PayloadBounds:
-    """The payload of ``--heaviest-payload``, or with ``--within`` the set, in the last link's frame.
-
-    Raises:
-        InputError: for what is no payload, or a file with ``--within``.
-    """
+    """The payload of ``--heaviest-payload``, or with ``--within`` the set, in the last link's frame."""
     flange = robot.flange
     if Path(text).suffix.lower() == ".toml":
         if within is not None:
@@ -293,11 +282,7 @@ def payload_bounds(robot: model.Robot, text: str, within: tuple[tuple[float, ...
 
 
 def each_joint(values: tuple[float, ...], robot: model.Robot, option: str) -> tuple[float, ...]:
-    """A number for each joint, where one may stand for all.
-
-    Raises:
-        InputError: for any other count; names the option.
-    """
+    """A number for each joint, where one may stand for all."""
     if len(values) not in (1, robot.n):
         count = f"{len(values)} numbers for the {robot.n} joints of robot {robot.name!r}"
         raise InputError(f"{option}: {count}: give one for all, or one each")
