@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from typing import Annotated, Literal
 
 import numpy as np
@@ -20,7 +21,7 @@ from ..logs.map import LogMap
 from . import ANSWERED
 from .entry import SETTING, command, options
 from .options import Options, PageOptions, Setup
-from .progress import bar, status
+from .progress import status
 from .values import Count, NewFolder, Seed, Share
 
 TRAJECTORIES = 18
@@ -113,9 +114,11 @@ def run(*, demo: _Demo, pages: _Pages) -> int:
     The report goes into the folder of the results unless another place is named.
     """
     folder = made_folder(demo.out)
-    with bar("simulating") as progress:
+    with status("simulating") as progress:
         noise = levels(demo.noise, demo.gain_error)
-        experiment = simulate_paper(paper_robot(), noise, demo.seed, demo.trajectories, progress)
+        experiment = simulate_paper(
+            paper_robot(), noise, demo.seed, demo.trajectories, partial(progress, "simulating")
+        )
     with status("reducing") as progress:
         robot, answer = identified(experiment, progress)
     report.documents.write_json(folder / "payload.json", answer.result)

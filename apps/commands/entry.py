@@ -187,7 +187,9 @@ def application(calls: list[Call], words: Sequence[str]) -> App:
         calls.append(Call(tuple(words), " ".join(names), arguments))
         for argument in arguments:
             if argument.tokens and not argument.show:
-                raise InputError(_of_file(shown_name(argument)))
+                key = shown_name(argument)
+                text = f"write {key} = .. into a file and give that by --config"
+                raise InputError(f"{key} is a setting, not an option: {text}")
         for path in calls[-1].given("--config"):
             settings().read_settings(calls[-1], path)
 
@@ -235,10 +237,6 @@ def run(words: Sequence[str]) -> int:
 def shown_name(argument: Argument) -> str:
     """An option as it is typed, or the key of a setting."""
     return argument.name if argument.show else argument.name.lstrip("-")
-
-
-def _of_file(key: str) -> str:
-    return f"{key} is a setting, not an option: write {key} = .. into a file and give that by --config"
 
 
 def check_paths(call: Call) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from contextlib import nullcontext
 from dataclasses import replace
+from functools import partial
 from itertools import groupby
 from typing import Annotated
 
@@ -12,11 +13,12 @@ from cyclopts import Parameter
 from ... import estimation
 from ...common.errors import InputError
 from ...common.files import checksum
+from ...common.progress import each
 from .. import fleet, report
 from . import ANSWERED, DO_NOT_USE
 from .entry import command, options
 from .options import GainOptions, Options, PageOptions, ProcessingOptions, ResultOptions, RobotOptions
-from .progress import bar, note
+from .progress import note, status
 from .values import LOG, Count, DataFile, NewFolder
 
 
@@ -55,8 +57,9 @@ def run_reduce(
     gains = replace(gains, notes=()) if gains is not None else None  # notes speak of single recordings
     recipe = fleet.Recipe(setup.processing, setup.gains, gains, setup.log_map)
     cluster = fleet.reduction.dask_executor(request.cluster) if request.cluster else nullcontext(request.workers)
-    with bar("reducing") as progress, cluster as workers:
-        reduced = fleet.reduce_fleet(entries, setup.robot, request.store, recipe, workers, progress)
+    with status("reducing") as progress, cluster as workers:
+        told = partial(progress, "reducing")
+        reduced = fleet.reduce_fleet(entries, setup.robot, request.store, recipe, workers, told)
     if reduced.workers_lost:
         note(f"workers were lost {reduced.workers_lost} times and replaced: nothing is lost, nothing counts twice")
     files.show(report.reduced_report(reduced))
@@ -82,11 +85,11 @@ def run_report(
     if not logs:
         raise InputError(f"{opened.root}: no recording in it")
     arms, done = [], 0
-    with bar("reading nights") as progress:
+    with status("reading nights") as progress:
         for _, own in groupby(logs, key=lambda log: log.about.get("arm", "")):  # one arm in memory at a time
             arms.append(fleet.nights.arm_of([opened.read(log.key) for log in own]))
             done += len(arms[-1].days)
-            progress(done / len(logs))
+            progress("reading nights", done / len(logs))
     history = fleet.fleet_of(arms)
     shown = report.fleet_report(history, refused)
     files.give(shown, lambda: report.documents.fleet_document(history, refused), {"robot": history.arms[0].name})
@@ -109,12 +112,12 @@ def run_compare(
         if first.setdefault(checksum(path), path) != path or data.count(path) > 1:
             raise InputError(f"{path} is given twice: a recording counts once")
     setup = processing.setup(arm.load())
-    results, settings = [], estimation.Settings(setup.processing)
-    with bar("identifying") as progress:
-        for k, path in enumerate(data, 1):
-            result = estimation.identify(setup.robot, setup.read([path]), settings, gains=setup.identified)
-            results.append(result)
-            progress(k / len(data))
+    settings = estimation.Settings(setup.processing)
+    with status("identifying") as progress:
+        results = [
+            estimation.identify(setup.robot, setup.read([path]), settings, gains=setup.identified)
+            for path in each(data, "identifying {}".format, progress)
+        ]
     compared = fleet.compared(data, results)
     files.show(report.compared_report(compared))
     files.write_json(lambda: report.documents.ComparedDocument.of(compared))

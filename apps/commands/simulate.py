@@ -26,7 +26,7 @@ from .. import view as views
 from . import ANSWERED
 from .entry import SETTING, command, options
 from .options import Options, RehearsedRobotOptions, ViewOptions, print_lines
-from .progress import bar
+from .progress import status
 from .values import NewFolder, PayloadFile, Reads, Seed, Share, number_within, share, word
 
 _Trajectory = Annotated[str, Reads("trajectories"), Parameter(metavar="CSV")]
@@ -82,8 +82,10 @@ def run(*, arm: RehearsedRobotOptions, request: _Simulate, view: ViewOptions) ->
         if payload is None or controller.integral > 0.0:
             raise InputError("--sag: give --payload, and --controller proportional or gravity: another never sags")
         controller = controller.sagging(robot, payload, list(references.values()), 1e-3 * request.sag)
-    with bar("simulating") as progress:
-        experiment = trajectories.run_experiment(robot, tasks, disturbances, request.seed, controller, progress)
+    with status("simulating") as progress:
+        experiment = trajectories.run_experiment(
+            robot, tasks, disturbances, request.seed, controller, partial(progress, "simulating")
+        )
     folder = made_folder(request.out)
     files = {folder / f"{run.task.name}.csv": run for run in experiment.runs}
     for file, run in files.items():

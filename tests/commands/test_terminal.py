@@ -14,7 +14,7 @@ import pytest
 from cyclopts import CycloptsError
 from dynident.apps.commands import COMMANDS
 from dynident.apps.commands.entry import application
-from dynident.apps.commands.progress import Manner, bar, speaking, status
+from dynident.apps.commands.progress import Manner, speaking, status
 from dynident.apps.commands.settings import settings_text
 from dynident.apps.report import Notes, print_blocks
 from dynident.common.errors import InputError
@@ -233,7 +233,7 @@ def test_nothing_is_drawn_where_nobody_looks(
 ) -> None:
     """Not an empty line either."""
     monkeypatch.delenv("FORCE_COLOR", raising=False)
-    with speaking(manner, "fleet"), bar("reducing") as progress:
-        progress(0.5)
-        progress(1.0)
+    with speaking(manner, "fleet"), status("reducing") as progress:
+        progress("reducing", 0.5)
+        progress("reducing", 1.0)
     assert capsys.readouterr().err == ""

@@ -14,7 +14,7 @@ from ....common.progress import each
 from ... import logs, results
 from ..entry import LOGS, PROCESSING, SETTING, Options, about, options
 from ..progress import note, status
-from ..values import Hertz, LogMapFile, Reads, Truth, gains_or_file, number, numbers, texts, truth, word
+from ..values import Hertz, LogMapFile, Reads, gains_or_file, number, numbers, texts, word
 
 _PROCESSING = Parameter(group=PROCESSING)
 _Texts = Annotated[tuple[str, ...], word(texts, "A,B,..")]
@@ -121,7 +121,7 @@ class FilterOptions(LogOptions):
     """Even rate that recordings are filtered down to."""
     cutoff: Annotated[Hertz | None, _PROCESSING] = None
     """Low-pass on positions and speeds."""
-    offsets: Annotated[Truth | None, word(truth, "true|false"), SETTING] = None
+    offsets: Annotated[bool | None, Parameter(metavar="true|false"), SETTING] = None
     """A constant torque for each joint, or none (default: as the robot's file)."""
     coulomb: Annotated[Literal["sum", "paper"] | None, Parameter(metavar="sum|paper"), SETTING] = None
     """Coulomb friction of coupled drives."""
