@@ -40,10 +40,9 @@ def build_request(
         The problem; by the names of parameters, values that standard deviations are relative to, and how to call
         them ("ZZ1R").
     """
-    known = limits.known(robot)
-    robot, bounds = known.robot, limits.bounds(known.robot)
-    payload, margin = limits.payload(robot, bounds), limits.torque_margin
-    base, values, labels = model.base_parameters(robot), dict(known.values), dict[str, str]()
+    limited = limits.of(robot)
+    robot, bounds, payload = limited.robot, limited.bounds, limited.payload
+    base, values, labels = model.base_parameters(robot), dict(limited.values), dict[str, str]()
     if goal.payload_only:  # relative to the heaviest payload's parameters; a set has none
         values = payload.named(str(robot.n)) if isinstance(payload, model.InertialParameters) else {}
     else:
@@ -53,7 +52,7 @@ def build_request(
     reference = {name: value for name, value in values.items() if abs(value) > _ZERO}
     loads = None
     if np.isfinite(bounds.torque).any():
-        loads = known.loads(payload, margin) if known.values or payload or margin else None
+        loads = limited.loads(payload) if limited.values or payload or limited.margin else None
     elif payload is not None and not goal.payload_only:
         raise InputError("--heaviest-payload counts in torque limits: give --torque-limits")
     if isinstance(shape, trajectories.FourierShape):
@@ -63,8 +62,7 @@ def build_request(
     else:
         length = sum(shape.fixed) if isinstance(shape.fixed, tuple) else (shape.count - 1) * shape.fixed
     wanted = goal.goal(robot, bounds, reference, length)
-    scene = limits.read_scene()
-    problem = trajectories.build_design(robot, shape, wanted, bounds=bounds, loads=loads, scene=scene)
+    problem = trajectories.build_design(robot, shape, wanted, bounds=bounds, loads=loads, scene=limited.scene)
     return problem, reference, labels
 
 

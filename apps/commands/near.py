@@ -20,7 +20,7 @@ from . import ANSWERED
 from .entry import FILES, MOTION, SEARCH, SETTING, about, command, options
 from .motion import FIGURE_RATE, MotionFiles, best_motion
 from .options import Options, RehearsedRobotOptions
-from .options.motions import Known, LimitOptions, NoiseOptions, in_si
+from .options.motions import Limited, LimitOptions, NoiseOptions, in_si
 from .progress import note, status
 from .values import Count, Joints, NewFile, Positions, Seconds, Seed, Weighed, numbers, numbers_or, word
 
@@ -148,9 +148,8 @@ def run(
     options.check(robot)
     files.check(robot, "rehearsal")
     files.check_view()
-    known = limits.known(robot)
-    robot, bounds = known.robot, limits.bounds(known.robot)
-    payload = limits.payload(robot, bounds)
+    limited = limits.of(robot)
+    robot, bounds, payload = limited.robot, limited.bounds, limited.payload
     options = options.bounded_by(payload)
     goal = trajectories.NearGoal(*_noise(noise, robot, bounds), options.expected, options.sigma)
     shape, hint = _shape(options, robot, goal, bounds)
@@ -160,15 +159,15 @@ def run(
     except InputError:  # what joints show is printed all the same
         files.show(report.Report("", [report.visibility_table(visibility)]))
         raise
-    limited, loads = _torques(known, bounds, limits, options, payload)
-    scene = limits.read_scene()
-    problem = trajectories.build_design(robot, shape, goal, bounds=limited, loads=loads, scene=scene)
+    loads = _loads(limited, options)
+    kept = replace(bounds, torque=np.full(robot.n, np.inf)) if loads is None else bounds
+    problem = trajectories.build_design(robot, shape, goal, bounds=kept, loads=loads, scene=limited.scene)
     trajectories.check_held(problem, shape.poses)
     design = best_motion(problem, options.seed, options.starts)
 
     def bearing(payloads: trajectories.PayloadSet) -> trajectories.DesignProblem:
-        heavier = known.loads(payloads, limits.torque_margin)
-        return trajectories.build_design(robot, shape, goal, bounds=limited, loads=heavier, scene=scene)
+        heavier = limited.loads(payloads)
+        return trajectories.build_design(robot, shape, goal, bounds=kept, loads=heavier, scene=limited.scene)
 
     ladder: tuple[trajectories.Rung, ...] = ()
     if options.ladder:
@@ -241,24 +240,18 @@ def _noise(options: NoiseOptions, robot: model.Robot, bounds: trajectories.Joint
     return _NOISE * limits, _NOISE_RATE
 
 
-def _torques(
-    known: Known,
-    bounds: trajectories.JointBounds,
-    limits: LimitOptions,
-    options: NearOptions,
-    payload: PayloadBounds | None,
-) -> tuple[trajectories.JointBounds, trajectories.Loads | None]:
-    """Bounds that the motion keeps, and loads for torque limits; none where limits or parameters are unknown."""
-    robot, expected = known.robot, options.expected
+def _loads(limited: Limited, options: NearOptions) -> trajectories.Loads | None:
+    """Loads for torque limits; None where limits or parameters are not known."""
+    payload = limited.payload
     if options.ladder:
         if not isinstance(payload, trajectories.PayloadSet):
             raise InputError("--ladder needs --heaviest-payload and --within: what the first run must bear")
-        payload = payload.lighter(_LEFT * expected.mass)
-    if (known.values or robot.parameters) and np.isfinite(bounds.torque).any():
-        return bounds, known.loads(payload or expected, limits.torque_margin)
-    if payload is not None or limits.torque_margin is not None:
+        payload = payload.lighter(_LEFT * options.expected.mass)
+    if (limited.values or limited.robot.parameters) and np.isfinite(limited.bounds.torque).any():
+        return limited.loads(payload or options.expected)
+    if payload is not None or limited.margin is not None:
         option = "--heaviest-payload" if payload is not None else "torque-margin"
         raise InputError(
             f"{option} counts in torque limits: give --torque-limits, and --robot-parameters or --arm-mass"
         )
-    return replace(bounds, torque=np.full(robot.n, np.inf)), None
+    return None

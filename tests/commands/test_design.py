@@ -361,7 +361,7 @@ def test_bounds_are_in_the_payloads_frame(arm: str) -> None:
 @pytest.mark.parametrize(("option", "rate"), [("", 100.0), ("@40", 40.0)])
 def test_samples_a_second_of_a_goal(rx90: Robot, option: str, rate: float) -> None:
     parts, _ = parsed(f"{DESIGN} --torque-noise 1,2,3,4,5,6{option}".split())
-    goal = parts["goal"].goal(rx90, parts["limits"].bounds(rx90), {}, None)
+    goal = parts["goal"].goal(rx90, parts["limits"].of(rx90).bounds, {}, None)
     assert goal.rate == rate
     assert goal.noise == pytest.approx([1.0, 2.0, 3.0, 4.0, 5.0, 6.0])
 
@@ -369,10 +369,7 @@ def test_samples_a_second_of_a_goal(rx90: Robot, option: str, rate: float) -> No
 def test_full_speed_of_a_ladder_bears_a_quarter_more_than_expected(rx90: Robot) -> None:
     line = "near --robot rx90 --pose 0,-90,90,0,0,0 --joints 2,3,5,6 --torque-limits 300 --ladder --mass 4"
     parts, _ = parsed(f"{line} --heaviest-payload 9@0,0,0.1 --within 0.1".split())
-    limits = parts["limits"]
-    known = limits.known(rx90)
-    bounds = limits.bounds(known.robot)
-    _, loads = near._torques(known, bounds, limits, parts["options"], limits.payload(known.robot, bounds))
+    loads = near._loads(parts["limits"].of(rx90), parts["options"])
     assert loads is not None
     assert isinstance(loads.heaviest, PayloadSet)
     assert loads.heaviest.mass == pytest.approx(1.25 * 4.0)

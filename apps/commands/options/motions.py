@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Literal, NamedTuple
 
 import numpy as np
 from cyclopts import Parameter
+from numpy.typing import NDArray
 
 from .... import model, trajectories
 from ....common.arrays import Array
@@ -170,22 +171,29 @@ class GoalOptions(NoiseOptions):
         return trajectories.Earlier(columns, np.vstack(rows))
 
 
-class Known(NamedTuple):
-    """A robot with the values of its parameters.
+class Limited(NamedTuple):
+    """A robot with the limits that its motions keep.
 
     Attributes:
         robot: with its parameters, or a stand-in's.
         values: identified parameters by name; none of a stand-in.
         covariance: of ``values`` in their order.
+        payload: the heaviest, or every one within bounds, in the last link's frame.
+        margin: share of the torque limits that a design leaves free; None where nothing is said of it.
     """
 
     robot: model.Robot
     values: Mapping[str, float]
     covariance: Array | None
+    bounds: trajectories.JointBounds
+    payload: PayloadBounds | None
+    margin: float | None
+    scene: trajectories.Scene | None
 
-    def loads(self, payload: PayloadBounds | None, margin: float | None) -> trajectories.Loads:
+    def loads(self, payload: PayloadBounds | None) -> trajectories.Loads:
         """Parameters that torque limits are computed from."""
-        return trajectories.Loads(self.values or self.robot.parameters, payload, self.covariance, margin or 0.0)
+        values = self.values or self.robot.parameters
+        return trajectories.Loads(values, payload, self.covariance, self.margin or 0.0)
 
 
 @options(LIMITS)
@@ -209,32 +217,16 @@ class LimitOptions(Options):
     scene: Annotated[str | None, Reads("scene"), Parameter(metavar="TOML"), SETTING] = None
     """File of floor, walls, and bodies that keep clear of each other."""
 
-    def known(self, robot: model.Robot) -> Known:
-        """The robot with ``--robot-parameters``, or a stand-in."""
-        if not self.robot_parameters:
-            return Known(model.stand_in.rehearsed(robot), {}, None)
-        robot = model.stand_in.with_assumed_limits(robot)
-        stored = results.read_stored_robot(self.robot_parameters)
-        values = dict(zip(stored.estimate.names, stored.estimate.values.tolist(), strict=True))
-        return Known(stored.applied_to(robot), values, stored.estimate.covariance)
-
-    def payload(self, robot: model.Robot, bounds: trajectories.JointBounds) -> PayloadBounds | None:
-        """The heaviest payload, or every payload within bounds, in the last link's frame."""
-        if self.torque_margin is not None and not np.isfinite(bounds.torque).any():
-            raise InputError("torque-margin has no effect without torque limits: give --torque-limits")
-        if self.heaviest_payload is None:
-            self.refuse("within", "needs --heaviest-payload KG[@X,Y,Z]: the largest mass there")
-            return None
-        missing = np.flatnonzero(~np.isfinite(bounds.torque)) + 1
-        if self.within is not None and len(missing):
-            joints = ", ".join(map(str, missing))
-            raise InputError(
-                f"--within needs a torque limit of every joint, {joints} without: give --torque-limits"
-            )
-        return payload_bounds(robot, self.heaviest_payload, self.within)
-
-    def bounds(self, robot: model.Robot) -> trajectories.JointBounds:
-        """Limits of the joints."""
+    def of(self, robot: model.Robot) -> Limited:
+        """A robot with these limits, its parameters from ``--robot-parameters``, or a stand-in."""
+        values, covariance = dict[str, float](), None
+        if self.robot_parameters:
+            robot = model.stand_in.with_assumed_limits(robot)
+            stored = results.read_stored_robot(self.robot_parameters)
+            values = dict(zip(stored.estimate.names, stored.estimate.values.tolist(), strict=True))
+            robot, covariance = stored.applied_to(robot), stored.estimate.covariance
+        else:
+            robot = model.stand_in.rehearsed(robot)
         acceleration: list[float] | None = None
         if isinstance(self.acceleration, float):
             acceleration = [self.acceleration * joint.limits.speed for joint in robot.joints]
@@ -242,17 +234,30 @@ class LimitOptions(Options):
             acceleration = in_si(each_joint(self.acceleration, robot, "acceleration"), robot).tolist()
         torque = (math.inf,) * robot.n if isinstance(self.torque_limits, str) else self.torque_limits
         torque = torque and each_joint(torque, robot, "--torque-limits")
-        return trajectories.JointBounds.of(
+        bounds = trajectories.JointBounds.of(
             robot, override=self.speed_override, acceleration=acceleration, torque=torque
         )
+        payload = self._payload(robot, np.isfinite(bounds.torque))
+        scene = trajectories.read_scene(self.scene) if self.scene else None
+        return Limited(robot, values, covariance, bounds, payload, self.torque_margin, scene)
 
     def whole(self, problem: trajectories.DesignProblem) -> trajectories.DesignProblem:
         """The problem with the whole of the torque limits, the share that a design leaves free included."""
         return problem.with_torque_share(1.0 / (1.0 - (self.torque_margin or 0.0)))
 
-    def read_scene(self) -> trajectories.Scene | None:
-        """Floor, walls and bodies of the file."""
-        return trajectories.read_scene(self.scene) if self.scene else None
+    def _payload(self, robot: model.Robot, limited: NDArray[np.bool_]) -> PayloadBounds | None:
+        """The payload of these options; ``limited``: joints with a torque limit, of which a set needs all."""
+        if self.torque_margin is not None and not limited.any():
+            raise InputError("torque-margin has no effect without torque limits: give --torque-limits")
+        if self.heaviest_payload is None:
+            self.refuse("within", "needs --heaviest-payload KG[@X,Y,Z]: the largest mass there")
+            return None
+        if self.within is not None and not limited.all():
+            joints = ", ".join(map(str, np.flatnonzero(~limited) + 1))
+            raise InputError(
+                f"--within needs a torque limit of every joint, {joints} without: give --torque-limits"
+            )
+        return payload_bounds(robot, self.heaviest_payload, self.within)
 
 
 def payload_bounds(robot: model.Robot, text: str, within: tuple[tuple[float, ...], bool] | None) -> PayloadBounds:
