@@ -217,7 +217,7 @@ def test_data_from_takes_the_length_of_fixed_segments(identified: Path) -> None:
         data, _ = answered(f"{line} segment-durations={durations}")
         assert data["data_length_s"] == length
         assert data["duration_s"] == pytest.approx(length)
-    assert "--data-from needs --data-length" in refused(line)
+    assert "--data-from needs data-length" in refused(line)
 
 
 @pytest.mark.long

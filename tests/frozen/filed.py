@@ -36,6 +36,10 @@ def filed(words: Sequence[str]) -> list[str]:
         else:
             typed.append(word)
     if lines:
+        if "--config" in typed:
+            k = typed.index("--config")
+            lines.insert(0, Path(typed[k + 1]).read_text(encoding="utf-8"))
+            del typed[k : k + 2]
         PLACE.write_text("".join(lines), encoding="utf-8")
         typed += ["--config", str(PLACE)]
     return typed
