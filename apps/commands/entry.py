@@ -35,20 +35,14 @@ from . import ANSWERED, BAD_INPUT, COMMANDS
 from .progress import Manner, speaking, version_lines
 from .values import Reads, Writes
 
-INSTALLATION = Group.create_ordered("installation")
 MOTION = Group.create_ordered("motion")
-NOISE = Group.create_ordered("noise")
 GOAL = Group.create_ordered("what to learn")
 KNOWN = Group.create_ordered("what is known beforehand", "Lengths in m, in the frame of the answer.")
 LIMITS = Group.create_ordered("limits", "Positions and speeds stand in the robot's file.")
 SEARCH = Group.create_ordered("search")
-FLOOR = Group.create_ordered("floor")
-DRIVES = Group.create_ordered("drive gains")
-LOGS = Group.create_ordered("logs", "CSV, TSV, NPZ, MAT, Parquet, ROS 2 bags; see docs/logs.md.")
-PROCESSING = Group.create_ordered("processing", "Rarer settings go into a file (--config): see docs/settings.md.")
+LOGS = Group.create_ordered("logs and drives", "CSV, TSV, NPZ, MAT, Parquet, ROS 2 bags; see docs/logs.md.")
 CONTROLLER = Group.create_ordered("controller")
 FILES = Group.create_ordered("files")
-VIEW = Group.create_ordered("view")
 TERMINAL = Group.create_ordered("terminal")
 """Headings of options in the help, in their order."""
 SETTING = Parameter(show=False)

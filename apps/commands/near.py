@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
-from cyclopts import Group, Parameter
 
 from ... import model, trajectories
 from ...common.arrays import Array
@@ -17,7 +16,7 @@ from ...common.files import write_text
 from .. import export, report
 from .. import view as views
 from . import ANSWERED
-from .entry import FILES, MOTION, SEARCH, SETTING, about, command, options
+from .entry import FILES, MOTION, SETTING, about, command, options
 from .motion import FIGURE_RATE, MotionFiles, best_motion
 from .options import Options, RehearsedRobotOptions
 from .options.motions import Limited, LimitOptions, NoiseOptions, in_si
@@ -33,9 +32,6 @@ _NOISE = 0.007
 """Noise of a torque sample as a fraction of the torque limit, where none is given; arms have 0.5 to 0.9 %."""
 _NOISE_RATE, _PAPER_RATE = 10.0, 250.0  # Hz
 _LEFT = 1.25  # of the mass expected: what runs of the ladder leave possible, and the motion bears at full speed
-
-
-_ON_PAYLOAD, _ON_SEARCH = Parameter(group=Group("payload")), Parameter(group=SEARCH)
 
 
 @options(MOTION)
@@ -54,11 +50,11 @@ class NearOptions(Options):
     """To either side [deg or m] (default: 30)."""
     duration: Seconds = 30.0
     """Time of the motion [s] (default: 30)."""
-    mass: Annotated[Weighed | None, _ON_PAYLOAD] = None
+    mass: Weighed | None = None
     """About its mass (default: 3); weighed, with the scale's standard deviation: 2.5+-0.01."""
-    ladder: Annotated[bool, _ON_PAYLOAD] = False
+    ladder: bool = False
     """A motion for 1.25 times the mass expected, and slower runs before it that bound the payload."""
-    seed: Annotated[Seed, _ON_SEARCH] = 0
+    seed: Seed = 0
     """Seed of the random starts (default: 0)."""
     starts: Annotated[Count, SETTING] = 1
     """Random starts of the search (default: 1)."""

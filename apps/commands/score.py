@@ -5,8 +5,6 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Annotated
 
-from cyclopts import Parameter
-
 from ... import estimation, model, trajectories
 from ...common.errors import InputError
 from .. import logs, report
@@ -14,7 +12,7 @@ from .. import view as views
 from ..logs.map import read_log_map
 from ..logs.read import read_recording
 from . import ANSWERED
-from .entry import FLOOR, MOTION, SETTING, command, options
+from .entry import MOTION, SETTING, command, options
 from .motion import build_request, floor_of
 from .options import Options, RehearsedRobotOptions, ViewedPageOptions
 from .options.motions import GoalOptions, LimitOptions
@@ -33,7 +31,7 @@ class _Scored(Options):
     """Low-pass on positions."""
     max_duration: Seconds | None = None
     """Longest time that it may take."""
-    bound: Annotated[bool, Parameter(group=FLOOR)] = False
+    bound: bool = False
     """Estimate the floor over all motions, and the gap."""
     seed: Annotated[Seed | None, SETTING] = None
     """Seed of the random states of --bound (default: 0)."""

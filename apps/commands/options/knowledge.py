@@ -10,7 +10,7 @@ from typing import Annotated
 
 from .... import estimation, model
 from ....common.errors import InputError
-from ..entry import DRIVES, KNOWN, Options, about, options
+from ..entry import KNOWN, LOGS, Options, about, options
 from ..values import Bounds, Weighed, gain_errors, numbers, word
 from .recordings import Setup
 
@@ -63,7 +63,7 @@ class KnowledgeOptions(Options):
         return constraints
 
 
-@options(DRIVES)
+@options(LOGS)
 class GainOptions(Options):
     """Uncertainty of the drive gains."""
 

@@ -16,7 +16,7 @@ from .... import model, trajectories
 from ....common.arrays import Array
 from ....common.errors import InputError
 from ... import results
-from ..entry import GOAL, LIMITS, NOISE, SETTING, Options, options
+from ..entry import GOAL, LIMITS, SETTING, Options, options
 from ..progress import note
 from ..values import (
     Names,
@@ -76,11 +76,11 @@ _Heaviest = Annotated[str, Reads("heaviest payload"), Parameter(metavar="KG[@X,Y
 _Region = Annotated[tuple[tuple[float, ...], bool], word(region, "R|A,B,C|box:A,B,C")]
 
 
-@options(NOISE)
+@options(GOAL)
 class NoiseOptions(Options):
     """Torque noise per joint [N·m or N], or its share of the limits, and independent samples a second [Hz]."""
 
-    torque_noise: Annotated[_Noise | None, Parameter(group=NOISE)] = None
+    torque_noise: _Noise | None = None
     """Sigma per joint [N·m or N], or 10% of the limits; @HZ: independent samples a second (default: 100)."""
 
     @property

@@ -15,7 +15,7 @@ from ....common.files import checksum, write_text
 from ....common.versions import versions
 from ... import report
 from ... import view as views
-from ..entry import CALL, FILES, SETTING, VIEW, Options, options, settings
+from ..entry import CALL, FILES, SETTING, Options, options, settings
 from ..progress import note, quiet, status
 from ..values import NewFile, NewFolder, NewPage, Reads, Stream
 
@@ -100,11 +100,11 @@ class EquationOptions(PageOptions):
             report.recordings.write_npz(self.npz, system())
 
 
-@options(VIEW)
+@options(FILES)
 class ViewOptions(Options):
     """The arm in three dimensions."""
 
-    view: Annotated[Stream | None, Parameter(metavar="F.html", group=VIEW)] = None
+    view: Annotated[Stream | None, Parameter(metavar="F.html")] = None
     """The arm in three dimensions, one file that plays without a server; - opens it in the browser."""
 
     def check_view(self) -> None:

@@ -12,11 +12,10 @@ from .... import estimation, model
 from ....common.errors import InputError
 from ....common.progress import each
 from ... import logs, results
-from ..entry import LOGS, PROCESSING, SETTING, Options, about, options
+from ..entry import LOGS, SETTING, Options, about, options
 from ..progress import note, status
 from ..values import Hertz, LogMapFile, Reads, gains_or_file, number, numbers, texts, word
 
-_PROCESSING = Parameter(group=PROCESSING)
 _Texts = Annotated[tuple[str, ...], word(texts, "A,B,..")]
 _Units = Annotated[tuple[str, ...], word(texts, "q=deg,..")]
 _Signs = Annotated[tuple[float, ...], word(numbers, "1,-1,..")]
@@ -119,7 +118,7 @@ class FilterOptions(LogOptions):
 
     rate: Annotated[Hertz | None, SETTING] = None
     """Even rate that recordings are filtered down to."""
-    cutoff: Annotated[Hertz | None, _PROCESSING] = None
+    cutoff: Hertz | None = None
     """Low-pass on positions and speeds."""
     offsets: Annotated[bool | None, Parameter(metavar="true|false"), SETTING] = None
     """A constant torque for each joint, or none (default: as the robot's file)."""
