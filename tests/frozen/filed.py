@@ -28,18 +28,19 @@ def keys() -> frozenset[str]:
 
 def filed(words: Sequence[str]) -> list[str]:
     """Words as they are typed: settings, ``key=value`` or ``key`` and its value, go into a file."""
-    typed, lines, left = list[str](), list[str](), iter(words)
+    typed, settings, left = list[str](), dict[str, str](), iter(words)
     for word in left:
         key, mark, value = word.partition("=")
         if key in keys():
-            lines.append(f"{key} = {json.dumps(value if mark else next(left, ''))}\n")
+            settings[key] = value if mark else next(left, "")  # the last one counts, as of options
         else:
             typed.append(word)
-    if lines:
-        if "--config" in typed:
-            k = typed.index("--config")
-            lines.insert(0, Path(typed[k + 1]).read_text(encoding="utf-8"))
-            del typed[k : k + 2]
-        PLACE.write_text("".join(lines), encoding="utf-8")
-        typed += ["--config", str(PLACE)]
-    return typed
+    if not settings:
+        return typed
+    text = "".join(f"{key} = {json.dumps(value)}\n" for key, value in settings.items())
+    if "--config" in typed:
+        k = typed.index("--config")
+        text += Path(typed[k + 1]).read_text(encoding="utf-8")
+        del typed[k : k + 2]
+    PLACE.write_text(text, encoding="utf-8")
+    return [*typed, "--config", str(PLACE)]
