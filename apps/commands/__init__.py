@@ -49,7 +49,7 @@ COMMANDS = {
     "codegen": ("robot:run_codegen", "Write a function of the robot as self-contained C."),
     "design": ("design:run", "Find the most informative motion within the robot's limits."),
     "near": ("near:run", "Find a short motion about a pose, for weigh, and what it will show."),
-    "score": ("score:run", "Judge a motion: what it teaches, and the limits it keeps."),
+    "score": ("design:run_score", "Judge a motion: what it teaches, and the limits it keeps."),
     "simulate": ("simulate:run", "Simulate recordings of a robot with known parameters."),
     "demo": ("demo:run", "The paper's experiment on a simulated RX90."),
 }

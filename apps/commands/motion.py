@@ -1,4 +1,4 @@
-"""Parts that ``design``, ``near`` and ``score`` share: problem, search, and files of the motion."""
+"""Parts that ``design`` and ``near`` share: the search, and files of the motion."""
 
 from __future__ import annotations
 
@@ -7,7 +7,6 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
-import numpy as np
 from cyclopts import Parameter
 
 from ... import model, trajectories
@@ -16,7 +15,6 @@ from ...common.files import write_text
 from .. import export
 from .entry import FILES, SETTING, options
 from .options import ViewedPageOptions
-from .options.motions import GoalOptions, LimitOptions
 from .progress import note, status
 from .values import Names, NewFile, positive_number, word
 
@@ -25,45 +23,6 @@ FIGURE_RATE = 100.0
 _RATE = 250.0  # Hz, of samples
 _Rate = Annotated[float, word(positive_number, "HZ")]
 _REPLAY_RATE = 1000.0  # Hz: at which controllers' own curves are looked at, and at their turns
-_ZERO = 1e-9  # SI units: what standard parameters leave where they cancel
-
-
-def build_request(
-    robot: model.Robot,
-    shape: trajectories.ViaPointShape | trajectories.FourierShape,
-    goal: GoalOptions,
-    limits: LimitOptions,
-) -> tuple[trajectories.DesignProblem, dict[str, float], dict[str, str]]:
-    """Read all files and build the problem.
-
-    Returns:
-        The problem; by the names of parameters, values that standard deviations are relative to, and how to call
-        them ("ZZ1R").
-    """
-    limited = limits.of(robot)
-    robot, bounds, payload = limited.robot, limited.bounds, limited.payload
-    base, values, labels = model.base_parameters(robot), dict(limited.values), dict[str, str]()
-    if goal.payload_only:  # relative to the heaviest payload's parameters; a set has none
-        values = payload.named(str(robot.n)) if isinstance(payload, model.InertialParameters) else {}
-    else:
-        labels = dict(zip(base.columns, base.names, strict=True))
-        if not values and all(name in robot.parameters for name in base.standard):
-            values = dict(zip(base.columns, base.value(robot.parameters).tolist(), strict=True))
-    reference = {name: value for name, value in values.items() if abs(value) > _ZERO}
-    loads = None
-    if np.isfinite(bounds.torque).any():
-        loads = limited.loads(payload) if limited.values or payload or limited.margin else None
-    elif payload is not None and not goal.payload_only:
-        raise InputError("--heaviest-payload counts in torque limits: give --torque-limits")
-    if isinstance(shape, trajectories.FourierShape):
-        length: float | None = shape.duration
-    elif shape.fixed is None:
-        length = shape.longest
-    else:
-        length = sum(shape.fixed) if isinstance(shape.fixed, tuple) else (shape.count - 1) * shape.fixed
-    wanted = goal.goal(robot, bounds, reference, length)
-    problem = trajectories.build_design(robot, shape, wanted, bounds=bounds, loads=loads, scene=limited.scene)
-    return problem, reference, labels
 
 
 def best_motion(
@@ -97,18 +56,6 @@ def best_motion(
     if design.interrupted:
         note("interrupted: this is the best motion so far; it keeps every limit")
     return design
-
-
-def floor_of(
-    problem: trajectories.DesignProblem, score: trajectories.Score, seed: int
-) -> trajectories.Floor | None:
-    """The floor under a motion's criterion; None if it was interrupted, which costs no motion."""
-    try:
-        with status("estimating the floor"):
-            return trajectories.floor_under(problem, score.value, seed=seed)
-    except KeyboardInterrupt:
-        note("interrupted: the floor is not known")
-        return None
 
 
 @options(FILES)
