@@ -297,6 +297,8 @@ def _text(error: CycloptsError) -> str:
         close = get_close_matches(key, keys, 1, 0.5)
         text = f"did you mean {close[0]}?" if close else "docs/settings.md has all of them"
         return f"{error.token.source}: there is no key {key}: {text}"
+    if isinstance(error, UnknownOptionError):  # a setting is none that could be meant
+        error.argument_collection = error.argument_collection.filter_by(show=True)
     if isinstance(error, UnknownCommandError):
         above = " ".join(error.command_chain or ())
         names = [name.removeprefix(f"{above} ") for name in COMMANDS if name.rpartition(" ")[0] == above]
@@ -321,11 +323,8 @@ def _unknown(words: Sequence[str], arguments: Arguments) -> str:
     for word in words:
         option = word.partition("=")[0]
         if option.startswith("--") and option not in known:
-            return str(
-                UnknownOptionError(
-                    token=Token(keyword=option, source="cli"), argument_collection=arguments, verbose=False
-                )
-            )
+            token = Token(keyword=option, source="cli")
+            return _text(UnknownOptionError(token=token, argument_collection=arguments, verbose=False))
     return ""
 
 
