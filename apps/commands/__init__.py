@@ -6,28 +6,28 @@ Only the file of the command that is called is imported, so that ``dynident --he
 ANSWERED, DO_NOT_USE, BAD_INPUT, INTERNAL_ERROR, INTERRUPTED, BROKEN_PIPE = 0, 1, 2, 3, 130, 141
 """Exit statuses of every command."""
 COMMANDS = {
-    "weigh": ("weigh:run", "What hangs on the flange, from a short motion near a pose."),
-    "verify": ("verify:run", "How much the following error fell after a payload was entered."),
+    "weigh": ("weigh:run", "Weigh a payload by a short motion near a pose."),
+    "verify": ("weigh:run_verify", "Compare following errors before and after a payload was entered."),
     "payload": ("payload:run", "Identify a payload from recordings with and without it."),
     "identify": ("identify:run", "Identify the robot's own parameters, without payload."),
-    "rollout": ("rollout:run", "How far the identified robot's motion strays from a recording's."),
+    "rollout": ("rollout:run", "Compare the identified robot's motion with a recording's."),
     "gains": ("gains:run", "Identify drive gains from currents and a payload of known mass."),
-    "record": ("record:run", "Record from the robot itself, over the network."),
-    "apply": ("apply:run", "Write an identified payload into the controller, over the network."),
-    "compare": ("compare:run", "Recordings of one robot side by side: which is the odd one, and in what."),
-    "fleet": ("", "Many recordings of many robots: reduced in parallel, and what changed."),
-    "fleet reduce": ("fleet:run_reduce", "Each recording to its equations in a store."),
-    "fleet report": ("fleet:run_report", "Friction, payload, scales: what changed."),
+    "record": ("controller:run_record", "Record from the robot itself, over the network."),
+    "apply": ("controller:run_apply", "Write an identified payload into the controller, over the network."),
+    "compare": ("fleet:run_compare", "Compare recordings of one robot: the odd one, and in what."),
+    "fleet": ("", "Compare many recordings of many robots, reduced in parallel."),
+    "fleet reduce": ("fleet:run_reduce", "Reduce each recording to its equations in a store."),
+    "fleet report": ("fleet:run_report", "Changes of friction, payload and scales."),
     "check": (
         "check:run",
-        "Look at logs: what was understood, what looks wrong.\n\nAnd how surely they show each base parameter. "
+        "Look at logs: their contents, and what looks wrong.\n\nAnd how surely they show each base parameter. "
         "Whether order, senses and zeros of the joints are the robot's, and whether forward kinematics "
         "reproduces a logged tool pose, is for 'dynident robot check'.",
     ),
     "export": ("export:run", "Write an identified payload for a controller or a simulator."),
     "robot": ("", "Show a robot, make a new one, check its kinematics by a recording."),
-    "robot list": ("robot:run_list", "The shipped robots."),
-    "robot show": ("robot:run_show", "Table, limits and frames of a robot, and a drawing."),
+    "robot list": ("robot:run_list", "List the shipped robots."),
+    "robot show": ("robot:run_show", "Show table, limits and frames of a robot, and draw it."),
     "robot new": (
         "robot_new:run",
         "Make a robot's file from a data sheet.\n\nTake any pose in which the data sheet draws the arm. x, y, z "
@@ -46,11 +46,11 @@ COMMANDS = {
         "if the pose is not reproduced within 5 mm and 1 degree, or if another reading does clearly better.",
     ),
     "robot export": ("robot:run_export", "Write the whole robot as MJCF, USD, URDF or SDFormat."),
-    "codegen": ("codegen:run", "Write a function of the robot as self-contained C."),
-    "design": ("design:run", "The most informative motion within the robot's limits."),
-    "near": ("near:run", "A short motion about a pose, for weigh: what it will show, and the motion."),
-    "score": ("score:run", "What a motion teaches, and whether it keeps the limits."),
-    "simulate": ("simulate:run", "Recordings of a robot with known parameters under its controller."),
+    "codegen": ("robot:run_codegen", "Write a function of the robot as self-contained C."),
+    "design": ("design:run", "Find the most informative motion within the robot's limits."),
+    "near": ("near:run", "Find a short motion about a pose, for weigh, and what it will show."),
+    "score": ("design:run_score", "Judge a motion: what it teaches, and the limits it keeps."),
+    "simulate": ("simulate:run", "Simulate recordings of a robot with known parameters."),
     "demo": ("demo:run", "The paper's experiment on a simulated RX90."),
 }
 """Each command, where it is, and what it does, in the order of ``dynident --help``."""

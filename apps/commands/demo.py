@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from typing import Annotated, Literal
 
 import numpy as np
@@ -19,9 +20,9 @@ from ...common.schema import write_json
 from .. import report
 from ..logs.map import LogMap
 from . import ANSWERED
-from .entry import command, options
+from .entry import SETTING, command, options
 from .options import Options, PageOptions, Setup
-from .progress import bar, status
+from .progress import status
 from .values import Count, NewFolder, Seed, Share
 
 TRAJECTORIES = 18
@@ -91,13 +92,13 @@ class _Demo(Options):
     out: NewFolder = "demo"
     """Folder of the results (default: demo)."""
     seed: Seed = 0
-    """Of the trajectories and the noise (default: 0)."""
+    """Seed of the trajectories and the noise (default: 0)."""
     trajectories: Count = TRAJECTORIES
-    """Default: 18, as in the paper."""
+    """Number of trajectories (default: 18, as in the paper)."""
     noise: Literal["paper", "slow", "none"] = "paper"
-    """As the paper's robot (default), with a memory of 0.8 s, or none."""
-    gain_error: Share = 0.0
-    """Of the drive gains, such as 0.02 (default: 0)."""
+    """Noise of the paper's robot (default), with a memory of 0.8 s, or none."""
+    gain_error: Annotated[Share, SETTING] = 0.0
+    """Error of the drive gains, such as 0.02 (default: 0)."""
 
 
 @options()
@@ -114,9 +115,11 @@ def run(*, demo: _Demo, pages: _Pages) -> int:
     The report goes into the folder of the results unless another place is named.
     """
     folder = made_folder(demo.out)
-    with bar("simulating") as progress:
+    with status("simulating") as progress:
         noise = levels(demo.noise, demo.gain_error)
-        experiment = simulate_paper(paper_robot(), noise, demo.seed, demo.trajectories, progress)
+        experiment = simulate_paper(
+            paper_robot(), noise, demo.seed, demo.trajectories, partial(progress, "simulating")
+        )
     with status("reducing") as progress:
         robot, answer = identified(experiment, progress)
     write_json(folder / "payload.json", answer.result)

@@ -1,28 +1,48 @@
-"""``dynident design``: the most informative motion a robot may make."""
+"""``dynident design`` and ``score``: the most informative motion a robot may make, and what a motion teaches."""
 
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Literal
 
+import numpy as np
 from cyclopts import Parameter
 
-from ... import model, trajectories
+from ... import estimation, model, trajectories
 from ...common.errors import InputError
 from ...common.files import made_folder
-from .. import export, report
+from .. import export, logs, report
 from .. import view as views
+from ..logs.map import read_log_map
+from ..logs.read import read_recording
 from . import ANSWERED
-from .entry import FILES, MOTION, SEARCH, command, options
-from .motion import FIGURE_RATE, MotionFiles, best_motion, build_request, floor_of
-from .options import Options, RehearsedRobotOptions
+from .entry import FILES, MOTION, SEARCH, SETTING, command, options
+from .motion import FIGURE_RATE, MotionFiles, best_motion
+from .options import Options, RehearsedRobotOptions, ViewedPageOptions
 from .options.motions import GoalOptions, LimitOptions, in_si
-from .values import Count, NewFolder, Positions, Seconds, Seed, number, numbers, word
+from .progress import note, status
+from .values import (
+    LOG,
+    Count,
+    LogMapFile,
+    NewFolder,
+    Positions,
+    Reads,
+    Seconds,
+    Seed,
+    number,
+    numbers,
+    positive_number,
+    word,
+)
 
 _FEWEST = 3
 _OF_VIA_POINTS = ("rest", "max_duration", "segments", "ramp", "segment_durations")
 _REPLAY_RATE = 500.0  # Hz
+_PLANNED_RATE = 250.0  # Hz: at which a planned motion is looked at, at least
+_ZERO = 1e-9  # SI units: what standard parameters leave where they cancel
 
 
 @options(MOTION)
@@ -35,9 +55,9 @@ class _Shape(Options):
     """A Fourier series of H harmonics instead."""
     segments: Annotated[Literal["quintic", "trapezoid"] | None, Parameter(show_choices=False)] = None
     """quintic (default), or trapezoid: as movej runs it, at rest in each point."""
-    ramp: Annotated[float | None, word(number, "SHARE")] = None
-    """Of each move's time, in either ramp of a trapezoid (0.25)."""
-    segment_durations: Annotated[tuple[float, ...] | None, word(numbers, "S|S1,S2,..")] = None
+    ramp: Annotated[float | None, word(number, "SHARE"), SETTING] = None
+    """Share of each move's time in either ramp of a trapezoid (default: 0.25)."""
+    segment_durations: Annotated[tuple[float, ...] | None, word(numbers, "S|S1,S2,.."), SETTING] = None
     """Fixed times from point to point, one for all or one each (default: free)."""
     rest: bool = False
     """Rest in each via point instead of passing it."""
@@ -46,14 +66,10 @@ class _Shape(Options):
     max_duration: Seconds | None = None
     """Longest time through via points."""
     start: Positions | None = None
-    """Where it starts [deg or m]."""
+    """Pose at the start [deg or m]."""
 
     def shape(self, robot: model.Robot) -> trajectories.ViaPointShape | trajectories.FourierShape:
-        """The shape of the motion.
-
-        Raises:
-            InputError: for options that do not go together.
-        """
+        """The shape of the motion."""
         if self.fourier is None:
             self.refuse("duration", "is the period of --fourier: via points take --max-duration")
             return self._through_points(self._start(robot))
@@ -86,7 +102,7 @@ class _Shape(Options):
             self.refuse("ramp", "has no effect without --segments trapezoid")
         times = self.segment_durations
         if times is not None and self.max_duration is not None:
-            raise InputError("--segment-durations fixes the whole duration: leave --max-duration out")
+            raise InputError("segment-durations fixes the whole duration: leave --max-duration out")
         fixed = times[0] if times is not None and len(times) == 1 else times
         segment: trajectories.Segment = trajectories.Quintic()
         if self.segments == "trapezoid":
@@ -99,10 +115,10 @@ class _Shape(Options):
 
 @options(SEARCH)
 class _Search(Options):
-    """How a motion is searched for."""
+    """Random starts of the search, and the floor."""
 
     seed: Seed = 0
-    """Of the random starts (default: 0)."""
+    """Seed of the random starts (default: 0)."""
     starts: Annotated[Count | None, Parameter(metavar="K")] = None
     """Random starts (default: 6 by d and a, else 3)."""
     bound: bool = False
@@ -167,3 +183,120 @@ def run(
     files.write(written)
     files.write_view(lambda: views.view_of(robot, samples, problem=problem))
     return ANSWERED
+
+
+def build_request(
+    robot: model.Robot,
+    shape: trajectories.ViaPointShape | trajectories.FourierShape,
+    goal: GoalOptions,
+    limits: LimitOptions,
+) -> tuple[trajectories.DesignProblem, dict[str, float], dict[str, str]]:
+    """Read all files and build the problem.
+
+    Returns:
+        The problem; by the names of parameters, values that standard deviations are relative to, and how to call
+        them ("ZZ1R").
+    """
+    limited = limits.of(robot)
+    robot, bounds, payload = limited.robot, limited.bounds, limited.payload
+    base, values, labels = model.base_parameters(robot), dict(limited.values), dict[str, str]()
+    if goal.payload_only:  # relative to the heaviest payload's parameters; a set has none
+        values = payload.named(str(robot.n)) if isinstance(payload, model.InertialParameters) else {}
+    else:
+        labels = dict(zip(base.columns, base.names, strict=True))
+        if not values and all(name in robot.parameters for name in base.standard):
+            values = dict(zip(base.columns, base.value(robot.parameters).tolist(), strict=True))
+    reference = {name: value for name, value in values.items() if abs(value) > _ZERO}
+    loads = None
+    if np.isfinite(bounds.torque).any():
+        loads = limited.loads(payload) if limited.values or payload or limited.margin else None
+    elif payload is not None and not goal.payload_only:
+        raise InputError("--heaviest-payload counts in torque limits: give --torque-limits")
+    if isinstance(shape, trajectories.FourierShape):
+        length: float | None = shape.duration
+    elif shape.fixed is None:
+        length = shape.longest
+    else:
+        length = sum(shape.fixed) if isinstance(shape.fixed, tuple) else (shape.count - 1) * shape.fixed
+    wanted = goal.goal(robot, bounds, reference, length)
+    problem = trajectories.build_design(robot, shape, wanted, bounds=bounds, loads=loads, scene=limited.scene)
+    return problem, reference, labels
+
+
+def floor_of(
+    problem: trajectories.DesignProblem, score: trajectories.Score, seed: int
+) -> trajectories.Floor | None:
+    """The floor under a motion's criterion; None if it was interrupted, which costs no motion."""
+    try:
+        with status("estimating the floor"):
+            return trajectories.floor_under(problem, score.value, seed=seed)
+    except KeyboardInterrupt:
+        note("interrupted: the floor is not known")
+        return None
+
+
+@options(MOTION)
+class _Scored(Options):
+    """The motion, and the floor it is compared with."""
+
+    log_map: LogMapFile | None = None
+    """Columns, units and signs of the log."""
+    cutoff: Annotated[float | None, word(positive_number, "HZ")] = None
+    """Low-pass on positions."""
+    max_duration: Seconds | None = None
+    """Longest time that it may take."""
+    bound: bool = False
+    """Estimate the floor over all motions, and the gap."""
+    seed: Annotated[Seed | None, SETTING] = None
+    """Seed of the random states of --bound (default: 0)."""
+
+
+@command
+def run_score(
+    data: Annotated[str, Reads("motion"), LOG],
+    *,
+    arm: RehearsedRobotOptions,
+    scored: _Scored,
+    goal: GoalOptions,
+    limits: LimitOptions,
+    files: ViewedPageOptions,
+) -> int:
+    """Run ``score``.
+
+    Args:
+        data: A log, or a CSV of t, q and perhaps qd, qdd.
+    """
+    files.check_view()
+    if not scored.bound:
+        scored.refuse("seed", "has no effect without --bound: nothing is designed")
+    shape = trajectories.ViaPointShape(longest=scored.max_duration)
+    problem, reference, labels = build_request(arm.load(), shape, goal, limits)
+    motion = _logged_motion(data, problem.robot, scored.log_map, scored.cutoff)
+    score = trajectories.score_motion(problem, motion)
+    floor = floor_of(problem, score, scored.seed or 0) if scored.bound else None
+    judged = report.documents.JudgedMotion(
+        f"Motion of {data}", score, motion, reference, labels, floor=floor, source=data
+    )
+    files.give(report.design_report(judged), lambda: report.documents.design_document(judged), {})
+    files.write_view(lambda: views.view_of(problem.robot, motion, problem=problem))
+    return ANSWERED
+
+
+def _logged_motion(path: str, robot: model.Robot, log_map: str | None, cutoff: float | None) -> model.Motion:
+    """The motion of a file: as planned where it has accelerations, else filtered like a recording.
+
+    Planned samples are joined by quintics, so that limits are looked at between them too.
+    """
+    if log_map:  # of currents the motion counts alone, whatever the gains
+        mapped = read_log_map(log_map)
+        currents = logs.named(path, robot, mapped).holds_currents_only
+        recording = read_recording(path, robot, (1.0,) * robot.n if currents else None, mapped)
+    else:
+        t, q, qd, qdd = logs.read_trajectory(path, robot)
+        if qd is not None and qdd is not None:
+            if cutoff is not None:
+                raise InputError(f"{path}: has accelerations and is not filtered: leave --cutoff out")
+            return trajectories.joined(model.Motion(t, q, qd, qdd), _PLANNED_RATE)
+        recording = model.Recording(t, q, 0.0 * q, qd, path)
+    processing = robot.processing if cutoff is None else replace(robot.processing, cutoff=cutoff)
+    return estimation.measurement(recording, processing).motion

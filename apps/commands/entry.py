@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import re
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
@@ -15,6 +16,7 @@ from typing import Annotated, Any, TypeVar, dataclass_transform, get_args, get_t
 
 from cyclopts import (
     App,
+    Argument,
     CoercionError,
     CycloptsError,
     Group,
@@ -33,24 +35,18 @@ from . import ANSWERED, BAD_INPUT, COMMANDS
 from .progress import Manner, speaking, version_lines
 from .values import Reads, Writes
 
-INSTALLATION = Group.create_ordered("installation")
 MOTION = Group.create_ordered("motion")
-NOISE = Group.create_ordered("noise")
 GOAL = Group.create_ordered("what to learn")
 KNOWN = Group.create_ordered("what is known beforehand", "Lengths in m, in the frame of the answer.")
 LIMITS = Group.create_ordered("limits", "Positions and speeds stand in the robot's file.")
 SEARCH = Group.create_ordered("search")
-FLOOR = Group.create_ordered("floor")
-DRIVES = Group.create_ordered("drive gains")
-LOGS = Group.create_ordered("logs", "CSV, TSV, NPZ, MAT, Parquet, ROS 2 bags; see docs/logs.md.")
-PROCESSING = Group.create_ordered("processing", "Rarer settings go into a file (--config): see docs/logs.md.")
+LOGS = Group.create_ordered("logs and drives", "CSV, TSV, NPZ, MAT, Parquet, ROS 2 bags; see docs/logs.md.")
 CONTROLLER = Group.create_ordered("controller")
 FILES = Group.create_ordered("files")
-VIEW = Group.create_ordered("view")
 TERMINAL = Group.create_ordered("terminal")
 """Headings of options in the help, in their order."""
-RARE = Parameter(show=False)
-"""A setting for files of options (``--config``); the help of a command leaves it out."""
+SETTING = Parameter(show=False)
+"""A key of the settings file (``--config``): rarely changed, and no option; docs/settings.md has all."""
 
 _Kind = TypeVar("_Kind")
 _ASKING = {"--help", "-h", "--version"}
@@ -78,25 +74,32 @@ class Options:
     """Some options of a command; fields are called as the options are."""
 
     def has(self, option: str) -> bool:
-        """Whether an option was given; "joint_names" stands for --joint-names."""
+        """Tell an option that was given; "joint_names" stands for --joint-names."""
         value = getattr(self, option)
         return value is not None and value is not False and value != ()
 
     def refuse(self, option: str, because: str) -> None:
         """Refuse an option that would have no effect."""
         if self.has(option):
-            raise InputError(f"--{option.replace('_', '-')} {because}")
+            raise InputError(f"{self.shown(option)} {because}")
+
+    @classmethod
+    def shown(cls, option: str) -> str:
+        """An option as it is typed, or the key of a setting."""
+        key = option.replace("_", "-")
+        return key if SETTING in marks(cls.__init__.__annotations__[option]) else f"--{key}"
 
 
 @options(TERMINAL)
 class TerminalOptions(Options):
-    """How much is said, and a file of options."""
+    """Settings file, and how much is printed."""
 
     config: Annotated[str | None, Reads("options"), Parameter(metavar="TOML")] = None
-    """Options from a file, as every report writes one; the command line goes before it."""
+    """Options and rarer settings (docs/settings.md) from a file, as every report writes one; what is typed goes
+    first."""
     quiet: bool = False
     """Print no screen and no notes: files and exit status tell; what is asked for as text is printed."""
-    verbose: bool = False
+    verbose: Annotated[bool, SETTING] = False
     """Print every step with its time."""
 
 
@@ -120,7 +123,7 @@ class Call:
             for mark in marks(argument.field_info.annotation):
                 if isinstance(mark, kind):
                     for token in argument.tokens:
-                        yield argument.name, mark[0], token.value
+                        yield shown_name(argument), mark[0], token.value
 
     def given(self, option: str) -> tuple[str, ...]:
         """Words that were given for an option."""
@@ -154,7 +157,7 @@ def command(run: Callable[..., int]) -> Callable[..., int]:
     def called(*arguments: Any, terminal: TerminalOptions, **options: Any) -> int:
         call = CALL.get()
         if terminal.quiet and terminal.verbose:
-            raise InputError("--quiet and --verbose: give one of them")
+            raise InputError("--quiet and the setting verbose: give one of them")
         check_paths(call)
         read = [path for _, _, path in call.named(Reads)]
         manner: Manner = "quiet" if terminal.quiet else "verbose" if terminal.verbose else "plain"
@@ -176,6 +179,11 @@ def application(calls: list[Call], words: Sequence[str]) -> App:
 
     def read(_: App, names: tuple[str, ...], arguments: Arguments) -> None:
         calls.append(Call(tuple(words), " ".join(names), arguments))
+        for argument in arguments:
+            if argument.tokens and not argument.show:
+                key = shown_name(argument)
+                text = f"write {key} = .. into a file and give that by --config"
+                raise InputError(f"{key} is a setting, not an option: {text}")
         for path in calls[-1].given("--config"):
             settings().read_settings(calls[-1], path)
 
@@ -202,11 +210,7 @@ def application(calls: list[Call], words: Sequence[str]) -> App:
 
 
 def run(words: Sequence[str]) -> int:
-    """Find the command of a command line and call it.
-
-    Raises:
-        InputError: for words that no command knows; one line.
-    """
+    """Find the command of a command line and call it."""
     calls: list[Call] = []
     app = application(calls, words)
     try:
@@ -222,6 +226,11 @@ def run(words: Sequence[str]) -> int:
     status = called(*bound.args, **bound.kwargs)
     asked = calls or not _ASKING.isdisjoint(words)  # else the help is shown for want of a command
     return int(status or ANSWERED) if asked else BAD_INPUT
+
+
+def shown_name(argument: Argument) -> str:
+    """An option as it is typed, or the key of a setting."""
+    return argument.name if argument.show else argument.name.lstrip("-")
 
 
 def check_paths(call: Call) -> None:
@@ -253,11 +262,7 @@ def settings() -> Any:
 
 @contextmanager
 def about(*options: str) -> Iterator[None]:
-    """Say of whatever is wrong within which options it is about.
-
-    Raises:
-        InputError: instead of what is raised within.
-    """
+    """Say of whatever is wrong within which options it is about."""
     try:
         yield
     except ValueError as error:
@@ -266,7 +271,7 @@ def about(*options: str) -> Iterator[None]:
 
 
 def marks(hint: Any) -> Iterator[Any]:
-    """What is said of a type and its parts beside the types themselves."""
+    """Marks of a type and its parts beside the types themselves."""
     yield from getattr(hint, "__metadata__", ())
     for part in get_args(hint):
         yield from marks(part)
@@ -285,7 +290,15 @@ class _Help(DefaultFormatter):
 
 
 def _text(error: CycloptsError) -> str:
-    """What is wrong with the words of a command line, as a user knows them."""
+    """Tell what is wrong with the words of a command line, as a user knows them."""
+    if isinstance(error, UnknownOptionError) and error.token.source != "cli":
+        key = ".".join(re.findall(r"\[(.*?)\]", error.token.keyword or ""))
+        keys = [argument.name.lstrip("-") for argument in error.argument_collection if argument.parse]
+        close = get_close_matches(key, keys, 1, 0.5)
+        text = f"did you mean {close[0]}?" if close else "docs/settings.md has all of them"
+        return f"{error.token.source}: there is no key {key}: {text}"
+    if isinstance(error, UnknownOptionError):  # a setting is none that could be meant
+        error.argument_collection = error.argument_collection.filter_by(show=True)
     if isinstance(error, UnknownCommandError):
         above = " ".join(error.command_chain or ())
         names = [name.removeprefix(f"{above} ") for name in COMMANDS if name.rpartition(" ")[0] == above]
@@ -294,7 +307,7 @@ def _text(error: CycloptsError) -> str:
         return f"there is no command {word!r}: " + (f"did you mean {close[0]}?" if close else ", ".join(names))
     if isinstance(error, CoercionError) and error.msg is not None and error.argument is not None:
         source = error.token.source if error.token else "cli"
-        return f"{'' if source == 'cli' else f'{source}: '}{error.argument.name}: {error.msg}"
+        return f"{'' if source == 'cli' else f'{source}: '}{shown_name(error.argument)}: {error.msg}"
     if isinstance(error, MissingArgumentError) and error.argument is not None:
         several = " " in ((error.argument.parameter.metavar or "") if error.argument.parameter else "")
         value = error.argument.parameter.metavar if several else "a value"
@@ -310,11 +323,8 @@ def _unknown(words: Sequence[str], arguments: Arguments) -> str:
     for word in words:
         option = word.partition("=")[0]
         if option.startswith("--") and option not in known:
-            return str(
-                UnknownOptionError(
-                    token=Token(keyword=option, source="cli"), argument_collection=arguments, verbose=False
-                )
-            )
+            token = Token(keyword=option, source="cli")
+            return _text(UnknownOptionError(token=token, argument_collection=arguments, verbose=False))
     return ""
 
 

@@ -15,7 +15,7 @@ from ...common.errors import InputError, one_line
 from ...common.files import write_text
 from .. import export
 from . import ANSWERED, DO_NOT_USE
-from .entry import command, options
+from .entry import SETTING, command, options
 from .options import Options
 from .values import NewFile, PayloadResultFile, number, word, words
 
@@ -42,7 +42,7 @@ class _Export(Options):
     the flange, or the robot's file tells where it is."""
     tool_frame: _Pose | None = None
     """abb: the tool in the flange frame, likewise: writes a grip load in the tool frame, not a tool load."""
-    meters_per_unit: Annotated[float | None, word(number, "M")] = None
+    meters_per_unit: Annotated[float | None, word(number, "M"), SETTING] = None
     """usd: unit of length of the stage (default: 1)."""
     despite_verdict: bool = False
     """Write it, inertia and all, whatever the verdict."""

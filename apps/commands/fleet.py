@@ -1,31 +1,35 @@
-"""``dynident fleet``: recordings of many robots to a store of equations, in parallel, and what changed by them."""
+"""``dynident fleet`` and ``compare``: recordings of many robots to a store of equations, or of one side by side."""
 
 from __future__ import annotations
 
 from contextlib import nullcontext
 from dataclasses import replace
+from functools import partial
 from itertools import groupby
 from typing import Annotated
 
 from cyclopts import Parameter
 
+from ... import estimation
 from ...common.errors import InputError
+from ...common.files import checksum
+from ...common.progress import each
 from .. import fleet, report
 from . import ANSWERED, DO_NOT_USE
 from .entry import command, options
 from .options import GainOptions, Options, PageOptions, ProcessingOptions, ResultOptions, RobotOptions
-from .progress import bar, note
-from .values import LOG, Count, NewFolder
+from .progress import note, status
+from .values import LOG, Count, DataFile, NewFolder
 
 
 @options()
 class _Reduce(Options):
-    """What is known of the logs, and who reduces them."""
+    """Places of the logs, and processes that reduce them."""
 
     store: NewFolder
     """Folder of the reduced recordings."""
     pattern: Annotated[str, Parameter(metavar="PATH")] = ""
-    """How paths end, such as '{arm}/{day}.csv', or with {payload} (told, kg); * stands for anything else."""
+    """Ends of paths, such as '{arm}/{day}.csv', or with {payload} (reported, kg); * stands for anything else."""
     workers: Count = 1
     """Processes of this machine (default: 1, this one)."""
     cluster: Annotated[str | None, Parameter(metavar="ADDRESS")] = None
@@ -53,8 +57,9 @@ def run_reduce(
     gains = replace(gains, notes=()) if gains is not None else None  # notes speak of single recordings
     recipe = fleet.Recipe(setup.processing, setup.gains, gains, setup.log_map)
     cluster = fleet.reduction.dask_executor(request.cluster) if request.cluster else nullcontext(request.workers)
-    with bar("reducing") as progress, cluster as workers:
-        reduced = fleet.reduce_fleet(entries, setup.robot, request.store, recipe, workers, progress)
+    with status("reducing") as progress, cluster as workers:
+        told = partial(progress, "reducing")
+        reduced = fleet.reduce_fleet(entries, setup.robot, request.store, recipe, workers, told)
     if reduced.workers_lost:
         note(f"workers were lost {reduced.workers_lost} times and replaced: nothing is lost, nothing counts twice")
     files.show(report.reduced_report(reduced))
@@ -80,12 +85,40 @@ def run_report(
     if not logs:
         raise InputError(f"{opened.root}: no recording in it")
     arms, done = [], 0
-    with bar("reading nights") as progress:
+    with status("reading nights") as progress:
         for _, own in groupby(logs, key=lambda log: log.about.get("arm", "")):  # one arm in memory at a time
             arms.append(fleet.nights.arm_of([opened.read(log.key) for log in own]))
             done += len(arms[-1].days)
-            progress(done / len(logs))
+            progress("reading nights", done / len(logs))
     history = fleet.fleet_of(arms)
     shown = report.fleet_report(history, refused)
     files.give(shown, lambda: report.documents.fleet_document(history, refused), {"robot": history.arms[0].name})
+    return ANSWERED
+
+
+@command
+def run_compare(
+    data: tuple[DataFile, ...], *, arm: RobotOptions, processing: ProcessingOptions, files: ResultOptions
+) -> int:
+    """Run ``compare``.
+
+    Args:
+        data: Recordings of one robot without payload.
+    """
+    if len(data) < 2:
+        raise InputError("one recording: give two or more to compare")
+    first = dict[str, str]()
+    for path in data:
+        if first.setdefault(checksum(path), path) != path or data.count(path) > 1:
+            raise InputError(f"{path} is given twice: a recording counts once")
+    setup = processing.setup(arm.load())
+    settings = estimation.Settings(setup.processing)
+    with status("identifying") as progress:
+        results = [
+            estimation.identify(setup.robot, setup.read([path]), settings, gains=setup.identified)
+            for path in each(data, "identifying {}".format, progress)
+        ]
+    compared = fleet.compared(data, results)
+    files.show(report.compared_report(compared))
+    files.write_json(lambda: report.documents.ComparedDocument.of(compared))
     return ANSWERED

@@ -42,7 +42,7 @@ class _Known(Options):
     """One number for each --loaded: equal ones share a centre of mass (default: all one)."""
 
     def load(self) -> estimation.KnownLoad | list[estimation.KnownLoad]:
-        """What is known of the payload, the same in all mountings or one for each."""
+        """The known payload, the same in all mountings or one for each."""
         if (self.payload is None) == (self.mass is None):
             raise InputError("give either --mass or --payload: which load is known")
         if self.payload is not None:

@@ -10,7 +10,7 @@ from ... import estimation, model
 from ...common.errors import InputError
 from .. import report, rollout
 from . import answered
-from .entry import command, options
+from .entry import SETTING, command, options
 from .options import EquationOptions, GainOptions, Options, ProcessingOptions, RobotOptions
 from .progress import note, status
 from .values import DataFile, Essential, HeldOutFile, number, word, words
@@ -24,7 +24,7 @@ _CLOSE = (
     "where the data contradict every robot, chi2 falls for ever as links grow: --total-mass 0 KG (KG: at most the "
     "whole arm's mass) bounds them; a longer recording that moves every joint is better"
 )
-"""What to do where no finite robot is nearest."""
+"""Advice where no finite robot is nearest."""
 _POSSIBLE = Parameter(group=Group("a robot that can exist", "Beside the free estimate."))
 
 
@@ -36,7 +36,7 @@ class _Identify(Options):
     """Recording without payload; repeatable: several are recordings of one identification."""
     validate: tuple[HeldOutFile, ...] = ()
     """Another one, held out; repeatable."""
-    essential: Essential | None = None
+    essential: Annotated[Essential | None, SETTING] = None
     """Eliminate parameters until the error's standard deviation has grown by this ratio (default: 1.02), or until
     all relative standard deviations are within a percentage such as 10%."""
     rollout: bool = False
@@ -45,11 +45,11 @@ class _Identify(Options):
     """Base parameters of the nearest robot that can exist, or all standard parameters, those that no data show by a
     prior (default: prior where the robot's file or --prior-mass gives a mass, else base)."""
     prior_mass: Annotated[float | None, word(number, "KG"), _POSSIBLE] = None
-    """Of the moving links; prior: cylinders of this mass instead of the robot's file."""
-    prior_budget: Annotated[float | None, word(number, "CHI2"), _POSSIBLE] = None
-    """What the prior may cost in chi2 (default: 1)."""
+    """Mass of the moving links; prior: cylinders of this mass instead of the robot's file."""
+    prior_budget: Annotated[float | None, word(number, "CHI2"), SETTING] = None
+    """Rise of chi2 that the prior may cost (default: 1)."""
     total_mass: Annotated[tuple[float, float] | None, words(number, "LOW HIGH"), _POSSIBLE] = None
-    """Of all links [kg]."""
+    """Bounds of the mass of all links [kg]."""
 
     def check(self) -> None:
         """Refuse options that would have no effect."""
@@ -72,7 +72,11 @@ class _Identify(Options):
                 return estimation.solve_constrained_base(robot, base, estimate, mass)
             return estimation.solve_constrained_prior(robot, base, estimate, prior, budget, mass)
         except estimation.SolverError as error:
-            if self.constrained == "prior" or self.total_mass is not None:
+            if self.total_mass is not None:
+                low, high = self.total_mass
+                bounds = f"--total-mass: links of {low:g} to {high:g} kg in all leave no robot near the data"
+                raise InputError(f"{bounds}: give wider bounds, or leave them out ({error})") from error
+            if self.constrained == "prior":
                 raise InputError(f"{error}; --constrained none leaves it out") from error
             note(f"no robot that can exist is given, and so no export: {error}; {_CLOSE}")
             return None

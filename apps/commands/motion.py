@@ -1,4 +1,4 @@
-"""What ``design``, ``near`` and ``score`` share: problem, search, files, and what is shown of a motion."""
+"""Parts that ``design`` and ``near`` share: the search, and files of the motion."""
 
 from __future__ import annotations
 
@@ -7,16 +7,14 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
-import numpy as np
 from cyclopts import Parameter
 
 from ... import model, trajectories
 from ...common.errors import InputError
 from ...common.files import write_text
 from .. import export
-from .entry import FILES, options
+from .entry import FILES, SETTING, options
 from .options import ViewedPageOptions
-from .options.motions import GoalOptions, LimitOptions
 from .progress import note, status
 from .values import Names, NewFile, positive_number, word
 
@@ -25,50 +23,6 @@ FIGURE_RATE = 100.0
 _RATE = 250.0  # Hz, of samples
 _Rate = Annotated[float, word(positive_number, "HZ")]
 _REPLAY_RATE = 1000.0  # Hz: at which controllers' own curves are looked at, and at their turns
-_ZERO = 1e-9  # SI units: what standard parameters leave where they cancel
-
-
-def build_request(
-    robot: model.Robot,
-    shape: trajectories.ViaPointShape | trajectories.FourierShape,
-    goal: GoalOptions,
-    limits: LimitOptions,
-) -> tuple[trajectories.DesignProblem, dict[str, float], dict[str, str]]:
-    """Read all files and build the problem.
-
-    Returns:
-        The problem; by the names of parameters, values that standard deviations are relative to, and how to call
-        them ("ZZ1R").
-
-    Raises:
-        InputError: for whatever does not fit; one line.
-    """
-    known = limits.known(robot)
-    robot, bounds = known.robot, limits.bounds(known.robot)
-    payload, margin = limits.payload(robot, bounds), limits.torque_margin
-    base, values, labels = model.base_parameters(robot), dict(known.values), dict[str, str]()
-    if goal.payload_only:  # relative to the heaviest payload's parameters; a set has none
-        values = payload.named(str(robot.n)) if isinstance(payload, model.InertialParameters) else {}
-    else:
-        labels = dict(zip(base.columns, base.names, strict=True))
-        if not values and all(name in robot.parameters for name in base.standard):
-            values = dict(zip(base.columns, base.value(robot.parameters).tolist(), strict=True))
-    reference = {name: value for name, value in values.items() if abs(value) > _ZERO}
-    loads = None
-    if np.isfinite(bounds.torque).any():
-        loads = known.loads(payload, margin) if known.values or payload or margin else None
-    elif payload is not None and not goal.payload_only:
-        raise InputError("--heaviest-payload counts in torque limits: give --torque-limits")
-    if isinstance(shape, trajectories.FourierShape):
-        length: float | None = shape.duration
-    elif shape.fixed is None:
-        length = shape.longest
-    else:
-        length = sum(shape.fixed) if isinstance(shape.fixed, tuple) else (shape.count - 1) * shape.fixed
-    wanted = goal.goal(robot, bounds, reference, length)
-    scene = limits.read_scene()
-    problem = trajectories.build_design(robot, shape, wanted, bounds=bounds, loads=loads, scene=scene)
-    return problem, reference, labels
 
 
 def best_motion(
@@ -83,9 +37,6 @@ def best_motion(
         seed: of the random starts.
         starts: number of random starts; None for the criterion's own.
         words: what is said of the best criterion so far; None before there is one.
-
-    Raises:
-        InputError: if there is none; says which limit is missed and by how much.
     """
     with status("building") as progress:
 
@@ -107,18 +58,6 @@ def best_motion(
     return design
 
 
-def floor_of(
-    problem: trajectories.DesignProblem, score: trajectories.Score, seed: int
-) -> trajectories.Floor | None:
-    """The floor under a motion's criterion; None if it was interrupted, which costs no motion."""
-    try:
-        with status("estimating the floor"):
-            return trajectories.floor_under(problem, score.value, seed=seed)
-    except KeyboardInterrupt:
-        note("interrupted: the floor is not known")
-        return None
-
-
 @options(FILES)
 class MotionFiles(ViewedPageOptions):
     """Formats of the motion itself, beside the result."""
@@ -127,14 +66,14 @@ class MotionFiles(ViewedPageOptions):
     """Samples of the motion: t, q, qd, qdd."""
     ros2: Annotated[NewFile | None, Parameter(metavar="F.yaml")] = None
     """JointTrajectory of ROS 2."""
-    joint_names: Names | None = None
-    """For --ros2 (default: joint_1, ..)."""
+    joint_names: Annotated[Names | None, SETTING] = None
+    """Names of the joints for --ros2 (default: joint_1, ..)."""
     urscript: NewFile | None = None
     """servoj program."""
-    controller_rate: _Rate | None = None
-    """Of --urscript: 500 (default) or 125."""
-    sample_rate: _Rate | None = None
-    """Of the samples in files (default: 250)."""
+    controller_rate: Annotated[_Rate | None, SETTING] = None
+    """Cycles a second of the controller for --urscript [Hz]: 500 (default) or 125."""
+    sample_rate: Annotated[_Rate | None, SETTING] = None
+    """Samples a second in files [Hz] (default: 250)."""
 
     def check(self, robot: model.Robot, *more_sampled: str) -> None:
         """Refuse options without effect, and what a format has no place for, before the search.
@@ -183,9 +122,6 @@ class MotionFiles(ViewedPageOptions):
             problem: whose limits count, whole: what a design leaves free of the torques is for this.
             written: the motion.
             estimated: formats whose replay is too rough to refuse a motion for.
-
-        Raises:
-            InputError: says which, and by how much.
         """
         for name, (_, motion) in self.asked(written).items():
             if name in estimated or (replay := export.motions.FORMATS[name].replay) is None:

@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
-from cyclopts import Group, Parameter
 
 from ... import model, trajectories
 from ...common.arrays import Array
@@ -17,10 +16,10 @@ from ...common.files import write_text
 from .. import export, report
 from .. import view as views
 from . import ANSWERED
-from .entry import FILES, MOTION, SEARCH, about, command, options
+from .entry import FILES, MOTION, SETTING, about, command, options
 from .motion import FIGURE_RATE, MotionFiles, best_motion
 from .options import Options, RehearsedRobotOptions
-from .options.motions import Known, LimitOptions, NoiseOptions, in_si
+from .options.motions import Limited, LimitOptions, NoiseOptions, in_si
 from .progress import note, status
 from .values import Count, Joints, NewFile, Positions, Seconds, Seed, Weighed, numbers, numbers_or, word
 
@@ -30,20 +29,17 @@ if TYPE_CHECKING:
 _RANGE, _MASS = 30.0, 3.0  # deg, kg
 
 _NOISE = 0.007
-"""Of the torque limit: standard deviation of a torque sample where none is given; real arms have 0.5 to 0.9 %."""
+"""Noise of a torque sample as a fraction of the torque limit, where none is given; arms have 0.5 to 0.9 %."""
 _NOISE_RATE, _PAPER_RATE = 10.0, 250.0  # Hz
 _LEFT = 1.25  # of the mass expected: what runs of the ladder leave possible, and the motion bears at full speed
 
 
-_ON_PAYLOAD, _ON_SEARCH = Parameter(group=Group("payload")), Parameter(group=SEARCH)
-
-
 @options(MOTION)
 class NearOptions(Options):
-    """Where the robot stands, which joints move how far and how long, and what is known of the payload."""
+    """Pose, moving joints, ranges and time, and knowledge of the payload."""
 
     pose: Positions
-    """Where it stands [deg or m]."""
+    """Pose of the arm [deg or m]."""
     second_pose: Annotated[tuple[float, ...] | str | None, word(partial(numbers_or, "auto"), "auto|Q1,Q2,..")] = (
         None
     )
@@ -53,15 +49,15 @@ class NearOptions(Options):
     range: Annotated[tuple[float, ...] | None, word(numbers, "R|R1,R2,..")] = None
     """To either side [deg or m] (default: 30)."""
     duration: Seconds = 30.0
-    """How long it takes (default: 30)."""
-    mass: Annotated[Weighed | None, _ON_PAYLOAD] = None
+    """Time of the motion [s] (default: 30)."""
+    mass: Weighed | None = None
     """About its mass (default: 3); weighed, with the scale's standard deviation: 2.5+-0.01."""
-    ladder: Annotated[bool, _ON_PAYLOAD] = False
+    ladder: bool = False
     """A motion for 1.25 times the mass expected, and slower runs before it that bound the payload."""
-    seed: Annotated[Seed, _ON_SEARCH] = 0
-    """Of the random starts (default: 0)."""
-    starts: Annotated[Count, _ON_SEARCH, Parameter(metavar="K")] = 1
-    """Random starts (default: 1)."""
+    seed: Seed = 0
+    """Seed of the random starts (default: 0)."""
+    starts: Annotated[Count, SETTING] = 1
+    """Random starts of the search (default: 1)."""
 
     def check(self, robot: model.Robot) -> None:
         """Refuse what does not go together."""
@@ -74,11 +70,7 @@ class NearOptions(Options):
             )
 
     def bounded_by(self, payload: PayloadBounds | None) -> NearOptions:
-        """What is expected, no heavier than every payload within bounds.
-
-        Raises:
-            InputError: if what is expected is heavier.
-        """
+        """These options with an expected mass no heavier than every payload within bounds."""
         if not isinstance(payload, trajectories.PayloadSet) or self.expected.mass <= payload.mass:
             return self
         if self.mass is None and not self.ladder:
@@ -119,8 +111,8 @@ class NearOptions(Options):
 class NearFiles(MotionFiles):
     """Formats of the motion, and the file of its rehearsal."""
 
-    rehearsal: Annotated[NewFile | None, Parameter(metavar="F.csv")] = None
-    """That way once at a tenth of the speed; F_1.csv, .. with --ladder (default: beside --samples)."""
+    rehearsal: Annotated[NewFile | None, SETTING] = None
+    """File of the same way once at a tenth of the speed; F_1.csv, .. with --ladder (default: beside --samples)."""
 
     def write_all(self, result: report.NearResult, written: export.WrittenMotion) -> None:
         """Write the motion, its rehearsal and the JSON."""
@@ -152,9 +144,8 @@ def run(
     options.check(robot)
     files.check(robot, "rehearsal")
     files.check_view()
-    known = limits.known(robot)
-    robot, bounds = known.robot, limits.bounds(known.robot)
-    payload = limits.payload(robot, bounds)
+    limited = limits.of(robot)
+    robot, bounds, payload = limited.robot, limited.bounds, limited.payload
     options = options.bounded_by(payload)
     goal = trajectories.NearGoal(*_noise(noise, robot, bounds), options.expected, options.sigma)
     shape, hint = _shape(options, robot, goal, bounds)
@@ -164,15 +155,15 @@ def run(
     except InputError:  # what joints show is printed all the same
         files.show(report.Report("", [report.visibility_table(visibility)]))
         raise
-    limited, loads = _torques(known, bounds, limits, options, payload)
-    scene = limits.read_scene()
-    problem = trajectories.build_design(robot, shape, goal, bounds=limited, loads=loads, scene=scene)
+    loads = _loads(limited, options)
+    kept = replace(bounds, torque=np.full(robot.n, np.inf)) if loads is None else bounds
+    problem = trajectories.build_design(robot, shape, goal, bounds=kept, loads=loads, scene=limited.scene)
     trajectories.check_held(problem, shape.poses)
     design = best_motion(problem, options.seed, options.starts)
 
     def bearing(payloads: trajectories.PayloadSet) -> trajectories.DesignProblem:
-        heavier = known.loads(payloads, limits.torque_margin)
-        return trajectories.build_design(robot, shape, goal, bounds=limited, loads=heavier, scene=scene)
+        heavier = limited.loads(payloads)
+        return trajectories.build_design(robot, shape, goal, bounds=kept, loads=heavier, scene=limited.scene)
 
     ladder: tuple[trajectories.Rung, ...] = ()
     if options.ladder:
@@ -202,7 +193,7 @@ def run(
 def _shape(
     options: NearOptions, robot: model.Robot, goal: trajectories.NearGoal, bounds: trajectories.JointBounds
 ) -> tuple[trajectories.NearShape, Array | None]:
-    """What is asked of the motion, and a second pose that would help where none was asked for."""
+    """Shape of the motion, and a second pose that would help where none was asked for."""
     ranges = options.ranges(robot)
     with about("--pose"):
         first = in_si(options.pose, robot)
@@ -245,28 +236,18 @@ def _noise(options: NoiseOptions, robot: model.Robot, bounds: trajectories.Joint
     return _NOISE * limits, _NOISE_RATE
 
 
-def _torques(
-    known: Known,
-    bounds: trajectories.JointBounds,
-    limits: LimitOptions,
-    options: NearOptions,
-    payload: PayloadBounds | None,
-) -> tuple[trajectories.JointBounds, trajectories.Loads | None]:
-    """Bounds that the motion keeps, and loads for torque limits; none where limits or parameters are unknown.
-
-    Raises:
-        InputError: if a payload was bounded that torque limits cannot be kept for.
-    """
-    robot, expected = known.robot, options.expected
+def _loads(limited: Limited, options: NearOptions) -> trajectories.Loads | None:
+    """Loads for torque limits; None where limits or parameters are not known."""
+    payload = limited.payload
     if options.ladder:
         if not isinstance(payload, trajectories.PayloadSet):
             raise InputError("--ladder needs --heaviest-payload and --within: what the first run must bear")
-        payload = payload.lighter(_LEFT * expected.mass)
-    if (known.values or robot.parameters) and np.isfinite(bounds.torque).any():
-        return bounds, known.loads(payload or expected, limits.torque_margin)
-    if payload is not None or limits.torque_margin is not None:
-        option = "--heaviest-payload" if payload is not None else "--torque-margin"
+        payload = payload.lighter(_LEFT * options.expected.mass)
+    if (limited.values or limited.robot.parameters) and np.isfinite(limited.bounds.torque).any():
+        return limited.loads(payload or options.expected)
+    if payload is not None or limited.margin is not None:
+        option = "--heaviest-payload" if payload is not None else "torque-margin"
         raise InputError(
             f"{option} counts in torque limits: give --torque-limits, and --robot-parameters or --arm-mass"
         )
-    return replace(bounds, torque=np.full(robot.n, np.inf)), None
+    return None

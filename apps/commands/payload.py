@@ -11,7 +11,7 @@ from ...common.errors import InputError
 from .. import report, results
 from .. import view as views
 from . import answered
-from .entry import FILES, RARE, command, options
+from .entry import FILES, SETTING, command, options
 from .options import (
     EquationOptions,
     FramedRobotOptions,
@@ -29,7 +29,7 @@ from .values import DataFile, Essential, HeldOutFile, LoadedFile, RobotParameter
 class ComparedOptions(Options):
     """Recordings with a payload, and what they are compared with."""
 
-    friction_change: Annotated[Share | None, RARE] = None
+    friction_change: Share | None = None
     """Methods 3, 4 and --robot-parameters: by how much friction under load may differ from the robot's own, 1
     sigma, 0 for not at all (default: 10%)."""
     unloaded: tuple[DataFile, ...] = ()
@@ -65,12 +65,12 @@ class _Payload(ComparedOptions):
     """Another one without payload, held out; repeatable."""
     method: Annotated[str, word(method, "NAME")] = "all"
     """known-robot (1), change (2), difference (3), global (4) or all (default); see docs/theory.md."""
-    free_friction: Annotated[bool, RARE] = False
+    free_friction: Annotated[bool, SETTING] = False
     """Method 1: estimate friction anew under load."""
-    scale_sigma: Annotated[Share | None, RARE] = None
+    scale_sigma: Share | None = None
     """Methods 1 and 4: by how much the scale of the loaded torques may differ from that without payload, 1 sigma
     (default: not at all)."""
-    essential: Annotated[Essential | None, RARE] = None
+    essential: Annotated[Essential | None, SETTING] = None
     """Method 4: eliminate parameters until the error's standard deviation has grown by this ratio (default: 1.02),
     or until all relative standard deviations are within a percentage such as 10%."""
 
@@ -142,11 +142,7 @@ def run(
 
 @contextmanager
 def constraints_solved() -> Iterator[None]:
-    """Constraints that leave no body are the user's to mend.
-
-    Raises:
-        InputError: where the solver finds none.
-    """
+    """Constraints that leave no body are the user's to mend."""
     try:
         yield
     except estimation.SolverError as error:

@@ -7,7 +7,7 @@ import sys
 import tempfile
 import time
 import traceback
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
 from typing import Literal
@@ -38,7 +38,7 @@ def speaking(manner: Manner, label: str) -> Iterator[None]:
 
 
 def quiet() -> bool:
-    """Whether this run prints no screen: files and the exit status tell."""
+    """This run prints no screen: files and the exit status tell."""
     return _manner.get() == "quiet"
 
 
@@ -77,25 +77,15 @@ def status(label: str) -> Iterator[Progress]:
         yield progress
 
 
-@contextmanager
-def bar(label: str) -> Iterator[Callable[[float], None]]:
-    """Show how much of something is done, and how long the rest takes; gives a function of the finished share."""
-    if _manner.get() != "plain":
-        tell = _steps(label)
-        yield lambda part: tell(f"{label}: done") if part >= 1.0 else None
-        return
-    with status(label) as progress:
-        progress(label, 0.0)
-        yield lambda part: progress(label, part)
-
-
 def _steps(label: str) -> Progress:
     """Prints each step with the time since the first, where every step is asked for."""
-    begin, loud = time.monotonic(), _manner.get() == "verbose"
+    begin, loud, last = time.monotonic(), _manner.get() == "verbose", ""
 
     def tell(words: str, _share: float | None = None, /) -> None:
-        if loud:
+        nonlocal last
+        if loud and words != last:
             print(f"dynident: {time.monotonic() - begin:6.1f} s  {one_line(words)}", file=sys.stderr)
+        last = words
 
     tell(label)
     return tell
@@ -118,5 +108,5 @@ def report_fault(fault: Exception, words: Sequence[str]) -> int:
 
 
 def version_lines() -> list[str]:
-    """What a report of a fault should name."""
+    """Versions that a report of a fault should name."""
     return [f"{name.lower()} {number}" for name, number in versions(_SOLVERS).items()]

@@ -1,4 +1,4 @@
-"""``dynident robot``: shipped robots, what a description says, kinematics by a recording, simulators' files."""
+"""``dynident robot`` and ``codegen``: descriptions, kinematics by a recording, files of simulators, C."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 from cyclopts import Parameter
 
 from ... import estimation, model
-from ...common.errors import InputError, one_line
+from ...common.errors import InputError, one_line, printable
 from ...common.files import write_text
 from ...common.schema import present
 from .. import export, logs, report, results
@@ -18,15 +18,14 @@ from . import ANSWERED, DO_NOT_USE
 from .entry import command, options
 from .options import FilterOptions, FramedRobotOptions, Options, PageOptions, RobotOptions, ViewOptions, print_lines
 from .options.motions import in_si
-from .progress import status
+from .progress import quiet, status
 from .robot_new import check_drawing, draw
-from .values import DataFile, NewFile, Positions, Reads, RobotParametersFile
+from .values import DataFile, NewFile, NewFolder, Positions, Reads, RobotParametersFile
 
 _INTO = ("mjcf", "urdf")
 """Formats whose files can get the numbers."""
 
 
-@command
 def run_list() -> int:
     """Run ``robot list``: names and titles."""
     for name in model.robot_names():
@@ -93,7 +92,7 @@ def run_check(*, arm: RobotOptions, data: tuple[DataFile, ...], processing: Filt
 
 @options()
 class _Bodies(Options):
-    """Where the numbers come from, and the file to write."""
+    """Source of the numbers, and the file to write."""
 
     robot_parameters: tuple[RobotParametersFile, ...] = ()
     """The --json of 'dynident identify' (default: the parameters of the robot's own file)."""
@@ -142,4 +141,18 @@ def run_export(*, arm: RobotOptions, bodies: _Bodies) -> int:
         write_text(bodies.out, changed.text)
         notes += changed.notes
     print_lines(f"{bodies.out}: {whole.source}. Prior: {whole.prior}.", *(f"  {line}" for line in notes))
+    return ANSWERED
+
+
+@command
+def run_codegen(*, robot: RobotOptions, function: Annotated[str, Parameter(metavar="NAME")], out: NewFolder) -> int:
+    """Run ``codegen``.
+
+    Args:
+        function: Such as base_regressor.
+        out: Folder of the files, made if missing.
+    """
+    for path in model.generate_code(robot.load(), function, out):
+        if not quiet():
+            print(printable(str(path)))
     return ANSWERED

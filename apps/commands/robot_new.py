@@ -27,75 +27,8 @@ else:  # --help names options without importing what they become
 
 _AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 _FORMATS = (".png", ".svg", ".pdf")
-TEMPLATE = """\
-# A robot: replace the example's values; what is not known may be left out. Lengths in m, angles in degrees.
-name = "my_arm"
-title = "Maker's name of the arm"
-source = "where the numbers come from"
-rated_payload_kg = 5
-# The whole arm with its base: only rehearsals (simulate, design, near) use it.
-mass_kg = 30
-# Names of the joints in your logs, base to tip.
-joint_names = [["joint_1", "joint_2", "joint_3"]]
-payload_frame = "the bare flange: origin on its face, z out of it"
-# In the base's frame; z up: an arm on the floor.
-gravity = [0, 0, -9.81]
-
-# The frame of the payload in the last joint's frame.
-[flange]
-xyz = [0, 0, 0]
-rpy_deg = [0, 0, 0]
-
-# Frame 0, in which joint 1 turns, in the robot's base.
-[base]
-xyz = [0, 0, 0]
-rpy_deg = [0, 0, 0]
-
-# Joints from base to tip, modified DH (Khalil, Craig): from frame j-1 turn by alpha about x and go d along it, then
-# turn by theta about z, which is the joint's axis, and go r along it. theta is its angle where the arm counts zero.
-[[joints]]
-alpha_deg = 0
-r = 0.4
-position_deg = [-170, 170]
-speed_deg_s = 220
-acceleration_deg_s2 = 900
-# Largest torque, N·m: of every joint, or of none.
-torque = 300
-
-[[joints]]
-alpha_deg = -90
-d = 0.05
-theta_deg = -90
-position_deg = [-90, 120]
-speed_deg_s = 200
-torque = 300
-
-# A joint that slides; r is where it stands when the arm counts zero.
-[[joints]]
-kind = "prismatic"
-alpha_deg = -90
-r = 0.1
-position_m = [0, 0.5]
-speed_m_s = 0.8
-acceleration_m_s2 = 4
-torque = 500
-
-# Where torque is measured: "motor" (currents too) or "link" (sensors behind the gears).
-[drives]
-side = "motor"
-# Two coupled drives, as wrists have:
-# coupling = { joints = [2, 3] }
-
-# How recordings are treated: low-pass of positions and torques, and every k-th row is kept.
-[processing]
-cutoff_hz = 10
-decimate = 5
-
-# Bodies and drives of a robot whose parameters are known (XX1 to M1, IA1, FV1, FS1, ..), for simulation:
-# [parameters]
-# M1 = 10
-"""
-"""A description that loads as it stands."""
+TEMPLATE = Path(__file__).with_name("robot_template.toml")
+"""A description that loads as it stands, with every key that a robot's file may have."""
 
 
 def _direction(text: str) -> tuple[float, float, float]:
@@ -138,7 +71,7 @@ def flange(text: str) -> model.Pose:
 
 
 def joint_limits(text: str) -> tuple[tuple[float, ...], ...]:
-    """Of each joint LOW:HIGH[:SPEED[:ACCELERATION[:TORQUE]]]; what is left empty or out is unbounded."""
+    """Limits of each joint, LOW:HIGH[:SPEED[:ACCELERATION[:TORQUE]]]; those left empty or out are infinite."""
     joints = []
     for part in texts(text):
         ends = part.split(":")
@@ -155,7 +88,7 @@ _LIMITS = "LOW:HIGH[:SPEED[:ACCELERATION[:TORQUE]]],.."
 
 @options()
 class _Sheet(Options):
-    """What a data sheet says."""
+    """Entries of a data sheet."""
 
     template: bool = False
     """A file to fill in: every key with an example (default: to standard output)."""
@@ -170,9 +103,9 @@ class _Sheet(Options):
     limits: Annotated[tuple[tuple[float, ...], ...] | None, word(joint_limits, _LIMITS)] = None
     """One part a joint, as far as they are known [deg or m, per s, N·m or N]: -170:170:220::300."""
     rated_payload: Annotated[float | None, word(number, "KG")] = None
-    """By the data sheet."""
+    """Rated payload by the data sheet."""
     mass: Annotated[float | None, word(number, "KG")] = None
-    """Of the whole arm, its base with it, if known."""
+    """Mass of the whole arm, its base with it, if known."""
     out: Annotated[NewFile | None, Parameter(metavar="F.toml")] = None
     """File to write (default: NAME.toml)."""
     drawing: NewFile | None = None
@@ -195,9 +128,9 @@ def run(*, request: _Sheet) -> int:
             if entry.name not in ("template", "out", "overwrite"):
                 request.refuse(entry.name, "belongs to a robot by options, --template is a file to fill in")
         if request.out is None:
-            print(TEMPLATE, end="")
+            print(TEMPLATE.read_text(encoding="utf-8"), end="")
         else:
-            request.write(Path(request.out), TEMPLATE)
+            request.write(Path(request.out), TEMPLATE.read_text(encoding="utf-8"))
             print_lines(f"Written: {request.out}. Fill it in, then: dynident robot show --robot {request.out}")
         return ANSWERED
     check_drawing(request.drawing)
@@ -218,11 +151,7 @@ def run(*, request: _Sheet) -> int:
 
 
 def new_robot(sheet: _Sheet) -> tuple[model.Robot, tuple[float, ...]]:
-    """The robot that the answers describe, and the positions [deg or m] of the pose they describe it in.
-
-    Raises:
-        InputError: names the option that does not fit.
-    """
+    """The robot that the answers describe, and the positions [deg or m] of the pose they describe it in."""
     axes, name = list(sheet.joint or ()), sheet.name or ""
     drawn_at = sheet.drawn_at or (0.0,) * len(axes)
     for option_name, values in (("--drawn-at", drawn_at), ("--limits", sheet.limits or axes)):

@@ -33,7 +33,7 @@ def settings_text(call: Call) -> str:
 
 
 def is_settings_file(path: Path) -> bool:
-    """Whether a file was written by a run, as ``settings_text`` gives it."""
+    """A file was written by a run, as ``settings_text`` gives it."""
     try:
         with path.open(encoding="utf-8", errors="replace") as file:
             return file.readline().startswith(_HEAD)
@@ -42,11 +42,7 @@ def is_settings_file(path: Path) -> bool:
 
 
 def read_settings(call: Call, path: str) -> None:
-    """Add what the ``--config`` file says of options that are not typed.
-
-    Raises:
-        InputError: if the file cannot be read, or is another command's.
-    """
+    """Add what the ``--config`` file says of options that are not typed."""
     table = toml_data(read_text(path, TOML_BYTES), f"--config {path}")
     meant = table.pop("command", call.command)
     if meant != call.command:

@@ -24,9 +24,9 @@ from ...common.files import made_folder
 from .. import logs, report
 from .. import view as views
 from . import ANSWERED
-from .entry import command, options
+from .entry import SETTING, command, options
 from .options import Options, RehearsedRobotOptions, ViewOptions, print_lines
-from .progress import bar
+from .progress import status
 from .values import NewFolder, PayloadFile, Reads, Seed, Share, number_within, share, word
 
 _Trajectory = Annotated[str, Reads("trajectories"), Parameter(metavar="CSV")]
@@ -49,17 +49,17 @@ class _Simulate(Options):
     """Run each trajectory with this payload too."""
     noise: Annotated[str, Parameter(metavar="LEVEL")] = ""
     """none, a share of each joint's torque, or paper or slow (rx90); default: paper for rx90, else 0.08."""
-    gain_error: Share = 0.0
-    """Of the drive gains, such as 0.02 (default: 0)."""
+    gain_error: Annotated[Share, SETTING] = 0.0
+    """Error of the drive gains, such as 0.02 (default: 0)."""
     controller: Literal["integral", "proportional", "gravity"] = "integral"
     """Its loops: with integral action (default), without it, or without it and with gravity compensation only."""
     sag: Annotated[float | None, _SAG] = None
     """Loops without integral action so soft that the payload pulls the worst joint off its path by this (root mean
     square; default: stiff ones)."""
     rate: Annotated[float, _RATE] = 250.0
-    """Of the recordings (default: 250)."""
+    """Samples a second of the recordings (default: 250)."""
     seed: Seed = 0
-    """Of all that is drawn (default: 0)."""
+    """Seed of all that is drawn (default: 0)."""
     out: NewFolder
     """Folder of the recordings and of truth.toml."""
 
@@ -82,8 +82,10 @@ def run(*, arm: RehearsedRobotOptions, request: _Simulate, view: ViewOptions) ->
         if payload is None or controller.integral > 0.0:
             raise InputError("--sag: give --payload, and --controller proportional or gravity: another never sags")
         controller = controller.sagging(robot, payload, list(references.values()), 1e-3 * request.sag)
-    with bar("simulating") as progress:
-        experiment = trajectories.run_experiment(robot, tasks, disturbances, request.seed, controller, progress)
+    with status("simulating") as progress:
+        experiment = trajectories.run_experiment(
+            robot, tasks, disturbances, request.seed, controller, partial(progress, "simulating")
+        )
     folder = made_folder(request.out)
     files = {folder / f"{run.task.name}.csv": run for run in experiment.runs}
     for file, run in files.items():
@@ -108,7 +110,7 @@ def run(*, arm: RehearsedRobotOptions, request: _Simulate, view: ViewOptions) ->
 def _references(
     robot: model.Robot, described: model.Robot, files: Sequence[str], seed: int
 ) -> dict[str, trajectories.Plan]:
-    """What to run, by name; motions of files need only keep the limits of the description, not assumed ones."""
+    """Motions by name; those of files need only keep the limits of the description, not assumed ones."""
     motions: dict[str, trajectories.Plan] = {}
     for file in files:
         name = Path(file).name.removesuffix(".gz").removesuffix(".csv")
@@ -128,7 +130,7 @@ def _references(
 def _disturbances(
     robot: model.Robot, noise: str, references: Sequence[trajectories.Plan]
 ) -> trajectories.Disturbances:
-    """What disturbs the recordings, by a name or as a share of each joint's root mean square torque."""
+    """Disturbances of the recordings, by a name or as a share of each joint's root mean square torque."""
     noise = noise or ("paper" if robot.name == "rx90" else str(_SHARE))
     if noise == "none":
         return trajectories.no_disturbances(robot.n)

@@ -15,9 +15,8 @@ if TYPE_CHECKING:
     from ...estimation import StopRule
     from ...model import Pose
 
-    Truth = bool
-else:  # --help names options without importing what they become; a truth is a word, not a flag
-    StopRule = Pose = Truth = object
+else:  # --help names options without importing what they become
+    StopRule = Pose = object
 
 _LEAST, _MOST = 1e-12, 1e9
 """Size of a number that is not 0: no length, time, mass or torque of an arm lies outside, and no sum of squares
@@ -48,11 +47,6 @@ def checked(value: _Value, good: bool, text: str, words: str) -> _Value:
     if not good:
         raise ValueError(f"{text!r} is not {words}")
     return value
-
-
-def truth(text: str) -> bool:
-    """true or false."""
-    return checked(text.lower() == "true", text.lower() in ("true", "false"), text, "true or false")
 
 
 def whole(text: str, least: int = 0, most: int = 999_999_999) -> int:
@@ -183,7 +177,7 @@ def method(text: str) -> str:
 
 
 def mount(text: str) -> tuple[str, tuple[float, float, float]]:
-    """How the base stands: roll, pitch, yaw [rad] from a word or degrees; or gravity in its frame [m/s²]."""
+    """Mounting of the base: roll, pitch, yaw [rad] from a word or degrees; or gravity in its frame [m/s²]."""
     if text.startswith("gravity="):
         x, y, z = numbers(text.removeprefix("gravity="), 3)
         return "gravity", (x, y, z)

@@ -1,4 +1,4 @@
-"""``dynident weigh``: a payload from a short motion of a few joints near a pose."""
+"""``dynident weigh`` and ``verify``: a payload from a short motion, and its effect in the controller."""
 
 from __future__ import annotations
 
@@ -10,12 +10,22 @@ from ... import estimation
 from ...common.errors import InputError
 from .. import report
 from .. import view as views
-from . import answered
+from ..logs.following import following_change, read_following
+from . import ANSWERED, DO_NOT_USE, answered
 from .entry import command, options
-from .options import GainOptions, KnowledgeOptions, PairOptions, RobotOptions, ViewedPageOptions
+from .options import (
+    ArmOptions,
+    GainOptions,
+    KnowledgeOptions,
+    LogOptions,
+    PageOptions,
+    PairOptions,
+    RobotOptions,
+    ViewedPageOptions,
+)
 from .payload import ComparedOptions, constraints_solved
 from .progress import status
-from .values import Joints
+from .values import LOG, Joints, Reads
 
 
 @options()
@@ -67,7 +77,32 @@ def run(
     files.show(shown)
     files.write_json(lambda: answer.result)
     if files.plots and not shown.drawings():
-        raise InputError("--plots: no joints see the mass, there is nothing to draw")
+        raise InputError("plots: no joints see the mass, there is nothing to draw")
     files.write_page(shown, setup.in_words())
     files.write_view(lambda: views.view_of_answer(robot, loaded[0], answer.result))
     return answered(answer.verdict.level)
+
+
+@command
+def run_verify(
+    *,
+    arm: ArmOptions,
+    before: Annotated[str, Reads("before"), LOG],
+    after: Annotated[str, Reads("after"), LOG],
+    logs: LogOptions,
+    files: PageOptions,
+) -> int:
+    """Run ``verify``.
+
+    Args:
+        before: Before the new number: one motion, with columns qref1.. (commanded positions) or tauref1.. (torque
+            predicted, N·m), or what --log-map names.
+        after: That motion again, with the new number.
+    """
+    robot, how = arm.load(), logs.how()
+    gains, _ = logs.gains(robot)
+    old, new = (read_following(path, robot, gains, how) for path in (before, after))
+    change = following_change(old, new, robot.processing.still_speed)
+    shown = report.following_report(change, robot)
+    files.give(shown, lambda: change, {})
+    return DO_NOT_USE if change.tells and change.total.clear == "rose" else ANSWERED

@@ -15,7 +15,7 @@ from .format import Format
 
 DIGITS = 9
 """Decimals of positions, speeds and accelerations: a nanoradian."""
-DENSER = "write more of them a second, or leave more room by --torque-margin"
+DENSER = "write more of them a second, or leave more room by the setting torque-margin"
 """Advice where samples are too far apart."""
 _NO_TIME = 1e-6  # s: a last step shorter than this is left out
 

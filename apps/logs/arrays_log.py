@@ -96,10 +96,6 @@ def _check_tags(content: memoryview, order: str, depth: int) -> None:
     """Check a row of elements, matrices within each other up to a hundred deep.
 
     The reader of scipy would end the process at a wrong one.
-
-    Raises:
-        ValueError: says where one is wrong.
-        struct.error: if the file ends within a tag.
     """
     at = 0
     while at < len(content):

@@ -65,7 +65,7 @@ class Change(Document, frozen=True):
 
 
 class FollowingChange(Document, frozen=True):
-    """What the controller missed before and after a payload was entered: the document of ``verify --json``.
+    """Following errors before and after a payload was entered: the document of ``verify --json``.
 
     Attributes:
         kind: what is compared.

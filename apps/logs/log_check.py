@@ -77,7 +77,7 @@ class JointFacts(Document, frozen=True):
 
 
 class Excited(Document, frozen=True):
-    """How surely this log alone shows a base parameter: its estimate and relative standard deviation [%]."""
+    """A base parameter as this log alone shows it: its estimate and relative standard deviation [%]."""
 
     name: str
     value: float
@@ -92,14 +92,14 @@ class Remark(Document, frozen=True):
 
 
 class Understood(NamedTuple):
-    """What a log was understood as: of which robot, and its signals in SI units, joint side."""
+    """Reading of a log: its robot, and its signals in SI units, joint side."""
 
     robot: Robot
     recording: Recording
 
 
 class LogReport(Result, frozen=True, kw_only=True, dict=True):
-    """What a log holds and what is wrong with it; ``working`` is what it was understood as.
+    """Contents and faults of a log; ``working`` is how it was read.
 
     Attributes:
         currents: whether its torques are currents [A], of unknown gain.

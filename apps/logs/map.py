@@ -25,7 +25,7 @@ QUANTITIES = ("position", "velocity", "torque", "current")
 REFERENCES = {"position_reference": "position", "torque_reference": "torque"}
 """References that the controller wanted, and the quantities they belong to; ``read_following`` reads them."""
 FORMS = {"rotation_vector": 3, "rpy": 3, "quaternion": 4}
-"""How axes are written, and in how many columns."""
+"""Ways to write axes, and their number of columns."""
 _PLACE, _QUATERNION = ("x", "y", "z"), ("qx", "qy", "qz", "qw")
 _ANGLE = {"rad": 1.0, "deg": math.pi / 180.0, "rev": 2.0 * math.pi, "m": 1.0, "mm": 1e-3}
 _UNITS = {
@@ -318,7 +318,7 @@ def standard_pose(names: Collection[str]) -> ToolColumns | None:
 
 
 class LogMap(Table, frozen=True, dict=True):
-    """How to read a log; without arguments the standard CSV in SI units.
+    """Columns and units of a log; without arguments the standard CSV in SI units.
 
     Attributes:
         source: where it came from, for messages.
@@ -435,7 +435,7 @@ def with_flags(
             log_map = replace(log_map, **{SHORT[name]: changed})
         for kind in QUANTITIES if signs else ():
             if log_map.quantity(kind).sign:
-                raise InputError("--signs and a sign in the log map: give only one of them")
+                raise InputError("signs and a sign in the log map: give only one of them")
             log_map = replace(log_map, **{kind: replace(log_map.quantity(kind), sign=tuple(signs))})
         if joints:
             log_map = replace(log_map, joints=tuple(joints))

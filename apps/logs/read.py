@@ -46,7 +46,7 @@ def open_log(path: str | Path, log_map: LogMap) -> RawLog:
     is_bag = not log_map.files and (path / "metadata.yaml").is_file()
     reader = ros_bag if is_bag else _READERS.get(path.suffix.lower(), csv_log)
     if log_map.layout.topic and reader is not ros_bag and path.exists():
-        raise InputError(f"{path}: is no ROS 2 bag and has no topics: leave --topic, or topic in the log map, out")
+        raise InputError(f"{path}: is no ROS 2 bag and has no topics: leave topic out")
     if log_map.files:
         return _joined(path, log_map)
     if not is_bag and not path.exists():
@@ -224,9 +224,6 @@ def _clock(raw: RawLog, column: str, unit: str, values: Array) -> tuple[Array, N
     Returns:
         Seconds of the rows that come later than the row before, which rows those are, what the column holds where
         seconds are 0 [s], and what is to be said of it.
-
-    Raises:
-        InputError: if time runs back or stands still, counts rows, or no unit fits.
     """
     if not len(values):
         return values, np.zeros(0, dtype=bool), 0.0, []

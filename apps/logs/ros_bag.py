@@ -33,7 +33,11 @@ def ros_bag(path: Path, layout: Layout) -> RawLog:
         if topic and topic not in topics:
             raise InputError(f"{path}: no topic {topic!r} with {_TYPE}; found {', '.join(topics) or 'none'}")
         if not topic and len(topics) != 1:
-            advice = f" ({', '.join(topics)}): choose one by --topic" if topics else ": record /joint_states"
+            advice = (
+                f" ({', '.join(topics)}): choose one by topic in the log map"
+                if topics
+                else ": record /joint_states"
+            )
             raise InputError(f"{path}: {len(topics)} topics with {_TYPE}{advice}")
         topic = topic or topics[0]
         for count, (_, message) in enumerate(_messages(reader, topic)):

@@ -1,4 +1,4 @@
-"""How far a robot's parameters carry: motions predicted from measured torques, compared with what was measured."""
+"""Motions predicted from measured torques by a robot's parameters, compared with what was measured."""
 
 from ...common.lazy import attach
 

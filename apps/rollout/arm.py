@@ -146,11 +146,7 @@ class IdentifiedArm:
         return count
 
     def _mobilities(self, q: Array) -> list[Array]:
-        """Inverses of the inertia matrix at some states of paths S x K x n, n x n each.
-
-        Raises:
-            InputError: if one is not positive definite.
-        """
+        """Inverses of the inertia matrix at some states of paths S x K x n, n x n each."""
         n = self.robot.n
         states = q.reshape(-1, n)
         none = np.zeros(n)
@@ -192,11 +188,7 @@ class MujocoArm:
     """A robot described by MJCF or URDF; its first n joints are taken for the robot's, in order."""
 
     def __init__(self, path: str | Path, robot: Robot) -> None:
-        """Load the model.
-
-        Raises:
-            InputError: if MuJoCo is not installed, the file cannot be read, or it has other joints.
-        """
+        """Load the model."""
         try:
             import mujoco
         except ImportError:

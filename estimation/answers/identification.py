@@ -5,6 +5,7 @@ XX = 0 says that all mass lies on the x axis, and ZZ6 = 0 while YZ6 is not that 
 """
 
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -32,6 +33,7 @@ from ..payload.methods import selected
 from ..payload.robust import with_robust
 from ..possible.cone import SolverError
 from ..possible.payload import rise_p_value, solve_constrained
+from ..possible.prior import has_prior, robot_prior, solve_constrained_prior
 from ..possible.robot import PossibleRobot, solve_constrained_base
 from ..results.parts import (
     EliminationDocument,
@@ -179,8 +181,21 @@ class Identification(Speaks):
 
     @cached_property
     def result(self) -> RobotResult:
-        """What it comes to, as ``--json`` writes it but for a robot that can exist."""
-        return robot_result(self)
+        """The document that ``identify --json`` writes where nothing is said of the robot that can exist."""
+        return robot_result(self, self.possible)
+
+    @cached_property
+    def possible(self) -> PossibleRobot | None:
+        """The nearest robot that can exist, by a prior where the robot's file has one; None where none is found."""
+        try:
+            prior = robot_prior(self.robot) if has_prior(self.robot) else None
+        except InputError:  # links of CAD often cannot exist
+            prior = None
+        with suppress(SolverError):
+            if prior is not None:
+                return solve_constrained_prior(self.robot, self.base, self.estimate, prior)
+            return solve_constrained_base(self.robot, self.base, self.estimate)
+        return None
 
     @property
     def essential(self) -> tuple[str, ...]:

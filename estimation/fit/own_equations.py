@@ -129,7 +129,7 @@ def check_lengths(recordings: Sequence[Recording], processing: Processing) -> No
             slow = rate is not None and rate * length <= processing.decimate
             raise InputError(
                 f"{recording.source}: decimation by {factor} leaves nothing of {len(recording.t)} samples: "
-                + ("raise --rate" if slow else "raise --equation-rate or record longer")
+                + ("raise rate" if slow else "raise equation-rate or record longer")
             )
 
 

@@ -228,7 +228,7 @@ def free_gains(equations: Equations, weights: Array, loads: Sequence[KnownLoad])
             "exchange --loaded and --unloaded"
         )
     raise InputError(
-        f"the current of motor {', '.join(negative)} pushes against its motion: turn its sign (--signs, or sign "
+        f"the current of motor {', '.join(negative)} pushes against its motion: turn its sign (sign "
         "in a log map), or check the order of joints"
     )
 

@@ -122,13 +122,12 @@ def resampled(recording: Recording, rate: float | None) -> Recording:
         return replace(recording, t=_locked(times[0] + mean * np.arange(count)))
     if mean / step > _MOST_OVERSAMPLING:
         raise InputError(
-            f"{recording.source}: was recorded at {1 / mean:.4g} Hz; {rate:g} Hz would only interpolate: "
-            "lower --rate"
+            f"{recording.source}: was recorded at {1 / mean:.4g} Hz; {rate:g} Hz would only interpolate: lower rate"
         )
     count = math.floor((times[-1] - times[0]) / step * (1.0 + 1e-12)) + 1
     if count < _FEWEST:
         raise InputError(
-            f"{recording.source}: {count} samples at {1 / step:g} Hz are too few: raise --rate, record longer"
+            f"{recording.source}: {count} samples at {1 / step:g} Hz are too few: raise rate, record longer"
         )
     return on_grid(recording, _locked(times[0] + step * np.arange(count)))
 

@@ -12,7 +12,7 @@ from concurrent.futures import ProcessPoolExecutor, as_completed
 from pathlib import Path
 
 from dynident.apps.commands.demo import TRAJECTORIES
-from dynident.apps.commands.progress import bar
+from dynident.apps.commands.progress import status
 from dynident.apps.commands.values import share, whole
 from dynident.common.files import write_text
 from dynident.common.schema import write_json
@@ -51,12 +51,12 @@ def run_repeated(folder: Path, seed: int, trajectories: int, count: int, gain_er
     results: dict[int, dict[str, Outcome]] = {}
     # A new interpreter each: a copy of this one would share its compiled code's state.
     context = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(min(WORKERS, count), mp_context=context) as pool, bar("experiments") as progress:
+    with ProcessPoolExecutor(min(WORKERS, count), mp_context=context) as pool, status("experiments") as progress:
         jobs = {pool.submit(one_experiment, seed + k, trajectories, gain_error): k for k in range(count)}
         try:
             for job in as_completed(jobs):
                 results[jobs[job]] = job.result()
-                progress(len(results) / count)
+                progress("experiments", len(results) / count)
         except BaseException:
             pool.shutdown(wait=False, cancel_futures=True)
             raise

@@ -5,6 +5,7 @@ Run: ``python -m dynident.examples.paper.tables``.
 
 import argparse
 from collections.abc import Mapping, Sequence
+from functools import partial
 from itertools import pairwise
 
 import numpy as np
@@ -16,7 +17,7 @@ from dynident.apps.commands.demo import (
     reduced_experiment,
     simulate_paper,
 )
-from dynident.apps.commands.progress import bar, status
+from dynident.apps.commands.progress import status
 from dynident.apps.commands.values import share, whole
 from dynident.apps.report import Notes, Table, print_blocks, residual_text
 from dynident.common.progress import Progress
@@ -179,8 +180,9 @@ def main() -> None:
     parser.add_argument("--gain-error", type=share, default=0.0, metavar="SHARE", help="default: 0")
     arguments = parser.parse_args()
     noise = levels(arguments.noise, arguments.gain_error)
-    with bar("simulating") as simulated:
-        experiment = simulate_paper(paper_robot(), noise, arguments.seed, arguments.trajectories, simulated)
+    with status("simulating") as progress:
+        told = partial(progress, "simulating")
+        experiment = simulate_paper(paper_robot(), noise, arguments.seed, arguments.trajectories, told)
     with status("reducing") as progress:
         blocks = compared(experiment, progress)
     print_blocks(blocks)

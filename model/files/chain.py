@@ -99,14 +99,14 @@ def _children(tree: UrdfTree) -> dict[str, list[UrdfJoint]]:
 
 def _base(tree: UrdfTree, base: str | None) -> str:
     if base is not None:
-        return _known(tree, base, "--chain BASE:TIP")
+        return _known(tree, base, "chain = BASE:TIP")
     below = {joint.child for joint in tree.joints}
     roots = [name for name in tree.links if name not in below]
     if not roots:
         raise InputError(f"{tree.source}: no links in the file")
     if len(roots) > 1:
         raise InputError(
-            f"{tree.source}: {len(roots)} links have no parent: give --chain BASE:, BASE one of {_list(roots)}"
+            f"{tree.source}: {len(roots)} links have no parent: set chain to BASE:, BASE one of {_list(roots)}"
         )
     return roots[0]
 
@@ -116,7 +116,7 @@ def _tip(
 ) -> tuple[str, tuple[str, ...]]:
     """The flange's link, and a note where it was one of several by its name."""
     if tip is not None:
-        return _known(tree, tip, "--chain BASE:TIP"), ()
+        return _known(tree, tip, "chain = BASE:TIP"), ()
     moved: list[str] = []
     stack = [(base, False)]
     while stack:
@@ -126,7 +126,7 @@ def _tip(
     ends = sorted(link for link in moved if not children[link])
     if not ends:
         raise InputError(
-            f"{tree.source}: no joint moves anything from link {base!r} on: give another BASE by --chain BASE:TIP"
+            f"{tree.source}: no joint moves anything from link {base!r} on: give another BASE (chain BASE:TIP)"
         )
     if len(ends) == 1:
         return ends[0], ()
@@ -135,10 +135,10 @@ def _tip(
             break
     if len(named) != 1:  # none, or several arms have one each
         raise InputError(
-            f"{tree.source}: several chains end in a link: give --chain :TIP, TIP one of {_list(ends)}"
+            f"{tree.source}: several chains end in a link: set chain to :TIP, TIP one of {_list(ends)}"
         )
     return named[0], (
-        f"link {named[0]!r} is taken as the flange by its name; ends are {_list(ends)}: --chain :TIP chooses",
+        f"link {named[0]!r} is taken as the flange by its name; ends are {_list(ends)}: chain = :TIP chooses",
     )
 
 
@@ -173,18 +173,18 @@ def _down(tree: UrdfTree, base: str, tip: str) -> tuple[list[_Link], Pose]:
         if joint.kind not in (*_MOVES, "fixed"):
             raise InputError(
                 f"{tree.source}: joint {joint.name!r} is {joint.kind or 'of no kind'!r}: a chain of revolute, "
-                "continuous, prismatic and fixed joints is needed; choose another --chain BASE:TIP"
+                "continuous, prismatic and fixed joints is needed; choose another chain BASE:TIP"
             )
         if joint.mimics and joint.kind != "fixed":
             raise InputError(
                 f"{tree.source}: joint {joint.name!r} mimics {joint.mimics!r}: coupled joints of a URDF are not "
-                "supported; choose another --chain BASE:TIP"
+                "supported; choose another chain BASE:TIP"
             )
         pose = pose @ joint.origin
         if joint.kind in _MOVES:
             links.append((joint, pose))
     if not links:
-        raise InputError(f"{tree.source}: no joint moves between base and tip: choose another --chain BASE:TIP")
+        raise InputError(f"{tree.source}: no joint moves between base and tip: choose another chain BASE:TIP")
     return links, pose
 
 

@@ -26,7 +26,7 @@ NOISE = "--torque-noise 24,30,10.8,5.1,6.6,2.3 --json b.json"
 BRIEF = f"--robot rx90 --columns payload --starts 1 --seed 2 {NOISE}"
 WHOLE = f"--robot rx90 --via-points 4 --starts 1 {NOISE}"
 SCALE = "--mass 6+-0.1"
-NEAR = f"--robot rx90 --pose=0,-45,90,0,45,0 --joints 4,5,6 {SCALE} --duration 4 --starts 1 {NOISE}"
+NEAR = f"--robot rx90 --pose=0,-45,90,0,45,0 --joints 4,5,6 {SCALE} --duration 4 {NOISE}"
 SCORE = f"rx_arm.csv --robot rx90 {NOISE}"
 
 PORTS = {"port": 20000 + os.getpid() % 10000, "script_port": 30010 + os.getpid() % 10000}
@@ -39,8 +39,8 @@ LINES = {
     "payload": f"--robot rx90 {PAIR} --method 3 --json b.json",
     "identify": "--robot rx90 --data rx_arm_unloaded.csv --json b.json",
     "rollout": "--robot rx90 --robot-parameters earlier.json --data rx_arm_loaded.csv --json b.json",
-    "gains": f"--robot ur10e {AMPERES} --mass 6.2 --equation-rate 25 --json b.json",
-    "apply": f"flange.json --to ur --yes {PLAYED} --script-port {PORTS['script_port']}",
+    "gains": f"--robot ur10e {AMPERES} --mass 6.2 equation-rate=25 --json b.json",
+    "apply": f"flange.json --to ur --yes {PLAYED} script-port={PORTS['script_port']}",
     "record": f"ur {PLAYED} --seconds 0.1 --out b.csv",
     "fleet reduce": "first.csv --robot rx90 --store store --json b.json",
     "fleet report": "nightly --json b.json",

@@ -110,6 +110,9 @@ def write_inputs() -> None:
         "part.csv": _edited(lambda lines: [f"{lines[0]},qref1", *(f"{line},0" for line in lines[1:])]),
         "misspelt_run.toml": 'command = "payload"\nmethd = 3\n',
         "other_run.toml": 'command = "identify"\n',
+        "rate_run.toml": "rate = 0\n",
+        "signs_run.toml": "signs = [1, -1]\n",
+        "plots_run.toml": 'plots = "rx_arm_unloaded.csv"\n',
         "misspelt_load.toml": "mas = 2\n",
         "impossible.toml": "mass = 2\ncom = [0, 0, 0.1]\ninertia_com = [0.1, 0, 0, 0.01, 0, 0.01]\n",
     }

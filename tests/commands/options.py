@@ -9,7 +9,7 @@ from dynident.tests.commands.lines import BRIEF, NOISE, SCORE, WHOLE
 
 ROBOT = {
     "--robot": "--robot tx40",
-    "--chain": "--chain link_1:link_2",
+    "chain": "chain=link_1:link_2",
     "--mount": "--mount wall",
 }
 STAND_IN = {"--arm-mass": "--arm-mass 20"}
@@ -17,47 +17,47 @@ LOGS = {
     "--log-map": "--log-map turned.toml",
     "--joints": "--joints a,b,c,d,e,f",
     "--units": "--units q=deg",
-    "--signs": "--signs=1,-1,1,1,1,1",
-    "--topic": "--topic /joint_states",
+    "signs": "signs=1,-1,1,1,1,1",
+    "topic": "topic=/joint_states",
 }
 PROCESSING = {
-    "--rate": "--rate 90",
+    "rate": "rate=90",
     "--cutoff": "--cutoff 4",
-    "--equation-rate": "--equation-rate 15",
-    "--offsets": "--offsets false | --offsets true",
-    "--coulomb": "--coulomb paper",
+    "equation-rate": "equation-rate=15",
+    "offsets": "offsets=false | offsets=true",
+    "coulomb": "coulomb=paper",
 }
-FILTER = {option: entry for option, entry in PROCESSING.items() if option != "--equation-rate"}
+FILTER = {option: entry for option, entry in PROCESSING.items() if option != "equation-rate"}
 KNOWN = {
     "--mass": "--mass 6.2+-0.05 | --mass 6.2+-0.5",
     "--mass-bounds": "--mass-bounds 6.5,",
     "--com-within": "--com-within=0.02,0.03,0,0.01,0.1,0.2",
     "--ellipsoid": "--ellipsoid=0,0,0.1,0.1,0.1,0.1",
 }
-LINKS = {name: ROBOT[name] for name in ("--robot", "--chain")}
+LINKS = {name: ROBOT[name] for name in ("--robot", "chain")}
 GAINS = {"--gain-sigma": "--gain-sigma 2% | --gain-sigma 2%,common=1%"}
-STOPS = {"--essential": "--essential 1.2"}
+STOPS = {"essential": "essential=1.2"}
 EQUATIONS = {"--json": "--json a.json", "--npz": "--npz a.npz"}
-PAGE = {"--report": "--report a.html", "--plots": "--plots figures"}
+PAGE = {"--report": "--report a.html", "plots": "plots=figures"}
 VIEW = {"--view": "--view a.html"}
 LIMITS = {
     "--speed-override": "--speed-override 0.5",
-    "--acceleration": "--acceleration 2x",
+    "acceleration": "acceleration=2x",
     "--torque-limits": "--torque-limits 300,300,120,50,40,20",
     "--robot-parameters": "--robot-parameters tx_robot.json",
-    "--scene": "--scene scene.toml",
+    "scene": "scene=scene.toml",
     "--heaviest-payload": "--heaviest-payload 7@0,0,0.2",
     "--within": "--heaviest-payload 2@0,0,0.1 | --within 0.1",
-    "--torque-margin": "--torque-margin 5%",
+    "torque-margin": "torque-margin=5%",
 }
 MOTIONS = {
     "--json": "--json a.json",
     "--samples": "--samples a.csv",
     "--ros2": "--ros2 a.yaml",
-    "--joint-names": "--ros2 a.yaml | --joint-names a,b,c,d,e,f",
+    "joint-names": "--ros2 a.yaml | joint-names=a,b,c,d,e,f",
     "--urscript": "--urscript a.script",
-    "--controller-rate": "--urscript a.script | --controller-rate 125",
-    "--sample-rate": "--samples a.csv | --sample-rate 125",
+    "controller-rate": "--urscript a.script | controller-rate=125",
+    "sample-rate": "--samples a.csv | sample-rate=125",
 }
 CURRENTS = {"--drive-gains": "--drive-gains 1,2,3,4,5,6"}
 HOST = {"--host": "--host 127.0.0.1.1", "--port": "--port 1"}
@@ -71,12 +71,12 @@ OPTIONS: dict[str, dict[str, str]] = {
         "--moving": "--moving 2,3,5",
         "--friction-change": "--friction-change 5%",
         "--inertia": "--inertia box:200x200x100",
-        "--max-mismatch": "--max-mismatch 1e-9",
+        "max-mismatch": "max-mismatch=1e-9",
     },
     "verify": LINKS | LOGS | CURRENTS | PAGE | {
         "--robot": "--robot panda",
         "--log-map": "--log-map degrees.toml",
-        "--signs": "--signs=1,-1",
+        "signs": "signs=1,-1",
         "--before": "--before after.csv",
         "--after": "--after before.csv",
         "--json": "--json a.json",
@@ -87,10 +87,10 @@ OPTIONS: dict[str, dict[str, str]] = {
         "--loaded": "--loaded rx_near_loaded.csv",
         "--robot-parameters": "--robot-parameters tx_robot.json",
         "--method": "--method 4",
-        "--free-friction": "--method 1 | --free-friction",
+        "free-friction": "--method 1 | free-friction=true",
         "--scale-sigma": "--method 4 | --scale-sigma 2%",
         "--friction-change": "--method 4 | --friction-change 30%",
-        "--max-mismatch": "--max-mismatch 1e-9",
+        "max-mismatch": "max-mismatch=1e-9",
         "--validate": "--validate rx_near_unloaded.csv",
     },
     "identify": ROBOT | LOGS | CURRENTS | PROCESSING | GAINS | STOPS | EQUATIONS | PAGE | {
@@ -98,7 +98,7 @@ OPTIONS: dict[str, dict[str, str]] = {
         "--validate": "--validate rx_near_unloaded.csv",
         "--constrained": "--constrained none",
         "--prior-mass": "--constrained prior | --prior-mass 40",
-        "--prior-budget": "--constrained prior | --prior-budget 4",
+        "prior-budget": "--constrained prior | prior-budget=4",
         "--total-mass": "--total-mass 20 60",
         "--rollout": "--validate rx_near_unloaded.csv | --rollout",
     },
@@ -122,7 +122,7 @@ OPTIONS: dict[str, dict[str, str]] = {
         "--to": "--to ur10",
         "--yes": "=flange.json --to ur --host 127.0.0.1 | --yes",
         "--despite-verdict": "=refused.json --to ur --host 127.0.0.1 | --despite-verdict",
-        "--script-port": "--script-port 1",
+        "script-port": "script-port=1",
     },
     "record": HOST | {
         "--maker": "ur",
@@ -154,12 +154,12 @@ OPTIONS: dict[str, dict[str, str]] = {
         "--method": "--method 3",
         "--flange-frame": "--flange-frame 0 0 0.1 0 0 30",
         "--tool-frame": "--to abb | --tool-frame 0 0 0.1 0 0 30",
-        "--meters-per-unit": "--to usd | --meters-per-unit 0.01",
+        "meters-per-unit": "--to usd | meters-per-unit=0.01",
         "--despite-verdict": "--despite-verdict",
     },
     "robot list": {},
     "robot show": ROBOT | VIEW | {
-        "--chain": "--robot six_axis.urdf | --chain link_2:",
+        "chain": "--robot six_axis.urdf | chain=link_2:",
         "--tool-frame": "--tool-frame 0,0,0.05,0,0,30",
         "--at": "--drawing a.svg | --at 10,20,30,40,50,60",
         "--drawing": "--drawing a.svg",
@@ -195,17 +195,17 @@ OPTIONS: dict[str, dict[str, str]] = {
         "--via-points": "--via-points 5",
         "--fourier": f"={BRIEF} --fourier 2 --duration 3 | --fourier 3",
         "--segments": "--segments trapezoid",
-        "--ramp": "--segments trapezoid | --ramp 0.4",
-        "--segment-durations": "--segment-durations 2",
+        "ramp": "--segments trapezoid | ramp=0.4",
+        "segment-durations": "segment-durations=2",
         "--rest": "--rest",
         "--duration": f"={BRIEF} --fourier 2 | --duration 3",
         "--max-duration": "--max-duration 2",
         "--start": "--start=0,-40,90,0,40,0",
         "--criterion": "--criterion cond",
         "--columns": "=--robot rx90 --via-points 4 --starts 1 | --columns ZZ1,XX2,MX2",
-        "--parameters": "--parameters M6,MZ6",
-        "--data-from": f"={WHOLE} --data-length 5 | --data-from earlier.json",
-        "--data-length": f"={WHOLE} --data-from earlier.json --data-length 5 | --data-length 50",
+        "parameters": "parameters=M6,MZ6",
+        "--data-from": f"={WHOLE} data-length=5 | --data-from earlier.json",
+        "data-length": f"={WHOLE} --data-from earlier.json data-length=5 | data-length=50",
         "--torque-noise": "--torque-noise 1,2,3,4,5,6",
         "--seed": "--seed 3",
         "--starts": "--starts 2",
@@ -221,8 +221,8 @@ OPTIONS: dict[str, dict[str, str]] = {
         "--mass": "--mass 3+-0.1",
         "--torque-noise": "--torque-noise 1,2,3,4,5,6",
         "--seed": "--seed 3",
-        "--starts": "--starts 2",
-        "--rehearsal": "--samples a.csv | --rehearsal slow.csv",
+        "starts": "starts=2",
+        "rehearsal": "--samples a.csv | rehearsal=slow.csv",
         "--ladder": "--heaviest-payload 7@0,0,0.1 --within 0.1 | --ladder",
     },
     "score": ROBOT | STAND_IN | PAGE | LIMITS | VIEW | {
@@ -232,12 +232,12 @@ OPTIONS: dict[str, dict[str, str]] = {
         "--max-duration": "--max-duration 2",
         "--criterion": "--criterion cond",
         "--columns": "--columns ZZ1,XX2,MX2",
-        "--parameters": "--parameters M6,MZ6",
-        "--data-from": "--data-length 5 | --data-from earlier.json",
-        "--data-length": "--data-length 5",
+        "parameters": "parameters=M6,MZ6",
+        "--data-from": "data-length=5 | --data-from earlier.json",
+        "data-length": "data-length=5",
         "--torque-noise": "--torque-noise 1,2,3,4,5,6",
         "--bound": "--bound",
-        "--seed": "--bound | --seed 3",
+        "seed": "--bound | seed=3",
         "--json": "--json a.json",
     },
     "simulate": ROBOT | STAND_IN | VIEW | {
@@ -245,7 +245,7 @@ OPTIONS: dict[str, dict[str, str]] = {
         "--trajectory": "--trajectory rx_arm.csv",
         "--payload": "--payload box.toml",
         "--noise": "--noise none",
-        "--gain-error": "--gain-error 0.1",
+        "gain-error": "gain-error=0.1",
         "--rate": "--rate 100",
         "--controller": "--controller gravity",
         "--sag": "--payload box.toml --controller proportional | --sag 4",
@@ -257,10 +257,11 @@ OPTIONS: dict[str, dict[str, str]] = {
         "--seed": "--seed 1",
         "--trajectories": "--trajectories 4",
         "--noise": "--noise none",
-        "--gain-error": "--gain-error 0.1",
+        "gain-error": "gain-error=0.1",
     },
 }  # fmt: skip
 for _name, _entries in OPTIONS.items():
-    _entries |= {"--config": "--config loud.toml", "--quiet": "--quiet", "--verbose": "--verbose"}
+    if _name != "robot list":
+        _entries |= {"--config": "--config loud.toml", "--quiet": "--quiet", "verbose": "verbose=true"}
     if _name == "demo" or "--json" in _entries:
         _entries["--details"] = "--details"

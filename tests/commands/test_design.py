@@ -55,7 +55,7 @@ start = [0, 0, 0.2]
 
 @pytest.mark.long
 def test_every_file(here: Path) -> None:
-    files = "--samples m.csv --ros2 m.yaml --urscript m.script --val3 excite --plots plots"
+    files = "--samples m.csv --ros2 m.yaml --urscript m.script --val3 excite plots=plots"
     data, text = answered(f"{QUICK} --criterion cond-scaled {UNIT} {files}")
     assert data["limits"]["max_violation"] == 0.0
     assert data["limits"]["met"]
@@ -81,8 +81,8 @@ def test_every_file(here: Path) -> None:
 def test_trapezoids_of_fixed_durations(here: Path) -> None:
     """The JSON's numbers give the motion of the CSV, which is judged as the design was."""
     goal = f"--columns payload --criterion cond-scaled {UNIT}"
-    shape = "--segments trapezoid --ramp 0.2 --segment-durations 1,1.5,2"
-    data, _ = answered(f"{QUICK} {goal} {shape} --samples m.csv --val3 excite --sample-rate 1000")
+    shape = "--segments trapezoid ramp=0.2 segment-durations=1,1.5,2"
+    data, _ = answered(f"{QUICK} {goal} {shape} --samples m.csv --val3 excite sample-rate=1000")
     motion = data["motion"]
     assert (motion["segments"], motion["ramp"], motion["speeds"]) == ("trapezoid", 0.2, None)
     assert motion["durations"] == [1.0, 1.5, 2.0]
@@ -102,7 +102,7 @@ def test_trapezoids_of_fixed_durations(here: Path) -> None:
     [("--columns payload --criterion cond", "--via-points 4"), ("--criterion d", "--fourier 3 --duration 6")],
 )
 def test_a_designed_csv_is_judged_as_the_design_was(here: Path, goal: str, shape: str) -> None:
-    designed, _ = answered(f"{DESIGN} {goal} {shape} {NOISE} --starts 1 --samples m.csv --sample-rate 1000")
+    designed, _ = answered(f"{DESIGN} {goal} {shape} {NOISE} --starts 1 --samples m.csv sample-rate=1000")
     judged, text = answered(f"{SCORE} {goal} {NOISE} m.csv")
     assert judged["evaluated"] == "m.csv"
     assert "motion" not in judged
@@ -138,8 +138,8 @@ def test_a_log_is_judged(here: Path) -> None:
 def test_limits_torques_scene_and_start(here: Path) -> None:
     Path("scene.toml").write_text(SCENE)
     data, text = answered(
-        f"{QUICK} --torque-noise 10% --torque-limits 300,300,120,50,40,20 --acceleration 3x --speed-override 0.5 "
-        "--heaviest-payload 4@0,0,0.1 --scene scene.toml --start 10,-70,60,0,45,0 --max-duration 12"
+        f"{QUICK} --torque-noise 10% --torque-limits 300,300,120,50,40,20 acceleration=3x --speed-override 0.5 "
+        "--heaviest-payload 4@0,0,0.1 scene=scene.toml --start 10,-70,60,0,45,0 --max-duration 12"
     )
     checks = {check["name"]: check for check in data["limits"]["nearest"]}
     torques = {"torque without payload", "torque with the heaviest payload"}
@@ -165,7 +165,7 @@ def test_the_floor_is_told(here: Path) -> None:
 @pytest.mark.long
 def test_criterion_a_for_some_parameters() -> None:
     values = []
-    for goal in ("--criterion a --parameters ZZ1,IA5", "--criterion cond"):
+    for goal in ("--criterion a parameters=ZZ1,IA5", "--criterion cond"):
         data, _ = answered(f"{DESIGN} {goal} --fourier 3 --duration 5 --starts 1 {NOISE}")
         values.append(np.hypot(*(data["predicted_sigma_percent"][name] for name in ("ZZ1", "IA5"))))
     assert values[0] < 0.8 * values[1]
@@ -190,13 +190,13 @@ def identified(shared: Callable[[str, Callable[[Path], object]], Path], here: Pa
 @pytest.mark.long
 def test_data_from_earlier_recordings(identified: Path) -> None:
     """NPZ and JSON hold the same information: one motion is worth the same; with it less is left to learn."""
-    shape = f"{DESIGN} --fourier 2 --duration 4 --starts 1 --samples m.csv --sample-rate 1000"
-    judge = f"{SCORE} m.csv --data-length 4"
+    shape = f"{DESIGN} --fourier 2 --duration 4 --starts 1 --samples m.csv sample-rate=1000"
+    judge = f"{SCORE} m.csv data-length=4"
     designed, _ = answered(f"{shape} --data-from r.npz")
     npz, _ = answered(f"{judge} --data-from r.npz")
     of_json, _ = answered(f"{judge} --data-from r.json --robot-parameters r.json")
     noise = ",".join(map(str, npz["torque_noise"]))
-    alone, _ = answered(f"{shape.replace('m.csv', 'alone.csv')} --data-length 4 --torque-noise {noise}")
+    alone, _ = answered(f"{shape.replace('m.csv', 'alone.csv')} data-length=4 --torque-noise {noise}")
     assert of_json["torque_noise"] == pytest.approx(npz["torque_noise"])
     assert npz["criterion_value"] == pytest.approx(designed["criterion_value"], abs=2e-3)
     # The noise is that of the ordinary solution's errors, the covariance that of the weighted one's.
@@ -214,10 +214,10 @@ def test_data_from_takes_the_length_of_fixed_segments(identified: Path) -> None:
     """One time for all of 4 points' moves, or each; a free motion has none."""
     line = f"{DESIGN} --data-from r.npz --via-points 4 --starts 1"
     for durations, length in (("1.5", 4.5), ("1,1.5,2.5", 5.0)):
-        data, _ = answered(f"{line} --segment-durations {durations}")
+        data, _ = answered(f"{line} segment-durations={durations}")
         assert data["data_length_s"] == length
         assert data["duration_s"] == pytest.approx(length)
-    assert "--data-from needs --data-length" in refused(line)
+    assert "--data-from needs data-length" in refused(line)
 
 
 @pytest.mark.long
@@ -309,22 +309,22 @@ def test_what_is_said_of_the_bounds_is_what_was_seen(motion: Path, sparse: Path,
     "file", cases(("--val3 app", "--ros2 m.yaml", "--urscript m.script"), lambda file: file.startswith("--val3"))
 )
 def test_files_whose_controllers_break_a_limit_are_refused(here: Path, file: str) -> None:
-    """Nothing is written or shown; with room left by --torque-margin the same file is written."""
+    """Nothing is written or shown; with room left by the setting torque-margin the same file is written."""
     line = (
         "design --robot tx40 --columns payload --torque-noise 1% --via-points 4 --starts 1 --seed 2 "
-        f"--acceleration 5x --heaviest-payload 2@0,0,0.05 --within 0.1 --segments trapezoid {file}"
+        f"acceleration=5x --heaviest-payload 2@0,0,0.05 --within 0.1 --segments trapezoid {file}"
     )
     error = refused(f"{line} --json m.json")
     assert "the motion does not keep its limits (torque with any payload up to 2 kg of joint" in error
     assert not list(here.iterdir())
-    status, _, err = typed(f"{line} --torque-margin 30%")
+    status, _, err = typed(f"{line} torque-margin=30%")
     assert status == 0, err
     assert [path.name for path in here.iterdir()] == [file.split()[1]]
 
 
 def test_points_too_few_for_their_controller_are_refused(here: Path) -> None:
     """A point a second: the quintics between them leave the range about the pose."""
-    error = refused(f"{HELD} {BALL} --ros2 m.yaml --sample-rate 1 --samples m.csv")
+    error = refused(f"{HELD} {BALL} --ros2 m.yaml sample-rate=1 --samples m.csv")
     assert "as ROS 2 joins the samples the motion does not keep its limits (position of joint" in error
     assert not list(here.iterdir())
 
@@ -361,7 +361,7 @@ def test_bounds_are_in_the_payloads_frame(arm: str) -> None:
 @pytest.mark.parametrize(("option", "rate"), [("", 100.0), ("@40", 40.0)])
 def test_samples_a_second_of_a_goal(rx90: Robot, option: str, rate: float) -> None:
     parts, _ = parsed(f"{DESIGN} --torque-noise 1,2,3,4,5,6{option}".split())
-    goal = parts["goal"].goal(rx90, parts["limits"].bounds(rx90), {}, None)
+    goal = parts["goal"].goal(rx90, parts["limits"].of(rx90).bounds, {}, None)
     assert goal.rate == rate
     assert goal.noise == pytest.approx([1.0, 2.0, 3.0, 4.0, 5.0, 6.0])
 
@@ -369,10 +369,7 @@ def test_samples_a_second_of_a_goal(rx90: Robot, option: str, rate: float) -> No
 def test_full_speed_of_a_ladder_bears_a_quarter_more_than_expected(rx90: Robot) -> None:
     line = "near --robot rx90 --pose 0,-90,90,0,0,0 --joints 2,3,5,6 --torque-limits 300 --ladder --mass 4"
     parts, _ = parsed(f"{line} --heaviest-payload 9@0,0,0.1 --within 0.1".split())
-    limits = parts["limits"]
-    known = limits.known(rx90)
-    bounds = limits.bounds(known.robot)
-    _, loads = near._torques(known, bounds, limits, parts["options"], limits.payload(known.robot, bounds))
+    loads = near._loads(parts["limits"].of(rx90), parts["options"])
     assert loads is not None
     assert isinstance(loads.heaviest, PayloadSet)
     assert loads.heaviest.mass == pytest.approx(1.25 * 4.0)

@@ -163,7 +163,7 @@ def test_log_map_gives_the_same_gains(gains: dict[str, Any]) -> None:
 @pytest.mark.long
 def test_check(pair: Path) -> None:
     (pair / "plots").mkdir()
-    answer = answered("check empty.csv loaded.csv --robot ur10e --plots plots")
+    answer = answered("check empty.csv loaded.csv --robot ur10e plots=plots")
     assert answer.text.count("nothing looks wrong") + answer.text.count("note:") >= 2
     endings = [f"{stem}.{end}" for stem in ("01_empty", "02_loaded") for end in ("pdf", "png", "svg")]
     assert sorted(path.name for path in (pair / "plots").iterdir()) == endings

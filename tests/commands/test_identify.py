@@ -21,7 +21,7 @@ from dynident.trajectories import Simulator, random_via_points
 @pytest.mark.long
 def test_essential_parameters_by_either_rule(logs: Path) -> None:
     counts = []
-    for option in ("--plots plots", "--essential 1.1", "--essential 5%"):
+    for option in ("plots=plots", "essential=1.1", "essential=5%"):
         answer = answered(f"identify --robot rx90 --data bare0.csv --data bare1.csv {option}")
         elimination = answer.document["elimination"]
         essential = [entry["name"] for entry in answer.document["base_parameters"] if entry["essential"]]
@@ -48,7 +48,7 @@ def test_a_robot_that_can_exist(logs: Path) -> None:
     assert by_gauge["prior"]["chi2_rise"] == pytest.approx(by_gauge["base"]["chi2_rise"] + 1.0, rel=1e-6)
     assert {entry["kind"] for entry in by_gauge["prior"]["parameters"]} == {"identified", "combination", "prior"}
     assert min(by_gauge["prior"]["min_eigenvalues"].values()) > 0.0
-    bounds = "--constrained prior --prior-mass 70 --prior-budget 4 --total-mass 30 60"
+    bounds = "--constrained prior --prior-mass 70 prior-budget=4 --total-mass 30 60"
     found = answered(f"{line} {bounds}").document["constrained"]
     values = {entry["name"]: entry["value"] for entry in found["parameters"]}
     assert 30.0 - 1e-4 <= sum(values[f"M{j}"] for j in range(1, 7)) <= 60.0 + 1e-4
@@ -96,7 +96,7 @@ def identify(here: Path) -> str:
     robot = load_robot("rx90")
     motion = random_via_points(robot, 8, seed=5).motion(100.0)
     write_recording(here / "bare.csv", Simulator(robot).record(motion, None, [0.5] * 6, 1))
-    return "identify --robot rx90 --equation-rate 1000 --data bare.csv --json r.json"
+    return "identify --robot rx90 equation-rate=1000 --data bare.csv --json r.json"
 
 
 @pytest.mark.long

@@ -18,7 +18,7 @@ from dynident.tests.commands.typed import NAMES, arguments, options, refused, ty
 
 RUNS = ("simulate", "demo")
 """Commands of thousands of steps; others evaluate many models a few times: to compile each would take longer."""
-TEXTS_ASKED_FOR = ("export", "robot list", "robot show")
+TEXTS_ASKED_FOR = ("export", "robot show")
 """Commands whose printed text is the answer itself, which ``--quiet`` leaves as it is."""
 VARYING = re.compile(rb'"cpu_s": [0-9.e-]+')
 """What differs from one run to the next."""
@@ -37,7 +37,15 @@ def test_no_option_is_without_an_entry() -> None:
     assert {name: sorted(options(name)) for name in NAMES} == {
         name: sorted(entries) for name, entries in OPTIONS.items()
     }
-    assert all({"--quiet", "--verbose", "--config"} <= entries.keys() for entries in OPTIONS.values())
+    assert all({"--quiet", "verbose", "--config"} <= entries.keys() for entries in OPTIONS.values() if entries)
+
+
+def test_the_command_line_has_no_more_than_340_options() -> None:
+    """Whatever else may be set is a key of a file, and refused where it is typed."""
+    assert sum(name.startswith("--") for command in NAMES for name in options(command)) <= 340
+    for command in NAMES:
+        for key in (name for name in options(command) if not name.startswith("--")):
+            assert f"{key} is a setting, not an option" in refused(command, f"--{key}=1")
 
 
 def test_payload_shows_no_more_than_thirty() -> None:

@@ -107,7 +107,7 @@ def test_payload_without_jackknife(logs: Path) -> None:
 
 
 def test_one_method_and_options(logs: Path) -> None:
-    options = "--method 1 --free-friction --cutoff 15 --equation-rate 50 --coulomb paper --offsets true"
+    options = "--method 1 free-friction=true --cutoff 15 equation-rate=50 coulomb=paper offsets=true"
     answer = answered(f"payload --robot rx90 {TWO} {options}", status=(0, 1))
     used = {"cutoff_hz": 15.0, "equations_hz": 50.0, "decimate": 1, "coulomb": "paper", "offsets": True}
     assert answer.document["processing"].items() >= used.items()
@@ -125,7 +125,7 @@ def test_a_method_that_cannot_answer_does_not_silence_the_others(logs: Path) -> 
 
 @pytest.mark.long
 def test_method_4_tells_the_essential_parameters(logs: Path) -> None:
-    answer = answered(f"payload --robot rx90 {TWO} --method 4 --essential 10%", status=(0, 1))
+    answer = answered(f"payload --robot rx90 {TWO} --method 4 essential=10%", status=(0, 1))
     essential = answer.document["essential"]
     assert f"{essential['essential']} of 64 parameters essential" in answer.text
     assert {"M_L", "MZ_L"} <= {entry["name"] for entry in essential["parameters"]}
@@ -221,8 +221,8 @@ def test_stored_parameters_of_another_robot(logs: Path) -> None:
     for change, more, words in (
         ({"robot": "tx40"}, "", "'tx40', not 'rx90'"),
         ({"columns": robot["columns"][1:]}, "", "robot.json"),
-        ({}, "--offsets true", "must be those the stored parameters"),
-        ({}, "--coulomb paper", "must be those the stored parameters"),
+        ({}, "offsets=true", "must be those the stored parameters"),
+        ({}, "coulomb=paper", "must be those the stored parameters"),
     ):
         (logs / "robot.json").write_text(json.dumps(robot | change))
         assert words in refused(f"{line} {more}")

@@ -357,7 +357,7 @@ def test_own_arm_is_rehearsed(here: Path, name: str) -> None:
     arm, more, lacking = ARMS[name]
     robot = f"--robot {described(arm)} {more}"
     for line in (
-        "near --pose=0,-45,60,0,45,0 --joints 2,3,5,6 --range 20 --duration 4 --starts 1 --details",
+        "near --pose=0,-45,60,0,45,0 --joints 2,3,5,6 --range 20 --duration 4 --details",
         "design --via-points 3 --starts 1 --columns payload --samples wide.csv --details",
         "score wide.csv --columns payload --details",
         "simulate --trajectory wide.csv --rate 50 --out logs",
@@ -408,9 +408,9 @@ def test_an_arm_goes_through_every_command(name: str, here: Path) -> None:
     assumed = robot.assumed("acceleration", "torque") | with_stand_in(robot).assumed("parameters")
     for line in (
         f"near --pose={pose} --joints {joints} --range 20 --duration 5 --samples near.csv",
-        "design --fourier 3 --duration 8 --speed-override 0.8 --samples wide.csv",
+        "design --fourier 3 --duration 8 --speed-override 0.8 --starts 1 --samples wide.csv",
     ):
-        document, text = answered(f"{line} --robot {name} --starts 1 --sample-rate 100", status=(0, 1))
+        document, text = answered(f"{line} --robot {name} sample-rate=100", status=(0, 1))
         assert document["assumed"] == assumed
         assert not robot.assumed("torque") or "torque limits" in text
     motions = "--trajectory wide.csv --trajectory near.csv --payload load.toml"
@@ -418,7 +418,7 @@ def test_an_arm_goes_through_every_command(name: str, here: Path) -> None:
     assert simulated.status == 0, simulated.err
     assert robot.parameters or "Assumed" in simulated.out
     # The TX40's own recording comes at 1 kHz.
-    arm = f"--robot {name}" + (" --equation-rate 20" if robot.processing.decimate > 50 else "")
+    arm = f"--robot {name}" + (" equation-rate=20" if robot.processing.decimate > 50 else "")
     wide, near = (f"--unloaded logs/{x}_unloaded.csv --loaded logs/{x}_loaded.csv" for x in ("wide", "near"))
     # A page is drawn of the same numbers whatever arm they are of: one of seven joints, and one of coupled drives.
     page = "--report payload.html" if name in ("panda", "rx90") else ""

@@ -20,7 +20,7 @@ def _write(folder: Path) -> None:
     (folder / "payload.toml").write_text(load, encoding="utf-8")
     for name, joints in (("arm", "2,3,5,6"), ("wrist", "4,5,6 --mass 7.02+-0.02")):
         motion = folder / f"{name}.csv"
-        assert typed(f"{NEAR} --joints {joints} --samples {motion} --sample-rate 125").status == 0
+        assert typed(f"{NEAR} --joints {joints} --samples {motion} sample-rate=125").status == 0
         run = f"--trajectory {motion} --payload {folder}/payload.toml --seed 1 --out {folder}"
         assert typed(f"simulate --robot rx90 {run}").status == 0
 
@@ -38,7 +38,7 @@ def weighed(name: str, more: str = "", status: tuple[int, ...] = (0,)) -> Answer
 
 
 def test_visibility_and_sigma_before_any_motion(here: Path) -> None:
-    document, text = answered(f"{NEAR} --joints 2,3,5,6 --samples motion.csv --sample-rate 125")
+    document, text = answered(f"{NEAR} --joints 2,3,5,6 --samples motion.csv sample-rate=125")
     assert "Visible to joints 2, 3, 5, 6: 10 of 10" in text
     assert document["visibility"]["rank"] == 10
     assert document["predicted_sigma"]["mass"] < 0.13
@@ -59,8 +59,8 @@ def test_visibility_and_sigma_before_any_motion(here: Path) -> None:
 
 @pytest.mark.long
 def test_every_output_of_a_motion_near_a_pose(here: Path) -> None:
-    files = "--samples near.csv --ros2 near.yaml --urscript near.script --report near.html --rehearsal slow.csv"
-    assert typed(f"{NEAR} --joints 2,3,5,6 --sample-rate 50 --plots plots {files}").status == 0
+    files = "--samples near.csv --ros2 near.yaml --urscript near.script --report near.html rehearsal=slow.csv"
+    assert typed(f"{NEAR} --joints 2,3,5,6 sample-rate=50 plots=plots {files}").status == 0
     assert {path.name for path in Path("plots").iterdir()} == {"motion.pdf", "motion.png", "motion.svg"}
     assert "servoj" in Path("near.script").read_text(encoding="utf-8")
     assert "positions" in Path("near.yaml").read_text(encoding="utf-8")
@@ -103,7 +103,7 @@ def test_the_first_screen_leads_with_what_to_do(pairs: Path) -> None:
         assert words in first
     assert "condition" not in first
     assert "chi2" not in first
-    _, text = weighed("arm", "--plots figures")
+    _, text = weighed("arm", "plots=figures")
     assert {path.name for path in Path("figures").iterdir()} == {
         f"{name}.{x}" for name in ("by_joints", "flange", "methods") for x in ("png", "svg", "pdf")
     }

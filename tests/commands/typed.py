@@ -9,9 +9,10 @@ from typing import Any, NamedTuple
 
 from cyclopts.argument import Argument
 from dynident.apps.commands import COMMANDS
-from dynident.apps.commands.entry import Call, application, marks
+from dynident.apps.commands.entry import Call, application, marks, shown_name
 from dynident.apps.commands.values import Writes
 from dynident.cli import main
+from dynident.tests.frozen.filed import filed
 from dynident.tests.frozen.freeze import settings
 
 NAMES = [name for name, (where, _) in COMMANDS.items() if where]
@@ -44,7 +45,7 @@ class Answer(NamedTuple):
 
 
 def typed(line: str | Sequence[str], *more: str) -> Ended:
-    """Run a line; ``more``: words that may hold blanks."""
+    """Run a line, ``key=value`` of a setting in a file; ``more``: words that may hold blanks."""
     out, err = io.StringIO(), io.StringIO()
     with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err), settings():
         status = _ended([*(line.split() if isinstance(line, str) else line), *more])
@@ -75,33 +76,37 @@ def unread(line: Sequence[str]) -> int:
         contextlib.redirect_stderr(io.StringIO()),
         settings(),
     ):
-        return main(line)
+        return main(filed(line))
 
 
 def _ended(words: Sequence[str]) -> int:
     try:
-        return main(words)
+        return main(filed(words))
     except SystemExit as stop:
         return int(stop.code or 0)
 
 
 def arguments(name: str) -> list[Argument]:
-    """Each option of a command."""
+    """Options and settings of a command."""
     app = application([], ())
     for word in name.split():
         app = app[word]
-    return [argument for argument in app.assemble_argument_collection() if argument.parse and not argument.children]
+    return [
+        argument
+        for argument in app.assemble_argument_collection(parse_docstring=True)
+        if argument.parse and not argument.children
+    ]
 
 
 def options(name: str) -> list[str]:
-    """Names of a command's options."""
-    return [argument.name for argument in arguments(name)]
+    """Names of a command's options, and keys of its settings."""
+    return [shown_name(argument) for argument in arguments(name)]
 
 
 def written(name: str) -> list[tuple[str, str]]:
     """Options of a command that name a file or a folder to write, and which."""
     return [
-        (argument.name, mark.kind)
+        (shown_name(argument), mark.kind)
         for argument in arguments(name)
         for mark in marks(argument.field_info.annotation)
         if isinstance(mark, Writes)
@@ -111,6 +116,7 @@ def written(name: str) -> list[tuple[str, str]]:
 def parsed(words: Sequence[str]) -> tuple[dict[str, Any], Call]:
     """Options of a command line by the names of their parts, and the call."""
     calls: list[Call] = []
+    words = filed(words)
     _, bound, _ = application(calls, words).parse_args(words, exit_on_error=False, print_error=False)
     bound.apply_defaults()
     return bound.arguments, calls[-1]

@@ -3,14 +3,16 @@
 import os
 import re
 import shutil
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 from dynident.apps.commands import COMMANDS
+from dynident.apps.commands.entry import shown_name
 from dynident.apps.report.sections.evidence import VERDICTS
 from dynident.estimation.diagnosis.verdict import table
 from dynident.tests.commands.typed import NAMES as NAMES_OF_COMMANDS
-from dynident.tests.commands.typed import options
+from dynident.tests.commands.typed import arguments, options
 from dynident.tests.docs.pages import LANGUAGES, ROOT, Reader, alike, blocks, first_missing, pages
 from dynident.tests.selection import cases
 
@@ -21,7 +23,6 @@ LONG = {"README", "currents", "cut-off", "design", "drake", "export", "fleet", "
 """Pages whose commands take longest."""
 NEEDS = {"mujoco": "mujoco", "isaac": "pxr", "drake": "pydrake"}
 """Packages that the programs of a page import."""
-VERDICT = ROOT / "docs/verdict.md"
 BEGIN, END = "<!-- table -->\n", "<!-- /table -->\n"
 RUN = [page for page in PAGES if any(block.language in ("console", "python") for block in blocks(page))]
 
@@ -133,15 +134,37 @@ def test_the_package_enters_at_the_end_alone() -> None:
     assert "from dynident" not in own
 
 
-def test_the_page_on_verdicts_holds_the_table_as_the_code_prints_it() -> None:
-    """Run with WRITE_DOCS=1 to write it anew."""
+def settings_table() -> list[str]:
+    """Every setting of every command."""
+    commands: dict[tuple[str, str, str], list[str]] = {}
+    for name in NAMES_OF_COMMANDS:
+        for argument in arguments(name):
+            if not argument.show:
+                text = " ".join((argument.parameter.help or "").split())
+                value = argument.parameter.metavar or "true"
+                commands.setdefault((shown_name(argument), value, text), []).append(name)
+    most = len(NAMES_OF_COMMANDS) - 1
+    rows = []
+    for (key, value, text), of in sorted(commands.items()):
+        where, words = "all" if len(of) == most else ", ".join(of), value.replace("|", "\\|")
+        rows.append(f"| `{key}` | `{words}` | {text} | {where} |\n")
+    return ["| key | value | what it does | commands |\n", "|---|---|---|---|\n", *rows]
+
+
+def verdict_table() -> list[str]:
     rows = [f"| {what.rstrip('.')} | {limits} |\n" for what, limits in table()]
-    printed = "".join(["| check | from where on, and what it spoils |\n", "|---|---|\n", *rows])
-    text = VERDICT.read_text(encoding="utf-8")
+    return ["| check | from where on, and what it spoils |\n", "|---|---|\n", *rows]
+
+
+@pytest.mark.parametrize(("page", "lines"), [("verdict", verdict_table), ("settings", settings_table)])
+def test_a_page_holds_the_table_as_the_code_prints_it(page: str, lines: Callable[[], list[str]]) -> None:
+    """Run with WRITE_DOCS=1 to write it anew."""
+    path, printed = ROOT / f"docs/{page}.md", "".join(lines())
+    text = path.read_text(encoding="utf-8")
     before, _, rest = text.partition(BEGIN)
     shown, _, after = rest.partition(END)
     if os.environ.get("WRITE_DOCS"):
-        VERDICT.write_text(f"{before}{BEGIN}{printed}{END}{after}", encoding="utf-8")
+        path.write_text(f"{before}{BEGIN}{printed}{END}{after}", encoding="utf-8")
         return
     assert shown == printed
 

@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from dynident.cli import main
+from dynident.tests.frozen.filed import filed
 from dynident.tests.frozen.inputs import folder_of_inputs
 from dynident.tests.frozen.numbers import Leaves, leaves
 from dynident.tests.frozen.runs import RUNS, Run
@@ -36,7 +37,7 @@ def outputs(run: Run) -> Frozen:
     silent = io.StringIO()
     with contextlib.redirect_stdout(silent), contextlib.redirect_stderr(silent), settings():
         try:
-            status = main([*line.split(), "--json", "a.json"])
+            status = main(filed([*line.split(), "--json", "a.json"]))
         except SystemExit as stop:
             status = int(stop.code or 0)
     path = Path("a.json")

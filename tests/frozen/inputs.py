@@ -16,6 +16,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from dynident.cli import main
+from dynident.tests.frozen.filed import filed
 
 FOLDER = Path(__file__).parent / "given"
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -44,7 +45,7 @@ RECORDINGS = (
     "--robot six_axis.toml --trajectory six_arm.csv --payload gripper.toml --rate 125 --seed 4",
 )
 DOCUMENTS = {
-    "tx_robot.json": "identify --robot tx40 --data tx_arm_unloaded.csv --equation-rate 25",
+    "tx_robot.json": "identify --robot tx40 --data tx_arm_unloaded.csv equation-rate=25",
     "rx_payload.json": "payload --robot rx90 --unloaded rx_arm_unloaded.csv --loaded rx_arm_loaded.csv",
 }
 """Written by an earlier command."""
@@ -77,7 +78,7 @@ def keep(path: Path) -> None:
 
 def dynident(line: str, *more: str) -> None:
     """Run one command that has to answer."""
-    status = main([*line.split(), *more])
+    status = main(filed([*line.split(), *more]))
     if status > 1:
         raise SystemExit(f"status {status}: {line}")
 
@@ -110,7 +111,7 @@ def make() -> None:
         (FOLDER / name).write_text(text, encoding="utf-8")
     with folder_of_inputs() as folder:
         for name, line in MOTIONS.items():
-            dynident(f"{line} --sample-rate 125 --samples {name}.csv")
+            dynident(f"{line} sample-rate=125 --samples {name}.csv")
         for name in ("rx_arm", "rx_short"):
             keep(folder / f"{name}.csv")
         for line in RECORDINGS:

@@ -14,7 +14,7 @@ _TX = "--robot tx40 --unloaded tx_arm_unloaded.csv --loaded tx_arm_loaded.csv"
 _TX_REAL = "DYNIDENT_DATA/tx40/tx40.csv.gz"
 _UR_REAL = "--unloaded DYNIDENT_DATA/ur10e/unloaded.csv.gz --loaded DYNIDENT_DATA/ur10e/loaded_2.805kg.csv.gz"
 _GAINS = "--drive-gains 11.976,11.976,9.839,10.763,10.757,10.680"
-_WEIGHED = "--mass 6.2+-0.05 --equation-rate 25 --cutoff 8"
+_WEIGHED = "--mass 6.2+-0.05 equation-rate=25 --cutoff 8"
 _NOISE = "--torque-noise 24,30,10.8,5.1,6.6,2.3"
 _DESIGN = f"design --robot rx90 --columns payload --starts 1 {_NOISE}"
 
@@ -46,9 +46,9 @@ RUNS = (
     Run("payload_ur10e_currents", f"payload {_CURRENTS} {_GAINS} --gain-sigma 2% {_WEIGHED}"),
     Run(
         "payload_tx40_stored_robot",
-        "payload --robot tx40 --robot-parameters tx_robot.json --loaded tx_arm_loaded.csv --equation-rate 25",
+        "payload --robot tx40 --robot-parameters tx_robot.json --loaded tx_arm_loaded.csv equation-rate=25",
     ),
-    Run("payload_tx40_pair", f"payload {_TX} --method 3 --equation-rate 25 --tool-frame 0,0,0.05,0,0,30"),
+    Run("payload_tx40_pair", f"payload {_TX} --method 3 equation-rate=25 --tool-frame 0,0,0.05,0,0,30"),
     Run(
         "payload_six_axis_constraints",
         f"payload {_SIX} --mass-bounds 1,2.6 --com-within=-0.02,0.02,-0.02,0.05,0,0.1 "
@@ -59,7 +59,7 @@ RUNS = (
     Run("weigh_ur10e_box", f"weigh {_UR_NEAR} --inertia box:200x200x100 --gain-sigma 2%"),
     Run(
         "identify_rx90_essential",
-        "identify --robot rx90 --data rx_arm_unloaded.csv --validate rx_near_unloaded.csv --essential 20%",
+        "identify --robot rx90 --data rx_arm_unloaded.csv --validate rx_near_unloaded.csv essential=20%",
     ),
     Run(
         "identify_six_axis_prior",
@@ -80,7 +80,7 @@ RUNS = (
     Run("score_rx90_stored_motion", f"score rx_arm.csv --robot rx90 {_NOISE}"),
     Run(
         "fleet_reduce",
-        "fleet reduce six_arm_unloaded.csv ur_near_unloaded.csv --robot six_axis.toml --equation-rate 31.25 "
+        "fleet reduce six_arm_unloaded.csv ur_near_unloaded.csv --robot six_axis.toml equation-rate=31.25 "
         "--pattern {arm}_unloaded.csv --store store",
     ),
     Run("real_payload_ur10e", f"payload --robot ur10e {_UR_REAL} {_GAINS}"),

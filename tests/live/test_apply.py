@@ -9,6 +9,7 @@ from typing import Any
 import pytest
 from dynident.apps import live
 from dynident.cli import main
+from dynident.tests.frozen.filed import filed
 from dynident.tests.live.conftest import Play
 from dynident.tests.live.played import Played
 
@@ -36,7 +37,8 @@ def payload(tmp_path: Path) -> Write:
 
 
 def apply(player: Played, path: str, *more: str) -> int:
-    return main(["apply", path, "--to", "ur", *player.address, "--script-port", str(player.script_port), *more])
+    line = ["apply", path, "--to", "ur", *player.address, f"script-port={player.script_port}", *more]
+    return main(filed(line))
 
 
 def scripts(player: Played) -> list[dict[str, Any]]:

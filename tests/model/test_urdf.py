@@ -139,8 +139,8 @@ BAD = {
     "mimic": (file(CHAIN[0], joint("j2", "b", "c", more='<mimic joint="j1"/>'), CHAIN[2]), "'j2' mimics 'j1'"),
     "floating": (file(CHAIN[0], joint("j2", "b", "c", "floating"), CHAIN[2]), "'j2' is 'floating'"),
     "planar": (file(CHAIN[0], joint("j2", "b", "c", "planar"), CHAIN[2]), "'j2' is 'planar'"),
-    "several tips": (file(CHAIN[0], CHAIN[1], joint("j3", "b", "d")), "give --chain :TIP, TIP one of c, d"),
-    "several roots": (file(CHAIN[0], joint("j2", "c", "d")), "give --chain BASE:, BASE one of a, c"),
+    "several tips": (file(CHAIN[0], CHAIN[1], joint("j3", "b", "d")), "set chain to :TIP, TIP one of c, d"),
+    "several roots": (file(CHAIN[0], joint("j2", "c", "d")), "set chain to BASE:, BASE one of a, c"),
     "nothing moves": (file(*(joint(f"j{p}", p, c, "fixed") for p, c in ("ab", "bc", "cd"))), "no joint moves"),
     "closed loop": (file(*CHAIN, joint("j4", "a", "d")), "'d' is the child of joints 'j3' and 'j4'"),
     "endless": (file(joint("j1", "a", "b"), joint("j2", "b", "a"), joint("j3", "c", "d")), "own ancestor"),
@@ -232,7 +232,7 @@ def test_the_flange_wins_by_its_name_and_is_told(write: Write, more: tuple[str, 
 def test_two_arms_with_a_flange_each_are_not_chosen_from(write: Write) -> None:
     links = '<link name="left_tool0"/><link name="right_tool0"/>'
     both = (joint("l", "c", "left_tool0", "fixed"), joint("r", "b", "right_tool0", "fixed"))
-    with pytest.raises(InputError, match="give --chain :TIP, TIP one of d, left_tool0, right_tool0"):
+    with pytest.raises(InputError, match="set chain to :TIP, TIP one of d, left_tool0, right_tool0"):
         load_robot(write(file(*CHAIN, *both).replace("</robot>", f"{links}</robot>")))
 
 

@@ -142,7 +142,7 @@ LOGS: dict[str, Callable[[Log, Draw], Log]] = {
 COMMANDS = (
     "payload --robot tx40.toml --unloaded tx_arm_unloaded.csv --loaded tx_arm_loaded.csv --json out.json",
     "payload --robot six_axis.toml --unloaded six_arm_unloaded.csv --loaded six_arm_loaded.csv --json out.json",
-    "payload --robot tx40 --robot-parameters tx_robot.json --loaded tx_arm_loaded.csv --equation-rate 25 "
+    "payload --robot tx40 --robot-parameters tx_robot.json --loaded tx_arm_loaded.csv equation-rate=25 "
     "--json out.json",
     "weigh --robot ur10e.toml --unloaded ur_near_unloaded.csv --loaded ur_near_loaded.csv --json out.json",
     "identify --robot six_axis.toml --data six_arm_unloaded.csv --json out.json",
@@ -156,7 +156,7 @@ COMMANDS = (
     "simulate --robot six_axis.toml --payload box.toml --trajectory six_short.csv --rate 50 --out sim",
     "score --robot tx40.toml tx_arm_loaded.csv --torque-limits none --json out.json",
     "verify --robot tx40.toml --before tx_arm_unloaded.csv --after tx_arm_loaded.csv --json out.json",
-    "fleet reduce six_arm_unloaded.csv --robot six_axis.toml --equation-rate 31.25 --store store --json out.json",
+    "fleet reduce six_arm_unloaded.csv --robot six_axis.toml equation-rate=31.25 --store store --json out.json",
     "compare six_arm_unloaded.csv six_arm_loaded.csv --robot six_axis.toml --json out.json",
 )
 MASSES = {"tx_arm_loaded.csv": 1.6, "six_arm_loaded.csv": 2.5, "ur_near_loaded.csv": 6.2}

@@ -20,6 +20,7 @@ from dynident.cli import main
 from dynident.common.errors import InputError
 from dynident.model import load_robot, read_payload
 from dynident.tests.commands.typed import options
+from dynident.tests.frozen.filed import filed
 from dynident.tests.frozen.inputs import folder_of_inputs
 from dynident.tests.mutations.mutants import BYTES, MASSES, TEXTS, Mutant, mutant
 from dynident.tests.trajectories.test_scene_file import WHOLE
@@ -44,7 +45,7 @@ FILES: dict[str, tuple[bytes, Callable[[Path], object]]] = {
 
 LONGEST = 30.0, 300.0
 """s of the processor and of the clock: a command on a recording of 5 s that has not answered then hangs."""
-SLOW = {"--bound", "--report", "--plots"}
+SLOW = {"--bound", "--report", "plots"}
 """Options that start a search or draw figures."""
 
 
@@ -99,7 +100,7 @@ def tried(mistake: Mutant, inputs: Path) -> Trial:
             signal.setitimer(timer, most)
         with contextlib.redirect_stdout(printed), contextlib.redirect_stderr(errors), warnings.catch_warnings():
             try:
-                status = main(mistake.words)
+                status = main(filed(mistake.words))
             except SystemExit as stop:
                 status = int(stop.code or 0)
             except _TimeUpError:

@@ -10,7 +10,7 @@ from typing import Annotated
 
 from .... import estimation, model
 from ....common.errors import InputError
-from ..entry import DRIVES, KNOWN, Options, about, options
+from ..entry import KNOWN, LOGS, Options, about, options
 from ..values import Bounds, Weighed, gain_errors, numbers, word
 from .recordings import Setup
 
@@ -28,7 +28,7 @@ _Errors = Annotated[tuple[tuple[float, ...], float], word(gain_errors, "2%|S1,S2
 
 @options(KNOWN)
 class KnowledgeOptions(Options):
-    """What is known of the payload; it enters the constrained estimate of every method."""
+    """Knowledge of the payload, which enters the constrained estimate of every method."""
 
     mass: Weighed | None = None
     """The payload was weighed, with the scale's standard deviation."""
@@ -40,11 +40,7 @@ class KnowledgeOptions(Options):
     """Centre and semi-axes of one that holds all of it."""
 
     def constraints(self) -> list[estimation.Constraint]:
-        """The constraints that are named.
-
-        Raises:
-            InputError: if they make no sense.
-        """
+        """The constraints that are named."""
         constraints: list[estimation.Constraint] = [estimation.PossibleBody()]
         if self.mass is not None:
             masses, sigma = self.mass
@@ -67,9 +63,9 @@ class KnowledgeOptions(Options):
         return constraints
 
 
-@options(DRIVES)
+@options(LOGS)
 class GainOptions(Options):
-    """How sure the drive gains are."""
+    """Uncertainty of the drive gains."""
 
     gain_sigma: _Errors | None = None
     """Each joint's error of torque or drive gain, and one that all share: 2%,common=1% (default: what the
@@ -91,9 +87,6 @@ class GainOptions(Options):
             loaded: recordings with the payload that is asked for.
             unloaded: without, or the robot's own.
             stored: the robot's parameters from a file.
-
-        Raises:
-            InputError: if it cannot be used, before any work is done.
         """
         then = stored.gains if stored is not None else None
         now, n = setup.identified, setup.robot.n

@@ -10,12 +10,13 @@ from typing import TYPE_CHECKING, Annotated, Literal, NamedTuple
 
 import numpy as np
 from cyclopts import Parameter
+from numpy.typing import NDArray
 
 from .... import model, trajectories
 from ....common.arrays import Array
 from ....common.errors import InputError
 from ... import results
-from ..entry import GOAL, LIMITS, NOISE, Options, options
+from ..entry import GOAL, LIMITS, SETTING, Options, options
 from ..progress import note
 from ..values import (
     Names,
@@ -75,11 +76,11 @@ _Heaviest = Annotated[str, Reads("heaviest payload"), Parameter(metavar="KG[@X,Y
 _Region = Annotated[tuple[tuple[float, ...], bool], word(region, "R|A,B,C|box:A,B,C")]
 
 
-@options(NOISE)
+@options(GOAL)
 class NoiseOptions(Options):
     """Torque noise per joint [N·m or N], or its share of the limits, and independent samples a second [Hz]."""
 
-    torque_noise: Annotated[_Noise | None, Parameter(group=NOISE)] = None
+    torque_noise: _Noise | None = None
     """Sigma per joint [N·m or N], or 10% of the limits; @HZ: independent samples a second (default: 100)."""
 
     @property
@@ -101,22 +102,22 @@ class NoiseOptions(Options):
 
 @options(GOAL)
 class GoalOptions(NoiseOptions):
-    """Which parameters, by which criterion, beside what is known already."""
+    """Parameters to be learnt, the criterion, and data that are there already."""
 
     criterion: Annotated[Literal["d", "a", "cond", "cond-scaled"], Parameter(show_choices=False)] = "d"
     """d: information (default); a: relative sigma; cond: condition number; cond-scaled: columns scaled."""
     columns: _Columns | None = None
     """Parameters to be estimated (default: base), or the payload's ten, the robot being known."""
-    parameters: Names | None = None
-    """Those that count, for d and a (default: all)."""
+    parameters: Annotated[Names | None, SETTING] = None
+    """Parameters that count, for criteria d and a (default: all)."""
     data_from: tuple[Annotated[str, Reads("earlier data"), Parameter(metavar="F")], ...] = ()
-    """What was learnt before: --npz of identify or payload, or --json of identify (d and a); repeatable."""
-    data_length: Seconds | None = None
-    """Of the recording to come."""
+    """Earlier data: --npz of identify or payload, or --json of identify (d and a); repeatable."""
+    data_length: Annotated[Seconds | None, SETTING] = None
+    """Length of the recording to come [s]."""
 
     @property
     def payload_only(self) -> bool:
-        """Whether the payload alone is asked for."""
+        """The payload alone is asked for."""
         return self.columns == ("payload",)
 
     def goal(
@@ -131,15 +132,12 @@ class GoalOptions(NoiseOptions):
         Args:
             reference: values that standard deviations are relative to.
             motion_length: how long the motion will take [s], where it is known.
-
-        Raises:
-            InputError: for earlier recordings that do not fit, or without the length of the next one.
         """
         noise, earlier, length = self.sigma(bounds), None, self.data_length
         if self.data_from:
             length = length or motion_length
             if length is None:
-                raise InputError("--data-from needs --data-length: how long will be recorded next?")
+                raise InputError("--data-from needs data-length, a setting: how long will be recorded next?")
             if noise is None:
                 noise = results.recorded_noise(self.data_from[0])
         if noise is None:
@@ -173,22 +171,29 @@ class GoalOptions(NoiseOptions):
         return trajectories.Earlier(columns, np.vstack(rows))
 
 
-class Known(NamedTuple):
-    """What is known of a robot.
+class Limited(NamedTuple):
+    """A robot with the limits that its motions keep.
 
     Attributes:
         robot: with its parameters, or a stand-in's.
         values: identified parameters by name; none of a stand-in.
         covariance: of ``values`` in their order.
+        payload: the heaviest, or every one within bounds, in the last link's frame.
+        margin: share of the torque limits that a design leaves free; None where nothing is said of it.
     """
 
     robot: model.Robot
     values: Mapping[str, float]
     covariance: Array | None
+    bounds: trajectories.JointBounds
+    payload: PayloadBounds | None
+    margin: float | None
+    scene: trajectories.Scene | None
 
-    def loads(self, payload: PayloadBounds | None, margin: float | None) -> trajectories.Loads:
+    def loads(self, payload: PayloadBounds | None) -> trajectories.Loads:
         """Parameters that torque limits are computed from."""
-        return trajectories.Loads(self.values or self.robot.parameters, payload, self.covariance, margin or 0.0)
+        values = self.values or self.robot.parameters
+        return trajectories.Loads(values, payload, self.covariance, self.margin or 0.0)
 
 
 @options(LIMITS)
@@ -196,9 +201,9 @@ class LimitOptions(Options):
     """Limits of the joints, the robot's parameters for its torques, and the scene."""
 
     speed_override: Annotated[float, word(number, "SHARE")] = 1.0
-    """Of the speed (default: 1)."""
-    acceleration: _Acceleration | None = None
-    """[deg/s² or m/s²], or 3x: three times the speed limit per second."""
+    """Share of the speed limits (default: 1)."""
+    acceleration: Annotated[_Acceleration | None, SETTING] = None
+    """Limit of the accelerations [deg/s² or m/s²], or 3x: three times the speed limit per second."""
     torque_limits: _Torques | None = None
     """[N·m or N], or none: not even those of the robot's file."""
     robot_parameters: RobotParametersFile | None = None
@@ -207,67 +212,56 @@ class LimitOptions(Options):
     """Torque limits hold without it and with it."""
     within: _Region | None = None
     """Torque limits hold for every payload up to --heaviest-payload in a ball, ellipsoid or box there [m]."""
-    torque_margin: Share | None = None
-    """Of the torque limits that stays free, such as 10%."""
-    scene: Annotated[str | None, Reads("scene"), Parameter(metavar="TOML")] = None
-    """Floor, walls, and bodies that keep clear of each other."""
+    torque_margin: Annotated[Share | None, SETTING] = None
+    """Share of the torque limits that stays free, such as 10%."""
+    scene: Annotated[str | None, Reads("scene"), Parameter(metavar="TOML"), SETTING] = None
+    """File of floor, walls, and bodies that keep clear of each other."""
 
-    def known(self, robot: model.Robot) -> Known:
-        """What is known of the robot: ``--robot-parameters``, or a stand-in."""
-        if not self.robot_parameters:
-            return Known(model.stand_in.rehearsed(robot), {}, None)
-        robot = model.stand_in.with_assumed_limits(robot)
-        stored = results.read_stored_robot(self.robot_parameters)
-        values = dict(zip(stored.estimate.names, stored.estimate.values.tolist(), strict=True))
-        return Known(stored.applied_to(robot), values, stored.estimate.covariance)
-
-    def payload(self, robot: model.Robot, bounds: trajectories.JointBounds) -> PayloadBounds | None:
-        """The heaviest payload, or every payload within bounds, in the last link's frame.
-
-        Raises:
-            InputError: if options contradict each other, or torque limits are missing that a set needs.
-        """
-        if self.torque_margin is not None and not np.isfinite(bounds.torque).any():
-            raise InputError("--torque-margin has no effect without torque limits: give --torque-limits")
-        if self.heaviest_payload is None:
-            self.refuse("within", "needs --heaviest-payload KG[@X,Y,Z]: the largest mass there")
-            return None
-        missing = np.flatnonzero(~np.isfinite(bounds.torque)) + 1
-        if self.within is not None and len(missing):
-            joints = ", ".join(map(str, missing))
-            raise InputError(
-                f"--within needs a torque limit of every joint, {joints} without: give --torque-limits"
-            )
-        return payload_bounds(robot, self.heaviest_payload, self.within)
-
-    def bounds(self, robot: model.Robot) -> trajectories.JointBounds:
-        """Limits of the joints."""
+    def of(self, robot: model.Robot) -> Limited:
+        """A robot with these limits, its parameters from ``--robot-parameters``, or a stand-in."""
+        values, covariance = dict[str, float](), None
+        if self.robot_parameters:
+            robot = model.stand_in.with_assumed_limits(robot)
+            stored = results.read_stored_robot(self.robot_parameters)
+            values = dict(zip(stored.estimate.names, stored.estimate.values.tolist(), strict=True))
+            robot, covariance = stored.applied_to(robot), stored.estimate.covariance
+        else:
+            robot = model.stand_in.rehearsed(robot)
         acceleration: list[float] | None = None
         if isinstance(self.acceleration, float):
             acceleration = [self.acceleration * joint.limits.speed for joint in robot.joints]
         elif self.acceleration is not None:
-            acceleration = in_si(each_joint(self.acceleration, robot, "--acceleration"), robot).tolist()
+            acceleration = in_si(each_joint(self.acceleration, robot, "acceleration"), robot).tolist()
         torque = (math.inf,) * robot.n if isinstance(self.torque_limits, str) else self.torque_limits
         torque = torque and each_joint(torque, robot, "--torque-limits")
-        return trajectories.JointBounds.of(
+        bounds = trajectories.JointBounds.of(
             robot, override=self.speed_override, acceleration=acceleration, torque=torque
         )
+        payload = self._payload(robot, np.isfinite(bounds.torque))
+        scene = trajectories.read_scene(self.scene) if self.scene else None
+        return Limited(robot, values, covariance, bounds, payload, self.torque_margin, scene)
 
     def whole(self, problem: trajectories.DesignProblem) -> trajectories.DesignProblem:
         """The problem with the whole of the torque limits, the share that a design leaves free included."""
         return problem.with_torque_share(1.0 / (1.0 - (self.torque_margin or 0.0)))
 
-    def read_scene(self) -> trajectories.Scene | None:
-        """What the motion keeps clear of."""
-        return trajectories.read_scene(self.scene) if self.scene else None
+    def _payload(self, robot: model.Robot, limited: NDArray[np.bool_]) -> PayloadBounds | None:
+        """The payload of these options; ``limited``: joints with a torque limit, of which a set needs all."""
+        if self.torque_margin is not None and not limited.any():
+            raise InputError("torque-margin has no effect without torque limits: give --torque-limits")
+        if self.heaviest_payload is None:
+            self.refuse("within", "needs --heaviest-payload KG[@X,Y,Z]: the largest mass there")
+            return None
+        if self.within is not None and not limited.all():
+            joints = ", ".join(map(str, np.flatnonzero(~limited) + 1))
+            raise InputError(
+                f"--within needs a torque limit of every joint, {joints} without: give --torque-limits"
+            )
+        return payload_bounds(robot, self.heaviest_payload, self.within)
 
 
 def payload_bounds(robot: model.Robot, text: str, within: tuple[tuple[float, ...], bool] | None) -> PayloadBounds:
-    """The payload of ``--heaviest-payload``, or with ``--within`` the set, in the last link's frame.
-
-    Raises:
-        InputError: for what is no payload, or a file with ``--within``.
-    """
+    """The payload of ``--heaviest-payload``, or with ``--within`` the set, in the last link's frame."""
     flange = robot.flange
     if Path(text).suffix.lower() == ".toml":
         if within is not None:
@@ -293,11 +287,7 @@ def payload_bounds(robot: model.Robot, text: str, within: tuple[tuple[float, ...
 
 
 def each_joint(values: tuple[float, ...], robot: model.Robot, option: str) -> tuple[float, ...]:
-    """A number for each joint, where one may stand for all.
-
-    Raises:
-        InputError: for any other count; names the option.
-    """
+    """A number for each joint, where one may stand for all."""
     if len(values) not in (1, robot.n):
         count = f"{len(values)} numbers for the {robot.n} joints of robot {robot.name!r}"
         raise InputError(f"{option}: {count}: give one for all, or one each")

@@ -16,7 +16,7 @@ from ....common.schema import json_text, write_json
 from ....common.versions import versions
 from ... import report
 from ... import view as views
-from ..entry import CALL, FILES, VIEW, Options, options, settings
+from ..entry import CALL, FILES, SETTING, Options, options, settings
 from ..progress import note, quiet, status
 from ..values import NewFile, NewFolder, NewPage, Reads, Stream
 
@@ -64,8 +64,8 @@ class PageOptions(ResultOptions):
 
     report: NewPage | None = None
     """Write a report, one self-contained HTML file, and F.run.toml, which repeats the run by --config."""
-    plots: NewFolder | None = None
-    """Write its figures as PNG, SVG and PDF; made if missing."""
+    plots: Annotated[NewFolder | None, SETTING] = None
+    """Folder for the report's figures as PNG, SVG and PDF; made if missing."""
 
     def give(self, shown: Report, document: Callable[[], Any], settings_text: Mapping[str, str]) -> None:
         """Print the screen, and write document, page and figures, as far as they were asked for."""
@@ -101,11 +101,11 @@ class EquationOptions(PageOptions):
             report.recordings.write_npz(self.npz, system())
 
 
-@options(VIEW)
+@options(FILES)
 class ViewOptions(Options):
     """The arm in three dimensions."""
 
-    view: Annotated[Stream | None, Parameter(metavar="F.html", group=VIEW)] = None
+    view: Annotated[Stream | None, Parameter(metavar="F.html")] = None
     """The arm in three dimensions, one file that plays without a server; - opens it in the browser."""
 
     def check_view(self) -> None:

@@ -12,12 +12,10 @@ from .... import estimation, model
 from ....common.errors import InputError
 from ....common.progress import each
 from ... import logs, results
-from ..entry import LOGS, PROCESSING, RARE, Options, about, options
+from ..entry import LOGS, SETTING, Options, about, options
 from ..progress import note, status
-from ..values import Hertz, LogMapFile, Reads, Truth, gains_or_file, number, numbers, texts, truth, word
+from ..values import Hertz, LogMapFile, Reads, gains_or_file, number, numbers, texts, word
 
-_PROCESSING = Parameter(group=PROCESSING)
-_RARE = Parameter(group=PROCESSING, show=False)
 _Texts = Annotated[tuple[str, ...], word(texts, "A,B,..")]
 _Units = Annotated[tuple[str, ...], word(texts, "q=deg,..")]
 _Signs = Annotated[tuple[float, ...], word(numbers, "1,-1,..")]
@@ -26,7 +24,7 @@ _Gains = Annotated[tuple[float, ...] | str, Reads("drive gains"), word(gains_or_
 
 @dataclass(frozen=True, eq=False)
 class Setup:
-    """What recordings are read and identified with.
+    """Robot, processing and drive gains that recordings are read and identified with.
 
     Attributes:
         robot: with the structure that is asked for.
@@ -84,7 +82,7 @@ class Setup:
 
 @options(LOGS)
 class LogOptions(Options):
-    """How logs are read."""
+    """Columns, units and drive gains of logs."""
 
     log_map: LogMapFile | None = None
     """Columns, units, side and signs of the logs, topic of a ROS 2 bag."""
@@ -92,9 +90,9 @@ class LogOptions(Options):
     """Joints by name, base to tip."""
     units: _Units = ()
     """Units of q, qd, tau, i, t."""
-    signs: Annotated[_Signs, RARE] = ()
-    """Turn the sense of joints."""
-    topic: Annotated[str, RARE] = ""
+    signs: Annotated[_Signs, SETTING] = ()
+    """Senses of the joints: -1 turns positions, speeds, torques and currents of one."""
+    topic: Annotated[str, Parameter(metavar="NAME"), SETTING] = ""
     """Topic of a ROS 2 bag."""
     drive_gains: _Gains | None = None
     """Torque per current [N·m/A], or the --json of 'dynident gains'."""
@@ -116,15 +114,15 @@ class LogOptions(Options):
 
 @options(LOGS)
 class FilterOptions(LogOptions):
-    """How logs are read, settings of filtering and of the model's structure."""
+    """Logs, their filtering, and the structure of the model."""
 
-    rate: Annotated[Hertz | None, _PROCESSING] = None
-    """Resample to this even rate."""
-    cutoff: Annotated[Hertz | None, _PROCESSING] = None
+    rate: Annotated[Hertz | None, SETTING] = None
+    """Even rate that recordings are filtered down to."""
+    cutoff: Hertz | None = None
     """Low-pass on positions and speeds."""
-    offsets: Annotated[Truth | None, word(truth, "true|false"), _RARE] = None
-    """Whether each joint has an offset."""
-    coulomb: Annotated[Literal["sum", "paper"] | None, _RARE] = None
+    offsets: Annotated[bool | None, Parameter(metavar="true|false"), SETTING] = None
+    """A constant torque for each joint, or none (default: as the robot's file)."""
+    coulomb: Annotated[Literal["sum", "paper"] | None, Parameter(metavar="sum|paper"), SETTING] = None
     """Coulomb friction of coupled drives."""
 
     def setup(self, robot: model.Robot, stored: estimation.RobotResult | None = None) -> Setup:
@@ -137,16 +135,17 @@ class FilterOptions(LogOptions):
         if stored:
             robot = stored.applied_to(robot)
             stored.check_gains(gains)
-        with about("--coulomb"):
+        with about("coulomb"):
             robot = robot if self.coulomb is None else robot.with_coulomb(self.coulomb)
         robot = robot if self.offsets is None else robot.with_offsets(self.offsets)
         if stored and robot.fingerprint != stored.fingerprint:
-            raise InputError("--offsets and --coulomb must be those the stored parameters were identified with")
+            raise InputError("offsets and coulomb must be those the stored parameters were identified with")
         names = {entry.name for entry in fields(model.Processing)} & {entry.name for entry in fields(self)}
         settings = {name: getattr(self, name) for name in names if getattr(self, name) is not None}
+        named = [self.shown(name) for name in sorted(settings)]
         if "equation_rate" in settings:  # takes the place of either in the robot's file
             settings["decimate"] = 1
-        with about(*(f"--{name.replace('_', '-')}" for name in sorted(settings))):
+        with about(*named):
             processing = replace(robot.processing, **settings)
         return Setup(robot, processing, gains, identified, self.how())
 
@@ -155,14 +154,14 @@ class FilterOptions(LogOptions):
 class ProcessingOptions(FilterOptions):
     """Settings of filtering and of decimation, for commands that build equations of fewer rows."""
 
-    equation_rate: Annotated[Hertz | None, _PROCESSING] = None
-    """Decimate Y and W alike, to about this rate."""
+    equation_rate: Annotated[Hertz | None, SETTING] = None
+    """Rate that the equations are decimated to, about."""
 
 
 @options(LOGS)
 class PairOptions(ProcessingOptions):
     """Settings for recordings with and without payload."""
 
-    max_mismatch: Annotated[float | None, word(number, "RAD"), _RARE] = None
+    max_mismatch: Annotated[float | None, word(number, "RAD"), SETTING] = None
     """Largest difference of position with and without payload after alignment, rms of the worst joint (payload:
     method 3; default: 0.01)."""

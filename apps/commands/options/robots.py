@@ -11,11 +11,10 @@ from cyclopts import Parameter
 from .... import model
 from ....common.errors import InputError
 from ... import live
-from ..entry import CONTROLLER, INSTALLATION, Options, options
+from ..entry import CONTROLLER, SETTING, Options, options
 from ..progress import note
 from ..values import Frame, Kilograms, Port, RobotFile, chain, mount, word
 
-_INSTALLED = Parameter(group=INSTALLATION)
 _Chain = Annotated[tuple[str | None, str | None], word(chain, "BASE:TIP")]
 _Mount = Annotated[tuple[str, tuple[float, float, float]], word(mount, "HOW")]
 
@@ -26,7 +25,7 @@ class ArmOptions(Options):
 
     robot: RobotFile
     """A shipped robot ('dynident robot list'), TOML, URDF or xacro, or a name of robot_descriptions."""
-    chain: Annotated[_Chain | None, _INSTALLED] = None
+    chain: Annotated[_Chain | None, SETTING] = None
     """URDF: first link and flange of the arm, either may be left out (default: the root, the only end)."""
 
     def load(self) -> model.Robot:
@@ -41,7 +40,7 @@ class ArmOptions(Options):
 class RobotOptions(ArmOptions):
     """A robot and how it is mounted."""
 
-    mount: Annotated[_Mount | None, _INSTALLED] = None
+    mount: _Mount | None = None
     """Floor, wall (x of the base points down), ceiling, roll,pitch,yaw of the base in degrees, or gravity=X,Y,Z in
     its frame [m/s^2]."""
 
@@ -58,8 +57,8 @@ class RobotOptions(ArmOptions):
 class RehearsedRobotOptions(RobotOptions):
     """A robot to plan or simulate with, which may need a stand-in."""
 
-    arm_mass: Annotated[Kilograms | None, _INSTALLED] = None
-    """Of the whole arm, for a stand-in where its file tells neither mass nor bodies of links."""
+    arm_mass: Kilograms | None = None
+    """Mass of the whole arm, for a stand-in where its file tells neither mass nor bodies of links."""
 
     def load(self) -> model.Robot:
         """The robot with the mass that was given."""

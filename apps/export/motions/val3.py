@@ -200,6 +200,6 @@ FORMAT = Format(
     replay=lambda motion: Replay(
         val3_replay(motion),
         "VAL3 may move from point to point",
-        "design with --segments trapezoid, or leave more room by --torque-margin",
+        "design with --segments trapezoid, or leave more room by the setting torque-margin",
     ),
 )

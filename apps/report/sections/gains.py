@@ -15,7 +15,7 @@ def gains_report(gains: GainsResult, document: str | None = None) -> Report:
     ``document``: the JSON file that was written, if any.
     """
     level, made, mounted = gains.judged.level, gains.working, bool(gains.load and gains.load.mountings)
-    ask = "" if document else "add --json gains.json, then "
+    ask = "" if document or not made else "add --json gains.json, then "
     after = f"Next: {ask}give --drive-gains {document or 'gains.json'} to 'dynident payload'."
     first = [
         Banner(level, f"Verdict: {'use every gain' if level == 'use' else VERDICTS[level]}."),

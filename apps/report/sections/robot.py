@@ -107,7 +107,8 @@ def robot_report(result: RobotResult, rollouts: Sequence[Rollout] = (), document
     """
     verdict, made = result.judged, result.working
     after = f"'dynident payload --robot-parameters {document or 'robot.json'} --loaded LOG'"
-    following = MEND if verdict.reasons else f"Next: {'' if document else 'add --json robot.json, then '}{after}."
+    ask = "" if document or not made else "add --json robot.json, then "
+    following = MEND if verdict.reasons else f"Next: {ask}{after}."
     labels = dict(zip(made.base.columns, made.base.names, strict=True)) if made else {}
     count = len(made.held_out or made.recordings) if made else 0
     terms = present(result.friction) or ()

@@ -11,6 +11,7 @@ from dynident.apps.export.controllers import FORMATS
 from dynident.cli import main
 from dynident.model import InertialParameters, load_robot, robot_names
 from dynident.model.inertia import ten_parameters
+from dynident.tests.frozen.filed import filed
 from dynident.tests.report.controllers.parsers import PARSERS
 from scipy.spatial.transform import Rotation
 
@@ -23,7 +24,7 @@ IMPOSSIBLE = InertialParameters(ten_parameters(3.1, np.array([0.02, 0.05, 0.11])
 def run(capsys: pytest.CaptureFixture[str]) -> Run:
     def runner(*arguments: str) -> tuple[int, str, str]:
         try:
-            status = main(["export", *arguments])
+            status = main(filed(["export", *arguments]))
         except SystemExit as stop:
             status = int(stop.code or 0)
         captured = capsys.readouterr()
@@ -211,7 +212,7 @@ def test_grip_load_of_abb_in_the_tool_frame(run: Run, payload: Callable[..., str
 
 
 def test_stage_units(run: Run, payload: Callable[..., str]) -> None:
-    _, out, _ = run(payload(), "--to", "usd", "--meters-per-unit", "0.01")
+    _, out, _ = run(payload(), "--to", "usd", "meters-per-unit=0.01")
     assert "metersPerUnit = 0.01" in out
     np.testing.assert_allclose(PARSERS["usd"](out).inertia, BODY.inertia_com, rtol=1e-6)
 
@@ -220,9 +221,9 @@ def test_stage_units(run: Run, payload: Callable[..., str]) -> None:
     ("arguments", "words"),
     [
         (("--to", "kuka", "--tool-frame", "0", "0", "0", "0", "0", "0"), "--tool-frame belongs to --to abb"),
-        (("--to", "ur", "--meters-per-unit", "1"), "--meters-per-unit belongs to --to usd"),
-        (("--to", "usd", "--meters-per-unit", "0"), "must be positive"),
-        (("--to", "usd", "--meters-per-unit", "nan"), "not a number"),
+        (("--to", "ur", "meters-per-unit=1"), "meters-per-unit belongs to --to usd"),
+        (("--to", "usd", "meters-per-unit=0"), "must be positive"),
+        (("--to", "usd", "meters-per-unit=nan"), "not a number"),
         (("--to", "ur", "--flange-frame", "0", "0", "nan", "0", "0", "0"), "--flange-frame: 'nan' is not a number"),
         (("--to", "ur", "--flange-frame", "1e300", "0", "0", "0", "0", "0"), "--flange-frame"),
         (("--to", "abb", "--tool-frame", "0", "1e9", "0", "0", "0", "0"), "--tool-frame"),

@@ -11,6 +11,7 @@ from dynident.apps.commands.demo import PAYLOAD
 from dynident.apps.report.recordings import write_recording
 from dynident.cli import main
 from dynident.model import load_robot
+from dynident.tests.frozen.filed import filed
 from dynident.trajectories import RX90_NOISE, Simulator, random_via_points
 
 VOID = {"meta", "link", "br", "img", "hr", "input"}
@@ -110,7 +111,7 @@ def robot_report(shared: Shared, short_logs: Path, fixed_date: None) -> Made:
     identify = ["identify", "--robot", "rx90", "--data", str(short_logs / "bare0.csv")]
 
     def fill(folder: Path) -> None:
-        assert main([*identify, "--report", str(folder / "page.html"), "--plots", str(folder / "plots")]) == 0
+        assert main(filed([*identify, "--report", str(folder / "page.html"), f"plots={folder / 'plots'}"])) == 0
 
     folder = shared("robot_report", fill)
     return Made(folder / "page.html", folder / "plots")
@@ -120,4 +121,4 @@ def payload_command(folder: Path, report: Path, plots: Path) -> list[str]:
     files = ["--unloaded", str(folder / "bare0.csv"), "--loaded", str(folder / "loaded0.csv")]
     files += ["--validate", str(folder / "bare1.csv")]
     weighed = ["--mass", "7.03+-0.05"]
-    return ["payload", "--robot", "rx90", *files, *weighed, "--report", str(report), "--plots", str(plots)]
+    return filed(["payload", "--robot", "rx90", *files, *weighed, "--report", str(report), f"plots={plots}"])

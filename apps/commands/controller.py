@@ -1,0 +1,201 @@
+"""``dynident record`` and ``apply``: a recording from the robot itself, and a payload into it; never a motion."""
+
+from __future__ import annotations
+
+import math
+import signal
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Annotated, Literal
+
+from ...common.errors import InputError, one_line, printable
+from .. import export, live
+from . import ANSWERED, DO_NOT_USE
+from .entry import SETTING, command
+from .options import HostOptions
+from .progress import note, quiet, status
+from .values import NewFile, PayloadResultFile, Port, Seconds, positive_number, word
+
+if TYPE_CHECKING:
+    from ..export.load import ControllerLoad
+
+_SECONDS = 30.0
+_MOVING = 0.03
+"""rad/s: a joint that is faster moves."""
+_PATIENCE = 2.0
+"""s: by then the controller shows the payload that it was given."""
+_CLOSE = 2e-6
+"""Share by which numbers that are read back may differ: some controllers hold them in single precision."""
+_FIELDS = (live.TIME, live.MASS, live.CENTRE, live.INERTIA)
+
+
+@command
+def run_record(
+    maker: Literal["ur"],
+    *,
+    seconds: Seconds | None = None,
+    rate: Annotated[float | None, word(positive_number, "HZ")] = None,
+    out: NewFile,
+    controller: HostOptions,
+) -> int:
+    """Run ``record``: whatever ends the recording, the file holds what was there.
+
+    Args:
+        maker: Whose controller: ur, a Universal Robots one.
+        seconds: How long, in the controller's time [s] (default: 30).
+        rate: Samples a second (default: as fast as the controller can).
+        out: File to write: .csv, .csv.gz, .parquet.
+    """
+    if not controller.host:
+        raise InputError("give --host, the controller's name or address")
+    live.check_name(out)
+    with controller.client() as client:
+        client.start(live.FIELDS, rate)
+        absent = [field for field in live.FIELDS if field not in (client.layout.names or ())]
+        if absent:
+            note(f"{client.host}: the controller has no {', '.join(absent)}")
+        recorder = live.Recorder(client.rate, seconds or _SECONDS)
+        fault = _recorded(client, recorder)
+    if fault and not recorder.count:
+        raise InputError(f"{fault}: nothing was recorded")
+    recorder.write(out)
+    total, usual = recorder.count + recorder.dropped, 1.0 / recorder.step
+    lost = f"{recorder.dropped} dropped ({100.0 * recorder.dropped / total:.2g} %)"
+    note(f"{out}: {recorder.count} samples in {recorder.seconds:.1f} s, {lost}")
+    if recorder.repeated:
+        note(f"{out}: {recorder.repeated} samples came twice and are kept once")
+    if not 0.9 < usual / recorder.rate < 1.1:
+        note(f"{out}: {usual:.0f} samples a second came, {recorder.rate:g} were asked for")
+    for moment, stop in recorder.stops:
+        note(f"{out}: {stop} after {moment:.1f} s")
+    if fault:
+        raise InputError(f"{fault}; {out} holds the {recorder.seconds:.1f} s before")
+    return ANSWERED
+
+
+def _recorded(client: live.Client, recorder: live.Recorder) -> str:
+    """Record until the time is over, the user has enough, or it cannot go on: then why."""
+    with status("recording") as progress, _ended_alike():
+        try:
+            while not recorder.over:
+                new = recorder.add(client.take())
+                progress(progress_line(recorder, new))
+        except live.LinkError as fault:
+            return str(fault)
+        except KeyboardInterrupt:
+            note(f"stopped after {recorder.seconds:.1f} s")
+    return ""
+
+
+@contextmanager
+def _ended_alike() -> Iterator[None]:
+    """A run that is told to end ends as one that is interrupted: its file is written."""
+    before = signal.getsignal(signal.SIGTERM)
+    try:
+        signal.signal(signal.SIGTERM, signal.default_int_handler)
+    except ValueError:  # not the main thread: nobody sends signals here
+        yield
+        return
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, before)
+
+
+def progress_line(recorder: live.Recorder, new: live.Samples) -> str:
+    """Tell time, joints that move, size of the currents, and what is wrong."""
+    words = [f"recording {recorder.seconds:.0f} of {recorder.length:g} s"]
+    if len(new):
+        fastest = abs(new[live.SPEED]).max(axis=0).tolist()
+        moving = ", ".join(str(j + 1) for j, speed in enumerate(fastest) if speed > _MOVING)
+        words.append(f"joint {moving} moves" if moving else "no joint moves")
+        words.append(f"currents to {abs(new[live.CURRENT]).max():.1f} A")
+    words.append(f"moved so far: {', '.join(map(str, recorder.moved)) or 'none'}")
+    if recorder.dropped:
+        words.append(f"{recorder.dropped} samples dropped")
+    return "; ".join(words)
+
+
+@command
+def run_apply(
+    payload: PayloadResultFile,
+    *,
+    to: Literal["ur"],
+    yes: bool = False,
+    despite_verdict: bool = False,
+    controller: HostOptions,
+    script_port: Annotated[Port | None, SETTING] = None,
+) -> int:
+    """Run ``apply``: nothing is sent before the word is given.
+
+    Args:
+        payload: The --json of 'dynident payload' or 'weigh'.
+        to: Whose controller: ur, a Universal Robots one.
+        yes: Send it without asking.
+        despite_verdict: Send it, inertia and all, whatever the verdict.
+        script_port: Port of scripts of the controller (default: 30002).
+    """
+    load = export.read_load(payload, None, despite_verdict)
+    if not despite_verdict and load.verdict == "do_not_use":
+        why = f"the verdict on {load.source} is 'do not use': {'; '.join(load.reasons)}"
+        print(one_line(f"dynident: not sent: {why}"), file=sys.stderr)
+        return DO_NOT_USE
+    if load.beyond_rating:
+        raise InputError(f"{load.source}: {load.beyond_rating}: not sent")
+    at_flange = load.in_flange()
+    if at_flange is None:
+        raise InputError(f"{payload}: the payload's frame is {load.frame!r}, not the flange: nothing was sent")
+    load = at_flange.rounded()
+    if not controller.host:
+        raise InputError("give --host, the controller's name or address")
+    lines = export.controllers.FORMATS["ur"].text(load).splitlines()
+    (line,) = [line for line in lines if line.startswith("set_target_payload(")]
+    text = live.program(line)
+    if not quiet():
+        print(f"To {controller.host}, beside the program that runs there:\n\n{printable(text)}")
+    if not yes:
+        asked = sys.stdin.isatty()
+        if asked:
+            print("Send it? yes or no: ", end="", flush=True)
+        if not asked or sys.stdin.readline().strip() not in ("yes", "y"):
+            note("nothing was sent: answer yes, or give --yes")
+            return ANSWERED
+    _apply(controller, script_port or live.SCRIPT_PORT, load, text)
+    if not quiet():
+        print("The controller shows this payload now.")
+    return ANSWERED
+
+
+def _apply(controller: HostOptions, port: int, load: ControllerLoad, text: str) -> None:
+    """Send the program and see that the controller holds what was sent."""
+    with controller.client() as client:
+        client.start(_FIELDS, 25.0)
+        if live.MASS not in (client.layout.names or ()):
+            raise InputError(f"{client.host}: the controller does not tell its payload: nothing was sent")
+        with live.send_program(text, controller.host or "", port):
+            wrong, begin = "nothing", time.monotonic()
+            while time.monotonic() - begin < _PATIENCE:
+                if len(shown := client.take()) and not (wrong := _differing(shown, load)):
+                    return
+    raise InputError(
+        f"{client.host}: the payload was sent, but the controller shows {wrong}: is it in remote control?"
+    )
+
+
+def _differing(shown: live.Samples, load: ControllerLoad) -> str:
+    """Name the numbers of the last sample that are not those that were sent; empty where there are none."""
+    inertia = [float(load.inertia[at]) for at in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))]
+    sent = {live.MASS: [load.mass], live.CENTRE: load.com.tolist(), live.INERTIA: inertia}
+    wrong = []
+    for field, values in sent.items():
+        if field not in (shown.dtype.names or ()):
+            continue
+        last, size = shown[field][-1].reshape(-1).tolist(), max(map(abs, values)) or 1.0
+        if not all(
+            math.isclose(a, b, rel_tol=_CLOSE, abs_tol=_CLOSE * size) for a, b in zip(last, values, strict=True)
+        ):
+            there, target = (", ".join(f"{x:.5g}" for x in numbers) for numbers in (last, values))
+            wrong.append(f"{field} {there} instead of {target}")
+    return "; ".join(wrong)
