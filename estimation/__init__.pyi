@@ -23,6 +23,7 @@ from .fit.essential import StopRule as StopRule
 from .fit.estimate import Estimate as Estimate
 from .fit.least_squares import weighted as weighted
 from .fit.settings import FRICTION_CHANGE as FRICTION_CHANGE
+from .fit.settings import Candidates as Candidates
 from .fit.settings import Settings as Settings
 from .gains.known_load import KnownLoad as KnownLoad
 from .gains.known_load import known_mass as known_mass
@@ -65,6 +66,7 @@ from .signals.filtering import measurement as measurement
 
 __all__ = [
     "PAYLOAD",
+    "Candidates",
     "CentreOfMassInBox",
     "Estimate",
     "Gains",

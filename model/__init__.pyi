@@ -3,6 +3,7 @@ from . import codegen as codegen
 from . import drives as drives
 from . import dynamics as dynamics
 from . import frames as frames
+from . import friction as friction
 from . import inertia as inertia
 from . import kinematics as kinematics
 from . import motion as motion
@@ -37,6 +38,9 @@ from .files.robot_file import robot_toml as robot_toml
 from .frames import mounted as mounted
 from .frames import with_gravity as with_gravity
 from .frames import with_tool as with_tool
+from .friction import PAPER as PAPER
+from .friction import Friction as Friction
+from .friction import friction_terms as friction_terms
 from .inertia import InertialParameters as InertialParameters
 from .kinematics import forward_kinematics as forward_kinematics
 from .motion import Motion as Motion
@@ -55,9 +59,11 @@ from .stand_in import with_stand_in as with_stand_in
 
 __all__ = [
     "INERTIAL",
+    "PAPER",
     "BaseParameters",
     "Coupling",
     "Drives",
+    "Friction",
     "InertialParameters",
     "InputError",
     "Joint",
@@ -77,6 +83,8 @@ __all__ = [
     "forward_dynamics",
     "forward_dynamics_base",
     "forward_kinematics",
+    "friction",
+    "friction_terms",
     "generate_code",
     "gravity",
     "inverse_dynamics",

@@ -81,7 +81,7 @@ def reduced_experiment(experiment: trajectories.Experiment, progress: Progress =
         experiment.robot,
         used[1::2],
         used[::2],
-        settings=estimation.Settings(friction_change=0.0, progress=progress),
+        settings=estimation.Settings(friction_change=0.0, friction=model.PAPER, progress=progress),
     )
 
 
@@ -156,6 +156,7 @@ def identified(
     problem = reduced_experiment(experiment, progress)
     *unloaded, last = (run.recording for run in experiment.runs[::2])
     progress("the robot alone")
-    robot = estimation.identify(experiment.robot, unloaded, estimation.Settings(progress=progress), [last])
+    settings = estimation.Settings(friction=model.PAPER, progress=progress)
+    robot = estimation.identify(experiment.robot, unloaded, settings, [last])
     progress("the payload")
     return robot, estimation.answer_payload(problem, held_out=[last])

@@ -121,7 +121,7 @@ class _Search(Options):
     """Seed of the random starts (default: 0)."""
     starts: Annotated[Count | None, Parameter(metavar="K")] = None
     """Random starts (default: 6 by d and a, else 3)."""
-    bound: bool = False
+    bound: Annotated[bool, SETTING] = False
     """Estimate the floor over all motions, and the gap."""
 
 
@@ -245,10 +245,10 @@ class _Scored(Options):
     """Low-pass on positions."""
     max_duration: Seconds | None = None
     """Longest time that it may take."""
-    bound: bool = False
+    bound: Annotated[bool, SETTING] = False
     """Estimate the floor over all motions, and the gap."""
     seed: Annotated[Seed | None, SETTING] = None
-    """Seed of the random states of --bound (default: 0)."""
+    """Seed of the random states of bound (default: 0)."""
 
 
 @command
@@ -268,7 +268,7 @@ def run_score(
     """
     files.check_view()
     if not scored.bound:
-        scored.refuse("seed", "has no effect without --bound: nothing is designed")
+        scored.refuse("seed", "has no effect without the key bound: nothing is designed")
     shape = trajectories.ViaPointShape(longest=scored.max_duration)
     problem, reference, labels = build_request(arm.load(), shape, goal, limits)
     motion = _logged_motion(data, problem.robot, scored.log_map, scored.cutoff)

@@ -112,7 +112,7 @@ def run_compare(
         if first.setdefault(checksum(path), path) != path or data.count(path) > 1:
             raise InputError(f"{path} is given twice: a recording counts once")
     setup = processing.setup(arm.load())
-    settings = estimation.Settings(setup.processing)
+    settings = estimation.Settings(setup.processing, friction=setup.robot.drives.friction)
     with status("identifying") as progress:
         results = [
             estimation.identify(setup.robot, setup.read([path]), settings, gains=setup.identified)

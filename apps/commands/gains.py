@@ -11,10 +11,10 @@ from ... import estimation
 from ...common.errors import InputError
 from .. import report
 from . import answered
-from .entry import LOGS, command, options
+from .entry import LOGS, SETTING, command, options
 from .options import Options, PageOptions, ProcessingOptions, RobotOptions
 from .progress import status
-from .values import DataFile, LoadedFile, PayloadFile, checked, texts, with_sigma, word
+from .values import DataFile, FrictionTerms, LoadedFile, PayloadFile, checked, texts, with_sigma, word
 
 _Masses = Annotated[tuple[tuple[float, ...], float | None], word(with_sigma, "KG[,KG..][+-KG]")]
 
@@ -38,6 +38,8 @@ class _Known(Options):
     """The payload's mass; of several weights one for each --loaded; +- their sigma (default: 0)."""
     payload: PayloadFile | None = None
     """Mass, com, inertia_com as far as they are known, instead of --mass."""
+    friction: Annotated[FrictionTerms | None, SETTING] = None
+    """The robot's friction, as of 'dynident identify' (default: auto)."""
     mounting: Annotated[tuple[int, ...], word(_whole_list, "N1,N2,..")] = ()
     """One number for each --loaded: equal ones share a centre of mass (default: all one)."""
 
@@ -84,9 +86,9 @@ def run(*, arm: RobotOptions, known: _Known, processing: _Processing, files: Pag
     amperes = replace(setup, robot=plain, gains=(1.0,) * robot.n)
     unloaded, loaded = amperes.read(known.unloaded), amperes.read(known.loaded)
     with status("reading") as progress:
-        problem = estimation.gain_problem(
-            robot, unloaded, loaded, estimation.Settings(setup.processing, progress=progress), load, known.mounting
-        )
+        settings = estimation.Settings(setup.processing, progress=progress)
+        settings = settings if known.friction is None else replace(settings, friction=known.friction)
+        problem = estimation.gain_problem(robot, unloaded, loaded, settings, load, known.mounting)
         progress("estimating")
         gains = estimation.answer_gains(problem, load)
     shown = report.gains_report(gains.result, files.document)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING, Annotated, Literal
 
 from cyclopts import Group, Parameter
@@ -13,7 +14,7 @@ from . import answered
 from .entry import SETTING, command, options
 from .options import EquationOptions, GainOptions, Options, ProcessingOptions, RobotOptions
 from .progress import note, status
-from .values import DataFile, Essential, HeldOutFile, number, word, words
+from .values import DataFile, Essential, FrictionTerms, HeldOutFile, number, word, words
 
 if TYPE_CHECKING:
     from ...estimation.possible.prior import RobotPrior
@@ -39,6 +40,9 @@ class _Identify(Options):
     essential: Annotated[Essential | None, SETTING] = None
     """Eliminate parameters until the error's standard deviation has grown by this ratio (default: 1.02), or until
     all relative standard deviations are within a percentage such as 10%."""
+    friction: FrictionTerms | None = None
+    """auto: load and root friction of the joints that show it (default); paper: Coulomb and viscous alone; or a
+    list of FS, FV, FL, FR, FB@SPEED, FA, of all joints or of one (FL2)."""
     rollout: bool = False
     """Also predict the motion of the recordings held out, as 'dynident rollout' does."""
     constrained: Annotated[Literal["none", "base", "prior"] | None, _POSSIBLE] = None
@@ -119,6 +123,7 @@ def run(
     rollouts: tuple[rollout.Rollout, ...] = ()
     with status("reading") as progress:
         settings = estimation.Settings(setup.processing, essential=request.essential, progress=progress)
+        settings = settings if request.friction is None else replace(settings, friction=request.friction)
         result = estimation.identify(setup.robot, recordings, settings, held_out, gains)
         possible = request.possible(result)
         if request.rollout:

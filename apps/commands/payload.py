@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from typing import Annotated
 
 from ... import estimation
@@ -22,7 +23,17 @@ from .options import (
     ViewOptions,
 )
 from .progress import note, status
-from .values import DataFile, Essential, HeldOutFile, LoadedFile, RobotParametersFile, Share, method, word
+from .values import (
+    DataFile,
+    Essential,
+    FrictionTerms,
+    HeldOutFile,
+    LoadedFile,
+    RobotParametersFile,
+    Share,
+    method,
+    word,
+)
 
 
 @options()
@@ -65,6 +76,8 @@ class _Payload(ComparedOptions):
     """Another one without payload, held out; repeatable."""
     method: Annotated[str, word(method, "NAME")] = "all"
     """known-robot (1), change (2), difference (3), global (4) or all (default); see docs/theory.md."""
+    friction: FrictionTerms | None = None
+    """The robot's friction, as of 'dynident identify'; with --robot-parameters theirs."""
     free_friction: Annotated[bool, SETTING] = False
     """Method 1: estimate friction anew under load."""
     scale_sigma: Share | None = None
@@ -77,6 +90,8 @@ class _Payload(ComparedOptions):
     def check(self) -> None:
         """Refuse options that the methods asked for cannot use."""
         super().check()
+        if self.robot_parameters:
+            self.refuse("friction", "belongs to recordings without payload: the stored robot has its own")
         if self.method not in ("1", "all"):
             self.refuse("free_friction", "belongs to method 1, which is not among the methods asked for")
         if self.method not in ("4", "all"):
@@ -123,6 +138,7 @@ def run(
             scale_sigma=request.scale_sigma or 0.0,
             progress=progress,
         )
+        settings = settings if request.friction is None else replace(settings, friction=request.friction)
         known = stored.estimate if stored else None
         problem = estimation.payload_problem(setup.robot, loaded, unloaded, known, settings)
         progress("estimating")

@@ -15,7 +15,7 @@ from ...common.errors import InputError
 from ...common.files import write_text
 from .. import report
 from . import ANSWERED
-from .entry import command, options
+from .entry import SETTING, command, options
 from .options import Options, print_lines
 from .progress import note
 from .values import NewFile, Positions, checked, number, numbers, positive_number, texts, word, words
@@ -98,7 +98,7 @@ class _Sheet(Options):
     """x, -y, .. or a:b:c, and a point [m]; one option per joint."""
     flange: Annotated[Pose | None, word(flange, "X,Y,Z,ZAXIS,XAXIS")] = None
     """Origin [m], direction out of it, its x axis."""
-    drawn_at: Positions | None = None
+    drawn_at: Annotated[Positions | None, SETTING] = None
     """Joint positions of that pose [deg or m]."""
     limits: Annotated[tuple[tuple[float, ...], ...] | None, word(joint_limits, _LIMITS)] = None
     """One part a joint, as far as they are known [deg or m, per s, N·m or N]: -170:170:220::300."""

@@ -12,11 +12,11 @@ from cyclopts import Parameter, Token
 from ... import estimation, model
 
 if TYPE_CHECKING:
-    from ...estimation import StopRule
-    from ...model import Pose
+    from ...estimation import Candidates, StopRule
+    from ...model import Friction, Pose
 
 else:  # --help names options without importing what they become
-    StopRule = Pose = object
+    Candidates = Friction = StopRule = Pose = object
 
 _LEAST, _MOST = 1e-12, 1e9
 """Size of a number that is not 0: no length, time, mass or torque of an arm lies outside, and no sum of squares
@@ -109,6 +109,13 @@ def with_sigma(text: str) -> tuple[tuple[float, ...], float | None]:
     return checked(masses, good, text, "a mass above 0 kg, such as 2.5 or 2.5+-0.01"), (
         positive_number(sigma) if mark else None
     )
+
+
+def friction(text: str) -> tuple[Friction, ...] | Candidates:
+    """Terms of friction: those that the data show, the paper's, or a list such as FS,FV,FL2."""
+    if text == "auto":
+        return estimation.Candidates()
+    return model.PAPER if text == "paper" else model.friction_terms(texts(text))
 
 
 def bounds(text: str) -> tuple[float | None, float | None]:
@@ -238,6 +245,7 @@ Names = Annotated[tuple[str, ...], word(names_list, "A,B,..")]
 Weighed = Annotated[tuple[tuple[float, ...], float | None], word(with_sigma, "KG+-KG")]
 Bounds = Annotated[tuple[float | None, float | None], word(bounds, "LEAST,MOST")]
 Frame = Annotated[Pose, word(frame, "X,Y,Z,R,P,Y")]
+FrictionTerms = Annotated[tuple[Friction, ...] | Candidates, word(friction, "auto|paper|TERMS")]
 Essential = Annotated[StopRule, word(stop_rule, "RATIO|PERCENT")]
 
 LOG = Parameter(metavar="LOG")

@@ -131,7 +131,9 @@ def reduce_log(plan: bytes, log: Log) -> _Done:
         pieces = read_recordings(log.file, robot, recipe.drive_gains, recipe.log_map, recipe.processing)
         if wrong := log.other_day(pieces[0].origin):
             return replace(log, wrong=wrong), b""
-        result = identify(robot, pieces, Settings(recipe.processing), gains=recipe.gains)
+        # Nights are compared parameter by parameter: the terms of friction are the same in all.
+        settings = Settings(recipe.processing, friction=robot.drives.friction)
+        result = identify(robot, pieces, settings, gains=recipe.gains)
         stored = Stored(log.file, robot, result.base, result.problem, dict(log.about))
         return log, stored.parquet(result.estimate)
     except (InputError, OSError) as error:
