@@ -38,7 +38,6 @@ bench: .venv/installed-test
 	OPENBLAS_NUM_THREADS=1 $(BIN)/python benchmarks/design.py
 	OPENBLAS_NUM_THREADS=1 $(BIN)/python benchmarks/essential.py
 	OPENBLAS_NUM_THREADS=1 $(BIN)/python benchmarks/coverage.py
-	OPENBLAS_NUM_THREADS=1 $(BIN)/python benchmarks/coverage.py --robust --memory 20 --runs 120
 
 clean:
 	rm -rf .venv build dist site *.egg-info
