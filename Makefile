@@ -29,7 +29,6 @@ docs: .venv/installed-docs
 	$(BIN)/mkdocs build --strict
 
 bench: .venv/installed-test
-	$(BIN)/python benchmarks/operation_counts.py
 	OPENBLAS_NUM_THREADS=1 $(BIN)/python benchmarks/regressor.py
 	OPENBLAS_NUM_THREADS=1 $(BIN)/python benchmarks/streaming.py
 	OPENBLAS_NUM_THREADS=1 $(BIN)/python benchmarks/simulation.py

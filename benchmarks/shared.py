@@ -30,7 +30,8 @@ def options(doc: str | None, **defaults: Any) -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=doc, formatter_class=argparse.RawDescriptionHelpFormatter)
     for name, default in defaults.items():
         if isinstance(default, tuple):
-            parser.add_argument(name, nargs="*", choices=[*default, []], default=list(default))
+            metavar = "|".join(default)
+            parser.add_argument(name, nargs="*", choices=(*default, default), default=default, metavar=metavar)
         elif default is False:
             parser.add_argument(f"--{name.replace('_', '-')}", action="store_true")
         else:

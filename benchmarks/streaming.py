@@ -14,7 +14,7 @@ from collections.abc import Iterator
 
 import numpy as np
 import pinocchio as pin
-from dynident.benchmarks.peers import pinocchio_model
+from dynident.benchmarks.regressor import pinocchio_model
 from dynident.estimation.equations.equations import Equations, merged
 from dynident.estimation.equations.observer import Observer
 from dynident.estimation.equations.reduction import reduced_measurement, reduced_pieces
