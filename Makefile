@@ -31,11 +31,8 @@ docs: .venv/installed-docs
 bench: .venv/installed-test
 	OPENBLAS_NUM_THREADS=1 $(BIN)/python benchmarks/regressor.py
 	OPENBLAS_NUM_THREADS=1 $(BIN)/python benchmarks/streaming.py
-	OPENBLAS_NUM_THREADS=1 $(BIN)/python benchmarks/simulation.py
-	OPENBLAS_NUM_THREADS=1 $(BIN)/python benchmarks/base_parameters.py
 	OPENBLAS_NUM_THREADS=1 $(BIN)/python benchmarks/constrained.py
 	OPENBLAS_NUM_THREADS=1 $(BIN)/python benchmarks/design.py
-	OPENBLAS_NUM_THREADS=1 $(BIN)/python benchmarks/essential.py
 	OPENBLAS_NUM_THREADS=1 $(BIN)/python benchmarks/coverage.py
 
 clean:

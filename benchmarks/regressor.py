@@ -14,7 +14,7 @@ import subprocess
 import tempfile
 import time
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -57,20 +57,14 @@ PINOCCHIO, CASADI, WRITING = (
 )
 
 
-def pinocchio_model(robot: Robot) -> pin.Model:
-    """The chain of revolute joints in modified DH, with random bodies."""
+def pinocchio_loop(robot: Robot, states: Iterable[Array]) -> Callable[[], None]:
+    """A Python loop over Pinocchio's regressor of the joint torques, 6 x 60; bodies are random."""
     model, parent = pin.Model(), 0
-    for number, joint in enumerate(robot.joints, start=1):
+    for number, joint in enumerate(robot.joints, start=1):  # revolute, in modified DH
         before = pin.SE3(pin.utils.rotate("x", joint.alpha), np.array([joint.d, 0.0, 0.0]))
         after = pin.SE3(np.eye(3), np.array([0.0, 0.0, joint.r]))
         parent = model.addJoint(parent, pin.JointModelRZ(), before * after, f"joint{number}")
         model.appendBodyToJoint(parent, pin.Inertia.Random(), pin.SE3.Identity())
-    return model
-
-
-def pinocchio_loop(robot: Robot, states: tuple[Array, ...]) -> Callable[[], None]:
-    """A Python loop over Pinocchio's regressor of the joint torques, 6 x 60."""
-    model = pinocchio_model(robot)
     data, rows = model.createData(), list(zip(*states, strict=True))
 
     def run() -> None:

@@ -7,23 +7,21 @@ for comparison stands what a Python loop over Pinocchio needs for the regressors
 Two lengths are timed; the first ten minutes are also reduced as one measurement and compared.
 """
 
-import argparse
 import resource
 import time
 from collections.abc import Iterator
 
 import numpy as np
-import pinocchio as pin
-from dynident.benchmarks.regressor import pinocchio_model
+from dynident.benchmarks.regressor import pinocchio_loop
+from dynident.benchmarks.shared import options, show
 from dynident.estimation.equations.equations import Equations, merged
 from dynident.estimation.equations.observer import Observer
 from dynident.estimation.equations.reduction import reduced_measurement, reduced_pieces
 from dynident.estimation.fit.least_squares import weighted
-from dynident.model import Motion, Processing, Robot, base_parameters, load_robot
+from dynident.model import Motion, Processing, base_parameters, load_robot
 from dynident.model.base.rank import random_states
 from dynident.model.motion import Measurement
 from dynident.trajectories import RX90_NOISE, Simulator
-from rich.console import Console
 
 RATE = 1000.0
 PIECE = 10_000
@@ -67,16 +65,6 @@ class Source:
         return Measurement(exact.motion, exact.torque + noise)
 
 
-def pinocchio_seconds(robot: Robot, samples: int) -> float:
-    """What a Python loop over Pinocchio needs for the regressors of so many samples, from 20,000 of them."""
-    model = pinocchio_model(robot)
-    data, (q, qd, qdd) = model.createData(), random_states(robot, 20_000, 0)
-    start = time.perf_counter()
-    for k in range(len(q)):
-        pin.computeJointTorqueRegressor(model, data, q[k], qd[k], qdd[k])
-    return (time.perf_counter() - start) / len(q) * samples
-
-
 def solved(observer: Observer, source: Source) -> tuple[Equations, float]:
     """Reduce and solve; seconds without those of the simulation."""
     start = time.perf_counter()
@@ -92,27 +80,30 @@ def peak_mib() -> float:
 
 def main() -> None:
     """Print times, memory and the comparison."""
-    parser = argparse.ArgumentParser()
-    parser.add_argument("--minutes", type=float, default=60.0)
-    samples = int(parser.parse_args().minutes * 60 * RATE)
+    minutes = options(__doc__, minutes=60.0).minutes
+    samples = int(minutes * 60 * RATE)
     robot = load_robot("rx90")
     simulator, observer = Simulator(robot), Observer(robot, base_parameters(robot).columns)
     solved(observer, Source(simulator, 5000))  # first calls import and load
     imported = peak_mib()
-    say = Console(width=110).print
     _, half_seconds = solved(observer, Source(simulator, samples // 2))
     problem, seconds = solved(observer, Source(simulator, samples))
     memory = peak_mib() - imported
-    loop = pinocchio_seconds(robot, samples)
-    each, growth = 1e6 * seconds / samples, seconds / samples / (half_seconds / (samples // 2))
-    say(f"{samples} samples, {problem.equations} equations: {seconds:.2f} s, {each:.2f} us a sample")
-    say(f"half of it: {half_seconds:.2f} s; the whole takes {growth:.3f} times as long per sample")
-    say(f"Pinocchio loop, regressors alone: {loop:.2f} s, {loop / seconds:.2f} times as long")
-    say(f"peak memory over the imports: {memory:.0f} MiB")
-    compare(observer, simulator, min(samples, int(600 * RATE)))
+    loop, start = pinocchio_loop(robot, random_states(robot, 20_000, 0)), time.perf_counter()
+    loop()
+    theirs = (time.perf_counter() - start) / 20_000 * samples
+    rows = [
+        [f"{samples} samples, {problem.equations} equations [s]", f"{seconds:.2f}"],
+        ["us a sample", f"{1e6 * seconds / samples:.2f}"],
+        ["time per sample over that of half of it", f"{seconds / samples / (half_seconds / (samples // 2)):.3f}"],
+        ["Pinocchio loop, regressors alone, times as long", f"{theirs / seconds:.2f}"],
+        ["peak memory over the imports [MiB]", f"{memory:.0f}"],
+        *compared(observer, simulator, min(samples, int(600 * RATE))),
+    ]
+    show(f"{minutes:g} minutes at 1 kHz from an iterator", rows, asked=False)
 
 
-def compare(observer: Observer, simulator: Simulator, samples: int) -> None:
+def compared(observer: Observer, simulator: Simulator, samples: int) -> list[list[str]]:
     """Compare a stretch read from an iterator with one measurement of it."""
     streamed = weighted(solved(observer, Source(simulator, samples))[0])
     data = Source(simulator, samples).whole()
@@ -132,11 +123,10 @@ def compare(observer: Observer, simulator: Simulator, samples: int) -> None:
             )
         )
     whole = weighted(merged(problems))
+    words = f"first {samples / RATE / 60:.0f} minutes held whole:"
     worst = float((np.abs(whole.values - streamed.values) / whole.sigma).max())
     spread = float(np.abs(whole.sigma / streamed.sigma - 1.0).max())
-    minutes = samples / RATE / 60
-    say = Console(width=110).print
-    say(f"first {minutes:.0f} minutes held whole: values differ by {worst:.1e} sigma, sigma by {spread:.1e}")
+    return [[f"{words} values apart [sigma]", f"{worst:.1e}"], [f"{words} sigma apart, relative", f"{spread:.1e}"]]
 
 
 if __name__ == "__main__":
