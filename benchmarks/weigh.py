@@ -4,8 +4,8 @@ Run: OPENBLAS_NUM_THREADS=1 python benchmarks/weigh.py [design] [coverage] [chan
      [--seeds 100]
 
 The payload of the first four is 3 kg at 100 mm, motions are of 30 s and +-30 degrees. Asked of the designs are the
-sigma with the best of 60 random motions. coverage: white noise; changing: constant torques change with the payload as
-well; lasting: and ripple comes with it. The real recordings are found through DYNIDENT_DATA.
+sigma with the best of 60 random motions. coverage: white noise; changing: constant torques change with the payload
+as well; lasting: and ripple comes with it. The real recordings are found through DYNIDENT_DATA.
 """
 
 import argparse
