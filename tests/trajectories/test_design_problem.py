@@ -78,7 +78,7 @@ def test_parameters_that_cannot_be_told_apart_are_named() -> None:
 @pytest.mark.parametrize(
     ("make", "message"),
     [
-        (lambda: Goal(cast(Kind, "e")), "'e' is not one of d, a, cond, cond-scaled"),
+        (lambda: Goal("e"), "'e' is not one of d, a, cond, cond-scaled"),
         (lambda: Goal("a"), "needs reference values"),
         (lambda: Goal("cond", interest=("FV1",)), "counts for d and a only"),
         (lambda: Goal("d", earlier=Earlier(("FV1",), np.eye(1))), "data length to come"),
