@@ -1,7 +1,6 @@
 """Design problems: exact gradients and Jacobians, honest answers where there is none."""
 
 from dataclasses import replace
-from typing import cast
 
 import numpy as np
 import pytest
@@ -21,7 +20,6 @@ from dynident.tests.trajectories.design_problems import (
     problem,
 )
 from dynident.trajectories import Earlier, FourierShape, Goal, JointBounds, Loads, ViaPointShape, build_design
-from dynident.trajectories.design.criterion import Kind
 from dynident.trajectories.design.descent import Lagrangian
 from dynident.trajectories.simulation.simulator import parameter_vector
 
