@@ -49,7 +49,7 @@ def all_rows(simulator: Simulator, data: Measurement) -> tuple[Array, Array]:
 
 
 def naive(W: Array, Y: Array, estimate: Estimate) -> Array:
-    """What one would write in CVXPY: weighted squares of all rows, pseudo-inertia positive semidefinite."""
+    """A first attempt in CVXPY: weighted squares of all rows, pseudo-inertia positive semidefinite."""
     weight = np.repeat(estimate.weights, SAMPLES)
     x = cvxpy.Variable(10)
     J = sum(x[k] * PSEUDO_INERTIA[k] for k in range(10))

@@ -1,4 +1,4 @@
-"""How often nominal 95 % intervals hold the truth, case by case; each case says what it draws and what is asked.
+"""Coverage of nominal 95 % intervals, case by case; each case says what it draws and what is asked.
 
 Run: OPENBLAS_NUM_THREADS=1 python benchmarks/coverage.py [CASE ...] [--runs N] [--first 0] [--jobs 2]
      [--trajectories 18]
@@ -102,7 +102,7 @@ COLUMNS: dict[str, Callable[[Array], str]] = {
     "active %": lambda x: f"{100 * x.mean():.0f}",
     "bias %": lambda x: f"{100 * x.mean():+.1f}",
 }
-"""Of the runs' other numbers: how a column is made."""
+"""Columns of the runs' other numbers, and how they are made."""
 
 
 # The paper's experiment: motions of a simulated RX90, the same in every run; torque noise is drawn.
@@ -183,7 +183,7 @@ DAY = 0.06
 
 
 def another_day(robot: Robot, draw: np.random.Generator) -> Robot:
-    """The same arm with other frictions."""
+    """An arm with other frictions."""
     changed = {
         name: value * (1.0 + DAY * float(draw.standard_normal()))
         for name, value in robot.parameters.items()
@@ -525,7 +525,7 @@ def cases(trajectories: int) -> dict[str, Case]:
 
 
 def run_of(case: Case, asked: tuple[str, int]) -> list[Stated] | str:
-    """What one run states, or why it states nothing."""
+    """Answers of one run, or why there is none."""
     try:
         return list(case.states(*asked))
     except (InputError, SolverError) as error:

@@ -120,7 +120,7 @@ def obstacles(arguments: argparse.Namespace) -> None:
 
 
 def replays(arguments: argparse.Namespace) -> None:
-    """What a controller's own trapezoidal profiles leave of the condition number of 14 via points."""
+    """Condition numbers of 14 via points before and after a controller's own trapezoidal profiles."""
     shapes: dict[str, Shape] = {
         "quintic, passing": VIA,
         "quintic, at rest": AT_REST,

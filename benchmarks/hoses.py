@@ -50,7 +50,7 @@ CASES = (
 
 
 def counted(memory: float, name: str) -> list[bool]:
-    """Whether each case is told of an arm."""
+    """True for each case that is told of an arm."""
     robot = invented.robot(name)
     body = InertialParameters.from_com(0.5 * robot.rated_payload, [0.02, -0.02, 0.08], 0.003 * np.eye(3))
     noise = _WHOLE * NOISE if memory else NOISE

@@ -34,7 +34,7 @@ _UR10E_DRIVES = {  # per joint
     "FV": (12.0, 13.0, 8.0, 3.0, 3.0, 2.5), "OFF": (0.6, -0.8, 0.4, 0.2, -0.1, 0.1),
 }  # fmt: skip
 _TX40_SHARE = {"inertia": 0.08, "moment": 0.15, "mass": 0.3, "drive": 0.06, "friction": 0.2}
-"""Of the RX90's parameters, whose shape and drives the TX40 has at half the length."""
+"""Fractions of the RX90's parameters, whose shape and drives the TX40 has at half the length."""
 
 
 @functools.cache

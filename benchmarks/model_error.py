@@ -30,7 +30,7 @@ SHORTEST = 24.0
 
 
 class Lack(NamedTuple):
-    """What one arm has and its model lacks, drawn for each joint (n,).
+    """Friction and ripple that an arm has and its model lacks, drawn for each joint (n,).
 
     ``fs`` [N·m] and ``slow`` [rad/s] of Stribeck friction, ``load``: friction over the torque that the gear
     carries, ``ripple`` [N·m], ``turns`` [1/rad] and ``phases`` [rad] of both waves, 2 x n.

@@ -64,7 +64,7 @@ CUTOFF, DECIMATE, ORDER = 100.0, 10, 4
 EDGE = 5 * ORDER
 """Samples that its examples cut from both ends."""
 RANDOM_STATES, RANGES = 50_000, (6.0, 10.0, 30.0)
-"""Of its script, for q [rad], qd, qdd."""
+"""Its script's, for q [rad], qd, qdd."""
 TINY = 1e-6, 1e-3
 """Columns below are left out of random states, of the recording: its script's."""
 
@@ -78,7 +78,7 @@ class Answer(NamedTuple):
 
 
 def answered(parameters: int, equations: int, residual: float) -> Answer:
-    """As it is printed."""
+    """An answer as it is printed."""
     return Answer(parameters, equations, f"{100 * residual:.2f}")
 
 
@@ -262,7 +262,7 @@ WINDOW, STEP = 0.5, 0.002
 """s: length of the rollouts that are fitted, and the horizon that is compared; step of the simulation."""
 START = {"armature": 1.0, "damping": 5.0, "frictionloss": 5.0}
 BOUNDS = {"armature": (0.0, 20.0), "damping": (0.0, 100.0), "frictionloss": (0.0, 100.0)}
-"""Of each joint [kg m^2, N·m·s, N·m]."""
+"""Each joint's [kg m^2, N·m·s, N·m]."""
 
 
 class StoppedError(Exception):

@@ -63,14 +63,11 @@ def passing(like: DesignProblem, draw: np.random.Generator) -> Rival | None:
             [inwards * np.concatenate([points.ravel(), v.ravel(), a.ravel()]), np.log(times / speed)]
         )
 
-    return _uniformly(like, family, timed)
+    def kept(speeds: Array) -> NDArray[np.bool_]:
+        return _missed(like, family.sample(timed(speeds), FINER), 1) <= TOLERANCE
 
-
-def fourier(like: DesignProblem, draw: np.random.Generator) -> Rival | None:
-    """Fourier series of 10 s, as large as the limits allow."""
-    family = FourierShape(_HARMONICS, _PERIOD).family(like.robot, like.bounds)
-    x = family.random(draw)
-    return _uniformly(like, family, lambda size: family.eased(x, 1.0, float(size[0])))
+    speeds = _fastest(kept, 1)
+    return None if speeds is None else Rival(family, timed(speeds))
 
 
 def quick_fourier(like: DesignProblem, draw: np.random.Generator) -> Rival | None:
@@ -96,7 +93,6 @@ def quick_fourier(like: DesignProblem, draw: np.random.Generator) -> Rival | Non
 CLASSES: dict[str, Callable[[DesignProblem, np.random.Generator], Rival | None]] = {
     "14 points at rest": at_rest,
     "14 points passing": passing,
-    "Fourier 10 s": fourier,
     "Fourier, shortest period": quick_fourier,
 }
 
@@ -110,16 +106,6 @@ def random_motions(like: DesignProblem, kind: str, count: int, seed: int) -> lis
         if rival is not None:
             rivals.append(rival)
     return rivals
-
-
-def _uniformly(
-    like: DesignProblem, family: FreeViaPoints | FreeFourier, timed: Callable[[Array], Array]
-) -> Rival | None:
-    def kept(scale: Array) -> NDArray[np.bool_]:
-        return _missed(like, family.sample(timed(scale), FINER), 1) <= TOLERANCE
-
-    scale = _fastest(kept, 1)
-    return None if scale is None else Rival(family, timed(scale))
 
 
 def _fastest(within_limits: Callable[[Array], NDArray[np.bool_]], parts: int) -> Array | None:

@@ -55,7 +55,7 @@ class Case(NamedTuple):
     scale: float | None = None
 
     def __str__(self) -> str:
-        """As it stands in a table."""
+        """Its row of a table."""
         weighed = f", weighed to {1e3 * self.scale:.0f} g" if self.scale else ""
         return f"{self.robot} joints {','.join(map(str, self.joints))}, {self.poses} wrist pose(s){weighed}"
 

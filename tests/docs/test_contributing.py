@@ -41,8 +41,8 @@ def copy(tmp_path_factory: pytest.TempPathFactory) -> Path:
         if block.language in ("python", "toml"):
             before, *parts = PLACE.split(block.text)
             assert not before
-            for file, where, name, code in zip(*(iter(parts),) * 4, strict=True):
-                place(package / file, where, name, code)
+            for target, where, name, code in zip(*(iter(parts),) * 4, strict=True):
+                place(package / target, where, name, code)
     return folder
 
 
