@@ -1,10 +1,10 @@
-"""Trajectory design on the RX90: condition numbers, predicted sigma, obstacles, replay, and floors.
+"""Trajectory design on the RX90: condition numbers, floors, and predicted sigma.
 
-Run: OPENBLAS_NUM_THREADS=1 python benchmarks/design.py [conditions] [obstacles] [replays] [floors] [information]
+Run: OPENBLAS_NUM_THREADS=1 python benchmarks/design.py [conditions] [floors] [information]
      [--seeds 5] [--random 200] [--draws 5]
 
 One core, warm cache, CPU seconds of the optimisation alone; the median over seeds counts, the worst is shown.
-Accelerations are ten times the speed per second in conditions, replays and the first floors, three times elsewhere,
+Accelerations are ten times the speed per second in conditions and the first floors, three times elsewhere,
 with torque limits. information: D-optimal motions against the best of ``--random`` random ones of each class, and a
 check of the prediction by simulated noisy runs.
 """
@@ -13,86 +13,46 @@ import argparse
 from dataclasses import replace
 
 import numpy as np
-from dynident.apps.export.motion import WrittenMotion
-from dynident.apps.export.motions.val3 import val3_replay
+from dynident import trajectories
 from dynident.benchmarks.random_motions import CLASSES, Rival, random_motions
 from dynident.benchmarks.shared import options, show
 from dynident.common.arrays import Array
 from dynident.examples.paper.printed import paper_tables
 from dynident.model import Motion, load_robot
-from dynident.trajectories import (
-    Design,
-    DesignProblem,
-    FourierShape,
-    Goal,
-    JointBounds,
-    Scene,
-    Simulator,
-    Trapezoid,
-    ViaPointShape,
-    build_design,
-    floor_under,
-    score_motion,
-    solve_design,
-)
 from dynident.trajectories.design.criterion import Kind
 from dynident.trajectories.design.goal import Shape
-from dynident.trajectories.design.scene import Capsule, HalfSpace
 from dynident.trajectories.design.score import FINER, score_samples
 from dynident.trajectories.motions.family import Samples
 
 ROBOT = load_robot("rx90")
 TORQUE = (300.0, 300.0, 120.0, 50.0, 40.0, 20.0)
 STRONG = [3.0 * joint.limits.speed for joint in ROBOT.joints]
-GUARDED = JointBounds.of(ROBOT, acceleration=STRONG, torque=TORQUE)
+GUARDED = trajectories.JointBounds.of(ROBOT, acceleration=STRONG, torque=TORQUE)
 TABLE2 = {name: printed.value for name, printed in paper_tables().table2_robot.items()}
 NOISE = tuple(0.1 * TABLE2[f"FS{j + 1}"] for j in range(ROBOT.n))
-INFORMATIVE = Goal("d", columns=tuple(TABLE2), noise=NOISE)
-SCENE = Scene(
-    (
-        Capsule("column", 0, 0.20, (0.0, 0.0, -0.42), (0.0, 0.0, 0.10)),
-        Capsule("upper arm", 2, 0.12, (0.0, 0.0, 0.0), (0.45, 0.0, 0.0)),
-        Capsule("elbow", 3, 0.15),
-        Capsule("wrist", 4, 0.10),
-        Capsule("tool", 6, 0.12, (0.0, 0.0, 0.2)),
-    ),
-    (HalfSpace("floor", offset=-0.42),),
-    (
-        *(("tool", "column"), ("wrist", "column"), ("elbow", "column")),
-        *(("tool", "upper arm"), ("tool", "elbow"), ("wrist", "upper arm")),
-    ),
+INFORMATIVE = trajectories.Goal("d", columns=tuple(TABLE2), noise=NOISE)
+VIA, FOURIER = trajectories.ViaPointShape(14), trajectories.FourierShape(5, 10.0)
+AT_REST, TRAPEZOIDS = (
+    trajectories.ViaPointShape(14, passing=False),
+    trajectories.ViaPointShape(14, passing=False, segment=trajectories.Trapezoid()),
 )
-VIA, FOURIER = ViaPointShape(14), FourierShape(5, 10.0)
-AT_REST, TRAPEZOIDS = ViaPointShape(14, passing=False), ViaPointShape(14, passing=False, segment=Trapezoid())
 RUNS = 100
 """Simulated, of the check of information."""
 
 
-def designed(problem: DesignProblem, seeds: int) -> list[Design]:
+def designed(problem: trajectories.DesignProblem, seeds: int) -> list[trajectories.Design]:
     """One design by each seed."""
-    return [solve_design(problem, seed=seed) for seed in range(seeds)]
+    return [trajectories.solve_design(problem, seed=seed) for seed in range(seeds)]
 
 
-def missed(designs: list[Design]) -> float:
+def missed(designs: list[trajectories.Design]) -> float:
     """Largest violation, checked again from the motion itself at a rate that the solver did not use."""
-    return max(score_motion(design.problem, design.motion(997.0)).max_violation for design in designs)
-
-
-def _row(name: str, designs: list[Design], kind: Kind, target: float, seconds: float) -> list[str]:
-    scaled = kind == "cond-scaled"
-    conditions = [d.learnt.condition_number_scaled if scaled else d.learnt.condition_number for d in designs]
-    cpu = [design.cpu_s for design in designs]
-    middle, worst = float(np.median(conditions)), max(conditions)
-    times = (f"{seconds:g}", f"{np.median(cpu):.2f}", f"{max(cpu):.2f}")
-    return [name, f"{target:g}", f"{middle:.3f}", f"{worst:.3f}", *times, f"{missed(designs):.1e}"]
-
-
-HEADINGS = ("worst", "CPU s, asked", "median", "worst", "peak violation")
+    return max(trajectories.score_motion(design.problem, design.motion(997.0)).max_violation for design in designs)
 
 
 def conditions(arguments: argparse.Namespace) -> None:
     """Condition numbers of via points, Fourier series and payload motions."""
-    within = ViaPointShape(14, longest=10.0)
+    within = trajectories.ViaPointShape(14, longest=10.0)
     tasks: list[tuple[str, Shape, Kind, bool, float, float]] = [
         ("14 via points, cond", VIA, "cond", False, 18.0, 5.0),
         ("14 via points, cond-scaled", VIA, "cond-scaled", False, 2.6, 5.0),
@@ -104,56 +64,33 @@ def conditions(arguments: argparse.Namespace) -> None:
     ]
     rows = []
     for name, shape, kind, payload, target, seconds in tasks:
-        problem = build_design(ROBOT, shape, Goal(kind, payload_only=payload))
-        rows.append(_row(name, designed(problem, arguments.seeds), kind, target, seconds))
-    show("Condition numbers", rows, *HEADINGS)
-
-
-def obstacles(arguments: argparse.Namespace) -> None:
-    """Designs with torque limits, with and without obstacles."""
-    rows = []
-    for name, shape in (("14 via points", VIA), ("Fourier 10 s", FOURIER)):
-        for words, scene in (("obstacles", SCENE), ("none", None)):
-            problem = build_design(ROBOT, shape, Goal("cond"), bounds=GUARDED, scene=scene)
-            rows.append(_row(f"{name}, {words}", designed(problem, arguments.seeds), "cond", 32.0, 15.0))
-    show("Torque limits, accelerations 3 x speed: cond", rows, *HEADINGS)
-
-
-def replays(arguments: argparse.Namespace) -> None:
-    """Condition numbers of 14 via points before and after a controller's own trapezoidal profiles."""
-    shapes: dict[str, Shape] = {
-        "quintic, passing": VIA,
-        "quintic, at rest": AT_REST,
-        "trapezoid, ramp 0.25": TRAPEZOIDS,
-        "trapezoid, ramp 0.15": ViaPointShape(14, passing=False, segment=Trapezoid(0.15)),
-    }
-    rows = []
-    for name, shape in shapes.items():
-        problem = build_design(ROBOT, shape, Goal("cond"))
+        problem = trajectories.build_design(ROBOT, shape, trajectories.Goal(kind, payload_only=payload))
         designs = designed(problem, arguments.seeds)
-        moves = [
-            val3_replay(WrittenMotion(ROBOT, design.plan, problem.bounds, (), name="replay")) for design in designs
-        ]
-        again = [score_motion(problem, move.motion(500.0)).learnt.condition_number for move in moves]
-        own = [design.learnt.condition_number for design in designs]
-        rows.append([name, *(f"{x:.2f}" for x in (np.median(own), max(own), np.median(again), max(again)))])
-    title = "cond of 14 via points as designed, median over seeds, and as --val3 replays it"
-    show(title, rows, "worst", "replayed: median", "worst", asked=False)
+        cpu, learnt = [design.cpu_s for design in designs], [design.learnt for design in designs]
+        cond = [one.condition_number_scaled if kind == "cond-scaled" else one.condition_number for one in learnt]
+        times = (f"{seconds:g}", f"{np.median(cpu):.2f}", f"{max(cpu):.2f}")
+        rows.append(
+            [name, f"{target:g}", f"{np.median(cond):.3f}", f"{max(cond):.3f}", *times, f"{missed(designs):.1e}"]
+        )
+    show("Condition numbers", rows, "worst", "CPU s, asked", "median", "worst", "peak violation")
 
 
-def least_floor(design: Design) -> tuple[float, float]:
+def least_floor(design: trajectories.Design) -> tuple[float, float]:
     """The best weighted states within the limits, continuity ignored: value, and the design's gap above it."""
-    floors = [floor_under(design.problem, design.score.value, seed=seed) for seed in range(2)]
+    floors = [trajectories.floor_under(design.problem, design.score.value, seed=seed) for seed in range(2)]
     least = min(floors, key=lambda floor: floor.value)
     return least.value, least.gap
 
 
 def floors(_: argparse.Namespace) -> None:
     """Designs beside the least of two floors."""
-    goals = (("cond", Goal("cond"), None, 1.0), ("cond-scaled", Goal("cond-scaled"), None, 1.0))
+    goals = (
+        ("cond", trajectories.Goal("cond"), None, 1.0),
+        ("cond-scaled", trajectories.Goal("cond-scaled"), None, 1.0),
+    )
     rows = []
     for name, goal, bounds, power in (*goals, ("d, geometric mean of uncertainty", INFORMATIVE, GUARDED, 0.5)):
-        design = solve_design(build_design(ROBOT, VIA, goal, bounds=bounds))
+        design = trajectories.solve_design(trajectories.build_design(ROBOT, VIA, goal, bounds=bounds))
         numbers = (design.score.value, *least_floor(design))
         rows.append([f"14 via points, {name}", *(f"{np.exp(power * x):.4g}" for x in numbers)])
     show("Floor over weighted states (least of two seeds)", rows, "floor", "ratio", asked=False)
@@ -164,7 +101,7 @@ def information(arguments: argparse.Namespace) -> None:
 
     Random motions keep the limits whatever the noise, so that one set of draws serves all.
     """
-    like = build_design(ROBOT, VIA, INFORMATIVE, bounds=GUARDED)
+    like = trajectories.build_design(ROBOT, VIA, INFORMATIVE, bounds=GUARDED)
     draws = {
         kind: [random_motions(like, kind, arguments.random, seed) for seed in range(arguments.draws)]
         for kind in CLASSES
@@ -175,12 +112,12 @@ def information(arguments: argparse.Namespace) -> None:
         ("10 % of Table 2's FS", INFORMATIVE, tuple(shapes)),
         ("10 % of the torque limits", of_limits, ("14 points passing",)),
     ):
-        problems = {name: build_design(ROBOT, shapes[name], goal, bounds=GUARDED) for name in names}
+        problems = {name: trajectories.build_design(ROBOT, shapes[name], goal, bounds=GUARDED) for name in names}
         _compared(noise, problems, draws, arguments.seeds)
 
 
 def _compared(
-    noise: str, problems: dict[str, DesignProblem], draws: dict[str, list[list[Rival]]], seeds: int
+    noise: str, problems: dict[str, trajectories.DesignProblem], draws: dict[str, list[list[Rival]]], seeds: int
 ) -> None:
     """Print the middle of the seeds against the middle, and the luckiest, of the draws."""
     first = next(iter(problems.values()))
@@ -204,14 +141,14 @@ def _compared(
                 row += [f"{100 * (middle / rival - 1):+.0f} %"]
             rows.append(row)
     title = (
-        f"d, torque noise {noise}: median and worst sigma in % of the value, one second at {Goal().rate:g} Hz; "
+        f"d, torque noise {noise}: median and worst sigma in % of the value, 1 s at {INFORMATIVE.rate:g} Hz; "
         "designed: middle of the seeds (worst); random: best in that figure, middle of the draws (least)"
     )
     show(title, rows, "random", "change", "worst", "random", "change", asked=False)
     _confirmed(next(iter(designs.values()))[0], min(candidates, key=lambda one: one[0])[1])
 
 
-def _confirmed(design: Design, rival: Rival) -> None:
+def _confirmed(design: trajectories.Design, rival: Rival) -> None:
     """Spread of estimates from simulated noisy runs against the prediction; distance from the floor."""
     problem, (family, x) = design.problem, rival
     ours, theirs = (_simulated(problem, plan.motion(problem.goal.rate)) for plan in (design.plan, family.plan(x)))
@@ -229,9 +166,9 @@ def _confirmed(design: Design, rival: Rival) -> None:
     show("Designed motion over the random one best in the median, at equal duration; asked: the prediction", rows)
 
 
-def _simulated(problem: DesignProblem, motion: Motion) -> dict[str, float]:
+def _simulated(problem: trajectories.DesignProblem, motion: Motion) -> dict[str, float]:
     """Standard deviation of weighted least squares over runs with white torque noise."""
-    torque = Simulator(ROBOT).measure(motion).torque
+    torque = trajectories.Simulator(ROBOT).measure(motion).torque
     samples = Samples(np.ones(len(motion.t)), motion.q, motion.qd, motion.qdd)
     weight = np.repeat(1.0 / problem.noise, len(motion.t))
     W = problem.kernel.matrix(samples)[:, problem.places] * weight[:, None]
@@ -242,7 +179,7 @@ def _simulated(problem: DesignProblem, motion: Motion) -> dict[str, float]:
     return dict(zip(problem.names, solutions.std(axis=1, ddof=1).tolist(), strict=True))
 
 
-def _spread(problem: DesignProblem, samples: Samples) -> tuple[float, float]:
+def _spread(problem: trajectories.DesignProblem, samples: Samples) -> tuple[float, float]:
     """Median and worst predicted relative sigma, for one second of motion."""
     weights = problem.row_weights(samples, weighted=True, duration=1.0)
     G = problem.information(problem.kernel.entries(samples, 0.0), weights)
@@ -250,7 +187,7 @@ def _spread(problem: DesignProblem, samples: Samples) -> tuple[float, float]:
     return float(np.median(sigma)), float(sigma.max())
 
 
-PARTS = {part.__name__: part for part in (conditions, obstacles, replays, floors, information)}
+PARTS = {part.__name__: part for part in (conditions, floors, information)}
 
 
 def main() -> None:

@@ -21,23 +21,9 @@ from pathlib import Path
 import casadi as ca
 import numpy as np
 import pinocchio as pin
+from dynident import model
 from dynident.benchmarks.shared import options, show
 from dynident.common.arrays import Array
-from dynident.model import (
-    Drives,
-    Robot,
-    base_parameters,
-    base_regressor,
-    coriolis,
-    forward_dynamics,
-    gravity,
-    inverse_dynamics,
-    inverse_dynamics_base,
-    load_robot,
-    mass_matrix,
-    payload_regressor,
-    standard_regressor,
-)
 from dynident.model.base.rank import random_states
 from dynident.model.kernel.c_path import aligned_empty
 from dynident.model.kernel.kernel import Kernel
@@ -57,19 +43,19 @@ PINOCCHIO, CASADI, WRITING = (
 )
 
 
-def pinocchio_loop(robot: Robot, states: Iterable[Array]) -> Callable[[], None]:
+def pinocchio_loop(robot: model.Robot, states: Iterable[Array]) -> Callable[[], None]:
     """A Python loop over Pinocchio's regressor of the joint torques, 6 x 60; bodies are random."""
-    model, parent = pin.Model(), 0
+    arm, parent = pin.Model(), 0
     for number, joint in enumerate(robot.joints, start=1):  # revolute, in modified DH
         before = pin.SE3(pin.utils.rotate("x", joint.alpha), np.array([joint.d, 0.0, 0.0]))
         after = pin.SE3(np.eye(3), np.array([0.0, 0.0, joint.r]))
-        parent = model.addJoint(parent, pin.JointModelRZ(), before * after, f"joint{number}")
-        model.appendBodyToJoint(parent, pin.Inertia.Random(), pin.SE3.Identity())
-    data, rows = model.createData(), list(zip(*states, strict=True))
+        parent = arm.addJoint(parent, pin.JointModelRZ(), before * after, f"joint{number}")
+        arm.appendBodyToJoint(parent, pin.Inertia.Random(), pin.SE3.Identity())
+    data, rows = arm.createData(), list(zip(*states, strict=True))
 
     def run() -> None:
         for q, qd, qdd in rows:
-            pin.computeJointTorqueRegressor(model, data, q, qd, qdd)
+            pin.computeJointTorqueRegressor(arm, data, q, qd, qdd)
 
     return run
 
@@ -108,8 +94,8 @@ def casadi_c(function: ca.Function, states: tuple[Array, ...], folder: Path) -> 
 
 def times() -> None:
     """Print nanoseconds per sample and ratios."""
-    robot = load_robot("rx90")
-    function = base_regressor(robot, base_parameters(robot))
+    robot = model.load_robot("rx90")
+    function = model.base_regressor(robot, model.base_parameters(robot))
     states = tuple(np.ascontiguousarray(x) for x in random_states(robot, SAMPLES, seed=0))
     kernel = Kernel(function)
     os.environ["DYNIDENT_NO_COMPILER"] = "1"
@@ -153,25 +139,25 @@ def operation_counts(function: ca.Function) -> tuple[int, int, int, int]:
 
 def rigid_bodies() -> Iterator[str]:
     """Rows of the comparison with SYMORO+: RX90, 36 base parameters of the links, no drives."""
-    robot = replace(load_robot("rx90"), drives=Drives(rotor_inertia=False, friction=False))
-    base = base_parameters(robot)
-    functions = (inverse_dynamics_base(robot, base), base_regressor(robot, base))
+    robot = replace(model.load_robot("rx90"), drives=model.Drives(rotor_inertia=False, friction=False))
+    base = model.base_parameters(robot)
+    functions = (model.inverse_dynamics_base(robot, base), model.base_regressor(robot, base))
     for (name, (multiplications, additions)), function in zip(SYMORO.items(), functions, strict=True):
         yield f"| {name} | {_cells(function)} | {multiplications} | {additions} |"
 
 
 def whole_model() -> Iterator[str]:
     """Rows of all functions: RX90 with rotor inertia, friction and coupling."""
-    robot = load_robot("rx90")
-    base = base_parameters(robot)
+    robot = model.load_robot("rx90")
+    base = model.base_parameters(robot)
     makers = (
-        *(inverse_dynamics, mass_matrix, coriolis, gravity),
-        *(forward_dynamics, standard_regressor, payload_regressor),
+        *(model.inverse_dynamics, model.mass_matrix, model.coriolis, model.gravity),
+        *(model.forward_dynamics, model.standard_regressor, model.payload_regressor),
     )
     for function in (
         *(make(robot) for make in makers),
-        inverse_dynamics_base(robot, base),
-        base_regressor(robot, base),
+        model.inverse_dynamics_base(robot, base),
+        model.base_regressor(robot, base),
     ):
         yield f"| `{function.name()}` | {_cells(function)} |"
 

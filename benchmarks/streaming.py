@@ -4,7 +4,7 @@ Run: OPENBLAS_NUM_THREADS=1 python benchmarks/streaming.py [--minutes 60]
 
 Simulated RX90, 54 parameters, white torque noise. The time the simulation itself takes is left out on every side;
 for comparison stands what a Python loop over Pinocchio needs for the regressors alone, measured in the same run.
-Two lengths are timed; the first ten minutes are also reduced as one measurement and compared.
+Two lengths are timed.
 """
 
 import resource
@@ -14,11 +14,11 @@ from collections.abc import Iterator
 import numpy as np
 from dynident.benchmarks.regressor import pinocchio_loop
 from dynident.benchmarks.shared import options, show
-from dynident.estimation.equations.equations import Equations, merged
+from dynident.estimation.equations.equations import Equations
 from dynident.estimation.equations.observer import Observer
-from dynident.estimation.equations.reduction import reduced_measurement, reduced_pieces
+from dynident.estimation.equations.reduction import reduced_pieces
 from dynident.estimation.fit.least_squares import weighted
-from dynident.model import Motion, Processing, base_parameters, load_robot
+from dynident.model import Motion, base_parameters, load_robot
 from dynident.model.base.rank import random_states
 from dynident.model.motion import Measurement
 from dynident.trajectories import RX90_NOISE, Simulator
@@ -46,14 +46,6 @@ class Source:
             piece = self._piece(start, min(start + PIECE, self._samples))
             self.seconds += time.perf_counter() - before
             yield piece
-
-    def whole(self) -> Measurement:
-        """All pieces as one measurement."""
-        pieces = list(self)
-        motion = Motion(
-            *(np.concatenate([getattr(p.motion, name) for p in pieces]) for name in ("t", "q", "qd", "qdd"))
-        )
-        return Measurement(motion, np.concatenate([p.torque for p in pieces]))
 
     def _piece(self, start: int, stop: int) -> Measurement:
         t = np.arange(start, stop) / RATE
@@ -98,35 +90,8 @@ def main() -> None:
         ["time per sample over that of half of it", f"{seconds / samples / (half_seconds / (samples // 2)):.3f}"],
         ["Pinocchio loop, regressors alone, times as long", f"{theirs / seconds:.2f}"],
         ["peak memory over the imports [MiB]", f"{memory:.0f}"],
-        *compared(observer, simulator, min(samples, int(600 * RATE))),
     ]
     show(f"{minutes:g} minutes at 1 kHz from an iterator", rows, asked=False)
-
-
-def compared(observer: Observer, simulator: Simulator, samples: int) -> list[list[str]]:
-    """Compare a stretch read from an iterator with one measurement of it."""
-    streamed = weighted(solved(observer, Source(simulator, samples))[0])
-    data = Source(simulator, samples).whole()
-    fast = SLOW / np.abs(data.motion.qd).max(axis=0)
-    # One measurement with a fraction per joint: six problems, each giving one joint's rows.
-    problems = []
-    for j in range(6):
-        settings = Processing(still_speed=0.0, slow_fraction=float(fast[j]))
-        problem = reduced_measurement(observer, data, settings)
-        keep = tuple(k == j for k in range(6))
-        problems.append(
-            Equations(
-                problem.columns,
-                tuple(factor if k else 0.0 * factor for factor, k in zip(problem.factors, keep, strict=True)),
-                tuple(rows * k for rows, k in zip(problem.rows, keep, strict=True)),
-                tuple(rows * k for rows, k in zip(problem.effective_rows, keep, strict=True)),
-            )
-        )
-    whole = weighted(merged(problems))
-    words = f"first {samples / RATE / 60:.0f} minutes held whole:"
-    worst = float((np.abs(whole.values - streamed.values) / whole.sigma).max())
-    spread = float(np.abs(whole.sigma / streamed.sigma - 1.0).max())
-    return [[f"{words} values apart [sigma]", f"{worst:.1e}"], [f"{words} sigma apart, relative", f"{spread:.1e}"]]
 
 
 if __name__ == "__main__":
