@@ -17,7 +17,7 @@ from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
-from dynident import estimation
+from dynident import estimation, model
 from dynident.apps.commands.demo import ASSUMED_SPRING
 from dynident.apps.commands.demo import PAYLOAD as PAPER_PAYLOAD
 from dynident.apps.logs.read import read_recording
@@ -46,17 +46,6 @@ from dynident.estimation.payload.problem import PairedMeasurement, long_motion
 from dynident.estimation.payload.result import constrain_payload, widened
 from dynident.estimation.possible.intervals import profile_intervals
 from dynident.estimation.signals.filtering import measurement
-from dynident.model import (
-    INERTIAL,
-    InertialParameters,
-    Motion,
-    Processing,
-    Recording,
-    Robot,
-    base_parameters,
-    load_robot,
-    robot_names,
-)
 from dynident.model.drives import FRICTION, parameter_kind
 from dynident.model.motion import Measurement
 from dynident.trajectories import RX90_NOISE, Simulator, ViaPoints, random_via_points
@@ -65,13 +54,14 @@ from dynident.trajectories import RX90_NOISE, Simulator, ViaPoints, random_via_p
 class Stated(NamedTuple):
     """Part of what a run stated: its row, which intervals hold, other numbers by their column.
 
-    ``beside``: by another way than the package's answer, so that nothing is asked of it.
+    ``beside``: by another way than the package's answer, so that nothing is asked of it; ``text``: to be printed.
     """
 
     row: str
     held: Array
     more: Mapping[str, float] = MappingProxyType({})
     beside: bool = False
+    text: str = ""
 
 
 COLUMNS: dict[str, Callable[[Array], str]] = {
@@ -81,7 +71,10 @@ COLUMNS: dict[str, Callable[[Array], str]] = {
     "half width %": lambda x: f"{100 * np.median(x):.2f}",
     "over unguarded": lambda x: f"{np.median(x):.2f}",
     "widened": lambda x: f"{x.sum():.0f}",
+    "use": lambda x: f"{x.sum():.0f}",
     "do not use": lambda x: f"{x.sum():.0f}",
+    "worst mass error %": lambda x: f"{100 * np.nanmax(np.abs(x), initial=0.0):.2f}",
+    "worst inertia error % in use": lambda x: f"{100 * np.nanmax(x, initial=0.0):.0f}",
     "mass interval kg": lambda x: f"{x.mean():.3f}",
     "rms XX": lambda x: f"{rms(x):.4g}",
     "rms YY": lambda x: f"{rms(x):.4g}",
@@ -92,7 +85,7 @@ COLUMNS: dict[str, Callable[[Array], str]] = {
 
 # The paper's experiment: motions of a simulated RX90, the same in every run; torque noise is drawn.
 
-CUBE = InertialParameters.from_com(7.025, [0.0, 0.0, 0.143], 7.025 * 0.2**2 / 6.0 * np.eye(3))
+CUBE = model.InertialParameters.from_com(7.025, [0.0, 0.0, 0.143], 7.025 * 0.2**2 / 6.0 * np.eye(3))
 BODIES = {"disc": PAPER_PAYLOAD, "cube": CUBE}
 """At the estimate of a thin disc the constraint is active in half of the runs."""
 
@@ -100,10 +93,10 @@ BODIES = {"disc": PAPER_PAYLOAD, "cube": CUBE}
 @functools.cache
 def clean_measurements(trajectories: int) -> dict[str, list[Measurement]]:
     """Measurements without noise, without payload and with each of the bodies."""
-    robot = load_robot("rx90")
+    robot = model.load_robot("rx90")
     simulator = Simulator(robot)
     motions = [random_via_points(robot, 14, seed).motion(250.0) for seed in range(trajectories)]
-    loads: dict[str, InertialParameters | None] = {"bare": None, **BODIES}
+    loads: dict[str, model.InertialParameters | None] = {"bare": None, **BODIES}
     return {
         name: [measurement(simulator.record(motion, load), robot.processing) for motion in motions]
         for name, load in loads.items()
@@ -112,12 +105,12 @@ def clean_measurements(trajectories: int) -> dict[str, list[Measurement]]:
 
 def repeated_problem(
     body: str, memory: float, trajectories: int, seed: int
-) -> tuple[estimation.LongMotion, list[Recording]]:
+) -> tuple[estimation.LongMotion, list[model.Recording]]:
     """One run: the payload's problem, and the recordings without payload.
 
     Noise as behind the paper's Table 2; with a memory [samples] a third as large, for decimation leaves it whole.
     """
-    robot, draw = load_robot("rx90"), np.random.default_rng(seed)
+    robot, draw = model.load_robot("rx90"), np.random.default_rng(seed)
     clean = clean_measurements(trajectories)
     sizes = np.array(RX90_NOISE) / (3.0 if memory else 1.0)
     sides = [
@@ -129,7 +122,7 @@ def repeated_problem(
     ]
     pairs = [PairedMeasurement(*pair) for pair in zip(*sides, strict=True)]
     settings = estimation.Settings(robot.processing, friction_change=0.0)
-    bares = [Recording(one.motion.t, one.motion.q, one.torque, one.motion.qd) for one in sides[0]]
+    bares = [model.Recording(one.motion.t, one.motion.q, one.torque, one.motion.qd) for one in sides[0]]
     return long_motion(robot, sides[1], sides[0], pairs, settings), bares
 
 
@@ -165,26 +158,11 @@ def repeated(memory: float, trajectories: int, name: str, seed: int) -> Iterator
 
 # Invented arms, payloads and motions: what the whole answer states, guards included.
 
-DAY = 0.06
-"""Change of each friction from one day to another, relative, 1 sigma."""
 
-
-def another_day(robot: Robot, draw: np.random.Generator) -> Robot:
-    """An arm with other frictions."""
-    changed = {
-        name: value * (1.0 + DAY * float(draw.standard_normal()))
-        for name, value in robot.parameters.items()
-        if name.startswith(("FS", "FV"))
-    }
-    return replace(robot, parameters={**robot.parameters, **changed})
-
-
-def answered(gain: float, day: bool, name: str, run: int) -> Iterator[Stated]:
+def answered(gain: float, name: str, run: int) -> Iterator[Stated]:
     """Draw one or two motions of 20 s together, noise of 2 to 20 %, and answer; beside it without guards.
 
-    Args:
-        gain: relative error of the gain of joint 2 or 3 in all recordings.
-        day: let friction under load be another one.
+    ``gain``: relative error of the gain of joint 2 or 3 in all recordings.
     """
     seed = len(ARMS) * run + ARMS.index(name)
     draw, robot = np.random.default_rng([seed, 15]), invented.robot(name)
@@ -194,15 +172,15 @@ def answered(gain: float, day: bool, name: str, run: int) -> Iterator[Stated]:
     motions = [invented.long_motion(name, number, 20.0 / pairs) for number in seeds[:pairs]]
     scale = np.ones(robot.n)
     scale[int(draw.integers(1, 3))] += gain * float(draw.choice([-1.0, 1.0]))
-    another = Simulator(another_day(robot, draw)) if day else None
-    sets = []
-    for load, arm, first in ((None, None, 4), (body, another, 6)):
-        recordings = [
-            invented.recorded(name, motion, load, number, noise, memory, arm)
+    unloaded, loaded = (
+        [
+            replace(one, torque=one.torque * scale)
             for motion, number in zip(motions, seeds[first:], strict=False)
+            for one in (invented.recorded(name, motion, load, number, noise, memory),)
         ]
-        sets.append([replace(recording, torque=recording.torque * scale) for recording in recordings])
-    problem = estimation.payload_problem(robot, sets[1], sets[0])
+        for load, first in ((None, 4), (body, 6))
+    )
+    problem = estimation.payload_problem(robot, loaded, unloaded)
     answer = estimation.answer_payload(problem, (4,))
     unguarded = replace(problem, settings=replace(problem.settings, friction_change=0.0))
     narrow = constrain_payload(estimation.payload_estimate(unguarded, 4)).intervals.parameters[9]
@@ -223,6 +201,44 @@ def answered(gain: float, day: bool, name: str, run: int) -> Iterator[Stated]:
                 "do not use": float(answer.verdict.level == "do_not_use"),
             },
         )
+
+
+def good(_: str, run: int) -> Iterator[Stated]:
+    """Levels of verdicts on good recordings: thresholds were set with runs from 10,000 on.
+
+    A robot, a payload, one or two motions (the same or others with payload), noise of 5 to 25 %. Asked is "use" where
+    the robust standard deviation of the inertia at the centre of mass is under 30 %, else mass and centre of mass.
+    """
+    draw = np.random.default_rng([run, 2026])
+    name, kind = invented.NAMES[run % 3], invented.PAYLOADS[run // 3 % 5]
+    body = invented.payload(name, kind, draw)
+    noise, memory = float(draw.uniform(0.05, 0.25)), 20.0 * int(draw.integers(2))
+    pairs, apart = int(draw.integers(1, 3)), bool(draw.random() < 0.25)
+    motions = [invented.motion(name, int(seed)) for seed in draw.integers(1_000_000, size=2 * pairs)]
+    unloaded, loaded = (
+        [invented.recorded(name, motion, load, first + k, noise, memory) for k, motion in enumerate(some)]
+        for some, load, first in (
+            (motions[:pairs], None, 2 * run),
+            (motions[pairs:] if apart else motions[:pairs], body, 2 * run + 10**6),
+        )
+    )
+    answer = estimation.answer_payload(estimation.payload_problem(invented.robot(name), loaded, unloaded))
+    payload, level = answer.recommended, answer.verdict.level
+    spread, inertia = payload.free.robust_spread, np.diag(payload.body.inertia_com)
+    assert spread is not None
+    sure = (spread.moments / np.maximum(inertia, 1e-12)).max() < 0.30
+    right = level == ("use" if sure else "mass_and_com_only")
+    more = {
+        "use": float(level == "use"),
+        "do not use": float(level == "do_not_use"),
+        "worst mass error %": payload.body.mass / body.mass - 1.0 if level != "do_not_use" else np.nan,
+        "worst inertia error % in use": (
+            float(np.abs(inertia / np.diag(body.inertia_com) - 1.0).max()) if level == "use" else np.nan
+        ),
+    }
+    text = "" if right else f"run {run}, {name}, {kind}: {level}: {'; '.join(answer.verdict.reasons)}"
+    yield Stated(f"{name}, {kind}", np.array([float(right)]), more)
+    yield Stated("all", np.array([float(right)]), more, text=text)
 
 
 def lacking(other_path: bool, name: str, run: int) -> Iterator[Stated]:
@@ -273,56 +289,60 @@ def lacking(other_path: bool, name: str, run: int) -> Iterator[Stated]:
 
 TEN, STEP, JOG = 10.0, 5.0, 3.0
 """s: length of a piece, from one to the next; before the last the real arm jogs to its start and rests."""
-HANDLED = InertialParameters.from_com(5.0, [0.01, -0.02, 0.1], np.diag([0.03, 0.03, 0.02]))
+HANDLED = model.InertialParameters.from_com(5.0, [0.01, -0.02, 0.1], np.diag([0.03, 0.03, 0.02]))
 
 
 @functools.cache
-def real(name: str) -> Recording:
+def real(name: str) -> model.Recording:
     """A recording of the real UR10e."""
     folder = recordings_folder(name)
     assert folder is not None
-    return read_recording(folder / f"ur10e/{name}.csv.gz", load_robot("ur10e"), UR10E_GAINS)
+    return read_recording(folder / f"ur10e/{name}.csv.gz", model.load_robot("ur10e"), UR10E_GAINS)
 
 
 def stored_real(source: str, run: int) -> Iterator[Stated]:
     """A piece of a real UR10e's loaded recording, robot stored from one of its recordings without payload."""
-    robot, loaded = load_robot("ur10e"), real("loaded_2.805kg")
+    robot, loaded = model.load_robot("ur10e"), real("loaded_2.805kg")
     assert loaded.qd is not None
     moving = loaded.t[(np.abs(loaded.qd).max(axis=1) > 5e-3) & (loaded.t > JOG)]
     starts = np.arange(moving[0], moving[-1] - TEN, STEP)
     if run < len(starts):
         piece, known = window(loaded, float(starts[run]), TEN), estimation.identify(robot, [real(source)]).estimate
-        yield from weighed(f"robot from {source}", robot, known, piece, UR10E_MASS, None)
-        yield from weighed(
-            f"robot from {source}, gains to 2 %", robot, known, piece, UR10E_MASS, estimation.Gains((0.02,) * 6)
-        )
+        yield from weighed(f"robot from {source}", robot, known, piece, UR10E_MASS)
+        yield from weighed(f"robot from {source}, gains to 2 %", robot, known, piece, UR10E_MASS, 0.02)
 
 
 def stored_simulated(name: str, run: int) -> Iterator[Stated]:
-    """A robot stored from 25 s, ten seconds of another motion on another day; noise of 2 % that remembers 0.2 s."""
+    """A robot stored from 25 s, ten seconds of another motion; frictions other by 6 %, noise of 2 %, 0.2 s."""
     robot, draw = invented.robot(name), np.random.default_rng([run, 11])
     first, second = (random_via_points(robot, 12, 2 * run + k).motion(100.0) for k in range(2))
-    heavy = another_day(robot, draw)
+    changed = {
+        name: value * (1.0 + 0.06 * float(draw.standard_normal()))
+        for name, value in robot.parameters.items()
+        if name.startswith(("FS", "FV"))
+    }
+    heavy = replace(robot, parameters={**robot.parameters, **changed})
 
-    def noisy(arm: Robot, motion: Motion, load: InertialParameters | None) -> Recording:
+    def noisy(arm: model.Robot, motion: model.Motion, load: model.InertialParameters | None) -> model.Recording:
         exact = Simulator(arm).record(motion, load)
         noise = lasting(draw.standard_normal(exact.torque.shape), 20.0, warm=False)
         return replace(exact, torque=exact.torque + 0.02 * rms(exact.torque) * noise)
 
     known = estimation.identify(robot, [noisy(robot, first, None)]).estimate
     piece = window(noisy(heavy, second, HANDLED), 5.0, TEN)
-    yield from weighed("simulated", robot, known, piece, HANDLED.mass, None)
+    yield from weighed("simulated", robot, known, piece, HANDLED.mass)
 
 
 def weighed(
     row: str,
-    robot: Robot,
+    robot: model.Robot,
     known: estimation.Estimate,
-    loaded: Recording,
+    loaded: model.Recording,
     mass: float,
-    gains: estimation.Gains | None,
+    sigma: float = 0.0,
 ) -> Iterator[Stated]:
-    """Interval of the mass by ``payload`` and by ``weigh``."""
+    """Interval of the mass by ``payload`` and by ``weigh``; ``sigma``: of the drive gains, relative."""
+    gains = estimation.Gains((sigma,) * robot.n) if sigma else None
     for command, make in (("payload", estimation.payload_problem), ("weigh", estimation.known_robot_weighing)):
         problem = make(robot, [loaded], known=known)
         estimate = estimation.payload_estimate(problem, 1)
@@ -338,16 +358,16 @@ def weighed(
 
 def whole_robot(_: str, run: int) -> Iterator[Stated]:
     """Base parameters from three motions of a shipped arm, its nominal numbers times .7 to 1.3; noise 5 to 25 %."""
-    names, draw = robot_names(), np.random.default_rng([run, 17])
+    names, draw = model.robot_names(), np.random.default_rng([run, 17])
     name = names[run % len(names)]
     robot = invented.robot(name)
     factors = draw.uniform(0.7, 1.3, (robot.n + 1, 2))  # a body times a factor can exist as the body can
     values = {}
     for parameter, value in robot.parameters.items():
         kind = parameter_kind(parameter)
-        values[parameter] = value * float(factors[int(parameter[len(kind) :]), 0 if kind in INERTIAL else 1])
+        values[parameter] = value * float(factors[int(parameter[len(kind) :]), 0 if kind in model.INERTIAL else 1])
     robot = replace(robot, parameters=values)
-    simulator, base = Simulator(robot), base_parameters(robot)
+    simulator, base = Simulator(robot), model.base_parameters(robot)
     truth = base.grouping @ np.array([robot.parameters.get(column, 0.0) for column in base.standard])
     kinds = np.array([parameter_kind(column).removesuffix("R") for column in base.columns])
     for k in range(3):
@@ -378,26 +398,26 @@ CURRENT_NOISE = np.array([0.5, 0.5, 0.3, 0.15, 0.15, 0.1])
 """A, of the UR10e; the others' is .06 of each motor's current."""
 TORQUE_NOISE = np.array([5.0, 5.0, 3.0, 1.5, 1.5, 1.0])
 """N·m, white."""
-WEIGHT = InertialParameters.from_com(6.0, [0.03, 0.12, 0.06], np.diag([0.03, 0.04, 0.02]))
-OTHER = InertialParameters.from_com(4.0, [-0.05, 0.08, 0.09], np.diag([0.02, 0.025, 0.015]))
+WEIGHT = model.InertialParameters.from_com(6.0, [0.03, 0.12, 0.06], np.diag([0.03, 0.04, 0.02]))
+OTHER = model.InertialParameters.from_com(4.0, [-0.05, 0.08, 0.09], np.diag([0.02, 0.025, 0.015]))
 LOADS = {"none": None, "weight": WEIGHT, "other": OTHER}
-BY_FOUR = estimation.Settings(Processing(decimate=4))
+BY_FOUR = estimation.Settings(model.Processing(decimate=4))
 
 
-def described(name: str) -> Robot:
+def described(name: str) -> model.Robot:
     """An arm; the RX90 perhaps with the spring that is assumed elsewhere."""
-    robot = load_robot(name.split("-")[0])
+    robot = model.load_robot(name.split("-")[0])
     return replace(robot, drives=replace(robot.drives, spring=ASSUMED_SPRING)) if "spring" in name else robot
 
 
 def with_rx90_parameters(name: str) -> Simulator:
     """A simulator of an arm with the RX90's parameters."""
-    known = {**load_robot("rx90").parameters, **{f"OFF{joint}": 0.3 * joint for joint in range(1, 7)}}
+    known = {**model.load_robot("rx90").parameters, **{f"OFF{joint}": 0.3 * joint for joint in range(1, 7)}}
     return Simulator(replace(described(name), parameters=known))
 
 
 @functools.cache
-def exact_currents(name: str) -> tuple[Motion, dict[str, Array]]:
+def exact_currents(name: str) -> tuple[model.Motion, dict[str, Array]]:
     """One motion of an arm, and its motor currents by load."""
     robot, draw, source = described(name), np.random.default_rng(3), with_rx90_parameters(name)
     middle = np.mean([joint.limits.position for joint in robot.joints], axis=1) if name == "tx40" else np.zeros(6)
@@ -417,7 +437,7 @@ def gains_found(name: str, run: int) -> Iterator[Stated]:
     for words, memory in (("white noise", 0.0), ("AR(1) noise of 20 samples", 20.0)):
         draw, load = np.random.default_rng([7, run]), known_mass(6.0)
         pair = [
-            Recording(
+            model.Recording(
                 motion.t,
                 motion.q,
                 i + level * lasting(draw.standard_normal(i.shape), memory, warm=False),
@@ -435,7 +455,7 @@ def gains_found(name: str, run: int) -> Iterator[Stated]:
 
 
 @functools.cache
-def exact_torques(name: str, load: str, seed: int) -> tuple[Motion, Array]:
+def exact_torques(name: str, load: str, seed: int) -> tuple[model.Motion, Array]:
     """A motion of an arm, and its torques with a load."""
     draw = np.random.default_rng(seed)
     motion = ViaPoints(draw.uniform(-1.2, 1.2, (40, 6)), draw.uniform(0.6, 1.2, 39)).motion(100.0)
@@ -447,15 +467,17 @@ def gains_wrong(name: str, run: int) -> Iterator[Stated]:
 
     The gains' error is counted once, as robot and payload share it; as if each had errors of its own; not at all.
     """
-    robot, gains = load_robot(name), estimation.Gains((0.02,))
+    robot, gains = model.load_robot(name), estimation.Gains((0.02,))
     errors = 0.02 * np.random.default_rng([9, run]).standard_normal(6)
 
-    def record(load: str, seed: int) -> Recording:
+    def record(load: str, seed: int) -> model.Recording:
         motion, exact = exact_torques(name, load, seed)
         torque = exact + TORQUE_NOISE * np.random.default_rng([seed, run]).standard_normal(exact.shape)
         coupling = robot.coupling  # a motor's error is in two joints' torques where drives are coupled
         motors = (1.0 + errors) * (coupling.motor_torques(torque) if coupling else torque)
-        return Recording(motion.t, motion.q, coupling.joint_torques(motors) if coupling else motors, motion.qd)
+        return model.Recording(
+            motion.t, motion.q, coupling.joint_torques(motors) if coupling else motors, motion.qd
+        )
 
     identification = estimation.identify(robot, [record("none", 3)], BY_FOUR, gains=gains)
     stored, truth = identification.estimate, identification.base.value(with_rx90_parameters(name).robot.parameters)
@@ -484,11 +506,11 @@ def gains_wrong(name: str, run: int) -> Iterator[Stated]:
 
 def gains_again(name: str, run: int) -> Iterator[Stated]:
     """Recordings that gains were found from used again: intervals take gains and recordings for unrelated."""
-    robot, (motion, exact) = load_robot(name), exact_currents(name)
+    robot, (motion, exact) = model.load_robot(name), exact_currents(name)
 
-    def record(load: str, seed: int) -> Recording:
+    def record(load: str, seed: int) -> model.Recording:
         noise = np.random.default_rng((run, seed)).standard_normal(exact[load].shape)
-        return Recording(motion.t, motion.q, exact[load] + CURRENT_NOISE * noise, motion.qd)
+        return model.Recording(motion.t, motion.q, exact[load] + CURRENT_NOISE * noise, motion.qd)
 
     first, weight, fresh, second = record("none", 0), record("weight", 1), record("none", 2), record("other", 3)
     found = estimation.answer_gains(gain_problem(robot, [first], [weight], BY_FOUR), known_mass(6.0))
@@ -542,9 +564,9 @@ def cases(trajectories: int) -> dict[str, Case]:
         "late": Case(
             rx90(200.0, trajectories), tuple(BODIES), 30, f"{paper}, AR(1) of 20 decimated samples", "93 to 98"
         ),
-        "answer": Case(partial(answered, 0.0, False), ARMS, 15, answer),
-        "gain-off": Case(partial(answered, 0.05, False), ARMS, 15, f"{answer}; joint 2 or 3's gain 5 % off"),
-        "days": Case(partial(answered, 0.0, True), ARMS, 15, f"{answer}; friction under load another by 6 %"),
+        "answer": Case(partial(answered, 0.0), ARMS, 15, answer),
+        "gain-off": Case(partial(answered, 0.05), ARMS, 15, f"{answer}; joint 2 or 3's gain 5 % off"),
+        "good": Case(good, ("",), 200, "levels as the inertia's robust deviation says, of good recordings", "100"),
         "lacking": Case(partial(lacking, False), ARMS, 15, f"{lack}, on one path", "92 to 98"),
         "lacking-other": Case(partial(lacking, True), ARMS, 5, f"{lack}, on two paths", "92 to 98"),
         "stored-real": Case(
@@ -576,6 +598,8 @@ def coverage(case: Case, runs: Sequence[int], jobs: int = 1) -> dict[str, list[S
             print(told)
         for stated in () if isinstance(told, str) else told:
             rows[stated.row].append(stated)
+            if stated.text:
+                print(stated.text)
     return rows
 
 
