@@ -22,6 +22,7 @@ from dynident.estimation.payload.short_motion import telling_rows
 from dynident.estimation.signals.filtering import measurement
 from dynident.model import Robot, base_parameters, load_robot
 from numpy.typing import NDArray
+from scipy.optimize import brentq
 from scipy.stats import chi2
 
 UR10E = ("ur10e/unloaded.csv.gz", "ur10e/validation_unloaded.csv.gz", "ur10e/validation_point_to_point.csv.gz")
@@ -108,13 +109,7 @@ def beyond_noise(some: Sequence[Scatter], unit: Callable[[Scatter], float]) -> t
         return total
 
     def solved(level: float) -> float:
-        low, high = 0.0, 1.0
-        if spread(0.0) <= level:
-            return 0.0
-        for _ in range(60):
-            middle = 0.5 * (low + high)
-            low, high = (middle, high) if spread(middle) > level else (low, middle)
-        return high
+        return 0.0 if spread(0.0) <= level else float(brentq(lambda share: spread(share) - level, 0.0, 1.0))
 
     return solved(freedom), solved(float(chi2.ppf(0.95, freedom))), solved(float(chi2.ppf(0.05, freedom)))
 

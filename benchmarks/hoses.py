@@ -25,7 +25,6 @@ from dynident.tests.estimation.diagnosis.hung import ABOVE, BESIDE, first, pulle
 from dynident.trajectories import random_via_points
 
 NOISE, SHORT = 0.04, 10.0
-_WHOLE = 3.0  # noise that remembers is made a third as large
 
 
 class Case(NamedTuple):
@@ -53,7 +52,7 @@ def counted(memory: float, name: str) -> list[bool]:
     """True for each case that is told of an arm."""
     robot = invented.robot(name)
     body = InertialParameters.from_com(0.5 * robot.rated_payload, [0.02, -0.02, 0.08], 0.003 * np.eye(3))
-    noise = _WHOLE * NOISE if memory else NOISE
+    noise = (3.0 if memory else 1.0) * NOISE  # what remembers is made a third as large
     motion, earlier_motion = (random_via_points(robot, 12, seed=seed).motion(100.0) for seed in (7, 8))
     bare, heavy = (
         first(invented.recorded(name, motion, load, k, noise, memory)) for k, load in enumerate((None, body))

@@ -9,7 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 from dynident.benchmarks.shared import lasting
-from dynident.model import InertialParameters, Joint, Limits, Motion, Recording, Robot, load_robot
+from dynident.model import InertialParameters, Motion, Recording, Robot, load_robot
 from dynident.model.stand_in import with_stand_in
 from dynident.trajectories import Simulator, random_via_points
 
@@ -47,14 +47,11 @@ def robot(name: str) -> Robot:
         return replace(known, parameters=_ur10e())
     if name != "tx40":
         return with_stand_in(known)
-    joints = tuple(map(_lively, known.joints, load_robot("rx90").joints))
+    joints = tuple(  # with speed and acceleration limits of the RX90
+        replace(own, limits=replace(own.limits, speed=like.limits.speed, acceleration=like.limits.acceleration))
+        for own, like in zip(known.joints, load_robot("rx90").joints, strict=True)
+    )
     return replace(known, joints=joints, parameters=_tx40(), processing=replace(known.processing, decimate=10))
-
-
-def _lively(joint: Joint, like: Joint) -> Joint:
-    """With speed and acceleration limits of another."""
-    limits = Limits(joint.limits.position, like.limits.speed, like.limits.acceleration, joint.limits.torque)
-    return replace(joint, limits=limits)
 
 
 def _ur10e() -> dict[str, float]:

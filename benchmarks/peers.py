@@ -268,11 +268,9 @@ def mujoco(arguments: argparse.Namespace) -> None:
         document, model, theirs = (str(Path(name) / file) for file in ("robot.json", "dynident.xml", "sysid.xml"))
         gains, begun = ",".join(map(str, UR10E_GAINS)), time.process_time()
         with contextlib.redirect_stdout(io.StringIO()):
-            main_of(
-                ["identify", "--robot", "ur10e", "--data", files[0], "--drive-gains", gains, "--json", document]
-            )
-            stored = ["--robot-parameters", document, "--out", model]
-            main_of(["robot", "export", "--to", "mjcf", "--robot", "ur10e", *stored])
+            arm, out = ["--robot", "ur10e"], ["--robot-parameters", document, "--out", model]
+            main_of(["identify", *arm, "--data", files[0], "--drive-gains", gains, "--json", document])
+            main_of(["robot", "export", "--to", "mjcf", *arm, *out])
         cpu = time.process_time() - begun
         found, spent, words = fitted(
             arguments, start_model(model, robot), measurement(recordings[0], robot.processing)
@@ -370,11 +368,10 @@ def fitted(arguments: argparse.Namespace, spec: Any, data: Measurement) -> tuple
         return measured.data[1:] - np.column_stack(predicted), measured, measured
 
     residual = sysid.build_residual_fn(models_sequences=[sequences], n_threads=1, modify_residual=difference)
-    before, passed, objectives = time.process_time(), [best.as_vector()], list[float]()
+    before, passed = time.process_time(), [best.as_vector()]
 
     def watched(log: list[Any]) -> None:
         passed.append(np.ravel(log[-1].candidate).copy())
-        objectives.append(float(log[-1].objective))
         if time.process_time() - before > arguments.cpu:
             raise StoppedError
 
@@ -385,9 +382,7 @@ def fitted(arguments: argparse.Namespace, spec: Any, data: Measurement) -> tuple
     except StoppedError:
         end = "stopped, not ended"
         best.update_from_vector(passed[-1])
-    words = (
-        f"{__version__}, {arguments.rollouts} rollouts, {len(objectives)} iterations to {objectives[-1]:.4g}, {end}"
-    )
+    words = f"{__version__}, {arguments.rollouts} rollouts, {len(passed) - 1} iterations, {end}"
     return sysid.apply_param_modifiers_spec(best, spec.copy()), time.process_time() - before, words
 
 
@@ -440,18 +435,20 @@ def searches(_: argparse.Namespace) -> None:
     show("RX90, 14 via points at rest, equal CPU time: cond, median of five seeds", rows, "worst", asked=False)
 
 
-PEERS = {"figaroh": figaroh, "mujoco": mujoco, "searches": searches}
-INSTALLED_BY = {"figaroh": "figaroh==1.0.2", "mujoco": "'mujoco[sysid]'", "searches": "cma"}
-
-
 def main() -> None:
     """Print the comparisons asked for, or all."""
-    arguments = options(__doc__, peers=tuple(PEERS), rounds=5, rollouts=60, cpu=240.0)
+    peers = {
+        "figaroh": (figaroh, "figaroh==1.0.2"),
+        "mujoco": (mujoco, "'mujoco[sysid]'"),
+        "searches": (searches, "cma"),
+    }
+    arguments = options(__doc__, peers=tuple(peers), rounds=5, rollouts=60, cpu=240.0)
     for name in arguments.peers:
+        run, package = peers[name]
         try:
-            PEERS[name](arguments)
+            run(arguments)
         except ImportError as missing:
-            print(f"{name}: left out, not installed ({missing}): pip install {INSTALLED_BY[name]}")
+            print(f"{name}: left out, not installed ({missing}): pip install {package}")
 
 
 if __name__ == "__main__":

@@ -60,11 +60,11 @@ def pinocchio_loop(robot: model.Robot, states: Iterable[Array]) -> Callable[[], 
     return run
 
 
-def casadi_c(function: ca.Function, states: tuple[Array, ...], folder: Path) -> Callable[[], None] | None:
-    """CasADi's generated C, -O2, called sample by sample from C; None without a compiler."""
+def casadi_c(function: ca.Function, states: tuple[Array, ...], folder: Path) -> Callable[[], None]:
+    """CasADi's generated C, -O2, called sample by sample from C; does nothing without a compiler."""
     compiler = shutil.which("cc") or shutil.which("gcc")
     if compiler is None:
-        return None
+        return lambda: None
     here = Path.cwd()
     os.chdir(folder)
     function.generate("generated.c")
@@ -104,25 +104,27 @@ def times() -> None:
     rows = aligned_empty((entries, SAMPLES))
     tiles = aligned_empty((-(-SAMPLES // 8), entries, 8))
     with tempfile.TemporaryDirectory() as folder:
-        runs: dict[str, Callable[[], object] | None] = {
-            PINOCCHIO: pinocchio_loop(robot, tuple(x[:PINOCCHIO_SAMPLES] for x in states)),
+        compiled = {
             CASADI: casadi_c(function, states, Path(folder)),
-            "dynident, tiles of eight": (lambda: kernel.tiles(*states, out=tiles)) if kernel.compiled else None,
-            "dynident, rows": (lambda: kernel(*states, out=rows)) if kernel.compiled else None,
+            "dynident, tiles of eight": lambda: kernel.tiles(*states, out=tiles),
+            "dynident, rows": lambda: kernel(*states, out=rows),
+        }
+        runs: dict[str, Callable[[], object]] = {
+            PINOCCHIO: pinocchio_loop(robot, tuple(x[:PINOCCHIO_SAMPLES] for x in states)),
+            **(compiled if kernel.compiled else {}),
             "dynident, NumPy": lambda: plain(*states, out=rows),
             WRITING: lambda: rows.fill(1.0),
         }
-        taken: dict[str, list[float]] = {name: [] for name, run in runs.items() if run is not None}
+        taken: dict[str, list[float]] = {name: [] for name in runs}
         for _ in range(ROUNDS):
             for name, run in runs.items():
-                for k in range(WARM + REPEATS if run is not None else 0):
-                    start = time.perf_counter()
-                    assert run is not None
+                moments = [time.perf_counter()]
+                for _repeat in range(WARM + REPEATS):
                     run()
-                    spent = time.perf_counter() - start
-                    if k >= WARM:
-                        taken[name].append(spent / (PINOCCHIO_SAMPLES if name == PINOCCHIO else SAMPLES) * 1e9)
-    ns = {name: float(np.median(values)) for name, values in taken.items()}
+                    moments.append(time.perf_counter())
+                taken[name] += np.diff(moments)[WARM:].tolist()
+    counts = {name: PINOCCHIO_SAMPLES if name == PINOCCHIO else SAMPLES for name in runs}
+    ns = {name: 1e9 * float(np.median(values)) / counts[name] for name, values in taken.items()}
     lines = []
     for name, value in ns.items():
         numbers = (value, ns[PINOCCHIO] / value, ns.get(CASADI, np.nan) / value, value / ns[WRITING])

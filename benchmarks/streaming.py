@@ -43,18 +43,14 @@ class Source:
         """Pieces of ten seconds."""
         for start in range(0, self._samples, PIECE):
             before = time.perf_counter()
-            piece = self._piece(start, min(start + PIECE, self._samples))
+            t = np.arange(start, min(start + PIECE, self._samples)) / RATE
+            angle = self._w * t[:, None, None] + self._phase
+            sine, cosine = np.sin(angle), np.cos(angle)
+            q, qd = (self._a * sine).sum(1), (self._a * self._w * cosine).sum(1)
+            exact = self._simulator.measure(Motion(t, q, qd, -(self._a * self._w**2 * sine).sum(1)))
+            noise = np.random.default_rng([1, start]).standard_normal(q.shape) * RX90_NOISE
             self.seconds += time.perf_counter() - before
-            yield piece
-
-    def _piece(self, start: int, stop: int) -> Measurement:
-        t = np.arange(start, stop) / RATE
-        angle = self._w * t[:, None, None] + self._phase
-        sine, cosine = np.sin(angle), np.cos(angle)
-        q, qd = (self._a * sine).sum(1), (self._a * self._w * cosine).sum(1)
-        exact = self._simulator.measure(Motion(t, q, qd, -(self._a * self._w**2 * sine).sum(1)))
-        noise = np.random.default_rng([1, start]).standard_normal(q.shape) * RX90_NOISE
-        return Measurement(exact.motion, exact.torque + noise)
+            yield Measurement(exact.motion, exact.torque + noise)
 
 
 def solved(observer: Observer, source: Source) -> tuple[Equations, float]:
@@ -65,11 +61,6 @@ def solved(observer: Observer, source: Source) -> tuple[Equations, float]:
     return problem, time.perf_counter() - start - source.seconds
 
 
-def peak_mib() -> float:
-    """Largest resident memory of this process so far [MiB]."""
-    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0
-
-
 def main() -> None:
     """Print times, memory and the comparison."""
     minutes = options(__doc__, minutes=60.0).minutes
@@ -77,10 +68,10 @@ def main() -> None:
     robot = load_robot("rx90")
     simulator, observer = Simulator(robot), Observer(robot, base_parameters(robot).columns)
     solved(observer, Source(simulator, 5000))  # first calls import and load
-    imported = peak_mib()
+    imported = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     _, half_seconds = solved(observer, Source(simulator, samples // 2))
     problem, seconds = solved(observer, Source(simulator, samples))
-    memory = peak_mib() - imported
+    memory = (resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - imported) / 1024.0
     loop, start = pinocchio_loop(robot, random_states(robot, 20_000, 0)), time.perf_counter()
     loop()
     theirs = (time.perf_counter() - start) / 20_000 * samples
