@@ -15,7 +15,6 @@ from dynident.model import Recording
 from rich.console import Console
 from rich.progress import track
 from rich.table import Table
-from scipy.signal import lfilter
 
 UR10E_GAINS = (11.976, 11.976, 9.839, 10.763, 10.757, 10.680)
 """N·m/A, of the real UR10e."""
@@ -47,8 +46,7 @@ def show(title: str, rows: Iterable[Sequence[object]], *more: str, asked: bool =
         table.add_column(heading, justify="right")
     for row in rows:
         table.add_row(*map(str, row))
-    console = Console(width=150, highlight=False, markup=False)
-    console.print(f"{title}\n", table, sep="")
+    Console(width=150, highlight=False, markup=False).print(f"{title}\n", table, sep="")
 
 
 def each(ask: Callable[[Case], Seen], cases: Sequence[Case], jobs: int = 1) -> list[Seen]:
@@ -71,6 +69,8 @@ def rms(values: Array) -> Array:
 
 def lasting(steps: Array, memory: float, warm: bool = True) -> Array:
     """White noise made AR(1), autocorrelation exp(-k / memory), as large; ``warm``: from its first sample on."""
+    from scipy.signal import lfilter  # 40 MiB, which fleet.py would count for a worker's
+
     if not memory:
         return steps
     phi = np.exp(-1.0 / memory)
