@@ -1,4 +1,4 @@
-"""How much constant torques and Coulomb friction scatter from window to window without any payload.
+"""Scatter of constant torques and Coulomb friction from window to window without any payload.
 
 Run: DYNIDENT_DATA=.. python benchmarks/constant_torques.py. Windows of unloaded recordings share all other
 parameters of the robot; constant torque and Coulomb friction are each window's own. Printed is the scatter beyond
@@ -7,7 +7,6 @@ of the torque. Recordings with payload, by which weighing is judged, take no par
 ``estimation.payload.constant_torques`` uses the result.
 """
 
-import os
 from collections.abc import Callable, Sequence
 from itertools import pairwise
 from pathlib import Path
@@ -15,6 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 from dynident.apps.logs.read import read_recording
+from dynident.benchmarks.shared import UR10E_GAINS, recordings_folder, rms, show
 from dynident.common.arrays import Array
 from dynident.estimation.equations.observer import Observation, Observer
 from dynident.estimation.fit.blocks import autocorrelation_time
@@ -22,9 +22,9 @@ from dynident.estimation.payload.short_motion import telling_rows
 from dynident.estimation.signals.filtering import measurement
 from dynident.model import Robot, base_parameters, load_robot
 from numpy.typing import NDArray
+from scipy.optimize import brentq
 from scipy.stats import chi2
 
-GAINS = (11.976, 11.976, 9.839, 10.763, 10.757, 10.680)
 UR10E = ("ur10e/unloaded.csv.gz", "ur10e/validation_unloaded.csv.gz", "ur10e/validation_point_to_point.csv.gz")
 TX40 = ("tx40/tx40.csv.gz",)
 ARM, WRIST = (1, 2, 3), (4, 5, 6)
@@ -46,7 +46,7 @@ def windows(folder: Path, robot: Robot, files: Sequence[str], length: float | No
     observer = Observer(robot.with_offsets(True), base_parameters(robot.with_offsets(True)).columns)
     parts = []
     for file in files:
-        recording = read_recording(folder / file, robot, GAINS if file.startswith("ur10e") else None)
+        recording = read_recording(folder / file, robot, UR10E_GAINS if file.startswith("ur10e") else None)
         data = measurement(recording, robot.processing)
         keep = telling_rows(data.motion, range(1, robot.n + 1), robot.processing)
         whole = observer.observe_rows(data, keep, robot.processing.decimate)
@@ -61,8 +61,12 @@ def scatters(robot: Robot, parts: Sequence[Observation]) -> list[Scatter]:
     """Constant torque and Coulomb friction of each joint and window."""
     columns = parts[0].columns
     own = [k for k, name in enumerate(columns) if name.startswith(("OFF", "FS")) and name[-1].isdigit()]
-    rest = len(columns) - len(own)
-    A, y, joint, place = stacked(parts, own)
+    rest = [k for k in range(len(columns)) if k not in own]
+    joint = np.concatenate([np.full(len(Y), j) for part in parts for j, Y in enumerate(part.Y)])
+    place = np.concatenate([np.full(len(Y), k) for k, part in enumerate(parts) for Y in part.Y])
+    W = np.vstack([rows for part in parts for rows in part.W])
+    y = np.concatenate([torques for part in parts for torques in part.Y])
+    A = np.hstack([W[:, rest], *(W[:, own] * (place == k)[:, None] for k in range(len(parts)))])
     x, variance, error = solved_by_joint(A, y, joint, robot.n)
     spreads = []
     for j in range(robot.n):
@@ -71,32 +75,13 @@ def scatters(robot: Robot, parts: Sequence[Observation]) -> list[Scatter]:
         ]
         step = min(float(np.diff(t).min()) for t, _ in series)
         memory = max(1.0, 2.0 * autocorrelation_time(series, step) / step)
-        torque = float(np.sqrt(np.mean(y[joint == j] ** 2)))
+        torque = float(rms(y[joint == j]))
         at = {kind: own.index(columns.index(f"{kind}{j + 1}")) for kind in ("OFF", "FS")}
-        where = {kind: rest + len(own) * np.arange(len(parts)) + k for kind, k in at.items()}
+        where = {kind: len(rest) + len(own) * np.arange(len(parts)) + k for kind, k in at.items()}
         friction = float(np.mean(x[where["FS"]]))
         for kind, k in where.items():
             spreads.append(Scatter(kind, j + 1, x[k], memory * variance[k], friction, torque))
     return spreads
-
-
-def stacked(
-    parts: Sequence[Observation], own: list[int]
-) -> tuple[Array, Array, NDArray[np.int_], NDArray[np.int_]]:
-    """Rows of all windows, in which each has columns ``own`` to itself; torques, joint and window of each row."""
-    rest = [k for k in range(len(parts[0].columns)) if k not in own]
-    blocks, torques, joints, places = [], [], [], []
-    for k, part in enumerate(parts):
-        for j, (W, Y) in enumerate(zip(part.W, part.Y, strict=True)):
-            wide = np.zeros((len(W), len(rest) + len(parts) * len(own)))
-            wide[:, : len(rest)] = W[:, rest]
-            start = len(rest) + k * len(own)
-            wide[:, start : start + len(own)] = W[:, own]
-            blocks.append(wide)
-            torques.append(Y)
-            joints += [j] * len(Y)
-            places += [k] * len(Y)
-    return np.vstack(blocks), np.concatenate(torques), np.array(joints), np.array(places)
 
 
 def solved_by_joint(A: Array, y: Array, joint: NDArray[np.int_], n: int) -> tuple[Array, Array, Array]:
@@ -107,7 +92,7 @@ def solved_by_joint(A: Array, y: Array, joint: NDArray[np.int_], n: int) -> tupl
         rows = weight[joint][:, None] * A / scale
         x = np.linalg.lstsq(rows, weight[joint] * y, rcond=1e-10)[0] / scale
         error = y - A @ x
-        weight = np.array([1.0 / np.sqrt(np.mean(error[joint == j] ** 2)) for j in range(n)])
+        weight = np.array([1.0 / rms(error[joint == j]) for j in range(n)])
     return x, np.diag(np.linalg.pinv(rows.T @ rows, rcond=1e-12)) / scale**2, error
 
 
@@ -124,43 +109,35 @@ def beyond_noise(some: Sequence[Scatter], unit: Callable[[Scatter], float]) -> t
         return total
 
     def solved(level: float) -> float:
-        low, high = 0.0, 1.0
-        if spread(0.0) <= level:
-            return 0.0
-        for _ in range(60):
-            middle = 0.5 * (low + high)
-            low, high = (middle, high) if spread(middle) > level else (low, middle)
-        return high
+        return 0.0 if spread(0.0) <= level else float(brentq(lambda share: spread(share) - level, 0.0, 1.0))
 
     return solved(freedom), solved(float(chi2.ppf(0.95, freedom))), solved(float(chi2.ppf(0.05, freedom)))
 
 
 def main() -> None:
     """Print all figures."""
-    data = os.environ.get("DYNIDENT_DATA")
-    if not data:
-        print("left out, DYNIDENT_DATA is not set")
+    folder = recordings_folder("constant torques")
+    if folder is None:
         return
-    cases = (
+    for title, name, files, length in (
         ("UR10e, two recordings, 10 s", "ur10e", UR10E[:2], 10.0),
         ("UR10e, validation_unloaded alone, 10 s", "ur10e", UR10E[1:2], 10.0),
         ("UR10e, three recordings, each whole", "ur10e", UR10E, None),
         ("TX40, 2 s", "tx40", TX40, 2.0),
-    )
-    for title, name, files, length in cases:
-        robot = load_robot(name)
-        parts = windows(Path(data), robot, files, length)
+    ):
+        robot, rows = load_robot(name), []
+        parts = windows(folder, robot, files, length)
         every = scatters(robot, parts)
-        print(f"{title}: {len(parts)} windows; scatter beyond noise [90 % interval]")
         for kind, words in (("OFF", "constant torque"), ("FS", "Coulomb friction")):
             for joints in (ARM, WRIST):
                 some = [scatter for scatter in every if scatter.kind == kind and scatter.joint in joints]
-                shares = [
-                    beyond_noise(some, unit)
+                friction, torque = (
+                    "{:.1f} [{:.1f}, {:.1f}]".format(*(100 * share for share in beyond_noise(some, unit)))
                     for unit in (lambda scatter: scatter.friction, lambda scatter: scatter.torque)
-                ]
-                texts = [f"{100 * s:.1f} % [{100 * low:.1f}, {100 * high:.1f}]" for s, low, high in shares]
-                print(f"  {words}, joints {joints[0]}-{joints[-1]}: {texts[0]} of friction, {texts[1]} of torque")
+                )
+                rows.append([f"{words}, joints {joints[0]}-{joints[-1]}", friction, torque])
+        title = f"{title}: {len(parts)} windows; scatter beyond noise [90 % interval], % of Coulomb friction"
+        show(title, rows, "% of the torque", asked=False)
 
 
 if __name__ == "__main__":

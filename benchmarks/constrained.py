@@ -6,13 +6,10 @@ Simulated RX90 with the paper's payload and noise as behind Table 2: 63,000 equa
 robot alone. Timed from an ``Estimate`` to the repaired result.
 """
 
-import argparse
-import time
-from collections.abc import Callable
-
 import cvxpy
 import numpy as np
 from dynident.apps.commands.demo import PAYLOAD as PAPER_PAYLOAD
+from dynident.benchmarks.shared import median_ms, options, show
 from dynident.common.arrays import Array
 from dynident.estimation import PAYLOAD, Estimate, solve_constrained
 from dynident.estimation.equations.observer import Observer
@@ -26,11 +23,8 @@ from dynident.model.kernel.kernel import Kernel
 from dynident.model.motion import Measurement
 from dynident.model.regressors import payload_columns
 from dynident.trajectories import RX90_NOISE, Simulator, random_via_points
-from rich.console import Console
 
 SAMPLES = 10_500
-LIMITS = {"payload": 1.0, "robot": 20.0, "ratio": 20.0}
-"""What is asked: milliseconds, milliseconds, times."""
 
 
 def measured() -> tuple[Simulator, Measurement, Measurement]:
@@ -55,7 +49,7 @@ def all_rows(simulator: Simulator, data: Measurement) -> tuple[Array, Array]:
 
 
 def naive(W: Array, Y: Array, estimate: Estimate) -> Array:
-    """What one would write in CVXPY: weighted squares of all rows, pseudo-inertia positive semidefinite."""
+    """A first attempt in CVXPY: weighted squares of all rows, pseudo-inertia positive semidefinite."""
     weight = np.repeat(estimate.weights, SAMPLES)
     x = cvxpy.Variable(10)
     J = sum(x[k] * PSEUDO_INERTIA[k] for k in range(10))
@@ -64,48 +58,37 @@ def naive(W: Array, Y: Array, estimate: Estimate) -> Array:
     return np.asarray(x.value)
 
 
-def median_ms(call: Callable[[], object], repeat: int) -> float:
-    """Median processor time in milliseconds, after one call that is not counted."""
-    call()
-    times = []
-    for _ in range(repeat):
-        start = time.process_time()
-        call()
-        times.append(time.process_time() - start)
-    return 1e3 * float(np.median(times))
-
-
 def main() -> None:
     """Print the figures beside what is asked."""
-    parser = argparse.ArgumentParser()
-    parser.add_argument("--repeat", type=int, default=200)
-    repeat = parser.parse_args().repeat
-    console = Console()
+    repeat = options(__doc__, repeat=200).repeat
     simulator, difference, bare = measured()
     robot, base = simulator.robot, base_parameters(simulator.robot)
 
-    observer = Observer(robot, payload_columns(robot), PAYLOAD)
-    estimate = weighted(reduced_measurement(observer, difference, Processing()))
+    estimate = weighted(
+        reduced_measurement(Observer(robot, payload_columns(robot), PAYLOAD), difference, Processing())
+    )
     result = solve_constrained(estimate)
     ours = median_ms(lambda: solve_constrained(estimate), repeat)
     W, Y = all_rows(simulator, difference)
     theirs = median_ms(lambda: naive(W, Y, estimate), 3)
     apart = np.abs((naive(W, Y, estimate) - result.values) / estimate.sigma).max()
-    console.print(f"payload, {len(Y)} equations: {result.status}, chi2 rise {result.chi2_rise:.3g}")
-    console.print(f"  after the reduction {ours:.2f} ms (asked: at most {LIMITS['payload']:g} ms)")
-    console.print(f"  CVXPY on all rows {theirs:.0f} ms, {theirs / ours:.0f} times (asked: {LIMITS['ratio']:g})")
-    console.print(f"  largest difference {apart:.1e} sigma (squares are less accurate than the norm)")
 
     estimate_base = weighted(reduced_measurement(Observer(robot, base.columns), bare, Processing()))
-    whole = solve_constrained_base(robot, base, estimate_base)
+    whole, prior = solve_constrained_base(robot, base, estimate_base), robot_prior(robot)
     took = median_ms(lambda: solve_constrained_base(robot, base, estimate_base), max(repeat // 5, 3))
-    console.print(f"robot, {len(base.columns)} base parameters: {whole.status}, chi2 rise {whole.chi2_rise:.3g}")
-    console.print(f"  after the reduction {took:.1f} ms (asked: at most {LIMITS['robot']:g} ms)")
-    prior = robot_prior(robot)
     near = solve_constrained_prior(robot, base, estimate_base, prior)
-    took = median_ms(lambda: solve_constrained_prior(robot, base, estimate_base, prior), max(repeat // 20, 3))
-    above = near.chi2_rise - near.nearest.chi2_rise
-    console.print(f"  nearest to a prior, chi2 {above:.6f} above that: {took:.0f} ms, base gauge included")
+    longer = median_ms(lambda: solve_constrained_prior(robot, base, estimate_base, prior), max(repeat // 20, 3))
+    rows = [
+        ["payload, chi2 rise", "", f"{result.chi2_rise:.3g}"],
+        ["payload, after the reduction [ms]", "<= 1", f"{ours:.2f}"],
+        [f"CVXPY on all {len(Y)} rows, times as long", ">= 20", f"{theirs / ours:.0f}"],
+        ["largest difference [sigma] (squares are less accurate than the norm)", "", f"{apart:.1e}"],
+        [f"robot, {len(base.columns)} base parameters, chi2 rise", "", f"{whole.chi2_rise:.3g}"],
+        ["robot, after the reduction [ms]", "<= 20", f"{took:.1f}"],
+        ["nearest to a prior, base gauge included [ms]", "", f"{longer:.0f}"],
+        ["nearest to a prior, chi2 above the robot's", "", f"{near.chi2_rise - near.nearest.chi2_rise:.6f}"],
+    ]
+    show(f"Constrained estimates: payload {result.status}, robot {whole.status}", rows)
 
 
 if __name__ == "__main__":

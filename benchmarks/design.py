@@ -1,224 +1,200 @@
-"""Trajectory design on the RX90: condition numbers, predicted sigma, obstacles, floors, and black-box search.
+"""Trajectory design on the RX90: condition numbers, floors, and predicted sigma.
 
-Run: OPENBLAS_NUM_THREADS=1 python benchmarks/design.py [part ...]; parts: ``--help``
+Run: OPENBLAS_NUM_THREADS=1 python benchmarks/design.py [conditions] [floors] [information]
+     [--seeds 5] [--random 200] [--draws 5]
 
-One core, warm cache, ``time.process_time`` of the optimisation alone; the median of five seeds counts, the worst is
-shown. Accelerations are ten times the speed per second where nothing else is said.
+One core, warm cache, CPU seconds of the optimisation alone; the median over seeds counts, the worst is shown.
+Accelerations are ten times the speed per second in conditions and the first floors, three times elsewhere,
+with torque limits. information: D-optimal motions against the best of ``--random`` random ones of each class, and a
+check of the prediction by simulated noisy runs.
 """
 
 import argparse
-from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
-from dynident.apps.export.motion import WrittenMotion
-from dynident.apps.export.motions.val3 import val3_replay
-from dynident.benchmarks.design_information import information
-from dynident.benchmarks.design_peers import cma_es, random_search
-from dynident.benchmarks.design_setup import GUARDED, NOISE, ROBOT, SCENE, SEEDS, TABLE2, console, titled
+from dynident import trajectories
+from dynident.benchmarks.random_motions import CLASSES, Rival, random_motions
+from dynident.benchmarks.shared import options, show
 from dynident.common.arrays import Array
-from dynident.trajectories import (
-    Design,
-    DesignProblem,
-    FourierShape,
-    Goal,
-    Trapezoid,
-    ViaPointShape,
-    build_design,
-    floor_under,
-    score_motion,
-    solve_design,
-)
+from dynident.examples.paper.printed import paper_tables
+from dynident.model import Motion, load_robot
 from dynident.trajectories.design.criterion import Kind
-from dynident.trajectories.design.descent import Lagrangian
 from dynident.trajectories.design.goal import Shape
+from dynident.trajectories.design.score import FINER, score_samples
+from dynident.trajectories.motions.family import Samples
+
+ROBOT = load_robot("rx90")
+TORQUE = (300.0, 300.0, 120.0, 50.0, 40.0, 20.0)
+STRONG = [3.0 * joint.limits.speed for joint in ROBOT.joints]
+GUARDED = trajectories.JointBounds.of(ROBOT, acceleration=STRONG, torque=TORQUE)
+TABLE2 = {name: printed.value for name, printed in paper_tables().table2_robot.items()}
+NOISE = tuple(0.1 * TABLE2[f"FS{j + 1}"] for j in range(ROBOT.n))
+INFORMATIVE = trajectories.Goal("d", columns=tuple(TABLE2), noise=NOISE)
+VIA, FOURIER = trajectories.ViaPointShape(14), trajectories.FourierShape(5, 10.0)
+AT_REST, TRAPEZOIDS = (
+    trajectories.ViaPointShape(14, passing=False),
+    trajectories.ViaPointShape(14, passing=False, segment=trajectories.Trapezoid()),
+)
+RUNS = 100
+"""Simulated, of the check of information."""
 
 
-def figures() -> None:
+def designed(problem: trajectories.DesignProblem, seeds: int) -> list[trajectories.Design]:
+    """One design by each seed."""
+    return [trajectories.solve_design(problem, seed=seed) for seed in range(seeds)]
+
+
+def missed(designs: list[trajectories.Design]) -> float:
+    """Largest violation, checked again from the motion itself at a rate that the solver did not use."""
+    return max(trajectories.score_motion(design.problem, design.motion(997.0)).max_violation for design in designs)
+
+
+def conditions(arguments: argparse.Namespace) -> None:
     """Condition numbers of via points, Fourier series and payload motions."""
-    table = titled(
-        "Condition numbers", "asked", "median", "worst", "CPU s, asked", "median", "worst", "peak violation"
-    )
-    via, within, fourier = ViaPointShape(14), ViaPointShape(14, longest=10.0), FourierShape(5, 10.0)
-    trapezoids = ViaPointShape(14, passing=False, segment=Trapezoid())
+    within = trajectories.ViaPointShape(14, longest=10.0)
     tasks: list[tuple[str, Shape, Kind, bool, float, float]] = [
-        ("14 via points, cond", via, "cond", False, 18.0, 5.0),
-        ("14 via points, cond-scaled", via, "cond-scaled", False, 2.6, 5.0),
-        ("14 via points by trapezoids, cond", trapezoids, "cond", False, 18.0, 5.0),
-        ("Fourier 10 s, 5 harmonics, cond", fourier, "cond", False, 27.0, 2.0),
-        ("Fourier 10 s, 5 harmonics, cond-scaled", fourier, "cond-scaled", False, 4.0, 2.0),
+        ("14 via points, cond", VIA, "cond", False, 18.0, 5.0),
+        ("14 via points, cond-scaled", VIA, "cond-scaled", False, 2.6, 5.0),
+        ("14 via points by trapezoids, cond", TRAPEZOIDS, "cond", False, 18.0, 5.0),
+        ("Fourier 10 s, 5 harmonics, cond", FOURIER, "cond", False, 27.0, 2.0),
+        ("Fourier 10 s, 5 harmonics, cond-scaled", FOURIER, "cond-scaled", False, 4.0, 2.0),
         ("payload, via points in 10 s, cond", within, "cond", True, 1.6, 2.0),
         ("payload, via points in 10 s, cond-scaled", within, "cond-scaled", True, 1.05, 2.0),
     ]
+    rows = []
     for name, shape, kind, payload, target, seconds in tasks:
-        goal = Goal(kind, payload_only=payload)
-        problem = build_design(ROBOT, shape, goal)
-        designs = [solve_design(problem, seed=seed) for seed in SEEDS]
-        table.add_row(name, *_row(designs, kind, target, seconds))
-    console.print(table)
-
-
-def replays() -> None:
-    """What a controller's own trapezoidal profiles leave of the condition number of 14 via points."""
-    table = titled(
-        "cond as designed, and as --val3 replays it", "designed: median", "worst", "replayed: median", "worst"
-    )
-    shapes: dict[str, Shape] = {
-        "quintic, passing": ViaPointShape(14),
-        "quintic, at rest": ViaPointShape(14, passing=False),
-        "trapezoid, ramp 0.25": ViaPointShape(14, passing=False, segment=Trapezoid()),
-        "trapezoid, ramp 0.15": ViaPointShape(14, passing=False, segment=Trapezoid(0.15)),
-    }
-    for name, shape in shapes.items():
-        problem = build_design(ROBOT, shape, Goal("cond"))
-        designs = [solve_design(problem, seed=seed) for seed in SEEDS]
-        moves = [val3_replay(WrittenMotion(ROBOT, design.plan, problem.bounds, ())) for design in designs]
-        again = [score_motion(problem, move.motion(500.0)).learnt.condition_number for move in moves]
-        conditions = [design.learnt.condition_number for design in designs]
-        row = (np.median(conditions), max(conditions), np.median(again), max(again))
-        table.add_row(name, *(f"{number:.2f}" for number in row))
-    console.print(table)
-
-
-def obstacles() -> None:
-    """Designs with torque limits and obstacles."""
-    table = titled(
-        "Torque limits, accelerations 3 x speed: cond",
-        "asked",
-        "median",
-        "worst",
-        "CPU s, asked",
-        "median",
-        "worst",
-        "peak violation",
-    )
-    for name, shape in (("14 via points", ViaPointShape(14)), ("Fourier 10 s", FourierShape(5, 10.0))):
-        for scene in (SCENE, None):
-            problem = build_design(ROBOT, shape, Goal("cond"), bounds=GUARDED, scene=scene)
-            designs = [solve_design(problem, seed=seed) for seed in SEEDS]
-            row = _row(designs, "cond", 32.0, 15.0)
-            table.add_row(f"{name}, {'obstacles' if scene else 'none'}", *row)
-    console.print(table)
-
-
-def peers() -> None:
-    """Random search and CMA-ES with the same fast criterion, at our CPU time and at four times as much."""
-    table = titled(
-        "cond at equal CPU time (CMA-ES also with 4 x), median (worst) of five seeds",
-        "ours",
-        "random",
-        "CMA-ES",
-        "CMA-ES, 4 x",
-    )
-    for name, shape in (
-        ("Fourier 10 s, 5 harmonics", FourierShape(5, 10.0)),
-        ("14 via points at rest", ViaPointShape(14, passing=False)),
-    ):
-        problem = build_design(ROBOT, shape, Goal("cond"))
-        conditions: dict[str, list[float]] = {"ours": [], "random": [], "CMA-ES": [], "CMA-ES, 4 x": []}
-        for seed in SEEDS:
-            design = solve_design(problem, seed=seed)
-            conditions["ours"].append(design.learnt.condition_number)
-            conditions["random"].append(np.exp(random_search(problem, design.cpu_s, seed)))
-            conditions["CMA-ES"].append(np.exp(cma_es(problem, design.cpu_s, seed)))
-            conditions["CMA-ES, 4 x"].append(np.exp(cma_es(problem, 4.0 * design.cpu_s, seed)))
-        table.add_row(name, *(f"{np.median(x):.1f} ({max(x):.1f})" for x in conditions.values()))
-    console.print(table)
-
-
-def floors() -> None:
-    """The best weighted states within the limits, continuity ignored."""
-    table = titled("Floor over weighted states (least of two seeds)", "design", "floor", "ratio")
-    kinds: tuple[Kind, ...] = ("cond", "cond-scaled")
-    for kind in kinds:
-        design = solve_design(build_design(ROBOT, ViaPointShape(14), Goal(kind)))
-        least = min(
-            (floor_under(design.problem, design.score.value, seed=seed) for seed in range(2)),
-            key=lambda floor: floor.value,
+        problem = trajectories.build_design(ROBOT, shape, trajectories.Goal(kind, payload_only=payload))
+        designs = designed(problem, arguments.seeds)
+        cpu, learnt = [design.cpu_s for design in designs], [design.learnt for design in designs]
+        cond = [one.condition_number_scaled if kind == "cond-scaled" else one.condition_number for one in learnt]
+        times = (f"{seconds:g}", f"{np.median(cpu):.2f}", f"{max(cpu):.2f}")
+        rows.append(
+            [name, f"{target:g}", f"{np.median(cond):.3f}", f"{max(cond):.3f}", *times, f"{missed(designs):.1e}"]
         )
-        numbers = (np.exp(design.score.value), np.exp(least.value), np.exp(least.gap))
-        table.add_row(f"14 via points, {kind}", *(f"{x:.2f}" for x in numbers))
-    goal = Goal("d", columns=tuple(TABLE2), noise=NOISE)
-    design = solve_design(build_design(ROBOT, ViaPointShape(14), goal, bounds=GUARDED))
-    least = min(
-        (floor_under(design.problem, design.score.value, seed=seed) for seed in range(2)),
-        key=lambda floor: floor.value,
+    show("Condition numbers", rows, "worst", "CPU s, asked", "median", "worst", "peak violation")
+
+
+def least_floor(design: trajectories.Design) -> tuple[float, float]:
+    """The best weighted states within the limits, continuity ignored: value, and the design's gap above it."""
+    floors = [trajectories.floor_under(design.problem, design.score.value, seed=seed) for seed in range(2)]
+    least = min(floors, key=lambda floor: floor.value)
+    return least.value, least.gap
+
+
+def floors(_: argparse.Namespace) -> None:
+    """Designs beside the least of two floors."""
+    goals = (
+        ("cond", trajectories.Goal("cond"), None, 1.0),
+        ("cond-scaled", trajectories.Goal("cond-scaled"), None, 1.0),
     )
-    numbers = (np.exp(0.5 * design.score.value), np.exp(0.5 * least.value), np.exp(0.5 * least.gap))
-    table.add_row("14 via points, d (geometric mean of uncertainty)", *(f"{x:.4f}" for x in numbers))
-    console.print(table)
+    rows = []
+    for name, goal, bounds, power in (*goals, ("d, geometric mean of uncertainty", INFORMATIVE, GUARDED, 0.5)):
+        design = trajectories.solve_design(trajectories.build_design(ROBOT, VIA, goal, bounds=bounds))
+        numbers = (design.score.value, *least_floor(design))
+        rows.append([f"14 via points, {name}", *(f"{np.exp(power * x):.4g}" for x in numbers)])
+    show("Floor over weighted states (least of two seeds)", rows, "floor", "ratio", asked=False)
 
 
-def gradient() -> None:
-    """Exact gradient against central differences (Richardson), relative, ten random directions each."""
-    table = titled(
-        "Gradient against finite differences, largest relative error",
-        "via points",
-        "with limits",
-        "trapezoids",
-        "with limits",
-        "Fourier",
-        "with limits",
+def information(arguments: argparse.Namespace) -> None:
+    """D-optimal motions against the best random ones of every class, at equal duration.
+
+    Random motions keep the limits whatever the noise, so that one set of draws serves all.
+    """
+    like = trajectories.build_design(ROBOT, VIA, INFORMATIVE, bounds=GUARDED)
+    draws = {
+        kind: [random_motions(like, kind, arguments.random, seed) for seed in range(arguments.draws)]
+        for kind in CLASSES
+    }
+    shapes: dict[str, Shape] = {"14 points passing": VIA, "14 points at rest": AT_REST, "Fourier 10 s": FOURIER}
+    of_limits = replace(INFORMATIVE, noise=tuple(0.1 * torque for torque in TORQUE))
+    for noise, goal, names in (
+        ("10 % of Table 2's FS", INFORMATIVE, tuple(shapes)),
+        ("10 % of the torque limits", of_limits, ("14 points passing",)),
+    ):
+        problems = {name: trajectories.build_design(ROBOT, shapes[name], goal, bounds=GUARDED) for name in names}
+        _compared(noise, problems, draws, arguments.seeds)
+
+
+def _compared(
+    noise: str, problems: dict[str, trajectories.DesignProblem], draws: dict[str, list[list[Rival]]], seeds: int
+) -> None:
+    """Print the middle of the seeds against the middle, and the luckiest, of the draws."""
+    first = next(iter(problems.values()))
+    best: dict[str, Array] = {}  # by class: draws x (median, worst sigma), each of the best motion in that figure
+    candidates: list[tuple[float, Rival]] = []  # the best of each draw by the median
+    for kind, drawn in draws.items():
+        spreads = [np.array([_spread(first, one.family.sample(one.x, FINER)) for one in own]) for own in drawn]
+        best[kind] = np.array([spread.min(axis=0) for spread in spreads])
+        candidates += [(s[:, 0].min(), own[int(s[:, 0].argmin())]) for s, own in zip(spreads, drawn, strict=True)]
+    designs = {name: designed(problem, seeds) for name, problem in problems.items()}
+    rows = []
+    for name, own in designs.items():
+        ours = np.array([_spread(design.problem, design.score.samples) for design in own])
+        cpu = [design.cpu_s for design in own]
+        print(f"{name}: {np.median(cpu):.1f} CPU s ({max(cpu):.1f}), largest violation {missed(own):.1e}")
+        for kind, figures in best.items():
+            row = [f"{name} / random {kind}"]
+            for designed_figure, theirs in zip(100.0 * ours.T, 100.0 * figures.T, strict=True):
+                middle, rival = np.median(designed_figure), np.median(theirs)
+                row += [f"{middle:.3g} ({designed_figure.max():.3g})", f"{rival:.3g} ({theirs.min():.3g})"]
+                row += [f"{100 * (middle / rival - 1):+.0f} %"]
+            rows.append(row)
+    title = (
+        f"d, torque noise {noise}: median and worst sigma in % of the value, 1 s at {INFORMATIVE.rate:g} Hz; "
+        "designed: middle of the seeds (worst); random: best in that figure, middle of the draws (least)"
     )
-    goals = [
-        Goal("d", noise=NOISE),
-        Goal("a", columns=tuple(TABLE2), reference=TABLE2, noise=NOISE),
-        Goal("cond"),
-        Goal("cond-scaled"),
+    show(title, rows, "random", "change", "worst", "random", "change", asked=False)
+    _confirmed(next(iter(designs.values()))[0], min(candidates, key=lambda one: one[0])[1])
+
+
+def _confirmed(design: trajectories.Design, rival: Rival) -> None:
+    """Spread of estimates from simulated noisy runs against the prediction; distance from the floor."""
+    problem, (family, x) = design.problem, rival
+    ours, theirs = (_simulated(problem, plan.motion(problem.goal.rate)) for plan in (design.plan, family.plan(x)))
+    score = score_samples(problem, family.sample(x, FINER))
+    sigma, rival_sigma = design.learnt.sigma, score.learnt.sigma
+    longer = np.sqrt(design.score.duration / score.duration)  # to equal duration
+    actual = longer * np.median([ours[name] / theirs[name] for name in TABLE2])
+    expected = longer * np.median([sigma[name] / rival_sigma[name] for name in TABLE2])
+    values = (design.score.value, least_floor(design)[0])
+    uncertainty = [f"{np.exp(0.5 * (value - score.value)):.2f}" for value in values]
+    rows = [
+        [f"spread of {RUNS} simulated runs each, median", f"{expected:.3f}", f"{actual:.3f}"],
+        ["geometric mean of uncertainty; asked: floor over weighted states", *uncertainty[::-1]],
     ]
-    for goal in goals:
-        errors = []
-        trapezoids = ViaPointShape(14, passing=False, segment=Trapezoid())
-        for shape in (ViaPointShape(14), trapezoids, FourierShape(5, 10.0)):
-            problem, draw = build_design(ROBOT, shape, goal, bounds=GUARDED, scene=SCENE), np.random.default_rng(0)
-            x = problem.family.random(draw) + 0.02 * draw.standard_normal(problem.family.size)
-            limits = Lagrangian(problem, x, 3.0, 0.4)
-            for terms in (None, limits):
-                errors.append(max(_error(problem, terms, x, draw) for _ in range(10)))
-        table.add_row(goal.criterion, *(f"{error:.1e}" for error in errors))
-    console.print(table)
+    show("Designed motion over the random one best in the median, at equal duration; asked: the prediction", rows)
 
 
-def _error(problem: DesignProblem, limits: Lagrangian | None, x: Array, draw: np.random.Generator) -> float:
-    direction = draw.standard_normal(len(x)) / np.sqrt(len(x))
-
-    def difference(h: float) -> float:
-        ahead, behind = (problem.evaluate(x + s * direction, 8.0, 0.5, limits)[0] for s in (h, -h))
-        return (ahead - behind) / (2.0 * h)
-
-    slope = problem.evaluate(x, 8.0, 0.5, limits)[1]
-    expected = (4.0 * difference(1e-4) - difference(2e-4)) / 3.0
-    return abs(float(slope @ direction) - expected) / max(abs(expected), float(np.linalg.norm(slope)) / len(x))
-
-
-def _row(designs: list[Design], kind: Kind, target: float, seconds: float) -> list[str]:
-    scaled = kind == "cond-scaled"
-    conditions = [d.learnt.condition_number_scaled if scaled else d.learnt.condition_number for d in designs]
-    cpu = [design.cpu_s for design in designs]
-    # Checked again from the motion itself, at a rate the solver did not use.
-    missed = max(score_motion(design.problem, design.motion(997.0)).max_violation for design in designs)
-    middle, worst = float(np.median(conditions)), max(conditions)
-    return [
-        f"{target:g}",
-        f"{middle:.3f}",
-        f"{worst:.3f}",
-        f"{seconds:g}",
-        f"{np.median(cpu):.2f}",
-        f"{max(cpu):.2f}",
-        f"{missed:.1e}",
-    ]
+def _simulated(problem: trajectories.DesignProblem, motion: Motion) -> dict[str, float]:
+    """Standard deviation of weighted least squares over runs with white torque noise."""
+    torque = trajectories.Simulator(ROBOT).measure(motion).torque
+    samples = Samples(np.ones(len(motion.t)), motion.q, motion.qd, motion.qdd)
+    weight = np.repeat(1.0 / problem.noise, len(motion.t))
+    W = problem.kernel.matrix(samples)[:, problem.places] * weight[:, None]
+    draw = np.random.default_rng(0)
+    noise = (draw.standard_normal(torque.shape) * problem.noise for _ in range(RUNS))
+    noisy = [(torque + errors).T.ravel() * weight for errors in noise]
+    solutions = np.linalg.lstsq(W, np.array(noisy).T, rcond=None)[0]
+    return dict(zip(problem.names, solutions.std(axis=1, ddof=1).tolist(), strict=True))
 
 
-PARTS: dict[str, Callable[[], None]] = {
-    part.__name__: part for part in (gradient, figures, replays, information, obstacles, floors, peers)
-}
+def _spread(problem: trajectories.DesignProblem, samples: Samples) -> tuple[float, float]:
+    """Median and worst predicted relative sigma, for one second of motion."""
+    weights = problem.row_weights(samples, weighted=True, duration=1.0)
+    G = problem.information(problem.kernel.entries(samples, 0.0), weights)
+    sigma = np.sqrt(np.diag(np.linalg.inv(G))) / np.abs([TABLE2[name] for name in problem.names])
+    return float(np.median(sigma)), float(sigma.max())
+
+
+PARTS = {part.__name__: part for part in (conditions, floors, information)}
 
 
 def main() -> None:
     """Print the parts asked for, or all."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
-    parser.add_argument("parts", nargs="*", choices=[*PARTS, []], default=[])
-    for name in parser.parse_args().parts or PARTS:
-        PARTS[name]()
+    arguments = options(__doc__, parts=tuple(PARTS), seeds=5, random=200, draws=5)
+    for name in arguments.parts:
+        PARTS[name](arguments)
 
 
 if __name__ == "__main__":

@@ -1,11 +1,8 @@
 """Fleets: recordings a second by one process and two, and the memory of a worker.
 
 Run: python benchmarks/fleet.py [--recordings 8]
-
-A second of processor time a log.
 """
 
-import argparse
 import os
 import resource
 import tempfile
@@ -15,6 +12,7 @@ from pathlib import Path
 
 import numpy as np
 from dynident.apps import fleet
+from dynident.benchmarks.shared import options, show
 from dynident.model import load_robot
 from dynident.trajectories import RX90_NOISE, Simulator, random_via_points
 
@@ -56,17 +54,23 @@ def throughput(folder: Path, count: int) -> None:
         reduced = fleet.Store.opened(store)
         sizes = [reduced.path(log.key).stat().st_size for log in reduced.logs()]
         memory = list(resident(paths, folder))
-    print(f"{count} recordings of {LENGTH:g} s at {RATE:g} Hz, six joints, {os.cpu_count()} processors")
+    ratio, rows = min(clock[1]) / min(clock[2]), []
     for number in (1, 2):
-        each = min(spent[number]) / count
-        print(
-            f"  {number} process(es): {min(clock[number]):.1f} s of the clock, {each:.2f} s of processor time each"
-        )
-    ratio = min(clock[1]) / min(clock[2])
-    print(f"  two against one by the clock: {ratio:.2f} times (asked 1.7)")
-    print(f"  1,000 by two at this pace: {1000 * min(clock[2]) / count / 60:.1f} min (asked 10)")
-    print(f"  a worker after recordings 1, 10, .. 60 [MiB]: {', '.join(f'{x:.0f}' for x in memory)} (asked 350)")
-    print(f"  a recording in the store: {np.mean(sizes) / 1024:.0f} KiB")
+        rows += [
+            [f"{number} process(es), by the clock [s]", "", f"{min(clock[number]):.1f}"],
+            [
+                f"{number} process(es), processor time of each recording [s]",
+                "",
+                f"{min(spent[number]) / count:.2f}",
+            ],
+        ]
+    rows += [
+        ["two against one by the clock, times", ">= 1.7", f"{ratio:.2f}"],
+        ["1,000 recordings by two at this pace [min]", "<= 10", f"{1000 * min(clock[2]) / count / 60:.1f}"],
+        ["a worker after recordings 1, 10, .. 60 [MiB]", "<= 350", ", ".join(f"{x:.0f}" for x in memory)],
+        ["a recording in the store [KiB]", "", f"{np.mean(sizes) / 1024:.0f}"],
+    ]
+    show(f"{count} recordings of {LENGTH:g} s at {RATE:g} Hz, six joints, {os.cpu_count()} processors", rows)
 
 
 def used(seconds: float) -> float:
@@ -87,14 +91,6 @@ def resident(paths: list[str], folder: Path) -> Iterator[float]:
             yield fresh.submit(resource.getrusage, resource.RUSAGE_SELF).result().ru_maxrss / 1024.0
 
 
-def main() -> None:
-    """Print what is asked beside what is seen."""
-    parser = argparse.ArgumentParser()
-    parser.add_argument("--recordings", type=int, default=8)
-    arguments = parser.parse_args()
-    with tempfile.TemporaryDirectory() as name:
-        throughput(Path(name), arguments.recordings)
-
-
 if __name__ == "__main__":
-    main()
+    with tempfile.TemporaryDirectory() as name:
+        throughput(Path(name), options(__doc__, recordings=8).recordings)

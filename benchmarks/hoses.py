@@ -1,17 +1,18 @@
-"""How often a hose at the flange is told, over all arms: with payload, without, beside a stored robot.
+"""Hoses at the flange that are told, over all arms: with payload, without, beside a stored robot.
 
-Run: OPENBLAS_NUM_THREADS=1 python benchmarks/hoses.py [--arms ur10e,..] [--memory 20]
+Run: OPENBLAS_NUM_THREADS=1 python benchmarks/hoses.py [--arms ur10e,..] [--memory 20] [--jobs 2]
 
 Springs from 2 m above the base or from 1 m beside it, half of the rated payload, 20 s of one motion at 100 Hz,
 noise of 4 % of the torque, with ``--memory`` such as remembers so many samples. A stored robot was identified
 from another motion. The table of docs/verdict.md.
 """
 
-import argparse
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
 from dynident.benchmarks import invented
+from dynident.benchmarks.shared import each, options, show
 from dynident.common.arrays import Array
 from dynident.estimation import Settings, identify, payload_problem
 from dynident.estimation.diagnosis.hypotheses import effects_of
@@ -19,13 +20,11 @@ from dynident.estimation.diagnosis.states import states_of
 from dynident.estimation.diagnosis.verdict import system_of
 from dynident.estimation.payload.methods import PayloadProblem
 from dynident.estimation.payload.weighing import known_robot_weighing
-from dynident.model import InertialParameters, Recording, robot_names
+from dynident.model import InertialParameters, robot_names
 from dynident.tests.estimation.diagnosis.hung import ABOVE, BESIDE, first, pulled
 from dynident.trajectories import random_via_points
-from rich.progress import track
 
 NOISE, SHORT = 0.04, 10.0
-_WHOLE = 3.0  # noise that remembers is made a third as large
 
 
 class Case(NamedTuple):
@@ -49,49 +48,46 @@ CASES = (
 )
 
 
-def told(problem: PayloadProblem) -> bool:
-    """Whether something is said to pull."""
-    assert problem.source is not None
-    system = system_of(problem, states_of(problem.source))
-    assert system is not None
-    return any(effect.name == "pull" for effect in effects_of(system))
-
-
-def counted(name: str, memory: float) -> list[bool]:
-    """Whether each case is told of an arm."""
+def counted(memory: float, name: str) -> list[bool]:
+    """True for each case that is told of an arm."""
     robot = invented.robot(name)
     body = InertialParameters.from_com(0.5 * robot.rated_payload, [0.02, -0.02, 0.08], 0.003 * np.eye(3))
-    noise = _WHOLE * NOISE if memory else NOISE
+    noise = (3.0 if memory else 1.0) * NOISE  # what remembers is made a third as large
     motion, earlier_motion = (random_via_points(robot, 12, seed=seed).motion(100.0) for seed in (7, 8))
     bare, heavy = (
         first(invented.recorded(name, motion, load, k, noise, memory)) for k, load in enumerate((None, body))
     )
     known = identify(robot, [invented.recorded(name, earlier_motion, None, 2, noise, memory)]).estimate
 
-    def problem(case: Case) -> PayloadProblem:
-        def hung(recording: Recording, hangs: bool) -> Recording:
-            return pulled(recording, case.stiffness, case.end, name=name) if hangs else recording
-
+    def told(case: Case) -> bool:
+        loaded, unloaded = (
+            pulled(recording, case.stiffness, case.end, name=name) if hangs else recording
+            for recording, hangs in ((heavy, case.loaded), (bare, case.bare))
+        )
+        problem: PayloadProblem
         if case.stored:
-            return known_robot_weighing(robot, [first(hung(heavy, case.loaded), SHORT)], known)
-        loaded, unloaded = [hung(heavy, case.loaded)], [hung(bare, case.bare)]
-        return payload_problem(robot, loaded, unloaded, settings=Settings(robust=False))
+            problem = known_robot_weighing(robot, [first(loaded, SHORT)], known)
+        else:
+            problem = payload_problem(robot, [loaded], [unloaded], settings=Settings(robust=False))
+        assert problem.source is not None
+        system = system_of(problem, states_of(problem.source))
+        assert system is not None
+        return any(effect.name == "pull" for effect in effects_of(system))
 
-    return [told(problem(case)) for case in CASES]
+    return [told(case) for case in CASES]
 
 
 def main() -> None:
     """Print how many arms each case is told of."""
-    parser = argparse.ArgumentParser()
-    parser.add_argument("--arms", default=",".join(robot_names()))
-    parser.add_argument("--memory", type=float, default=0.0, help="samples")
-    arguments = parser.parse_args()
+    arguments = options(__doc__, arms=",".join(robot_names()), memory=0.0, jobs=2)
     names = arguments.arms.split(",")
-    counts = np.array([counted(name, arguments.memory) for name in track(names, "arms", transient=True)])
+    counts = np.array(each(partial(counted, arguments.memory), names, arguments.jobs))
+    rows = []
     for case, tells in zip(CASES, counts.T, strict=True):
-        missed = [name for name, tell in zip(names, tells, strict=True) if not tell]
-        print(f"{case.words}, {case.stiffness:g} N/m: told of {int(tells.sum())} of {len(names)}", end="")
-        print(f" (not of {', '.join(missed)})" if case.stiffness and missed else "")
+        missed = [name for name, tell in zip(names, tells, strict=True) if not tell and case.stiffness]
+        asked = len(names) if case.stiffness else 0
+        rows.append([f"{case.words}, {case.stiffness:g} N/m", asked, int(tells.sum()), ", ".join(missed)])
+    show(f"Told of {len(names)} arms", rows, "not of")
 
 
 if __name__ == "__main__":

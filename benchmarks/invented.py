@@ -8,11 +8,10 @@ import functools
 from dataclasses import replace
 
 import numpy as np
-from dynident.common.arrays import Array
-from dynident.model import InertialParameters, Joint, Limits, Motion, Recording, Robot, load_robot, standard_columns
+from dynident.benchmarks.shared import lasting
+from dynident.model import InertialParameters, Motion, Recording, Robot, load_robot
 from dynident.model.stand_in import with_stand_in
 from dynident.trajectories import Simulator, random_via_points
-from scipy.signal import lfilter
 
 NAMES = ("rx90", "ur10e", "tx40")
 PAYLOADS = ("gripper", "disc", "cube", "bar", "offset")
@@ -35,7 +34,7 @@ _UR10E_DRIVES = {  # per joint
     "FV": (12.0, 13.0, 8.0, 3.0, 3.0, 2.5), "OFF": (0.6, -0.8, 0.4, 0.2, -0.1, 0.1),
 }  # fmt: skip
 _TX40_SHARE = {"inertia": 0.08, "moment": 0.15, "mass": 0.3, "drive": 0.06, "friction": 0.2}
-"""Of the RX90's parameters, whose shape and drives the TX40 has at half the length."""
+"""Fractions of the RX90's parameters, whose shape and drives the TX40 has at half the length."""
 
 
 @functools.cache
@@ -48,14 +47,11 @@ def robot(name: str) -> Robot:
         return replace(known, parameters=_ur10e())
     if name != "tx40":
         return with_stand_in(known)
-    joints = tuple(map(_lively, known.joints, load_robot("rx90").joints))
+    joints = tuple(  # with speed and acceleration limits of the RX90
+        replace(own, limits=replace(own.limits, speed=like.limits.speed, acceleration=like.limits.acceleration))
+        for own, like in zip(known.joints, load_robot("rx90").joints, strict=True)
+    )
     return replace(known, joints=joints, parameters=_tx40(), processing=replace(known.processing, decimate=10))
-
-
-def _lively(joint: Joint, like: Joint) -> Joint:
-    """With speed and acceleration limits of another."""
-    limits = Limits(joint.limits.position, like.limits.speed, like.limits.acceleration, joint.limits.torque)
-    return replace(joint, limits=limits)
 
 
 def _ur10e() -> dict[str, float]:
@@ -110,6 +106,14 @@ def motion(name: str, seed: int, points: int = 14, speed: float = 0.6) -> Motion
     )
 
 
+def long_motion(name: str, seed: int, shortest: float) -> Motion:
+    """A random motion of at least so many seconds."""
+    points = 8
+    while (moved := motion(name, seed, points)).t[-1] < shortest:
+        points += 2
+    return moved
+
+
 def recorded(
     name: str,
     moved: Motion,
@@ -125,28 +129,6 @@ def recorded(
     """
     exact = (arm or simulator(name)).record(moved, load)
     sigma = noise * np.sqrt(np.mean(exact.torque**2, axis=0))
-    label = f"{'loaded' if load else 'unloaded'}.csv"
-    return replace(exact, torque=exact.torque + sigma * _noise(moved.q.shape, memory, seed), source=label)
-
-
-def _noise(shape: tuple[int, ...], memory: float, seed: int) -> Array:
-    steps = np.random.default_rng([seed, 77]).standard_normal(shape)
-    if not memory:
-        return steps
-    phi = float(np.exp(-1.0 / memory))
-    steps[1:] *= np.sqrt(1.0 - phi**2)
-    return np.asarray(lfilter([1.0], [1.0, -phi], steps, axis=0)) / 3.0
-
-
-def check_links_can_exist(name: str) -> None:
-    """Raise ValueError where an invented link cannot exist."""
-    known = robot(name)
-    for link in range(1, known.n + 1):
-        vector = np.array([known.parameters[column] for column in standard_columns(known) if _of(column, link)])
-        if not InertialParameters(vector).physically_consistent:
-            raise ValueError(f"link {link} of {name} cannot exist")
-
-
-def _of(column: str, link: int) -> bool:
-    kind = column.rstrip("0123456789")
-    return column.endswith(str(link)) and kind in ("XX", "XY", "XZ", "YY", "YZ", "ZZ", "MX", "MY", "MZ", "M")
+    noise_steps = lasting(np.random.default_rng([seed, 77]).standard_normal(moved.q.shape), memory)
+    torque = exact.torque + sigma * noise_steps / (3.0 if memory else 1.0)
+    return replace(exact, torque=torque, source=f"{'loaded' if load else 'unloaded'}.csv")

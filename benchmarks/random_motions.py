@@ -8,7 +8,6 @@ from dynident.common.arrays import Array
 from dynident.trajectories import DesignProblem, FourierShape, ViaPointShape
 from dynident.trajectories.design.limits import State, excess
 from dynident.trajectories.design.score import FINER, TOLERANCE
-from dynident.trajectories.motions.family import Samples
 from dynident.trajectories.motions.fourier import FreeFourier
 from dynident.trajectories.motions.via_points import FreeViaPoints
 from numpy.typing import NDArray
@@ -26,24 +25,18 @@ class Rival(NamedTuple):
     x: Array
 
 
-def at_rest(like: DesignProblem, draw: np.random.Generator) -> Rival | None:
+Drawn = tuple[int, Callable[[Array], Rival]]
+"""Number of parts whose speeds are found for themselves, and the motion by their speeds."""
+
+
+def at_rest(like: DesignProblem, draw: np.random.Generator) -> Drawn:
     """Random via points, at rest in each; every segment by itself is as fast as its limits allow."""
     family = ViaPointShape(_POINTS, passing=False).family(like.robot, like.bounds)
     x, own = family.random(draw), family.size - (_POINTS - 1)
-
-    def timed(speeds: Array) -> Array:
-        y = x.copy()
-        y[own:] -= np.log(speeds)
-        return y
-
-    def kept(speeds: Array) -> NDArray[np.bool_]:
-        return _missed(like, family.sample(timed(speeds), FINER), _POINTS - 1) <= TOLERANCE
-
-    speeds = _fastest(kept, _POINTS - 1)
-    return None if speeds is None else Rival(family, timed(speeds))
+    return _POINTS - 1, lambda speeds: Rival(family, np.append(x[:own], x[own:] - np.log(speeds)))
 
 
-def passing(like: DesignProblem, draw: np.random.Generator) -> Rival | None:
+def passing(like: DesignProblem, draw: np.random.Generator) -> Drawn:
     """A quintic spline through random via points, from rest to rest, drawn in to the position limits."""
     family = ViaPointShape(_POINTS).family(like.robot, like.bounds)
     n, bounds = like.robot.n, like.bounds
@@ -55,71 +48,63 @@ def passing(like: DesignProblem, draw: np.random.Generator) -> Rival | None:
     far = (curve(np.linspace(0.0, t[-1], 1000)) - bounds.middle) / bounds.half
     inwards = min(1.0, 0.999 / float(np.abs(far).max()))
 
-    def timed(speeds: Array) -> Array:
+    def timed(speeds: Array) -> Rival:
         (speed,) = speeds
         v = speed * curve(t[1:-1], 1) / bounds.speed
         a = speed**2 * curve(t[1:-1], 2) / bounds.acceleration
-        return np.concatenate(
-            [inwards * np.concatenate([points.ravel(), v.ravel(), a.ravel()]), np.log(times / speed)]
-        )
+        shape = inwards * np.concatenate([points.ravel(), v.ravel(), a.ravel()])
+        return Rival(family, np.concatenate([shape, np.log(times / speed)]))
 
-    return _uniformly(like, family, timed)
-
-
-def fourier(like: DesignProblem, draw: np.random.Generator) -> Rival | None:
-    """Fourier series of 10 s, as large as the limits allow."""
-    family = FourierShape(_HARMONICS, _PERIOD).family(like.robot, like.bounds)
-    x = family.random(draw)
-    return _uniformly(like, family, lambda size: family.eased(x, 1.0, float(size[0])))
+    return 1, timed
 
 
-def quick_fourier(like: DesignProblem, draw: np.random.Generator) -> Rival | None:
+def quick_fourier(like: DesignProblem, draw: np.random.Generator) -> Drawn:
     """Fourier series that use half of the position range, in the shortest period that the limits allow."""
     family = FourierShape(_HARMONICS, _PERIOD).family(like.robot, like.bounds)
     c = family.random(draw).reshape(like.robot.n, -1)
     reach = np.abs(family.sample(c.ravel()).q - like.bounds.middle - like.bounds.half * c[:, -1:].T).max(axis=0)
     c[:, :-1] *= (0.5 * like.bounds.half / reach)[:, None]
 
-    def of(speeds: Array) -> tuple[FreeFourier, Array]:
+    def timed(speeds: Array) -> Rival:
         x = c.copy()
         x[:, :-1] *= speeds[0]
-        return FourierShape(_HARMONICS, _PERIOD / float(speeds[0])).family(like.robot, like.bounds), x.ravel()
+        return Rival(
+            FourierShape(_HARMONICS, _PERIOD / float(speeds[0])).family(like.robot, like.bounds), x.ravel()
+        )
 
-    def kept(speeds: Array) -> NDArray[np.bool_]:
-        quicker, x = of(speeds)
-        return _missed(like, quicker.sample(x, FINER), 1) <= TOLERANCE
-
-    speeds = _fastest(kept, 1)
-    return None if speeds is None else Rival(*of(speeds))
+    return 1, timed
 
 
-CLASSES: dict[str, Callable[[DesignProblem, np.random.Generator], Rival | None]] = {
+CLASSES = {
     "14 points at rest": at_rest,
     "14 points passing": passing,
-    "Fourier 10 s": fourier,
     "Fourier, shortest period": quick_fourier,
 }
 
 
+def random_motion(like: DesignProblem, kind: str, draw: np.random.Generator) -> Rival | None:
+    """A random motion of a class, as fast as the limits allow on the solver's fine grid; None if it keeps none."""
+    parts, timed = CLASSES[kind](like, draw)
+
+    def kept(speeds: Array) -> NDArray[np.bool_]:
+        rival = timed(speeds)
+        samples = rival.family.sample(rival.x, FINER)
+        state = State(samples, like.kernel.entries(samples, 0.0))
+        over = [excess(limit, limit.values(state)).reshape(parts, -1).max(axis=1) for limit in like.limits]
+        return np.asarray(np.max(over, axis=0)) <= TOLERANCE
+
+    speeds = _fastest(kept, parts)
+    return None if speeds is None else timed(speeds)
+
+
 def random_motions(like: DesignProblem, kind: str, count: int, seed: int) -> list[Rival]:
-    """Random motions of a class, all within a problem's limits on the solver's fine grid."""
+    """So many random motions of a class."""
     draw = np.random.default_rng(seed)
     rivals: list[Rival] = []
     while len(rivals) < count:
-        rival = CLASSES[kind](like, draw)
-        if rival is not None:
-            rivals.append(rival)
+        rival = random_motion(like, kind, draw)
+        rivals += [rival] if rival is not None else []
     return rivals
-
-
-def _uniformly(
-    like: DesignProblem, family: FreeViaPoints | FreeFourier, timed: Callable[[Array], Array]
-) -> Rival | None:
-    def kept(scale: Array) -> NDArray[np.bool_]:
-        return _missed(like, family.sample(timed(scale), FINER), 1) <= TOLERANCE
-
-    scale = _fastest(kept, 1)
-    return None if scale is None else Rival(family, timed(scale))
 
 
 def _fastest(within_limits: Callable[[Array], NDArray[np.bool_]], parts: int) -> Array | None:
@@ -138,10 +123,3 @@ def _fastest(within_limits: Callable[[Array], NDArray[np.bool_]], parts: int) ->
         fits = within_limits(middle)
         good, bad = np.where(fits, middle, good), np.where(fits, bad, middle)
     return good
-
-
-def _missed(like: DesignProblem, samples: Samples, parts: int) -> Array:
-    """By how much each part of the motion misses a limit, in units of the limit."""
-    state = State(samples, like.kernel.entries(samples, 0.0))
-    over = [excess(limit, limit.values(state)).reshape(parts, -1).max(axis=1) for limit in like.limits]
-    return np.asarray(np.max(over, axis=0))

@@ -1,9 +1,10 @@
-"""The RX90's base regressor (6 x 54) on 10,500 samples: this package, Pinocchio, CasADi's own C, and plain writing.
+"""The RX90's base regressor (6 x 54) on 10,500 samples, and how many operations the generated functions need.
 
-Run: python benchmarks/regressor.py
+Run: OPENBLAS_NUM_THREADS=1 python benchmarks/regressor.py [time] [counts]
 
-Everyone starts from q, qd, qdd and computes sines and cosines; all on one thread, in turn, in one run. Ratios of
-medians are printed; a ratio is what can be compared between machines.
+time: this package, Pinocchio, CasADi's own C, and plain writing. Everyone starts from q, qd, qdd and computes sines
+and cosines; all on one thread, in turn, in one run. Ratios of medians: a ratio can be compared between machines.
+counts: the tables of docs/operation_counts.md, beside SYMORO+'s counts.
 """
 
 import ctypes
@@ -12,45 +13,58 @@ import shutil
 import subprocess
 import tempfile
 import time
-from collections.abc import Callable
+from collections import Counter
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import casadi as ca
 import numpy as np
 import pinocchio as pin
-from dynident.benchmarks.peers import pinocchio_model
+from dynident import model
+from dynident.benchmarks.shared import options, show
 from dynident.common.arrays import Array
-from dynident.model import Robot, base_parameters, base_regressor, load_robot
 from dynident.model.base.rank import random_states
 from dynident.model.kernel.c_path import aligned_empty
 from dynident.model.kernel.kernel import Kernel
-from rich.console import Console
-from rich.table import Table
+from dynident.model.kernel.program import read_program
 
 SAMPLES = 10_500
 ROUNDS = 5
 WARM, REPEATS = 4, 12  # runs in a row of each: not counted, counted; everyone finds its own data in the cache
 PINOCCHIO_SAMPLES = 1_000
+SYMORO = {"inverse dynamics, base parameters": (325, 272), "base identification model": (877, 501)}
+"""Multiplications and additions that SYMORO+ needs for the RX90."""
+KINDS = {"MUL": "x", "SQ": "x", "DIV": "x", "INV": "x", "ADD": "+", "SUB": "+", "TWICE": "+", "NEG": "-"}
+PINOCCHIO, CASADI, WRITING = (
+    "Pinocchio, loop from Python",
+    "CasADi's C, sample by sample",
+    "writing the entries once",
+)
 
 
-def pinocchio_loop(robot: Robot, states: tuple[Array, ...]) -> Callable[[], None]:
-    """A Python loop over Pinocchio's regressor of the joint torques, 6 x 60."""
-    model = pinocchio_model(robot)
-    data = model.createData()
-    rows = [tuple(row) for row in zip(*(x[:PINOCCHIO_SAMPLES] for x in states), strict=True)]
+def pinocchio_loop(robot: model.Robot, states: Iterable[Array]) -> Callable[[], None]:
+    """A Python loop over Pinocchio's regressor of the joint torques, 6 x 60; bodies are random."""
+    arm, parent = pin.Model(), 0
+    for number, joint in enumerate(robot.joints, start=1):  # revolute, in modified DH
+        before = pin.SE3(pin.utils.rotate("x", joint.alpha), np.array([joint.d, 0.0, 0.0]))
+        after = pin.SE3(np.eye(3), np.array([0.0, 0.0, joint.r]))
+        parent = arm.addJoint(parent, pin.JointModelRZ(), before * after, f"joint{number}")
+        arm.appendBodyToJoint(parent, pin.Inertia.Random(), pin.SE3.Identity())
+    data, rows = arm.createData(), list(zip(*states, strict=True))
 
     def run() -> None:
         for q, qd, qdd in rows:
-            pin.computeJointTorqueRegressor(model, data, q, qd, qdd)
+            pin.computeJointTorqueRegressor(arm, data, q, qd, qdd)
 
     return run
 
 
-def casadi_c(function: ca.Function, states: tuple[Array, ...], folder: Path) -> Callable[[], None] | None:
-    """CasADi's generated C, -O2, called sample by sample from C; None without a compiler."""
+def casadi_c(function: ca.Function, states: tuple[Array, ...], folder: Path) -> Callable[[], None]:
+    """CasADi's generated C, -O2, called sample by sample from C; does nothing without a compiler."""
     compiler = shutil.which("cc") or shutil.which("gcc")
     if compiler is None:
-        return None
+        return lambda: None
     here = Path.cwd()
     os.chdir(folder)
     function.generate("generated.c")
@@ -70,20 +84,18 @@ def casadi_c(function: ca.Function, states: tuple[Array, ...], folder: Path) -> 
     )
     (folder / "loop.c").write_text(source)
     library = folder / "loop.so"
-    subprocess.run(
-        [compiler, "-O2", "-fPIC", "-shared", "-w", str(folder / "loop.c"), "-o", str(library), "-lm"], check=True
-    )
+    options = ["-O2", "-fPIC", "-shared", "-w", str(folder / "loop.c"), "-o", str(library), "-lm"]
+    subprocess.run([compiler, *options], check=True)
     loop = ctypes.CDLL(str(library)).loop
-    pointer = ctypes.POINTER(ctypes.c_double)
     out = np.zeros((SAMPLES, entries))
-    arguments = [x.ctypes.data_as(pointer) for x in (*states, out)]
+    arguments = [x.ctypes.data_as(ctypes.POINTER(ctypes.c_double)) for x in (*states, out)]
     return lambda: loop(*arguments, ctypes.c_longlong(SAMPLES))
 
 
-def main() -> None:
+def times() -> None:
     """Print nanoseconds per sample and ratios."""
-    robot = load_robot("rx90")
-    function = base_regressor(robot, base_parameters(robot))
+    robot = model.load_robot("rx90")
+    function = model.base_regressor(robot, model.base_parameters(robot))
     states = tuple(np.ascontiguousarray(x) for x in random_states(robot, SAMPLES, seed=0))
     kernel = Kernel(function)
     os.environ["DYNIDENT_NO_COMPILER"] = "1"
@@ -92,46 +104,81 @@ def main() -> None:
     rows = aligned_empty((entries, SAMPLES))
     tiles = aligned_empty((-(-SAMPLES // 8), entries, 8))
     with tempfile.TemporaryDirectory() as folder:
-        runs: dict[str, Callable[[], object] | None] = {
-            "Pinocchio, loop from Python": pinocchio_loop(robot, states),
-            "CasADi's C, sample by sample": casadi_c(function, states, Path(folder)),
-            "dynident, tiles of eight": (lambda: kernel.tiles(*states, out=tiles)) if kernel.compiled else None,
-            "dynident, rows": (lambda: kernel(*states, out=rows)) if kernel.compiled else None,
-            "dynident, NumPy": lambda: plain(*states, out=rows),
-            "writing the entries once": lambda: rows.fill(1.0),
+        compiled = {
+            CASADI: casadi_c(function, states, Path(folder)),
+            "dynident, tiles of eight": lambda: kernel.tiles(*states, out=tiles),
+            "dynident, rows": lambda: kernel(*states, out=rows),
         }
-        times = measured({name: run for name, run in runs.items() if run is not None})
-    table = Table(
-        title=f"{entries} non-zero entries, {SAMPLES} samples, ns per sample (median of {ROUNDS * REPEATS})",
-        box=None,
+        runs: dict[str, Callable[[], object]] = {
+            PINOCCHIO: pinocchio_loop(robot, tuple(x[:PINOCCHIO_SAMPLES] for x in states)),
+            **(compiled if kernel.compiled else {}),
+            "dynident, NumPy": lambda: plain(*states, out=rows),
+            WRITING: lambda: rows.fill(1.0),
+        }
+        taken: dict[str, list[float]] = {name: [] for name in runs}
+        for _ in range(ROUNDS):
+            for name, run in runs.items():
+                moments = [time.perf_counter()]
+                for _repeat in range(WARM + REPEATS):
+                    run()
+                    moments.append(time.perf_counter())
+                taken[name] += np.diff(moments)[WARM:].tolist()
+    counts = {name: PINOCCHIO_SAMPLES if name == PINOCCHIO else SAMPLES for name in runs}
+    ns = {name: 1e9 * float(np.median(values)) / counts[name] for name, values in taken.items()}
+    lines = []
+    for name, value in ns.items():
+        numbers = (value, ns[PINOCCHIO] / value, ns.get(CASADI, np.nan) / value, value / ns[WRITING])
+        lines.append([name, *(f"{number:.2f}" for number in numbers)])
+    title = f"{entries} non-zero entries, {SAMPLES} samples, ns per sample (median of {ROUNDS * REPEATS})"
+    show(title, lines, "Pinocchio / this", "CasADi / this", "this / writing", asked=False)
+
+
+def operation_counts(function: ca.Function) -> tuple[int, int, int, int]:
+    """Multiplications (and divisions), additions (and subtractions), changes of sign, other operations."""
+    counts = Counter(KINDS.get(step.name, "other") for step in read_program(function).steps)
+    return counts["x"], counts["+"], counts["-"], counts["other"]
+
+
+def rigid_bodies() -> Iterator[str]:
+    """Rows of the comparison with SYMORO+: RX90, 36 base parameters of the links, no drives."""
+    robot = replace(model.load_robot("rx90"), drives=model.Drives(rotor_inertia=False, friction=()))
+    base = model.base_parameters(robot)
+    functions = (model.inverse_dynamics_base(robot, base), model.base_regressor(robot, base))
+    for (name, (multiplications, additions)), function in zip(SYMORO.items(), functions, strict=True):
+        yield f"| {name} | {_cells(function)} | {multiplications} | {additions} |"
+
+
+def whole_model() -> Iterator[str]:
+    """Rows of all functions: RX90 with rotor inertia, friction and coupling."""
+    robot = model.load_robot("rx90")
+    base = model.base_parameters(robot)
+    makers = (
+        *(model.inverse_dynamics, model.mass_matrix, model.coriolis, model.gravity),
+        *(model.forward_dynamics, model.standard_regressor, model.payload_regressor),
     )
-    for heading in ("", "ns", "Pinocchio / this", "CasADi / this", "this / writing"):
-        table.add_column(heading, justify="left" if not heading else "right")
-    casadi = times.get("CasADi's C, sample by sample", np.nan)
-    for name, value in times.items():
-        ratios = (
-            times["Pinocchio, loop from Python"] / value,
-            casadi / value,
-            value / times["writing the entries once"],
-        )
-        table.add_row(name, f"{value:.0f}", *(f"{ratio:.2f}" for ratio in ratios))
-    Console(width=110).print(table)
+    for function in (
+        *(make(robot) for make in makers),
+        model.inverse_dynamics_base(robot, base),
+        model.base_regressor(robot, base),
+    ):
+        yield f"| `{function.name()}` | {_cells(function)} |"
 
 
-def measured(runs: dict[str, Callable[[], object]]) -> dict[str, float]:
-    """Median time of each per sample [ns], all taken in turn."""
-    times: dict[str, list[float]] = {name: [] for name in runs}
-    for _ in range(ROUNDS):
-        for name, run in runs.items():
-            count = PINOCCHIO_SAMPLES if name.startswith("Pinocchio") else SAMPLES
-            for _ in range(WARM):
-                run()
-            for _ in range(REPEATS):
-                start = time.perf_counter()
-                run()
-                times[name].append((time.perf_counter() - start) / count * 1e9)
-    return {name: float(np.median(values)) for name, values in times.items()}
+def _cells(function: ca.Function) -> str:
+    return " | ".join(str(count) for count in operation_counts(function))
+
+
+def tables() -> tuple[str, str]:
+    """The two tables as they stand in docs/operation_counts.md."""
+    head = "multiplications | additions | sign changes | sin, cos, sign |"
+    first = [f"| links only | {head} SYMORO+ multiplications | additions |", "|---|" + "---:|" * 6, *rigid_bodies()]
+    second = [f"| whole model | {head}", "|---|" + "---:|" * 4, *whole_model()]
+    return "\n".join(first), "\n".join(second)
 
 
 if __name__ == "__main__":
-    main()
+    parts = options(__doc__, parts=("time", "counts")).parts
+    if "time" in parts:
+        times()
+    if "counts" in parts:
+        print("\n\n".join(tables()))

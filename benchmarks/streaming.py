@@ -4,26 +4,24 @@ Run: OPENBLAS_NUM_THREADS=1 python benchmarks/streaming.py [--minutes 60]
 
 Simulated RX90, 54 parameters, white torque noise. The time the simulation itself takes is left out on every side;
 for comparison stands what a Python loop over Pinocchio needs for the regressors alone, measured in the same run.
-Two lengths are timed; the first ten minutes are also reduced as one measurement and compared.
+Two lengths are timed.
 """
 
-import argparse
 import resource
 import time
 from collections.abc import Iterator
 
 import numpy as np
-import pinocchio as pin
-from dynident.benchmarks.peers import pinocchio_model
-from dynident.estimation.equations.equations import Equations, merged
+from dynident.benchmarks.regressor import pinocchio_loop
+from dynident.benchmarks.shared import options, show
+from dynident.estimation.equations.equations import Equations
 from dynident.estimation.equations.observer import Observer
-from dynident.estimation.equations.reduction import reduced_measurement, reduced_pieces
+from dynident.estimation.equations.reduction import reduced_pieces
 from dynident.estimation.fit.least_squares import weighted
-from dynident.model import Motion, Processing, Robot, base_parameters, load_robot
+from dynident.model import Motion, base_parameters, load_robot
 from dynident.model.base.rank import random_states
 from dynident.model.motion import Measurement
 from dynident.trajectories import RX90_NOISE, Simulator
-from rich.console import Console
 
 RATE = 1000.0
 PIECE = 10_000
@@ -45,36 +43,14 @@ class Source:
         """Pieces of ten seconds."""
         for start in range(0, self._samples, PIECE):
             before = time.perf_counter()
-            piece = self._piece(start, min(start + PIECE, self._samples))
+            t = np.arange(start, min(start + PIECE, self._samples)) / RATE
+            angle = self._w * t[:, None, None] + self._phase
+            sine, cosine = np.sin(angle), np.cos(angle)
+            q, qd = (self._a * sine).sum(1), (self._a * self._w * cosine).sum(1)
+            exact = self._simulator.measure(Motion(t, q, qd, -(self._a * self._w**2 * sine).sum(1)))
+            noise = np.random.default_rng([1, start]).standard_normal(q.shape) * RX90_NOISE
             self.seconds += time.perf_counter() - before
-            yield piece
-
-    def whole(self) -> Measurement:
-        """All pieces as one measurement."""
-        pieces = list(self)
-        motion = Motion(
-            *(np.concatenate([getattr(p.motion, name) for p in pieces]) for name in ("t", "q", "qd", "qdd"))
-        )
-        return Measurement(motion, np.concatenate([p.torque for p in pieces]))
-
-    def _piece(self, start: int, stop: int) -> Measurement:
-        t = np.arange(start, stop) / RATE
-        angle = self._w * t[:, None, None] + self._phase
-        sine, cosine = np.sin(angle), np.cos(angle)
-        q, qd = (self._a * sine).sum(1), (self._a * self._w * cosine).sum(1)
-        exact = self._simulator.measure(Motion(t, q, qd, -(self._a * self._w**2 * sine).sum(1)))
-        noise = np.random.default_rng([1, start]).standard_normal(q.shape) * RX90_NOISE
-        return Measurement(exact.motion, exact.torque + noise)
-
-
-def pinocchio_seconds(robot: Robot, samples: int) -> float:
-    """What a Python loop over Pinocchio needs for the regressors of so many samples, from 20,000 of them."""
-    model = pinocchio_model(robot)
-    data, (q, qd, qdd) = model.createData(), random_states(robot, 20_000, 0)
-    start = time.perf_counter()
-    for k in range(len(q)):
-        pin.computeJointTorqueRegressor(model, data, q[k], qd[k], qdd[k])
-    return (time.perf_counter() - start) / len(q) * samples
+            yield Measurement(exact.motion, exact.torque + noise)
 
 
 def solved(observer: Observer, source: Source) -> tuple[Equations, float]:
@@ -85,58 +61,28 @@ def solved(observer: Observer, source: Source) -> tuple[Equations, float]:
     return problem, time.perf_counter() - start - source.seconds
 
 
-def peak_mib() -> float:
-    """Largest resident memory of this process so far [MiB]."""
-    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0
-
-
 def main() -> None:
     """Print times, memory and the comparison."""
-    parser = argparse.ArgumentParser()
-    parser.add_argument("--minutes", type=float, default=60.0)
-    samples = int(parser.parse_args().minutes * 60 * RATE)
+    minutes = options(__doc__, minutes=60.0).minutes
+    samples = int(minutes * 60 * RATE)
     robot = load_robot("rx90")
     simulator, observer = Simulator(robot), Observer(robot, base_parameters(robot).columns)
     solved(observer, Source(simulator, 5000))  # first calls import and load
-    imported = peak_mib()
-    say = Console(width=110).print
+    imported = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     _, half_seconds = solved(observer, Source(simulator, samples // 2))
     problem, seconds = solved(observer, Source(simulator, samples))
-    memory = peak_mib() - imported
-    loop = pinocchio_seconds(robot, samples)
-    each, growth = 1e6 * seconds / samples, seconds / samples / (half_seconds / (samples // 2))
-    say(f"{samples} samples, {problem.equations} equations: {seconds:.2f} s, {each:.2f} us a sample")
-    say(f"half of it: {half_seconds:.2f} s; the whole takes {growth:.3f} times as long per sample")
-    say(f"Pinocchio loop, regressors alone: {loop:.2f} s, {loop / seconds:.2f} times as long")
-    say(f"peak memory over the imports: {memory:.0f} MiB")
-    compare(observer, simulator, min(samples, int(600 * RATE)))
-
-
-def compare(observer: Observer, simulator: Simulator, samples: int) -> None:
-    """Compare a stretch read from an iterator with one measurement of it."""
-    streamed = weighted(solved(observer, Source(simulator, samples))[0])
-    data = Source(simulator, samples).whole()
-    fast = SLOW / np.abs(data.motion.qd).max(axis=0)
-    # One measurement with a fraction per joint: six problems, each giving one joint's rows.
-    problems = []
-    for j in range(6):
-        settings = Processing(still_speed=0.0, slow_fraction=float(fast[j]))
-        problem = reduced_measurement(observer, data, settings)
-        keep = tuple(k == j for k in range(6))
-        problems.append(
-            Equations(
-                problem.columns,
-                tuple(factor if k else 0.0 * factor for factor, k in zip(problem.factors, keep, strict=True)),
-                tuple(rows * k for rows, k in zip(problem.rows, keep, strict=True)),
-                tuple(rows * k for rows, k in zip(problem.effective_rows, keep, strict=True)),
-            )
-        )
-    whole = weighted(merged(problems))
-    worst = float((np.abs(whole.values - streamed.values) / whole.sigma).max())
-    spread = float(np.abs(whole.sigma / streamed.sigma - 1.0).max())
-    minutes = samples / RATE / 60
-    say = Console(width=110).print
-    say(f"first {minutes:.0f} minutes held whole: values differ by {worst:.1e} sigma, sigma by {spread:.1e}")
+    memory = (resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - imported) / 1024.0
+    loop, start = pinocchio_loop(robot, random_states(robot, 20_000, 0)), time.perf_counter()
+    loop()
+    theirs = (time.perf_counter() - start) / 20_000 * samples
+    rows = [
+        [f"{samples} samples, {problem.equations} equations [s]", f"{seconds:.2f}"],
+        ["us a sample", f"{1e6 * seconds / samples:.2f}"],
+        ["time per sample over that of half of it", f"{seconds / samples / (half_seconds / (samples // 2)):.3f}"],
+        ["Pinocchio loop, regressors alone, times as long", f"{theirs / seconds:.2f}"],
+        ["peak memory over the imports [MiB]", f"{memory:.0f}"],
+    ]
+    show(f"{minutes:g} minutes at 1 kHz from an iterator", rows, asked=False)
 
 
 if __name__ == "__main__":

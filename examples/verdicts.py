@@ -1,4 +1,4 @@
-"""What each verdict looks like, and the figure that shows why, from simulated recordings of the Stäubli RX90.
+"""Each verdict once, and the figure that shows why, from simulated recordings of the Stäubli RX90.
 
 Writes the page ``gallery.md`` and its figures: ``python -m dynident.examples.verdicts --out docs``.
 """

@@ -1,4 +1,4 @@
-"""What is identified from one simulated experiment, beside the truth."""
+"""Parameters identified from one simulated experiment, beside the truth."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What an experiment repeated with other seeds says of an estimator: bias, spread, whether its intervals hold."""
+"""Bias, spread and coverage of an estimator, from an experiment repeated with other seeds."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -101,7 +101,7 @@ class Repetition:
 
     @cached_property
     def covered(self) -> NDArray[np.bool_]:
-        """Whether the interval holds the truth, S x c."""
+        """True where the interval holds the truth, S x c."""
         return np.asarray((self.low <= self.truth) & (self.truth <= self.high))
 
     @property

@@ -48,7 +48,7 @@ equations: by (17)-(19) the one follows from the other.
 
 @dataclass(frozen=True, eq=False)
 class Scenario:
-    """What several experiments of one kind gave: ``repetitions`` by estimator, and the single outcomes."""
+    """Results of several experiments of one kind: ``repetitions`` by estimator, and the single outcomes."""
 
     repetitions: Mapping[str, Repetition]
     outcomes: Sequence[Outcome]
@@ -140,7 +140,7 @@ def _setting(scenario: Scenario, paper: PaperTables) -> dict[str, str]:
 
 
 def rows_within(outcome: Outcome, paper: PaperTables, factor: float = 1.5) -> int:
-    """How many of Table 2's robot rows have a standard deviation within a factor of the printed one."""
+    """Number of Table 2's robot rows with a standard deviation within a factor of the printed one."""
     robot = outcome.answers[ROBOT]
     count = 0
     for name, printed in paper.table2_robot.items():

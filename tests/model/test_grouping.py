@@ -96,7 +96,7 @@ def test_random_robots() -> None:
 
 @pytest.mark.long
 def test_small_robots() -> None:
-    """Every eleventh of the grid of one and two joints; benchmarks/base_parameters.py tries them all."""
+    """Every eleventh of the grid of one and two joints."""
     robots = list(small_robots())[::11]
     assert len(robots) > 400
     for robot in robots:

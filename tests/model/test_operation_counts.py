@@ -7,7 +7,7 @@ from pathlib import Path
 from dynident.model import base_parameters, base_regressor, inverse_dynamics_base, load_robot
 
 ROOT = Path(__file__).parents[2]
-SCRIPT = runpy.run_path(str(ROOT / "benchmarks" / "operation_counts.py"))
+SCRIPT = runpy.run_path(str(ROOT / "benchmarks" / "regressor.py"))
 
 
 def test_page_shows_the_computed_tables() -> None:

@@ -1,7 +1,6 @@
 """Design problems: exact gradients and Jacobians, honest answers where there is none."""
 
 from dataclasses import replace
-from typing import cast
 
 import numpy as np
 import pytest
@@ -21,7 +20,6 @@ from dynident.tests.trajectories.design_problems import (
     problem,
 )
 from dynident.trajectories import Earlier, FourierShape, Goal, JointBounds, Loads, ViaPointShape, build_design
-from dynident.trajectories.design.criterion import Kind
 from dynident.trajectories.design.descent import Lagrangian
 from dynident.trajectories.simulation.simulator import parameter_vector
 
@@ -78,7 +76,7 @@ def test_parameters_that_cannot_be_told_apart_are_named() -> None:
 @pytest.mark.parametrize(
     ("make", "message"),
     [
-        (lambda: Goal(cast(Kind, "e")), "'e' is not one of d, a, cond, cond-scaled"),
+        (lambda: Goal("e"), "'e' is not one of d, a, cond, cond-scaled"),
         (lambda: Goal("a"), "needs reference values"),
         (lambda: Goal("cond", interest=("FV1",)), "counts for d and a only"),
         (lambda: Goal("d", earlier=Earlier(("FV1",), np.eye(1))), "data length to come"),

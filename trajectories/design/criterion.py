@@ -8,23 +8,16 @@ number is not smooth where eigenvalues meet; its surrogate of order p,
 is, and tends to it as p grows (a Schatten norm).
 """
 
-from collections.abc import Sequence
-from typing import Literal, NamedTuple
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
 
 import numpy as np
 
 from ...common.arrays import Array
 from ...common.linear import RANK_TOLERANCE
 
-Kind = Literal["d", "a", "cond", "cond-scaled"]
-"""d: log det; a: relative standard deviations; cond: condition number of W in SI units; cond-scaled: of W with its
-columns scaled to norm 1."""
-
-ORDERS: dict[str, tuple[float, ...]] = {"d": (1.0,), "a": (1.0,), "cond": (1.0, 8.0, 24.0)}
-ORDERS["cond-scaled"] = ORDERS["cond"]
-"""Orders p of the surrogate, one after the other."""
-STARTS: dict[str, int] = {"d": 6, "a": 6, "cond": 3, "cond-scaled": 3}
-"""Random starts of a search, which ends at one of many local optima."""
+Kind = str
+"""Name of a criterion: a key of ``CRITERIA``."""
 
 _SINGULAR = 1e-15  # of the largest eigenvalue: smaller ones are rounding
 
@@ -49,46 +42,90 @@ class Criterion(NamedTuple):
     @property
     def weighted(self) -> bool:
         """Whether the joints' torque noise weights the rows of W."""
-        return self.kind in ("d", "a")
+        return CRITERIA[self.kind].weighted
 
     def __call__(self, G: Array, order: float = 1.0) -> ValueSlope:
-        """Value and slope; ``order`` p of the surrogate for condition numbers.
+        """Value and slope; ``order`` p of the surrogate. The value is inf where G is not positive definite."""
+        return CRITERIA[self.kind].measure(self, G, order)
 
-        d: -log det of the information about the parameters of interest, per parameter, so that exp(value / 2)
-        is the geometric mean of their uncertainty; a: log of the root mean square of sigma_k / reference_k;
-        cond: log of the surrogate. A matrix that is not positive definite has the value inf.
-        """
-        if self.kind == "cond":
-            return schatten_condition(G, order)
-        scale = np.sqrt(np.diag(G))
-        if not ((scale > 0.0) & (scale < np.inf)).all():
-            return np.inf, np.zeros_like(G)
-        if self.kind == "cond-scaled":
-            D = np.outer(scale, scale)
-            value, M = schatten_condition(G / D, order)
-            slope = M / D
-            slope[np.diag_indices_from(slope)] -= np.einsum("ij,ij->i", M, G / D) / np.diag(G)
-            return value, slope
-        try:
-            factor = np.linalg.cholesky(G / np.outer(scale, scale))
-        except np.linalg.LinAlgError:
-            return np.inf, np.zeros_like(G)
-        half = np.linalg.inv(factor) / scale
-        inverse = half.T @ half
-        own = list(range(len(G)) if self.interest is None else self.interest)
-        if self.kind == "a":
-            reference, weight = np.ones(len(G)) if self.reference is None else self.reference, np.zeros(len(G))
-            weight[own] = 1.0 / (len(own) * reference[own] ** 2)
-            total = float(weight @ np.diag(inverse))
-            return 0.5 * float(np.log(total)), -(inverse * weight) @ inverse / (2.0 * total)
-        if self.interest is None:
-            log_det = 2.0 * float(np.log(np.diag(factor) * scale).sum())
-            return -log_det / len(G), inverse / -len(G)
-        part = inverse[np.ix_(own, own)]
-        scale = np.sqrt(np.diag(part))
-        value = np.linalg.slogdet(part / np.outer(scale, scale))[1] + 2.0 * np.log(scale).sum()
-        M = -inverse[:, own] @ np.linalg.solve(part, inverse[own]) / len(own)
-        return float(value) / len(own), 0.5 * (M + M.T)
+
+class Measure(NamedTuple):
+    """How a criterion is computed and searched for.
+
+    Attributes:
+        measure: value and slope by the criterion, G and the order p.
+        weighted: whether the joints' torque noise weights the rows of W.
+        orders: p of the surrogate, one after the other; 1 where there is none.
+        starts: random starts of a search, which ends at one of many local optima.
+    """
+
+    measure: Callable[[Criterion, Array, float], ValueSlope]
+    weighted: bool
+    orders: tuple[float, ...]
+    starts: int
+
+
+def determinant(criterion: Criterion, G: Array, _: float) -> ValueSlope:
+    """-log det of the information about the parameters of interest, per parameter.
+
+    exp(value / 2) is the geometric mean of their uncertainty.
+    """
+    found = _inverted(G)
+    if found is None:
+        return np.inf, np.zeros_like(G)
+    inverse, log_det = found
+    if criterion.interest is None:
+        return -log_det / len(G), inverse / -len(G)
+    own = list(criterion.interest)
+    part = inverse[np.ix_(own, own)]
+    scale = np.sqrt(np.diag(part))
+    value = np.linalg.slogdet(part / np.outer(scale, scale))[1] + 2.0 * np.log(scale).sum()
+    M = -inverse[:, own] @ np.linalg.solve(part, inverse[own]) / len(own)
+    return float(value) / len(own), 0.5 * (M + M.T)
+
+
+def relative_sigma(criterion: Criterion, G: Array, _: float) -> ValueSlope:
+    """Log of the root mean square of sigma_k / reference_k."""
+    found = _inverted(G)
+    if found is None:
+        return np.inf, np.zeros_like(G)
+    inverse, _ = found
+    own = list(range(len(G)) if criterion.interest is None else criterion.interest)
+    reference = np.ones(len(G)) if criterion.reference is None else criterion.reference
+    weight = np.zeros(len(G))
+    weight[own] = 1.0 / (len(own) * reference[own] ** 2)
+    total = float(weight @ np.diag(inverse))
+    return 0.5 * float(np.log(total)), -(inverse * weight) @ inverse / (2.0 * total)
+
+
+def _inverted(G: Array) -> tuple[Array, float] | None:
+    """Inverse and log of the determinant; None of a matrix that is not positive definite."""
+    scale = np.sqrt(np.diag(G))
+    if not ((scale > 0.0) & (scale < np.inf)).all():
+        return None
+    try:
+        factor = np.linalg.cholesky(G / np.outer(scale, scale))
+    except np.linalg.LinAlgError:
+        return None
+    half = np.linalg.inv(factor) / scale
+    return half.T @ half, 2.0 * float(np.log(np.diag(factor) * scale).sum())
+
+
+def condition(_: Criterion, G: Array, order: float) -> ValueSlope:
+    """``schatten_condition`` of W as it is."""
+    return schatten_condition(G, order)
+
+
+def scaled_condition(_: Criterion, G: Array, order: float) -> ValueSlope:
+    """``schatten_condition`` of W with its columns scaled to norm 1."""
+    scale = np.sqrt(np.diag(G))
+    if not ((scale > 0.0) & (scale < np.inf)).all():
+        return np.inf, np.zeros_like(G)
+    D = np.outer(scale, scale)
+    value, M = schatten_condition(G / D, order)
+    slope = M / D
+    slope[np.diag_indices_from(slope)] -= np.einsum("ij,ij->i", M, G / D) / np.diag(G)
+    return value, slope
 
 
 def schatten_condition(G: Array, order: float) -> ValueSlope:
@@ -99,6 +136,18 @@ def schatten_condition(G: Array, order: float) -> ValueSlope:
     level = (np.log(up.sum()) + np.log(down.sum())) / (2.0 * order) + 0.5 * (log[-1] - log[0])
     slope = 0.5 * (up / up.sum() - down / down.sum()) * np.exp(-log)
     return float(level), (V * slope) @ V.T
+
+
+SURROGATE = (1.0, 8.0, 24.0)
+"""Orders p, one after the other: the last is near the condition number itself."""
+CRITERIA = {
+    "d": Measure(determinant, weighted=True, orders=(1.0,), starts=6),
+    "a": Measure(relative_sigma, weighted=True, orders=(1.0,), starts=6),
+    "cond": Measure(condition, weighted=False, orders=SURROGATE, starts=3),
+    "cond-scaled": Measure(scaled_condition, weighted=False, orders=SURROGATE, starts=3),
+}
+"""Every criterion by its name: d: log det; a: relative standard deviations; cond: condition number of W in SI
+units; cond-scaled: of W with its columns scaled to norm 1. To add one, add a row."""
 
 
 def condition_numbers(W: Array) -> tuple[float, float]:

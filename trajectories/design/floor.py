@@ -12,7 +12,7 @@ import numpy as np
 
 from ...common.arrays import Array
 from ..motions.family import Clear, JointBounds, Plan, Samples, everywhere
-from .criterion import ORDERS
+from .criterion import CRITERIA
 from .descent import FINE_WIDTH, WIDTH, Lagrangian, by_steps
 from .problem import DesignProblem
 from .score import score_samples
@@ -108,7 +108,7 @@ def floor_under(
     free = replace(problem, family=family, limits=further_limits)
     x = family.random(np.random.default_rng(seed), problem.clear)
     course = Lagrangian(free, x, _STIFFNESS, _MARGIN)
-    orders = ORDERS[problem.criterion.kind]
+    orders = CRITERIA[problem.criterion.kind].orders
     plan = [(order, WIDTH) for order in (*orders, *[orders[-1]] * effort)] + [(orders[-1], FINE_WIDTH)]
     for order, width in plan:
         function = partial(free.evaluate, order=order, width=width, limits=course)

@@ -22,7 +22,7 @@ from ..motions.family import Family, JointBounds, Plan, Samples
 from ..motions.fourier import FourierShape
 from ..motions.near import NearShape
 from ..motions.via_points import ViaPointShape
-from .criterion import ORDERS, Kind
+from .criterion import CRITERIA, Kind
 from .information import RegressorKernel, regressor_kernel
 
 Shape = ViaPointShape | FourierShape | NearShape
@@ -85,8 +85,8 @@ class Goal:
 
     def __post_init__(self) -> None:
         """Refuse what contradicts itself."""
-        if self.criterion not in ORDERS:
-            raise InputError(f"criterion {self.criterion!r} is not one of {', '.join(ORDERS)}")
+        if self.criterion not in CRITERIA:
+            raise InputError(f"criterion {self.criterion!r} is not one of {', '.join(CRITERIA)}")
         if self.payload_only and self.columns is not None:
             raise InputError("payload_only names the parameters itself: leave columns out")
         if self.interest is not None and self.criterion not in ("d", "a"):

@@ -13,7 +13,7 @@ from ...common.linear import decomposed
 from ...model import Motion, inverse_dynamics, standard_columns
 from ...model.kernel.kernel import Kernel
 from ..motions.family import Samples
-from .criterion import condition_numbers
+from .criterion import CRITERIA, condition_numbers
 from .limits import LimitCheck, State, check, excess
 from .problem import DesignProblem
 
@@ -188,7 +188,7 @@ def score_samples(problem: DesignProblem, samples: Samples) -> Score:
     if kind in ("cond", "cond-scaled"):
         value = float(np.log(condition_numbers(_rows(problem, state, weights, True))[kind == "cond-scaled"]))
     else:
-        value = problem.criterion(problem.information(state.entries, weights))[0]
+        value = problem.criterion(problem.information(state.entries, weights), CRITERIA[kind].orders[-1])[0]
     return Score(value, tuple(check(limit, state) for limit in problem.limits), problem, samples)
 
 

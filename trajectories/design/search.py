@@ -14,7 +14,7 @@ from ...model import Motion
 from ..motions.family import Plan
 from ..motions.near import FreeNear
 from ..motions.via_points import FreeViaPoints
-from .criterion import ORDERS, STARTS
+from .criterion import CRITERIA
 from .descent import FINE_WIDTH, WIDTH, Lagrangian, Smooth, by_matrix, by_steps
 from .full_trajectory import harder, kept_throughout
 from .limits import LimitCheck
@@ -107,7 +107,7 @@ def solve_design(
         ``feasible`` False and the violations named in ``score.violations``.
     """
     begun = time.process_time()
-    starts = STARTS[problem.criterion.kind] if starts is None else starts
+    starts = CRITERIA[problem.criterion.kind].starts if starts is None else starts
     search = _Search(problem, np.random.default_rng(seed), progress)
     search.run(starts)
     x, score, missed = kept_throughout(problem, *search.found)
@@ -190,7 +190,7 @@ class _Search:
 
     def _finish(self, course: Lagrangian) -> None:
         """Refine a start, then settle it within its limits; where it does not come within them, draw it back."""
-        effort, order = self.effort, ORDERS[self.problem.criterion.kind][-1]
+        effort, order = self.effort, CRITERIA[self.problem.criterion.kind].orders[-1]
         last: float | None = None
 
         def gains(width: float, iterations: int, text: str) -> bool:
@@ -217,7 +217,7 @@ class _Search:
 
         All are improved for half of that, the best third of them for the other half.
         """
-        orders, first = ORDERS[self.problem.criterion.kind][:2], self.effort.first
+        orders, first = CRITERIA[self.problem.criterion.kind].orders[:2], self.effort.first
         courses = [(number, self._begun(number)) for number in range(1, starts + 1)]
         if len(orders) == 1 and starts == 1:
             self._improved(courses[0][1], *orders, WIDTH, first, "start 1 improved")
@@ -229,7 +229,7 @@ class _Search:
             merit, _ = self.problem.evaluate(course.x, last, WIDTH, course)
             return course.violation(self.problem.state(course.x, WIDTH)) > _ASTRAY, merit, number
 
-        last = ORDERS[self.problem.criterion.kind][-1]
+        last = CRITERIA[self.problem.criterion.kind].orders[-1]
         for of, order in ((1, orders[0]), (_OF, orders[-1])):
             courses = courses[: -(-len(courses) // of)]
             for number, course in courses:
