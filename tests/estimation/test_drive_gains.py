@@ -26,7 +26,6 @@ from dynident.estimation.payload.methods import METHODS as SOLVERS
 from dynident.estimation.payload.result import PayloadEstimate, constrain_payload
 from dynident.estimation.payload.weighing import difference_weighing
 from dynident.model import InertialParameters, Motion, Processing, Recording, Robot, Spring, base_parameters
-from dynident.tests.estimation.payload.recordings import short
 from dynident.trajectories import Simulator
 from numpy.typing import ArrayLike
 
@@ -208,11 +207,11 @@ def test_a_weighing_by_rescaled_recordings(arm: tuple[Simulator, Recordings]) ->
         return difference_weighing(simulator.robot, [loaded], [bare])
 
     problem = weighing(np.ones(6))
-    payload, motion = payload_estimate(problem, 3), short(problem)
+    payload, motion = payload_estimate(problem, 3), problem
     assert payload.complete
 
     def solved(factors: Array) -> Array:
-        runs = short(weighing(factors)).runs
+        runs = weighing(factors).runs
         equations = merged(motion.held.friction_free(run.equations) for run in runs).select(PAYLOAD)
         return weighted(equations, payload.estimate.weights).values
 
