@@ -8,49 +8,20 @@ from typing import Any
 
 import numpy as np
 import pytest
-from dynident.apps.commands import near
 from dynident.apps.commands.options.motions import payload_bounds, region
-from dynident.apps.report.sections.motion import ladder_tables
-from dynident.common.errors import InputError
-from dynident.model import InertialParameters, Robot, load_robot, payload_regressor, robot_names
+from dynident.model import InertialParameters, load_robot, payload_regressor, robot_names
 from dynident.tests.commands.lines import save
-from dynident.tests.commands.typed import answered, parsed, refused, typed
+from dynident.tests.commands.typed import answered, refused, typed
 from dynident.tests.report.motions import motion_parsers as read
 from dynident.tests.selection import cases
 from dynident.tests.trajectories.bodies import dense, drawn_points
-from dynident.trajectories import (
-    RX90_NOISE,
-    DesignProblem,
-    NearMotion,
-    PayloadSet,
-    Simulator,
-    Trapezoid,
-    ViaPoints,
-    random_via_points,
-)
-from dynident.trajectories.design.full_trajectory import Rung
+from dynident.trajectories import RX90_NOISE, DesignProblem, PayloadSet, Simulator, ViaPoints, random_via_points
 
 DESIGN, SCORE = "design --robot rx90", "score --robot rx90"
 QUICK = f"{DESIGN} --columns payload --via-points 4 --starts 1 --seed 2"
 """A design problem of a second."""
 UNIT = "--torque-noise 1,1,1,1,1,1"
 NOISE = "--torque-noise 24,30,10.8,5.1,6.6,2.3"
-SCENE = """
-clearance = 0.01
-pairs = [["tool", "column"]]
-surfaces = [{name = "floor", offset = -0.42}]
-[[bodies]]
-name = "column"
-link = 0
-radius = 0.2
-start = [0, 0, -0.42]
-end = [0, 0, 0.1]
-[[bodies]]
-name = "tool"
-link = 6
-radius = 0.12
-start = [0, 0, 0.2]
-"""
 
 
 @pytest.mark.long
@@ -78,25 +49,6 @@ def test_every_file(here: Path) -> None:
 
 
 @pytest.mark.long
-def test_trapezoids_of_fixed_durations(here: Path) -> None:
-    """The JSON's numbers give the motion of the CSV, which is judged as the design was."""
-    goal = f"--columns payload --criterion cond-scaled {UNIT}"
-    shape = "--segments trapezoid --ramp 0.2 --segment-durations 1,1.5,2"
-    data, _ = answered(f"{QUICK} {goal} {shape} --samples m.csv --val3 excite --sample-rate 1000")
-    motion = data["motion"]
-    assert (motion["segments"], motion["ramp"], motion["speeds"]) == ("trapezoid", 0.2, None)
-    assert motion["durations"] == [1.0, 1.5, 2.0]
-    samples = read.csv_samples(Path("m.csv").read_text())
-    plan = ViaPoints(np.array(motion["points"]), np.array(motion["durations"]), segment=Trapezoid(motion["ramp"]))
-    assert np.abs(samples.q - plan.at(samples.t)[0]).max() < 1e-8
-    scaled = data["condition_number_scaled"]
-    assert data["val3_replay"]["condition_number_scaled"] == pytest.approx(scaled, rel=0.05)
-    judged, _ = answered(f"{SCORE} {goal} m.csv")
-    assert judged["limits"]["met"]
-    assert judged["condition_number_scaled"] == pytest.approx(scaled, rel=5e-3)
-
-
-@pytest.mark.long
 @pytest.mark.parametrize(
     ("goal", "shape"),
     [("--columns payload --criterion cond", "--via-points 4"), ("--criterion d", "--fourier 3 --duration 6")],
@@ -115,60 +67,6 @@ def test_a_designed_csv_is_judged_as_the_design_was(here: Path, goal: str, shape
         assert judged[key] == pytest.approx(designed[key], rel=error), key
         assert f"{judged[key]:.4g}" in text
     assert judged["predicted_sigma"] == pytest.approx(designed["predicted_sigma"], rel=1e-2)
-
-
-@pytest.mark.long
-def test_a_log_is_judged(here: Path) -> None:
-    """Filtered like a recording: noise on positions does not count as motion; in other words by a map."""
-    motion = random_via_points(load_robot("rx90"), 10, seed=0).motion(250.0)
-    draw, conditions = np.random.default_rng(0), []
-    for name, noise in (("exact", 0.0), ("noisy", 1e-4)):
-        q = motion.q + noise * draw.standard_normal(motion.q.shape)
-        save(f"{name}.csv", motion.t, q, 0.0 * q, names="q,tau")
-    save("own.csv", motion.t, np.degrees(motion.q), 0.0 * motion.q, names="deg_,amp_")
-    Path("map.toml").write_text('[position]\ncolumns = "deg_{}"\nunit = "deg"\n[current]\ncolumns = "amp_{}"\n')
-    for log in ("exact.csv", "noisy.csv", "own.csv --log-map map.toml"):
-        conditions.append(answered(f"{SCORE} {log} --criterion cond").document["condition_number"])
-    assert 20.0 < conditions[0] < 500.0
-    assert conditions[1] == pytest.approx(conditions[0], rel=0.1)
-    assert conditions[2] == pytest.approx(conditions[0], rel=1e-6)
-
-
-@pytest.mark.long
-def test_limits_torques_scene_and_start(here: Path) -> None:
-    Path("scene.toml").write_text(SCENE)
-    data, text = answered(
-        f"{QUICK} --torque-noise 10% --torque-limits 300,300,120,50,40,20 --acceleration 3x --speed-override 0.5 "
-        "--heaviest-payload 4@0,0,0.1 --scene scene.toml --start 10,-70,60,0,45,0 --max-duration 12"
-    )
-    checks = {check["name"]: check for check in data["limits"]["nearest"]}
-    torques = {"torque without payload", "torque with the heaviest payload"}
-    assert set(checks) == {"position", "speed", "acceleration", "duration", "clearance"} | torques
-    assert checks["clearance"]["value"] >= 0.01
-    assert data["duration_s"] <= 12.0
-    assert np.allclose(np.degrees(data["motion"]["points"][0]), [10, -70, 60, 0, 45, 0])
-    assert data["torque_noise"] == pytest.approx([30, 30, 12, 5, 4, 2])
-    speed = load_robot("rx90").joints[0].limits.speed
-    assert np.abs(np.array(data["motion"]["speeds"])[:, 0]).max() <= 0.5 * speed
-    assert "torque with the heaviest payload" in text
-
-
-@pytest.mark.long
-def test_the_floor_is_told(here: Path) -> None:
-    data, text = answered(f"{QUICK} --criterion cond-scaled {UNIT} --bound")
-    floor = data["floor"]
-    assert floor["gap"] == pytest.approx(data["criterion_value"] - floor["criterion_value"])
-    assert floor["gap"] >= -1e-6
-    assert f"{np.exp(floor['gap']):.3g} times the floor's" in text
-
-
-@pytest.mark.long
-def test_criterion_a_for_some_parameters() -> None:
-    values = []
-    for goal in ("--criterion a --parameters ZZ1,IA5", "--criterion cond"):
-        data, _ = answered(f"{DESIGN} {goal} --fourier 3 --duration 5 --starts 1 {NOISE}")
-        values.append(np.hypot(*(data["predicted_sigma_percent"][name] for name in ("ZZ1", "IA5"))))
-    assert values[0] < 0.8 * values[1]
 
 
 def _identify(folder: Path) -> None:
@@ -209,28 +107,6 @@ def test_data_from_earlier_recordings(identified: Path) -> None:
     assert np.median(after / one) < 0.9
 
 
-@pytest.mark.long
-def test_data_from_takes_the_length_of_fixed_segments(identified: Path) -> None:
-    """One time for all of 4 points' moves, or each; a free motion has none."""
-    line = f"{DESIGN} --data-from r.npz --via-points 4 --starts 1"
-    for durations, length in (("1.5", 4.5), ("1,1.5,2.5", 5.0)):
-        data, _ = answered(f"{line} --segment-durations {durations}")
-        assert data["data_length_s"] == length
-        assert data["duration_s"] == pytest.approx(length)
-    assert "--data-from needs --data-length" in refused(line)
-
-
-@pytest.mark.long
-def test_limits_that_cannot_be_met_are_told_in_one_line(here: Path) -> None:
-    error = refused(
-        f"{DESIGN} --columns ZZ1,FV1,FS1,XX2,MX2,FV2,FS2 --fourier 2 --duration 4 --starts 1 "
-        f"--torque-limits 300,20,120,50,40,20 {UNIT} --samples m.csv"
-    )
-    for words in ("no motion was found that keeps every limit", "torque of joint 2", "violated by"):
-        assert words in error
-    assert not list(here.iterdir())
-
-
 def test_ctrl_c_keeps_the_best_motion(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     calls, true = [0], DesignProblem.evaluate
 
@@ -246,18 +122,6 @@ def test_ctrl_c_keeps_the_best_motion(here: Path, monkeypatch: pytest.MonkeyPatc
     assert data["interrupted"]
     assert data["limits"]["met"]
     assert "interrupted" in Path("m.csv").read_text().split("\n")[2]
-
-
-@pytest.mark.long
-def test_ctrl_c_while_the_floor_is_sought(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def stopped(*_: Any, **__: Any) -> None:
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr("dynident.trajectories.floor_under", stopped)
-    data, text = answered(f"{QUICK} {UNIT} --samples m.csv --bound")
-    assert "interrupted: the floor is not known" in text
-    assert data["floor"] is None
-    assert Path("m.csv").exists()
 
 
 BALL = "--heaviest-payload 6@0,0,0.1 --within 0.2"
@@ -296,16 +160,6 @@ def test_score_looks_between_samples(motion: Path, sparse: Path, half: str) -> N
 
 
 @pytest.mark.parametrize(
-    ("mass", "words"), [("6", "limits hold for every"), ("6.2", "limits do NOT hold for every")]
-)
-def test_what_is_said_of_the_bounds_is_what_was_seen(motion: Path, sparse: Path, mass: str, words: str) -> None:
-    for path in (motion, sparse):
-        _, text = answered(f"{JUDGED} {path} {BALL.replace('6@', f'{mass}@')}")
-        assert words in text
-        assert ("does NOT keep" in text) == ("NOT" in words)
-
-
-@pytest.mark.parametrize(
     "file", cases(("--val3 app", "--ros2 m.yaml", "--urscript m.script"), lambda file: file.startswith("--val3"))
 )
 def test_files_whose_controllers_break_a_limit_are_refused(here: Path, file: str) -> None:
@@ -320,17 +174,6 @@ def test_files_whose_controllers_break_a_limit_are_refused(here: Path, file: str
     status, _, err = typed(f"{line} --torque-margin 30%")
     assert status == 0, err
     assert [path.name for path in here.iterdir()] == [file.split()[1]]
-
-
-def test_points_too_few_for_their_controller_are_refused(here: Path) -> None:
-    """A point a second: the quintics between them leave the range about the pose."""
-    error = refused(f"{HELD} {BALL} --ros2 m.yaml --sample-rate 1 --samples m.csv")
-    assert "as ROS 2 joins the samples the motion does not keep its limits (position of joint" in error
-    assert not list(here.iterdir())
-
-
-def test_nothing_told_of_the_payload_is_what_is_within_bounds() -> None:
-    assert "Predicted for 2 kg" in answered(f"{HELD} --heaviest-payload 2@0,0,0.1 --within 0.1").text
 
 
 @pytest.mark.parametrize("arm", cases(robot_names(), lambda arm: arm == "tx40"))
@@ -356,45 +199,3 @@ def test_bounds_are_in_the_payloads_frame(arm: str) -> None:
         assert (torque >= smallest[:, None] - 1e-9).all()
         much = largest > 1.0
         assert np.median(torque.max(axis=1)[much] / largest[much]) > 0.95
-
-
-@pytest.mark.parametrize(("option", "rate"), [("", 100.0), ("@40", 40.0)])
-def test_samples_a_second_of_a_goal(rx90: Robot, option: str, rate: float) -> None:
-    parts, _ = parsed(f"{DESIGN} --torque-noise 1,2,3,4,5,6{option}".split())
-    goal = parts["goal"].goal(rx90, parts["limits"].bounds(rx90), {}, None)
-    assert goal.rate == rate
-    assert goal.noise == pytest.approx([1.0, 2.0, 3.0, 4.0, 5.0, 6.0])
-
-
-def test_full_speed_of_a_ladder_bears_a_quarter_more_than_expected(rx90: Robot) -> None:
-    line = "near --robot rx90 --pose 0,-90,90,0,0,0 --joints 2,3,5,6 --torque-limits 300 --ladder --mass 4"
-    parts, _ = parsed(f"{line} --heaviest-payload 9@0,0,0.1 --within 0.1".split())
-    limits = parts["limits"]
-    known = limits.known(rx90)
-    bounds = limits.bounds(known.robot)
-    _, loads = near._torques(known, bounds, limits, parts["options"], limits.payload(known.robot, bounds))
-    assert loads is not None
-    assert isinstance(loads.heaviest, PayloadSet)
-    assert loads.heaviest.mass == pytest.approx(1.25 * 4.0)
-
-
-def test_a_ladder_shows_what_each_run_leaves_possible() -> None:
-    still = np.zeros((1, 6, 2))
-    run = NearMotion(np.zeros((1, 6)), still, still, 5.0, 1, 0.0)
-    (table,) = ladder_tables([Rung(0.25, 6.5, 4.5, run)])
-    assert [tuple(row) for row in table.rows] == [("run 1", "25", "6.50", "4.50")]
-
-
-def test_a_sag_is_told_in_mrad(monkeypatch: pytest.MonkeyPatch, here: Path) -> None:
-    sags = []
-
-    def sagging(*arguments: object) -> None:
-        sags.append(arguments[-1])
-        raise InputError("that is enough")
-
-    monkeypatch.setattr("dynident.trajectories.simulation.closed_loop.Controller.sagging", sagging)
-    Path("body.toml").write_text(
-        "mass = 3.0\ncom = [0.0, 0.0, 0.1]\ninertia_com = [0.01, 0.0, 0.0, 0.01, 0.0, 0.01]\n"
-    )
-    refused("simulate --robot rx90 --payload body.toml --controller proportional --sag 4 --out out")
-    assert sags == [pytest.approx(4e-3)]

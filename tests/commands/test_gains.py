@@ -12,7 +12,7 @@ import pytest
 from dynident.apps.results import read_stored_gains
 from dynident.model import InertialParameters, load_robot
 from dynident.tests.commands.lines import save
-from dynident.tests.commands.typed import answered, refused, typed
+from dynident.tests.commands.typed import answered, refused
 from dynident.trajectories import Simulator, ViaPoints
 
 GAINS = np.array([12.0, 12.4, 9.9, 10.4, 10.3, 10.1])
@@ -89,35 +89,6 @@ def test_gains_flow_into_the_payload(gains: dict[str, Any]) -> None:
 
 
 @pytest.mark.long
-def test_gains_of_coupled_drives(here: Path) -> None:
-    """One gain per motor, told as such; how sure they are is in the intervals of what is weighed with them."""
-    robot, draw = load_robot("rx90"), np.random.default_rng(0)
-    assert robot.coupling is not None
-    motion = ViaPoints(draw.uniform(-1.0, 1.0, (30, 6)), np.full(29, 1.0)).motion(250.0)
-    for name, load in (("empty", None), ("loaded", BODY)):
-        recording = Simulator(robot).record(motion, load)
-        torques = robot.coupling.motor_torques(recording.torque)
-        currents = torques / GAINS + 0.05 * draw.standard_normal(recording.q.shape)
-        save(f"{name}.csv", recording.t, recording.q, currents, names="q,i")
-    line = PAIR.replace("ur10e", "rx90")
-    answer = answered(f"gains {line} --mass 6")
-    (here / "gains.json").write_text(json.dumps(answer.document))
-    assert "(motor 6 turns with joints 5 and 6)" in answer.text
-    gains = answer.document["drive_gains"]
-    assert (np.abs(np.array(gains["values"]) - GAINS) < 4.0 * np.array(gains["sigma"])).all()
-    assert np.array(gains["values"]) == pytest.approx(GAINS, rel=0.02)
-    widths = []
-    for value in (f"{typed_gains(answer.document)} --gain-sigma 0", "gains.json"):
-        weighed = answered(f"payload {line} --method 4 --drive-gains {value}")
-        widths.append(width(weighed.document))
-        assert weighed.document["estimates"][0]["parameters"]["M"] == pytest.approx(6.0, rel=0.02)
-        assert max(weighed.document["relative_residual"]["per_joint"]) < 0.1
-    assert widths[1] > 1.1 * widths[0]
-    assert "errors of the drive gains as they were identified" in weighed.text
-    assert "% per motor" in weighed.text
-
-
-@pytest.mark.long
 def test_gains_from_the_same_pair_confirm_nothing(gains: dict[str, Any], pair: Path) -> None:
     """Told in text, JSON and report, whatever the file is called; a recording in common is told too."""
     (pair / "copy.csv.gz").write_bytes(gzip.compress((pair / "loaded.csv").read_bytes()))
@@ -150,35 +121,6 @@ def test_gains_from_the_same_pair_confirm_nothing(gains: dict[str, Any], pair: P
     del gains["recordings"]
     (pair / "gains.json").write_text(json.dumps(gains))
     assert read_stored_gains(pair / "gains.json").recordings == {}
-
-
-@pytest.mark.long
-def test_log_map_gives_the_same_gains(gains: dict[str, Any]) -> None:
-    line = "gains --robot ur10e --unloaded empty_odd.csv --loaded loaded_odd.csv --mass 6+-0.03 --log-map map.toml"
-    assert answered(line).document["drive_gains"]["values"] == pytest.approx(
-        gains["drive_gains"]["values"], rel=1e-4
-    )
-
-
-@pytest.mark.long
-def test_check(pair: Path) -> None:
-    (pair / "plots").mkdir()
-    answer = answered("check empty.csv loaded.csv --robot ur10e --plots plots")
-    assert answer.text.count("nothing looks wrong") + answer.text.count("note:") >= 2
-    endings = [f"{stem}.{end}" for stem in ("01_empty", "02_loaded") for end in ("pdf", "png", "svg")]
-    assert sorted(path.name for path in (pair / "plots").iterdir()) == endings
-    looks = answer.document["logs"]
-    assert [(look["currents"], look["usable"]) for look in looks] == [(True, True)] * 2
-    assert looks[0]["time"]["rate"] == pytest.approx(100.0)
-    assert len(looks[0]["excitation"]) == 58
-
-
-def test_check_tells_degrees(pair: Path) -> None:
-    (pair / "radians.toml").write_text(MAP.replace('unit = "deg"\n', ""))
-    status, out, _ = typed("check empty_odd.csv --robot ur10e --log-map radians.toml")
-    assert status == 1
-    assert "degrees" in out
-    assert "--units q=deg" in out
 
 
 @pytest.mark.parametrize(

@@ -2,7 +2,6 @@
 
 import json
 import re
-import tomllib
 from collections.abc import Callable
 from dataclasses import astuple, replace
 from pathlib import Path
@@ -12,11 +11,9 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 from dynident.apps.logs import ToolColumns, read_tool_poses
-from dynident.apps.logs.map import LogMap, read_log_map
-from dynident.apps.report.figures.motion import outline
+from dynident.apps.logs.map import LogMap
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError
-from dynident.estimation.diagnosis.kinematics import ToolPoses, check_pose
 from dynident.model import (
     INERTIAL,
     InertialParameters,
@@ -49,26 +46,6 @@ def test_list() -> None:
     assert "KUKA KR 6 R900 sixx" in text
 
 
-@pytest.mark.parametrize("ending", ["png", "svg"])
-def test_show_and_draw(here: Path, ending: str) -> None:
-    """An arm gives the same bytes each time."""
-    for k in (1, 2):
-        ended = typed(f"robot show --robot kr6_r900 --drawing {k}.{ending} --at 0,-90,90,0,0,0")
-        assert ended.status == 0
-    for words in ("(0.98, 0, 0.435) m in the base", "Rated payload: 6 kg.", "the bare flange"):
-        assert words in ended.out
-    assert Path(f"1.{ending}").read_bytes() == Path(f"2.{ending}").read_bytes()
-
-
-def test_outline_ends_in_the_flange() -> None:
-    """Corners in the known home pose: base, shoulder, elbow, wrist, flange."""
-    corners = outline(load_robot("kr6_r900"), np.radians([0, -90, 90, 0, 0, 0]).tolist())
-    for corner in ((0, 0, 0), (0, 0, 0.4), (0.025, 0, 0.4), (0.025, 0, 0.855), (0.025, 0, 0.89), (0.445, 0, 0.89)):
-        assert np.abs(corners - np.array(corner)).max(axis=1).min() < 1e-12
-    np.testing.assert_allclose(corners[-1], [0.525, 0.0, 0.89], atol=1e-12)
-    assert len(corners) == 2 * 6 + 3
-
-
 def test_new_robot_is_the_shipped_one(here: Path) -> None:
     """Described in the home pose of the sheet, it is the arm that was read from a description at zero."""
     ended = typed(f"{NEW} --out kr.toml")
@@ -83,24 +60,6 @@ def test_new_robot_is_the_shipped_one(here: Path) -> None:
         assert next(numbers) == pytest.approx(next(numbers), abs=1e-12)
     assert "is there already" in refused(f"{NEW} --out kr.toml")
     assert typed(f"{NEW} --out kr.toml --overwrite").status == 0
-
-
-def test_a_scara(here: Path) -> None:
-    """A joint that slides; what is not known stays unknown."""
-    joints = "--joint=z,0,0,0.3 --joint=z,0.4,0,0.3 --joint=-z,0.7,0,0.3,slide --joint=z,0.7,0,0.3"
-    limits = "--limits=-130:130,-150:150,0:0.2::3:500,-360:360 --rated-payload 3"
-    line = f"robot new --name scara {joints} --flange 0.7,0,0.2,-z,x {limits} --out scara.toml --drawing s.png"
-    status, _, error = typed(line)
-    assert status == 0, error
-    robot = load_robot("scara.toml")
-    assert [joint.kind for joint in robot.joints] == ["revolute", "revolute", "prismatic", "revolute"]
-    assert robot.joints[2].limits.position == (0.0, 0.2)
-    assert (robot.joints[2].limits.acceleration, robot.joints[2].limits.torque) == (3.0, 500.0)
-    assert (robot.rated_payload, robot.mass, robot.joint_names) == (3.0, None, ())
-    unknown = [joint.limits for joint in robot.joints if joint.revolute]
-    assert np.isinf([[limit.speed, limit.acceleration, limit.torque] for limit in unknown]).all()
-    assert "mass_kg" in error
-    np.testing.assert_allclose(outline(robot, [0.0, 0.0, 0.1, 0.0])[-1], [0.7, 0.0, 0.1], atol=1e-12)
 
 
 def test_the_template_loads_as_it_stands(here: Path) -> None:
@@ -187,85 +146,6 @@ def test_pose_in_the_maps_units(recorded: Recording, here: Path, form: str) -> N
         np.testing.assert_allclose(first[name]["rpy_rad"], pose.rpy, atol=1e-6)
 
 
-@pytest.mark.long
-@pytest.mark.parametrize(
-    ("unit", "status", "words"),
-    [
-        (1.0, 0, ("No torques or currents: the pose alone is compared.", "axes not logged")),
-        (1e3, 1, ("positions in mm that are read as m?",)),
-    ],
-)
-def test_pose_without_torques_or_map(
-    recorded: Recording, here: Path, unit: float, status: int, words: tuple[str, ...]
-) -> None:
-    """Standard names in metres; a log that has no torques is compared by its pose alone, a wrong unit is told."""
-    write(recorded, unit * poses(load_robot("rx90"), recorded.q)[0])
-    _, text = checked("log.csv", status=status)
-    assert all(part in text for part in words)
-
-
-@pytest.mark.long
-def test_a_turned_last_joint_is_found_by_the_axes(recorded: Recording, here: Path) -> None:
-    """A tool on axis 6 tells nothing of it by its position; its axes do.
-
-    Seen from a tool turned over, joint 5 half a turn on is the same: both are told.
-    """
-    positions, turns = poses(load_robot("rx90"), recorded.q, Pose(), Pose())
-    turned = replace(recorded, q=recorded.q * [1, 1, 1, 1, 1, -1])
-    write(turned, np.hstack([positions, turns.as_quat()]), "x,y,z,qx,qy,qz,qw")
-    document, text = checked("log.csv", status=1)
-    for words in ("does NOT reproduce", "Suggested, not applied: joint", "joint 6 turned round",
-                  "joint 5 zero moved by 180 degrees"):  # fmt: skip
-        assert words in text
-    (pose,) = document["poses"]
-    assert pose["rms_m"] < 1e-6
-    assert pose["rms_angle_rad"] > 0.1
-    assert {(1, 1, 1, 1, 1, -1), (1,) * 6} == {tuple(reading["sign"]) for reading in pose["readings"]["ranked"][:2]}
-
-
-def test_a_still_tool_is_refused(recorded: Recording, here: Path) -> None:
-    write(recorded, np.full((len(recorded.t), 3), 0.4))
-    assert "moves by less than 50 mm" in refused("robot check --robot rx90 --data log.csv")
-
-
-def test_base_and_tool_of_one_moving_joint_are_not_told(rx90: Robot) -> None:
-    q = np.zeros((50, 6))
-    q[:, 1] = np.linspace(-1.0, 1.0, 50)
-    check = check_pose(rx90, ToolPoses("log", q, poses(rx90, q)[0]))
-    assert check.reproduced
-    assert not check.determined
-
-
-@pytest.mark.parametrize(
-    ("table", "problem"),
-    [
-        ('columns = ["x", "y"]', "give those of x, y and z"),
-        ('columns = ["x", "y", "z"]\nunit = "cm"', "'pose.unit': must be 'm' or 'mm', got 'cm'"),
-        ('columns = ["x", "y", "z"]\nrotation = ["a", "b", "c"]', "go together"),
-        (
-            'columns = ["x", "y", "z"]\nrotation = ["a", "b", "c"]\nform = "euler"',
-            "'pose.form': must be 'quaternion' or 'rotation_vector'",
-        ),
-        ('columns = ["x", "y", "z"]\nrotation = ["a", "b", "c"]\nform = "quaternion"', "has 4 columns"),
-        ('columns = ["x", "y", "z"]\nsign = [1]', "unknown"),
-    ],
-)
-def test_maps_that_contradict_themselves(here: Path, table: str, problem: str) -> None:
-    (here / "map.toml").write_text(f"[pose]\n{table}\n")
-    with pytest.raises(InputError, match=problem):
-        read_log_map("map.toml")
-
-
-def test_logs_that_do_not_hold_the_pose(rx90: Robot, recorded: Recording, here: Path) -> None:
-    write(recorded, np.zeros((len(recorded.t), 1)), "other")
-    assert read_tool_poses("log.csv", rx90) is None
-    with pytest.raises(InputError, match="column a missing"):
-        read_tool_poses("log.csv", rx90, LogMap(pose=ToolColumns(("a", "q1", "q2"))))
-    write(recorded, np.zeros((len(recorded.t), 7)), "x,y,z,qx,qy,qz,qw")
-    with pytest.raises(InputError, match="line 2, columns qx, qy, qz, qw: a quaternion of length 0"):
-        read_tool_poses("log.csv", rx90)
-
-
 SHEET = (
     "robot new --name own --joint z,0,0,0 --joint=y,0.05,0,0.4 --joint=y,0.05,0,0.8 --joint=x,0.2,0,0.85 "
     "--joint=y,0.45,0,0.85 --joint=x,0.45,0,0.85 --flange 0.53,0,0.85,x,-z --out own.toml"
@@ -337,39 +217,6 @@ def test_links_without_bodies_are_as_dense_as_the_others(here: Path) -> None:
         assert masses[k] / shares[k] == pytest.approx(21.0 / sum(shares[k] for k in others))
 
 
-def test_a_part_of_a_body_is_none() -> None:
-    with pytest.raises(InputError, match="lacks XX1"):
-        with_stand_in(replace(load_robot("ur10e"), parameters={"M1": 3.0}))
-
-
-def test_a_huge_effort_is_unknown(here: Path) -> None:
-    """Where a URDF writes a torque that no joint has, a limit is assumed in its place, and said."""
-    for effort, torque in (("1000000.0", np.inf), ("90", 90.0)):
-        Path("a.urdf").write_text(WHOLE.replace('effort="1000000.0"', f'effort="{effort}"'))
-        assert {joint.limits.torque for joint in load_robot("a.urdf").joints} == {torque}
-
-
-@pytest.mark.long
-@pytest.mark.usefixtures("hasty")
-@pytest.mark.parametrize("name", ["mass alone", "mass given to the command", "a URDF without some bodies"])
-def test_own_arm_is_rehearsed(here: Path, name: str) -> None:
-    """The motion that was designed runs in the simulation, and each answer names what was assumed."""
-    arm, more, lacking = ARMS[name]
-    robot = f"--robot {described(arm)} {more}"
-    for line in (
-        "near --pose=0,-45,60,0,45,0 --joints 2,3,5,6 --range 20 --duration 4 --starts 1 --details",
-        "design --via-points 3 --starts 1 --columns payload --samples wide.csv --details",
-        "score wide.csv --columns payload --details",
-        "simulate --trajectory wide.csv --rate 50 --out logs",
-    ):
-        ended = typed(f"{line} {robot}")
-        assert ended.status == 0, f"{line}: {ended.err}"
-        for part in lacking:
-            assumption = {"parameters": "links and drives of the stand-in"}.get(part, f"{part} limits")
-            assert re.search(f"Assumed, not published: [^.]*{assumption}", ended.text), (line, part)
-    assert set(tomllib.loads(Path("logs/truth.toml").read_text())["assumed"]) == lacking
-
-
 @pytest.mark.parametrize("line", ["simulate --out out", "near --pose=0,-45,60,0,45,0 --joints 2,3,5,6"])
 def test_without_a_mass_one_line_names_the_option(here: Path, line: str) -> None:
     for arm in (re.sub(r":\d+:\d+(?=,| )", "", KNOWN), bodiless(WHOLE)):
@@ -434,3 +281,18 @@ def test_an_arm_goes_through_every_command(name: str, here: Path) -> None:
     exported = typed(f"export payload.json --to {controller} --despite-verdict")
     assert exported.status == 0, exported.err
     assert exported.out
+
+
+def test_a_still_tool_is_refused(recorded: Recording, here: Path) -> None:
+    write(recorded, np.full((len(recorded.t), 3), 0.4))
+    assert "moves by less than 50 mm" in refused("robot check --robot rx90 --data log.csv")
+
+
+def test_logs_that_do_not_hold_the_pose(rx90: Robot, recorded: Recording, here: Path) -> None:
+    write(recorded, np.zeros((len(recorded.t), 1)), "other")
+    assert read_tool_poses("log.csv", rx90) is None
+    with pytest.raises(InputError, match="column a missing"):
+        read_tool_poses("log.csv", rx90, LogMap(pose=ToolColumns(("a", "q1", "q2"))))
+    write(recorded, np.zeros((len(recorded.t), 7)), "x,y,z,qx,qy,qz,qw")
+    with pytest.raises(InputError, match="line 2, columns qx, qy, qz, qw: a quaternion of length 0"):
+        read_tool_poses("log.csv", rx90)

@@ -1,17 +1,11 @@
 """``simulate`` and ``demo``: recordings that give their truth back, tables beside the paper's, repetition."""
 
 import json
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
-from dynident.estimation import Estimate
-from dynident.estimation.fit.estimate import Fit
-from dynident.examples.paper.printed import paper_tables
-from dynident.examples.paper.repetition import Answer, Repetition, answer_of
-from dynident.examples.paper.tables import short_value
+from dynident.examples.paper.repetition import Answer, Repetition
 from dynident.model import base_parameters, load_robot
 from dynident.tests.commands.lines import save
 from dynident.tests.commands.typed import answered, refused, typed
@@ -38,48 +32,6 @@ def test_demo(here: Path) -> None:
     assert page.count("<svg") == 10
 
 
-def program(*words: str) -> str:
-    return subprocess.run([sys.executable, "-m", *words], capture_output=True, text=True, check=True).stdout
-
-
-@pytest.mark.long
-def test_the_papers_tables_tell_wrong_gains() -> None:
-    line = "dynident.examples.paper.tables --trajectories 2 --gain-error 0.02 --noise none"
-    out = program(*line.split())
-    for words in ("Table 1", "Table 2", "method 4", "FSM6", "7.216", "6.700", "condition number", "robust sigma"):
-        assert words in out
-    assert "Drive gains are off by" in out
-
-
-def test_values_are_as_the_paper_prints() -> None:
-    assert str(short_value(0.157, 0.019)) == ".157±.019"
-    assert str(short_value(10.05, 0.02)) == "10.050±.020"
-    assert short_value(-0.0001, 0.0) == "0.000"
-
-
-def test_printed_sigma_and_percent_agree() -> None:
-    """2 sigma and the relative sigma of every row of Tables 1 and 2 are of the same estimate."""
-    tables = paper_tables()
-    for rows in (tables.table1, tables.table2, tables.table2_robot):
-        for name, row in rows.items():
-            sigma = row.relative_sigma_percent / 100.0 * abs(row.value)
-            rounding = 0.00025 + 0.0005 * row.relative_sigma_percent / 100.0
-            assert sigma == pytest.approx(row.two_sigma / 2.0, abs=2.0 * rounding), name
-
-
-@pytest.mark.long
-def test_the_experiment_repeats(tmp_path: Path) -> None:
-    out = program("dynident.examples.paper", *f"1 --out {tmp_path} --trajectories 2 --seed 5".split())
-    assert (tmp_path / "simulated_experiment.md").read_text() in out
-    assert (tmp_path / "simulated_experiment.png").stat().st_size > 20_000
-    numbers = json.loads((tmp_path / "simulated_experiment.json").read_text())
-    assert set(numbers) == {"paper", "slow", "gains"}
-    for scenario in numbers.values():
-        assert scenario["method 4"]["M_L"]["truth"] == pytest.approx(7.025)
-    for words in ("| method 4 |", "Slow noise", "Drive gains wrong by 2 %", "| FSM6 |"):
-        assert words in out
-
-
 def answers(count: int, sigma: float, half: float, bias: float = 0.0) -> list[Answer]:
     draw, truth, rows = np.random.default_rng(0), np.array([1.0, -2.0]), []
     for _ in range(count):
@@ -100,14 +52,6 @@ def test_bias_spread_and_coverage_of_repeated_experiments_are_found() -> None:
     first, second = answers(2, 0.1, 0.2)
     with pytest.raises(ValueError, match="different parameters"):
         Repetition.of([first, second._replace(names=("a", "c"))])
-
-
-def test_without_robust_intervals_the_formula_answers() -> None:
-    fit = Fit(np.ones(1), np.ones(1), (10,))
-    estimate = Estimate(("a",), np.array([2.0]), np.array([[0.04]]), 1e6, fit, np.ones(1))
-    answer = answer_of(estimate, np.array([2.1]))
-    assert (answer.high - answer.low)[0] == pytest.approx(2 * 1.96 * 0.2, rel=1e-3)
-    assert answer.sigma[0] == pytest.approx(0.2)
 
 
 @pytest.fixture(scope="module")

@@ -58,29 +58,6 @@ def test_visibility_and_sigma_before_any_motion(here: Path) -> None:
 
 
 @pytest.mark.long
-def test_every_output_of_a_motion_near_a_pose(here: Path) -> None:
-    files = "--samples near.csv --ros2 near.yaml --urscript near.script --report near.html --rehearsal slow.csv"
-    assert typed(f"{NEAR} --joints 2,3,5,6 --sample-rate 50 --plots plots {files}").status == 0
-    assert {path.name for path in Path("plots").iterdir()} == {"motion.pdf", "motion.png", "motion.svg"}
-    assert "servoj" in Path("near.script").read_text(encoding="utf-8")
-    assert "positions" in Path("near.yaml").read_text(encoding="utf-8")
-    page = Path("near.html").read_text(encoding="utf-8")
-    for words in ("10 of 10", "Predicted for 3 kg", "Assumed, not published: torque limits", "REHEARSAL"):
-        assert (words in page) == (words != "REHEARSAL")
-    assert page.count("<svg") == 1  # the motion
-    fast, slow = (read_trajectory(name, load_robot("rx90"))[0] for name in ("near.csv", "slow.csv"))
-    assert np.diff(slow[:2]) == pytest.approx(np.diff(fast[:2]))
-
-
-def test_refused_before_any_motion(here: Path) -> None:
-    ended = typed(f"{NEAR} --joints 4,5,6 --samples motion.csv --details")
-    assert ended.status == 2
-    assert "mass not visible near this pose" in ended.err
-    assert "9 of 10" in ended.text
-    assert not list(here.iterdir())
-
-
-@pytest.mark.long
 def test_refused_after_the_motion_accepted_with_the_mass(pairs: Path) -> None:
     ended = typed("weigh --robot rx90 --unloaded wrist_unloaded.csv --loaded wrist_loaded.csv --json w.json")
     assert (ended.status, Path("w.json").exists()) == (2, False)
@@ -92,23 +69,6 @@ def test_refused_after_the_motion_accepted_with_the_mass(pairs: Path) -> None:
     moving = typed("weigh --robot rx90 --unloaded arm_unloaded.csv --loaded arm_loaded.csv --moving 1,2")
     assert moving.status == 2
     assert "does not move" in moving.err
-
-
-@pytest.mark.long
-def test_the_first_screen_leads_with_what_to_do(pairs: Path) -> None:
-    """What hangs there and whether to use it; how it was found is told by --details."""
-    line = "weigh --robot rx90 --unloaded arm_unloaded.csv --loaded arm_loaded.csv"
-    first = typed(f"{line} --mass 7.02+-0.02").text
-    for words in ("mass kg 7.0", "Verdict: use", "in agreement", "Joint that agrees least", "For the controller: "):
-        assert words in first
-    assert "condition" not in first
-    assert "chi2" not in first
-    _, text = weighed("arm", "--plots figures")
-    assert {path.name for path in Path("figures").iterdir()} == {
-        f"{name}.{x}" for name in ("by_joints", "flange", "methods") for x in ("png", "svg", "pdf")
-    }
-    assert "condition number" in text
-    assert "joints 2-3 kg" in text
 
 
 @pytest.mark.long

@@ -1,13 +1,11 @@
 """Backward elimination against refits, its two stop rules, and what remains impossible."""
 
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
 from dynident.apps.logs.read import read_recording
 from dynident.common.arrays import Array
-from dynident.common.errors import InputError
 from dynident.estimation import (
     PAYLOAD,
     Estimate,
@@ -22,7 +20,7 @@ from dynident.estimation import (
 )
 from dynident.estimation.answers.identification import impossible_payload, impossible_robot
 from dynident.estimation.equations.equations import Equations
-from dynident.estimation.fit.essential import Elimination, EliminationPath, StopRule, eliminate
+from dynident.estimation.fit.essential import Elimination, EliminationPath, eliminate
 from dynident.estimation.fit.estimate import Fit
 from dynident.estimation.fit.least_squares import weighted
 from dynident.model import INERTIAL, InertialParameters, Robot, load_robot
@@ -86,10 +84,6 @@ def test_the_path_is_that_of_refits(simulated_rx90: Identification) -> None:
     check_against_refits(simulated_rx90)
 
 
-def test_the_path_is_that_of_refits_on_a_real_recording(tx40: Identification) -> None:
-    check_against_refits(tx40)
-
-
 def test_both_rules_on_tx40(tx40: Identification) -> None:
     """The paper's ratio keeps parameters that its 5 to 10 % would not."""
     by_ratio = tx40.elimination
@@ -108,12 +102,6 @@ def test_elimination_ends_where_the_rule_says() -> None:
     )
     assert [SigmaRatio(limit).eliminated(path) for limit in (1.005, 1.02, 1.03, 1.04, 10.0)] == [0, 1, 1, 3, 4]
     assert [SigmaBound(limit).eliminated(path) for limit in (9.0, 0.5, 0.3, 0.1, 0.01)] == [0, 1, 2, 3, 4]
-
-
-@pytest.mark.parametrize("rule", [lambda: SigmaRatio(1.0), lambda: SigmaRatio(np.nan), lambda: SigmaBound(0.0)])
-def test_rules_that_mean_nothing(rule: Callable[[], StopRule]) -> None:
-    with pytest.raises(InputError, match="essential parameters"):
-        rule()
 
 
 def test_data_without_noise(rx90: Robot) -> None:
@@ -162,11 +150,6 @@ def test_a_moment_of_inertia_is_not_zero(payload: InertialParameters, kind: str)
     # On the axis itself nothing contradicts but the thickness.
     alone = payload_elimination(payload.vector, tuple(f"{k}_L" for k in INERTIAL if k in ("M", f"M{kind[0]}")))
     assert not any("must then" in line for line in impossible_payload(alone) if line.startswith(f"{kind}_L"))
-
-
-def test_no_mass_no_body(payload: InertialParameters) -> None:
-    (line,) = impossible_payload(payload_elimination(payload.vector, ("XX_L", "MZ_L")))
-    assert line.startswith("M_L is eliminated, XX_L, MZ_L remain")
 
 
 def test_estimates_that_contradict_the_zeros(payload: InertialParameters) -> None:

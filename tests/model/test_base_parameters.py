@@ -5,15 +5,7 @@ from string import ascii_letters
 
 import numpy as np
 import pytest
-from dynident.model import (
-    Drives,
-    Robot,
-    base_parameters,
-    load_robot,
-    regressor,
-    standard_columns,
-    standard_regressor,
-)
+from dynident.model import Drives, Robot, base_parameters, regressor, standard_columns, standard_regressor
 from dynident.model.base.rank import leftmost_independent, random_states, stacked_regressor
 from dynident.model.regressors import payload_columns
 
@@ -42,27 +34,6 @@ def test_rank_is_not_a_matter_of_tolerance(rx90: Robot) -> None:
     assert sizes[40] < 1e-14 * sizes[0]
 
 
-def paper_names(groupings: Groupings) -> list[str]:
-    """The 40 of section II.D: all but those the paper lists, with R where (12) groups others in."""
-    gone = {f"{kind}{j}" for kind in ("YY", "MZ", "M") for j in range(1, 7)}
-    gone |= {"XX1", "XY1", "XZ1", "YZ1", "MX1", "MY1", "IA1", "IA2"}
-    kinds = ("XX", "XY", "XZ", "YY", "YZ", "ZZ", "MX", "MY", "MZ", "M", "IA")
-    standard = [f"{kind}{j}" for j in range(1, 7) for kind in kinds]
-    return [f"{name}R" if f"{name}R" in groupings else name for name in standard if name not in gone]
-
-
-def test_names_of_the_rx90(rx90: Robot, groupings: Groupings) -> None:
-    names = base_parameters(with_drives(rx90, WITH_ROTORS)).names
-    assert len(names) == 40
-    assert list(names) == paper_names(groupings)
-
-
-def test_friction_adds_its_14_names(rx90: Robot) -> None:
-    friction = {f"{kind}{j}" for kind in ("FS", "FV") for j in range(1, 7)} | {"FVM6", "FSM6"}
-    rigid = base_parameters(with_drives(rx90, WITH_ROTORS)).names
-    assert set(base_parameters(rx90).names) == set(rigid) | friction
-
-
 @pytest.mark.parametrize("drives", [WITH_ROTORS, None], ids=["rotors", "all drives"])
 def test_groupings_of_the_rx90(rx90: Robot, groupings: Groupings, drives: Drives | None) -> None:
     """Every relation of (12), every factor, every sign; nothing is grouped into the other parameters."""
@@ -71,13 +42,6 @@ def test_groupings_of_the_rx90(rx90: Robot, groupings: Groupings, drives: Drives
     for name, column, row in zip(base.names, base.columns, base.grouping, strict=True):
         grouping = {base.standard[k]: row[k] for k in np.flatnonzero(row)}
         assert grouping == pytest.approx(groupings.get(name, {column: 1.0}), abs=1e-10), name
-
-
-def test_groupings_as_text(rx90: Robot) -> None:
-    texts = base_parameters(rx90).groupings()
-    assert "MX2R = MX2 + 0.45 M3 + 0.45 M4 + 0.45 M5 + 0.45 M6" in texts
-    assert "MY5R = MY5 - MZ6" in texts
-    assert "IA6 = IA6" in texts
 
 
 def test_unidentifiable_on_the_rx90(rx90: Robot, groupings: Groupings) -> None:
@@ -89,11 +53,6 @@ def test_unidentifiable_on_the_rx90(rx90: Robot, groupings: Groupings) -> None:
     assert set(base.unidentifiable) == {
         *("XX1", "XY1", "XZ1", "YY1", "YZ1", "MX1", "MY1", "MZ1", "M1", "MZ2", "M2")
     }  # fmt: skip
-
-
-@pytest.mark.parametrize(("name", "count"), [("rx90", 54), ("tx40", 54), ("ur10e", 58)])
-def test_number_on_shipped_robots(name: str, count: int) -> None:
-    assert len(base_parameters(load_robot(name)).columns) == count
 
 
 def test_grouped_regressor(robot: Robot) -> None:
@@ -132,33 +91,6 @@ def test_payload_is_determined(shipped: Robot) -> None:
     sizes = np.linalg.svd(effect, compute_uv=False)
     assert effect.shape == (len(base.columns), 10)
     assert sizes[-1] > 1e-2 * sizes[0]
-
-
-def test_payload_on_the_rx90(rx90: Robot) -> None:
-    """(25) to (28), and the six that change directly."""
-    D3 = RL4 = 0.45
-    expected: Groupings = {
-        "ZZ1R": {"M6": D3**2},
-        "XX2R": {"M6": -(D3**2)},
-        "ZZ2R": {"M6": D3**2},
-        "MX2R": {"M6": D3},
-        "XX3R": {"M6": RL4**2},
-        "ZZ3R": {"M6": RL4**2},
-        "MY3R": {"M6": -RL4},
-        "XX5R": {"YY6": 1.0},
-        "ZZ5R": {"YY6": 1.0},
-        "MY5R": {"MZ6": -1.0},
-        "XX6R": {"XX6": 1.0, "YY6": -1.0},
-    } | {name: {name: 1.0} for name in ("XY6", "XZ6", "YZ6", "ZZ6", "MX6", "MY6")}
-    base, ten = base_parameters(rx90), payload_columns(rx90)
-    by_column = {
-        name: {ten[k]: row[k] for k in np.flatnonzero(row)}
-        for name, row in zip(base.names, base.effect_of(ten), strict=True)
-        if row.any()
-    }
-    assert by_column.keys() == expected.keys()
-    for name, factors in expected.items():
-        assert by_column[name] == pytest.approx(factors, abs=1e-10), name
 
 
 def test_offsets_add_one_column_a_joint(shipped: Robot) -> None:

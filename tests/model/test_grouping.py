@@ -7,14 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from dynident.common.errors import InputError
-from dynident.model import (
-    Drives,
-    Joint,
-    Robot,
-    base_parameters,
-    closed_form_base_parameters,
-    load_robot,
-)
+from dynident.model import Drives, Joint, Robot, base_parameters, closed_form_base_parameters, load_robot
 from dynident.model.base.parameters import BaseParameters
 from dynident.tests.model.local_transfers import local_transfer_base_parameters
 from dynident.tests.model.random_robots import random_robot, small_robots
@@ -148,20 +141,6 @@ def test_coupled_drives_are_decided_by_rank(name: str) -> None:
     assert closed_form_base_parameters(serial(name)).decided_by == "closed form"
     with pytest.raises(InputError, match="coupled drives"):
         local_transfer_base_parameters(robot)
-
-
-def test_one_name_for_two_lengths() -> None:
-    joints = (Joint(), Joint(d=0.3, names=("D", "")), Joint(d=0.4, names=("D", "")))
-    with pytest.raises(InputError, match=r"joint 3 has length 'D' = 0\.4, an earlier one 0\.3"):
-        closed_form_base_parameters(Robot("twice", joints))
-
-
-def test_symbolic_text_where_there_is_none() -> None:
-    base = base_parameters(load_robot("ur10e"))
-    with pytest.raises(ValueError, match="decided by QR have no symbolic text"):
-        base.groupings(symbolic=True)
-    with pytest.raises(ValueError, match="1 expressions for 58"):
-        replace(base, expressions=("M1",))
 
 
 @pytest.mark.parametrize(

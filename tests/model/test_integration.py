@@ -5,7 +5,6 @@ import numpy as np
 import pytest
 from dynident.common.arrays import Array
 from dynident.model.integration import Stepper, runge_kutta
-from dynident.model.kernel.kernel import Kernel
 
 STEPS, RUNS = 7, 11
 
@@ -57,33 +56,3 @@ def test_the_last_step_is_the_next_ones_start(step: ca.Function, compiled: bool)
     first = stepper(state, drive[:3], *shared)
     second = stepper(np.ascontiguousarray(first[-1, :2].T), drive[3:], *shared)
     np.testing.assert_array_equal(np.concatenate([first, second]), whole)
-
-
-@pytest.mark.parametrize("wrong", [(0, 1), (1, 1), (1, 2), (2, 1), (3, 0)])
-def test_inputs_that_do_not_fit_are_refused(step: ca.Function, wrong: tuple[int, int]) -> None:
-    kernel = Kernel(step)
-    if not kernel.compiled:
-        pytest.skip("no compiler")
-    place, axis = wrong
-    arguments = inputs()
-    arguments[place] = np.concatenate([arguments[place]] * 2, axis=axis)
-    with pytest.raises(ValueError, match="do not fit"):
-        kernel.chain(*arguments)
-
-
-def test_no_step_differs_from_another(step: ca.Function) -> None:
-    kernel = Kernel(step)
-    if not kernel.compiled:
-        pytest.skip("no compiler")
-    state, drive, *shared = inputs()
-    with pytest.raises(ValueError, match="steps one number"):
-        kernel.chain(state, drive[0], *shared)
-
-
-def test_outputs_too_few_for_the_next_state_are_refused() -> None:
-    x, u = ca.SX.sym("x", 3), ca.SX.sym("u")
-    kernel = Kernel(ca.Function("short", [x, u], [x[0] + u]))
-    if not kernel.compiled:
-        pytest.skip("no compiler")
-    with pytest.raises(ValueError, match="1 outputs cannot be the next state of 3 numbers"):
-        kernel.chain(np.zeros((RUNS, 3)), np.zeros((STEPS, RUNS, 1)))

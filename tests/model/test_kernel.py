@@ -10,10 +10,8 @@ import casadi as ca
 import numpy as np
 import pytest
 from dynident.common.arrays import Array
-from dynident.model.kernel.c_path import CPath
 from dynident.model.kernel.kernel import Kernel
-from dynident.model.kernel.numpy_path import NumpyPath
-from dynident.model.kernel.program import OPERATIONS, Program, Step, read_program
+from dynident.model.kernel.program import OPERATIONS, read_program
 
 TWO_ARGUMENTS = {
     *("ADD", "SUB", "MUL", "DIV", "ATAN2", "FMIN", "FMAX", "POW", "CONSTPOW"),
@@ -48,14 +46,6 @@ def test_every_operation(compiled: bool) -> None:
     for name, row, exact in zip(names, rows, expected, strict=True):
         # 4 units in the last place: libraries may round differently.
         np.testing.assert_allclose(row, exact, rtol=1e-15, atol=4e-16, err_msg=name)
-
-
-def test_assignment(compiled: bool) -> None:
-    """CasADi simplifies it away; programs may still hold it."""
-    program = Program({0: 0}, {}, (Step("ASSIGN", 1, (0,)),), (1,), (1,))
-    values, result = VALUES[:, None].copy(), np.empty((1, len(VALUES)))
-    (CPath(program) if compiled else NumpyPath(program)).rows([values], result)
-    np.testing.assert_array_equal(result, values.T)
 
 
 @pytest.fixture
@@ -193,13 +183,6 @@ def test_angles_without_a_sine(function: Callable[[ca.SX], ca.SX], compiled: boo
     np.testing.assert_allclose(result[np.isfinite(angles)], expected, atol=2.5e-16)
 
 
-@pytest.mark.parametrize("constant", [math.inf, -math.inf, math.nan, 1e308, 5e-324, -0.0, 0.1, 1e22, -7.0])
-def test_constants_are_exact(constant: float, compiled: bool) -> None:
-    x = ca.SX.sym("x")
-    result = Kernel(ca.Function("f", [x], [ca.vertcat(ca.SX(constant), x)]))(np.zeros((9, 1)))
-    np.testing.assert_array_equal(result[0], np.full(9, constant))
-
-
 def test_random_expressions(compiled: bool) -> None:
     """Long programs in which registers are used again and again."""
     draw = np.random.default_rng(4)
@@ -225,18 +208,3 @@ def test_compiled_code_leaves_the_process_alone() -> None:
         "assert np.array([1e-300])[0] * np.array([1e-10])[0] == 1e-310 != 0.0\n"
     )
     subprocess.run([sys.executable, "-c", code], check=True)
-
-
-def test_broken_compiler_is_told(monkeypatch: pytest.MonkeyPatch, mixed: ca.Function) -> None:
-    """A compiler that fails is worth a warning, and the answer is still right."""
-    from dynident.model.kernel import c_path
-    from dynident.model.kernel.cache import CompilerUnavailable
-
-    def fail(source: str, *_: object) -> None:
-        raise CompilerUnavailable("the C compiler failed: no space")
-
-    monkeypatch.setattr(c_path, "compiled_library", fail)
-    with pytest.warns(RuntimeWarning, match="no space; NumPy does the work"):
-        kernel = Kernel(mixed)
-    assert not kernel.compiled
-    assert kernel(np.zeros((3, 3)), np.ones(2)).shape == (4, 3)

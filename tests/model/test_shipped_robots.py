@@ -5,7 +5,6 @@ import re
 from dataclasses import replace
 from pathlib import Path
 
-import casadi as ca
 import numpy as np
 import pytest
 from dynident.common.arrays import Array
@@ -28,8 +27,6 @@ from dynident.tests.reference.chains import CHAINS, Chain
 from scipy.spatial.transform import Rotation
 
 ADDED = sorted(CHAINS)
-REACH = {"kr6_r900": 0.9, "kr10_r1100": 1.1, "irb120": 0.58, "iiwa14": 0.82}
-"""Largest distance of the wrist's centre from axis 1 [m], rounded, as the arm's name has it (ABB: irb120_3_58)."""
 ROUNDED = {"gp7", "gp8"}
 """Their axis 6 is rounded down to 360 degrees and 1000 deg/s, as their files say."""
 
@@ -73,23 +70,6 @@ def test_limits_as_published(name: str) -> None:
     np.testing.assert_allclose(speeds, fastest, rtol=1e-4)
 
 
-@pytest.mark.parametrize("name", sorted(REACH))
-def test_reach_of_the_name(name: str) -> None:
-    """The wrist centre's largest distance from axis 1, found by trying."""
-    robot = load_robot(name)
-    q = ca.SX.sym("q", robot.n)
-    moved = ca.SX.zeros(robot.n)
-    lifts, bends = (1, 3) if robot.n == 7 else (1, 2)
-    moved[lifts], moved[bends] = q[0], q[1]
-    R, p = forward_kinematics(robot)(moved)
-    wrist = p - R[:, 2] * robot.joints[-1].r
-    grid = np.radians(np.arange(-180.0, 180.0, 1.0))
-    a, b = (values.ravel() for values in np.meshgrid(grid, grid))
-    centre = ca.Function("wrist", [q[:2]], [wrist]).map(len(a))
-    forward = np.abs(np.array(centre(np.vstack([a, b])))[0])
-    assert forward.max() == pytest.approx(REACH[name], abs=2e-3)
-
-
 @pytest.mark.parametrize("name", ADDED)
 def test_every_added_arm_tells_its_source(name: str, root_text: dict[str, str]) -> None:
     """The file names the copy that is compared with above; what was not found is told as such."""
@@ -127,16 +107,6 @@ def test_written_and_read_again(name: str, tmp_path_factory: pytest.TempPathFact
         assert (ours.alpha, ours.theta) == pytest.approx((theirs.alpha, theirs.theta), abs=1e-14)
         assert ours.limits.position == pytest.approx(theirs.limits.position, abs=1e-13)
         assert ours.limits.speed == pytest.approx(theirs.limits.speed, rel=1e-13)
-
-
-def test_friction_on_the_link_side_is_written(tmp_path: Path) -> None:
-    rubbing = load_robot("panda")
-    robot = replace(rubbing, drives=replace(rubbing.drives, friction=False))
-    path = tmp_path / "again.toml"
-    path.write_text(robot_toml(rubbing, "made up"), encoding="utf-8")
-    assert load_robot(path).drives == rubbing.drives != robot.drives
-    path.write_text(robot_toml(robot, "made up"), encoding="utf-8")
-    assert load_robot(path).drives == robot.drives
 
 
 LOOKED_UP = {"position", "speed"}
@@ -186,19 +156,6 @@ def test_a_stand_in_weighs_as_real_arms_do(name: str) -> None:
     assert robot.mass is not None
     length = sum(math.hypot(joint.d, joint.r) for joint in robot.joints[1:])
     assert 0.18 < moments / (robot.mass * length) < 0.32
-
-
-COUPLED = [name for name in robot_names() if load_robot(name).coupling is not None]
-
-
-@pytest.mark.parametrize("name", COUPLED)
-def test_the_rotor_of_coupled_drives_rubs_half_as_much_as_its_joint(name: str) -> None:
-    robot = with_stand_in(replace(load_robot(name), parameters={}))
-    assert robot.coupling is not None
-    joint = robot.coupling.joints[1]
-    for kind in ("FS", "FV"):
-        assert robot.parameters[f"{kind}M{joint}"] == pytest.approx(0.5 * robot.parameters[f"{kind}{joint}"])
-        assert robot.parameters[f"{kind}{joint}"] > 0.0
 
 
 def test_no_stand_in_out_of_nothing() -> None:

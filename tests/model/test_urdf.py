@@ -191,13 +191,6 @@ def test_choosing_base_and_tip(write: Write) -> None:
         load_robot("rx90", tip="tool0")
 
 
-def test_words_of_xacro_in_comments_do_not_count(write: Write) -> None:
-    """Expanded files keep the source's comments."""
-    comment = "<!-- expanded from ${prefix} <xacro:macro/> $(find arm) -->"
-    text = file(*CHAIN).replace("<link", f"{comment}<link", 1)
-    assert load_robot(write(text)).joints == load_robot(write(file(*CHAIN))).joints
-
-
 @pytest.mark.parametrize(
     "element", ['<link name="${p}e"/>', "<gazebo>${x}</gazebo>", "<x:if xmlns:x='http://ros.org/xacro'/>"]
 )
@@ -227,13 +220,6 @@ def test_the_flange_wins_by_its_name_and_is_told(write: Write, more: tuple[str, 
     assert robot.payload_frame.startswith("flange:") == (tip != "flange")
     arm = load_robot(write(text), tip=tip)
     assert not any("by its name" in note for note in arm.snapped)
-
-
-def test_two_arms_with_a_flange_each_are_not_chosen_from(write: Write) -> None:
-    links = '<link name="left_tool0"/><link name="right_tool0"/>'
-    both = (joint("l", "c", "left_tool0", "fixed"), joint("r", "b", "right_tool0", "fixed"))
-    with pytest.raises(InputError, match="give --chain :TIP, TIP one of d, left_tool0, right_tool0"):
-        load_robot(write(file(*CHAIN, *both).replace("</robot>", f"{links}</robot>")))
 
 
 def test_axes_almost_parallel_are_told(write: Write) -> None:

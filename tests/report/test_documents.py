@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from dynident.apps.report.blocks import with_sigma
-from dynident.apps.report.sections.estimates import free_cells, sigma_notes
+from dynident.apps.report.sections.estimates import sigma_notes
 from dynident.common.schema import write_json
 from dynident.estimation import PAYLOAD, Estimate
 from dynident.estimation.fit.covariance import RobustCovariance
@@ -72,16 +72,3 @@ def test_robust_standard_deviations_are_told_where_they_are() -> None:
     assert notes[3:] == ["± of method 1, 4 by the formula alone: too short"]
     (plain_note,) = sigma_notes([payload(1, None)])
     assert "white torque noise" in plain_note
-
-
-def test_the_table_shows_the_larger_standard_deviation_of_each_entry() -> None:
-    """Moments four times, the mass half as uncertain as by the formula; com and inertia go by their own sigmas."""
-    mixed = RobustCovariance(1e-4 * np.diag([1.0] * 6 + [16.0] * 3 + [0.25]), 20, 19, 1.5)
-    result = estimated(3, mixed)
-    cells = [free_cells(payload(3, mixed)), free_cells(payload(3, None))]
-    assert [str(column[9]) for column in cells] == ["3.000±0.010", "3.000±0.010"]
-    assert [str(column[8]) for column in cells] == ["0.300±0.040", "0.300±0.010"]
-    assert result.robust_spread is not None
-    assert result.robust_spread.com[2] > result.spread.com[2]
-    assert cells[0][12] == with_sigma(0.1, result.robust_spread.com[2])
-    assert cells[1][12] == with_sigma(0.1, result.spread.com[2])

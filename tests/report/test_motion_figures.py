@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 from dynident.apps.report.figures.motion import motion_figure, sigma_figure
-from dynident.model import Robot, load_robot
+from dynident.model import load_robot
 from dynident.tests.report.written import names_below_of
 from dynident.trajectories import (
     DesignProblem,
@@ -57,18 +57,6 @@ def test_motion_between_its_limits(problem: DesignProblem, plan: ViaPoints) -> N
             low, high = problem.bounds.low[j], problem.bounds.high[j]
             assert np.allclose(edges, [low, high] if limit is None else [-limit[j], limit[j]])
             assert {line.get_linestyle() for line in lines} != {curve.get_linestyle()}, "told apart without colour"
-
-
-@pytest.mark.long
-def test_torques_without_limits_are_those_of_the_description(plan: ViaPoints, rx90: Robot) -> None:
-    free = build_design(
-        rx90, FourierShape(3), Goal(payload_only=True), bounds=JointBounds.of(rx90, torque=[np.inf] * 6)
-    )
-    figure = motion_figure(free, plan.motion(20.0), "title").figure
-    assert len(figure.axes[2].get_lines()) == 1, "no limit, no line"
-    unknown = build_design(load_robot("ur10e"), FourierShape(3), Goal(payload_only=True),
-                           bounds=JointBounds.of(load_robot("ur10e"), torque=[np.inf] * 6))  # fmt: skip
-    assert len(motion_figure(unknown, plan.motion(20.0), "title").figure.axes) == 12, "no parameters, no torques"
 
 
 def test_predicted_sigma(score: Score) -> None:

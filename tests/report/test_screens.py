@@ -1,10 +1,8 @@
 """A screen is 25 lines of 80 columns, whatever is in it; the details hold the rest."""
 
-import re
-
 import pytest
 from dynident.apps.report.blocks import Block, Notes, Report, Section, Table
-from dynident.apps.report.terminal import COLUMNS, LINES, print_blocks, screen_text
+from dynident.apps.report.terminal import COLUMNS, LINES, screen_text
 from rich.cells import cell_len
 
 LONG = "a reason that goes on and on, " * 40
@@ -34,14 +32,6 @@ def test_a_screen_never_grows_beyond_its_lines(count: int, line: str) -> None:
     assert lines[-1].startswith("--details: ")
 
 
-def test_what_is_left_out_is_counted() -> None:
-    screen = Report("", [Notes([LONG] * 40, optional=True)])
-    shown = screen_text(screen)
-    left_out = int(re.search(r"--details: (\d+) more notes", shown)[1])  # type: ignore[index]
-    assert shown.count("a reason that goes") - 2 * (40 - left_out) <= 40
-    assert 0 < left_out < 40
-
-
 def test_details_hold_every_word() -> None:
     first = [Notes([f"{LONG} {k}" for k in range(40)], optional=True)]
     screen = Report("", first, [Section("wide", "Wide", [WIDE])])
@@ -61,13 +51,6 @@ def test_a_table_is_as_wide_as_the_terminal_at_most(table: Table) -> None:
     assert "…" not in shown
 
 
-def test_parts_of_a_table_repeat_the_names_of_its_rows() -> None:
-    lines = screen_text(Report("", [WIDE])).split("\n")
-    parts = [line for line in lines if "-1234.567" in line]
-    assert len(parts) > 1
-    assert all(line.split()[:2] == ["M", "kg"] for line in parts)
-
-
 @pytest.mark.parametrize("name", ["[/x]", "[bold]x", ":warning:", "[red", "a\\[b", "{x}"])
 def test_names_are_text(name: str) -> None:
     """Brackets and colons of names of robots and files are no markup."""
@@ -76,17 +59,6 @@ def test_names_are_text(name: str) -> None:
         Report("", [Notes([f"{name}: read"]), Notes([f"note of {name}"], optional=True), table], [], name)
     )
     assert shown.count(name) == 7
-
-
-def test_text_is_printed_as_it_is(capsys: pytest.CaptureFixture[str]) -> None:
-    """Brackets are no markup, neither in titles nor in cells nor in notes; a section ends with a line."""
-    rows = [("MY3R", "-1.5e-05", "<5", "2"), ("\\_^&", "2", "", 'k, "m"')]
-    table = Table("Other [things], 95 %", ("", "value", "%", "%"), rows, ends=("MY3R",))
-    print_blocks([table, Notes(["[red]x[/red]"])])
-    out = capsys.readouterr().out
-    assert "Other [things], 95 %" in out
-    assert "[red]x[/red]" in out
-    assert [line.split()[0] for line in out.splitlines() if line.strip()[:2] in ("MY", "\\_")] == ["MY3R", "\\_^&"]
 
 
 def test_words_of_several_rows_stand_beside_all_of_them() -> None:

@@ -11,7 +11,6 @@ from dynident.model import (
     INERTIAL,
     InertialParameters,
     Robot,
-    Spring,
     forward_kinematics,
     load_robot,
     mass_matrix,
@@ -142,29 +141,6 @@ def test_without_integral_action_the_payload_pulls_the_arm_off_its_path(rx90: Ro
     assert apart.max() == pytest.approx(sag, rel=0.2)
 
 
-def test_gravity_compensation_feeds_forward_no_motion(rx90: Robot) -> None:
-    """At rest both controllers do the same, in motion the one that knows of weights alone lags behind."""
-    still = SampledTrajectory(np.linspace(0.0, 0.4, 41), np.tile(motion(rx90, 1).points[0], (41, 1)))
-    errors = {}
-    for kind in ("proportional", "gravity"):
-        loop = ClosedLoop(rx90, CONTROLLERS[kind], *ripple(rx90, 0.0))
-        runs = [Task("", still), Task("", motion(rx90, 1, 2))]
-        (rest, _), (moving, reference) = loop.run(runs)
-        assert np.abs(rest.motion.q - still.q[0]).max() < 1e-6
-        errors[kind] = np.abs(moving.motion.q - reference).max()
-    assert errors["gravity"] > 3.0 * errors["proportional"]
-
-
-@pytest.mark.long
-def test_a_finer_step_changes_nothing_that_counts(rx90: Robot, loop: ClosedLoop) -> None:
-    run = Task("", motion(rx90, 1))
-    ((coarse, _),) = loop.run([run])
-    ((fine, _),) = ClosedLoop(rx90, Controller(rate=500.0), *ripple(rx90, 0.0)).run([run])
-    count = len(coarse.motion.t)
-    assert np.abs(fine.motion.q[: 2 * count : 2] - coarse.motion.q).max() < 1e-7
-    assert np.abs(fine.torque[: 2 * count : 2] - coarse.torque).max() < 1e-3 * np.abs(coarse.torque).max()
-
-
 def test_without_a_compiler(rx90: Robot, loop: ClosedLoop, monkeypatch: pytest.MonkeyPatch) -> None:
     run = Task("", motion(rx90, 3, 2))
     ((compiled, _),) = loop.run([run])
@@ -198,17 +174,6 @@ def test_a_robot_of_every_kind(prismatic: dict[str, Robot]) -> None:
     expected += [np.array(dry(qd, friction(robot)[0]))[:, 0] for qd in data.motion.qd]
     assert np.abs(data.torque - expected).max() < 1e-8 * np.abs(expected).max()
     assert np.abs(data.motion.q - target).max() < 5e-3
-
-
-@pytest.mark.long
-def test_a_known_spring_takes_torque_off_the_motor(rx90: Robot, loop: ClosedLoop) -> None:
-    spring = Spring(2, 6000.0, 0.15, (0.08, 0.35), np.pi / 2)
-    sprung = replace(rx90, drives=replace(rx90.drives, spring=spring))
-    run = Task("", motion(rx90, 3, 2))
-    ((bare, _),), ((helped, _),) = loop.run([run]), ClosedLoop(sprung, None, *ripple(rx90, 0.0)).run([run])
-    difference = bare.torque - helped.torque
-    assert np.abs(difference[:, 1] - spring.torque(bare.motion.q[:, 1])).max() < 0.5
-    assert np.abs(difference[:, [0, 3, 4, 5]]).max() < 0.5
 
 
 def test_what_cannot_be_simulated_is_told(rx90: Robot) -> None:

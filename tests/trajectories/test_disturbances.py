@@ -16,7 +16,6 @@ from dynident.trajectories.simulation.disturbances import (
     record,
     relative_disturbances,
 )
-from dynident.trajectories.simulation.experiment import mean_friction
 
 RX90 = load_robot("rx90")
 T = np.arange(200_000) / 250.0
@@ -44,16 +43,6 @@ def test_slow_noise_has_its_level_and_its_memory() -> None:
     assert np.allclose(torque.std(axis=0), RX90_SLOW_NOISE.slow, rtol=0.15)
     for j in range(6):
         assert correlation(torque[:, j], 200) == pytest.approx(np.exp(-1.0), abs=0.08)
-
-
-def test_slow_noise_leaves_residuals_as_large() -> None:
-    """Through the filter of the decimation, white and slow noise are of one size."""
-    from scipy.signal import decimate
-
-    white, slow = (
-        decimate(noise(levels), 10, axis=0).std(axis=0) for levels in (RX90_DISTURBANCES, RX90_SLOW_NOISE)
-    )
-    assert np.allclose(white, slow, rtol=0.15)
 
 
 def test_friction_wanders_about_its_level() -> None:
@@ -115,12 +104,6 @@ def test_recorded_again_is_what_would_have_been_recorded(tasks: list[Task], expe
         assert np.array_equal(a.recording.torque, b.recording.torque)
     with pytest.raises(ValueError, match="friction acts on the moving robot"):
         experiment.again(replace(RX90_DISTURBANCES, friction=0.5))
-
-
-def test_mean_friction_goes_by_time(experiment: Experiment) -> None:
-    first, two = experiment.runs
-    mean = mean_friction(experiment.runs)
-    assert mean["FS1"] == pytest.approx(0.5 * (first.friction["FS1"] + two.friction["FS1"]))
 
 
 def test_levels_can_be_scaled_and_are_checked() -> None:

@@ -125,20 +125,6 @@ def test_the_most_is_seen_where_a_joint_leaves_a_rest(name: str) -> None:
     assert_most_is_seen(robot, Way(0.04, at), 1, np.abs(own_torque(robot, Motion(after, *at(after))))[0, 0])
 
 
-def test_the_end_is_looked_at_where_no_sample_falls_on_it() -> None:
-    """And the moment just before it: friction has its sign there."""
-    moments: list[float] = []
-    duration = 0.99 * PLAN.duration + 0.0033
-
-    def at(t: Array) -> tuple[Array, Array, Array]:
-        moments.extend(t)
-        return PLAN.at(t * PLAN.duration / duration)
-
-    missed_on_run(FREE, Way(duration, at), 50.0)
-    assert max(moments) == duration
-    assert max(t for t in moments if t < duration) > duration - 1e-5
-
-
 def test_the_most_is_seen_where_a_coupled_rotor_turns_round() -> None:
     """Joint 5 of an RX90 goes faster and faster, joint 6 against it, and their sum changes its sign at 1.013 s."""
     robot, turn = stand_in.rehearsed(load_robot("rx90")), 1.013

@@ -50,25 +50,6 @@ def sigma(run: NearMotion) -> float:
     return GOAL.predicted(ARM, run, SHAPE.joints).mass
 
 
-@pytest.mark.long
-def test_each_run_bears_what_the_one_before_leaves(fast: NearMotion) -> None:
-    """The worst bodies come to the limit at each step but the last, and break it at the next step's speed."""
-    rungs = speed_ladder(bearing, SET, fast, EXPECTED.mass, sigma)
-    assert len(rungs) >= 2
-    assert [rung.speed for rung in rungs] == sorted(rung.speed for rung in rungs)
-    assert rungs[-1].speed == 1.0
-    assert rungs[-1].motion is fast
-    assert rungs[0].mass == SET.mass
-    for rung, after in zip(rungs, [*rungs[1:], None], strict=True):
-        shares = worst_shares(ARM, rung.motion.motion(200.0 * rung.speed), SET.lighter(rung.mass), BOUNDS.torque)
-        assert shares.max() <= 1.0 + 1e-3
-        if after is not None:
-            assert shares.max() > 0.99
-            assert after.mass == rung.bound == pytest.approx(EXPECTED.mass + 8.0 * sigma(rung.motion))
-            faster = after.motion.motion(200.0 * after.speed)
-            assert worst_shares(ARM, faster, SET.lighter(rung.mass), BOUNDS.torque).max() > 1.0
-
-
 def test_a_light_set_needs_one_run(fast: NearMotion) -> None:
     only = speed_ladder(bearing, SET.lighter(1.0), fast, 0.5, sigma)
     assert [(rung.speed, rung.mass) for rung in only] == [(1.0, 1.0)]

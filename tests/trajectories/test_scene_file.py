@@ -92,10 +92,3 @@ def test_mistakes_are_named(tmp_path: Path, old: str, new: str, words: str) -> N
     with pytest.raises(InputError, match=words) as caught:
         read_scene(write(tmp_path, WHOLE.replace(old, new)))
     assert "scene.toml" in str(caught.value)
-
-
-def test_tables_where_lists_are_needed(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match=r"'bodies': must be tables \[\[bodies\]\]"):
-        read_scene(write(tmp_path, "[bodies]\nname = 'x'\n"))
-    with pytest.raises(InputError, match="no such file"):
-        read_scene(tmp_path / "none.toml")

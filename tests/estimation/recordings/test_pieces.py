@@ -10,7 +10,7 @@ from dynident.common.arrays import Array
 from dynident.common.errors import InputError
 from dynident.estimation.signals.rows import longest_step, pieces
 from dynident.model import Processing, Robot, load_robot
-from dynident.tests.estimation.recordings.log_files import as_csv
+from dynident.tests.estimation.recordings.conftest import as_csv
 
 T: Array = np.asarray(0.01 * np.arange(2000), dtype=np.float64)
 """20 s at 100 Hz."""
@@ -156,11 +156,6 @@ def test_what_stands_there_is_read(tmp_path: Path, columns: int) -> None:
         assert (values is not None) == (k < columns)
         if values is not None:
             assert np.array_equal(values[0], np.arange(1 + 6 * k, 7 + 6 * k))
-
-
-def test_other_columns_are_left(tmp_path: Path) -> None:
-    _, q, *_ = read_trajectory(written(tmp_path / "m.csv", [*header("q"), "tau1", "note"]), RX90)
-    assert q.shape == (5, 6)
 
 
 def test_what_is_no_trajectory_is_refused(tmp_path: Path) -> None:

@@ -102,19 +102,6 @@ def rolled(robot: Robot, recording: Recording, parameters: dict[str, float]) -> 
     return rollout
 
 
-def test_torque_beyond_the_cut_off_does_not_count_in_a_replay() -> None:
-    """The controller answers to a motion that was filtered; 40 Hz in the torque alone are noise to it."""
-    plain, settings = swung(600), Settings(Processing(slow_speed=0.05, cutoff=5.0))
-    loud = plain.torque + 3.0 * np.sin(2.0 * pi * 40.0 * plain.t)[:, None]
-    values = values_of(PENDULUM, BODY)
-    recordings = [plain, replace(plain, torque=loud, source="loud")]
-    quiet, noisy = (
-        rollout.replay.relative for rollout in roll_out_all(PENDULUM, values, recordings, settings, (0.1,))
-    )
-    assert np.linalg.norm(loud - plain.torque) > 0.15 * np.linalg.norm(plain.torque)
-    assert abs(noisy - quiet) < 0.01
-
-
 LINK_SIDE = tuple(name for name in robot_names() if load_robot(name).drives.side == "link")
 
 
@@ -151,15 +138,6 @@ def test_true_parameters_predict_and_wrong_ones_do_not(name: str) -> None:
     assert missed is not None
     assert missed.ninety > 10.0 * error.ninety
     assert wrong.replay.relative > 2.0 * true.replay.relative
-
-
-def test_a_pendulum_replayed() -> None:
-    rollout = rolled(PENDULUM, swung(400), BODY)
-    error = rollout.spread(IDENTIFIED, 0.5)
-    assert error is not None
-    assert error.median < 2e-3
-    assert rollout.replay.relative < 0.02
-    assert rollout.spread(IDENTIFIED, 0.5, resting=True) is None
 
 
 def test_a_joint_of_hardly_any_inertia_is_named() -> None:

@@ -17,7 +17,7 @@ from dynident.apps.report.sections.payload import controller_blocks
 from dynident.estimation import PayloadAnswer, PayloadResult, Settings, Verdict, answer_payload, payload_problem
 from dynident.estimation.diagnosis.finding import Finding
 from dynident.model import load_robot
-from msgspec import UNSET, structs
+from msgspec import structs
 
 from .conftest import read
 
@@ -73,16 +73,3 @@ def test_controllers_get_what_export_writes(document: PayloadResult) -> None:
     for name, code in codes.items():
         assert html.unescape(code) == FORMATS[name].text(load).rstrip("\n")
     assert [key for _, key, _ in page.attributes].count("open") == 1
-
-
-def test_another_frame_than_the_flange_is_told(document: PayloadResult) -> None:
-    text = shown(structs.replace(document, frame="frame 6", flange_in_payload_frame=UNSET))
-    assert "not in the flange" in text
-    assert "--flange-frame" in text
-    assert "controller-plain" in text
-    assert "controller-staubli" not in text
-
-
-def test_a_payload_that_no_controller_takes_is_told(document: PayloadResult) -> None:
-    light = tuple(structs.replace(e, parameters={**e.parameters, "M": -1.0}) for e in document.estimates)
-    assert "No controller takes" in shown(structs.replace(document, estimates=light))

@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from datetime import UTC, datetime
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -10,7 +9,7 @@ from dynident.apps.numbers import with_interval
 from dynident.apps.report.blocks import Block, Code, Drawing, Notes, Report, Section, Table, Text
 from dynident.apps.report.figures.canvas import new_figure
 from dynident.apps.report.figures.signals import prediction_figure, worst_joint_figure
-from dynident.apps.report.page import blocks_html, page_html, write_plots
+from dynident.apps.report.page import blocks_html, page_html
 from dynident.apps.report.provenance import Provenance, SourceFile
 from dynident.estimation.answers.system import TorquePrediction
 from hypothesis import given
@@ -60,14 +59,6 @@ def test_files_named_like_scripts_are_harmless() -> None:
     assert sum(EVIL in entry for entry in page.texts["figcaption"]) == 2
 
 
-def test_figures_are_written_alike_twice(tmp_path: Path) -> None:
-    for folder in ("a", "b"):
-        write_plots(tmp_path / folder, report_of([worst_joint_figure(evil_prediction())]))
-    for ending in ("png", "svg", "pdf"):
-        a, b = (tmp_path / folder / f"worst_joint.{ending}" for folder in "ab")
-        assert a.read_bytes() == b.read_bytes()
-
-
 def test_two_figures_share_no_identifier() -> None:
     def draw() -> Figure:
         figure = new_figure(3.0, 2.0)
@@ -78,20 +69,6 @@ def test_two_figures_share_no_identifier() -> None:
     ids = read(text).ids
     assert len(set(ids)) == len(ids)
     assert {"a-text", "b-text"} <= set(ids)
-
-
-def test_tables_have_heads_and_named_rows() -> None:
-    headings = ("", "value")
-    page = read(blocks_html([Table("Words", headings, [("a", "1"), ("b", "2")])]))
-    assert (page.count["caption"], page.count["thead"], page.count["tbody"]) == (1, 1, 1)
-    assert [value for tag_, key, value in page.attributes if key == "scope"] == ["col", "col", "row", "row"]
-    grouped = Table("Groups", headings, [("a", "1"), ("b", "2")], ends=("a",))
-    assert read(blocks_html([grouped])).count["tbody"] == 2
-
-
-def test_rows_fit_their_headings() -> None:
-    with pytest.raises(ValueError, match="needs 2 cells"):
-        Table("t", ("", "value"), [("a", "1", "2")])
 
 
 def test_figures_wait_until_they_are_looked_at() -> None:

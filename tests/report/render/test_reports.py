@@ -69,14 +69,6 @@ def test_nothing_is_loaded_from_elsewhere(name: str, request: pytest.FixtureRequ
 
 
 @pytest.mark.long
-def test_figures_refer_to_their_own_parts(payload_report: Made) -> None:
-    page = read(payload_report.text)
-    used = set(re.findall(r"url\(#([^)]+)\)", payload_report.text))
-    assert used
-    assert used <= set(page.ids)
-
-
-@pytest.mark.long
 def test_numbers_of_the_first_page(payload_report: Made, short_logs: Path, tmp_path: Path) -> None:
     """What the page says is what the JSON of the same command says."""
     target = tmp_path / "payload.json"

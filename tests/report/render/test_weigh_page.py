@@ -63,16 +63,6 @@ def test_the_first_screen_leads_with_what_to_do() -> None:
     assert [float(x) for x in cells.groups()] == pytest.approx([answer.mass, low, high], abs=5e-3)
 
 
-@pytest.mark.long
-def test_repeats_and_an_assumed_inertia_are_told_first() -> None:
-    answer = answered((2, 3, 5, 6), 3, StandIn.parse("box:60x60x350"))
-    page = payload_report(answer.result)
-    first = page_html(page, PROVENANCE).split("<nav", 1)[0]
-    assert "3 recordings, each alone" in first
-    assert "repeats" in {drawing.name for drawing in page.drawings()}
-    assert (answer.stand_in is not None) == ("ASSUMED, not measured" in first)
-
-
 def test_a_mass_from_the_scale_alone() -> None:
     answer = answered((6,))
     page = payload_report(answer.result)

@@ -9,9 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from dynident.apps.export.simulators import FORMATS
-from dynident.apps.export.simulators.mjcf import marks
 from dynident.common.arrays import Array
-from dynident.common.errors import InputError
 from dynident.estimation import Estimate
 from dynident.estimation.fit.estimate import Fit
 from dynident.estimation.possible.prior import robot_prior, solve_constrained_prior
@@ -176,24 +174,6 @@ def test_what_is_not_known_is_left_out_with_a_line(whole: WholeRobot) -> None:
         assert "<damping>-" not in form.text(negative)
 
 
-@pytest.mark.parametrize("arm", ["rx90 with spring"])
-def test_marks_survive_a_round_trip(whole: WholeRobot, tmp_path: Path) -> None:
-    mujoco, pxr = pytest.importorskip("mujoco"), pytest.importorskip("pxr.Usd")
-    spec = mujoco.MjSpec.from_string(FORMATS["mjcf"].text(whole))
-    spec.compile()
-    again = mujoco.MjModel.from_xml_string(spec.to_xml())
-    texts = {mujoco.mj_id2name(again, mujoco.mjtObj.mjOBJ_TEXT, k) for k in range(again.ntext)}
-    assert texts == set(marks(whole))
-    assert "dynident:joint_3:armature" in texts
-    path = tmp_path / "a.usda"
-    path.write_text(FORMATS["usd"].text(whole), encoding="utf-8")
-    stage = pxr.Stage.Open(str(path))
-    stage.Export(str(tmp_path / "b.usda"))
-    again = pxr.Stage.Open(str(tmp_path / "b.usda"))
-    label = again.GetPrimAtPath("/rx90/joints/joint_3").GetCustomDataByKey("dynident")["armature"]
-    assert (label["mark"], label["value"]) == ("prior", whole.apart[2]["armature"].value)
-
-
 def test_a_spring_hangs_where_its_law_says() -> None:
     """Length of the tendon at every angle: L^2 = a^2 + b^2 + 2 a b cos(q - q0)."""
     mujoco = pytest.importorskip("mujoco")
@@ -225,11 +205,6 @@ def test_a_urdf_comes_back_in_its_own_frames(kind: str, tmp_path: Path) -> None:
     np.testing.assert_allclose(again.flange.p, robot.flange.p, atol=1e-9)
     assert [joint.limits for joint in again.joints] == [joint.limits for joint in robot.joints]
     assert dict(again.parameters) == pytest.approx(dict(robot.parameters), rel=1e-9, abs=1e-9)
-
-
-def test_links_without_parameters_are_refused() -> None:
-    with pytest.raises(InputError, match="no XX1"):
-        whole_robot(load_robot("ur5e"), {}, "nothing")
 
 
 def identified(robot: Robot, truth: dict[str, float], seed: int) -> WholeRobot:
@@ -267,9 +242,3 @@ def test_an_identified_robot_is_one_that_can_exist(name: str, random_parameters:
         r"^ +(\w+) (\S+) (data|rule|prior) ([\d.]+) (\S+) (\S+) (\S+) (\S+)$", text, flags=re.MULTILINE
     )
     assert {line[0] for line in lines} >= set(BODY_NUMBERS) | {"armature", "damping", "friction", "FV1", "XX6"}
-
-
-def test_heavier_than_the_arm_is_told() -> None:
-    robot = with_stand_in(load_robot("ur10e"))
-    whole = whole_robot(robot, dict(robot.parameters) | {"M2": 3497.0}, "a base gauge")
-    assert whole.heavier_than_the_arm() == ("link2 would weigh 3497 kg, the whole arm weighs 33.5 kg",)

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from dynident.apps.view import html_of, view_of
+from dynident.apps.view import view_of
 from dynident.apps.view.shapes import coarse, ellipsoid, looks_of
 from dynident.model import Motion, Robot
 from dynident.model.files.chain import load_urdf
@@ -122,11 +122,3 @@ def test_a_coarse_mesh_keeps_its_form() -> None:
     few = ellipsoid(np.zeros(3), np.eye(3))
     assert coarse(*few, len(few[1])) is not None
     assert np.array_equal(coarse(*few, len(few[1]))[0], few[0])
-
-
-@pytest.mark.long
-def test_fine_meshes_leave_the_page_small(described: Callable[[str], Robot], tmp_path: Path) -> None:
-    pytest.importorskip("viser")
-    fine = trimesh.creation.icosphere(subdivisions=6, radius=0.2)
-    fine.export(tmp_path / "arm_description/meshes/fine.stl")
-    assert len(html_of(view_of(described("../meshes/fine.stl"), still([0.0, 0.0]))).encode()) < 1.5e6
