@@ -185,7 +185,7 @@ def test_the_options_beside_a_report_overwrite_nothing(name: str, folder: Path) 
 
 
 LISTINGS = ("apply", "robot list", "robot show", "codegen")
-"""What prints a list or a table as long as the robot, not an answer."""
+"""These print a list or a table as long as the robot, not an answer."""
 LIGHT = ("verify", "export", "robot show", "robot new", "robot export", "check", "robot check")
 
 

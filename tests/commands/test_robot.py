@@ -2,7 +2,6 @@
 
 import json
 import re
-from collections.abc import Callable
 from dataclasses import astuple, replace
 from pathlib import Path
 from typing import Any
@@ -14,23 +13,11 @@ from dynident.apps.logs import ToolColumns, read_tool_poses
 from dynident.apps.logs.map import LogMap
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError
-from dynident.model import (
-    INERTIAL,
-    InertialParameters,
-    Pose,
-    Recording,
-    Robot,
-    load_robot,
-    robot_names,
-    with_stand_in,
-)
-from dynident.model.frames import frames_at
-from dynident.model.stand_in import cylinders
+from dynident.model import INERTIAL, InertialParameters, Recording, Robot, load_robot, robot_names, with_stand_in
 from dynident.tests.commands.lines import save
 from dynident.tests.commands.typed import Answer, answered, refused, typed
 from dynident.tests.frozen.inputs import EXAMPLES
 from dynident.trajectories import Simulator, random_via_points
-from scipy.spatial.transform import Rotation
 
 NEW = (
     "robot new --name kr --joint=-z,0,0,0.4 --joint y,0.025,0,0.4 --joint y,0.025,0,0.855 --joint=-x,0.025,0,0.89 "
@@ -90,26 +77,11 @@ def test_check_suggests_and_does_not_apply(recorded: Recording, here: Path) -> N
     assert document["ranked"][0]["sign"] == [1, 1, -1, 1, 1, 1]
 
 
-WORLD = Pose.from_rpy((1.2, -0.4, 0.25), (0.1, -0.2, 2.1))
-TOOL = Pose.from_rpy((0.03, -0.02, 0.16), (0.4, 0.3, -1.1))
-FORMS: dict[str, tuple[str, Callable[[Rotation], Array]]] = {
-    "rotation_vector": ("rx,ry,rz", lambda turn: turn.as_rotvec(degrees=True)),
-    "rpy": ("r,p,w", lambda turn: turn.as_euler("xyz", degrees=True)),
-    "quaternion": ("qx,qy,qz,qw", lambda turn: turn.as_quat()),
-}
-
-
 def checked(log: str, more: str = "", status: int = 0) -> Answer:
     """``robot check`` without the second part of its screen."""
     ended = typed(f"robot check --robot rx90 --data {log} {more} --json -")
     assert ended.status == status, ended.err
     return Answer(json.loads(ended.out), " ".join(ended.err.split()))
-
-
-def poses(robot: Robot, q: Array, world: Pose = WORLD, tool: Pose = TOOL) -> tuple[Array, Rotation]:
-    """What a controller would log: the tool in another frame."""
-    at = [world @ frames_at(robot, row)[-1] @ tool for row in q]
-    return np.array([pose.p for pose in at]), Rotation.from_matrix(np.array([pose.R for pose in at]))
 
 
 def write(log: Recording, positions: Array, names: str = "x,y,z", torques: bool = False) -> None:
@@ -119,31 +91,6 @@ def write(log: Recording, positions: Array, names: str = "x,y,z", torques: bool 
     np.savetxt(
         "log.csv", np.column_stack(columns), delimiter=",", header=",".join(header), comments="", fmt="%.12g"
     )
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("form", FORMS)
-def test_pose_in_the_maps_units(recorded: Recording, here: Path, form: str) -> None:
-    """Millimetres and degrees by the log map; base and tool come back; torques are looked at where they are."""
-    torques, (names, turned) = form == "rpy", FORMS[form]
-    positions, turns = poses(load_robot("rx90"), recorded.q)
-    write(recorded, np.hstack([1e3 * positions, turned(turns)]), f"px,py,pz,{names}", torques)
-    unit = "" if form == "quaternion" else 'rotation_unit = "deg"\n'
-    (here / "map.toml").write_text(
-        f'[pose]\ncolumns = ["px", "py", "pz"]\nunit = "mm"\nrotation = {json.dumps(names.split(","))}\n'
-        f'form = "{form}"\n{unit}'
-    )
-    document, text = checked("log.csv", "--log-map map.toml")
-    assert "forward kinematics reproduces the tool pose" in text
-    assert ("As recorded" in text) == torques == ("ranked" in document)
-    assert "not used" not in text
-    first = document["poses"][0]
-    assert first["rms_m"] < 1e-7
-    assert first["rms_angle_rad"] < 1e-6
-    assert first["base_and_tool_determined"]
-    for name, pose in (("base", WORLD), ("tool", TOOL)):
-        np.testing.assert_allclose(first[name]["xyz_m"], pose.p, atol=1e-6)
-        np.testing.assert_allclose(first[name]["rpy_rad"], pose.rpy, atol=1e-6)
 
 
 SHEET = (
@@ -174,7 +121,7 @@ ARMS: dict[str, tuple[str, str, set[str]]] = {
     "a URDF without some bodies": (bodiless(WHOLE, "link2", "link6"), "", OF_URDF),
     "a URDF without bodies": (bodiless(WHOLE), "--arm-mass 60", OF_URDF),
 }
-"""What is known of an arm: by ``robot new``, or a URDF; what is told to a command beside it; what is assumed."""
+"""Knowledge of an arm: by ``robot new``, or a URDF; what is told to a command beside it; what is assumed."""
 
 
 def described(arm: str) -> str:
@@ -206,17 +153,6 @@ def test_what_is_known_stays_and_the_rest_can_exist(here: Path, name: str) -> No
         np.testing.assert_allclose(accelerations, 10.0 * speeds)
 
 
-def test_links_without_bodies_are_as_dense_as_the_others(here: Path) -> None:
-    """Mass over length and the cross-section of one radius is one number over the cylinders, and their sum."""
-    known = load_robot(described(ARMS["a URDF without some bodies"][0]))
-    robot, shares = with_stand_in(known), [body.mass for body in cylinders(known, 1.0)]
-    masses = [robot.parameters[f"M{link}"] for link in range(1, 7)]
-    others = (0, 2, 3, 4)
-    assert sum(masses[k] for k in others) == pytest.approx(10.0 + 5.0 + 4.0 + 2.0)
-    for k in (1, 5):
-        assert masses[k] / shares[k] == pytest.approx(21.0 / sum(shares[k] for k in others))
-
-
 @pytest.mark.parametrize("line", ["simulate --out out", "near --pose=0,-45,60,0,45,0 --joints 2,3,5,6"])
 def test_without_a_mass_one_line_names_the_option(here: Path, line: str) -> None:
     for arm in (re.sub(r":\d+:\d+(?=,| )", "", KNOWN), bodiless(WHOLE)):
@@ -242,7 +178,7 @@ def recommended_mass(document: dict[str, Any]) -> float:
 )
 @pytest.mark.usefixtures("hasty")
 def test_an_arm_goes_through_every_command(name: str, here: Path) -> None:
-    """As shipped, with noise: shown, moved, simulated, checked, weighed, identified, written for a controller."""
+    """With noise: shown, moved, simulated, checked, weighed, identified, written for a controller."""
     robot = load_robot(name)
     (here / "load.toml").write_text(half_the_rating(robot), encoding="utf-8")
     shown = typed(f"robot show --robot {name}")

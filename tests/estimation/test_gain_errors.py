@@ -6,12 +6,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from dynident.apps.report.sections.evidence import gain_error_notes
-from dynident.apps.report.sections.robot import robot_table
-from dynident.apps.results import read_stored_robot
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError
-from dynident.common.schema import write_json
 from dynident.estimation import (
     Estimate,
     Gains,
@@ -27,22 +23,10 @@ from dynident.estimation.equations.equations import PAYLOAD, Equations, merged
 from dynident.estimation.fit.drive_gains import usual_gains
 from dynident.estimation.fit.estimate import error_model
 from dynident.estimation.fit.least_squares import weighted
-from dynident.estimation.fit.own_equations import base_problem
 from dynident.estimation.payload.methods import METHODS as SOLVERS
-from dynident.estimation.payload.result import PayloadEstimate, constrain_payload
+from dynident.estimation.payload.result import constrain_payload
 from dynident.estimation.payload.weighing import difference_weighing
-from dynident.estimation.possible.robot import solve_constrained_base
-from dynident.model import (
-    InertialParameters,
-    Motion,
-    Processing,
-    Recording,
-    Robot,
-    Spring,
-    base_parameters,
-    load_robot,
-    robot_names,
-)
+from dynident.model import InertialParameters, Motion, Processing, Recording, Robot, Spring, load_robot, robot_names
 from dynident.trajectories import Simulator
 from numpy.typing import ArrayLike, NDArray
 
@@ -165,40 +149,6 @@ def test_a_stored_robot_brings_its_own_errors(arm: tuple[Simulator, Recordings],
         constrain_payload(payload_estimate(old, 1), gains=Gains((0.02,)))
 
 
-def test_a_robots_parameters_by_rescaled_recordings(problem: LongMotion, rescaled: dict[bytes, LongMotion]) -> None:
-    assert problem.unloaded is not None
-    estimate = weighted(problem.unloaded)
-    J = gain_sensitivity(problem.unloaded, estimate.weights)
-    if problem.robot.spring is None:
-        assert J.sum(axis=1) == pytest.approx(estimate.values, rel=1e-8, abs=1e-10)
-
-    def solved(factors: Array) -> Array:
-        bare = rescaled[factors.tobytes()].unloaded
-        assert bare is not None
-        return weighted(bare, estimate.weights).values
-
-    expected = brute(solved)
-    assert (np.abs(J[:, MOTORS] - expected) < 1e-6 * np.linalg.norm(expected, axis=1)[:, None]).all()
-
-
-@pytest.mark.parametrize("joint", [5, 6])
-def test_a_spring_on_a_coupled_joint(
-    simulated: Callable[[str], Simulator], wander: Callable[..., Motion], joint: int
-) -> None:
-    """What joint 5 feels of motor 6 is without the spring on joint 6; decimated, as equations are used."""
-    robot, processing = sprung(simulated("rx90"), joint).robot, Processing(decimate=4)
-    recording, base = Simulator(robot).record(wander(6, 4), None, [0.5] * 6, [9, 0]), base_parameters(robot)
-
-    def reduced(factors: Array) -> Equations:
-        scaled = replace(recording, torque=rescaled_torque(robot, recording.torque, factors))
-        return base_problem(robot, base, [scaled], Settings(processing, robust=False))
-
-    weights = weighted(reduced(np.ones(6))).weights
-    expected = brute(lambda factors: weighted(reduced(factors), weights).values)
-    J = gain_sensitivity(reduced(np.ones(6)), weights)[:, MOTORS]
-    assert (np.abs(J - expected) < 1e-6 * np.linalg.norm(expected, axis=1)[:, None]).all()
-
-
 def test_saved_equations_keep_what_motors_share(problem: LongMotion, tmp_path: Path) -> None:
     """Read back, and merged with themselves, they are as sensitive as before."""
     assert problem.unloaded is not None
@@ -256,18 +206,6 @@ def test_common_and_own_errors(problem: LongMotion) -> None:
     own = 0.02 * np.linalg.norm(J, axis=1)
     both = sigma(Gains((0.02,), 0.03))
     assert both**2 == pytest.approx(common**2 + own**2, rel=1e-6)
-
-
-def test_intervals_hold_a_payload_whose_gains_are_wrong(
-    arm: tuple[Simulator, Recordings], payload: InertialParameters
-) -> None:
-    """Gains 2 to 4 % off: the mass is missed without, held with their uncertainty."""
-    wrong = problem_of(arm, [1.03, 1.04, 1.02, 1.04, 1.03, 1.03])
-    for method in METHODS:
-        free: PayloadEstimate = payload_estimate(wrong, method)
-        ends = [constrain_payload(free, gains=g).intervals.parameters[9] for g in (None, Gains((0.01,), 0.03))]
-        assert not ends[0][0] <= payload.mass <= ends[0][1]
-        assert ends[1][0] <= payload.mass <= ends[1][1]
 
 
 @pytest.mark.parametrize("sigmas", [(-0.01,), (1.0,), (), (float("nan"),)])
@@ -360,59 +298,9 @@ def test_a_stored_robots_error_is_not_an_error_of_its_own(robot: Robot, recorder
     assert once > 3.0 * plain
 
 
-def test_parameters_say_what_they_owe_to_the_gains(robot: Robot, recorders: tuple[Record, Record]) -> None:
-    bare = recorders[0](1, 0.02)
-    exact, identification = (
-        identify(robot, [bare], Settings(SETTINGS), gains=g) for g in (None, Gains(common=0.03))
-    )
-    estimate = identification.estimate
-    assert estimate.sigma_by_gains == pytest.approx(0.03 * np.abs(estimate.values), rel=1e-6)
-    assert estimate.total_sigma == pytest.approx(np.hypot(estimate.larger_sigma, 0.03 * np.abs(estimate.values)))
-    assert np.array_equal(exact.estimate.total_sigma, exact.estimate.larger_sigma)
-    assert np.array_equal(estimate.covariance, exact.estimate.covariance)
-    assert exact.estimate.sigma_by_gains is exact.estimate.interval95_with_gains is None
-    assert estimate.robust is not None
-    assert estimate.interval95_with_gains is not None
-    half = (estimate.interval95_with_gains[:, 1] - estimate.interval95_with_gains[:, 0]) / 2.0
-    total = np.hypot(estimate.robust.sigma, 0.03 * np.abs(estimate.values))
-    assert half == pytest.approx(estimate.robust.quantile95 * total)
-    part = identification.elimination.estimate
-    assert part.sigma_by_gains == pytest.approx(0.03 * np.abs(part.values), rel=1e-6)
-    headings = [list(robot_table(result.result).headings) for result in (exact, identification)]
-    assert "by gains" not in headings[0]
-    assert "by gains" in headings[1]
-    notes = [
-        " ".join(gain_error_notes(result.result.processing, result.gains)) for result in (exact, identification)
-    ]
-    assert "Drive gains are taken as exact: no residual shows their errors" in notes[0]
-    motor = "motor" if robot.coupling else "joint"
-    assert f"include errors of the drive gains: 0 % per {motor} and 3 % common to all joints" in notes[1]
-
-
-def test_stored_robot_keeps_the_gains_uncertainty(
-    robot: Robot, recorders: tuple[Record, Record], tmp_path: Path
-) -> None:
-    """Read back, the distance of the nearest robot that can exist is the same, gains included."""
-    gains = Gains((0.02,), 0.01, (1e-4 * np.eye(6)).tolist())
-    result = identify(robot, [recorders[0](2, 0.02)], Settings(SETTINGS, robust=False), gains=gains)
-    path = tmp_path / "robot.json"
-    write_json(path, result.result)
-    stored = read_stored_robot(path)
-    assert stored.gains == gains
-    assert stored.estimate.covariance_by_gains == pytest.approx(result.estimate.covariance_by_gains)
-    model = error_model(result.estimate)
-    assert error_model(stored.estimate).covariance == pytest.approx(model.covariance)
-    assert result.estimate.covariance_by_gains is not None
-    assert model.covariance == pytest.approx(result.estimate.covariance + result.estimate.covariance_by_gains)
-    assert np.array_equal(error_model(model).covariance, model.covariance)
-    exact = replace(result.estimate, gain_covariance=None)
-    rises = [solve_constrained_base(result.robot, result.base, e).chi2_rise for e in (stored.estimate, exact)]
-    assert rises[0] <= rises[1]
-
-
 @pytest.mark.parametrize("name", robot_names())
 def test_gains_of_which_nothing_is_said_have_usual_errors(name: str) -> None:
-    """What recordings say comes first; the least sure of them counts."""
+    """The recordings' word comes first; the least sure of them counts."""
     robot = load_robot(name)
     silent = Recording(np.arange(3.0), np.zeros((3, robot.n)), np.zeros((3, robot.n)))
     exact, stated = replace(silent, gain_sigma=0.0), replace(silent, gain_sigma=0.005)
@@ -424,29 +312,11 @@ def test_gains_of_which_nothing_is_said_have_usual_errors(name: str) -> None:
     assert usual_gains(robot, [replace(silent, gains=(1.0,) * robot.n)]) == Gains((0.02,), assumed=True)
 
 
-def test_an_answer_allows_for_gains_of_which_nothing_is_said(
-    robot: Robot, recorders: tuple[Record, Record], tmp_path: Path
-) -> None:
-    """Robot and payload carry the usual errors, as if they were given; a line says so."""
-    pair = [record(1, 0.0) for record in recorders]
-    silent = [replace(recording, gain_sigma=None) for recording in pair]
-    known, usual = (identify(robot, [bare], Settings(SETTINGS)) for bare in (pair[0], silent[0]))
-    assert known.gains is None
-    assert usual.gains == Gains((0.02,), assumed=True)
-    given = identify(robot, [pair[0]], Settings(SETTINGS), gains=Gains((0.02,)))
-    assert np.array_equal(usual.estimate.total_sigma, given.estimate.total_sigma)
-    each = "motor" if robot.coupling else "joint"
-    (line,) = gain_error_notes(usual.result.processing, usual.gains)
-    assert line.endswith(f": 2 % per {each}, as is usual: nothing is said of them (--gain-sigma).")
-    write_json(tmp_path / "robot.json", usual.result)
-    assert read_stored_robot(tmp_path / "robot.json").gains == usual.gains
-
-
 @pytest.mark.parametrize("error", [0.0, 0.02])
 def test_what_is_assumed_of_gains_shortens_no_interval(
     error: float, robot: Robot, recorders: tuple[Record, Record]
 ) -> None:
-    """Whether joints agree or disagree, by any method."""
+    """Joints may agree or disagree; by any method."""
     exact = [record(1, error) for record in recorders]
     silent = [replace(recording, gain_sigma=None) for recording in exact]
     each = []

@@ -1,6 +1,5 @@
 """Drive gains from currents: the truth within the stated sigma, simulated, real, and of coupled drives."""
 
-import json
 from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
@@ -9,26 +8,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 from dynident.apps.logs.read import read_recording
-from dynident.apps.results import read_stored_gains
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError
-from dynident.common.schema import write_json
-from dynident.estimation import (
-    PAYLOAD,
-    Gains,
-    LongMotion,
-    Settings,
-    answer_gains,
-    payload_estimate,
-    payload_problem,
-)
+from dynident.estimation import PAYLOAD, Settings, answer_gains
 from dynident.estimation.equations.equations import Equations
-from dynident.estimation.fit.least_squares import weighted
-from dynident.estimation.gains.current_side import current_weights, gauss_newton
-from dynident.estimation.gains.known_load import KnownLoad, known_mass, read_known_load
-from dynident.estimation.gains.problem import GainProblem, free_gains, gain_problem, gravity_acts, rests_on
-from dynident.estimation.payload.methods import METHODS
-from dynident.estimation.payload.result import constrain_payload
+from dynident.estimation.gains.current_side import gauss_newton
+from dynident.estimation.gains.known_load import known_mass, read_known_load
+from dynident.estimation.gains.problem import GainProblem, gain_problem, gravity_acts, rests_on
 from dynident.model import InertialParameters, Motion, Processing, Recording, Robot, Spring, load_robot
 from dynident.trajectories import Simulator
 
@@ -73,50 +59,10 @@ def test_truth_within_the_stated_sigma(currents: Callable[..., GainProblem]) -> 
     assert (np.abs(free) < 1.96).mean() > 0.88
 
 
-@pytest.mark.long
-def test_more_knowledge_makes_gains_more_certain(currents: Callable[..., GainProblem]) -> None:
-    problem = currents(2)
-    spreads = []
-    for count in (1, 4, 10):
-        six = BODY.inertia_com[np.triu_indices(3)].tolist()
-        com = tuple(BODY.com.tolist()) if count > 1 else None
-        load = KnownLoad(mass=BODY.mass, com=com, inertia_com=tuple(six) if count == 10 else None)
-        assert len(load.known) == count
-        gains = answer_gains(replace(problem, deletions=()), load)
-        assert gains.values == pytest.approx(TRUTH, rel=0.1)
-        spreads.append(gains.logarithms.sigma)
-    assert (spreads[1] <= spreads[0]).all()
-    assert (spreads[2] <= spreads[1]).all()
-
-
-def test_torque_side_is_biased_low(currents: Callable[..., GainProblem]) -> None:
-    """What the start alone would give: too small, and outside of what the answer states."""
-    from dynident.estimation.gains.current_side import torque_side
-
-    problem = currents(0, 4.0)
-    known = np.zeros(len(problem.equations.columns))
-    known[-1] = 6.0
-    free = [k for k, name in enumerate(problem.equations.columns) if name != "M_L"]
-    k, _ = torque_side(problem.equations.factors, free, known, None)
-    assert (1.0 / k < 0.98 * TRUTH).all()
-    gains = free_gains(problem.equations, problem.weights, [known_mass(6.0)])
-    assert (np.abs(np.log(1.0 / gains.k / TRUTH)) < 4.0 * np.sqrt(np.diag(gains.covariance))).all()
-
-
 def test_gravity_decides_what_a_gain_rests_on() -> None:
     assert gravity_acts(load_robot("ur10e")) == (False, True, True, True, True, True)
     wall = replace(load_robot("ur10e"), gravity=(-9.81, 0.0, 0.0))
     assert gravity_acts(wall) == (True,) * 6
-
-
-@pytest.mark.long
-def test_reversed_current_is_named(currents: Callable[..., GainProblem]) -> None:
-    problem = currents(0)
-    factors = list(problem.equations.factors)
-    factors[3] = factors[3] * np.append(np.ones(factors[3].shape[1] - 1), -1.0)
-    turned = replace(problem, equations=replace(problem.equations, factors=tuple(factors)))
-    with pytest.raises(InputError, match="motor 4"):
-        answer_gains(turned, known_mass(6.0))
 
 
 def test_load_file(tmp_path: Path) -> None:
@@ -128,44 +74,6 @@ def test_load_file(tmp_path: Path) -> None:
     assert load.known == PAYLOAD
     assert load.ten == pytest.approx(BODY.vector)
     assert load.mass_sigma == 0.01
-
-
-@pytest.mark.parametrize(
-    ("text", "words"),
-    [
-        ("mass = 0", "more than zero"),
-        ("mas = 1", "'mas': unknown"),
-        ("mass = 1\ncom = [1, 2]", "'com': must be a list of 3 numbers"),
-        ("mass = 1\ncom = [0, 0, 0]\ninertia_com = [1, 0, 0, 1, 0, 5]", "no body"),
-        ("mass = 1\nmass_sigma = 2", "below the mass"),
-        ("com = [0, 0, 0]", "'mass': missing: must be a finite number"),
-        ("mass = [", "not valid TOML"),
-    ],
-)
-def test_bad_load_files(tmp_path: Path, text: str, words: str) -> None:
-    path = tmp_path / "load.toml"
-    path.write_text(text)
-    with pytest.raises(InputError, match=words):
-        read_known_load(path)
-
-
-@pytest.mark.long
-def test_stored_gains_round_trip(tmp_path: Path, currents: Callable[..., GainProblem]) -> None:
-    gains = answer_gains(currents(1), known_mass(6.0, 0.03))
-    path = tmp_path / "gains.json"
-    write_json(path, gains.result)
-    stored = read_stored_gains(path)
-    assert stored.values == pytest.approx(gains.values)
-    sigma = np.sqrt(np.diag(np.array(stored.identified)))
-    assert sigma == pytest.approx(gains.larger_relative_sigma)
-    stored.check(load_robot("ur10e"), path)
-    with pytest.raises(InputError, match="do not belong"):
-        stored.check(load_robot("rx90"), path)
-    data = json.loads(path.read_text())
-    data["drive_gains"]["relative_covariance"][0][0] = -1.0
-    path.write_text(json.dumps(data))
-    with pytest.raises(InputError, match="no covariance"):
-        read_stored_gains(path)
 
 
 @pytest.mark.long
@@ -272,47 +180,12 @@ def test_currents_of_coupled_drives_make_joint_torques(tmp_path: Path) -> None:
     assert coupling.motor_torques(recording.torque)[:, 4:].tolist() == [[10, 60], [10, 70]]
 
 
-@pytest.mark.long
-def test_how_sure_they_are_reaches_the_payload(motor_currents: Currents) -> None:
-    """Weighed with gains that were found: as the same currents read with each gain a little larger tell."""
-    robot, (bare, loaded) = motor_currents("rx90", "none", 0)
-    problem = gain_problem(robot, [bare], [loaded], Settings(COUPLED))
-    gains = answer_gains(replace(problem, deletions=()), known_mass(6.0))
-    later = motor_currents("rx90", "none", 7)[1]
-
-    def weighing(K: Array) -> LongMotion:
-        assert robot.coupling is not None
-        before, after = (
-            replace(recording, torque=robot.coupling.joint_torques(recording.torque * K)) for recording in later
-        )
-        return payload_problem(robot, [after], [before], settings=Settings(COUPLED, robust=False))
-
-    at_once = weighing(gains.values)
-    assert at_once.unloaded is not None
-    shifted = [weighing(gains.values * (1.0 + 1e-5 * own)) for own in np.eye(6)]
-    for moved_problem in shifted:
-        assert moved_problem.unloaded is not None
-        vars(moved_problem)["bare"] = weighted(moved_problem.unloaded, weighted(at_once.unloaded).weights)
-    unsure = Gains(identified=gains.larger_relative_covariance.tolist())
-    for method in (1, 2, 3, 4):
-        free = payload_estimate(at_once, method)
-        values = [METHODS[method](moved_problem).solved(free.estimate.weights).values for moved_problem in shifted]
-        J = (np.column_stack(values) - free.estimate.values[:, None]) / 1e-5
-        with_gains, exact = (constrain_payload(free, gains=g) for g in (unsure, None))
-        share = with_gains.result.free.covariance - exact.result.free.covariance
-        expected = J @ gains.larger_relative_covariance @ J.T
-        assert share == pytest.approx(expected, rel=1e-3, abs=1e-4 * np.abs(expected).max())
-        assert np.abs((free.estimate.values - BODY.vector) / with_gains.result.free.sigma).max() < 3.5
-        low, high = with_gains.intervals.parameters[9]
-        assert low <= BODY.mass <= high
-
-
 GAINS = np.array([2.0, 0.5, 1.3])
 """k_j [A/(N·m)]."""
 X = np.array([1.0, -0.7, 0.4, 1.0])
 """Parameters; the last is known and sets the scale."""
 ROWS = 4
-"""Of each joint: 12 rows for 6 unknowns."""
+"""Rows of each joint: 12 for 6 unknowns."""
 SIGMA = 1e-3
 DRAWS = 500
 
@@ -341,19 +214,6 @@ def test_stated_variance_of_few_rows_is_the_scatter() -> None:
     assert stated == pytest.approx(scatter, abs=0.2 * np.diag(scatter).max())
 
 
-def test_rows_that_are_not_independent_count_for_less() -> None:
-    """(12 - 6) / (9 - 6): the same residual, twice the variance."""
-    _, full = fitted(problem(0))
-    _, three_quarters = fitted(problem(0, effective=0.75))
-    assert three_quarters == pytest.approx(2.0 * full, rel=1e-9)
-
-
 def test_as_many_unknowns_as_rows_are_refused() -> None:
     with pytest.raises(InputError, match="too few samples for 6 unknowns"):
         fitted(problem(0, effective=0.5))
-
-
-def test_weights_of_few_rows_are_those_of_the_noise() -> None:
-    """Six rows and four parameters of each joint's own: the residual of two degrees of freedom."""
-    variances = [1.0 / current_weights(problem(seed, rows=6)) ** 2 for seed in range(DRAWS)]
-    assert np.mean(variances, axis=0) == pytest.approx(SIGMA**2, rel=0.2)

@@ -173,7 +173,7 @@ MISTAKES: dict[str, tuple[Mistake, str]] = {
     "all currents negative": (in_both(scaled(-1.0)), "turn its sign"),
     "one recording twice": (same_twice, "the payload does not show in the currents"),
 }
-"""What is done to the recordings or the mass, and what is then said.
+"""A change of the recordings or the mass, and what is then said.
 
 Joint 4 of the Panda counted backwards leaves its range, and is refused before any fit. The gain of one joint
 in one recording shows as a scale on small arms, as a joint that weighs otherwise on large ones.

@@ -5,12 +5,10 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 from functools import cache
 from itertools import product
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from dynident.apps.logs.read import read_recording
 from dynident.benchmarks import invented, verdicts
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError
@@ -28,7 +26,7 @@ from dynident.estimation import (
     payload_estimate,
     payload_problem,
 )
-from dynident.estimation.diagnosis.causes import Comparison, likely_causes
+from dynident.estimation.diagnosis.causes import likely_causes
 from dynident.estimation.diagnosis.engine import System
 from dynident.estimation.diagnosis.states import States, states_of
 from dynident.estimation.equations.equations import Equations
@@ -225,7 +223,7 @@ class Wrong:
 
 @dataclass(frozen=True)
 class Ending:
-    """What an input ends in: "error" or a level, the words, and the recommended mass [kg]."""
+    """The end of an input: "error" or a level, the words, and the recommended mass [kg]."""
 
     level: str
     text: str
@@ -383,7 +381,7 @@ def _of_description() -> Iterator[Wrong]:
 
 
 def _of_knowledge() -> Iterator[Wrong]:
-    """What is said of the payload is not true."""
+    """Inputs that say of the payload what is not true."""
     mass = good_pair("rx90")[3].mass
 
     def known(label: str, words: str, constraint: Any) -> Wrong:
@@ -395,25 +393,6 @@ def _of_knowledge() -> Iterator[Wrong]:
     yield known("ellipsoid in the wrong place", "contradict the constraint: .*ellipsoid", ellipsoid)
     box = CentreOfMassInBox((-0.02, -0.02, -0.3), (0.02, 0.02, -0.1))
     yield known("centre of mass in the wrong box", "contradict the constraint: centre of mass", box)
-
-
-def written(path: Path, recording: Recording, t: Array) -> Path:
-    """A CSV file with another column of time."""
-    n = recording.q.shape[1]
-    header = ["t", *(f"q{j}" for j in range(1, n + 1)), *(f"tau{j}" for j in range(1, n + 1))]
-    table = np.column_stack([t, recording.q, recording.torque])
-    np.savetxt(path, table, delimiter=",", header="# gain_sigma = 0\n" + ",".join(header), comments="", fmt="%.9g")
-    return path
-
-
-def reading(path: Path, t: Callable[[Array], Array]) -> Ending:
-    """What reading a file with another column of time ends in."""
-    recording = good_pair("rx90")[1]
-    try:
-        read = read_recording(written(path, recording, t(recording.t)), invented.robot("rx90"))
-    except InputError as error:
-        return Ending("error", str(error))
-    return Ending("read", "; ".join(read.notes))
 
 
 CASES = {case.name: case for case in cases()}
@@ -468,23 +447,6 @@ def test_a_joint_counted_the_other_way_is_named_first(turned: tuple[str, int]) -
     assert not any("of robot" in text for text in reasons)
 
 
-@pytest.mark.parametrize(
-    ("level", "words", "spoil"),
-    [
-        ("read", "time is in ms", lambda t: 1000.0 * t),
-        ("read", "repeat the time of the row before", lambda t: np.repeat(t[::2], 2)[: len(t)]),
-        ("error", "runs back", lambda t: t[::-1]),
-        ("error", "stands still", lambda t: np.full(len(t), t[0])),
-    ],
-)
-def test_wrong_columns_of_time_are_told(
-    tmp_path: Path, level: str, words: str, spoil: Callable[[Array], Array]
-) -> None:
-    end = reading(tmp_path / "log.csv", spoil)
-    assert end.level == level
-    assert words in end.text
-
-
 @pytest.mark.parametrize("seed", every(5, range(20, 30)))
 def test_good_recordings_are_answered_as_far_as_they_determine(seed: int) -> None:
     """Ten of the benchmark's two hundred; more would take too long here."""
@@ -509,28 +471,6 @@ def test_good_recordings_give_no_cause(name: str) -> None:
 def test_a_delay_is_found_with_its_sign_and_size(delay: float) -> None:
     words = causes_of("rx90", read_at(lambda t: t - delay))
     assert f"torque {'lags' if delay > 0 else 'leads'} position by about {abs(delay):.2f} s" in words
-
-
-def test_what_is_told_is_what_is_left() -> None:
-    """Chi2 after undoing a delay is that of the good recordings."""
-    _, bare, loaded, _ = good_pair("rx90")
-    robot = invented.robot("rx90")
-    late = read_at(lambda t: t - 0.2)
-    good, wrong = (
-        states_of(Source((change(loaded),), (change(bare),), robot.processing)) for change in (same, late)
-    )
-    assert good is not None
-    assert wrong is not None
-    (cause,) = likely_causes(robot, wrong)
-    left = [Comparison(robot, states).fit.relative() for states in (good, wrong)]
-    assert 1.0 - cause.explains == pytest.approx(float(np.exp(2.0 * np.mean(np.log(left[0] / left[1])))), rel=0.3)
-    assert cause.explains > 0.9
-
-
-def test_a_coupling_does_not_hide_which_sign_is_wrong() -> None:
-    words = causes_of("rx90", scaled(5, -1.0))
-    assert "sign of the torque of joint 5 is wrong" in words
-    assert "joint 6" not in words
 
 
 def test_the_one_wrong_recording_of_many_is_named() -> None:
@@ -562,10 +502,6 @@ def problem_scaled(name: str, factor: float = 1.0, joint: int = 1, blocks: bool 
 
 def seen(problem: LongMotion) -> ByJoints:
     return payload_by_joints(problem, payload_estimate(problem, 1).estimate.weights)
-
-
-def without_blocks(problem: LongMotion) -> LongMotion:
-    return replace(problem, loaded=problem.loaded.whole, difference=None)
 
 
 @pytest.fixture(scope="module")
@@ -607,19 +543,6 @@ def test_a_wrong_gain_shows_as_that_joints_share(name: str, joint: int, factor: 
     assert own.share is not None
     assert abs(own.share - factor) < max(5.0 * own.sigma, 0.1)
     assert all(entry.share is not None and entry.sigma > 0.0 for entry in shares.values())
-
-
-def test_a_known_robot_and_other_trajectories_give_the_same_masses(problems: dict[str, LongMotion]) -> None:
-    problem = problems["rx90"]
-    assert problem.unloaded is not None
-    known = replace(without_blocks(problem), unloaded=None, known=weighted(problem.unloaded), inflation=())
-    apart = without_blocks(problem)
-    truth = good_pair("rx90")[3].mass
-    for group, other_group in zip(seen(known).masses, seen(apart).masses, strict=True):
-        assert (group.mass is None) == (other_group.mass is None)
-        if group.mass is not None and other_group.mass is not None:
-            assert group.mass == pytest.approx(other_group.mass, rel=1e-9)
-            assert abs(group.mass - truth) < 4.0 * group.sigma
 
 
 def test_rows_that_hide_a_parameter_give_an_error_and_no_minimum_norm_answer() -> None:

@@ -1,4 +1,4 @@
-"""What earlier recordings have taught, from the files of ``dynident identify``."""
+"""Information from earlier recordings, by the files of ``dynident identify``."""
 
 import json
 from pathlib import Path

@@ -145,24 +145,6 @@ def test_fewer_samples_than_parameters_are_refused() -> None:
         ordinary(reduced(observation(8, (3, 1))))
 
 
-def test_validation_is_the_residual_on_other_data() -> None:
-    x = ordinary(reduced(observation(9))).values
-    second = observation(10)
-    check = fit(reduced(second), x)
-    errors = [np.linalg.norm(Y - W @ x) for W, Y in zip(second.W, second.Y, strict=True)]
-    assert np.allclose(check.error_norms, errors)
-    assert np.allclose(check.relative_per_joint, errors / np.array([np.linalg.norm(Y) for Y in second.Y]))
-
-
-def test_intervals_hold_the_truth_as_often_as_they_say() -> None:
-    truth = np.array([1.0, -2.0, 30.0, 0.0])
-    hits = []
-    for seed in range(400):
-        interval = weighted(reduced(observation(seed, (60, 50)))).interval95
-        hits.append((interval[:, 0] <= truth) & (truth <= interval[:, 1]))
-    assert 0.93 <= np.mean(hits) <= 0.97
-
-
 @pytest.mark.parametrize("decades", range(1, 13))
 def test_rank_is_a_matter_of_singular_values(decades: int) -> None:
     """Whatever shortcut is taken for triangles that are clearly well determined."""

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from dynident.apps.logs.log_check import LogReport, check_log, smallest_step
+from dynident.apps.logs.log_check import LogReport, check_log
 from dynident.apps.logs.read import read_recording
 from dynident.common.errors import InputError
 from dynident.estimation import Settings, identify
@@ -56,7 +56,7 @@ def test_a_good_log_is_quiet(good: LogReport) -> None:
 
 
 def spoilt(log: Recording) -> dict[str, tuple[Recording, str, str]]:
-    """What is wrong -> the log, how bad that is, words that must be said."""
+    """Fault -> the log, how bad that is, words that must be said."""
     assert log.qd is not None
     degrees = 180.0 / np.pi
     cut = np.clip(log.torque, np.quantile(log.torque, 0.02, axis=0), np.quantile(log.torque, 0.98, axis=0))
@@ -132,12 +132,6 @@ def test_real_logs_are_usable(recordings: Path, robot: str, name: str) -> None:
     assert words(check, "error", "warning") == ""
     assert check.relative_residual is not None
     assert check.relative_residual < 0.054
-
-
-def test_quantum() -> None:
-    values = np.round(np.random.default_rng(0).normal(size=1000), 2)
-    assert smallest_step(values) == pytest.approx(0.01)
-    assert smallest_step(np.random.default_rng(0).normal(size=1000)) == 0.0
 
 
 @pytest.mark.parametrize(

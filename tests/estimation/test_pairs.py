@@ -199,16 +199,6 @@ def test_friction_that_is_another_one_under_load_hardly_moves_method_3(
     assert errors[0] < 0.5 * errors[1], errors
 
 
-@pytest.mark.parametrize("name", ["rx90", "irb120", "ur10e"])
-def test_method_3_frees_no_friction_where_none_may_change(name: str, paired: Problem) -> None:
-    problem = paired(name, change=0.0)
-    assert not problem.friction
-    estimate = payload_estimate(problem, 3).estimate
-    assert problem.difference is not None
-    alone = replace(problem, difference=problem.difference.select(problem.difference.columns[:11]))
-    assert estimate.values == pytest.approx(payload_estimate(alone, 3).estimate.values, rel=1e-9)
-
-
 def test_one_path_is_answered_by_method_3(paired: Problem) -> None:
     answer = answer_payload(paired())
     assert answer.recommended.method == answer.free.method == 3
@@ -222,16 +212,3 @@ def test_a_path_that_sags_is_answered_by_method_4(paired: Problem) -> None:
     assert (method, reason[:11]) == (4, "no pair ran")
     assert recommended_method(paired(apart=0.5 * ONE_PATH), (1, 2, 3, 4))[0] == 3
     assert recommended_method(problem, (1, 2, 3))[0] == 3
-
-
-def test_another_path_is_answered_by_method_4(paired: Problem) -> None:
-    method, reason = recommended_method(paired(apart=20.0 * ONE_PATH), (1, 2, 4))
-    assert (method, reason[:11]) == (4, "no pair ran")
-
-
-def test_what_was_asked_for_needs_no_reason(paired: Problem) -> None:
-    problem = paired()
-    assert [recommended_method(problem, (method,)) for method in (1, 2, 3, 4)] == [
-        (1, ""), (2, ""), (3, ""), (4, ""),
-    ]  # fmt: skip
-    assert recommended_method(problem, (1, 2, 4)) == (4, "")

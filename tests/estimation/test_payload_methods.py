@@ -1,13 +1,12 @@
 """The four methods: exact data give the payload back; laws that all obey, in every frame and by one call."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import replace
 from math import radians
 
 import numpy as np
 import pytest
-from dynident import identify, identify_gains, identify_payload, load_robot, weigh
-from dynident.apps.report.sections.evidence import gain_error_notes
+from dynident import identify, identify_payload, load_robot, weigh
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError
 from dynident.estimation import (
@@ -22,7 +21,6 @@ from dynident.estimation import (
     PossibleBody,
     Settings,
     answer_payload,
-    known_mass,
     payload_estimate,
     payload_problem,
 )
@@ -33,7 +31,6 @@ from dynident.estimation.payload.problem import PairedMeasurement, long_motion
 from dynident.estimation.payload.result import frame_change
 from dynident.estimation.payload.weighing import difference_weighing
 from dynident.model import (
-    Drives,
     InertialParameters,
     Joint,
     Motion,
@@ -270,30 +267,6 @@ def simulator_of(robot: Robot) -> Simulator:
     return Simulator(replace(robot, parameters=known))
 
 
-@pytest.mark.long
-def test_friction_behind_link_side_sensors(
-    rx90: Robot, payload: InertialParameters, wander: Callable[..., Motion]
-) -> None:
-    """Seals rub there as well: a file that says so explains the torque, one that does not leaves it over."""
-    plain = replace(rx90, drives=Drives.on_link_side())
-    rubbing = replace(plain, drives=replace(plain.drives, friction=True))
-    simulator, motion = simulator_of(rubbing), wander(6, 4)
-    bare, loaded = simulator.record(motion, None, [0.1] * 6, 1), simulator.record(motion, payload, [0.1] * 6, 2)
-    first, second = (
-        answer_payload(payload_problem(robot, [loaded], [bare], settings=Settings(robust=False)))
-        for robot in (rubbing, plain)
-    )
-    assert first.robot_fit is not None
-    assert second.robot_fit is not None
-    assert first.robot_fit.relative < 0.3 * second.robot_fit.relative
-    assert first.recommended.mass == pytest.approx(payload.mass, rel=2e-3)
-    notes = " ".join(gain_error_notes(first.result.settings, first.gains))
-    assert "Scales of the torque sensors are taken as exact: no residual shows their errors" in notes
-    assert "rive gains" not in notes
-    gain_notes = gain_error_notes(first.result.settings, Gains((0.01,)))
-    assert gain_notes == ["Intervals include errors of the scales of the torque sensors: 1 % per joint."]
-
-
 @pytest.mark.parametrize("method", [1, 2, 3, 4])
 def test_moving_the_flange_moves_the_answer(
     method: int, rx90: Robot, payload: InertialParameters, wander: Callable[..., Motion]
@@ -349,26 +322,6 @@ def same_but_for_the_frame(plain: PayloadAnswer, moved: PayloadAnswer) -> None:
     for drawn, again in zip(plain.predictions, moved.predictions, strict=True):
         for before, after in zip(*(next(iter(each.curves.values())) for each in (drawn, again)), strict=True):
             np.testing.assert_allclose(after, before, atol=1e-3 * np.abs(before).max())
-
-
-def test_gain_errors_move_along(rx90: Robot, payload: InertialParameters, wander: Callable[..., Motion]) -> None:
-    """The gains' share of the covariance and the constrained payload stand in the tool's frame too."""
-    simulator = simulator_of(rx90)
-    motion = wander(6, 4)
-    bare, loaded = simulator.record(motion, None, [0.1] * 6, 1), simulator.record(motion, payload, [0.1] * 6, 2)
-    gains = Gains((0.02,), 0.01)
-    plain, tool = (
-        answer_payload(
-            payload_problem(robot, [loaded], [bare], settings=Settings(robust=False)), (3,), gains=gains
-        ).recommended
-        for robot in (simulator.robot, with_tool(simulator.robot, TOOL, "tool 1"))
-    )
-    T = frame_change(TOOL.inverse())
-    expected = T @ plain.result.free.covariance @ T.T
-    np.testing.assert_allclose(tool.result.free.covariance, expected, atol=1e-7 * np.abs(expected).max())
-    assert plain.sigma[9] == pytest.approx(tool.sigma[9], rel=1e-6)
-    assert plain.mass == pytest.approx(tool.mass, rel=1e-6)
-    assert tool.free.frame == "tool 1"
 
 
 def test_frame_change_is_that_of_a_body(payload: InertialParameters) -> None:
@@ -433,17 +386,3 @@ def test_nothing_to_compare_with_is_refused(ask: Callable[..., object], pair: Ca
     loaded, _ = pair("rx90")
     with pytest.raises(InputError, match="without payload"):
         ask(load_robot("rx90"), loaded)
-
-
-def test_gains_are_those_that_made_the_currents(
-    simulated: Callable[[str], Simulator], wander: Callable[..., Motion], payload: InertialParameters
-) -> None:
-    simulator, K = simulated("ur10e"), np.array([12.0, 12.0, 10.0, 11.0, 11.0, 11.0])
-    motion = wander(6, 5, points=24)
-
-    def currents(body: InertialParameters | None) -> Sequence[Recording]:
-        recording = simulator.record(motion, body, [0.1] * 6, int(body is None))
-        return [Recording(recording.t, recording.q, recording.torque / K)]
-
-    result = identify_gains(simulator.robot, currents(payload), currents(None), known_mass(payload.mass))
-    assert result.drive_gains.values == pytest.approx(K, rel=0.05)

@@ -154,16 +154,3 @@ def test_files_that_cannot_be_read(tmp_path: Path, rx90: Robot) -> None:
     cut.write_bytes(gzip.compress(b"t,q1\n" + b"1,2\n" * 1000)[:-20])
     with pytest.raises(InputError):
         read_recording(cut, rx90)
-
-
-def test_remarks_before_the_header(write: Write, rx90: Robot) -> None:
-    path = write()
-    bare = read_recording(path, rx90)
-    text = path.read_text()
-    path.write_text("# what it is\n#\n" + text)
-    assert np.array_equal(read_recording(path, rx90).q, bare.q)
-    lines = text.splitlines()
-    lines[8] = lines[8].replace(",", ",x", 1)
-    path.write_text("# what it is\n#\n" + "\n".join(lines))
-    with pytest.raises(InputError, match="line 11, column 'q1'"):
-        read_recording(path, rx90)

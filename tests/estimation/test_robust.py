@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError
-from dynident.estimation import LongMotion, Settings, identify, payload_estimate, payload_problem
+from dynident.estimation import LongMotion, Settings, payload_estimate, payload_problem
 from dynident.estimation.equations.equations import Blocks, Equations, merged
 from dynident.estimation.equations.observer import Observation, Observer
 from dynident.estimation.equations.reduction import reduced
@@ -53,7 +53,7 @@ def pair(simulator: Simulator, payload: InertialParameters, wander: Wander) -> P
 
 
 def rows_out(whole: Equations, part: Equations) -> Array:
-    """How many rows of each joint are left out."""
+    """Numbers of rows of each joint that are left out."""
     return np.asarray(np.subtract(whole.rows, part.rows), dtype=float)
 
 
@@ -93,17 +93,6 @@ def test_autocorrelation_time(memory: float, expected: float) -> None:
     t = times(50_000)
     series = [(t, remembering(50_000, memory, seed)) for seed in range(2)]
     assert autocorrelation_time(series, 0.01) == pytest.approx(0.01 * expected, rel=0.1)
-
-
-def test_rows_left_out_do_not_shorten_the_memory() -> None:
-    t = times(100_000)
-    e = remembering(100_000, 10.0, 0)
-    there = np.random.default_rng(1).uniform(size=t.size) < 0.6
-    assert autocorrelation_time([(t[there], e[there])], 0.01) == pytest.approx(0.1, rel=0.1)
-
-
-def test_residuals_without_noise_have_no_memory() -> None:
-    assert autocorrelation_time([(np.arange(10.0), np.zeros(10)), (np.empty(0), np.empty(0))], 1.0) == 0.5
 
 
 @pytest.fixture(scope="module")
@@ -153,14 +142,6 @@ def test_leaving_a_block_out_is_reducing_without_it(observation: Observation) ->
         same_equations(part, direct)
         part_fit, direct_fit = weighted(part), weighted(direct)
         assert (np.abs(part_fit.values - direct_fit.values) < 1e-6 * part_fit.sigma).all()
-
-
-def test_few_equations_keep_all_they_say(observation: Observation) -> None:
-    """Fewer rows than columns, some columns zero or dependent: nothing of W'W and W'Y is lost."""
-    edges = block_edges(observation, 0.2)
-    blocks = cut(observation, edges).parts()
-    assert min(min(block.rows) for block in blocks) < 10
-    same_equations(merged(blocks), reduced(observation))
 
 
 def test_jackknife_of_a_mean_is_the_textbook_one() -> None:
@@ -279,18 +260,6 @@ def test_blocks_of_two_motions_are_two_groups(
         assert np.diag(estimate.robust.covariance) == pytest.approx(np.diag(expected), rel=1e-6)
 
 
-def test_robot_alone(simulator: Simulator, wander: Wander) -> None:
-    """White noise: on average the formula's sigma for the robot's own parameters."""
-    recordings = [simulator.record(wander(6, k, points=30), None, RX90_NOISE, k) for k in range(2)]
-    settings = replace(SETTINGS, cutoff=20.0)
-    estimate = identify(simulator.robot, recordings, Settings(settings)).estimate
-    assert estimate.robust is not None
-    assert estimate.robust.covariance.shape == (54, 54)
-    assert estimate.robust.blocks >= 40
-    assert np.mean(estimate.robust.sigma / estimate.sigma) == pytest.approx(1.0, abs=0.15)
-    assert identify(simulator.robot, recordings, Settings(settings, robust=False)).estimate.robust is None
-
-
 @pytest.mark.parametrize("method", METHODS)
 def test_a_rule_for_variances_is_asked_by_name(method: int, problem: LongMotion) -> None:
     """The formula's alone, the jackknife's as by default, or the sandwich by how much the errors remember."""
@@ -378,9 +347,3 @@ def test_intervals_hold_under_noise_that_remembers(benchmark: ModuleType) -> Non
     formula, robust, _ = benchmark.coverage(range(12), trajectories=4, memory=20.0, robust=True)
     assert np.all(formula.mean(axis=1) < 0.82), formula
     assert np.all((robust.mean(axis=1) >= 0.90) & (robust.mean(axis=1) <= 0.98)), robust
-
-
-def test_noise_that_remembers_widens_the_jackknife(benchmark: ModuleType) -> None:
-    """One experiment of the same: the formula's sigma is too small."""
-    _, _, ratio = benchmark.coverage(range(1), trajectories=4, memory=20.0, robust=True)
-    assert np.all(ratio.mean(axis=1) > 1.3), ratio

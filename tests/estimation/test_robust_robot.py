@@ -1,23 +1,15 @@
 """Robust standard deviations of the robot's own parameters: what they cover, what goes by them, how they last."""
 
-import json
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
-from dynident.apps.logs.read import read_recording
-from dynident.apps.results import read_stored_robot
 from dynident.common.arrays import Array
-from dynident.common.errors import InputError
-from dynident.common.schema import write_json
 from dynident.estimation import Identification, identify
-from dynident.estimation.answers.identification import impossible_robot
 from dynident.estimation.equations.equations import merged
 from dynident.estimation.equations.observer import Observation, Observer
 from dynident.estimation.equations.reduction import reduced
 from dynident.estimation.fit.blocks import block_edges, block_length, in_blocks, remembered
-from dynident.estimation.fit.estimate import error_model
 from dynident.estimation.fit.least_squares import weighted
 from dynident.estimation.possible.prior import robot_prior, solve_constrained_prior
 from dynident.estimation.possible.robot import solve_constrained_base
@@ -115,44 +107,3 @@ def test_distance_and_probability_go_by_robust_deviations(results: list[Identifi
     assert plain.free.degrees_of_freedom == estimate.robust.degrees_of_freedom
     prior = solve_constrained_prior(robot, base, shifted, robot_prior(robot))
     assert prior.nearest.chi2_rise == pytest.approx(plain.chi2_rise, rel=1e-6)
-
-
-def test_stored_and_read_back(results: list[Identification], tmp_path: Path) -> None:
-    result, path = results[0], tmp_path / "robot.json"
-    robust = result.estimate.robust
-    assert robust is not None
-    write_json(path, result.result)
-    back = read_stored_robot(path).estimate
-    assert back.robust is not None
-    assert np.array_equal(back.robust.covariance, robust.covariance)
-    assert replace(back.robust, covariance=robust.covariance).quantile95 == robust.quantile95
-    assert (back.robust.blocks, back.robust.block_length) == (robust.blocks, robust.block_length)
-    assert np.array_equal(error_model(back).covariance, error_model(result.estimate).covariance)
-    document = json.loads(path.read_text())
-    first = document["base_parameters"][0]
-    assert first["sigma_robust"] == robust.sigma[0]
-    assert first["interval95_robust"][1] - first["value"] == pytest.approx(robust.quantile95 * robust.sigma[0])
-    for change, words in (
-        ({"covariance_robust": [[-1.0]]}, "variances"),
-        ({"covariance_robust": [[1.0]]}, "54 x 54"),
-        ({"robust": {}}, "'robust.blocks': missing"),
-    ):
-        path.write_text(json.dumps({**document, **change}))
-        with pytest.raises(InputError, match=words):
-            read_stored_robot(path)
-    path.write_text(json.dumps({**document, "covariance_robust": None}))
-    assert read_stored_robot(path).estimate.robust is None
-
-
-def test_what_tx40s_essential_parameters_contradict(recordings: Path) -> None:
-    """By the formula no robot has these zeros; with errors that last, 7.5 s of recording do not say so."""
-    robot = load_robot("tx40")
-    result = identify(robot, [read_recording(recordings / "tx40" / "tx40.csv.gz", robot)])
-    base, estimate, elimination = result.base, result.estimate, result.elimination
-    assert estimate.robust is not None
-    assert 1.6 < np.median(estimate.robust.sigma / estimate.sigma) < 2.6
-    assert "7 blocks" in estimate.robust.warning
-    alone = replace(elimination, estimate=replace(elimination.estimate, robust=None))
-    (line,) = impossible_robot(robot, base, replace(estimate, robust=None), alone)
-    assert "no tx40 that can exist" in line
-    assert impossible_robot(robot, base, estimate, elimination) == ()

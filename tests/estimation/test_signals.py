@@ -122,11 +122,6 @@ def test_full_motion_at_an_end(begin: float, end: float, lost: tuple[int, int]) 
     assert moving[inside[0] : inside[-1] + 1].all()
 
 
-def test_a_short_recording_loses_little() -> None:
-    moving = inner_samples(moved(1.0, 1.0, 2.0), CUT_AT_10)
-    assert len(moving) - moving.sum() in (20, 21)  # 5 % at either end
-
-
 def test_a_jog_to_the_start_gives_no_rows() -> None:
     """Fast as it is: half a second of motion, a pause of one second, then the recording proper."""
     motion = moved(0.05, 0.05)
@@ -198,12 +193,6 @@ def test_each_recording_is_filtered_once(recordings: list[Recording], monkeypatc
     assert np.array_equal(first.motion.qdd, measured(recordings[0], CUT_AT_8).motion.qdd)
 
 
-def test_other_settings_filter_anew(recordings: list[Recording]) -> None:
-    first = measurement(recordings[0], CUT_AT_8)
-    for changed in (replace(CUT_AT_8, cutoff=6.0), replace(CUT_AT_8, rate=80.0)):
-        assert measurement(recordings[0], changed) is not first
-
-
 def test_what_is_made_of_a_recording_goes_with_it(recordings: list[Recording]) -> None:
     gc.collect()
     before = len(filtering._made)
@@ -252,12 +241,6 @@ def test_sigma_of_the_mass_halves_on_fast_logs(fast: list[Recording], payload: I
     assert abs(mass - payload.mass) < 4.0 * filtered
 
 
-def test_a_rate_of_equations_is_the_factor_that_gives_it(fast: list[Recording]) -> None:
-    by_rate = replace(AT_100, rate=None, decimate=1, equation_rate=25.0)
-    assert sigma(fast, by_rate) == pytest.approx(sigma(fast, AT_100), rel=1e-9)
-    assert [by_rate.thinning(rate) for rate in (1000.0, 125.0, 30.0, 10.0)] == [40, 5, 1, 1]
-
-
 @pytest.mark.parametrize(
     ("recorded", "grid", "factor"),
     [(1000.0, 1000.0, 40), (500.0, 500.0, 20), (190.0, 200.0, 8), (125.0, 100.0, 4), (100.0, 100.0, 4)],
@@ -287,25 +270,6 @@ def recording(motion: Motion, name: str, delay: float = 0.0, seed: int | None = 
         t = np.sort(np.random.default_rng(seed).uniform(motion.t[0], motion.t[-1], len(motion.t)))
     q = np.column_stack([np.interp(t, motion.t, q) for q in motion.q.T])
     return Recording(t + delay, q, q, source=name)
-
-
-@pytest.mark.parametrize("delay", [0.0, 0.0137, 1.18, -0.4213])
-@pytest.mark.parametrize("uneven", [False, True])
-def test_lag_is_found_to_a_fraction_of_a_sample(wander: Callable[..., Motion], delay: float, uneven: bool) -> None:
-    motion = wander(6, 0)
-    a = recording(motion, "a", 0.0, 1 if uneven else None)
-    b = recording(motion, "b", delay, 2 if uneven else None)
-    pair = aligned(a, b, 100.0, 0.02)
-    assert pair.lag == pytest.approx(delay, abs=2e-4)
-    assert pair.max_mismatch < 5e-3
-    assert np.array_equal(pair.unloaded.t, pair.loaded.t)
-
-
-def test_offset_between_the_runs_is_reported(wander: Callable[..., Motion]) -> None:
-    motion = wander(6, 0)
-    b = Recording(motion.t, motion.q + 1e-3, motion.q)
-    pair = aligned(recording(motion, "a"), b, 100.0, 0.02)
-    assert pair.rms_mismatch == pytest.approx(1e-3, rel=0.05)
 
 
 def test_different_trajectories_are_refused_and_the_limit_can_be_moved(wander: Callable[..., Motion]) -> None:

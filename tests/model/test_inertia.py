@@ -91,16 +91,6 @@ def test_views_agree_with_names() -> None:
     np.testing.assert_array_equal(skew([1, 2, 3]) @ [4, 5, 6], np.cross([1, 2, 3], [4, 5, 6]))
 
 
-def test_ball_and_thin_disc_can_exist() -> None:
-    """Closed forms: a ball 2/5 m r^2; a disc is the limit, its pseudo-inertia is singular."""
-    ball = InertialParameters.from_com(2.0, [0.1, 0.2, 0.3], 0.4 * 2.0 * 0.05**2 * np.eye(3))
-    assert ball.physically_consistent
-    disc = InertialParameters.from_com(3.0, [0, 0, 0], 3.0 * 0.1**2 * np.diag([0.25, 0.25, 0.5]))
-    assert disc.min_pseudo_inertia_eigenvalue == pytest.approx(0.0, abs=1e-15)
-    thinner = InertialParameters(disc.vector + 1e-3 * np.eye(10)[INERTIAL.index("ZZ")])
-    assert not thinner.physically_consistent
-
-
 def test_nothing_without_mass() -> None:
     nothing = InertialParameters(np.zeros(10))
     assert not nothing.physically_consistent

@@ -60,15 +60,6 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return path
 
 
-def test_cache_is_moved_private_and_used_again(folder: Path) -> None:
-    assert _answer(_start(folder)) == "compiled"
-    (entry,) = folder.iterdir()
-    assert stat.S_IMODE(folder.stat().st_mode) == 0o700
-    before = entry.stat().st_mtime_ns
-    assert _answer(_start(folder)) == "compiled"
-    assert [path.stat().st_mtime_ns for path in folder.iterdir()] == [before]
-
-
 def test_key_is_source_compiler_flags_and_processor(
     folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -130,14 +121,6 @@ def test_damaged_entry_is_rebuilt(folder: Path, damage: Callable[[bytes], bytes]
     assert entry.read_bytes() == good
 
 
-def test_unwritable_cache_falls_back_to_a_temporary_one(tmp_path: Path) -> None:
-    (tmp_path / "file").write_text("in the way")
-    scratch = tmp_path / "scratch"
-    scratch.mkdir()
-    assert _answer(_start(tmp_path / "file" / "cache", TMPDIR=str(scratch))) == "compiled"
-    assert list(scratch.iterdir()) == [], "the temporary cache goes with its process"
-
-
 def test_cache_that_others_can_write_is_not_used(folder: Path) -> None:
     folder.mkdir(parents=True)
     folder.chmod(0o777)
@@ -181,44 +164,3 @@ def test_compiler_that_hangs_is_asked_once(folder: Path, tmp_path: Path, monkeyp
     assert time.monotonic() - begun < 10.0
     assert calls.read_text() == "once\n"
     assert list(folder.iterdir()) == []
-
-
-@pytest.mark.parametrize("content", ["no library at all", "another library"])
-def test_entry_that_cannot_be_used_heals(folder: Path, content: str) -> None:
-    """An entry's name tells its checksum rightly, but it is no library, or one without the function."""
-    cache.compiled_library(SOURCE, "kernel")
-    (entry,) = _entries(folder)
-    key, good = entry.name.split("-")[0], entry.read_bytes()
-    bad = content.encode()
-    if content == "another library":
-        cache.compiled_library("int other(void) { return 0; }")
-        (sibling,) = set(_entries(folder)) - {entry}
-        bad = sibling.read_bytes()
-        sibling.unlink()
-    entry.unlink()
-    (folder / f"{key}-{cache._digest(bad)}.so").write_bytes(bad)
-    assert Path(cache.compiled_library(SOURCE, "kernel")._name).parent == folder
-    (entry,) = _entries(folder)
-    assert entry.read_bytes() == good
-
-
-@pytest.mark.parametrize("umask", [0o000, 0o022, 0o077])
-def test_what_is_made_is_private_and_what_is_there_keeps_its_mode(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, umask: int
-) -> None:
-    home = tmp_path / "home"
-    home.mkdir()
-    monkeypatch.delenv("DYNIDENT_CACHE", raising=False)
-    monkeypatch.delenv("XDG_CACHE_HOME", raising=False)
-    monkeypatch.setattr(Path, "home", lambda: home)
-    before = os.umask(umask)
-    try:
-        assert cache.cache_folder() == home / ".cache" / "dynident"
-        assert stat.S_IMODE((home / ".cache").stat().st_mode) == 0o700
-        (home / ".cache").chmod(0o751)
-        (home / ".cache" / "dynident").rmdir()
-        assert cache.cache_folder() == home / ".cache" / "dynident"
-    finally:
-        os.umask(before)
-    assert stat.S_IMODE((home / ".cache").stat().st_mode) == 0o751
-    assert stat.S_IMODE((home / ".cache" / "dynident").stat().st_mode) == 0o700

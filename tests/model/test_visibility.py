@@ -1,4 +1,4 @@
-"""What torques show of a payload: known cases, and against the rank of the torques themselves."""
+"""Visibility of a payload in torques: known cases, and against the rank of the torques themselves."""
 
 from collections.abc import Sequence
 

@@ -1,8 +1,14 @@
-"""A screen is 25 lines of 80 columns, whatever is in it; the details hold the rest."""
+"""Screens of 25 lines of 80 columns, documents that are whole, and the schemas of the docs."""
 
+import json
+from pathlib import Path
+
+import numpy as np
 import pytest
-from dynident.apps.report.blocks import Block, Notes, Report, Section, Table
+from dynident.apps.report.blocks import Block, Notes, Report, Section, Table, with_sigma
+from dynident.apps.report.documents.schemas import DOCUMENTS, schema_text
 from dynident.apps.report.terminal import COLUMNS, LINES, screen_text
+from dynident.common.schema import write_json
 from rich.cells import cell_len
 
 LONG = "a reason that goes on and on, " * 40
@@ -61,11 +67,42 @@ def test_names_are_text(name: str) -> None:
     assert shown.count(name) == 7
 
 
-def test_words_of_several_rows_stand_beside_all_of_them() -> None:
-    rows = [("mass", "1", "use"), *((f"com {x}", "2", "not measured well enough, by far") for x in "xyz")]
-    table = Table("t", ("", "value", "use"), rows, ends=("mass",), merged=True, spare=("com z",))
-    _, _, mass, *com = screen_text(Report("", [table]), details=True).split("\n")
-    assert mass.split() == ["mass", "1", "use"]
-    assert [line.split()[3] for line in com] == ["┐", "│", "┘"]
-    assert " ".join(word for line in com for word in line.split()[4:]) == "not measured well enough, by far"
-    assert len(screen_text(Report("", [table])).split("\n")) == 5, "the first screen leaves a row out"
+def test_json_is_plain_and_whole(tmp_path: Path) -> None:
+    path = tmp_path / "out.json"
+    document = {"a": np.arange(3.0), "b": np.float64(1.5), "c": (1, None, float("nan")), "d": {"e": np.inf}}
+    write_json(path, document)
+    assert json.loads(path.read_text()) == {"a": [0.0, 1.0, 2.0], "b": 1.5, "c": [1, None, None], "d": {"e": None}}
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_a_failed_write_leaves_the_old_file(tmp_path: Path) -> None:
+    path = tmp_path / "out.json"
+    write_json(path, {"good": 1})
+    with pytest.raises(TypeError):
+        write_json(path, {"bad": object()})
+    assert json.loads(path.read_text()) == {"good": 1}
+    assert list(tmp_path.iterdir()) == [path]
+
+
+@pytest.mark.parametrize(
+    ("value", "sigma", "text"),
+    [(1.23456, 0.0123, "1.235±0.012"), (-0.00012345, 1e-5, "-0.000123±0.000010"), (1234.5, 12.0, "1234±12"),
+     (2.5, 0.0, "2.5"), (2.5, np.inf, "2.5")],
+)  # fmt: skip
+def test_values_have_two_digits_of_sigma(value: float, sigma: float, text: str) -> None:
+    assert str(with_sigma(value, sigma)) == text
+
+
+FOLDER = Path(__file__).parents[2] / "docs" / "schemas"
+
+
+def test_each_document_has_one_and_the_page_links_it() -> None:
+    assert {path.name for path in FOLDER.iterdir()} == {f"{name}.schema.json" for name in DOCUMENTS}
+    page = (FOLDER.parent / "documents.md").read_text(encoding="utf-8")
+    assert all(f"(schemas/{name}.schema.json)" in page for name in DOCUMENTS)
+
+
+@pytest.mark.parametrize("name", DOCUMENTS)
+def test_it_is_current(name: str) -> None:
+    """If not: python -m dynident.apps.report.documents.schemas."""
+    assert json.loads((FOLDER / f"{name}.schema.json").read_bytes()) == json.loads(schema_text(name))

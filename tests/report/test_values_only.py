@@ -19,7 +19,7 @@ ALLOWED = {
 
 
 def functions() -> set[str]:
-    """What the room imports from estimation and can be called, types apart."""
+    """Functions that the room imports from estimation, types apart."""
     names = set()
     for path in (ROOT / "apps/report").rglob("*.py"):
         depth = len(path.parent.relative_to(ROOT).parts)

@@ -146,19 +146,6 @@ def test_fixed_durations_stay(name: str) -> None:
         assert np.allclose(family.sample(smaller).q[0], POSE)
 
 
-def test_a_passing_motion_has_the_speeds_and_accelerations_it_is_given() -> None:
-    draw = np.random.default_rng(0)
-    p, v, a = draw.standard_normal((3, 4, 2))
-    via = ViaPoints(p, np.array([0.5, 1.0, 0.25]), v, a)
-    motion = via.motion(400.0)
-    for k, row in enumerate((0, 200, 600, 700)):
-        assert np.allclose(motion.q[row], p[k], atol=1e-12)
-        assert np.allclose(motion.qd[row], v[k], atol=1e-12)
-        assert np.allclose(motion.qdd[row], a[k], atol=1e-10)
-    assert not via.rests
-    assert ViaPoints(p, via.durations, 0 * v).rests
-
-
 def test_a_fourier_series_is_the_sum_that_is_written() -> None:
     plan = Fourier(np.array([0.1]), np.array([[1.0, -1.0]]), np.array([[0.5, -0.25]]), 4.0)
     motion = plan.motion(10.0)

@@ -5,9 +5,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
-from dynident.common.arrays import Array
 from dynident.common.errors import InputError
-from dynident.model import InertialParameters, Motion, Robot, load_robot, payload_regressor
+from dynident.model import InertialParameters, Robot, load_robot, payload_regressor
 from dynident.model.inertia import PayloadSpread
 from dynident.model.kernel.kernel import Kernel
 from dynident.trajectories import (
@@ -21,7 +20,6 @@ from dynident.trajectories import (
     build_design,
     solve_design,
 )
-from dynident.trajectories.design.goal import second_pose
 
 BODY = InertialParameters.from_com(3.0, [0.0, 0.0, 0.1], np.diag([0.01, 0.01, 0.005]))
 POSE = np.radians([0.0, -60.0, 90.0, -120.0, -90.0, 0.0])
@@ -96,30 +94,6 @@ def test_every_limit_is_kept_and_the_others_are_held(design: Solved) -> None:
         assert motion.q[end] == pytest.approx(POSE, abs=1e-9)
         assert np.abs(motion.qd[end]).max() < 1e-9
     assert motion.t[-1] == pytest.approx(30.0)
-
-
-def derivatives(motion: Motion) -> tuple[Array, Array]:
-    return np.gradient(motion.q, motion.t, axis=0), np.gradient(motion.qd, motion.t, axis=0)
-
-
-@pytest.mark.long
-def test_two_poses_and_the_way_between() -> None:
-    request = asked((3, 5, 6))
-    second = second_pose(request.robot, request.shape, request.goal)
-    assert second is not None
-    assert np.flatnonzero(np.abs(second - POSE) > 1e-6).tolist() == [4, 5]
-    result = asked((3, 5, 6), poses=np.array([POSE, second])).solved()
-    assert result.spread.mass <= 0.075
-    assert result.spread.com.max() <= 6.5e-3
-    motion, bounds = result.motion.motion(1000.0), JointBounds.of(load_robot("ur10e"))
-    assert result.motion.duration == pytest.approx(30.0)
-    assert (np.abs(motion.qd) <= bounds.speed).all()
-    qd, qdd = derivatives(motion)
-    assert np.abs(qd - motion.qd).max() < 5e-3
-    assert np.abs(qdd - motion.qdd)[1:-1].max() < 0.1
-    near = np.min([np.abs(motion.q - pose).max(axis=1) for pose in (POSE, second)], axis=0)
-    between = near > np.radians(30.0) * (1.0 + 1e-9)
-    assert 0.0 < between.mean() * result.motion.duration < 2.0 * result.motion.transfer
 
 
 def test_the_rehearsal_goes_the_same_way_slowly(design: Solved) -> None:

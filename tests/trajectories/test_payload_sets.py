@@ -9,7 +9,7 @@ from dynident.common.arrays import Array
 from dynident.common.errors import InputError
 from dynident.model import Motion, Pose, Robot, load_robot, payload_regressor, stand_in
 from dynident.model.frames import frames_at
-from dynident.tests.trajectories.bodies import dense, drawn_bodies
+from dynident.tests.trajectories.safe_runs import dense, drawn_bodies
 from dynident.trajectories import (
     DesignProblem,
     JointBounds,

@@ -62,16 +62,6 @@ def test_the_joint_on_another_scale_stands_out(posed: Callable[..., LongMotion])
 
 
 @pytest.mark.long
-def test_a_scale_that_may_be_another_one_is_in_the_interval(posed: Callable[..., LongMotion]) -> None:
-    plain, free = answered(posed(1.02)), answered(posed(1.02, scale_sigma=0.02))
-    assert [estimate.method for estimate in free.estimates] == [1, 4]
-    assert free.spread.mass > 1.5 * plain.spread.mass
-    assert abs(free.mass - 5.0) < abs(plain.mass - 5.0)
-    low, high = free.mass_interval
-    assert low < 5.0 < high
-
-
-@pytest.mark.long
 def test_contact_is_a_burst(pair: tuple[Recording, Recording]) -> None:
     """One second of contact: what is left out reaches into the standard deviation."""
     assert BURST > 1.0
@@ -184,14 +174,3 @@ def test_a_payload_that_is_taken_up_is_seen(pair: tuple[Recording, Recording], b
     effects = seen(beside(replace(pair[1], torque=torque), pair[0]))
     assert effects["change"].size > 0.0
     assert BY_NAME["change"].stands_out(effects["change"])
-
-
-@pytest.mark.long
-def test_gains_of_a_wrong_robot_do_not_hide_it(pair: tuple[Recording, Recording]) -> None:
-    """With gains of their own in every comparison, the robot that was recorded still explains most."""
-    off = np.array([1.0, 1.4, 1.3, 1.3, 1.3, 1.25])  # as gains come out that are identified with a ur20
-    bare, heavy = (replace(recording, torque=recording.torque * off) for recording in pair)
-    states = states_of(Source((heavy,), (bare,), load_robot(NAME).processing))
-    assert named(alternatives(load_robot("ur20"), states, free_gains=True), "robot", NAME).z > 2.0
-    right = [rival for rival in alternatives(load_robot(NAME), states, free_gains=True) if rival.kind == "robot"]
-    assert all(rival.fall < 0.0 for rival in right)

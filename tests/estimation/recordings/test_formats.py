@@ -11,12 +11,12 @@ from typing import Any
 import numpy as np
 import pytest
 import scipy.io.matlab
-from dynident.apps.logs import Quantity, Time, with_flags
+from dynident.apps.logs import with_flags
 from dynident.apps.logs.map import LogMap
 from dynident.apps.logs.read import read_recording
 from dynident.common.errors import InputError
 from dynident.model import Robot
-from dynident.tests.estimation.recordings.conftest import FORMATS, NAMES, as_bag, as_npz, same
+from dynident.tests.estimation.recordings.conftest import FORMATS, NAMES, as_bag, same
 from scipy.sparse import csc_matrix
 
 
@@ -62,27 +62,6 @@ def test_ros_bag(tmp_path: Path, arm: Robot, signals: dict[str, np.ndarray], nam
         read_recording(path, arm, None, with_flags(LogMap(), joints=[n.replace("elbow", "elbo") for n in NAMES]))
 
 
-def test_ros_bag_with_numbered_joints(tmp_path: Path, arm: Robot, signals: dict[str, np.ndarray]) -> None:
-    names = tuple(f"arm_joint{j}" for j in range(1, 7))
-    same(read_recording(as_bag(tmp_path / "sqlite", signals, names, gripper=False), arm), signals)
-
-
-def test_effort_may_be_a_current(tmp_path: Path, arm: Robot, signals: dict[str, np.ndarray]) -> None:
-    how = LogMap(joints=NAMES, current=Quantity("{joint}.effort"))
-    recording = read_recording(as_bag(tmp_path / "mcap", signals), arm, [10.0] * 6, how)
-    assert np.allclose(recording.torque, 10.0 * signals["tau"])
-
-
-def test_structures_of_a_mat_file(tmp_path: Path, arm: Robot, signals: dict[str, np.ndarray]) -> None:
-    from scipy.io import savemat
-
-    savemat(tmp_path / "s.mat", {"log": {**signals, "run": {"id": 3}}})
-    kinds = {"position": "log.q{}", "velocity": "log.qd{}", "torque": "log.tau{}"}
-    entries: dict[str, Any] = {kind: Quantity(name) for kind, name in kinds.items()}
-    how = LogMap(time=Time("log.t"), **entries)
-    same(read_recording(tmp_path / "s.mat", arm, None, how), signals)
-
-
 @pytest.mark.parametrize("name", ["mcap", "sqlite"])
 def test_a_damaged_bag_is_one_line(tmp_path: Path, arm: Robot, signals: dict[str, np.ndarray], name: str) -> None:
     """Whatever of the bag's files has wrong bytes; what no byte tells is read."""
@@ -102,15 +81,6 @@ def test_a_damaged_bag_is_one_line(tmp_path: Path, arm: Robot, signals: dict[str
         file.write_bytes(good)
     assert len(refused) > 10
     assert not any("\n" in line for line in refused)
-
-
-@pytest.mark.parametrize("name", ["a.npz", "a.mat", "a.parquet", "a.mcap", "a.db3"])
-def test_files_of_another_kind(tmp_path: Path, arm: Robot, name: str) -> None:
-    path = tmp_path / name
-    path.write_bytes(b"t,q1\n1,2\n" * 100)
-    with pytest.raises(InputError, match=r"a\.\w+: not a") as caught:
-        read_recording(path, arm)
-    assert "\n" not in str(caught.value)
 
 
 @pytest.mark.parametrize(("name", "module"), [("seven.mat", "h5py"), ("a.parquet", "pyarrow"), ("mcap", "rosbags")])
@@ -140,27 +110,6 @@ def test_missing_library_names_the_extra(
         read_recording(path, arm)
 
 
-def test_a_long_text_is_read_as_arrays_are(tmp_path: Path, arm: Robot) -> None:
-    """A bad cell near its end is found."""
-    rows = 33_000
-    table = np.random.default_rng(0).uniform(-1, 1, (rows, 13)).round(4)
-    table[:, 0] = (0.001 * np.arange(rows)).round(4)
-    header = ",".join(["t"] + [f"{kind}{j}" for kind in ("q", "tau") for j in range(1, 7)])
-    path = tmp_path / "long.csv"
-    np.savetxt(path, table, delimiter=",", header=header, comments="", fmt="%.4f")
-    recording = read_recording(path, arm)
-    assert np.allclose(recording.q, table[:, 1:7])
-    at_once = {"t": table[:, 0], "q": table[:, 1:7], "tau": table[:, 7:]}
-    assert read_recording(as_npz(tmp_path / "a.npz", at_once), arm).fingerprint == recording.fingerprint
-    assert np.array_equal(recording.t, table[:, 0])
-    assert np.array_equal(recording.torque, table[:, 7:])
-    lines = path.read_text().splitlines()
-    lines[rows - 3] = lines[rows - 3].replace("-", "?").replace("0", "x")
-    path.write_text("\n".join(lines))
-    with pytest.raises(InputError, match=f"line {rows - 2}, column 't'"):
-        read_recording(path, arm)
-
-
 @pytest.mark.parametrize(
     "cell", ["1.5", "+1.5", "1.", ".5", "1e-3", "-0", "01", " 2.5 ", "1e22", "123456789012345678901"]
 )
@@ -180,7 +129,7 @@ def test_every_way_to_write_a_number_is_read_alike(tmp_path: Path, arm: Robot, c
 BINARY = ["a.npz", "five.mat", "seven.mat", "a.parquet"]
 FLIPS = 40
 MATLAB = sorted((Path(scipy.io.matlab.__file__).parent / "tests" / "data").glob("*.mat"))
-"""What MATLAB itself wrote, with objects, functions and cells; not in every installation of scipy."""
+"""Files that MATLAB itself wrote, with objects, functions and cells; not in every installation of scipy."""
 
 
 def damaged(good: bytes, seed: int) -> Iterator[bytes]:

@@ -19,7 +19,6 @@ from dynident.model import Joint, Recording, Robot, load_robot, robot_names
 from dynident.tests.estimation.recordings.conftest import NAMES, as_csv
 from hypothesis import given
 from hypothesis import strategies as st
-from msgspec.structs import replace
 
 
 def test_files_side_by_side_must_fit(tmp_path: Path, arm: Robot, signals: dict[str, np.ndarray]) -> None:
@@ -118,15 +117,6 @@ def test_numbered_names_of_any_arm(robot: str, first: int) -> None:
 UR = ("shoulder_pan_joint", "shoulder_lift_joint", "elbow_joint", "wrist_1_joint", "wrist_2_joint", "wrist_3_joint")
 
 
-@pytest.mark.parametrize("prefix", ["", "left_"])
-def test_joints_by_the_makers_names(prefix: str) -> None:
-    """A log names them in its own order, perhaps with another arm's beside them: no --joints is needed."""
-    own_names = [f"{prefix}{name}" for name in sorted(UR)]
-    raw = RawLog(Path("x"), ("t",), lambda names: np.empty((0, 0)), str, ("gripper", *own_names))
-    naming = Naming(raw, LogMap(), load_robot("ur10e"))
-    assert naming.joints == tuple(f"{prefix}{name}" for name in UR)
-
-
 def test_two_arms_in_a_log_must_be_told_apart() -> None:
     both = tuple(f"{side}_{name}" for side in ("left", "right") for name in UR)
     raw = RawLog(Path("x"), ("t",), lambda names: np.empty((0, 0)), str, both)
@@ -168,22 +158,6 @@ def test_power_is_the_same_on_both_sides(data: st.DataObject) -> None:
     qm, taum = np.random.default_rng(0).normal(size=(2, 4, 6))
     joint = np.sum(how.si("velocity", qm) * how.si("torque", taum), axis=1)
     assert np.allclose(joint, np.sum(qm * taum, axis=1), rtol=1e-6, atol=1e-8)
-
-
-@given(rated=st.lists(st.floats(1.0, 400.0), min_size=6, max_size=6).map(tuple))
-def test_percent_of_rated(rated: tuple[float, ...]) -> None:
-    how = LogMap(torque=Quantity(unit="percent", rated=rated))
-    assert np.allclose(how.si("torque", np.full((1, 6), 50.0)), 0.5 * np.array(rated))
-
-
-def test_tx40_motor_side_gives_the_joint_side(recordings: Path) -> None:
-    robot = load_robot("tx40")
-    path = recordings / "tx40" / "tx40.csv.gz"
-    joint = read_recording(path, robot)
-    recipe = read_log_map(Path(__file__).parents[3] / "examples/logs/tx40_figaroh.toml")
-    motor = read_recording(path, robot, None, replace(recipe, files=(), time=Time()))
-    assert np.abs(motor.q - joint.q).max() < 1e-8
-    assert np.abs(motor.torque - joint.torque).max() < 1e-6
 
 
 FOLDER = Path(__file__).parents[3] / "examples/logs"
@@ -242,17 +216,6 @@ def test_panda(tmp_path: Path) -> None:
         assert np.allclose(signal, values[name], atol=1e-5)
 
 
-def test_ur_rtde(tmp_path: Path) -> None:
-    names = ["timestamp"] + [f"actual_{kind}_{j}" for kind in ("q", "qd", "current") for j in range(6)]
-    table = DRAW.normal(size=(20, 19))
-    table[:, 0] = 0.002 * np.arange(20)
-    np.savetxt(tmp_path / "rtde.csv", table, delimiter=" ", header=" ".join(names), comments="")
-    recording = read_recording(
-        tmp_path / "rtde.csv", load_robot("ur10e"), [3.0] * 6, read_log_map(FOLDER / "ur_rtde.toml")
-    )
-    assert recording.torque == pytest.approx(3.0 * table[:, 13:])
-
-
 RATE, SECONDS = 100.0, 12.0
 
 
@@ -301,74 +264,11 @@ def test_the_fall_is_the_share(tmp_path: Path, rx90: Robot, reference: str, kind
     assert following.joints[0].before == pytest.approx(scale * np.sqrt(np.mean(error[:, 1] ** 2)), rel=0.02)
 
 
-def test_a_rise_and_no_change(tmp_path: Path, rx90: Robot) -> None:
-    assert change(tmp_path, rx90, 1.5, "qref").total.clear == "rose"
-    same = change(tmp_path, rx90, 1.0, "qref").total
-    assert same.fall == pytest.approx(0.0, abs=1e-9)
-
-
 def test_different_references_are_not_compared(tmp_path: Path, rx90: Robot) -> None:
     a = read_following(write(tmp_path / "a.csv", 1.0, "qref"), rx90)
     b = read_following(write(tmp_path / "b.csv", 1.0, "tauref"), rx90)
     with pytest.raises(InputError, match="same columns in both"):
         following_change(a, b)
-
-
-@pytest.mark.parametrize(
-    ("table", "reference", "kind", "size"),
-    [
-        ('[position_reference]\ncolumns = "target_q_{0}"\n', "qref", "following error", 1.0),
-        (
-            '[position_reference]\ncolumns = "target_q_{0}"\nunit = "deg"\n',
-            "qref",
-            "following error",
-            180.0 / np.pi,
-        ),
-        ('[torque_reference]\ncolumns = "target_q_{0}"\nunit = "mN·m"\n', "tauref", "unpredicted torque", 1e3),
-    ],
-)
-def test_references_that_a_log_map_names(
-    tmp_path: Path, rx90: Robot, table: str, reference: str, kind: str, size: float
-) -> None:
-    """A log with other names and units says the same."""
-    standard = write(tmp_path / "a.csv", 1.0, reference)
-    rows = np.loadtxt(standard, delimiter=",", skiprows=1)
-    rows[:, 13:] *= size
-    names = standard.read_text(encoding="utf-8").splitlines()[0]
-    for j in range(1, 7):
-        names = names.replace(f"{reference}{j}", f"target_q_{j - 1}")
-    np.savetxt(tmp_path / "b.csv", rows, delimiter=",", header=names, comments="", fmt="%.15g")
-    (tmp_path / "map.toml").write_text(table, encoding="utf-8")
-    log_map = read_log_map(tmp_path / "map.toml")
-    plain, named = read_following(standard, rx90), read_following(tmp_path / "b.csv", rx90, log_map=log_map)
-    assert plain.kind == named.kind == kind
-    assert named.recording.torque == pytest.approx(plain.recording.torque, abs=1e-9)
-    with pytest.raises(InputError, match=r"target_q_0.* missing"):
-        read_following(standard, rx90, log_map=log_map)
-
-
-@pytest.mark.parametrize(
-    ("table", "words"),
-    [
-        ("[position_reference]\nunit = 'deg'\n", "name the columns"),
-        ("[torque_reference]\ncolumns = 'x{}'\nunit = 'percent'\n", "percent of what"),
-        ("[torque_reference]\ncolumns = 'x{}'\nside = 'motor'\n", "unknown"),
-        ("[position_reference]\ncolumns = ['a', 'b']\n", "6 joints"),
-    ],
-)
-def test_references_that_cannot_be(tmp_path: Path, rx90: Robot, table: str, words: str) -> None:
-    (tmp_path / "map.toml").write_text(table, encoding="utf-8")
-    with pytest.raises(InputError, match=words):
-        read_following(write(tmp_path / "a.csv", 1.0), rx90, log_map=read_log_map(tmp_path / "map.toml"))
-
-
-def test_too_short(tmp_path: Path, rx90: Robot) -> None:
-    path = write(tmp_path / "a.csv", 1.0, "qref")
-    lines = path.read_text(encoding="utf-8").splitlines()[:200]
-    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
-    short = read_following(path, rx90)
-    with pytest.raises(InputError, match="less than 4 s"):
-        following_change(short, read_following(path, rx90))
 
 
 def test_the_interval_is_as_wide_as_chance() -> None:

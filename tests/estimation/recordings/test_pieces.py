@@ -1,4 +1,4 @@
-"""What stands in time: gaps, units of time, pieces that are left, and planned motions from files."""
+"""Time: gaps, units of time, pieces that are left, and planned motions from files."""
 
 from pathlib import Path
 
@@ -77,13 +77,6 @@ def test_what_is_short_before_a_gap_is_left_out(tmp_path: Path, arm: Robot, rows
     assert read_recording(tmp_path / "a.csv", arm).fingerprint == rest.fingerprint
 
 
-@pytest.mark.parametrize(("lasts", "count"), [(1.99, 1), (2.01, 2)])
-def test_two_seconds_are_enough(tmp_path: Path, arm: Robot, lasts: float, count: int) -> None:
-    rows = round(100 * lasts) + 1
-    path = log(tmp_path / "a.csv", T, without(slice(rows, rows + 300)))
-    assert len(read_recordings(path, arm)) == count
-
-
 def test_gaps_everywhere_leave_nothing(tmp_path: Path, arm: Robot) -> None:
     holes = [slice(start, start + 30) for start in range(100, 2000, 180)]
     with pytest.raises(InputError, match=r"leave no 2 s without one: record without losing rows"):
@@ -95,15 +88,6 @@ def test_speeds_that_are_zero_are_taken_from_positions(tmp_path: Path, arm: Robo
     recording = read_recording(path, arm)
     assert recording.qd is None
     assert "speeds of joint 1, 2, 3, 4, 5, 6 are zero throughout: taken from positions" in recording.notes[0]
-
-
-def test_a_joint_at_rest_has_no_speed(tmp_path: Path, arm: Robot) -> None:
-    """Zero speeds of a joint that does not move are right."""
-    still = np.ones((1, 6))
-    still[0, 3] = 0.0
-    angle = np.outer(T, np.arange(1.0, 7.0))
-    path = log(tmp_path / "a.csv", T, without(), q=np.sin(angle) * still, qd=np.cos(angle) * still)
-    assert read_recording(path, arm).qd is not None
 
 
 @pytest.mark.parametrize(

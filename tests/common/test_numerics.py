@@ -1,8 +1,12 @@
-"""Column-scaled least squares, rank, range and null space."""
+"""Column-scaled least squares, rank and null space; filters and monotone cubics against scipy's."""
 
 import numpy as np
 import pytest
 from dynident.common.linear import RANK_TOLERANCE, decomposed, least_squares, rank, without
+from dynident.common.recursion import Section, butterworth, filtered
+from dynident.estimation.signals.filtering import MonotoneCubic
+from scipy.interpolate import PchipInterpolator
+from scipy.signal import butter, lfilter, sosfilt, sosfilt_zi
 
 DRAW = np.random.default_rng(0)
 A = DRAW.normal(size=(12, 5))
@@ -46,13 +50,6 @@ def test_order_of_the_rows_does_not_matter() -> None:
     assert mixed.rank == plain.rank
     assert mixed.solution(B[order]) == pytest.approx(plain.solution(B), rel=1e-9, abs=1e-12)
     assert mixed.inverse == pytest.approx(plain.inverse[:, order], abs=1e-12)
-
-
-def test_of_dependent_columns_the_shortest_solution() -> None:
-    x = least_squares(np.column_stack([A, A[:, 0]]), B)
-    assert x[0] == pytest.approx(x[5], rel=1e-12)
-    assert x[0] + x[5] == pytest.approx(least_squares(A, B)[0], rel=1e-12)
-    assert least_squares(DEPENDENT, B)[-1] == pytest.approx(0.0)
 
 
 def test_hidden_names_what_is_undetermined() -> None:
@@ -102,3 +99,36 @@ def test_columns_of_rounding_count_as_zero() -> None:
     assert decomposed(rounded).rank == 5
     assert decomposed(rounded, whole).rank == decomposed(exact).rank == 3
     assert decomposed(rounded, whole).solution(B) == pytest.approx(decomposed(exact).solution(B), abs=1e-12)
+
+
+SIGNALS = np.random.default_rng(0).standard_normal((400, 3)).cumsum(axis=0)
+
+
+@pytest.mark.parametrize("cutoff", [0.01, 0.1, 0.5, 0.95])
+@pytest.mark.parametrize("order", [2, 4, 6])
+def test_scipy_filters_alike(order: int, cutoff: float) -> None:
+    sections = butterworth(order, cutoff)
+    sos = butter(order, cutoff, output="sos")
+    settled = sosfilt_zi(sos)[:, :, None] * SIGNALS[0]
+    theirs, _ = sosfilt(sos, SIGNALS, axis=0, zi=settled)
+    assert np.abs(filtered(sections, SIGNALS) - theirs).max() < 1e-11 * np.abs(theirs).max()
+
+
+def test_a_first_order_filter_is_a_section_too() -> None:
+    ours = Section(1.0, 0.0, 0.0, -0.9, 0.0).filtered(SIGNALS, np.zeros((2, 3)))
+    assert ours == pytest.approx(lfilter([1.0], [1.0, -0.9], SIGNALS, axis=0), rel=1e-12, abs=1e-12)
+
+
+@pytest.mark.parametrize("count", [2, 3, 4, 300])
+@pytest.mark.parametrize("seed", range(3))
+def test_scipy_interpolates_alike(count: int, seed: int) -> None:
+    draw = np.random.default_rng(seed)
+    t = np.cumsum(draw.uniform(0.001, 0.02, count)) + 5.0
+    values = draw.standard_normal((count, 4))
+    values[: count // 2, 1] = 0.3  # level stretches
+    values[:, 2] = np.sort(values[:, 2])
+    times = np.concatenate([t, draw.uniform(t[0], t[-1], 500), [t[0] - 0.01, t[-1] + 0.01]])
+    theirs = PchipInterpolator(t, values, axis=0, extrapolate=False)(times)
+    ours = MonotoneCubic(t, values)(times)
+    assert np.isnan(ours).any()
+    assert ours == pytest.approx(theirs, rel=1e-11, abs=1e-12, nan_ok=True)

@@ -1,11 +1,13 @@
-"""Distances of capsules and half-spaces against brute force, their slopes, and scenes that cannot be."""
+"""Scenes from TOML; distances of their bodies against brute force, and their slopes."""
+
+from pathlib import Path
 
 import numpy as np
 import pytest
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError
 from dynident.model import load_robot
-from dynident.trajectories import Scene
+from dynident.trajectories import Scene, read_scene
 from dynident.trajectories.design.limits import State
 from dynident.trajectories.design.scene import Capsule, HalfSpace, clearance
 from dynident.trajectories.motions.family import Samples
@@ -93,3 +95,75 @@ def test_scenes_that_cannot_be(make: object, message: str) -> None:
     assert callable(make)
     with pytest.raises(InputError, match=message):
         make()
+
+
+WHOLE = """
+clearance = 0.02
+pairs = [["tool", "column"]]
+may_touch = [["upper arm", "floor"]]
+
+[[surfaces]]
+name = "floor"
+offset = -0.42
+
+[[surfaces]]
+name = "wall"
+normal = [0, -1.0, 0]
+offset = -1.5
+
+[[bodies]]
+name = "column"
+link = 0
+radius = 0.2
+start = [0, 0, -0.42]
+end = [0, 0, 0.1]
+
+[[bodies]]
+name = "upper arm"
+link = 2
+radius = 0.12
+end = [0.45, 0, 0]
+
+[[bodies]]
+name = "tool"
+link = 6
+radius = 0.12
+start = [0, 0, 0.2]
+"""
+
+
+def write(folder: Path, text: str) -> Path:
+    path = folder / "scene.toml"
+    path.write_text(text)
+    return path
+
+
+def test_everything_is_read(tmp_path: Path) -> None:
+    assert read_scene(write(tmp_path, WHOLE)) == Scene(
+        (
+            Capsule("column", 0, 0.2, (0.0, 0.0, -0.42), (0.0, 0.0, 0.1)),
+            Capsule("upper arm", 2, 0.12, (0.0, 0.0, 0.0), (0.45, 0.0, 0.0)),
+            Capsule("tool", 6, 0.12, (0.0, 0.0, 0.2)),
+        ),
+        (HalfSpace("floor", (0.0, 0.0, 1.0), -0.42), HalfSpace("wall", (0.0, -1.0, 0.0), -1.5)),
+        (("tool", "column"),),
+        (("upper arm", "floor"),),
+        0.02,
+    )
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("radius = 0.2\n", "radius = -1\n", "'column'"),
+        ("[0, -1.0, 0]", "[0, 0, 0]", "'wall' needs a normal"),
+        ('[["tool", "column"]]', '[["tool", "post"]]', "no body or surface 'post'"),
+        ('[["upper arm", "floor"]]', "7", "'may_touch': must be pairs"),
+        ('name = "wall"', 'name = "floor"', "the same name"),
+    ],
+)
+def test_mistakes_are_named(tmp_path: Path, old: str, new: str, words: str) -> None:
+    assert old in WHOLE
+    with pytest.raises(InputError, match=words) as caught:
+        read_scene(write(tmp_path, WHOLE.replace(old, new)))
+    assert "scene.toml" in str(caught.value)
