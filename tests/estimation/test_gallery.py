@@ -31,7 +31,7 @@ from dynident.estimation.diagnosis.engine import System
 from dynident.estimation.diagnosis.states import States, states_of
 from dynident.estimation.equations.equations import Equations
 from dynident.estimation.fit.least_squares import weighted
-from dynident.estimation.payload.by_joints import ByJoints, payload_by_joints
+from dynident.estimation.payload.by_joints import WITHOUT_BLOCKS, ByJoints, payload_by_joints
 from dynident.estimation.payload.long_motion import Source
 from dynident.model import InertialParameters, Motion, Processing, Recording, Robot, Spring, load_robot
 from dynident.tests.selection import every
@@ -524,16 +524,26 @@ def test_the_joints_of_a_spherical_wrist_do_not_see_the_mass(problems: dict[str,
         assert low - 0.02 * truth < truth < high + 0.02 * truth
 
 
-def test_a_group_sees_what_method_3_sees_in_its_rows(problems: dict[str, LongMotion]) -> None:
-    """A group's mass is that of method 3 with the other joints' weights at zero."""
-    problem = problems["rx90"]
+def rows_of(part: Equations | None, keep: tuple[int, ...]) -> Equations:
+    """The equations of some joints, from 0, alone."""
+    assert part is not None
+    factors = tuple(f if j in keep else 0.0 * f[:0] for j, f in enumerate(part.factors))
+    rows = tuple(r if j in keep else 0 for j, r in enumerate(part.rows))
+    return replace(part, factors=factors, rows=rows, effective_rows=tuple(map(float, rows)), shared=())
+
+
+def test_a_group_sees_what_method_3_sees_in_its_rows() -> None:
+    """Mass and standard deviation are those of method 3 by these joints alone; without blocks so much larger."""
+    problem = problem_scaled("rx90", blocks=False)
     assert problem.difference is not None
-    own = payload_estimate(problem, 3).estimate
-    weights = np.array([own.weights[0], own.weights[1], own.weights[2], 0.0, 0.0, 0.0])
-    arm = weighted(problem.difference.select(PAYLOAD), weights)
-    group = payload_by_joints(problem, own.weights).masses[6]
+    effective = problem.difference.effective_rows
+    arm = replace(rows_of(problem.difference, (0, 1, 2)), effective_rows=(*effective[:3], 0.0, 0.0, 0.0))
+    weights = payload_estimate(problem, 3).estimate.weights
+    expected = weighted(arm.select(PAYLOAD), weights)
+    group = payload_by_joints(problem, weights).masses[6]
     assert group.joints == (1, 2, 3)
-    assert group.mass == pytest.approx(arm["M_L"], rel=1e-9)
+    assert group.mass == pytest.approx(expected["M_L"], rel=1e-9)
+    assert group.sigma == pytest.approx(WITHOUT_BLOCKS * expected.sigma[-1], rel=1e-6)
 
 
 @pytest.mark.parametrize(("name", "joint", "factor"), [("rx90", 2, 2.0), ("rx90", 5, 0.5), ("tx40", 4, 1.5)])
@@ -548,15 +558,8 @@ def test_a_wrong_gain_shows_as_that_joints_share(name: str, joint: int, factor: 
 def test_rows_that_hide_a_parameter_give_an_error_and_no_minimum_norm_answer() -> None:
     """Only the wrist's rows left: the mass is in no equation."""
     problem = problem_scaled("rx90", blocks=False)
-    keep = (3, 4, 5)
-
-    def wrist(part: Equations | None) -> Equations:
-        assert part is not None
-        factors = tuple(f if j in keep else 0.0 * f[:0] for j, f in enumerate(part.factors))
-        rows = tuple(r if j in keep else 0 for j, r in enumerate(part.rows))
-        return replace(part, factors=factors, rows=rows, effective_rows=tuple(map(float, rows)))
-
-    blind = replace(problem, loaded=wrist(problem.loaded), difference=wrist(problem.difference))
+    loaded, difference = (rows_of(part, (3, 4, 5)) for part in (problem.loaded, problem.difference))
+    blind = replace(problem, loaded=loaded, difference=difference)
     with pytest.raises(InputError, match=r"undetermined, in .*M_L"):
         answer_payload(blind, (1,))
     with pytest.raises(InputError, match=r"undetermined, in .*M_L"):

@@ -293,28 +293,6 @@ def problem(
     return payload_problem(simulator.robot, [loaded], [bare])
 
 
-def test_every_method_has_one(problem: LongMotion, payload: InertialParameters) -> None:
-    answer = answer_payload(problem)
-    assert [estimate.method for estimate in answer.constrained] == [1, 2, 3, 4]
-    assert answer.recommended.method == 3
-    assert answer.recommended.free is answer.estimates[2]
-    for estimate in answer.constrained:
-        robust = estimate.free.estimate.robust
-        assert robust is not None
-        assert estimate.body.physically_consistent
-        assert estimate.sigma == pytest.approx(robust.sigma, rel=1e-9)
-        assert estimate.result.free.degrees_of_freedom == robust.degrees_of_freedom
-        ends = estimate.intervals.parameters
-        assert ((ends[:, 0] <= estimate.result.values) & (estimate.result.values <= ends[:, 1])).all()
-        assert (estimate.intervals.com[:, 0] <= estimate.body.com).all()
-        assert (estimate.body.com <= estimate.intervals.com[:, 1]).all()
-        assert (estimate.intervals.inertia_com[..., 0] <= estimate.body.inertia_com).all()
-        assert ends[9, 0] <= payload.mass <= ends[9, 1]
-        assert not estimate.conflict
-    few = answer_payload(problem, methods=(2, 3))
-    assert few.recommended.method == 3
-
-
 def test_the_error_model_keeps_the_correlations(problem: LongMotion) -> None:
     estimate = answer_payload(problem, methods=(4,)).estimates[0].estimate
     model = error_model(estimate)

@@ -1,6 +1,5 @@
 """Signal processing: even time, no delay, known noise; rows that are used; two runs brought onto one time."""
 
-import gc
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -9,7 +8,6 @@ import numpy as np
 import pytest
 from dynident.common.errors import InputError
 from dynident.estimation import Settings, identify, payload_estimate, payload_problem
-from dynident.estimation.signals import filtering
 from dynident.estimation.signals.alignment import aligned
 from dynident.estimation.signals.decimation import Decimator, decimated, noise_bandwidth
 from dynident.estimation.signals.filtering import measured, measurement, resampled
@@ -193,18 +191,6 @@ def test_each_recording_is_filtered_once(recordings: list[Recording], monkeypatc
     assert np.array_equal(first.motion.qdd, measured(recordings[0], CUT_AT_8).motion.qdd)
 
 
-def test_what_is_made_of_a_recording_goes_with_it(recordings: list[Recording]) -> None:
-    gc.collect()
-    before = len(filtering._made)
-    for recording in recordings:
-        measurement(recording, CUT_AT_8)
-    assert len(filtering._made) == before + 2
-    del recording
-    recordings.clear()
-    gc.collect()
-    assert len(filtering._made) <= before
-
-
 AT_100 = Processing(rate=100.0, cutoff=20.0, decimate=4, slow_fraction=0.05)
 NOISE = 4.0  # N·m, white at 1 kHz: more than what the filter takes off the motion
 
@@ -309,3 +295,7 @@ def test_a_lag_between_samples_is_found(lag: float, samples: int) -> None:
     for noise, most in ((0.0, step / 1000), (1e-3, step / 50)):
         pair = aligned(run(0.0, noise), run(lag, noise), rate=100.0, max_mismatch=0.02)
         assert pair.lag == pytest.approx(lag, abs=most)
+        assert np.array_equal(pair.unloaded.t, pair.loaded.t)
+        ends = max(0.0, pair.lag), t[-1] + min(0.0, pair.lag)  # of what both have recorded
+        assert ends[0] <= pair.loaded.t[0] < ends[0] + step
+        assert ends[1] - step < pair.loaded.t[-1] <= ends[1]

@@ -18,7 +18,7 @@ from dynident.model import (
     with_stand_in,
 )
 from dynident.model.files.robot_file import robot_toml
-from dynident.model.stand_in import rehearsed
+from dynident.model.stand_in import cylinder_radius, cylinders, rehearsed
 from dynident.tests.reference.chains import CHAINS, Chain
 from scipy.spatial.transform import Rotation
 
@@ -130,6 +130,20 @@ def test_a_stand_in_weighs_as_real_arms_do(name: str) -> None:
     assert robot.mass is not None
     length = sum(math.hypot(joint.d, joint.r) for joint in robot.joints[1:])
     assert 0.18 < moments / (robot.mass * length) < 0.32
+
+
+@pytest.mark.parametrize("name", robot_names())
+def test_links_that_are_not_known_are_cylinders_of_one_density(name: str) -> None:
+    """Second moments over the mass: r^2 / 4, and l^2 / 12 along a rod that reaches a radius beyond both joints."""
+    robot = load_robot(name)
+    radius, bodies = cylinder_radius(robot), cylinders(robot, 12.0)
+    lengths = np.array([2.0 * (np.linalg.norm(body.com) + radius) for body in bodies])
+    assert [body.mass for body in bodies] == pytest.approx(12.0 * lengths / lengths.sum())
+    for body, length in zip(bodies, lengths, strict=True):
+        second = (0.5 * np.trace(body.inertia_com) * np.eye(3) - body.inertia_com) / body.mass
+        expected = sorted((radius**2 / 4.0, radius**2 / 4.0, length**2 / 12.0))
+        assert np.linalg.eigvalsh(second) == pytest.approx(expected, rel=1e-9)
+        assert second @ body.com == pytest.approx(length**2 / 12.0 * body.com, abs=1e-12)
 
 
 def test_no_stand_in_out_of_nothing() -> None:

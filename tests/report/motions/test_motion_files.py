@@ -101,7 +101,7 @@ def test_urscript(design: Design, rate: float) -> None:
     assert program.limits[1] <= 0.02
 
 
-@pytest.mark.parametrize("kind", ["passing", "rest"])
+@pytest.mark.parametrize("kind", ["passing", "rest", "trapezoid"])
 def test_val3(designs: dict[str, Design], kind: str) -> None:
     design = designs[kind]
     plan, robot = design.plan, design.problem.robot
@@ -127,12 +127,16 @@ def test_val3(designs: dict[str, Design], kind: str) -> None:
         assert 0.01 <= vel <= 0.5, "within the speed override"
         distance = np.abs(np.diff(plan.points, axis=0))[k]
         last = k == len(program.motions) - 2
-        assert motion["blend"] == ("off" if kind == "rest" or last else "joint")
+        assert motion["blend"] == ("joint" if kind == "passing" and not last else "off")
         if kind == "rest":
             time = read.trapezoid_time(distance, vel * V, accel * A)
             quicker = read.trapezoid_time(distance, (vel + 0.01) * V, accel * A)
             assert time > 0.999 * plan.durations[k]
             assert quicker < 1.001 * plan.durations[k] or vel + 0.01 > 0.5, "no slower than a percent's rounding"
+        if kind == "trapezoid":  # its ramp is a fifth of each move's time
+            T = plan.durations[k]
+            assert 100.0 * accel == pytest.approx(100.0 * (distance / A).max() / (0.2 * 0.8 * T**2), abs=0.51)
+            assert read.trapezoid_time(distance, vel * V, accel * A) == pytest.approx(T, rel=0.006 / vel)
 
 
 @pytest.mark.parametrize("kind", ["passing", "rest"])
