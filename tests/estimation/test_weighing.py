@@ -28,6 +28,7 @@ from dynident.estimation.payload.weighing import difference_weighing, known_robo
 from dynident.estimation.signals.filtering import measurement
 from dynident.model import InertialParameters, Recording, Robot, load_robot
 from dynident.trajectories import RX90_NOISE, NearMotion, Simulator, random_via_points
+from scipy.signal import lfilter
 
 LOAD = InertialParameters.from_com(7.02, [0.01, -0.02, 0.15], np.diag([0.05, 0.05, 0.03]))
 NOISE = 0.3 * np.array(RX90_NOISE)
@@ -211,6 +212,23 @@ def test_a_constant_torque_within_the_allowance_is_in_the_interval(
     assert payload.estimate.robust is not None
     assert moved[9] > 0.0
     assert payload.estimate.robust.covariance[9, 9] > 0.9 * moved[9]
+
+
+@pytest.mark.parametrize(("share", "held"), [(2.0, True), (6.0, False)])
+def test_a_constant_torque_beyond_the_allowance_is_free(
+    record: Record, simulator: Simulator, share: float, held: bool
+) -> None:
+    """Its square in allowances is what the residual rises by, however long the errors remember."""
+    rho, draw, pair = np.exp(-1.0 / 125.0), np.random.default_rng(0), record((2, 3, 5, 6), noise=0.0 * NOISE)
+    logs = []
+    for recording, torque in zip(
+        pair, (0.0, share * OFFSET_SHARE * simulator.robot.parameters["FS2"]), strict=True
+    ):
+        white = 0.03 * NOISE * np.sqrt(1.0 - rho**2) * draw.standard_normal(recording.torque.shape)
+        slow = lfilter([1.0], [1.0, -rho], white, axis=0)
+        logs.append(replace(recording, torque=recording.torque + slow + torque * np.eye(6)[1]))
+    motion = short(difference_weighing(simulator.robot, logs[1:], logs[:1]))
+    assert motion.held.joints == ((1, 2) if held else ())
 
 
 @pytest.mark.long

@@ -19,7 +19,7 @@ from dynident.apps.report.blocks import Block, Code, Notes, Report, Section, Tab
 from dynident.apps.report.figures.signals import prediction_figure, worst_joint_figure
 from dynident.apps.report.page import blocks_html, page_html
 from dynident.apps.report.provenance import Provenance, SourceFile
-from dynident.apps.report.sections.payload import controller_blocks
+from dynident.apps.report.sections.payload import controller_blocks, controller_line
 from dynident.estimation import (
     KnownMass,
     PayloadAnswer,
@@ -34,7 +34,9 @@ from dynident.estimation import (
 from dynident.estimation.answers.system import TorquePrediction
 from dynident.estimation.diagnosis.finding import Finding
 from dynident.estimation.payload.weighing import difference_weighing
+from dynident.estimation.results.payload import FlangeDocument
 from dynident.model import InertialParameters, Recording, Robot, load_robot
+from dynident.model.pose import Pose
 from dynident.trajectories import RX90_NOISE, NearMotion, Simulator
 from hypothesis import given
 from hypothesis import strategies as st
@@ -147,6 +149,21 @@ def test_controllers_get_what_export_writes(document: PayloadResult) -> None:
     for name, code in codes.items():
         assert html.unescape(code) == FORMATS[name].text(load).rstrip("\n")
     assert [key for _, key, _ in page.attributes].count("open") == 1
+
+
+def test_the_line_for_a_controller_is_the_body_at_the_flange(answer: PayloadAnswer) -> None:
+    """To the digits shown, where the flange stands turned in the payload's frame."""
+    result = replace(answer, verdict=Verdict("use", ())).result
+    place = FlangeDocument(np.array([0.01, -0.02, 0.03]), np.array([30.0, -20.0, 70.0]), "told")
+    line = controller_line(structs.replace(result, frame="tool", flange_in_payload_frame=place))
+    pose = Pose.from_rpy(place.xyz.tolist(), np.radians(place.rpy_deg).tolist())
+    assert answer.possible is not None
+    body = answer.possible.body.moved(pose.R.T, -pose.R.T @ pose.p)
+    inertia = body.inertia_com[[0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]]
+    for text, values in zip(re.findall(r"\(([^)]+)\)", line), (1e3 * body.com, inertia), strict=True):
+        numbers = text.split(", ")
+        digits = len(numbers[0].partition(".")[2])
+        assert [float(number) for number in numbers] == pytest.approx(values, abs=0.51 * 10.0**-digits)
 
 
 LOAD = InertialParameters.from_com(7.02, [0.01, -0.02, 0.15], np.diag([0.05, 0.05, 0.03]))
