@@ -16,14 +16,16 @@ from dynident.estimation import (
     payload_estimate,
     payload_problem,
 )
+from dynident.estimation.equations.equations import PAYLOAD
 from dynident.estimation.fit.blocks import FEWEST
 from dynident.estimation.fit.covariance import student95
 from dynident.estimation.fit.estimate import Fit
 from dynident.estimation.fit.linear_problem import SoftPrior
 from dynident.estimation.payload.methods import METHODS, combined, from_robot, global_fit
-from dynident.estimation.payload.under_load import friction_changes
+from dynident.estimation.payload.under_load import friction_changes, with_scale
 from dynident.estimation.payload.weighing import known_robot_weighing
 from dynident.model import InertialParameters, Recording
+from dynident.model.drives import FRICTION, parameter_kind
 from dynident.trajectories import Simulator, random_via_points
 from scipy.signal import lfilter
 
@@ -114,6 +116,21 @@ def begun(seed: int, change: float = 0.0) -> tuple[Recording, Recording]:
     bare, loaded = recordings(seed, change)
     inside = (loaded.t >= loaded.t[0] + 15.0) & (loaded.t <= loaded.t[0] + 27.0)
     return bare, replace(loaded, t=loaded.t[inside], q=loaded.q[inside], torque=loaded.torque[inside])
+
+
+def test_a_scale_under_load_is_of_the_robot_and_of_the_true_payload() -> None:
+    """Exact torques, all but friction 10 % larger: the scale's column is what they grow by, over the scale."""
+    problem, scale = problem_of(0, 0.0, FRICTION_CHANGE), 0.1
+    loaded, robot = problem.loaded.whole, problem.robot_known
+    truth = dict(zip(robot.names, robot.values.tolist(), strict=True))
+    truth |= dict(zip(PAYLOAD, LOAD.vector.tolist(), strict=True))
+    values = np.array([truth[name] for name in loaded.columns])
+    rigid = np.where([parameter_kind(name) in FRICTION for name in loaded.columns], 0.0, values)
+    factors = [np.column_stack([own[:, :-1], own[:, :-1] @ (values + scale * rigid)]) for own in loaded.factors]
+    scaled, _ = with_scale(replace(loaded, factors=tuple(factors)), robot, SoftPrior(1e6))
+    for ours, own in zip(scaled.factors, factors, strict=True):
+        growth = own[:, :-1] @ rigid
+        assert ours[:, -2] == pytest.approx(growth, abs=1e-6 * np.abs(growth).max())
 
 
 def begun_problem(seed: int) -> LongMotion:

@@ -51,6 +51,15 @@ def test_a_pendulum_swings_as_in_closed_form(pendulum: IdentifiedArm) -> None:
     assert np.abs(q[0, :, 0] + 0.5 * pi - small * np.cos(w * t)).max() < 1e-4 * small
 
 
+def test_a_pendulum_held_beside_its_lowest_point_sags_as_in_closed_form(pendulum: IdentifiedArm) -> None:
+    """Held at an angle a, e'' = -(b^2 + w^2) e - 2 b e' - w^2 a."""
+    w, b, small, t = sqrt(9.81 / 0.9), 200.0, 1e-4, STEP * np.arange(101)
+    held = np.full((1, 101, 1), -0.5 * pi + small)
+    q, _ = pendulum.followed(held, 0.0 * held, STEP)
+    sag = small * w**2 / (b**2 + w**2) * (1.0 - np.exp(-b * t) * (np.cos(w * t) + b / w * np.sin(w * t)))
+    assert np.abs((held - q)[0, :, 0] - sag).max() < 1e-3 * sag.max()
+
+
 def test_mujoco_moves_a_pendulum_alike(pendulum: IdentifiedArm, tmp_path: Path) -> None:
     path = tmp_path / "pendulum.xml"
     inertial = '<inertial pos="0.5 0 0" mass="2" diaginertia="0.1 0.4 0.4"/>'
