@@ -14,7 +14,7 @@ from dynident.estimation import PAYLOAD, Settings, answer_gains
 from dynident.estimation.equations.equations import Equations
 from dynident.estimation.gains.current_side import gauss_newton
 from dynident.estimation.gains.known_load import known_mass, read_known_load
-from dynident.estimation.gains.problem import GainProblem, gain_problem, gravity_acts, rests_on
+from dynident.estimation.gains.problem import GainProblem, free_gains, gain_problem, gravity_acts, rests_on
 from dynident.model import InertialParameters, Motion, Processing, Recording, Robot, Spring, load_robot
 from dynident.trajectories import Simulator
 
@@ -57,6 +57,15 @@ def test_truth_within_the_stated_sigma(currents: Callable[..., GainProblem]) -> 
     assert 0.6 < squares < 1.6, squares
     assert np.mean(np.square(possible)) < 1.5
     assert (np.abs(free) < 1.96).mean() > 0.88
+
+
+def test_gains_without_a_block_are_those_of_all_but_for_chance(currents: Callable[..., GainProblem]) -> None:
+    problem, loads = currents(0), [known_mass(6.0)]
+    whole = free_gains(problem.equations, problem.weights, loads).k
+    deletions = [left for group in problem.deletions for left in group]
+    assert deletions
+    for left in deletions:
+        assert free_gains(left, problem.weights, loads).k == pytest.approx(whole, rel=0.1)
 
 
 def test_gravity_decides_what_a_gain_rests_on() -> None:
