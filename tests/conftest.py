@@ -104,12 +104,12 @@ def _worth_it(item: pytest.Item) -> bool:
 
 
 def _values_of(item: pytest.Item) -> dict[str, object]:
-    """What a test is repeated for, by the name of its argument."""
+    """The values a test is repeated for, by the name of its argument."""
     return item.callspec.params if isinstance(item, pytest.Function) and hasattr(item, "callspec") else {}
 
 
 def _is_about(robots: Iterable[str], item: pytest.Item) -> bool:
-    """Whether a test is repeated for one of some robots."""
+    """Tell whether a test is repeated for one of some robots."""
     values = (str(getattr(value, "name", value)) for value in _values_of(item).values())
     return not set(robots).isdisjoint(values)
 

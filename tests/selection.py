@@ -1,4 +1,4 @@
-"""Which of many cases ``make test`` runs; ``make test-all`` runs all of them."""
+"""The choice of cases that ``make test`` runs; ``make test-all`` runs all of them."""
 
 from collections.abc import Callable, Iterable
 from typing import Any

@@ -30,7 +30,7 @@ NEAR = f"--robot rx90 --pose=0,-45,90,0,45,0 --joints 4,5,6 {SCALE} --duration 4
 SCORE = f"rx_arm.csv --robot rx90 {NOISE}"
 
 PORTS = {"port": 20000 + os.getpid() % 10000, "script_port": 30010 + os.getpid() % 10000}
-"""Of the controller that is played while lines run: others for each process that tests."""
+"""The played controller's ports while lines run: others for each process that tests."""
 PLAYED = f"--host 127.0.0.1 --port {PORTS['port']}"
 
 LINES = {
@@ -90,7 +90,7 @@ TEXTS = {
 
 @contextlib.contextmanager
 def inputs_of_all_lines() -> Iterator[Path]:
-    """What the lines and their options read, in a folder that is the working folder meanwhile."""
+    """All that the lines and their options read, in a folder that is the working folder meanwhile."""
     with folder_of_inputs() as folder, playing(**PORTS):
         for name, text in TEXTS.items():
             (folder / name).write_text(text)

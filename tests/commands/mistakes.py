@@ -1,4 +1,4 @@
-"""What users type wrongly, and the one line that each mistake ends in: what is wrong, where, and what to do.
+"""Mistakes that users type, and the one line that each ends in: what is wrong, where, and what to do.
 
 The table stands in ``docs/mistakes.md`` too: ``python -m dynident.tests.commands.mistakes`` writes the page.
 """
@@ -27,7 +27,7 @@ Lines = list[str]
 
 
 class Mistake(NamedTuple):
-    """What the user did, the command line, and parts of the answer: where it is wrong, and what to do."""
+    """The user's mistake, the command line, and parts of the answer: where it is wrong, and what to do."""
 
     did: str
     line: str

@@ -5,8 +5,6 @@ whoever reads may leave.
 """
 
 import contextlib
-import os
-import re
 import shutil
 import subprocess
 import sys
@@ -21,7 +19,7 @@ from dynident.apps.commands import BROKEN_PIPE, entry
 from dynident.apps.report.terminal import COLUMNS
 from dynident.apps.report.terminal import LINES as LINES_OF_SCREEN
 from dynident.tests.commands.lines import LINES
-from dynident.tests.commands.typed import NAMES, parsed, refused, typed, unread, written
+from dynident.tests.commands.typed import NAMES, refused, typed, unread, written
 from dynident.tests.common.test_hostile_files import FILES as HOSTILE
 from dynident.tests.selection import cases, every
 from rich.cells import cell_len
@@ -73,15 +71,6 @@ def test_a_fault_of_ours_is_one_line_and_a_file_of_details(
         told = (f"dynident {name}", type(fault).__name__, "Traceback", "numpy")
         assert all(part in details.read_text() for part in told)
         details.unlink()
-
-
-def test_a_fault_on_a_full_disk_is_one_line_all_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(entry, "check_paths", raising(RuntimeError("boom")))
-    monkeypatch.setattr(tempfile, "NamedTemporaryFile", raising(OSError(28, "No space left on device")))
-    status, _, err = typed("robot show --robot rx90")
-    assert status == 3
-    assert err == "dynident: internal error, please report (its details could not be written: No space left on " \
-        "device): RuntimeError: boom\n"  # fmt: skip
 
 
 def test_interruption_is_no_fault(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -195,44 +184,8 @@ def test_the_options_beside_a_report_overwrite_nothing(name: str, folder: Path) 
     assert contents(folder) == before
 
 
-def test_a_run_overwrites_the_options_of_an_earlier_one(folder: Path) -> None:
-    (folder / "page.run.toml").write_text("# Options of a run, repeated by: dynident verify --config THIS_FILE\n")
-    assert typed(words("verify"), "--report", "page.html", "--details").status < 2
-    assert "details = true" in (folder / "page.run.toml").read_text()
-    for output in ("page.html", "page.run.toml"):
-        (folder / output).unlink()
-
-
-def test_beside_a_device_no_options_are_written(tmp_path: Path) -> None:
-    pipe = tmp_path / "pipe"
-    os.mkfifo(pipe)
-    _, call = parsed(["check", "a.csv"])
-    assert call.settings_file(str(tmp_path / "a.html")) == tmp_path / "a.run.toml"
-    assert call.settings_file(str(pipe)) is None
-
-
-def test_a_drawing_beside_a_file_does_not_overwrite_it(here: Path) -> None:
-    """``robot new`` draws beside its file: named alike, the second is refused."""
-    status, _, err = typed(words("robot new"), "--out", "arm.svg")
-    assert status == 2
-    assert "arm.svg: this run has read or written it already" in err
-
-
-def test_titles_and_frames_are_never_markup(here: Path) -> None:
-    sheet = Path("markup.toml")
-    status, _, err = typed(words("robot new"), "--name", "[/n]", "--out", str(sheet))
-    assert status == 0
-    assert err.startswith("dynident: note: to rehearse on it")
-    text = re.sub(r"(?m)^title = .*$", 'title = "[/t] [red]"\nsource = "[/s]"', sheet.read_text())
-    sheet.write_text(text.replace("the bare flange", "[/f] \\\\[b]"))
-    status, out, err = typed(f"robot show --robot {sheet} --drawing d.png")
-    assert (status, err) == (0, "")
-    assert "[/t] [red]: modified DH" in out
-    assert "[/f] \\[b]" in out
-
-
 LISTINGS = ("apply", "robot list", "robot show", "codegen")
-"""What prints a list or a table as long as the robot, not an answer."""
+"""These print a list or a table as long as the robot, not an answer."""
 LIGHT = ("verify", "export", "robot show", "robot new", "robot export", "check", "robot check")
 
 
@@ -302,7 +255,3 @@ def test_links_in_a_circle_lead_nowhere(here: Path) -> None:
     for line in ("check --robot rx90 circle", f"{data} --json circle/a.json", f"{data} plots=circle",
                  "fleet report circle"):  # fmt: skip
         assert "circle" in refused(line)
-
-
-def test_a_folder_may_be_called_as_a_shipped_robot(here: Path) -> None:
-    assert "gone.csv: no such file" in refused("simulate --robot rx90 --trajectory gone.csv --out rx90")

@@ -12,20 +12,281 @@ import pytest
 from cyclopts import Token
 from dynident.apps.report.blocks import Drawing
 from dynident.apps.report.figures.canvas import new_figure
-from dynident.tests.commands.lines import LINES
-from dynident.tests.commands.options import OPTIONS
+from dynident.tests.commands.lines import BRIEF, LINES, NOISE, SCORE, WHOLE
 from dynident.tests.commands.typed import NAMES, arguments, options, refused, typed
+
+ROBOT = {
+    "--robot": "--robot tx40",
+    "chain": "chain=link_1:link_2",
+    "--mount": "--mount wall",
+}
+STAND_IN = {"--arm-mass": "--arm-mass 20"}
+LOGS = {
+    "--log-map": "--log-map turned.toml",
+    "--joints": "--joints a,b,c,d,e,f",
+    "--units": "--units q=deg",
+    "signs": "signs=1,-1,1,1,1,1",
+    "topic": "topic=/joint_states",
+}
+PROCESSING = {
+    "rate": "rate=90",
+    "--cutoff": "--cutoff 4",
+    "equation-rate": "equation-rate=15",
+    "offsets": "offsets=false | offsets=true",
+    "coulomb": "coulomb=paper",
+}
+FILTER = {option: entry for option, entry in PROCESSING.items() if option != "equation-rate"}
+KNOWN = {
+    "--mass": "--mass 6.2+-0.05 | --mass 6.2+-0.5",
+    "--mass-bounds": "--mass-bounds 6.5,",
+    "--com-within": "--com-within=0.02,0.03,0,0.01,0.1,0.2",
+    "--ellipsoid": "--ellipsoid=0,0,0.1,0.1,0.1,0.1",
+}
+LINKS = {name: ROBOT[name] for name in ("--robot", "chain")}
+GAINS = {"--gain-sigma": "--gain-sigma 2% | --gain-sigma 2%,common=1%"}
+STOPS = {"essential": "essential=1.2"}
+EQUATIONS = {"--json": "--json a.json", "--npz": "--npz a.npz"}
+PAGE = {"--report": "--report a.html", "plots": "plots=figures"}
+VIEW = {"--view": "--view a.html"}
+LIMITS = {
+    "--speed-override": "--speed-override 0.5",
+    "acceleration": "acceleration=2x",
+    "--torque-limits": "--torque-limits 300,300,120,50,40,20",
+    "--robot-parameters": "--robot-parameters tx_robot.json",
+    "scene": "scene=scene.toml",
+    "--heaviest-payload": "--heaviest-payload 7@0,0,0.2",
+    "--within": "--heaviest-payload 2@0,0,0.1 | --within 0.1",
+    "torque-margin": "torque-margin=5%",
+}
+MOTIONS = {
+    "--json": "--json a.json",
+    "--samples": "--samples a.csv",
+    "--ros2": "--ros2 a.yaml",
+    "joint-names": "--ros2 a.yaml | joint-names=a,b,c,d,e,f",
+    "--urscript": "--urscript a.script",
+    "controller-rate": "--urscript a.script | controller-rate=125",
+    "sample-rate": "--samples a.csv | sample-rate=125",
+}
+CURRENTS = {"--drive-gains": "--drive-gains 1,2,3,4,5,6"}
+HOST = {"--host": "--host 127.0.0.1.1", "--port": "--port 1"}
+
+OPTIONS: dict[str, dict[str, str]] = {
+    "weigh": ROBOT | LOGS | CURRENTS | PROCESSING | KNOWN | GAINS | PAGE | VIEW | {
+        "--json": "--json a.json",
+        "--loaded": "--loaded rx_arm_loaded.csv",
+        "--unloaded": "--unloaded rx_arm_unloaded.csv",
+        "--robot-parameters": "--robot-parameters tx_robot.json",
+        "--moving": "--moving 2,3,5",
+        "--friction-change": "--friction-change 5%",
+        "--inertia": "--inertia box:200x200x100",
+        "max-mismatch": "max-mismatch=1e-9",
+    },
+    "verify": LINKS | LOGS | CURRENTS | PAGE | {
+        "--robot": "--robot panda",
+        "--log-map": "--log-map degrees.toml",
+        "signs": "signs=1,-1",
+        "--before": "--before after.csv",
+        "--after": "--after before.csv",
+        "--json": "--json a.json",
+    },
+    "payload": ROBOT | LOGS | CURRENTS | PROCESSING | KNOWN | GAINS | STOPS | EQUATIONS | PAGE | VIEW | {
+        "--tool-frame": "--tool-frame 0,0,0.05,0,0,30",
+        "--unloaded": "--unloaded rx_near_unloaded.csv",
+        "--loaded": "--loaded rx_near_loaded.csv",
+        "--robot-parameters": "--robot-parameters tx_robot.json",
+        "--method": "--method 4",
+        "--friction": "--friction FS,FV,FR",
+        "free-friction": "--method 1 | free-friction=true",
+        "--scale-sigma": "--method 4 | --scale-sigma 2%",
+        "--friction-change": "--method 4 | --friction-change 30%",
+        "max-mismatch": "max-mismatch=1e-9",
+        "--validate": "--validate rx_near_unloaded.csv",
+    },
+    "identify": ROBOT | LOGS | CURRENTS | PROCESSING | GAINS | STOPS | EQUATIONS | PAGE | {
+        "--data": "--data rx_near_unloaded.csv",
+        "--validate": "--validate rx_near_unloaded.csv",
+        "--constrained": "--constrained none",
+        "--prior-mass": "--constrained prior | --prior-mass 40",
+        "prior-budget": "--constrained prior | prior-budget=4",
+        "--total-mass": "--total-mass 20 60",
+        "--friction": "--friction FS,FV,FR",
+        "--rollout": "--validate rx_near_unloaded.csv | --rollout",
+    },
+    "rollout": ROBOT | LOGS | CURRENTS | FILTER | PAGE | {
+        "--robot-parameters": "--robot-parameters other.json",
+        "--data": "--data rx_near_unloaded.csv",
+        "--against": "--against six_axis.urdf",
+        "--horizons": "--horizons 0.2,0.4",
+        "--json": "--json a.json",
+    },
+    "gains": ROBOT | LOGS | PROCESSING | PAGE | {
+        "--unloaded": "--unloaded ur_near_unloaded.csv",
+        "--loaded": "--loaded ur_near_loaded.csv",
+        "--mass": "--mass 6",
+        "--payload": "--payload box.toml",
+        "friction": "friction=FS,FV,FR",
+        "--mounting": "--unloaded ur_again_unloaded.csv --loaded ur_again_loaded.csv | --mounting 1,2",
+        "--json": "--json a.json",
+    },
+    "apply": HOST | {
+        "--payload": "tx_robot.json",
+        "--to": "--to ur10",
+        "--yes": "=flange.json --to ur --host 127.0.0.1 | --yes",
+        "--despite-verdict": "=refused.json --to ur --host 127.0.0.1 | --despite-verdict",
+        "script-port": "script-port=1",
+    },
+    "record": HOST | {
+        "--maker": "ur",
+        "--seconds": "--seconds 0.2",
+        "--rate": "--rate 25",
+        "--out": "--out a.csv",
+    },
+    "fleet reduce": ROBOT | LOGS | CURRENTS | PROCESSING | GAINS | {
+        "--data": "second.csv",
+        "--store": "--store other",
+        "--pattern": "--pattern {arm}.csv",
+        "--workers": "--workers 0",
+        "--cluster": "--cluster tcp://127.0.0.1:1",
+        "--json": "--json a.json",
+    },
+    "fleet report": PAGE | {
+        "--store": "=--json b.json | nightly",
+        "--json": "--json a.json",
+    },
+    "compare": ROBOT | LOGS | CURRENTS | PROCESSING | {"--data": "third.csv", "--json": "--json a.json"},
+    "check": ROBOT | LOGS | CURRENTS | PROCESSING | PAGE | {
+        "--data": "rx_near_unloaded.csv",
+        "--json": "--json a.json",
+    },
+    "export": {
+        "--payload": "tx_robot.json",
+        "--to": "--to kuka",
+        "--out": "--out a.txt",
+        "--method": "--method 3",
+        "--flange-frame": "--flange-frame 0 0 0.1 0 0 30",
+        "--tool-frame": "--to abb | --tool-frame 0 0 0.1 0 0 30",
+        "meters-per-unit": "--to usd | meters-per-unit=0.01",
+        "--despite-verdict": "--despite-verdict",
+    },
+    "robot list": {},
+    "robot show": ROBOT | VIEW | {
+        "chain": "--robot six_axis.urdf | chain=link_2:",
+        "--tool-frame": "--tool-frame 0,0,0.05,0,0,30",
+        "--at": "--drawing a.svg | --at 10,20,30,40,50,60",
+        "--drawing": "--drawing a.svg",
+    },
+    "robot new": {
+        "--template": "--template",
+        "--name": "--name other",
+        "--joint": "--joint=x,0,0,0.4",
+        "--flange": "--flange 0,0,0.7,z,x",
+        "drawn-at": "drawn-at=0,90",
+        "--limits": "--limits=-90:90,-80:80",
+        "--mass": "--mass 20",
+        "--rated-payload": "--rated-payload 3",
+        "--out": "--out other.toml",
+        "--drawing": "--drawing other.svg",
+        "--overwrite": "--out six_axis.toml | --overwrite",
+    },
+    "robot check": ROBOT | LOGS | CURRENTS | FILTER | {
+        "--data": "--data rx_near_unloaded.csv",
+        "--report": "--report a.html",
+        "--json": "--json a.json",
+    },
+    "robot export": ROBOT | {
+        "--to": "--to sdf",
+        "--robot": "--robot rx90",
+        "--robot-parameters": "--robot rx90 | --robot-parameters earlier.json",
+        "--into": "--into six_axis.urdf",
+        "--despite-verdict": "--robot heavy.toml | --despite-verdict",
+        "--out": "--out b.xml",
+    },
+    "codegen": ROBOT | {"--function": "--function regressor", "--out": "--out other"},
+    "design": ROBOT | STAND_IN | PAGE | LIMITS | MOTIONS | VIEW | {
+        "--via-points": "--via-points 5",
+        "--fourier": f"={BRIEF} --fourier 2 --duration 3 | --fourier 3",
+        "--segments": "--segments trapezoid",
+        "ramp": "--segments trapezoid | ramp=0.4",
+        "segment-durations": "segment-durations=2",
+        "--rest": "--rest",
+        "--duration": f"={BRIEF} --fourier 2 | --duration 3",
+        "--max-duration": "--max-duration 2",
+        "--start": "--start=0,-40,90,0,40,0",
+        "--criterion": "--criterion cond",
+        "--columns": "=--robot rx90 --via-points 4 --starts 1 | --columns ZZ1,XX2,MX2",
+        "parameters": "parameters=M6,MZ6",
+        "--data-from": f"={WHOLE} data-length=5 | --data-from earlier.json",
+        "data-length": f"={WHOLE} --data-from earlier.json data-length=5 | data-length=50",
+        "--torque-noise": "--torque-noise 1,2,3,4,5,6",
+        "--seed": "--seed 3",
+        "--starts": "--starts 2",
+        "bound": "bound=true",
+        "--val3": "--segments trapezoid | --val3 val3",
+    },
+    "near": ROBOT | STAND_IN | PAGE | LIMITS | MOTIONS | VIEW | {
+        "--pose": "--pose=0,-45,90,0,60,0",
+        "--second-pose": "--second-pose=0,-45,90,90,45,90",
+        "--joints": "--joints 3,4,5,6",
+        "--range": "--range 20",
+        "--duration": "--duration 5",
+        "--mass": "--mass 3+-0.1",
+        "--torque-noise": "--torque-noise 1,2,3,4,5,6",
+        "--seed": "--seed 3",
+        "starts": "starts=2",
+        "rehearsal": "--samples a.csv | rehearsal=slow.csv",
+        "--ladder": "--heaviest-payload 7@0,0,0.1 --within 0.1 | --ladder",
+    },
+    "score": ROBOT | STAND_IN | PAGE | LIMITS | VIEW | {
+        "--data": f"=--robot rx90 {NOISE} | rx_arm.csv",
+        "--log-map": f"={SCORE.replace('rx_arm', 'rx_arm_loaded')} | --log-map turned.toml",
+        "--cutoff": f"={SCORE.replace('rx_arm', 'rx_arm_loaded')} | --cutoff 5",
+        "--max-duration": "--max-duration 2",
+        "--criterion": "--criterion cond",
+        "--columns": "--columns ZZ1,XX2,MX2",
+        "parameters": "parameters=M6,MZ6",
+        "--data-from": "data-length=5 | --data-from earlier.json",
+        "data-length": "data-length=5",
+        "--torque-noise": "--torque-noise 1,2,3,4,5,6",
+        "bound": "bound=true",
+        "seed": "bound=true seed=3",
+        "--json": "--json a.json",
+    },
+    "simulate": ROBOT | STAND_IN | VIEW | {
+        "--arm-mass": "=--robot ur10e --rate 50 --out out | --arm-mass 20",
+        "--trajectory": "--trajectory rx_arm.csv",
+        "--payload": "--payload box.toml",
+        "--noise": "--noise none",
+        "gain-error": "gain-error=0.1",
+        "--rate": "--rate 100",
+        "--controller": "--controller gravity",
+        "--sag": "--payload box.toml --controller proportional | --sag 4",
+        "--seed": "--seed 7",
+        "--out": "--out other",
+    },
+    "demo": PAGE | {
+        "--out": "--out other",
+        "--seed": "--seed 1",
+        "--trajectories": "--trajectories 4",
+        "--noise": "--noise none",
+        "gain-error": "gain-error=0.1",
+    },
+}  # fmt: skip
+for _name, _entries in OPTIONS.items():
+    if _name != "robot list":
+        _entries |= {"--config": "--config loud.toml", "--quiet": "--quiet", "verbose": "verbose=true"}
+    if _name == "demo" or "--json" in _entries:
+        _entries["--details"] = "--details"
 
 RUNS = ("simulate", "demo")
 """Commands of thousands of steps; others evaluate many models a few times: to compile each would take longer."""
 TEXTS_ASKED_FOR = ("export", "robot show")
 """Commands whose printed text is the answer itself, which ``--quiet`` leaves as it is."""
 VARYING = re.compile(rb'"cpu_s": [0-9.e-]+')
-"""What differs from one run to the next."""
+"""Parts that differ from one run to the next."""
 
 
 def outcome(inputs: Path, line: str) -> dict[str, bytes]:
-    """What a line prints and writes, in a folder of its own that holds all inputs."""
+    """All that a line prints and writes, in a folder of its own that holds all inputs."""
     with tempfile.TemporaryDirectory() as name, contextlib.chdir(name):
         shutil.copytree(inputs, name, dirs_exist_ok=True)
         ended = typed(line)
@@ -52,7 +313,7 @@ def test_payload_shows_no_more_than_thirty() -> None:
 
 
 def differing(folder: Path, name: str, entry: str, bases: dict[str, dict[str, bytes]]) -> bool:
-    """Whether a line with an option gives anything else than the line without it."""
+    """True where a line with an option gives anything else than the line without it."""
     needs, _, more = entry.rpartition("|")
     line = needs.strip().removeprefix("=") if needs.startswith("=") else f"{LINES[name]} {needs}"
     if line not in bases:

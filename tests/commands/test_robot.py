@@ -2,8 +2,6 @@
 
 import json
 import re
-import tomllib
-from collections.abc import Callable
 from dataclasses import astuple, replace
 from pathlib import Path
 from typing import Any
@@ -12,32 +10,18 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 from dynident.apps.logs import ToolColumns, read_tool_poses
-from dynident.apps.logs.map import LogMap, read_log_map
-from dynident.apps.report.figures.motion import outline
+from dynident.apps.logs.map import LogMap
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError
-from dynident.estimation.diagnosis.kinematics import ToolPoses, check_pose
-from dynident.model import (
-    INERTIAL,
-    InertialParameters,
-    Pose,
-    Recording,
-    Robot,
-    load_robot,
-    robot_names,
-    with_stand_in,
-)
-from dynident.model.frames import frames_at
-from dynident.model.stand_in import cylinders
+from dynident.model import INERTIAL, InertialParameters, Recording, Robot, load_robot, robot_names, with_stand_in
 from dynident.tests.commands.lines import save
 from dynident.tests.commands.typed import Answer, answered, refused, typed
 from dynident.tests.frozen.inputs import EXAMPLES
 from dynident.trajectories import Simulator, random_via_points
-from scipy.spatial.transform import Rotation
 
 NEW = (
     "robot new --name kr --joint=-z,0,0,0.4 --joint y,0.025,0,0.4 --joint y,0.025,0,0.855 --joint=-x,0.025,0,0.89 "
-    "--joint y,0.445,0,0.89 --joint=-x,0.525,0,0.89 --flange 0.525,0,0.89,x,-z --drawn-at 0,-90,90,0,0,0 "
+    "--joint y,0.445,0,0.89 --joint=-x,0.525,0,0.89 --flange 0.525,0,0.89,x,-z drawn-at=0,-90,90,0,0,0 "
     "--limits=-170:170:360,-190:45:300,-120:156:360,-185:185:381,-120:120:388,-350:350:615 --rated-payload 6"
 )
 
@@ -47,26 +31,6 @@ def test_list() -> None:
     assert status == 0
     assert [line.split()[0] for line in text.splitlines()] == list(robot_names())
     assert "KUKA KR 6 R900 sixx" in text
-
-
-@pytest.mark.parametrize("ending", ["png", "svg"])
-def test_show_and_draw(here: Path, ending: str) -> None:
-    """An arm gives the same bytes each time."""
-    for k in (1, 2):
-        ended = typed(f"robot show --robot kr6_r900 --drawing {k}.{ending} --at 0,-90,90,0,0,0")
-        assert ended.status == 0
-    for words in ("(0.98, 0, 0.435) m in the base", "Rated payload: 6 kg.", "the bare flange"):
-        assert words in ended.out
-    assert Path(f"1.{ending}").read_bytes() == Path(f"2.{ending}").read_bytes()
-
-
-def test_outline_ends_in_the_flange() -> None:
-    """Corners in the known home pose: base, shoulder, elbow, wrist, flange."""
-    corners = outline(load_robot("kr6_r900"), np.radians([0, -90, 90, 0, 0, 0]).tolist())
-    for corner in ((0, 0, 0), (0, 0, 0.4), (0.025, 0, 0.4), (0.025, 0, 0.855), (0.025, 0, 0.89), (0.445, 0, 0.89)):
-        assert np.abs(corners - np.array(corner)).max(axis=1).min() < 1e-12
-    np.testing.assert_allclose(corners[-1], [0.525, 0.0, 0.89], atol=1e-12)
-    assert len(corners) == 2 * 6 + 3
 
 
 def test_new_robot_is_the_shipped_one(here: Path) -> None:
@@ -83,24 +47,6 @@ def test_new_robot_is_the_shipped_one(here: Path) -> None:
         assert next(numbers) == pytest.approx(next(numbers), abs=1e-12)
     assert "is there already" in refused(f"{NEW} --out kr.toml")
     assert typed(f"{NEW} --out kr.toml --overwrite").status == 0
-
-
-def test_a_scara(here: Path) -> None:
-    """A joint that slides; what is not known stays unknown."""
-    joints = "--joint=z,0,0,0.3 --joint=z,0.4,0,0.3 --joint=-z,0.7,0,0.3,slide --joint=z,0.7,0,0.3"
-    limits = "--limits=-130:130,-150:150,0:0.2::3:500,-360:360 --rated-payload 3"
-    line = f"robot new --name scara {joints} --flange 0.7,0,0.2,-z,x {limits} --out scara.toml --drawing s.png"
-    status, _, error = typed(line)
-    assert status == 0, error
-    robot = load_robot("scara.toml")
-    assert [joint.kind for joint in robot.joints] == ["revolute", "revolute", "prismatic", "revolute"]
-    assert robot.joints[2].limits.position == (0.0, 0.2)
-    assert (robot.joints[2].limits.acceleration, robot.joints[2].limits.torque) == (3.0, 500.0)
-    assert (robot.rated_payload, robot.mass, robot.joint_names) == (3.0, None, ())
-    unknown = [joint.limits for joint in robot.joints if joint.revolute]
-    assert np.isinf([[limit.speed, limit.acceleration, limit.torque] for limit in unknown]).all()
-    assert "mass_kg" in error
-    np.testing.assert_allclose(outline(robot, [0.0, 0.0, 0.1, 0.0])[-1], [0.7, 0.0, 0.1], atol=1e-12)
 
 
 def test_the_template_loads_as_it_stands(here: Path) -> None:
@@ -131,26 +77,11 @@ def test_check_suggests_and_does_not_apply(recorded: Recording, here: Path) -> N
     assert document["ranked"][0]["sign"] == [1, 1, -1, 1, 1, 1]
 
 
-WORLD = Pose.from_rpy((1.2, -0.4, 0.25), (0.1, -0.2, 2.1))
-TOOL = Pose.from_rpy((0.03, -0.02, 0.16), (0.4, 0.3, -1.1))
-FORMS: dict[str, tuple[str, Callable[[Rotation], Array]]] = {
-    "rotation_vector": ("rx,ry,rz", lambda turn: turn.as_rotvec(degrees=True)),
-    "rpy": ("r,p,w", lambda turn: turn.as_euler("xyz", degrees=True)),
-    "quaternion": ("qx,qy,qz,qw", lambda turn: turn.as_quat()),
-}
-
-
 def checked(log: str, more: str = "", status: int = 0) -> Answer:
     """``robot check`` without the second part of its screen."""
     ended = typed(f"robot check --robot rx90 --data {log} {more} --json -")
     assert ended.status == status, ended.err
     return Answer(json.loads(ended.out), " ".join(ended.err.split()))
-
-
-def poses(robot: Robot, q: Array, world: Pose = WORLD, tool: Pose = TOOL) -> tuple[Array, Rotation]:
-    """What a controller would log: the tool in another frame."""
-    at = [world @ frames_at(robot, row)[-1] @ tool for row in q]
-    return np.array([pose.p for pose in at]), Rotation.from_matrix(np.array([pose.R for pose in at]))
 
 
 def write(log: Recording, positions: Array, names: str = "x,y,z", torques: bool = False) -> None:
@@ -160,110 +91,6 @@ def write(log: Recording, positions: Array, names: str = "x,y,z", torques: bool 
     np.savetxt(
         "log.csv", np.column_stack(columns), delimiter=",", header=",".join(header), comments="", fmt="%.12g"
     )
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("form", FORMS)
-def test_pose_in_the_maps_units(recorded: Recording, here: Path, form: str) -> None:
-    """Millimetres and degrees by the log map; base and tool come back; torques are looked at where they are."""
-    torques, (names, turned) = form == "rpy", FORMS[form]
-    positions, turns = poses(load_robot("rx90"), recorded.q)
-    write(recorded, np.hstack([1e3 * positions, turned(turns)]), f"px,py,pz,{names}", torques)
-    unit = "" if form == "quaternion" else 'rotation_unit = "deg"\n'
-    (here / "map.toml").write_text(
-        f'[pose]\ncolumns = ["px", "py", "pz"]\nunit = "mm"\nrotation = {json.dumps(names.split(","))}\n'
-        f'form = "{form}"\n{unit}'
-    )
-    document, text = checked("log.csv", "--log-map map.toml")
-    assert "forward kinematics reproduces the tool pose" in text
-    assert ("As recorded" in text) == torques == ("ranked" in document)
-    assert "not used" not in text
-    first = document["poses"][0]
-    assert first["rms_m"] < 1e-7
-    assert first["rms_angle_rad"] < 1e-6
-    assert first["base_and_tool_determined"]
-    for name, pose in (("base", WORLD), ("tool", TOOL)):
-        np.testing.assert_allclose(first[name]["xyz_m"], pose.p, atol=1e-6)
-        np.testing.assert_allclose(first[name]["rpy_rad"], pose.rpy, atol=1e-6)
-
-
-@pytest.mark.long
-@pytest.mark.parametrize(
-    ("unit", "status", "words"),
-    [
-        (1.0, 0, ("No torques or currents: the pose alone is compared.", "axes not logged")),
-        (1e3, 1, ("positions in mm that are read as m?",)),
-    ],
-)
-def test_pose_without_torques_or_map(
-    recorded: Recording, here: Path, unit: float, status: int, words: tuple[str, ...]
-) -> None:
-    """Standard names in metres; a log that has no torques is compared by its pose alone, a wrong unit is told."""
-    write(recorded, unit * poses(load_robot("rx90"), recorded.q)[0])
-    _, text = checked("log.csv", status=status)
-    assert all(part in text for part in words)
-
-
-@pytest.mark.long
-def test_a_turned_last_joint_is_found_by_the_axes(recorded: Recording, here: Path) -> None:
-    """A tool on axis 6 tells nothing of it by its position; its axes do.
-
-    Seen from a tool turned over, joint 5 half a turn on is the same: both are told.
-    """
-    positions, turns = poses(load_robot("rx90"), recorded.q, Pose(), Pose())
-    turned = replace(recorded, q=recorded.q * [1, 1, 1, 1, 1, -1])
-    write(turned, np.hstack([positions, turns.as_quat()]), "x,y,z,qx,qy,qz,qw")
-    document, text = checked("log.csv", status=1)
-    for words in ("does NOT reproduce", "Suggested, not applied: joint", "joint 6 turned round",
-                  "joint 5 zero moved by 180 degrees"):  # fmt: skip
-        assert words in text
-    (pose,) = document["poses"]
-    assert pose["rms_m"] < 1e-6
-    assert pose["rms_angle_rad"] > 0.1
-    assert {(1, 1, 1, 1, 1, -1), (1,) * 6} == {tuple(reading["sign"]) for reading in pose["readings"]["ranked"][:2]}
-
-
-def test_a_still_tool_is_refused(recorded: Recording, here: Path) -> None:
-    write(recorded, np.full((len(recorded.t), 3), 0.4))
-    assert "moves by less than 50 mm" in refused("robot check --robot rx90 --data log.csv")
-
-
-def test_base_and_tool_of_one_moving_joint_are_not_told(rx90: Robot) -> None:
-    q = np.zeros((50, 6))
-    q[:, 1] = np.linspace(-1.0, 1.0, 50)
-    check = check_pose(rx90, ToolPoses("log", q, poses(rx90, q)[0]))
-    assert check.reproduced
-    assert not check.determined
-
-
-@pytest.mark.parametrize(
-    ("table", "problem"),
-    [
-        ('columns = ["x", "y"]', "give those of x, y and z"),
-        ('columns = ["x", "y", "z"]\nunit = "cm"', "'pose.unit': must be 'm' or 'mm', got 'cm'"),
-        ('columns = ["x", "y", "z"]\nrotation = ["a", "b", "c"]', "go together"),
-        (
-            'columns = ["x", "y", "z"]\nrotation = ["a", "b", "c"]\nform = "euler"',
-            "'pose.form': must be 'quaternion' or 'rotation_vector'",
-        ),
-        ('columns = ["x", "y", "z"]\nrotation = ["a", "b", "c"]\nform = "quaternion"', "has 4 columns"),
-        ('columns = ["x", "y", "z"]\nsign = [1]', "unknown"),
-    ],
-)
-def test_maps_that_contradict_themselves(here: Path, table: str, problem: str) -> None:
-    (here / "map.toml").write_text(f"[pose]\n{table}\n")
-    with pytest.raises(InputError, match=problem):
-        read_log_map("map.toml")
-
-
-def test_logs_that_do_not_hold_the_pose(rx90: Robot, recorded: Recording, here: Path) -> None:
-    write(recorded, np.zeros((len(recorded.t), 1)), "other")
-    assert read_tool_poses("log.csv", rx90) is None
-    with pytest.raises(InputError, match="column a missing"):
-        read_tool_poses("log.csv", rx90, LogMap(pose=ToolColumns(("a", "q1", "q2"))))
-    write(recorded, np.zeros((len(recorded.t), 7)), "x,y,z,qx,qy,qz,qw")
-    with pytest.raises(InputError, match="line 2, columns qx, qy, qz, qw: a quaternion of length 0"):
-        read_tool_poses("log.csv", rx90)
 
 
 SHEET = (
@@ -294,7 +121,7 @@ ARMS: dict[str, tuple[str, str, set[str]]] = {
     "a URDF without some bodies": (bodiless(WHOLE, "link2", "link6"), "", OF_URDF),
     "a URDF without bodies": (bodiless(WHOLE), "--arm-mass 60", OF_URDF),
 }
-"""What is known of an arm: by ``robot new``, or a URDF; what is told to a command beside it; what is assumed."""
+"""Knowledge of an arm: by ``robot new``, or a URDF; what is told to a command beside it; what is assumed."""
 
 
 def described(arm: str) -> str:
@@ -326,50 +153,6 @@ def test_what_is_known_stays_and_the_rest_can_exist(here: Path, name: str) -> No
         np.testing.assert_allclose(accelerations, 10.0 * speeds)
 
 
-def test_links_without_bodies_are_as_dense_as_the_others(here: Path) -> None:
-    """Mass over length and the cross-section of one radius is one number over the cylinders, and their sum."""
-    known = load_robot(described(ARMS["a URDF without some bodies"][0]))
-    robot, shares = with_stand_in(known), [body.mass for body in cylinders(known, 1.0)]
-    masses = [robot.parameters[f"M{link}"] for link in range(1, 7)]
-    others = (0, 2, 3, 4)
-    assert sum(masses[k] for k in others) == pytest.approx(10.0 + 5.0 + 4.0 + 2.0)
-    for k in (1, 5):
-        assert masses[k] / shares[k] == pytest.approx(21.0 / sum(shares[k] for k in others))
-
-
-def test_a_part_of_a_body_is_none() -> None:
-    with pytest.raises(InputError, match="lacks XX1"):
-        with_stand_in(replace(load_robot("ur10e"), parameters={"M1": 3.0}))
-
-
-def test_a_huge_effort_is_unknown(here: Path) -> None:
-    """Where a URDF writes a torque that no joint has, a limit is assumed in its place, and said."""
-    for effort, torque in (("1000000.0", np.inf), ("90", 90.0)):
-        Path("a.urdf").write_text(WHOLE.replace('effort="1000000.0"', f'effort="{effort}"'))
-        assert {joint.limits.torque for joint in load_robot("a.urdf").joints} == {torque}
-
-
-@pytest.mark.long
-@pytest.mark.usefixtures("hasty")
-@pytest.mark.parametrize("name", ["mass alone", "mass given to the command", "a URDF without some bodies"])
-def test_own_arm_is_rehearsed(here: Path, name: str) -> None:
-    """The motion that was designed runs in the simulation, and each answer names what was assumed."""
-    arm, more, lacking = ARMS[name]
-    robot = f"--robot {described(arm)} {more}"
-    for line in (
-        "near --pose=0,-45,60,0,45,0 --joints 2,3,5,6 --range 20 --duration 4 --details",
-        "design --via-points 3 --starts 1 --columns payload --samples wide.csv --details",
-        "score wide.csv --columns payload --details",
-        "simulate --trajectory wide.csv --rate 50 --out logs",
-    ):
-        ended = typed(f"{line} {robot}")
-        assert ended.status == 0, f"{line}: {ended.err}"
-        for part in lacking:
-            assumption = {"parameters": "links and drives of the stand-in"}.get(part, f"{part} limits")
-            assert re.search(f"Assumed, not published: [^.]*{assumption}", ended.text), (line, part)
-    assert set(tomllib.loads(Path("logs/truth.toml").read_text())["assumed"]) == lacking
-
-
 @pytest.mark.parametrize("line", ["simulate --out out", "near --pose=0,-45,60,0,45,0 --joints 2,3,5,6"])
 def test_without_a_mass_one_line_names_the_option(here: Path, line: str) -> None:
     for arm in (re.sub(r":\d+:\d+(?=,| )", "", KNOWN), bodiless(WHOLE)):
@@ -395,7 +178,7 @@ def recommended_mass(document: dict[str, Any]) -> float:
 )
 @pytest.mark.usefixtures("hasty")
 def test_an_arm_goes_through_every_command(name: str, here: Path) -> None:
-    """As shipped, with noise: shown, moved, simulated, checked, weighed, identified, written for a controller."""
+    """With noise: shown, moved, simulated, checked, weighed, identified, written for a controller."""
     robot = load_robot(name)
     (here / "load.toml").write_text(half_the_rating(robot), encoding="utf-8")
     shown = typed(f"robot show --robot {name}")
@@ -434,3 +217,18 @@ def test_an_arm_goes_through_every_command(name: str, here: Path) -> None:
     exported = typed(f"export payload.json --to {controller} --despite-verdict")
     assert exported.status == 0, exported.err
     assert exported.out
+
+
+def test_a_still_tool_is_refused(recorded: Recording, here: Path) -> None:
+    write(recorded, np.full((len(recorded.t), 3), 0.4))
+    assert "moves by less than 50 mm" in refused("robot check --robot rx90 --data log.csv")
+
+
+def test_logs_that_do_not_hold_the_pose(rx90: Robot, recorded: Recording, here: Path) -> None:
+    write(recorded, np.zeros((len(recorded.t), 1)), "other")
+    assert read_tool_poses("log.csv", rx90) is None
+    with pytest.raises(InputError, match="column a missing"):
+        read_tool_poses("log.csv", rx90, LogMap(pose=ToolColumns(("a", "q1", "q2"))))
+    write(recorded, np.zeros((len(recorded.t), 7)), "x,y,z,qx,qy,qz,qw")
+    with pytest.raises(InputError, match="line 2, columns qx, qy, qz, qw: a quaternion of length 0"):
+        read_tool_poses("log.csv", rx90)

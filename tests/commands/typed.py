@@ -20,7 +20,7 @@ NAMES = [name for name, (where, _) in COMMANDS.items() if where]
 
 
 class Ended(NamedTuple):
-    """How a line ended: exit status, output, errors."""
+    """End of a line: exit status, output, errors."""
 
     status: int
     out: str
@@ -28,7 +28,7 @@ class Ended(NamedTuple):
 
     @property
     def text(self) -> str:
-        """What was printed, in one line."""
+        """The output, in one line."""
         return " ".join(self.out.split())
 
     @property

@@ -28,10 +28,3 @@ def test_ten_lines_hold_it(value: Any) -> None:
     assert text.startswith(f"{type(value).__name__}(")
     assert len(text) <= 10 * 80
     assert "\n" not in text
-
-
-def test_what_says_nothing_is_left_out_and_arrays_are_told_by_their_shape() -> None:
-    text = repr(Recording(np.arange(1000.0), _LARGE, _LARGE, source="a.csv"))
-    assert "q=<1000 x 6>" in text
-    assert "source='a.csv'" in text
-    assert "None" not in text

@@ -45,7 +45,7 @@ def test_a_number_that_cannot_be_shown_is_named_by_its_key(key: str, tmp_path: P
 
 
 def test_long_numbers_and_names_that_are_fine(tmp_path: Path) -> None:
-    """What stands in texts and comments is no key, and a list of many numbers is no key either."""
+    """Texts and comments hold no key, and a list of many numbers is no key either."""
     words = ".".join(40 * ["word"])
     numbers = ", ".join(f"[{k / 7:.6f}, {k / 3:.6f}]" for k in range(500))
     text = f'# {", ".join(40 * ["e.g. a.b"])}\nname = "x"\ntitle = "{words[:60]}"\n[[joints]]\n'

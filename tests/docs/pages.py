@@ -30,7 +30,7 @@ _STATUS = re.compile(r"\s+#\s*exit status (\d)\s*$")
 _NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?")
 _RELATIVE = 0.01
 _SEARCHED = 0.3
-"""Of numbers in what a search found; the words, and what limits are kept, are the same everywhere."""
+"""Tolerance of numbers that a search found; the words, and what limits are kept, are the same everywhere."""
 
 
 @dataclass(frozen=True)
@@ -139,7 +139,7 @@ class Reader:
 
 
 def _answer(words: Sequence[str], expected: int, where: str) -> str:
-    """What a command prints.
+    """Output of a command.
 
     Raises:
         AssertionError: if it ends with another status.

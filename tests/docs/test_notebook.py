@@ -18,7 +18,7 @@ def cells() -> list[str]:
 
 
 def ran(source: str, names: dict[str, Any]) -> tuple[str, Any]:
-    """What a cell prints, and the value of its last expression, as a notebook runs it."""
+    """Output of a cell, and the value of its last expression, as a notebook runs it."""
     tree, shown = ast.parse(source), None
     last = tree.body.pop() if isinstance(tree.body[-1], ast.Expr) else None
     with contextlib.redirect_stdout(io.StringIO()) as printed:

@@ -128,7 +128,7 @@ def test_the_page_on_the_method_shows_pieces_of_its_example() -> None:
 
 
 def test_the_package_enters_at_the_end_alone() -> None:
-    """What the example computes before is its own."""
+    """All that the example computes before is its own."""
     own, _, _ = (ROOT / "examples/the_method.py").read_text(encoding="utf-8").partition("\ndef compare")
     assert "import dynident" not in own
     assert "from dynident" not in own

@@ -1,12 +1,12 @@
 """Simulated and real recordings for the tests of estimation."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 import pytest
 from dynident.model import InertialParameters, Motion, Processing, Robot, load_robot
 from dynident.model.motion import Measurement
-from dynident.trajectories import Simulator, ViaPoints
+from dynident.trajectories import NearMotion, Simulator, ViaPoints
 
 GAINS = (11.976, 11.976, 9.839, 10.763, 10.757, 10.680)
 EXACT = Processing()
@@ -61,3 +61,18 @@ def exact_pair(
         return simulator.measure(motion), simulator.measure(motion, payload)
 
     return pair
+
+
+@pytest.fixture(scope="session")
+def near() -> Callable[[Sequence[int]], NearMotion]:
+    """``near(joints)``: 20 s near a pose of the RX90, periods of 5 s of random harmonics, within 30 degrees."""
+
+    def motion(joints: Sequence[int]) -> NearMotion:
+        draw, n, harmonics = np.random.default_rng(0), 6, 4
+        a, b = np.zeros((2, 1, n, harmonics))
+        for joint in joints:
+            own = 0.6 * draw.standard_normal(harmonics)
+            a[0, joint - 1] = own - own.mean()  # at rest where it begins
+        return NearMotion(np.radians([[0.0, -45.0, 90.0, 0.0, 45.0, 0.0]]), a, b, 5.0, 4, 0.0)
+
+    return motion

@@ -1,4 +1,4 @@
-"""Errors of the drive gains in the robot's parameters, and in payloads weighed with them: counted once."""
+"""Errors of the drive gains: as rescaled recordings give them, through every method, and counted once."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -6,27 +6,214 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from dynident.apps.report.sections.evidence import gain_error_notes
-from dynident.apps.report.sections.robot import robot_table
-from dynident.apps.results import read_stored_robot
-from dynident.common.schema import write_json
+from dynident.common.arrays import Array
+from dynident.common.errors import InputError
 from dynident.estimation import (
     Estimate,
     Gains,
+    LongMotion,
     Settings,
+    ShortMotion,
     answer_payload,
     identify,
     payload_estimate,
     payload_problem,
 )
+from dynident.estimation.equations.equations import PAYLOAD, Equations, merged
 from dynident.estimation.fit.drive_gains import usual_gains
 from dynident.estimation.fit.estimate import error_model
+from dynident.estimation.fit.least_squares import weighted
+from dynident.estimation.payload.methods import METHODS as SOLVERS
 from dynident.estimation.payload.result import constrain_payload
-from dynident.estimation.possible.robot import solve_constrained_base
-from dynident.model import InertialParameters, Motion, Processing, Recording, Robot, load_robot, robot_names
+from dynident.estimation.payload.weighing import difference_weighing
+from dynident.model import InertialParameters, Motion, Processing, Recording, Robot, Spring, load_robot, robot_names
 from dynident.model.friction import PAPER
 from dynident.trajectories import Simulator
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
+
+Recordings = Callable[[ArrayLike], tuple[Recording, Recording]]
+METHODS = (1, 2, 3, 4)
+MOTORS = [1, 4, 5]  # counted from 0; the last two of the RX90 are coupled, a spring acts on the first
+
+
+def gain_sensitivity(equations: Equations, weights: Array) -> Array:
+    """Derivatives of the weighted solution by each motor's relative error."""
+    derivatives = weighted(equations, weights).gain_sensitivity
+    assert derivatives is not None
+    return derivatives
+
+
+def rescaled_torque(robot: Robot, torque: Array, factors: ArrayLike) -> Array:
+    """Torques of the joints with each motor's times its factor; (9) written out."""
+    G = np.eye(6)
+    if robot.coupling is not None:
+        G[4, 5] = 1.0
+    return np.asarray(torque @ np.linalg.inv(G).T * np.asarray(factors) @ G.T)
+
+
+def sprung(simulator: Simulator, joint: int) -> Simulator:
+    """A copy of the robot with a gravity spring on a joint."""
+    robot = simulator.robot
+    spring = Spring(joint, 6000.0, 0.15, (0.08, 0.35), np.pi / 2)
+    return Simulator(replace(robot, drives=replace(robot.drives, spring=spring)))
+
+
+@pytest.fixture(scope="module", params=["rx90", "ur10e", "sprung"])
+def arm(
+    request: pytest.FixtureRequest,
+    simulated: Callable[[str], Simulator],
+    wander: Callable[..., Motion],
+    payload: InertialParameters,
+) -> tuple[Simulator, Recordings]:
+    """A simulator, and noisy recordings without and with payload whose torques are scaled motor by motor."""
+    simulator = sprung(simulated("rx90"), 2) if request.param == "sprung" else simulated(request.param)
+    noise, motion = [0.5] * 6, wander(6, 4, points=14)
+
+    def recordings(factors: ArrayLike) -> tuple[Recording, Recording]:
+        pair = [simulator.record(motion, body, noise, [9, k]) for k, body in enumerate((None, payload))]
+        bare, loaded = (
+            replace(recording, torque=rescaled_torque(simulator.robot, recording.torque, factors))
+            for recording in pair
+        )
+        return bare, loaded
+
+    return simulator, recordings
+
+
+def problem_of(arm: tuple[Simulator, Recordings], factors: ArrayLike) -> LongMotion:
+    bare, loaded = arm[1](factors)
+    return payload_problem(arm[0].robot, [loaded], [bare], settings=Settings(robust=False))
+
+
+def sensitivity(estimate: Estimate) -> Array:
+    """The derivatives that come with a result."""
+    assert estimate.gain_sensitivity is not None
+    return estimate.gain_sensitivity
+
+
+def changed(motor: int, step: float) -> Array:
+    return np.asarray(1.0 + step * np.eye(6)[motor])
+
+
+def brute(solve: Callable[[Array], Array], step: float = 1e-5) -> Array:
+    """Central differences by rescaled recordings, columns ``MOTORS``."""
+    return np.column_stack([(solve(changed(j, step)) - solve(changed(j, -step))) / (2 * step) for j in MOTORS])
+
+
+@pytest.fixture(scope="module")
+def problem(arm: tuple[Simulator, Recordings]) -> LongMotion:
+    return problem_of(arm, np.ones(6))
+
+
+@pytest.fixture(scope="module")
+def rescaled(arm: tuple[Simulator, Recordings]) -> dict[bytes, LongMotion]:
+    """The problem for some motors' torque up and down."""
+    factors = [changed(j, step) for j in MOTORS for step in (1e-5, -1e-5)]
+    return {factor.tobytes(): problem_of(arm, factor) for factor in factors}
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_it_is_what_rescaled_recordings_give(
+    problem: LongMotion, rescaled: dict[bytes, LongMotion], method: int
+) -> None:
+    """To 1e-6 of each parameter's own size.
+
+    They add up to the payload, which a common error scales, unless there is a spring.
+    """
+    solver, estimate = SOLVERS[method], payload_estimate(problem, method).estimate
+    J = sensitivity(estimate)
+    assert problem.unloaded is not None
+    robot_weights = weighted(problem.unloaded).weights
+
+    def solved(factors: Array) -> Array:
+        variant = replace(rescaled[factors.tobytes()])
+        assert variant.unloaded is not None
+        vars(variant)["bare"] = weighted(variant.unloaded, robot_weights)
+        return solver(variant).solved(estimate.weights).values
+
+    expected = brute(solved)
+    size = np.linalg.norm(expected, axis=1)[:, None]
+    assert (np.abs(J[:, MOTORS] - expected) < 1e-6 * size).all()
+    if problem.robot.spring is None:
+        assert (np.abs(J.sum(axis=1) - estimate.values) < 1e-6 * size[:, 0]).all()
+
+
+def test_a_stored_robot_brings_its_own_errors(arm: tuple[Simulator, Recordings], problem: LongMotion) -> None:
+    """Method 1 by stored parameters is as sensitive as by the recording they came from; without, it is refused."""
+    bare, _ = arm[1](np.ones(6))
+    known = identify(arm[0].robot, [bare], Settings(robust=False)).estimate
+    later = replace(problem, unloaded=None, difference=None, known=known)
+    both = [sensitivity(payload_estimate(p, 1).estimate) for p in (problem, later)]
+    assert both[1] == pytest.approx(both[0], rel=1e-5, abs=1e-8)
+    old = replace(later, known=replace(known, gain_sensitivity=None))
+    with pytest.raises(InputError, match="identify the robot again"):
+        constrain_payload(payload_estimate(old, 1), gains=Gains((0.02,)))
+
+
+def test_saved_equations_keep_what_motors_share(problem: LongMotion, tmp_path: Path) -> None:
+    """Read back, and merged with themselves, they are as sensitive as before."""
+    assert problem.unloaded is not None
+    problem.unloaded.save(tmp_path / "p.npz")
+    read = Equations.load(tmp_path / "p.npz")
+    assert len(read.shared) == bool(problem.robot.coupling) + bool(problem.robot.spring)
+    weights = weighted(read).weights
+    J = gain_sensitivity(problem.unloaded, weights)
+    for equations in (read, merged([read, problem.unloaded])):
+        assert gain_sensitivity(equations, weights) == pytest.approx(J, rel=1e-6, abs=1e-9 * np.abs(J).max())
+    if read.shared:
+        with pytest.raises(ValueError, match="different coupled drives"):
+            merged([read, replace(read, shared=())])
+
+
+@pytest.mark.long
+def test_a_weighing_by_rescaled_recordings(arm: tuple[Simulator, Recordings]) -> None:
+    """Each motor's error alone, offsets and weights held as they were."""
+    simulator, recordings = arm
+
+    def weighing(factors: ArrayLike) -> ShortMotion:
+        bare, loaded = recordings(factors)
+        return difference_weighing(simulator.robot, [loaded], [bare])
+
+    problem = weighing(np.ones(6))
+    payload, motion = payload_estimate(problem, 3), problem
+    assert payload.complete
+
+    def solved(factors: Array) -> Array:
+        runs = weighing(factors).runs
+        equations = merged(motion.held.friction_free(run.equations) for run in runs).select(PAYLOAD)
+        return weighted(equations, payload.estimate.weights).values
+
+    expected = brute(solved)
+    for motor, column in zip(MOTORS, expected.T, strict=True):
+        gains = Gains(0.01 * np.eye(6)[motor])
+        C = error_model(payload.estimate, gains).covariance - error_model(payload.estimate).covariance
+        assert pytest.approx(1e-4 * np.outer(column, column), rel=1e-4, abs=1e-6 * np.abs(C).max()) == C
+
+
+def test_common_and_own_errors(problem: LongMotion) -> None:
+    """A common error widens the mass by its share of it; one number stands for six; both add up."""
+    free = payload_estimate(problem, 4)
+
+    def sigma(gains: Gains | None) -> Array:
+        return constrain_payload(free, gains=gains).sigma
+
+    alone = sigma(None)
+    assert alone == pytest.approx(free.estimate.sigma)
+    common = sigma(Gains(common=0.03))
+    J = sensitivity(free.estimate)
+    share = free.mass if problem.robot.spring is None else abs(J[9].sum())
+    assert np.sqrt(common[9] ** 2 - alone[9] ** 2) == pytest.approx(0.03 * share, rel=1e-6)
+    assert sigma(Gains((0.02,))) == pytest.approx(sigma(Gains((0.02,) * 6)))
+    own = 0.02 * np.linalg.norm(J, axis=1)
+    both = sigma(Gains((0.02,), 0.03))
+    assert both**2 == pytest.approx(common**2 + own**2, rel=1e-6)
+
+
+@pytest.mark.parametrize("sigmas", [(-0.01,), (1.0,), (), (float("nan"),)])
+def test_what_is_no_uncertainty_is_refused(sigmas: tuple[float, ...]) -> None:
+    with pytest.raises(InputError, match="drive gains"):
+        Gains(sigmas)
+
 
 GAINS = Gains((0.02,))
 SETTINGS = Processing(decimate=4)
@@ -112,59 +299,9 @@ def test_a_stored_robots_error_is_not_an_error_of_its_own(robot: Robot, recorder
     assert once > 3.0 * plain
 
 
-def test_parameters_say_what_they_owe_to_the_gains(robot: Robot, recorders: tuple[Record, Record]) -> None:
-    bare = recorders[0](1, 0.02)
-    exact, identification = (
-        identify(robot, [bare], Settings(SETTINGS), gains=g) for g in (None, Gains(common=0.03))
-    )
-    estimate = identification.estimate
-    assert estimate.sigma_by_gains == pytest.approx(0.03 * np.abs(estimate.values), rel=1e-6)
-    assert estimate.total_sigma == pytest.approx(np.hypot(estimate.larger_sigma, 0.03 * np.abs(estimate.values)))
-    assert np.array_equal(exact.estimate.total_sigma, exact.estimate.larger_sigma)
-    assert np.array_equal(estimate.covariance, exact.estimate.covariance)
-    assert exact.estimate.sigma_by_gains is exact.estimate.interval95_with_gains is None
-    assert estimate.robust is not None
-    assert estimate.interval95_with_gains is not None
-    half = (estimate.interval95_with_gains[:, 1] - estimate.interval95_with_gains[:, 0]) / 2.0
-    total = np.hypot(estimate.robust.sigma, 0.03 * np.abs(estimate.values))
-    assert half == pytest.approx(estimate.robust.quantile95 * total)
-    part = identification.elimination.estimate
-    assert part.sigma_by_gains == pytest.approx(0.03 * np.abs(part.values), rel=1e-6)
-    headings = [list(robot_table(result.result).headings) for result in (exact, identification)]
-    assert "by gains" not in headings[0]
-    assert "by gains" in headings[1]
-    notes = [
-        " ".join(gain_error_notes(result.result.processing, result.gains)) for result in (exact, identification)
-    ]
-    assert "Drive gains are taken as exact: no residual shows their errors" in notes[0]
-    motor = "motor" if robot.coupling else "joint"
-    assert f"include errors of the drive gains: 0 % per {motor} and 3 % common to all joints" in notes[1]
-
-
-def test_stored_robot_keeps_the_gains_uncertainty(
-    robot: Robot, recorders: tuple[Record, Record], tmp_path: Path
-) -> None:
-    """Read back, the distance of the nearest robot that can exist is the same, gains included."""
-    gains = Gains((0.02,), 0.01, (1e-4 * np.eye(6)).tolist())
-    result = identify(robot, [recorders[0](2, 0.02)], Settings(SETTINGS, robust=False), gains=gains)
-    path = tmp_path / "robot.json"
-    write_json(path, result.result)
-    stored = read_stored_robot(path)
-    assert stored.gains == gains
-    assert stored.estimate.covariance_by_gains == pytest.approx(result.estimate.covariance_by_gains)
-    model = error_model(result.estimate)
-    assert error_model(stored.estimate).covariance == pytest.approx(model.covariance)
-    assert result.estimate.covariance_by_gains is not None
-    assert model.covariance == pytest.approx(result.estimate.covariance + result.estimate.covariance_by_gains)
-    assert np.array_equal(error_model(model).covariance, model.covariance)
-    exact = replace(result.estimate, gain_covariance=None)
-    rises = [solve_constrained_base(result.robot, result.base, e).chi2_rise for e in (stored.estimate, exact)]
-    assert rises[0] <= rises[1]
-
-
 @pytest.mark.parametrize("name", robot_names())
 def test_gains_of_which_nothing_is_said_have_usual_errors(name: str) -> None:
-    """What recordings say comes first; the least sure of them counts."""
+    """The recordings' word comes first; the least sure of them counts."""
     robot = load_robot(name)
     silent = Recording(np.arange(3.0), np.zeros((3, robot.n)), np.zeros((3, robot.n)))
     exact, stated = replace(silent, gain_sigma=0.0), replace(silent, gain_sigma=0.005)
@@ -176,29 +313,11 @@ def test_gains_of_which_nothing_is_said_have_usual_errors(name: str) -> None:
     assert usual_gains(robot, [replace(silent, gains=(1.0,) * robot.n)]) == Gains((0.02,), assumed=True)
 
 
-def test_an_answer_allows_for_gains_of_which_nothing_is_said(
-    robot: Robot, recorders: tuple[Record, Record], tmp_path: Path
-) -> None:
-    """Robot and payload carry the usual errors, as if they were given; a line says so."""
-    pair = [record(1, 0.0) for record in recorders]
-    silent = [replace(recording, gain_sigma=None) for recording in pair]
-    known, usual = (identify(robot, [bare], Settings(SETTINGS)) for bare in (pair[0], silent[0]))
-    assert known.gains is None
-    assert usual.gains == Gains((0.02,), assumed=True)
-    given = identify(robot, [pair[0]], Settings(SETTINGS), gains=Gains((0.02,)))
-    assert np.array_equal(usual.estimate.total_sigma, given.estimate.total_sigma)
-    each = "motor" if robot.coupling else "joint"
-    (line,) = gain_error_notes(usual.result.processing, usual.gains)
-    assert line.endswith(f": 2 % per {each}, as is usual: nothing is said of them (--gain-sigma).")
-    write_json(tmp_path / "robot.json", usual.result)
-    assert read_stored_robot(tmp_path / "robot.json").gains == usual.gains
-
-
 @pytest.mark.parametrize("error", [0.0, 0.02])
 def test_what_is_assumed_of_gains_shortens_no_interval(
     error: float, robot: Robot, recorders: tuple[Record, Record]
 ) -> None:
-    """Whether joints agree or disagree, by any method."""
+    """Joints may agree or disagree; by any method."""
     exact = [record(1, error) for record in recorders]
     silent = [replace(recording, gain_sigma=None) for recording in exact]
     each = []

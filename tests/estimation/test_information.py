@@ -1,4 +1,4 @@
-"""What earlier recordings have taught, from the files of ``dynident identify``."""
+"""Information from earlier recordings, by the files of ``dynident identify``."""
 
 import json
 from pathlib import Path
@@ -78,19 +78,6 @@ def test_json_holds_the_covariance(problem: Equations, tmp_path: Path) -> None:
         read_information(path, None)
 
 
-def test_payload_with_the_robot_known(problem: Equations, tmp_path: Path) -> None:
-    draw = np.random.default_rng(1)
-    factor = np.asarray(np.linalg.qr(draw.standard_normal((60, 12)), mode="r"))
-    Equations(("ZZ1", *PAYLOAD), (factor,), (60,), (60.0,)).save(tmp_path / "p.npz")
-    names = tuple("abcdefghij")
-    information = read_information(tmp_path / "p.npz", None).of_payload(names)
-    assert information.columns == names
-    assert np.allclose(information.factor.T @ information.factor, factor[:, 1:11].T @ factor[:, 1:11])
-    problem.save(tmp_path / "r.npz")
-    with pytest.raises(InputError, match="have no payload"):
-        read_information(tmp_path / "r.npz", None).of_payload(names)
-
-
 def test_files_that_are_neither(tmp_path: Path) -> None:
     text_file = tmp_path / "x.txt"
     text_file.write_text("hello")
@@ -102,3 +89,16 @@ def test_files_that_are_neither(tmp_path: Path) -> None:
     bad.write_bytes(b"no")
     with pytest.raises(InputError, match="not a saved reduced problem"):
         read_information(bad, None)
+
+
+def test_payload_with_the_robot_known(problem: Equations, tmp_path: Path) -> None:
+    draw = np.random.default_rng(1)
+    factor = np.asarray(np.linalg.qr(draw.standard_normal((60, 12)), mode="r"))
+    Equations(("ZZ1", *PAYLOAD), (factor,), (60,), (60.0,)).save(tmp_path / "p.npz")
+    names = tuple("abcdefghij")
+    information = read_information(tmp_path / "p.npz", None).of_payload(names)
+    assert information.columns == names
+    assert np.allclose(information.factor.T @ information.factor, factor[:, 1:11].T @ factor[:, 1:11])
+    problem.save(tmp_path / "r.npz")
+    with pytest.raises(InputError, match="have no payload"):
+        read_information(tmp_path / "r.npz", None).of_payload(names)

@@ -179,23 +179,6 @@ def test_they_hold_the_truth(body: InertialParameters, active: bool) -> None:
     assert 0.94 <= share.mean() <= 0.99
 
 
-def test_eliminated_parameters_are_certain() -> None:
-    """A payload symmetric in x and y: XY, XZ, YZ, MX and MY were eliminated."""
-    full = near(DISC, 4)
-    places = [0, 3, 5, 8, 9]
-    part = replace(
-        full,
-        names=tuple(PAYLOAD[k] for k in places),
-        values=full.values[places],
-        covariance=full.covariance[np.ix_(places, places)],
-    )
-    intervals = profile_intervals(solve_constrained(part))
-    assert (intervals.parameters[[1, 2, 4, 6, 7]] == 0.0).all()
-    assert (intervals.com[:2] == 0.0).all()
-    assert (np.ptp(intervals.parameters[places], axis=1) > 0.0).all()
-    assert np.ptp(intervals.inertia_com[0, 1]) == 0.0
-
-
 def test_a_payload_that_may_weigh_nothing_has_no_com() -> None:
     estimate = near(CUBE, 1)
     faint = replace(estimate, values=1e-3 * estimate.values)

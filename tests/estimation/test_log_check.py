@@ -1,20 +1,22 @@
-"""A look at logs: what is right stays quiet, each wrong one is told."""
+"""A look at logs: right ones stay quiet, mistakes of unit, time and joints are named."""
 
-import os
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
-from dynident.apps.logs.log_check import LogReport, check_log, smallest_step
+from dynident.apps.logs.log_check import LogReport, check_log
 from dynident.apps.logs.read import read_recording
-from dynident.model import Motion, Processing, Recording, Robot, load_robot
+from dynident.common.errors import InputError
+from dynident.estimation import Settings, identify
+from dynident.estimation.fit.own_equations import hidden_by
+from dynident.estimation.signals.plausibility import check_apart, check_recordings, still_joints
+from dynident.model import Motion, Processing, Recording, Robot, base_parameters, load_robot
 from dynident.trajectories import Simulator
 
 NOISE = (2.0, 2.0, 1.0, 0.5, 0.5, 0.3)
 SETTINGS = Processing(cutoff=10.0, decimate=4)
-UR10E = (11.976, 11.976, 9.839, 10.763, 10.757, 10.680)
 GEARS = np.array([100.0, 120.0, 90.0, 80.0, 70.0, 60.0])
 
 
@@ -53,31 +55,8 @@ def test_a_good_log_is_quiet(good: LogReport) -> None:
     assert check.relative_residual < 0.15
 
 
-@pytest.mark.long
-def test_excitation_is_that_of_the_estimate(good: LogReport, simulated: Callable[[str], Simulator]) -> None:
-    """Estimates lie within their stated sigma of the simulated robot's parameters."""
-    from dynident.model import base_parameters, standard_columns
-
-    robot = load_robot("ur10e")
-    base = base_parameters(robot)
-    truth = base.grouping @ np.array(
-        [simulated("ur10e").robot.parameters[name] for name in standard_columns(robot)]
-    )
-    values = np.array([entry.value for entry in good.excitation])
-    sigma = np.array([entry.relative_sigma_percent for entry in good.excitation]) / 100.0 * np.abs(values)
-    assert 0.5 < np.mean(np.square((values - truth) / sigma)) < 2.5
-
-
-def without_gravity(log: Recording, simulator: Simulator) -> Recording:
-    still = np.zeros(log.q.shape)
-    at_rest = simulator.measure(Motion(log.t, log.q, still, still)).torque
-    bare = replace(simulator.robot, gravity=(0.0, 0.0, 0.0))
-    friction = Simulator(bare).measure(Motion(log.t, log.q, still, still)).torque
-    return replace(log, torque=log.torque - at_rest + friction)
-
-
 def spoilt(log: Recording) -> dict[str, tuple[Recording, str, str]]:
-    """What is wrong -> the log, how bad that is, words that must be said."""
+    """Fault -> the log, how bad that is, words that must be said."""
     assert log.qd is not None
     degrees = 180.0 / np.pi
     cut = np.clip(log.torque, np.quantile(log.torque, 0.02, axis=0), np.quantile(log.torque, 0.98, axis=0))
@@ -134,11 +113,6 @@ def test_what_is_wrong_is_told(log: Recording, case: str) -> None:
     assert check.usable == (severity != "error" and not words(check, "error"))
 
 
-def test_gravity_compensated_torque(log: Recording, simulated: Callable[[str], Simulator]) -> None:
-    check = look(without_gravity(log, simulated("ur10e")))
-    assert "no gravity" in words(check, "error")
-
-
 def test_currents_are_brought_to_one_scale(log: Recording, good: LogReport) -> None:
     """Currents of unknown gain: no word about scales, and the excitation is that of the torques."""
     check = look(replace(log, torque=log.torque / [12.4, 10, 10, 10.5, 10, 9]), currents=True)
@@ -160,12 +134,6 @@ def test_real_logs_are_usable(recordings: Path, robot: str, name: str) -> None:
     assert check.relative_residual < 0.054
 
 
-def test_quantum() -> None:
-    values = np.round(np.random.default_rng(0).normal(size=1000), 2)
-    assert smallest_step(values) == pytest.approx(0.01)
-    assert smallest_step(np.random.default_rng(0).normal(size=1000)) == 0.0
-
-
 @pytest.mark.parametrize(
     ("case", "needed"), [("late", "lags position"), ("turned", "sign of the torque of joint 2")]
 )
@@ -175,22 +143,86 @@ def test_causes_are_told(log: Recording, case: str, needed: str) -> None:
     assert needed in words(look(replace(log, torque=torque)), "error", "warning")
 
 
-@pytest.mark.long
-@pytest.mark.parametrize("name", ["unloaded", "validation_point_to_point"])
-def test_real_torques_are_to_one_scale_and_real_currents_are_not(recordings: Path, name: str) -> None:
-    """A formula for white noise is 4 to 5 standard deviations sure of joints 1 and 4 that are right."""
-    robot = load_robot("ur10e")
-    for gains, words_said in ((UR10E, False), ((1.0,) * 6, True)):
-        recording = read_recording(recordings / f"ur10e/{name}.csv.gz", robot, gains)
-        findings = check_log(robot, recording).findings
-        assert any("one scale" in finding.text for finding in findings) == words_said
+Wander = Callable[..., Motion]
 
 
-def test_a_short_recording_tells_no_scales() -> None:
-    """The sensors of a real Gen3 are to one scale, of which 4.7 s tell nothing."""
-    folder = os.environ.get("DYNIDENT_DATA")
-    if not folder:
-        pytest.skip("real recordings: set DYNIDENT_DATA to their folder")
-    robot = load_robot(Path(folder) / "gen3/gen3.urdf")
-    check = check_log(robot, read_recording(Path(folder) / "gen3/gen3_opti1.csv.gz", robot), robot.processing)
-    assert "scale" not in words(check, "error", "warning")
+def recording(motion: Motion, q_scale: float = 1.0, qd_scale: float | None = None) -> Recording:
+    qd = None if qd_scale is None else qd_scale * motion.qd
+    return Recording(motion.t, q_scale * motion.q, np.array(motion.q), qd, "log.csv")
+
+
+@pytest.mark.parametrize("name", ["rx90", "tx40", "ur10e"])
+def test_degrees_are_recognised(name: str, wander: Wander) -> None:
+    with pytest.raises(InputError, match=r"log.csv: q\d reaches .* degrees"):
+        check_recordings(load_robot(name), [recording(wander(6, 0), q_scale=np.degrees(1.0))])
+
+
+@pytest.mark.parametrize(
+    ("factor", "words"), [(57.3, "degrees per second"), (0.5, "qd1 is 0.499 times"), (-1.0, "qd1 is -0.997 times")]
+)
+def test_speeds_in_another_unit(rx90: Robot, wander: Wander, factor: float, words: str) -> None:
+    with pytest.raises(InputError, match=words):
+        check_recordings(rx90, [recording(wander(6, 0), qd_scale=factor)])
+
+
+def held(motion: Motion, joint: int) -> Motion:
+    q, qd, qdd = np.array(motion.q), np.array(motion.qd), np.array(motion.qdd)
+    q[:, joint - 1], qd[:, joint - 1], qdd[:, joint - 1] = 0.4, 0.0, 0.0
+    return Motion(motion.t, q, qd, qdd)
+
+
+def test_a_joint_that_never_moves_is_named_with_its_parameters(rx90: Robot, wander: Wander) -> None:
+    motion = held(wander(6, 0), 4)
+    assert still_joints([recording(motion)]) == (4,)
+    assert still_joints([recording(motion), recording(wander(6, 1))]) == ()
+    with pytest.raises(InputError) as caught:
+        identify(rx90, [Simulator(rx90).record(motion)], Settings(robust=False))
+    for word in ("joint 4 never moves", "FS4", "FV4", "IA4"):
+        assert word in str(caught.value)
+    assert "FS3" not in str(caught.value)
+
+
+def test_what_a_still_joint_hides_is_what_data_do_not_determine(rx90: Robot) -> None:
+    """On the RX90 joint 1 alone shows ZZ1R and its own friction."""
+    base = base_parameters(rx90)
+    hidden = hidden_by(rx90, base, (1,))
+    assert {"ZZ1R", "FS1", "FV1"} <= set(hidden)
+    assert not {"MX2R", "FS2", "IA3", "MX6"} & set(hidden)
+
+
+def test_a_dead_torque_channel_is_named(rx90: Robot, wander: Wander) -> None:
+    motion = wander(6, 0)
+    torque = np.array(motion.q)
+    torque[:, 3] = 0.0
+    with pytest.raises(InputError, match="torque of joint 4 is 0 throughout"):
+        check_recordings(rx90, [Recording(motion.t, motion.q, torque)])
+
+
+def test_the_same_recording_twice(rx90: Robot, wander: Wander) -> None:
+    with pytest.raises(InputError, match="holds the same numbers"):
+        check_recordings(rx90, [recording(wander(6, 0)), recording(wander(6, 1)), recording(wander(6, 0))])
+    with pytest.raises(InputError, match="no recordings"):
+        check_recordings(rx90, [])
+
+
+def test_jumps_saturation_and_torques_out_of_an_arms_reach(rx90: Robot, wander: Wander) -> None:
+    motion = wander(6, 0)
+    q = np.array(motion.q)
+    q[300:, 2] += 0.9
+    strong = 50.0 * motion.q
+    with pytest.raises(InputError, match=r"q3 jumps by 0\.\d+ .* at \d"):
+        check_recordings(rx90, [Recording(motion.t, q, strong)])
+    clipped = np.clip(strong, -20.0, 20.0)
+    with pytest.raises(InputError, match=r"torque of joint 1 stays at its extreme -?20"):
+        check_recordings(rx90, [Recording(motion.t, motion.q, clipped)])
+    for factor, words in ((1e-3, "kN·m"), (1000.0, "mN·m")):
+        with pytest.raises(InputError, match=words):
+            check_recordings(rx90, [Recording(motion.t, motion.q, factor * strong)])
+    coarse = np.round(strong / 5.0) * 5.0
+    check_recordings(rx90, [Recording(motion.t, motion.q, coarse)])
+
+
+def test_one_recording_with_and_without_payload(wander: Wander) -> None:
+    single = recording(wander(6, 0))
+    with pytest.raises(InputError, match="with payload holds the same numbers as"):
+        check_apart([single], [recording(wander(6, 1)), single])

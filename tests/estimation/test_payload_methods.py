@@ -1,22 +1,49 @@
-"""The four methods: exact data give the payload back, on every robot; laws that all methods obey."""
+"""The four methods: exact data give the payload back; laws that all obey, in every frame and by one call."""
 
 from collections.abc import Callable
 from dataclasses import replace
+from math import radians
 
 import numpy as np
 import pytest
+from dynident import identify, identify_payload, load_robot, weigh
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError
-from dynident.estimation import PAYLOAD, Estimate, LongMotion, Settings, payload_estimate, payload_problem
+from dynident.estimation import (
+    PAYLOAD,
+    Estimate,
+    Gains,
+    InEllipsoid,
+    KnownMass,
+    LongMotion,
+    PayloadAnswer,
+    PayloadResult,
+    PossibleBody,
+    Settings,
+    answer_payload,
+    payload_estimate,
+    payload_problem,
+)
 from dynident.estimation.fit.least_squares import weighted
-from dynident.estimation.payload.by_joints import payload_by_joints
 from dynident.estimation.payload.long_motion import Source
-from dynident.estimation.payload.methods import combined, from_change, payload_map, usable_methods
+from dynident.estimation.payload.methods import payload_map, usable_methods
 from dynident.estimation.payload.problem import PairedMeasurement, long_motion
-from dynident.estimation.payload.result import constrain_payload
-from dynident.model import InertialParameters, Joint, Motion, Processing, Recording, Robot, Spring
+from dynident.estimation.payload.result import frame_change
+from dynident.estimation.payload.weighing import difference_weighing
+from dynident.model import (
+    InertialParameters,
+    Joint,
+    Motion,
+    Pose,
+    Processing,
+    Recording,
+    Robot,
+    Spring,
+    standard_columns,
+    with_tool,
+)
 from dynident.model.motion import Measurement
-from dynident.trajectories import Simulator
+from dynident.trajectories import RX90_NOISE, NearMotion, Simulator
 
 EXACT = Processing()
 LENGTH = 0.45
@@ -209,16 +236,6 @@ def test_methods_that_lack_data_say_what_they_need(
             payload_estimate(problem, method)
 
 
-def test_global_fit_also_gives_the_robot(
-    simulated: Callable[[str], Simulator], exact_pair: Callable[..., tuple[Measurement, ...]]
-) -> None:
-    simulator = simulated("rx90")
-    problem = problem_of(simulator.robot, [exact_pair(simulator)])
-    both = combined(problem)
-    truth = problem.base.value(simulator.robot.parameters)
-    assert np.allclose(both.values[:54], truth, atol=1e-7)
-
-
 def test_different_trajectories_leave_method_3_out_and_say_why(
     rx90: Robot, payload: InertialParameters, wander: Callable[..., Motion]
 ) -> None:
@@ -241,12 +258,131 @@ def test_an_arm_that_cannot_show_a_payload_says_so(wander: Callable[..., Motion]
         payload_problem(planar, [recording], [recording], settings=Settings(robust=False))
 
 
-def test_what_holds_equations_is_shown_in_a_few_lines(
-    simulated: Callable[[str], Simulator], exact_pair: Callable[..., tuple[Measurement, ...]]
+NOISE = 0.3 * np.array(RX90_NOISE)
+TOOL = Pose.from_rpy((0.03, -0.01, 0.12), (radians(180), 0.4, -0.2))
+
+
+def simulator_of(robot: Robot) -> Simulator:
+    known = {name: robot.parameters.get(name, 0.5) for name in standard_columns(robot)}
+    return Simulator(replace(robot, parameters=known))
+
+
+@pytest.mark.parametrize("method", [1, 2, 3, 4])
+def test_moving_the_flange_moves_the_answer(
+    method: int, rx90: Robot, payload: InertialParameters, wander: Callable[..., Motion]
 ) -> None:
-    """Eight lines of a screen, however much they hold."""
-    simulator = simulated("rx90")
-    problem = problem_of(simulator.robot, [exact_pair(simulator)], 0.1)
-    free = payload_estimate(problem, 4)
-    shown = (problem, free, from_change(problem), constrain_payload(free), payload_by_joints(problem, np.ones(6)))
-    assert all("\n" not in repr(value) and len(repr(value)) <= 640 for value in shown)
+    """Values, both covariances, and the torques that are drawn from them."""
+    simulator = simulator_of(rx90)
+    motion = wander(6, 4)
+    bare, loaded = simulator.record(motion, None, [0.1] * 6, 1), simulator.record(motion, payload, [0.1] * 6, 2)
+    robots = simulator.robot, with_tool(simulator.robot, TOOL, "tool 1")
+    problems = [payload_problem(robot, [loaded], [bare]) for robot in robots]
+    same_but_for_the_frame(*(answer_payload(problem, (method,)) for problem in problems))
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("joints", [(2, 3, 5, 6), (4, 5, 6), (6,)])
+def test_moving_the_flange_moves_a_weighing(
+    rx90: Robot, payload: InertialParameters, near: Callable[..., NearMotion], joints: tuple[int, ...]
+) -> None:
+    """Also where a scale gives the mass, and where one joint shows four of the ten."""
+    simulator = simulator_of(rx90)
+    motion = near(joints).motion(250.0)
+    bare, loaded = simulator.record(motion, None, NOISE, 1), simulator.record(motion, payload, NOISE, 2)
+    tool = TOOL if len(joints) > 1 else Pose.from_rpy((0.0, 0.0, 0.12), (0.0, 0.0, 0.7))
+    scale = (KnownMass(7.025, 0.02),) if 2 not in joints else ()
+    plain, moved = (
+        answer_payload(difference_weighing(robot, [loaded], [bare]), constraints=(PossibleBody(), *scale))
+        for robot in (simulator.robot, with_tool(simulator.robot, tool, "tool 1"))
+    )
+    assert moved.free.frame == "tool 1"
+    assert moved.mass == pytest.approx(plain.mass, abs=0.01 * plain.spread.mass)
+    if len(joints) > 1:
+        same_but_for_the_frame(plain, moved)
+        return
+    columns = [6, 7]  # MX and MY turn into each other
+    turn = frame_change(tool.inverse())[np.ix_(columns, columns)]
+    np.testing.assert_allclose(moved.ten[columns], turn @ plain.ten[columns], atol=1e-9)
+    assert np.isfinite(moved.ten).tolist() == np.isfinite(plain.ten).tolist()
+
+
+def same_but_for_the_frame(plain: PayloadAnswer, moved: PayloadAnswer) -> None:
+    T = frame_change(TOOL.inverse())
+    plain_estimate, moved_estimate = plain.free.estimate, moved.free.estimate
+    for a, b in ((plain_estimate, moved_estimate), (plain_estimate.robust, moved_estimate.robust)):
+        assert a is not None
+        assert b is not None
+        C = T @ a.covariance @ T.T
+        np.testing.assert_allclose(b.covariance, C, atol=1e-8 * np.abs(C).max())
+    np.testing.assert_allclose(
+        moved_estimate.values, T @ plain_estimate.values, atol=1e-6 * moved_estimate.sigma.min()
+    )
+    # The possible payload goes by the formula's correlations and the jackknife's deviations of each axis' own.
+    assert moved.mass == pytest.approx(plain.mass, abs=0.01 * plain.spread.mass)
+    for drawn, again in zip(plain.predictions, moved.predictions, strict=True):
+        for before, after in zip(*(next(iter(each.curves.values())) for each in (drawn, again)), strict=True):
+            np.testing.assert_allclose(after, before, atol=1e-3 * np.abs(before).max())
+
+
+def test_frame_change_is_that_of_a_body(payload: InertialParameters) -> None:
+    moved = payload.moved(TOOL.R, TOOL.p).vector
+    np.testing.assert_allclose(frame_change(TOOL) @ payload.vector, moved, atol=1e-14)
+    np.testing.assert_allclose(frame_change(TOOL.inverse()) @ moved, payload.vector, atol=1e-12)
+
+
+SETTINGS = Settings(Processing(cutoff=10.0, rate=100.0, decimate=2))
+Pair = tuple[list[Recording], list[Recording]]
+
+
+@pytest.fixture(scope="module")
+def pair(
+    simulated: Callable[[str], Simulator], wander: Callable[..., Motion], payload: InertialParameters
+) -> Callable[[str], Pair]:
+    """Recordings of an arm with a payload, and without."""
+
+    def recordings(name: str) -> Pair:
+        simulator = simulated(name)
+        n = simulator.robot.n
+        motion = wander(n, 4, points=20)
+        return [simulator.record(motion, payload, [0.3] * n, 2)], [simulator.record(motion, None, [0.3] * n, 1)]
+
+    return recordings
+
+
+@pytest.mark.parametrize("name", ["rx90", "ur10e", "irb120"])
+def test_a_payload_is_that_of_the_steps(name: str, pair: Callable[[str], Pair]) -> None:
+    robot, (loaded, unloaded) = load_robot(name), pair(name)
+    known, gains = [InEllipsoid((0.0, 0.0, 0.0), (0.5, 0.5, 0.5))], Gains((0.01,))
+    settings = Settings(SETTINGS.processing, methods=(3, 4), gains=gains)
+    result = identify_payload(robot, loaded, unloaded, constraints=known, settings=settings)
+    steps = answer_payload(
+        payload_problem(robot, loaded, unloaded, settings=settings), (3, 4), constraints=known, gains=gains
+    )
+    assert result.to_dict() == steps.result.to_dict()
+    assert {estimate.method for estimate in result.estimates} == {3, 4}
+    assert result.working.problem.robot == robot
+
+
+def test_a_payload_needs_no_recording_beside_a_robot_that_is_known(pair: Callable[[str], Pair]) -> None:
+    robot, (loaded, unloaded) = load_robot("rx90"), pair("rx90")
+    stored = identify(robot, unloaded, SETTINGS)
+    asks: tuple[Callable[..., PayloadResult], ...] = (identify_payload, weigh)
+    for ask in asks:
+        plain, whole = (
+            ask(robot, loaded, known=known, settings=SETTINGS) for known in (stored.estimate, stored.result)
+        )
+        assert plain.mass.low > 0.0
+        assert plain.to_dict() == whole.to_dict()
+        with pytest.raises(InputError, match="of robot 'rx90', not 'ur10e'"):
+            ask(load_robot("ur10e"), loaded, known=stored.result, settings=SETTINGS)
+        with pytest.raises(InputError, match="not Identification"):
+            ask(robot, loaded, known=stored)
+        with pytest.raises(InputError, match="list of recordings"):
+            ask(robot, loaded[0], unloaded)
+
+
+@pytest.mark.parametrize("ask", [identify_payload, weigh])
+def test_nothing_to_compare_with_is_refused(ask: Callable[..., object], pair: Callable[[str], Pair]) -> None:
+    loaded, _ = pair("rx90")
+    with pytest.raises(InputError, match="without payload"):
+        ask(load_robot("rx90"), loaded)

@@ -62,18 +62,6 @@ def test_column_order_does_not_matter_and_others_are_listed_once(write: Write, r
     assert "mode" in recording.notes[0]
 
 
-def test_speeds_and_currents(write: Write, rx90: Robot) -> None:
-    header = ["t"] + [f"{kind}{j}" for kind in ("q", "qd", "i") for j in range(1, 7)]
-    values = np.hstack([table(), 0.1 * table()[:, 1:7]])
-    gains = [1.0, 2.0, -3.0, 4.0, 5.0, 6.0]
-    recording = read_recording(write(header, values), rx90, gains)
-    assert recording.qd is not None
-    assert np.allclose(recording.qd, table()[:, 7:], atol=1e-8)
-    expected = 0.1 * table()[:, 1:7] * gains
-    expected[:, 4] += expected[:, 5]  # (9): motor 6 acts on joint 5 as well
-    assert np.allclose(recording.torque, expected, atol=1e-8)
-
-
 def cell(line: int, column: int, text: str) -> Callable[[list[str]], None]:
     """Replace a cell; lines as an editor counts them."""
 
@@ -133,14 +121,6 @@ def test_some_speeds_missing(write: Write, rx90: Robot) -> None:
         read_recording(path, rx90)
 
 
-def test_milliseconds(write: Write, rx90: Robot) -> None:
-    values = table()
-    values[:, 0] *= 1000.0
-    recording = read_recording(write(values=values), rx90)
-    assert np.allclose(recording.t, table()[:, 0])
-    assert "time is in ms (steps of 10)" in recording.notes[0]
-
-
 CURRENTS = [name.replace("tau", "i") for name in HEADER]
 
 
@@ -174,23 +154,3 @@ def test_files_that_cannot_be_read(tmp_path: Path, rx90: Robot) -> None:
     cut.write_bytes(gzip.compress(b"t,q1\n" + b"1,2\n" * 1000)[:-20])
     with pytest.raises(InputError):
         read_recording(cut, rx90)
-
-
-def test_byte_order_mark_and_windows_lines(tmp_path: Path, rx90: Robot) -> None:
-    lines = [",".join(HEADER)] + [",".join(f"{v:.9g}" for v in row) for row in table()]
-    path = tmp_path / "windows.csv"
-    path.write_bytes(b"\xef\xbb\xbf" + "\r\n".join(lines).encode())
-    assert len(read_recording(path, rx90).t) == 50
-
-
-def test_remarks_before_the_header(write: Write, rx90: Robot) -> None:
-    path = write()
-    bare = read_recording(path, rx90)
-    text = path.read_text()
-    path.write_text("# what it is\n#\n" + text)
-    assert np.array_equal(read_recording(path, rx90).q, bare.q)
-    lines = text.splitlines()
-    lines[8] = lines[8].replace(",", ",x", 1)
-    path.write_text("# what it is\n#\n" + "\n".join(lines))
-    with pytest.raises(InputError, match="line 11, column 'q1'"):
-        read_recording(path, rx90)

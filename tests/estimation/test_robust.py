@@ -1,30 +1,164 @@
-"""The delete-a-block jackknife: its parts exactly, its intervals by simulation and on real recordings."""
+"""Blocks of time and the delete-a-block jackknife: exactly, by simulation and on real recordings."""
 
+from collections.abc import Callable
 from dataclasses import replace
-from pathlib import Path
 from typing import get_args
 
 import numpy as np
 import pytest
-from dynident.apps.logs.read import read_recording
 from dynident.benchmarks.coverage import repeated_problem
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError
-from dynident.estimation import LongMotion, Settings, identify, payload_estimate, payload_problem
-from dynident.estimation.equations.equations import Blocks
-from dynident.estimation.fit.covariance import RobustCovariance, Rule, jackknife
+from dynident.estimation import LongMotion, Settings, payload_estimate, payload_problem
+from dynident.estimation.equations.equations import Blocks, Equations, merged
+from dynident.estimation.equations.observer import Observation, Observer
+from dynident.estimation.equations.reduction import reduced
+from dynident.estimation.fit import blocks
+from dynident.estimation.fit.blocks import autocorrelation_time, block_edges
+from dynident.estimation.fit.covariance import Rule, jackknife
 from dynident.estimation.fit.least_squares import weighted
-from dynident.estimation.payload.long_motion import Source
-from dynident.estimation.payload.methods import METHODS, usable_methods
+from dynident.estimation.payload.methods import METHODS
 from dynident.estimation.payload.problem import PairedMeasurement, long_motion
-from dynident.model import InertialParameters, load_robot
-from dynident.model.friction import PAPER
-from dynident.tests.estimation.wandering import SETTINGS, Wander, later, noisy, rows_out, same_equations
-from dynident.tests.estimation.wandering import pair as pair
-from dynident.tests.estimation.wandering import simulator as simulator
+from dynident.model import InertialParameters, Motion, Processing, base_parameters, load_robot
+from dynident.model.motion import Measurement
 from dynident.trajectories import RX90_NOISE, Simulator
 
-NO_SOURCE = Source((), (), SETTINGS)
+SETTINGS = Processing(decimate=4, slow_fraction=0.01)
+Wander = Callable[..., Motion]
+
+
+def noisy(data: Measurement, seed: int, size: float = 1.0) -> Measurement:
+    noise = np.random.default_rng(seed).standard_normal(data.torque.shape)
+    return Measurement(data.motion, data.torque + size * noise)
+
+
+def later(data: Measurement, shift: float) -> Measurement:
+    motion = data.motion
+    return Measurement(Motion(motion.t + shift, motion.q, motion.qd, motion.qdd), data.torque)
+
+
+@pytest.fixture(scope="module")
+def simulator() -> Simulator:
+    return Simulator(load_robot("rx90"))
+
+
+@pytest.fixture(scope="module")
+def pair(simulator: Simulator, payload: InertialParameters, wander: Wander) -> PairedMeasurement:
+    motion = wander(6, 0, points=30)
+    return PairedMeasurement(
+        noisy(simulator.measure(motion), 0), noisy(simulator.measure(motion, payload), 1), lag=0.0
+    )
+
+
+def rows_out(whole: Equations, part: Equations) -> Array:
+    """Numbers of rows of each joint that are left out."""
+    return np.asarray(np.subtract(whole.rows, part.rows), dtype=float)
+
+
+def same_equations(first: Equations, second: Equations) -> None:
+    """The factors' Gram matrices are equal to rounding, and so are the numbers of rows."""
+    assert (first.columns, first.rows) == (second.columns, second.rows)
+    assert first.effective_rows == pytest.approx(second.effective_rows)
+    for a, b in zip(first.factors, second.factors, strict=True):
+        gram = b.T @ b
+        size = np.sqrt(np.outer(np.diag(gram), np.diag(gram)))
+        assert (np.abs(a.T @ a - gram) <= 1e-12 * size).all()
+
+
+def block_length(groups: list[list[Observation]]) -> float:
+    """Block length [s] of recordings of one load each."""
+    return blocks.block_length([blocks.remembered(group, merged(map(reduced, group))) for group in groups])
+
+
+def cut(recording: Observation, edges: Array) -> Equations:
+    return blocks.in_blocks(reduced(recording), [recording], [edges], 1.0)
+
+
+def remembering(size: int, memory: float, seed: int) -> Array:
+    from scipy.signal import lfilter
+
+    phi = np.exp(-1.0 / memory)
+    return np.asarray(lfilter([1.0], [1.0, -phi], np.random.default_rng(seed).standard_normal(size)))
+
+
+def times(size: int) -> Array:
+    return np.linspace(0.0, 0.01 * (size - 1), size)
+
+
+@pytest.mark.parametrize(("memory", "expected"), [(0.05, 0.5), (4.0, 4.0), (20.0, 20.0)])
+def test_autocorrelation_time(memory: float, expected: float) -> None:
+    """1/2 + sum of exp(-k / T), which is T but for 1 / (12 T)."""
+    t = times(50_000)
+    series = [(t, remembering(50_000, memory, seed)) for seed in range(2)]
+    assert autocorrelation_time(series, 0.01) == pytest.approx(0.01 * expected, rel=0.1)
+
+
+@pytest.fixture(scope="module")
+def observation(simulator: Simulator, pair: PairedMeasurement) -> Observation:
+    return Observer(simulator.robot, base_parameters(simulator.robot).columns).observe(pair.unloaded, SETTINGS)
+
+
+def test_blocks_are_equal_and_long_enough(observation: Observation) -> None:
+    t = np.concatenate(observation.t)
+    edges = block_edges(observation, 3.0)
+    inner = np.diff(np.concatenate([[t.min()], edges[1:-1], [t.max()]]))
+    assert np.ptp(inner) < 1e-9
+    assert 3.0 <= inner[0] < 3.0 * (1.0 + 1.0 / (len(inner) - 1))
+    assert (edges[0], edges[-1]) == (-np.inf, np.inf)
+    assert len(block_edges(observation, 1000.0)) == 2
+
+
+def test_block_length(observation: Observation) -> None:
+    """White noise: the shortest; noise that remembers: five times its memory; many recordings: at most 100."""
+    assert block_length([[observation]]) == 1.0
+    slow = tuple(Y + 10.0 * remembering(len(Y), 10.0, j) for j, Y in enumerate(observation.Y))
+    remembered = replace(observation, Y=slow)
+    errors = remembered.errors(weighted(reduced(remembered)).values)
+    memories = [autocorrelation_time([(t, e)], 0.04) for t, e in zip(remembered.t, errors, strict=True)]
+    assert max(memories) > 0.2
+    assert block_length([[observation], [remembered]]) == pytest.approx(5.0 * max(memories), rel=1e-6)
+    duration = np.ptp(np.concatenate(observation.t))
+    assert block_length([[observation] * 10]) == pytest.approx(10.0 * duration / 100.0)
+
+
+def without(recording: Observation, start: float, stop: float) -> Observation:
+    """All rows but those of a block."""
+    stays = [(t < start) | (t >= stop) for t in recording.t]
+    W, Y, t = (
+        tuple(array[keep] for array, keep in zip(arrays, stays, strict=True))
+        for arrays in (recording.W, recording.Y, recording.t)
+    )
+    return Observation(recording.columns, W, Y, t, recording.bandwidth)
+
+
+def test_leaving_a_block_out_is_reducing_without_it(observation: Observation) -> None:
+    edges = block_edges(observation, 2.0)
+    parts = list(cut(observation, edges).without_each())
+    assert len(parts) == len(edges) - 1 >= 10
+    for k, part in enumerate(parts):
+        direct = reduced(without(observation, edges[k], edges[k + 1]))
+        same_equations(part, direct)
+        part_fit, direct_fit = weighted(part), weighted(direct)
+        assert (np.abs(part_fit.values - direct_fit.values) < 1e-6 * part_fit.sigma).all()
+
+
+def test_jackknife_of_a_mean_is_the_textbook_one() -> None:
+    """s^2 / B, exactly; independent groups add, with the degrees of freedom of the smaller."""
+    draws = np.random.default_rng(0).standard_normal((12, 3))
+    parts = [np.delete(draws, k, axis=0) for k in range(12)]
+
+    def mean(data: Array) -> Array:
+        return np.asarray(data.mean(axis=0))
+
+    once = jackknife([map(mean, parts)], mean(draws), 1.0)
+    assert np.allclose(once.covariance, np.cov(draws.T) / 12.0, rtol=1e-12, atol=1e-15)
+    assert (once.blocks, once.degrees_of_freedom, once.warning) == (12, 11, "")
+    assert once.quantile95 == pytest.approx(2.20099, abs=1e-5)
+    twice = jackknife([map(mean, parts), map(mean, parts[:9])], mean(draws), 1.0)
+    assert (twice.blocks, twice.degrees_of_freedom) == (21, 8)
+    changes = np.array([mean(part) for part in parts[:9]]) - mean(draws)
+    assert np.allclose(twice.covariance, once.covariance + 8.0 / 9.0 * changes.T @ changes)
+    assert "9 blocks" in twice.warning
 
 
 @pytest.fixture(scope="module")
@@ -65,16 +199,6 @@ def test_blocks_of_one_motion_are_cut_at_the_same_points(simulator: Simulator, p
     fewer = replace(bare, blocks=Blocks.of(bare.parts()[1:]))
     with pytest.raises(ValueError, match="as many"):
         replace(plain, unloaded=fewer)
-
-
-@pytest.mark.parametrize("method", METHODS)
-def test_fixed_weights_repeat_the_result(method: int, problem: LongMotion) -> None:
-    assert problem.unloaded is not None
-    estimate = METHODS[method](problem).solved()
-    fixed = METHODS[method](weighing_robot(problem, weighted(problem.unloaded).weights))
-    assert np.allclose(fixed.solved(estimate.weights).values, estimate.values, rtol=1e-12)
-    weights = estimate.weights * np.array([1.0, 2.0, 3.0, 1.0, 2.0, 3.0])
-    assert not np.allclose(fixed.solved(weights).values, estimate.values, rtol=1e-6)
 
 
 @pytest.mark.parametrize("method", METHODS)
@@ -134,38 +258,6 @@ def test_blocks_of_two_motions_are_two_groups(
         assert np.diag(estimate.robust.covariance) == pytest.approx(np.diag(expected), rel=1e-6)
 
 
-def test_robot_alone(simulator: Simulator, wander: Wander) -> None:
-    """White noise: on average the formula's sigma for the robot's own parameters."""
-    recordings = [simulator.record(wander(6, k, points=30), None, RX90_NOISE, k) for k in range(2)]
-    settings = replace(SETTINGS, cutoff=20.0)
-    estimate = identify(simulator.robot, recordings, Settings(settings)).estimate
-    assert estimate.robust is not None
-    assert estimate.robust.covariance.shape == (54, 54)
-    assert estimate.robust.blocks >= 40
-    assert np.mean(estimate.robust.sigma / estimate.sigma) == pytest.approx(1.0, abs=0.15)
-    assert identify(simulator.robot, recordings, Settings(settings, robust=False)).estimate.robust is None
-
-
-def test_what_an_estimate_tells(problem: LongMotion) -> None:
-    result = payload_estimate(problem, 3)
-    estimate, robust = result.estimate, result.estimate.robust
-    assert robust is not None
-    assert estimate.sigma_robust is robust.sigma
-    assert estimate.robust_interval95 is not None
-    half = robust.quantile95 * robust.sigma
-    assert np.allclose(estimate.robust_interval95, estimate.values[:, None] + half[:, None] * np.array([-1, 1]))
-    assert result.robust_spread is not None
-    scaled = replace(result, estimate=replace(estimate, robust=replace(robust, covariance=4 * estimate.covariance)))
-    assert scaled.robust_spread is not None
-    assert np.allclose(scaled.robust_spread.com, 2.0 * result.spread.com)
-    assert np.allclose(scaled.robust_spread.inertia_com, 2.0 * result.spread.inertia_com)
-    plain = payload_estimate(replace(problem, loaded=problem.loaded.whole), 3)
-    assert (plain.estimate.sigma_robust, plain.estimate.robust_interval95) == (None, None)
-    assert (plain.robust_spread, plain.without_robust) == (None, "")
-    with pytest.raises(ValueError, match="10 x 10"):
-        replace(estimate, robust=RobustCovariance(np.eye(3), 20, 19, 1.0))
-
-
 @pytest.mark.parametrize("method", METHODS)
 def test_a_rule_for_variances_is_asked_by_name(method: int, problem: LongMotion) -> None:
     """The formula's alone, the jackknife's as by default, or the sandwich by how much the errors remember."""
@@ -183,20 +275,6 @@ def test_a_rule_for_variances_is_asked_by_name(method: int, problem: LongMotion)
     assert "how long errors remember is not known" in without.without_robust
 
 
-def test_recordings_that_are_no_pairs_are_left_out_one_at_a_time(
-    simulator: Simulator, pair: PairedMeasurement, wander: Wander
-) -> None:
-    bare = noisy(simulator.measure(wander(6, 5, points=20)), 2)
-    problem = problem_of(simulator, [PairedMeasurement(bare, pair.loaded)], paired=False)
-    assert problem.unloaded is not None
-    counts = len(problem.loaded.blocks), len(problem.unloaded.blocks)
-    assert counts[0] != counts[1]
-    for method in usable_methods(problem):
-        robust = payload_estimate(problem, method).estimate.robust
-        assert robust is not None
-        assert (robust.blocks, robust.degrees_of_freedom) == (sum(counts), min(counts) - 1)
-
-
 def test_a_robot_known_before_adds_its_own_jackknife(
     simulator: Simulator, pair: PairedMeasurement, wander: Wander
 ) -> None:
@@ -207,9 +285,7 @@ def test_a_robot_known_before_adds_its_own_jackknife(
     alone = weighted(at_once.unloaded)
     length = at_once.unloaded.blocks.length
     robust = jackknife(
-        [[weighted(part, alone.weights).values for part in at_once.unloaded.without_each()]],
-        alone.values,
-        length,
+        [[weighted(part, alone.weights).values for part in at_once.unloaded.without_each()]], alone.values, length
     )
     known = replace(alone, robust=robust)
     later = replace(at_once, unloaded=None, known=known)
@@ -263,35 +339,3 @@ def test_white_noise_gives_the_formulas_sigma(runs: int, off: float) -> None:
 def test_noise_that_remembers_widens_the_jackknife() -> None:
     """Torque noise AR(1), correlation time 20 samples at 250 Hz: the formula's sigma is too small."""
     assert np.all(ratios(0, 20.0).mean(axis=1) > 1.3)
-
-
-def test_ur10e_pair(recordings: Path) -> None:
-    """Weighed mass 2.805 kg. The formula's sigma of it is 1.6 to 4.1 times too small in independent analyses,
-    which take all rows and the same friction under load.
-
-    Errors of the robot's model repeat in both recordings of one motion: in methods 1, 2 and 4 they cancel where the
-    blocks leave together, and show in full where the two recordings are treated as unrelated.
-    """
-    gains = (11.976, 11.976, 9.839, 10.763, 10.757, 10.680)
-    robot = load_robot("ur10e")
-    loaded, bare = (
-        read_recording(recordings / "ur10e" / f"{name}.csv.gz", robot, gains)
-        for name in ("loaded_2.805kg", "unloaded")
-    )
-    every_row = replace(robot.processing, slow_speed=0.0)
-    problem = payload_problem(
-        robot, [loaded], [bare], settings=Settings(every_row, friction_change=0.0, friction=PAPER)
-    )
-    assert len(problem.loaded.blocks) >= 10
-    unrelated = replace(problem, difference=None)
-    for method in METHODS:
-        estimate = payload_estimate(problem, method).estimate
-        assert estimate.robust is not None
-        assert estimate.robust_interval95 is not None
-        assert estimate.robust.warning == ""
-        low, high = estimate.robust_interval95[-1]
-        assert low < 2.805 < high
-        if method != 3:
-            estimate = payload_estimate(unrelated, method).estimate
-        assert estimate.robust is not None
-        assert 1.6 < estimate.robust.sigma[-1] / estimate.sigma[-1] < 4.1

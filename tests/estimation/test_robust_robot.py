@@ -1,30 +1,20 @@
 """Robust standard deviations of the robot's own parameters: what they cover, what goes by them, how they last."""
 
-import json
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
-from dynident.apps.logs.read import read_recording
-from dynident.apps.report.sections.robot import robot_sigma_notes
-from dynident.apps.results import read_stored_robot
 from dynident.common.arrays import Array
-from dynident.common.errors import InputError
-from dynident.common.schema import write_json
 from dynident.estimation import Identification, identify
-from dynident.estimation.answers.identification import impossible_robot
 from dynident.estimation.equations.equations import merged
 from dynident.estimation.equations.observer import Observation, Observer
 from dynident.estimation.equations.reduction import reduced
 from dynident.estimation.fit.blocks import block_edges, block_length, in_blocks, remembered
-from dynident.estimation.fit.estimate import error_model
 from dynident.estimation.fit.least_squares import weighted
 from dynident.estimation.possible.prior import robot_prior, solve_constrained_prior
 from dynident.estimation.possible.robot import solve_constrained_base
 from dynident.estimation.signals.filtering import measurement
 from dynident.model import Recording, load_robot
-from dynident.tests.report.written import written
 from dynident.trajectories import RX90_NOISE, Simulator, random_via_points
 from numpy.typing import NDArray
 from scipy.signal import lfilter
@@ -117,89 +107,3 @@ def test_distance_and_probability_go_by_robust_deviations(results: list[Identifi
     assert plain.free.degrees_of_freedom == estimate.robust.degrees_of_freedom
     prior = solve_constrained_prior(robot, base, shifted, robot_prior(robot))
     assert prior.nearest.chi2_rise == pytest.approx(plain.chi2_rise, rel=1e-6)
-
-
-def test_pieces_of_a_recording_are_the_recording(
-    exact: list[Recording], results: list[Identification], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Blocks that lie in several pieces too."""
-    monkeypatch.setattr("dynident.estimation.equations.reduction._ROWS", 7)
-    again = identified(exact, 0).estimate
-    assert again.robust is not None
-    assert results[0].estimate.robust is not None
-    assert again.robust.sigma == pytest.approx(results[0].estimate.robust.sigma, rel=1e-8)
-    assert again.robust.blocks == results[0].estimate.robust.blocks
-
-
-def test_a_pause_between_two_pieces(exact: list[Recording], results: list[Identification]) -> None:
-    """Blocks in it are empty, and leave nothing out."""
-    (whole,) = observed(results[0], noisy(exact, 0)[:1])
-    parts = [whole.between(-np.inf, 9.0), whole.between(14.0, np.inf)]
-    W, Y, t = (
-        tuple(map(np.concatenate, zip(*arrays, strict=True)))
-        for arrays in zip(*((part.W, part.Y, part.t) for part in parts), strict=True)
-    )
-    joined = replace(whole, W=W, Y=Y, t=t)
-    opened, equations = [joined], merged(map(reduced, parts))
-    load = remembered(opened, equations)
-    length = block_length([load])
-    blocks = in_blocks(equations, opened, [block_edges(load.spans[0], length)], length)
-    rows = [sum(part.rows) for part in blocks.without_each()]
-    everything = sum(len(t) for part in parts for t in part.t)
-    assert rows.count(everything) >= 2
-    assert sum(everything - count for count in rows) == everything
-
-
-def test_stored_and_read_back(results: list[Identification], tmp_path: Path) -> None:
-    result, path = results[0], tmp_path / "robot.json"
-    robust = result.estimate.robust
-    assert robust is not None
-    write_json(path, result.result)
-    back = read_stored_robot(path).estimate
-    assert back.robust is not None
-    assert np.array_equal(back.robust.covariance, robust.covariance)
-    assert replace(back.robust, covariance=robust.covariance).quantile95 == robust.quantile95
-    assert (back.robust.blocks, back.robust.block_length) == (robust.blocks, robust.block_length)
-    assert np.array_equal(error_model(back).covariance, error_model(result.estimate).covariance)
-    document = json.loads(path.read_text())
-    first = document["base_parameters"][0]
-    assert first["sigma_robust"] == robust.sigma[0]
-    assert first["interval95_robust"][1] - first["value"] == pytest.approx(robust.quantile95 * robust.sigma[0])
-    for change, words in (
-        ({"covariance_robust": [[-1.0]]}, "variances"),
-        ({"covariance_robust": [[1.0]]}, "54 x 54"),
-        ({"robust": {}}, "'robust.blocks': missing"),
-    ):
-        path.write_text(json.dumps({**document, **change}))
-        with pytest.raises(InputError, match=words):
-            read_stored_robot(path)
-    path.write_text(json.dumps({**document, "covariance_robust": None}))
-    assert read_stored_robot(path).estimate.robust is None
-
-
-def test_too_short_says_so_and_still_answers(exact: list[Recording]) -> None:
-    """Against errors that last as long as this drift."""
-    robot = load_robot("rx90")
-    t, q, torque = (values[:2500] for values in (exact[0].t, exact[0].q, exact[0].torque))
-    drift = 20.0 * np.sin(2.0 * np.pi * t / 15.0)
-    result = identify(robot, [Recording(t, q, torque + drift[:, None])])
-    assert result.estimate.robust is None
-    assert "two blocks" in result.without_robust
-    assert any("two blocks" in line for line in robot_sigma_notes(result.result))
-    document = written(result.result)
-    assert (document["covariance_robust"], document["chi2_by"]) == (None, "formula")
-    assert "two blocks" in document["robust"]["unavailable"]
-
-
-def test_what_tx40s_essential_parameters_contradict(recordings: Path) -> None:
-    """By the formula no robot has these zeros; with errors that last, 7.5 s of recording do not say so."""
-    robot = load_robot("tx40")
-    result = identify(robot, [read_recording(recordings / "tx40" / "tx40.csv.gz", robot)])
-    base, estimate, elimination = result.base, result.estimate, result.elimination
-    assert estimate.robust is not None
-    assert 1.6 < np.median(estimate.robust.sigma / estimate.sigma) < 2.6
-    assert "7 blocks" in estimate.robust.warning
-    alone = replace(elimination, estimate=replace(elimination.estimate, robust=None))
-    (line,) = impossible_robot(robot, base, replace(estimate, robust=None), alone)
-    assert "no tx40 that can exist" in line
-    assert impossible_robot(robot, base, estimate, elimination) == ()

@@ -25,7 +25,7 @@ def logs(
 def store(
     logs: Path, shared: Callable[[str, Callable[[Path], object]], Path], tmp_path_factory: pytest.TempPathFactory
 ) -> Path:
-    """What one run makes of them all."""
+    """The store that one run makes of them all."""
     place = tmp_path_factory.mktemp("stores") / "serial"
     shutil.copytree(shared("night_store", _reduce), place)
     return place

@@ -40,7 +40,7 @@ def test_two_processes_one_of_them_killed(store: Path, tmp_path: Path) -> None:
 
 
 def deadly(*_: Any) -> None:
-    """What ends a process without a word, as a fault in a compiled library does."""
+    """A task that ends a process without a word, as a fault in a compiled library does."""
     os._exit(9)
 
 

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from dynident.apps import fleet, report
 from dynident.apps.fleet import Stored
+from dynident.apps.fleet.comparing import Compared
 from dynident.apps.fleet.nights import CHANGED, FEWEST, MASS, Series, arm_of, fleet_of
 from dynident.apps.logs.read import read_recording
 from dynident.apps.report.documents import fleet_document
@@ -63,13 +64,6 @@ def test_what_changed_is_named_and_nothing_else(history: fleet.Fleet) -> None:
     assert sizes == sorted(sizes, reverse=True)
 
 
-def test_a_payload_that_was_told_is_no_change(history: fleet.Fleet) -> None:
-    laden = next(arm for arm in history.arms if arm.name == "laden")
-    (mass,) = (line for line in laden.series if line.quantity == MASS)
-    assert laden.told[5] == 2.0
-    assert abs(mass.values[5]) < 5.0 * mass.sigma[5]
-
-
 def test_the_page_names_it(history: fleet.Fleet, tmp_path: Path) -> None:
     shown = report.fleet_report(history, {"bad.csv": "time runs back"})
     report.write_report(tmp_path / "fleet.html", shown, Provenance("dynident", now()))
@@ -84,20 +78,6 @@ def test_the_page_names_it(history: fleet.Fleet, tmp_path: Path) -> None:
     document = fleet_document(history, {"bad.csv": "time runs back"})
     assert [night.quantity for night in document.changed] == [line.quantity for line in history.changed]
     assert len(document.last) == len(history.series)
-
-
-def test_drawn_equations_spread_as_their_covariance(recording: Stored) -> None:
-    """Mean and standard deviation of the estimates of drawn recordings, against the formula's."""
-    draw, values, noise = np.random.default_rng(0), weighted(recording.equations).values, noise_of(recording)
-    weights = 1.0 / noise
-    recordings = [drawn(recording, values, noise, draw, "x", {}) for _ in range(60)]
-    estimates = [weighted(sample.equations, weights) for sample in recordings]
-    spread = np.std([estimate.values for estimate in estimates], axis=0, ddof=1) / estimates[0].sigma
-    sigma = float(np.sqrt(np.mean(spread**2)))
-    rows, effective, c = recording.equations.equations, sum(recording.equations.effective_rows), len(values)
-    assert abs(sigma / np.sqrt((effective - c) / (rows - c)) - 1.0) < 0.1
-    off = (np.mean([estimate.values for estimate in estimates], axis=0) - values) / estimates[0].sigma
-    assert np.abs(off).max() < 5.0 / np.sqrt(60.0)
 
 
 def series(values: np.ndarray, own: float) -> Series:
@@ -121,14 +101,20 @@ def test_quiet_series_are_told_as_seldom_as_stated(nights: int, rate: float) -> 
     assert abs(told - rate * quiet) < 5.0 * np.sqrt(rate * quiet)
 
 
+def test_a_recording_is_compared_with_the_mean_of_all_others() -> None:
+    draw = np.random.default_rng(2)
+    values, sigma = draw.normal(size=(5, 4)), draw.uniform(0.1, 2.0, (5, 4))
+    both = Compared(tuple("abcde"), tuple("ABCD"), values, sigma, 50.0)
+    for k in range(5):
+        others, weights = (np.delete(each, k, axis=0) for each in (values, sigma**-2))
+        error = np.sqrt(sigma[k] ** 2 + 1.0 / weights.sum(axis=0))
+        apart = (values[k] - np.average(others, axis=0, weights=weights)) / error
+        assert both.apart[k] == pytest.approx(apart, rel=1e-9)
+
+
 def test_an_arm_without_a_name_or_day_is_refused(recording: Stored) -> None:
     with pytest.raises(InputError, match="arm and day are not known"):
         arm_of([recording])
     alone = fleet_of([arm_of([replace(recording, about={"arm": "a", "day": "2026-01-01"})])])
     assert not alone.changed
     assert alone.twins is None
-
-
-def test_few_nights_give_no_z() -> None:
-    assert series(np.arange(float(FEWEST)), 0.1).z is None
-    assert series(np.arange(float(FEWEST + 1)), 0.1).z is not None

@@ -24,11 +24,11 @@ _SETTINGS = {"SOURCE_DATE_EPOCH": "0", "COLUMNS": "80", "NO_COLOR": "1"}
 
 
 class Frozen(NamedTuple):
-    """What one run gave."""
+    """Numbers of one run."""
 
     status: int
     numbers: Leaves
-    """Of its JSON document."""
+    """Leaves of its JSON document."""
 
 
 def outputs(run: Run) -> Frozen:
@@ -68,7 +68,7 @@ def write(folder: Path, run: Run, frozen: Frozen) -> None:
 
 
 def read(run: Run, folder: Path = FOLDER) -> Frozen:
-    """What :func:`write` wrote."""
+    """Read back the files of :func:`write`."""
     content = json.loads((folder / f"{run.name}.json").read_text(encoding="utf-8"))
     return Frozen(content["status"], content["numbers"])
 

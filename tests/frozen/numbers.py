@@ -17,13 +17,13 @@ CONSTRAINED = 1e-3
 ITERATED = (1e-3, 5e-3)
 """Gains and load found in turns until they stand still: share of sigma, else of the size."""
 ZERO = 1e-6
-"""What a constraint makes zero is zero: share of the size of what it belongs to."""
+"""A constraint's zero is zero: share of the size of what it belongs to."""
 UNDECIDED = 0.05
 """Share of the size, for what the data leave open: how far links that are not at their bound are from it."""
 FLOOR = 1e-12
 """Zero, for a solver, in SI units."""
 SCORE = 1e-9
-"""Of a motion that is not searched: share of the size."""
+"""Tolerance for a motion that is not searched: share of the size."""
 WORSE = 0.03
 """The motion a search finds may be worse than the frozen one by this."""
 _MANY = 60
@@ -44,7 +44,7 @@ _SIGMA = {
 }
 """Name of a value -> name of its standard deviation beside it."""
 _FIXED = ("robot", "criterion", "limits/met", "limits/max_violation", "seed", "interrupted", "visibility/rank")
-"""Of a design: the same whatever motion is found."""
+"""Leaves of a design that are the same whatever motion is found."""
 _SIGMAS = ("predicted_sigma/mass", "predicted_sigma/com/", "predicted_sigma/inertia_com/")
 
 
@@ -95,7 +95,7 @@ def changes(old: Leaves, new: Leaves, share: float = FREE) -> list[Change]:
 
 
 def searched_changes(old: Leaves, new: Leaves) -> list[Change]:
-    """Of a design: the same keys, settings that hold, and a score that is hardly worse."""
+    """Changes of a design: the same keys, settings that hold, and a score that is hardly worse."""
     rows = _keys(old, new)
     rows += [Change(k, old.get(k), new.get(k), "exact") for k in _FIXED if old.get(k) != new.get(k)]
     if not rows and not worse(old, new) <= WORSE:
@@ -113,7 +113,7 @@ def worse(old: Leaves, new: Leaves) -> float:
 
 
 def tolerance(path: str, frozen: Leaves, share: float = FREE) -> float:
-    """How far a number may be from the frozen one."""
+    """Tolerance of a number about the frozen one."""
     parts = path.split("/")
     free, solved = _free_and_solved(parts, frozen)
     sigma = _sigma(parts, free, frozen)
@@ -171,7 +171,7 @@ def _number(frozen: Leaves, path: str) -> float | None:
 
 
 def _parts(path: str) -> list[str]:
-    """Of a path, without the numbers of list entries at its end."""
+    """The parts of a path, without the numbers of list entries at its end."""
     parts = path.split("/")
     while len(parts) > 1 and parts[-1].isdigit():
         parts.pop()

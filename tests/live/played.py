@@ -19,7 +19,7 @@ class Played:
         self.host = str(options.get("host", "127.0.0.1"))
 
     def next(self) -> dict[str, Any]:
-        """What it tells next; waits for it."""
+        """The next thing it tells; waits for it."""
         assert self._process.stdout is not None
         event: dict[str, Any] = json.loads(self._process.stdout.readline())
         return event

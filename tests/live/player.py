@@ -43,7 +43,7 @@ PROGRAM = re.compile(
 
 
 class Player:
-    """What is played, and what the other side did."""
+    """The recording that is played, and what the other side did."""
 
     def __init__(self, **options: Any) -> None:
         self.rate: float = options.get("rate", 125.0)

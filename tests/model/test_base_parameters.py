@@ -5,62 +5,16 @@ from string import ascii_letters
 
 import numpy as np
 import pytest
-from dynident.model import (
-    Drives,
-    Robot,
-    base_parameters,
-    load_robot,
-    regressor,
-    standard_columns,
-    standard_regressor,
-)
+from dynident.model import Drives, Robot, base_parameters, standard_columns, standard_regressor
 from dynident.model.base.rank import leftmost_independent, random_states, stacked_regressor
 from dynident.model.regressors import payload_columns
 
 Groupings = dict[str, dict[str, float]]
-INERTIAL_ONLY = Drives(rotor_inertia=False, friction=())
 WITH_ROTORS = Drives(rotor_inertia=True, friction=())
 
 
 def with_drives(robot: Robot, drives: Drives) -> Robot:
     return replace(robot, drives=drives)
-
-
-@pytest.mark.parametrize(
-    ("drives", "count"), [(INERTIAL_ONLY, 36), (WITH_ROTORS, 40), (None, 54)], ids=["rigid", "rotors", "friction"]
-)
-def test_number_on_the_rx90(rx90: Robot, drives: Drives | None, count: int) -> None:
-    """36 without rotors; 40 with them; N_b = 54 with the 14 friction parameters (section II.D)."""
-    assert len(base_parameters(with_drives(rx90, drives) if drives else rx90).columns) == count
-
-
-def test_rank_is_not_a_matter_of_tolerance(rx90: Robot) -> None:
-    """The singular values fall off a cliff after the 40th."""
-    robot = with_drives(rx90, WITH_ROTORS)
-    sizes = np.linalg.svd(stacked_regressor(robot, *random_states(robot, 72, seed=3)), compute_uv=False)
-    assert sizes[39] > 1e-3 * sizes[0]
-    assert sizes[40] < 1e-14 * sizes[0]
-
-
-def paper_names(groupings: Groupings) -> list[str]:
-    """The 40 of section II.D: all but those the paper lists, with R where (12) groups others in."""
-    gone = {f"{kind}{j}" for kind in ("YY", "MZ", "M") for j in range(1, 7)}
-    gone |= {"XX1", "XY1", "XZ1", "YZ1", "MX1", "MY1", "IA1", "IA2"}
-    kinds = ("XX", "XY", "XZ", "YY", "YZ", "ZZ", "MX", "MY", "MZ", "M", "IA")
-    standard = [f"{kind}{j}" for j in range(1, 7) for kind in kinds]
-    return [f"{name}R" if f"{name}R" in groupings else name for name in standard if name not in gone]
-
-
-def test_names_of_the_rx90(rx90: Robot, groupings: Groupings) -> None:
-    names = base_parameters(with_drives(rx90, WITH_ROTORS)).names
-    assert len(names) == 40
-    assert list(names) == paper_names(groupings)
-
-
-def test_friction_adds_its_14_names(rx90: Robot) -> None:
-    friction = {f"{kind}{j}" for kind in ("FS", "FV") for j in range(1, 7)} | {"FVM6", "FSM6"}
-    rigid = base_parameters(with_drives(rx90, WITH_ROTORS)).names
-    assert set(base_parameters(rx90).names) == set(rigid) | friction
 
 
 @pytest.mark.parametrize("drives", [WITH_ROTORS, None], ids=["rotors", "all drives"])
@@ -73,29 +27,6 @@ def test_groupings_of_the_rx90(rx90: Robot, groupings: Groupings, drives: Drives
         assert grouping == pytest.approx(groupings.get(name, {column: 1.0}), abs=1e-10), name
 
 
-def test_groupings_as_text(rx90: Robot) -> None:
-    texts = base_parameters(rx90).groupings()
-    assert "MX2R = MX2 + 0.45 M3 + 0.45 M4 + 0.45 M5 + 0.45 M6" in texts
-    assert "MY5R = MY5 - MZ6" in texts
-    assert "IA6 = IA6" in texts
-
-
-def test_unidentifiable_on_the_rx90(rx90: Robot, groupings: Groupings) -> None:
-    """Unidentifiable parameters are neither base parameters nor in any relation of (12)."""
-    grouped = {name for factors in groupings.values() for name in factors}
-    base = base_parameters(rx90)
-    effective = grouped | set(base.columns)
-    assert base.unidentifiable == tuple(name for name in base.standard if name not in effective)
-    assert set(base.unidentifiable) == {
-        *("XX1", "XY1", "XZ1", "YY1", "YZ1", "MX1", "MY1", "MZ1", "M1", "MZ2", "M2")
-    }  # fmt: skip
-
-
-@pytest.mark.parametrize(("name", "count"), [("rx90", 54), ("tx40", 54), ("ur10e", 58)])
-def test_number_on_shipped_robots(name: str, count: int) -> None:
-    assert len(base_parameters(load_robot(name)).columns) == count
-
-
 def test_grouped_regressor(robot: Robot) -> None:
     """W_s = W_base G on states that played no part in finding G."""
     base = base_parameters(robot)
@@ -105,26 +36,6 @@ def test_grouped_regressor(robot: Robot) -> None:
     assert np.linalg.matrix_rank(W) == len(base.columns)
 
 
-def test_seed_does_not_matter(robot: Robot) -> None:
-    """Other random states give the same names and the same groupings."""
-    first = base_parameters(robot, seed=0)
-    for seed in range(1, 8):
-        second = base_parameters(robot, seed)
-        assert second.columns == first.columns
-        assert second.unidentifiable == first.unidentifiable
-        np.testing.assert_allclose(second.grouping, first.grouping, atol=1e-9)
-
-
-def test_values_are_those_of_the_grouping(rx90: Robot, groupings: Groupings) -> None:
-    base = base_parameters(rx90)
-    values = dict(zip(base.names, base.value(rx90.parameters), strict=True))
-    for name, factors in groupings.items():
-        by_hand = sum(factor * rx90.parameters[standard] for standard, factor in factors.items())
-        assert values[name] == pytest.approx(by_hand, abs=1e-10)
-    with pytest.raises(KeyError):
-        base.value({"XX1": 1.0})
-
-
 def test_payload_is_determined(shipped: Robot) -> None:
     """Method 2 can find all ten: the map from the payload to base parameters has rank 10."""
     base = base_parameters(shipped)
@@ -132,39 +43,6 @@ def test_payload_is_determined(shipped: Robot) -> None:
     sizes = np.linalg.svd(effect, compute_uv=False)
     assert effect.shape == (len(base.columns), 10)
     assert sizes[-1] > 1e-2 * sizes[0]
-
-
-def test_payload_on_the_rx90(rx90: Robot) -> None:
-    """(25) to (28), and the six that change directly."""
-    D3 = RL4 = 0.45
-    expected: Groupings = {
-        "ZZ1R": {"M6": D3**2},
-        "XX2R": {"M6": -(D3**2)},
-        "ZZ2R": {"M6": D3**2},
-        "MX2R": {"M6": D3},
-        "XX3R": {"M6": RL4**2},
-        "ZZ3R": {"M6": RL4**2},
-        "MY3R": {"M6": -RL4},
-        "XX5R": {"YY6": 1.0},
-        "ZZ5R": {"YY6": 1.0},
-        "MY5R": {"MZ6": -1.0},
-        "XX6R": {"XX6": 1.0, "YY6": -1.0},
-    } | {name: {name: 1.0} for name in ("XY6", "XZ6", "YZ6", "ZZ6", "MX6", "MY6")}
-    base, ten = base_parameters(rx90), payload_columns(rx90)
-    by_column = {
-        name: {ten[k]: row[k] for k in np.flatnonzero(row)}
-        for name, row in zip(base.names, base.effect_of(ten), strict=True)
-        if row.any()
-    }
-    assert by_column.keys() == expected.keys()
-    for name, factors in expected.items():
-        assert by_column[name] == pytest.approx(factors, abs=1e-10), name
-
-
-def test_offsets_add_one_column_a_joint(shipped: Robot) -> None:
-    names = [base_parameters(shipped.with_offsets(offsets)).names for offsets in (False, True)]
-    assert set(names[1]) - set(names[0]) == {f"OFF{j}" for j in range(1, shipped.n + 1)}
-    assert len(names[1]) == len(names[0]) + shipped.n
 
 
 def test_leftmost_columns_are_chosen() -> None:
@@ -180,13 +58,6 @@ def test_choice_does_not_hang_on_rounding() -> None:
     powers = np.linspace(0.0, 1.0, 50)[:, None] ** np.arange(11)
     W = np.column_stack([powers, powers.sum(axis=1)])
     assert leftmost_independent(W) == list(range(11))
-
-
-def test_zeros_by_geometry_are_not_stored(rx90: Robot) -> None:
-    """Exact right angles leave 139 entries in the rigid base regressor; friction, rotors, coupling 21 more."""
-    rigid = with_drives(rx90, INERTIAL_ONLY)
-    for robot, entries in ((rigid, 139), (rx90, 160)):
-        assert regressor(robot, base_parameters(robot).columns).nnz_out(0) == entries
 
 
 def test_joints_do_not_feel_links_before_them(robot: Robot) -> None:

@@ -5,7 +5,6 @@ from math import pi
 from pathlib import Path
 
 import pytest
-from dynident.cli import main
 from dynident.common.errors import InputError
 from dynident.model import load_robot
 from dynident.tests.model.urdf_files import dressed_urdf
@@ -68,20 +67,6 @@ def test_a_xacro_file_of_the_cache_with_its_arguments(cache: Path, tmp_path: Pat
     plain = plain.replace("${turn}", repr(pi / 2))
     own = load_robot(put(tmp_path / "plain.urdf", f'<robot name="x">{plain}</robot>'))
     assert (robot.joints, robot.base, robot.flange) == (own.joints, own.base, own.flange)
-
-
-def test_what_is_not_in_the_cache_is_one_line(cache: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    before = dict(sys.modules)
-    assert main(["robot", "show", "--robot", "ur5e_description"]) == 2
-    out, err = capsys.readouterr()
-    assert not out
-    (line,) = err.splitlines()
-    assert f"not in the cache of robot_descriptions, {cache / 'ur_description'} is missing" in line
-    assert "run 'robot_descriptions pull ur5e_description' once" in line
-    assert sys.modules.get("robot_descriptions._cache") is before.get("robot_descriptions._cache")
-    put(cache / "ur_description/README.md", "another version")
-    with pytest.raises(InputError, match=r"ur\.urdf\.xacro is missing in the cache of robot_descriptions: delete"):
-        load_robot("ur5e_description")
 
 
 @pytest.mark.parametrize(

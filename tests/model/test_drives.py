@@ -9,16 +9,7 @@ import numpy as np
 import pytest
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError
-from dynident.model import (
-    Coupling,
-    Drives,
-    Joint,
-    Robot,
-    Spring,
-    inverse_dynamics,
-    standard_columns,
-    standard_regressor,
-)
+from dynident.model import Coupling, Drives, Robot, Spring, inverse_dynamics, standard_columns
 from dynident.model.base.rank import random_states, stacked_regressor
 
 GEOMETRIC = Spring(1, stiffness=800.0, length=0.2, arms=(0.3, 0.15), zero=0.4)
@@ -34,15 +25,6 @@ def torque(robot: Robot, states: States, **values: float) -> Array:
     """Torques of a robot of which only some parameters are not zero, shape (N, n)."""
     chi = np.array([values.get(name, 0.0) for name in standard_columns(robot)])
     return np.array(inverse_dynamics(robot)(*(x.T for x in states), chi)).T
-
-
-@pytest.mark.parametrize("speed", [-0.7, 0.0, 2.0])
-def test_friction_and_rotor_of_one_joint(speed: float) -> None:
-    """(2) and (3), and an offset."""
-    robot = Robot("one", (Joint(),), drives=Drives(offsets=True))
-    state = (np.array([[0.3]]), np.array([[speed]]), np.array([[1.5]]))
-    expected = 4.0 * 1.5 + 5.0 * np.sign(speed) + 6.0 * speed + 7.0
-    assert torque(robot, state, IA1=4.0, FS1=5.0, FV1=6.0, OFF1=7.0) == pytest.approx(expected)
 
 
 def test_drive_parameters_of_a_joint_act_on_it_alone(robot: Robot) -> None:
@@ -76,17 +58,6 @@ def test_coupling_terms(rx90: Robot, form: Literal["sum", "paper"]) -> None:
         np.testing.assert_allclose(torques[:, 4:], np.column_stack([row5, row6]), atol=1e-14)
 
 
-def test_coulomb_forms_differ_only_where_the_speeds_have_other_signs(rx90: Robot) -> None:
-    states = random_states(rx90, 200, seed=5)
-    column = standard_columns(rx90).index("FSM6")
-    total, printed = (
-        stacked_regressor(rx90.with_coulomb(form), *states)[:, column].reshape(6, -1) for form in FORMS
-    )
-    same = states[1][:, 4] * states[1][:, 5] > 0.0
-    np.testing.assert_array_equal(total[:, same], printed[:, same])
-    assert (total[4:, ~same] != printed[4:, ~same]).any(axis=0).all()
-
-
 def test_coupling_follows_from_motors_by_duality(rx90: Robot) -> None:
     """(8) and (9): rotor inertias JA and motor friction, seen from the joints; powers are equal."""
     K5, K6, JA5, JA6, viscous, coulomb = 45.0, -32.0, 1.2e-4, 0.4e-4, 3e-4, 0.02
@@ -105,29 +76,6 @@ def test_coupling_follows_from_motors_by_duality(rx90: Robot) -> None:
     np.testing.assert_allclose((joint * qd).sum(axis=1), (motor * motor_speed).sum(axis=1), rtol=1e-11)
 
 
-def test_printed_coulomb_form_can_give_power(rx90: Robot) -> None:
-    """Why the sum is the default: as printed, friction drives the robot at some speeds."""
-    _, qd, _ = states = random_states(rx90, 200, seed=4)
-    total, printed = ((torque(rx90.with_coulomb(form), states, FSM6=1.0) * qd).sum(axis=1) for form in FORMS)
-    assert total.min() >= 0.0
-    assert printed.min() < -0.5
-
-
-def test_offsets_are_named_and_constant(rx90: Robot) -> None:
-    robot = rx90.with_offsets(True)
-    assert set(standard_columns(robot)) - set(standard_columns(rx90)) == {f"OFF{j}" for j in range(1, 7)}
-    values = {f"OFF{j}": float(j) for j in range(1, 7)}
-    states = random_states(robot, STATES, seed=5)
-    np.testing.assert_allclose(torque(robot, states, **values), np.tile(np.arange(1.0, 7.0), (STATES, 1)))
-    assert robot.with_offsets(False) == rx90
-
-
-def test_drives_without_friction_and_rotors() -> None:
-    robot = Robot("bare", (Joint(),), drives=Drives(rotor_inertia=False, friction=()))
-    assert len(standard_columns(robot)) == 10
-    assert standard_regressor(robot).size_out(0) == (1, 10)
-
-
 def stored_energy(spring: Spring, q: Array) -> Array:
     """k/2 (L - L0)^2 with L between the pivots at distances a and b from the axis."""
     a, b = spring.arms
@@ -142,11 +90,6 @@ def test_geometric_spring_is_the_slope_of_its_energy() -> None:
     slope = (stored_energy(GEOMETRIC, q + h) - stored_energy(GEOMETRIC, q - h)) / (2.0 * h)
     np.testing.assert_allclose(GEOMETRIC.torque(q), -slope, atol=1e-6)
     assert np.abs(GEOMETRIC.torque(q)).max() > 1.0
-
-
-def test_spring_table_is_linear_in_between() -> None:
-    q = np.array([-1.0, -0.5, 0.0, 1.0, 2.0])
-    np.testing.assert_allclose(TABLE.torque(q), [5.0, 3.0, 1.0, -1.0, -3.0])
 
 
 @pytest.mark.parametrize("angle", [-1.001, 2.001])
@@ -208,12 +151,3 @@ def test_springs_without_one_clear_law(arguments: dict[str, object], message: st
 def test_drives_that_do_not_fit_the_robot(rx90: Robot, drives: Drives, message: str) -> None:
     with pytest.raises(ValueError, match=message):
         replace(rx90, drives=drives)
-
-
-def test_coupling_is_checked() -> None:
-    with pytest.raises(ValueError, match="must differ"):
-        Coupling((5, 5))
-    with pytest.raises(ValueError, match="'sum' or 'paper'"):
-        Coupling((5, 6), "difference")  # type: ignore[arg-type]
-    with pytest.raises(ValueError, match="no coupled drives"):
-        Robot("one", (Joint(),)).with_coulomb("paper")

@@ -5,11 +5,9 @@ from dataclasses import replace
 from math import cos, radians, sin
 
 import numpy as np
-import pytest
 from dynident.common.arrays import Array
 from dynident.model import (
     INERTIAL,
-    Drives,
     InertialParameters,
     Joint,
     Robot,
@@ -30,10 +28,6 @@ RandomBodies = Callable[[int, int], list[InertialParameters]]
 
 def vector(robot: Robot, values: dict[str, float]) -> Array:
     return np.array([values[name] for name in standard_columns(robot)])
-
-
-def without_drives(robot: Robot) -> Robot:
-    return replace(robot, drives=Drives(rotor_inertia=False, friction=()))
 
 
 def spring_torque(robot: Robot, q: Array) -> Array:
@@ -60,17 +54,6 @@ def test_torque_is_linear_in_the_parameters(
     torque = evaluate(inverse_dynamics(robot), *states, chi)[:, :, 0]
     phi = evaluate(standard_regressor(robot), *states)
     assert_equal(phi @ chi, torque + spring_torque(robot, states[0]))
-
-
-def test_regressor_column_is_inverse_dynamics_of_a_unit_parameter(robot: Robot, evaluate: Evaluate) -> None:
-    """(7)."""
-    states = random_states(robot, 3, seed=2)
-    phi = evaluate(standard_regressor(robot), *states)
-    ident, own = inverse_dynamics(robot), spring_torque(robot, states[0])
-    for k, unit in enumerate(np.eye(phi.shape[2])):
-        for sample, state in enumerate(zip(*states, strict=True)):
-            column = np.array(ident(*state, unit)).ravel() + own[sample]
-            np.testing.assert_allclose(phi[sample, :, k], column, atol=1e-11)
 
 
 def test_mass_matrix(robot: Robot, evaluate: Evaluate, random_parameters: RandomParameters) -> None:
@@ -175,43 +158,3 @@ def test_welded_payload_only_changes_the_last_link(
 
     without = evaluate(torque, *states, vector(robot, values))[:, :, 0]
     assert_equal(evaluate(payload_regressor(robot), *states) @ moved.vector, with_payload - without, 1e-10)
-
-
-@pytest.mark.parametrize("compiled", ["numpy"], indirect=True)
-@pytest.mark.parametrize(("length", "mass"), [(1000.0, 1.0), (0.37, 2.9)])
-def test_change_of_units(
-    robot: Robot, evaluate: Evaluate, random_parameters: RandomParameters, length: float, mass: float
-) -> None:
-    """Dimensional analysis: lengths and masses in other units change torques by m l^2, forces by m l."""
-    robot = without_drives(robot)
-    joints = tuple(replace(joint, d=joint.d * length, r=joint.r * length) for joint in robot.joints)
-    x, y, z = (length * g for g in robot.gravity)
-    scaled = replace(robot, joints=joints, gravity=(x, y, z))
-    powers = np.tile([2] * 6 + [1] * 3 + [0], robot.n)
-    chi = vector(robot, random_parameters(robot, 9))
-    states = random_states(robot, STATES, seed=9)
-    turns = np.array([joint.revolute for joint in robot.joints])
-    rescaled = [x * np.where(turns, 1.0, length) for x in states]
-    torque = evaluate(inverse_dynamics(robot), *states, chi)[:, :, 0]
-    in_units = evaluate(inverse_dynamics(scaled), *rescaled, chi * mass * length**powers)[:, :, 0]
-    assert_equal(in_units, torque * mass * length ** np.where(turns, 2, 1))
-
-
-@pytest.mark.parametrize("compiled", ["numpy"], indirect=True)
-def test_frame_zero_is_free(robot: Robot, evaluate: Evaluate, random_parameters: RandomParameters) -> None:
-    """Turning frame 0 about its x axis turns gravity's components and changes no torque."""
-    angle = radians(37)
-    c, s = cos(angle), sin(angle)
-    gx, gy, gz = robot.gravity
-    first = replace(robot.joints[0], alpha=robot.joints[0].alpha + angle)
-    turned = replace(robot, joints=(first, *robot.joints[1:]), gravity=(gx, c * gy - s * gz, s * gy + c * gz))
-    states, chi = random_states(robot, STATES, seed=10), vector(robot, random_parameters(robot, 10))
-    torques = [evaluate(inverse_dynamics(arm), *states, chi)[:, :, 0] for arm in (robot, turned)]
-    assert_equal(torques[1], torques[0])
-
-
-def test_whole_turns_change_nothing(robot: Robot, evaluate: Evaluate) -> None:
-    q, qd, qdd = random_states(robot, STATES, seed=11)
-    turns = np.array([2.0 * np.pi * joint.revolute for joint in robot.joints])
-    phi, turned = (evaluate(standard_regressor(robot), x, qd, qdd) for x in (q, q + turns))
-    assert np.abs(phi - turned).max() <= 1e-12 * np.abs(phi).max()

@@ -6,10 +6,8 @@ from dataclasses import replace
 import numpy as np
 import pinocchio as pin
 import pytest
-from dynident.common.errors import InputError
-from dynident.model import Pose, Robot, mounted, with_gravity, with_tool
+from dynident.model import Pose, Robot, mounted, with_tool
 from dynident.model.files.reframe import JointAxis, modified_dh
-from dynident.model.frames import bodies_in_link_frames
 
 RPY = [(0.3, -0.7, 2.0), (0.0, math.pi / 2, 0.0), (0.4, -math.pi / 2, 1.1), (math.pi, 0.0, math.pi / 2)]
 
@@ -68,10 +66,6 @@ def test_mounting_turns_gravity(
     assert turned.base == base
 
 
-def test_gravity_is_given_in_the_base(rx90: Robot) -> None:
-    assert with_gravity(rx90, (1.0, 2.0, -9.0)).gravity == (1.0, 2.0, -9.0)
-
-
 def test_tool_frames_add_up(rx90: Robot) -> None:
     tool = Pose.from_rpy((0.0, 0.0, 0.1), RPY[0])
     gripper = with_tool(rx90, tool, "gripper")
@@ -87,25 +81,6 @@ def test_tool_frames_add_up(rx90: Robot) -> None:
         "finger",
     )
     assert rx90.last_frame == rx90.payload_frame
-
-
-def test_bodies_of_a_robot_without_a_file_of_its_own(rx90: Robot) -> None:
-    bodies = bodies_in_link_frames(rx90, rx90.parameters)
-    assert list(bodies) == [f"link{j}" for j in range(1, 7)]
-    assert bodies["link3"].mass == rx90.parameters["M3"]
-    with pytest.raises(InputError, match="no M6"):
-        bodies_in_link_frames(rx90, {name: value for name, value in rx90.parameters.items() if name != "M6"})
-
-
-@pytest.mark.parametrize(
-    ("direction", "point", "problem"),
-    [((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), "direction"), ((0.0, 0.0, 1.0), (0.0, math.inf, 0.0), "finite")],
-)
-def test_what_is_no_axis(
-    direction: tuple[float, float, float], point: tuple[float, float, float], problem: str
-) -> None:
-    with pytest.raises(ValueError, match=problem):
-        JointAxis("revolute", direction, point)
 
 
 def test_axes_almost_parallel_are_parallel() -> None:

@@ -4,21 +4,12 @@ from dataclasses import replace
 from math import radians
 from pathlib import Path
 
-import numpy as np
 import pytest
 from dynident.common.errors import InputError
-from dynident.model import (
-    Drives,
-    Joint,
-    Robot,
-    base_parameters,
-    closed_form_base_parameters,
-    load_robot,
-)
+from dynident.model import Drives, Joint, Robot, base_parameters, closed_form_base_parameters, load_robot
 from dynident.model.base.parameters import BaseParameters
-from dynident.tests.model.local_transfers import local_transfer_base_parameters
 from dynident.tests.model.random_robots import random_robot, small_robots
-from dynident.tests.model.three_ways import Comparison, compare
+from dynident.tests.model.three_ways import Comparison, compare, local_transfer_base_parameters
 from dynident.tests.reference.groupings import rx90_eliminated, rx90_relations
 
 KNOWN = Path(__file__).parents[1] / "reference" / "robots"
@@ -120,25 +111,6 @@ def test_prismatic_rotor_beyond_the_first_joint() -> None:
     check(compare(Robot("two slides", joints)))
 
 
-def test_axes_that_coincide_at_zero_only() -> None:
-    """Two offsets that cancel at q = 0: MX3 and MY3 act on joint 2. Without the offsets they act on nothing."""
-    apart = Robot("apart", (Joint(), Joint(d=0.3), Joint(d=-0.3)))
-    assert {"MX3", "MY3"} <= set(closed_form_base_parameters(apart).columns)
-    one_axis = Robot("one axis", (Joint(), Joint(), Joint()))
-    assert {"MX3", "MY3"} <= set(closed_form_base_parameters(one_axis).unidentifiable)
-    check(compare(apart))
-    check(compare(one_axis))
-
-
-def test_offset_of_a_vertical_slide() -> None:
-    """A vertical slide's weight is as constant as an offset: OFF1 cannot be told from M1 less IA1."""
-    robot = Robot("lift", (Joint("prismatic"),), drives=Drives(friction=(), offsets=True))
-    base = closed_form_base_parameters(robot)
-    assert base.names == ("M1R", "IA1R")
-    np.testing.assert_allclose(base.grouping[:, -1], [1 / 9.81, -1 / 9.81])
-    check(compare(robot))
-
-
 @pytest.mark.parametrize("name", ["rx90", "tx40"])
 def test_coupled_drives_are_decided_by_rank(name: str) -> None:
     robot = load_robot(name)
@@ -148,20 +120,6 @@ def test_coupled_drives_are_decided_by_rank(name: str) -> None:
     assert closed_form_base_parameters(serial(name)).decided_by == "closed form"
     with pytest.raises(InputError, match="coupled drives"):
         local_transfer_base_parameters(robot)
-
-
-def test_one_name_for_two_lengths() -> None:
-    joints = (Joint(), Joint(d=0.3, names=("D", "")), Joint(d=0.4, names=("D", "")))
-    with pytest.raises(InputError, match=r"joint 3 has length 'D' = 0\.4, an earlier one 0\.3"):
-        closed_form_base_parameters(Robot("twice", joints))
-
-
-def test_symbolic_text_where_there_is_none() -> None:
-    base = base_parameters(load_robot("ur10e"))
-    with pytest.raises(ValueError, match="decided by QR have no symbolic text"):
-        base.groupings(symbolic=True)
-    with pytest.raises(ValueError, match="1 expressions for 58"):
-        replace(base, expressions=("M1",))
 
 
 @pytest.mark.parametrize(

@@ -1,4 +1,4 @@
-"""The kernel against CasADi's own virtual machine, compiled and in NumPy."""
+"""The kernel against CasADi's own virtual machine, compiled and in NumPy, alone and step after step."""
 
 import math
 import subprocess
@@ -10,10 +10,9 @@ import casadi as ca
 import numpy as np
 import pytest
 from dynident.common.arrays import Array
-from dynident.model.kernel.c_path import CPath
+from dynident.model.integration import Stepper, runge_kutta
 from dynident.model.kernel.kernel import Kernel
-from dynident.model.kernel.numpy_path import NumpyPath
-from dynident.model.kernel.program import OPERATIONS, Program, Step, read_program
+from dynident.model.kernel.program import OPERATIONS, read_program
 
 TWO_ARGUMENTS = {
     *("ADD", "SUB", "MUL", "DIV", "ATAN2", "FMIN", "FMAX", "POW", "CONSTPOW"),
@@ -48,14 +47,6 @@ def test_every_operation(compiled: bool) -> None:
     for name, row, exact in zip(names, rows, expected, strict=True):
         # 4 units in the last place: libraries may round differently.
         np.testing.assert_allclose(row, exact, rtol=1e-15, atol=4e-16, err_msg=name)
-
-
-def test_assignment(compiled: bool) -> None:
-    """CasADi simplifies it away; programs may still hold it."""
-    program = Program({0: 0}, {}, (Step("ASSIGN", 1, (0,)),), (1,), (1,))
-    values, result = VALUES[:, None].copy(), np.empty((1, len(VALUES)))
-    (CPath(program) if compiled else NumpyPath(program)).rows([values], result)
-    np.testing.assert_array_equal(result, values.T)
 
 
 @pytest.fixture
@@ -193,13 +184,6 @@ def test_angles_without_a_sine(function: Callable[[ca.SX], ca.SX], compiled: boo
     np.testing.assert_allclose(result[np.isfinite(angles)], expected, atol=2.5e-16)
 
 
-@pytest.mark.parametrize("constant", [math.inf, -math.inf, math.nan, 1e308, 5e-324, -0.0, 0.1, 1e22, -7.0])
-def test_constants_are_exact(constant: float, compiled: bool) -> None:
-    x = ca.SX.sym("x")
-    result = Kernel(ca.Function("f", [x], [ca.vertcat(ca.SX(constant), x)]))(np.zeros((9, 1)))
-    np.testing.assert_array_equal(result[0], np.full(9, constant))
-
-
 def test_random_expressions(compiled: bool) -> None:
     """Long programs in which registers are used again and again."""
     draw = np.random.default_rng(4)
@@ -227,16 +211,53 @@ def test_compiled_code_leaves_the_process_alone() -> None:
     subprocess.run([sys.executable, "-c", code], check=True)
 
 
-def test_broken_compiler_is_told(monkeypatch: pytest.MonkeyPatch, mixed: ca.Function) -> None:
-    """A compiler that fails is worth a warning, and the answer is still right."""
-    from dynident.model.kernel import c_path
-    from dynident.model.kernel.cache import CompilerUnavailable
+STEPS, RUNS = 7, 11
 
-    def fail(source: str, *_: object) -> None:
-        raise CompilerUnavailable("the C compiler failed: no space")
 
-    monkeypatch.setattr(c_path, "compiled_library", fail)
-    with pytest.warns(RuntimeWarning, match="no space; NumPy does the work"):
-        kernel = Kernel(mixed)
-    assert not kernel.compiled
-    assert kernel(np.zeros((3, 3)), np.ones(2)).shape == (4, 3)
+@pytest.fixture
+def step() -> ca.Function:
+    """A pendulum with its own length, driven, and what it was driven by."""
+    x, drive, length, h = ca.SX.sym("x", 2), ca.SX.sym("u", 1), ca.SX.sym("l"), ca.SX.sym("h")
+    none = ca.SX(0, 1)
+    after = runge_kutta(
+        lambda x, _: ca.vertcat(x[1], drive - 9.81 / length * ca.sin(x[0])), x, h, (none, none, none)
+    )
+    return ca.Function("pendulum", [x, drive, length, h], [ca.vertcat(after, 2.0 * drive)])
+
+
+def inputs() -> list[Array]:
+    draw = np.random.default_rng(0)
+    return [
+        draw.normal(size=(RUNS, 2)),
+        draw.normal(size=(2 * STEPS, RUNS, 1))[::2],
+        draw.uniform(0.5, 2.0, size=(RUNS, 1)),
+        np.array([0.01]),
+    ]
+
+
+def alone(step: ca.Function) -> Array:
+    """Run after run, step after step."""
+    state, drive, length, h = inputs()
+    out = np.empty((STEPS, 3, RUNS))
+    for k in range(RUNS):
+        x = state[k]
+        for i in range(STEPS):
+            out[i, :, k] = np.array(step(x, drive[i, k], length[k], h)).ravel()
+            x = out[i, :2, k]
+    return out
+
+
+def test_it_is_what_single_calls_give(step: ca.Function, compiled: bool) -> None:
+    arguments = inputs()
+    state = arguments[0].copy()
+    np.testing.assert_allclose(Stepper(step)(*arguments), alone(step), rtol=1e-13, atol=1e-13)
+    np.testing.assert_array_equal(arguments[0], state, "the caller's state stays")
+
+
+def test_the_last_step_is_the_next_ones_start(step: ca.Function, compiled: bool) -> None:
+    state, drive, *shared = inputs()
+    stepper = Stepper(step)
+    whole = stepper(state, drive, *shared)
+    first = stepper(state, drive[:3], *shared)
+    second = stepper(np.ascontiguousarray(first[-1, :2].T), drive[3:], *shared)
+    np.testing.assert_array_equal(np.concatenate([first, second]), whole)

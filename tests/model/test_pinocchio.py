@@ -103,12 +103,6 @@ def test_mass_matrix(
     assert relative_error(ours, theirs) <= TOLERANCE
 
 
-def test_order_of_pinocchio_is_understood(random_bodies: Callable[[int, int], list[InertialParameters]]) -> None:
-    body = random_bodies(1, 3)[0]
-    theirs = pin.Inertia(body.mass, body.com, body.inertia_com).toDynamicParameters()
-    np.testing.assert_allclose(theirs[KHALIL_FROM_PINOCCHIO], body.vector, rtol=1e-12)
-
-
 def test_forward_kinematics(robot: Robot) -> None:
     model = pinocchio_model(robot)
     data = model.createData()

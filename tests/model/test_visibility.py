@@ -1,4 +1,4 @@
-"""What torques show of a payload: known cases, and against the rank of the torques themselves."""
+"""Visibility of a payload in torques: known cases, and against the rank of the torques themselves."""
 
 from collections.abc import Sequence
 
@@ -9,7 +9,7 @@ from dynident.common.errors import InputError
 from dynident.model import INERTIAL, InertialParameters, Robot, load_robot, payload_regressor
 from dynident.model.inertia import payload_spread
 from dynident.model.kernel.kernel import Kernel
-from dynident.model.visibility import payload_visibility, visibility_of
+from dynident.model.visibility import payload_visibility
 
 POSES = {"ur10e": (0.0, -60.0, 90.0, -110.0, -80.0, 10.0), "rx90": (0.0, -45.0, 90.0, 10.0, 45.0, 0.0)}
 
@@ -37,39 +37,6 @@ def test_two_axes_that_meet_hide_the_mass_in_sums() -> None:
     assert visibility.parameters["M"] == "only in combination"
 
 
-def test_the_last_joint_alone() -> None:
-    parameters = shown("ur10e", (6,))
-    assert {kind for kind, how in parameters.items() if how == "yes"} == {"ZZ", "MX", "MY"}
-    assert {how for kind, how in parameters.items() if kind not in ("ZZ", "MX", "MY")} == {"no"}
-
-
-@pytest.mark.parametrize(("name", "joints"), [("ur10e", (3, 5, 6)), ("rx90", (2, 3, 5, 6))])
-def test_arm_and_wrist_together_show_all(name: str, joints: tuple[int, ...]) -> None:
-    assert set(shown(name, joints).values()) == {"yes"}
-
-
-def test_parallel_axes_see_a_plane_only() -> None:
-    """Joints 2 to 4 of the UR10e: mass, two first moments, one moment of inertia about their common direction."""
-    visibility = payload_visibility(load_robot("ur10e"), [np.radians(POSES["ur10e"])], (2, 3, 4), [0.5] * 3)
-    assert visibility.rank == 4
-    assert visibility.mass_visible
-
-
-def test_an_axis_that_stands_upright_sees_no_weight() -> None:
-    """With axis 5 vertical joints 5 and 6 lose the first moment along the flange as well."""
-    upright = np.radians([0.0, -60.0, 90.0, -30.0, -80.0, 10.0])
-    visibility = payload_visibility(load_robot("ur10e"), [upright], (5, 6), [0.5, 0.5])
-    assert visibility.rank == 8
-    assert visibility.parameters["MZ"] == "only in combination"
-
-
-def test_constant_torque_and_friction_are_unknown_too(rx90: Robot) -> None:
-    """A vertical axis that turns alone shows inertia about it only: its gravity torque is nought anyway."""
-    visibility = payload_visibility(rx90, [np.zeros(6)], (1,), [0.5])
-    assert visibility.rank == 1
-    assert visibility.parameters["M"] in ("only in combination", "no")
-
-
 def test_a_payload_moved_along_a_hidden_sum_changes_no_torque() -> None:
     """Independent of rank decisions: two bodies that differ in a hidden direction need the same torques."""
     robot = load_robot("ur10e")
@@ -95,12 +62,6 @@ def test_resolved_gives_back_what_made_the_torques() -> None:
     assert places == tuple(range(10))
     assert A @ (visibility.grouping @ x) + b * x[9] == pytest.approx(x, abs=1e-12)
     assert 9 not in visibility.resolved(mass_known=False)[0]
-
-
-def test_nothing_at_all_is_seen_in_no_rows() -> None:
-    visibility = visibility_of(np.zeros((5, 10)), (2,))
-    assert visibility.rank == 0
-    assert set(visibility.parameters.values()) == {"no"}
 
 
 @pytest.mark.parametrize("joints", [(), (0,), (7,), (2, 2)])

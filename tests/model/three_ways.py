@@ -1,21 +1,189 @@
 """Rules, local transfers and QR on one robot, and by how much they differ."""
 
 from collections import Counter
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 from dynident.common.arrays import Array
+from dynident.common.errors import InputError
 from dynident.common.linear import RANK_TOLERANCE
-from dynident.model import Robot, closed_form_base_parameters, standard_columns
+from dynident.model import closed_form_base_parameters
 from dynident.model.base.grouping import moves
 from dynident.model.base.parameters import BaseParameters
 from dynident.model.base.rank import STATES_PER_JOINT, base_parameters_of, left_residuals, random_states
+from dynident.model.inertia import InertialParameters, skew
 from dynident.model.many_states import regressor_at
-from dynident.tests.model.local_transfers import local_transfer_base_parameters
+from dynident.model.pose import cos_sin
+from dynident.model.regressors import standard_columns
+from dynident.model.robot import Joint, Robot
+
+_ZERO = 1e-8
+"""A singular value below it is rounding (1e-15 in general) or, at lengths of 0.1 mm, their square."""
+
+
+@dataclass(frozen=True)
+class _Link:
+    """Motions that a link can go through, in its frame.
+
+    Attributes:
+        velocities: span of its velocities, 6 x any.
+        gravity: gravity as an acceleration at q = 0, shape (6,).
+        swings: span of the changes of ``gravity`` with the positions, 6 x any.
+        detectable: combinations of its ten parameters that torques show, any x 10.
+    """
+
+    velocities: Array
+    gravity: Array
+    swings: Array
+    detectable: Array
+
+
+def local_transfer_base_parameters(robot: Robot) -> BaseParameters:
+    """Base parameters of a serial robot by local transfers; any gravity, zero included.
+
+    Raises:
+        InputError: for coupled drives.
+    """
+    if robot.coupling:
+        raise InputError(
+            f"robot {robot.name!r} has coupled drives, which local transfers do not cover: use base_parameters"
+        )
+    columns = standard_columns(robot)
+    nullspace, dropped = np.zeros((0, len(columns))), list[int]()
+    link = _base(robot)
+    for j, joint in enumerate(robot.joints):
+        own = [columns.index(f"XX{j + 1}") + k for k in range(10)]
+        own += [columns.index(f"{kind}{j + 1}") for kind in ("IA", "OFF") if f"{kind}{j + 1}" in columns]
+        unseen, link = _across(joint, link, robot)
+        dropped += [own[k] for k in _last_entries(unseen)]
+        vectors = np.zeros((len(unseen), len(columns)))
+        vectors[:, own] = unseen
+        if j > 0:
+            before = columns.index(f"XX{j}")
+            vectors[:, before : before + 10] = -unseen[:, :10] @ _transfer(joint).T
+        nullspace = np.vstack([nullspace, vectors])
+    return _from_nullspace(columns, nullspace, dropped)
+
+
+def _base(robot: Robot) -> _Link:
+    upwards = np.concatenate([np.zeros(3), -np.array(robot.gravity)])
+    return _Link(np.zeros((6, 0)), upwards, np.zeros((6, 0)), np.zeros((0, 10)))
+
+
+def _across(joint: Joint, parent: _Link, robot: Robot) -> tuple[Array, _Link]:
+    """Transfers across one joint (each row: ten parameters, IA, OFF where the robot has them), and its link."""
+    axis = np.eye(6)[2 if joint.revolute else 5]
+    X, moving = _velocity_transform(joint), _cross(axis)
+    gravity = X @ parent.gravity
+    velocities = _span(*_orbit(X @ parent.velocities, moving, joint))
+    swings = _span(*_orbit(X @ parent.swings, moving, joint), *_orbit(gravity[:, None], moving, joint)[1:])
+    turned = _tens(-moving.T @ _UNITS - _UNITS @ moving)
+    visible = _orbit((parent.detectable @ _transfer(joint)).T, turned, joint)
+    invariant = _span(*visible[1:]).T
+
+    coupled = _functionals(np.column_stack([velocities, swings]), axis)
+    own = _functionals(np.column_stack([axis, gravity]), axis)
+    link = _Link(np.column_stack([velocities, axis]), gravity, swings, _span(*visible, coupled.T, own.T).T)
+    return _unseen(np.vstack([coupled, invariant]), own, robot), link
+
+
+def _unseen(hidden: Array, own: Array, robot: Robot) -> Array:
+    """Vectors under the conditions: rows of ``hidden`` give zero, the two of ``own`` are balanced by IA and OFF."""
+    conditions = np.block([[hidden, np.zeros((len(hidden), 2))], [own, np.eye(2)]])
+    columns = [*range(10)] + [10] * robot.drives.rotor_inertia + [11] * robot.drives.offsets
+    return _nullspace(conditions[:, columns])
+
+
+def _velocity_transform(joint: Joint) -> Array:
+    """Velocity of link j from that of link j-1 at q = 0, 6 x 6."""
+    R, p = _frame(joint)
+    return np.block([[R.T, np.zeros((3, 3))], [-R.T @ skew(p), R.T]])
+
+
+def _frame(joint: Joint) -> tuple[Array, Array]:
+    """Axes and origin of frame j in frame j-1 at q = 0: turn and shift along x, then along z."""
+    (ca, sa), (ct, st) = cos_sin(joint.alpha), cos_sin(joint.theta)
+    about_x = np.array([[1.0, 0.0, 0.0], [0.0, ca, -sa], [0.0, sa, ca]])
+    about_z = np.array([[ct, -st, 0.0], [st, ct, 0.0], [0.0, 0.0, 1.0]])
+    return about_x @ about_z, np.array([joint.d, 0.0, 0.0]) + joint.r * about_x[:, 2]
+
+
+def _transfer(joint: Joint) -> Array:
+    """Ten parameters of a body of link j as part of link j-1 at q = 0, 10 x 10."""
+    X = _velocity_transform(joint)
+    return _tens(X.T @ _UNITS @ X).T
+
+
+def _cross(v: Array) -> Array:
+    """6 x 6 matrix of the cross product of velocities, d/dq of a vector fixed outside being minus it."""
+    return np.block([[skew(v[:3]), np.zeros((3, 3))], [skew(v[3:]), skew(v[:3])]])
+
+
+def _spatial_inertia(ten: Array) -> Array:
+    body = InertialParameters(ten)
+    across = skew(body.first_moments)
+    return np.block([[body.inertia, across], [-across, body.mass * np.eye(3)]])
+
+
+def _tens(inertias: Array) -> Array:
+    """Inverse of ``_spatial_inertia`` for many: count x 6 x 6 to count x 10."""
+    rows, columns = np.array([(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2), (2, 4), (0, 5), (1, 3), (3, 3)]).T
+    return np.asarray(inertias[:, rows, columns])
+
+
+_UNITS = np.array([_spatial_inertia(unit) for unit in np.eye(10)])
+
+
+def _functionals(vectors: Array, axis: Array) -> Array:
+    """Rows that take ten parameters to v' I S, one for each column v."""
+    return np.asarray(np.einsum("iv,kij,j->vk", vectors, _UNITS, axis))
+
+
+def _orbit(vectors: Array, operator: Array, joint: Joint) -> list[Array]:
+    """Span of exp(q operator) applied to the columns, for all q: first what stays, then what changes with q.
+
+    About a revolute axis the images are constant plus first and second harmonics of q, along a prismatic axis
+    polynomials in q of second degree. Taking these apart is exact where repeated images would pile up rounding.
+    """
+    once = operator @ vectors
+    twice = operator @ once
+    if not joint.revolute:
+        return [vectors, once, twice]
+    fourth = operator @ (operator @ twice)
+    first, second = -(fourth + 4.0 * twice) / 3.0, (fourth + twice) / 12.0
+    return [vectors - first - second, first, operator @ first, second, operator @ second]
+
+
+def _span(*vectors: Array) -> Array:
+    """Orthonormal basis of all columns."""
+    left, values, _ = np.linalg.svd(np.column_stack(vectors), full_matrices=False)
+    return np.asarray(left[:, values > _ZERO])
+
+
+def _nullspace(rows: Array) -> Array:
+    """Vectors that all the rows send to zero, in rows."""
+    space = _span(rows.T)
+    full = np.linalg.svd(space)[0]
+    return np.asarray(full[:, space.shape[1] :].T)
+
+
+def _from_nullspace(columns: tuple[str, ...], nullspace: Array, dropped: list[int]) -> BaseParameters:
+    basis = np.setdiff1d(np.arange(len(columns)), dropped)
+    grouping = np.zeros((len(basis), len(columns)))
+    grouping[:, basis] = np.eye(len(basis))
+    grouping[:, dropped] = -np.linalg.solve(nullspace[:, dropped], nullspace[:, basis]).T
+    return BaseParameters(columns, tuple(basis.tolist()), grouping)
+
+
+def _last_entries(unseen: Array) -> list[int]:
+    """Columns in which some combination of the rows has its last entry: they depend on columns to their left."""
+    ranks = [np.linalg.matrix_rank(unseen[:, k:], tol=_ZERO) for k in range(unseen.shape[1])]
+    return [int(k) for k in np.flatnonzero(np.diff([*ranks, 0]))]
 
 
 class Comparison(NamedTuple):
-    """How one robot came out.
+    """Parameters of one robot by each way.
 
     Attributes:
         names: whether all three give the same names in the same order.

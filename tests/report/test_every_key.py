@@ -1,13 +1,18 @@
 """Every key of every JSON document holds the number it is named after, and is read back as it was written."""
 
+import math
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
+from dynident.apps.fleet.comparing import OddDocument
+from dynident.apps.logs.following import Change, FollowingChange
+from dynident.apps.report import documents
 from dynident.apps.results import read_stored_gains
 from dynident.common.errors import InputError
-from dynident.common.schema import convert, write_json
+from dynident.common.schema import Document, convert, write_json
 from dynident.estimation import PayloadResult, RobotResult, Verdict, robot_result
 from dynident.estimation.answers.gains import gains_result
 from dynident.estimation.answers.payload_answer import payload_result
@@ -16,24 +21,157 @@ from dynident.estimation.diagnosis.finding import error
 from dynident.estimation.diagnosis.verdict import judge
 from dynident.estimation.payload.ripple import RIPPLE_CHANCE
 from dynident.estimation.results.parts import PossibleRobotDocument
-from dynident.model import INERTIAL, Processing
+from dynident.model import INERTIAL
 from dynident.tests.report import made
-from dynident.tests.report.every_key import (
-    GAINS,
-    MASS_BY_JOINTS,
-    PAIRS,
-    PROCESSING,
-    VERDICT,
-    elimination,
-    free_payload,
-    possible_payload,
-    residual,
-    robust,
-    same,
-    ten,
-)
-from dynident.tests.report.test_every_key_of_motions import FLANGE
 from dynident.tests.report.written import written
+from msgspec.structs import asdict
+
+
+def plain(value: Any) -> Any:
+    """A value as JSON has it: lists, null for what is not finite."""
+    if isinstance(value, dict):
+        return {key: plain(entry) for key, entry in value.items()}
+    if isinstance(value, list | tuple):
+        return [plain(entry) for entry in value]
+    if isinstance(value, np.ndarray | np.generic):
+        return plain(value.tolist())
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def ten(values: Any) -> dict[str, Any]:
+    """Ten numbers by name."""
+    return dict(zip(INERTIAL, values, strict=True))
+
+
+def same(document: Document, expected: dict[str, Any]) -> None:
+    """Key for key what is expected, and what the document's own type takes."""
+    read = written(document)
+    assert set(read) == set(expected)
+    for key, value in plain(expected).items():
+        assert read[key] == value, key
+    assert written(convert(read, type(document))) == read
+
+
+PROCESSING = {
+    "rate_hz": 101.0, "cutoff_hz": 11.0, "decimate": 7, "still_speed": 0.003, "slow_fraction": 0.04,
+    "slow_speed": 0.06, "max_mismatch": 0.05, "drive_gains": [2.5, 3.5], "offsets": True, "coulomb": "paper",
+    "torque_side": "link",
+}  # fmt: skip
+GAINS = {
+    "per_joint": [0.01, 0.02, 0.03], "common": 0.004, "identified": np.diag([1e-4, 2e-4, 3e-4]),
+    "recordings": {"unloaded": ["u"], "loaded": ["l"]}, "mass": 6.5, "notes": ["said"],
+}  # fmt: skip
+VERDICT = {"level": "mass_and_com_only", "reasons": ["why"]}
+
+
+def residual(fit: Any) -> dict[str, Any]:
+    return {"all": fit.relative, "per_joint": fit.relative_per_joint}
+
+
+def robust(estimate: Any) -> dict[str, Any]:
+    covariance = estimate.robust
+    return {"blocks": 8, "block_length_s": 1.75, "degrees_of_freedom": 6, "warning": covariance.warning}
+
+
+def elimination(result: Any, label: dict[str, str], warnings: list[str]) -> dict[str, Any]:
+    estimate = result.estimate
+    return {
+        "rule": "ratio",
+        "description": result.rule.description,
+        "essential": 1,
+        "sigma_ratio": 1.01,
+        "largest_relative_sigma_percent": 5.0,
+        "relative_residual": estimate.fit.relative,
+        "parameters": [
+            {
+                "name": label.get("B", "B"),
+                "value": estimate.values[0],
+                "sigma": estimate.sigma[0],
+                "sigma_robust": estimate.sigma_robust[0],
+                "sigma_by_gains": estimate.sigma_by_gains[0],
+                "relative_sigma_percent": estimate.relative_sigma_percent[0],
+            }
+        ],
+        "path": [
+            {"eliminated": name, "remaining": left, "sigma_ratio": ratio, "largest_relative_sigma_percent": percent}
+            for name, left, ratio, percent in (
+                (None, 2, 1.0, 90.0), (label.get("A", "A"), 1, 1.01, 5.0), (label.get("B", "B"), 0, 2.5, 0.0)
+            )
+        ],
+        "warnings": warnings,
+        "limit": 1.02,
+    }  # fmt: skip
+
+
+def free_payload(result: Any) -> dict[str, Any]:
+    estimate, body = result.estimate, result.body
+    more = {"from_scale": True} if result.from_scale else {}
+    return {
+        **more,
+        "estimator": "wls",
+        "method": result.method,
+        "parameters": ten(estimate.values),
+        "sigma": ten(estimate.sigma),
+        "sigma_robust": ten(estimate.sigma_robust),
+        "interval95": ten(estimate.interval95),
+        "interval95_robust": ten(estimate.robust_interval95),
+        "robust": robust(estimate),
+        "com": body.com,
+        "com_sigma": result.spread.com,
+        "com_sigma_robust": getattr(result.robust_spread, "com", None),
+        "inertia_com": body.inertia_com,
+        "inertia_com_sigma": result.spread.inertia_com,
+        "inertia_com_sigma_robust": getattr(result.robust_spread, "inertia_com", None),
+        "min_pseudo_inertia_eigenvalue": body.min_pseudo_inertia_eigenvalue,
+        "physically_consistent": True,
+        "relative_residual": estimate.fit.relative,
+    }
+
+
+def possible_payload(payload: Any) -> dict[str, Any]:
+    free, intervals = payload.free.estimate, payload.intervals
+    return {
+        "estimator": "constrained",
+        "method": payload.method,
+        "parameters": ten(payload.result.values),
+        "sigma": ten(free.sigma),
+        "sigma_robust": ten(free.sigma_robust),
+        "sigma_with_gains": ten(payload.sigma),
+        "gain_sigma": GAINS,
+        "interval95": ten(intervals.parameters),
+        "interval95_by": "jackknife",
+        "com": payload.body.com,
+        "com_interval95": intervals.com,
+        "inertia_com": payload.body.inertia_com,
+        "inertia_com_interval95": intervals.inertia_com,
+        "principal_moments": payload.principal_moments,
+        "principal_moments_interval95": intervals.principal_moments,
+        "min_pseudo_inertia_eigenvalue": 0.0021,
+        "physically_consistent": True,
+        "constraints": ["mass from 1 kg"],
+        "active": [{"constraint": "mass from 1 kg", "multiplier": 0.33, "p_value": 0.0625}],
+        "chi2_rise": 2.125,
+        "p_value": 0.4375,
+        "conflict": False,
+        "weighed": [
+            {"mass": 3.1, "sigma": 0.05, "identified": 3.2, "identified_sigma": 0.06, "degrees_of_freedom": 7.5,
+             "z": 1.28, "p_value": 0.21}
+        ],
+        "solver_status": "Solved",
+    }  # fmt: skip
+
+
+MASS_BY_JOINTS = [
+    {"joints": [1], "visible": True, "mass": 3.01, "sigma": 0.11, "interval95": [2.8, 3.3], "share": 0.98,
+     "share_sigma": 0.015},
+    {"joints": [2], "visible": False, "mass": None, "sigma": None, "interval95": None, "share": None,
+     "share_sigma": None},
+    {"joints": [1, 2], "visible": True, "mass": 3.02, "sigma": 0.12, "interval95": [2.7, 3.4]},
+]  # fmt: skip
+PAIRS = {
+    "lag_s": 0.011, "lags_s": [0.011, 0.012], "max_position_mismatch_rad": 0.0072,
+    "rms_position_mismatch_rad": 0.0036,
+}  # fmt: skip
 
 LEAST = "joint 1 shows 0.980 ± 0.015 times what the others demand there"
 
@@ -250,12 +388,6 @@ def test_weigh(possible: bool) -> None:
     assert isinstance(document, PayloadResult)
 
 
-def test_a_rate_of_equations_stands_in_the_place_of_a_factor() -> None:
-    gains = made.drive_gains()
-    gains.source.processing = Processing(equation_rate=12.5)
-    assert written(gains_result(gains))["processing"]["equations_hz"] == 12.5
-
-
 def test_gains(tmp_path: Path) -> None:
     gains = made.drive_gains()
     document = gains_result(gains)
@@ -310,3 +442,63 @@ def test_gains(tmp_path: Path) -> None:
     write_json(path, gains_result(gains))
     with pytest.raises(InputError, match=r"do not use \(another scale\)"):
         read_stored_gains(path)
+
+
+def test_verify() -> None:
+    change = Change("joint 2", 0.5, 0.25, 0.51, (0.4, 0.6), "fell")
+    total = Change("all", 0.7, 0.35, 0.52, (0.3, 0.7), "fell")
+    same(
+        FollowingChange("following error", True, 0.015, (change,), total),
+        {
+            "compared": "following error", "tells": True, "lag_s": 0.015, "joints": [asdict(change)],
+            "all": asdict(total),
+        },
+    )  # fmt: skip
+
+
+ODD: Any = SimpleNamespace(recordings=("a", "b"), odd=(OddDocument("a", "FS1", 5.5),), parameters=("FS1", "M1"))
+ODD_KEYS = [{"recording": "a", "parameter": "FS1", "sigmas": 5.5}]
+
+
+def test_compare() -> None:
+    compared: Any = SimpleNamespace(
+        **vars(ODD), values=made.numbers(2, 2), sigma=2.0 * made.numbers(2, 2), pooled=made.numbers(2),
+        pooled_interval95=3.0 * made.numbers(2, 2), scatter=4.0 * made.numbers(2),
+    )  # fmt: skip
+    expected = {
+        "recordings": compared.recordings, "parameters": compared.parameters, "values": compared.values,
+        "sigma": compared.sigma, "pooled": compared.pooled, "pooled_interval95": compared.pooled_interval95,
+        "scatter": compared.scatter, "odd": ODD_KEYS,
+    }  # fmt: skip
+    same(documents.ComparedDocument.of(compared), expected)
+
+
+def test_fleet_report() -> None:
+    days = ("2026-01-04", "2026-01-05")
+
+    def line(quantity: str, values: Any, own: float, usual: float, z: float | None) -> Any:
+        return SimpleNamespace(
+            arm="left", quantity=quantity, days=days, usual=usual, values=values, sigma=(0.0, own), z=z
+        )
+
+    calm, moved = line("FV1", (0.0, 0.0, 3.5), 0.75, 3.0, None), line("FS1", (*11 * (0.0,), 1.25), 0.5, 2.5, -6.5)
+    reported: Any = SimpleNamespace(
+        arms=(SimpleNamespace(name="left"),), first="2026-01-01", series=(calm, moved), changed=(moved,), twins=ODD,
+    )  # fmt: skip
+    calm_keys = {
+        "arm": "left", "quantity": "FV1", "day": "2026-01-05", "value": 3.5, "sigma": 0.75, "usual": 3.0,
+        "nights": 2, "z": None,
+    }  # fmt: skip
+    moved_keys = {
+        "arm": "left", "quantity": "FS1", "day": "2026-01-05", "value": 1.25, "sigma": 0.5, "usual": 2.5,
+        "nights": 11, "z": -6.5,
+    }  # fmt: skip
+    expected = {
+        "arms": ["left"], "first_day": "2026-01-01", "threshold": 5.0, "changed": [moved_keys], "odd": ODD_KEYS,
+        "last": [calm_keys, moved_keys], "refused": [{"file": "a.csv", "reason": "none"}],
+    }  # fmt: skip
+    same(documents.fleet_document(reported, {"a.csv": "none"}), expected)
+
+
+FLANGE = {"xyz": [0.125, 0.25, 0.375], "rpy_deg": [0.0, 0.0, 90.0], "source": "told there"}
+A, B = (made.numbers(*shape) for shape in ((2, 4), (2, 4)))

@@ -1,10 +1,14 @@
-"""A screen is 25 lines of 80 columns, whatever is in it; the details hold the rest."""
+"""Screens of 25 lines of 80 columns, documents that are whole, and the schemas of the docs."""
 
-import re
+import json
+from pathlib import Path
 
+import numpy as np
 import pytest
-from dynident.apps.report.blocks import Block, Notes, Report, Section, Table
-from dynident.apps.report.terminal import COLUMNS, LINES, print_blocks, screen_text
+from dynident.apps.report.blocks import Block, Notes, Report, Section, Table, with_sigma
+from dynident.apps.report.documents import DOCUMENTS, schema_text
+from dynident.apps.report.terminal import COLUMNS, LINES, screen_text
+from dynident.common.schema import write_json
 from rich.cells import cell_len
 
 LONG = "a reason that goes on and on, " * 40
@@ -34,14 +38,6 @@ def test_a_screen_never_grows_beyond_its_lines(count: int, line: str) -> None:
     assert lines[-1].startswith("--details: ")
 
 
-def test_what_is_left_out_is_counted() -> None:
-    screen = Report("", [Notes([LONG] * 40, optional=True)])
-    shown = screen_text(screen)
-    left_out = int(re.search(r"--details: (\d+) more notes", shown)[1])  # type: ignore[index]
-    assert shown.count("a reason that goes") - 2 * (40 - left_out) <= 40
-    assert 0 < left_out < 40
-
-
 def test_details_hold_every_word() -> None:
     first = [Notes([f"{LONG} {k}" for k in range(40)], optional=True)]
     screen = Report("", first, [Section("wide", "Wide", [WIDE])])
@@ -61,13 +57,6 @@ def test_a_table_is_as_wide_as_the_terminal_at_most(table: Table) -> None:
     assert "…" not in shown
 
 
-def test_parts_of_a_table_repeat_the_names_of_its_rows() -> None:
-    lines = screen_text(Report("", [WIDE])).split("\n")
-    parts = [line for line in lines if "-1234.567" in line]
-    assert len(parts) > 1
-    assert all(line.split()[:2] == ["M", "kg"] for line in parts)
-
-
 @pytest.mark.parametrize("name", ["[/x]", "[bold]x", ":warning:", "[red", "a\\[b", "{x}"])
 def test_names_are_text(name: str) -> None:
     """Brackets and colons of names of robots and files are no markup."""
@@ -78,22 +67,42 @@ def test_names_are_text(name: str) -> None:
     assert shown.count(name) == 7
 
 
-def test_text_is_printed_as_it_is(capsys: pytest.CaptureFixture[str]) -> None:
-    """Brackets are no markup, neither in titles nor in cells nor in notes; a section ends with a line."""
-    rows = [("MY3R", "-1.5e-05", "<5", "2"), ("\\_^&", "2", "", 'k, "m"')]
-    table = Table("Other [things], 95 %", ("", "value", "%", "%"), rows, ends=("MY3R",))
-    print_blocks([table, Notes(["[red]x[/red]"])])
-    out = capsys.readouterr().out
-    assert "Other [things], 95 %" in out
-    assert "[red]x[/red]" in out
-    assert [line.split()[0] for line in out.splitlines() if line.strip()[:2] in ("MY", "\\_")] == ["MY3R", "\\_^&"]
+def test_json_is_plain_and_whole(tmp_path: Path) -> None:
+    path = tmp_path / "out.json"
+    document = {"a": np.arange(3.0), "b": np.float64(1.5), "c": (1, None, float("nan")), "d": {"e": np.inf}}
+    write_json(path, document)
+    assert json.loads(path.read_text()) == {"a": [0.0, 1.0, 2.0], "b": 1.5, "c": [1, None, None], "d": {"e": None}}
+    assert list(tmp_path.iterdir()) == [path]
 
 
-def test_words_of_several_rows_stand_beside_all_of_them() -> None:
-    rows = [("mass", "1", "use"), *((f"com {x}", "2", "not measured well enough, by far") for x in "xyz")]
-    table = Table("t", ("", "value", "use"), rows, ends=("mass",), merged=True, spare=("com z",))
-    _, _, mass, *com = screen_text(Report("", [table]), details=True).split("\n")
-    assert mass.split() == ["mass", "1", "use"]
-    assert [line.split()[3] for line in com] == ["┐", "│", "┘"]
-    assert " ".join(word for line in com for word in line.split()[4:]) == "not measured well enough, by far"
-    assert len(screen_text(Report("", [table])).split("\n")) == 5, "the first screen leaves a row out"
+def test_a_failed_write_leaves_the_old_file(tmp_path: Path) -> None:
+    path = tmp_path / "out.json"
+    write_json(path, {"good": 1})
+    with pytest.raises(TypeError):
+        write_json(path, {"bad": object()})
+    assert json.loads(path.read_text()) == {"good": 1}
+    assert list(tmp_path.iterdir()) == [path]
+
+
+@pytest.mark.parametrize(
+    ("value", "sigma", "text"),
+    [(1.23456, 0.0123, "1.235±0.012"), (-0.00012345, 1e-5, "-0.000123±0.000010"), (1234.5, 12.0, "1234±12"),
+     (2.5, 0.0, "2.5"), (2.5, np.inf, "2.5")],
+)  # fmt: skip
+def test_values_have_two_digits_of_sigma(value: float, sigma: float, text: str) -> None:
+    assert str(with_sigma(value, sigma)) == text
+
+
+FOLDER = Path(__file__).parents[2] / "docs" / "schemas"
+
+
+def test_each_document_has_one_and_the_page_links_it() -> None:
+    assert {path.name for path in FOLDER.iterdir()} == {f"{name}.schema.json" for name in DOCUMENTS}
+    page = (FOLDER.parent / "documents.md").read_text(encoding="utf-8")
+    assert all(f"(schemas/{name}.schema.json)" in page for name in DOCUMENTS)
+
+
+@pytest.mark.parametrize("name", DOCUMENTS)
+def test_it_is_current(name: str) -> None:
+    """If not: python -m dynident.apps.report.documents."""
+    assert json.loads((FOLDER / f"{name}.schema.json").read_bytes()) == json.loads(schema_text(name))

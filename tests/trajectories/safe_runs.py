@@ -1,12 +1,13 @@
 """Motions for every payload in bounds, about random poses of any arm, and how near bodies come to limits."""
 
 from dataclasses import replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+from dynident.common.arrays import Array
 from dynident.common.errors import InputError
-from dynident.model import InertialParameters, Robot
-from dynident.tests.trajectories.bodies import drawn_bodies, drawn_shares, worst_shares
+from dynident.model import InertialParameters, Motion, Robot, payload_regressor
+from dynident.model.kernel.kernel import Kernel
 from dynident.trajectories import (
     Design,
     DesignProblem,
@@ -19,7 +20,67 @@ from dynident.trajectories import (
     build_design,
 )
 from dynident.trajectories.design.full_trajectory import REHEARSAL
+from dynident.trajectories.design.payloads import unit_point
 from dynident.trajectories.design.score import check_held
+from dynident.trajectories.simulation.simulator import parameter_vector
+
+
+def dense(function: Any, *states: Array) -> Array:
+    """A regressor on N states, (N, n, c)."""
+    kernel = Kernel(function)
+    entries, (rows, columns) = kernel(*states), function.size_out(0)
+    W = np.zeros((entries.shape[1], rows, columns))
+    W[:, kernel.rows, kernel.columns] = entries.T
+    return W
+
+
+def drawn_points(payloads: PayloadSet, count: int, draw: np.random.Generator) -> Array:
+    """Places in a region, some of them on its surface, (count, 3)."""
+    s = draw.standard_normal((count, 3)) if payloads.region == "ball" else draw.uniform(-1.0, 1.0, (count, 3))
+    size = np.linalg.norm(s, axis=1) if payloads.region == "ball" else np.abs(s).max(axis=1)
+    s *= (np.where(draw.random(count) < 0.5, 1.0, draw.random(count) ** (1 / 3)) / size)[:, None]
+    return np.asarray(payloads.centre + s @ payloads.axes.T)
+
+
+def drawn_bodies(payloads: PayloadSet, count: int, draw: np.random.Generator) -> Array:
+    """Ten parameters of bodies of up to six point masses each, some lighter than the heaviest, (count, 10)."""
+    shares = (
+        draw.dirichlet(np.full(6, 0.3), count)
+        * np.where(draw.random(count) < 0.5, 1.0, draw.random(count))[:, None]
+    )
+    parts = np.stack(unit_point(*drawn_points(payloads, 6 * count, draw).T), axis=1).reshape(count, 6, 10)
+    return np.asarray(payloads.mass * np.einsum("ks,ksp->kp", shares, parts))
+
+
+def own_torque(robot: Robot, motion: Motion) -> Array:
+    """Torque without payload by Newton and Euler, (N, n)."""
+    from dynident.model import inverse_dynamics
+
+    chi = parameter_vector(robot, robot.parameters, None)
+    kernel = Kernel(inverse_dynamics(robot))
+    torque = np.zeros(motion.q.shape)
+    torque[:, kernel.rows] = kernel(motion.q, motion.qd, motion.qdd, chi).T
+    return torque
+
+
+def worst_shares(robot: Robot, motion: Motion, payloads: PayloadSet, limits: Array) -> Array:
+    """Share of its limit that each joint comes to with its worst bodies, each put into the regressor, (n,)."""
+    own, rows = own_torque(robot, motion), dense(payload_regressor(robot), motion.q, motion.qd, motion.qdd)
+    shares = np.zeros(robot.n)
+    for j, limit in enumerate(limits):
+        for extreme in payloads.extremes(rows[:, j]):
+            torque = own[:, j] + np.einsum("kp,pk->k", rows[:, j], extreme[1:])
+            shares[j] = max(shares[j], float(np.abs(torque).max()) / limit)
+    return shares
+
+
+def drawn_shares(robot: Robot, motion: Motion, bodies: Array, limits: Array) -> Array:
+    """Share of its limit that each joint comes to with each body, (n, bodies)."""
+    own, rows = own_torque(robot, motion), dense(payload_regressor(robot), motion.q, motion.qd, motion.qdd)
+    return np.array(
+        [np.abs(own[:, j, None] + rows[:, j] @ bodies.T).max(axis=0) / limit for j, limit in enumerate(limits)]
+    )
+
 
 BODIES, RATE, FINE = 10_000, 100.0, 1000.0  # Hz: where friction changes its sign, few samples come near the most
 _RADIUS, _REACH = 0.15, 0.1  # m: of the ball, and of its centre before the flange
@@ -60,7 +121,7 @@ class Case(NamedTuple):
 
 
 class Seen(NamedTuple):
-    """How near bodies come to the limits of a motion.
+    """Distance of bodies to the limits of a motion.
 
     Attributes:
         violations: bodies that break a limit, of those drawn and the worst.

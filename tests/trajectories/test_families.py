@@ -5,15 +5,7 @@ import pytest
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError
 from dynident.model import Joint, Robot, load_robot
-from dynident.trajectories import (
-    Fourier,
-    FourierShape,
-    JointBounds,
-    NearShape,
-    Trapezoid,
-    ViaPoints,
-    ViaPointShape,
-)
+from dynident.trajectories import Fourier, FourierShape, JointBounds, NearShape, Trapezoid, ViaPoints, ViaPointShape
 from dynident.trajectories.design.floor import FreeStates
 from dynident.trajectories.design.goal import Shape
 from dynident.trajectories.motions.family import Family, Samples
@@ -154,19 +146,6 @@ def test_fixed_durations_stay(name: str) -> None:
         assert np.allclose(family.sample(smaller).q[0], POSE)
 
 
-def test_a_passing_motion_has_the_speeds_and_accelerations_it_is_given() -> None:
-    draw = np.random.default_rng(0)
-    p, v, a = draw.standard_normal((3, 4, 2))
-    via = ViaPoints(p, np.array([0.5, 1.0, 0.25]), v, a)
-    motion = via.motion(400.0)
-    for k, row in enumerate((0, 200, 600, 700)):
-        assert np.allclose(motion.q[row], p[k], atol=1e-12)
-        assert np.allclose(motion.qd[row], v[k], atol=1e-12)
-        assert np.allclose(motion.qdd[row], a[k], atol=1e-10)
-    assert not via.rests
-    assert ViaPoints(p, via.durations, 0 * v).rests
-
-
 def test_a_fourier_series_is_the_sum_that_is_written() -> None:
     plan = Fourier(np.array([0.1]), np.array([[1.0, -1.0]]), np.array([[0.5, -0.25]]), 4.0)
     motion = plan.motion(10.0)
@@ -175,18 +154,6 @@ def test_a_fourier_series_is_the_sum_that_is_written() -> None:
     q += -0.5 * np.cos(w * t) / w + 0.25 * np.cos(2 * w * t) / (2 * w)
     assert np.allclose(motion.q[:, 0], q)
     assert len(t) == 41
-
-
-def test_slower_and_smaller() -> None:
-    via, fourier = families()["passing"], families()["fourier"]
-    x = somewhere(via)
-    slow = via.plan(via.eased(x, 1.25, 1.0)).motion(500.0)
-    fast = via.plan(x).motion(500.0)
-    assert np.abs(slow.qd).max() == pytest.approx(np.abs(fast.qd).max() / 1.25, rel=1e-3)
-    assert np.allclose(slow.q.max(axis=0), fast.q.max(axis=0), atol=1e-3)
-    x = somewhere(fourier)
-    small, large = (fourier.sample(y) for y in (fourier.eased(x, 1.0, 0.5), x))
-    assert np.allclose(small.qdd, 0.5 * large.qdd)
 
 
 def test_what_cannot_be_is_refused() -> None:

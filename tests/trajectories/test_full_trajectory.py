@@ -1,27 +1,16 @@
-"""What a run misses between the samples of a search: turns of dry friction, ways between poses, the rehearsal."""
+"""Moments between the samples of a search: turns of dry friction, ways between poses, the rehearsal."""
 
 from collections.abc import Callable
 from dataclasses import replace
-from itertools import chain
 
 import numpy as np
 import pytest
 from dynident.common.arrays import Array
 from dynident.model import InertialParameters, Motion, Robot, load_robot, robot_names, stand_in
-from dynident.tests.trajectories.bodies import own_torque
-from dynident.trajectories import (
-    DesignProblem,
-    JointBounds,
-    Loads,
-    NearGoal,
-    NearMotion,
-    NearShape,
-    build_design,
-    score_motion,
-)
-from dynident.trajectories.design.full_trajectory import REHEARSAL, harder, kept_throughout, missed_on_run
-from dynident.trajectories.design.score import FINER, holding_torques, score_samples
-from dynident.trajectories.design.search import drawn_back
+from dynident.tests.trajectories.safe_runs import own_torque
+from dynident.trajectories import DesignProblem, JointBounds, Loads, NearGoal, NearShape, build_design, score_motion
+from dynident.trajectories.design.full_trajectory import harder, kept_throughout, missed_on_run
+from dynident.trajectories.design.score import FINER, score_samples
 from dynident.trajectories.motions.family import Plan
 
 ARM = stand_in.rehearsed(load_robot("ur10e"))
@@ -125,20 +114,6 @@ def test_the_most_is_seen_where_a_joint_leaves_a_rest(name: str) -> None:
     assert_most_is_seen(robot, Way(0.04, at), 1, np.abs(own_torque(robot, Motion(after, *at(after))))[0, 0])
 
 
-def test_the_end_is_looked_at_where_no_sample_falls_on_it() -> None:
-    """And the moment just before it: friction has its sign there."""
-    moments: list[float] = []
-    duration = 0.99 * PLAN.duration + 0.0033
-
-    def at(t: Array) -> tuple[Array, Array, Array]:
-        moments.extend(t)
-        return PLAN.at(t * PLAN.duration / duration)
-
-    missed_on_run(FREE, Way(duration, at), 50.0)
-    assert max(moments) == duration
-    assert max(t for t in moments if t < duration) > duration - 1e-5
-
-
 def test_the_most_is_seen_where_a_coupled_rotor_turns_round() -> None:
     """Joint 5 of an RX90 goes faster and faster, joint 6 against it, and their sum changes its sign at 1.013 s."""
     robot, turn = stand_in.rehearsed(load_robot("rx90")), 1.013
@@ -168,42 +143,3 @@ def test_what_is_missed_by_little_is_eased_and_what_is_missed_by_much_is_told() 
         else:
             assert harder(tight, missed) is None
             assert missed[0][0].relative == pytest.approx(1.0 / share - 1.0, rel=1e-3)
-
-
-@pytest.mark.parametrize("times", [1.5, 2.0])
-def test_a_motion_that_is_too_large_is_drawn_back_until_it_keeps_its_limits(times: float) -> None:
-    """No further than a few steps; where no size helps it stays as it is."""
-    large = times * X
-    before, after = (score_samples(FREE, FREE.family.sample(x, FINER)) for x in (large, drawn_back(FREE, large)))
-    assert not before.feasible
-    assert after.feasible
-    assert after.value > before.value
-    assert min(limit.room for limit in after.limits) < 0.35
-    hopeless = problem(0.5 * holding_torques(FREE, POSE[None]) + 1.0)
-    assert np.array_equal(drawn_back(hopeless, large), large)
-
-
-def test_the_rehearsal_counts() -> None:
-    """A limit that the slow run breaks and the fast one keeps."""
-    slow = PLAN.slowed(REHEARSAL) if isinstance(PLAN, NearMotion) else None
-    assert slow is not None
-    fast, holding = (
-        peaks(np.linspace(0.0, PLAN.duration, 8001)),
-        np.abs(own_torque(ARM, slow.motion(50.0))).max(axis=0),
-    )
-    score = score_samples(FREE, FREE.family.sample(X, FINER))
-    loose = problem(np.maximum(fast, holding) * 1.01)
-    assert kept_throughout(loose, X, score)[2] == ((), ())
-    weak = problem(np.where(holding > 0.1, 0.97 * holding, BOUNDS.torque))
-    assert {check.worst for check in missed_on_run(weak, slow, 50.0)} <= {
-        check.worst for check in chain(*kept_throughout(weak, X, score)[2])
-    }
-
-
-def test_a_share_of_the_limits_is_asked_for() -> None:
-    lower = FREE.with_torque_share(0.5)
-    full, half = (score_samples(task, FREE.family.sample(X)).limits for task in (FREE, lower))
-    for before, after in zip(full, half, strict=True):
-        share = 0.5 if before.name.startswith("torque") else 1.0
-        assert after.limit == pytest.approx(share * before.limit)
-        assert after.value == pytest.approx(before.value)

@@ -5,9 +5,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
-from dynident.common.arrays import Array
 from dynident.common.errors import InputError
-from dynident.model import InertialParameters, Motion, Robot, load_robot, payload_regressor
+from dynident.model import InertialParameters, Robot, load_robot, payload_regressor
 from dynident.model.inertia import PayloadSpread
 from dynident.model.kernel.kernel import Kernel
 from dynident.trajectories import (
@@ -21,7 +20,6 @@ from dynident.trajectories import (
     build_design,
     solve_design,
 )
-from dynident.trajectories.design.goal import second_pose
 
 BODY = InertialParameters.from_com(3.0, [0.0, 0.0, 0.1], np.diag([0.01, 0.01, 0.005]))
 POSE = np.radians([0.0, -60.0, 90.0, -120.0, -90.0, 0.0])
@@ -98,30 +96,6 @@ def test_every_limit_is_kept_and_the_others_are_held(design: Solved) -> None:
     assert motion.t[-1] == pytest.approx(30.0)
 
 
-def derivatives(motion: Motion) -> tuple[Array, Array]:
-    return np.gradient(motion.q, motion.t, axis=0), np.gradient(motion.qd, motion.t, axis=0)
-
-
-@pytest.mark.long
-def test_two_poses_and_the_way_between() -> None:
-    request = asked((3, 5, 6))
-    second = second_pose(request.robot, request.shape, request.goal)
-    assert second is not None
-    assert np.flatnonzero(np.abs(second - POSE) > 1e-6).tolist() == [4, 5]
-    result = asked((3, 5, 6), poses=np.array([POSE, second])).solved()
-    assert result.spread.mass <= 0.075
-    assert result.spread.com.max() <= 6.5e-3
-    motion, bounds = result.motion.motion(1000.0), JointBounds.of(load_robot("ur10e"))
-    assert result.motion.duration == pytest.approx(30.0)
-    assert (np.abs(motion.qd) <= bounds.speed).all()
-    qd, qdd = derivatives(motion)
-    assert np.abs(qd - motion.qd).max() < 5e-3
-    assert np.abs(qdd - motion.qdd)[1:-1].max() < 0.1
-    near = np.min([np.abs(motion.q - pose).max(axis=1) for pose in (POSE, second)], axis=0)
-    between = near > np.radians(30.0) * (1.0 + 1e-9)
-    assert 0.0 < between.mean() * result.motion.duration < 2.0 * result.motion.transfer
-
-
 def test_the_rehearsal_goes_the_same_way_slowly(design: Solved) -> None:
     slow = design.motion.slowed(0.1)
     t = np.linspace(0.0, design.motion.period, 50)
@@ -172,24 +146,10 @@ def test_the_prediction_goes_by_independent_samples_not_by_those_of_the_motion(
     assert mass(40.0, 40.0) == pytest.approx(0.5 * mass(10.0, 10.0), rel=0.05)
 
 
-@pytest.mark.long
-def test_a_scale_sharpens_the_centre_of_mass() -> None:
-    free, weighed = asked((3, 5, 6)).solved(), asked((3, 5, 6), mass_sigma=0.02).solved()
-    assert weighed.spread.mass <= 0.02
-    assert weighed.spread.com.max() < 0.7 * free.spread.com.max()
-
-
 @pytest.mark.parametrize("joints", [(5, 6), (6,)])
 def test_mass_not_visible(joints: tuple[int, ...]) -> None:
     with pytest.raises(InputError, match="mass not visible near this pose"):
         asked(joints).problem()
-
-
-@pytest.mark.long
-def test_with_a_known_mass_the_wrist_alone_will_do() -> None:
-    result = asked((5, 6), mass_sigma=0.02).solved()
-    assert result.spread.mass == pytest.approx(0.02)
-    assert np.isfinite(result.spread.com).all()
 
 
 @pytest.mark.parametrize("seed", [1, 2, 3])
@@ -206,29 +166,6 @@ def test_the_gradient_is_that_of_differences(seed: int) -> None:
     )
     difference = (8.0 * (after - before) - (after2 - before2)) / (12.0 * step)
     assert slope @ direction == pytest.approx(difference, rel=1e-5)
-
-
-def test_the_family_is_linear() -> None:
-    """States are sums of columns: what each entry of x does by itself."""
-    family = asked((2, 5), duration=4.0).problem().family
-    x, still = family.random(np.random.default_rng(0)), np.zeros(family.size)
-    here, pose = family.sample(x), family.sample(still)
-    assert np.abs(pose.q - POSE).max() < 1e-12
-    columns = [family.sample(unit) for unit in np.eye(family.size)]
-    for field, atol in ((1, 1e-12), (2, 1e-12), (3, 1e-10)):
-        total = pose[field] + sum(a * (c[field] - pose[field]) for a, c in zip(x, columns, strict=True))
-        assert total == pytest.approx(here[field], abs=atol)
-
-
-@pytest.mark.long
-def test_a_range_binds_about_each_pose() -> None:
-    """The limit of positions follows the poses; joints that are held have room, wherever they stand."""
-    problem = asked((3, 5), duration=9.0, poses=np.array([POSE, OTHER])).problem()
-    samples = problem.family.sample(problem.family.random(np.random.default_rng(0)))
-    values = problem.limits[0].values(problem.state(problem.family.random(np.random.default_rng(0)), 0.1))
-    away = np.abs(samples.q - np.repeat([POSE, OTHER], len(samples.q) // 2, axis=0))
-    assert np.abs(values)[:, [2, 4]] == pytest.approx(away[:, [2, 4]] / np.radians(30.0))
-    assert np.abs(values[:, [0, 1, 3, 5]]).max() < 1e-12
 
 
 def test_the_goal_is_for_motions_near_a_pose() -> None:

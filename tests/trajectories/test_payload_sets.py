@@ -1,6 +1,5 @@
 """Every payload of a set: the bound against bodies drawn, a search and the semidefinite form; slopes; designs."""
 
-from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -10,9 +9,8 @@ from dynident.common.arrays import Array
 from dynident.common.errors import InputError
 from dynident.model import Motion, Pose, Robot, load_robot, payload_regressor, stand_in
 from dynident.model.frames import frames_at
-from dynident.tests.trajectories.bodies import dense, drawn_bodies, drawn_points, drawn_shares, worst_shares
+from dynident.tests.trajectories.safe_runs import dense, drawn_bodies
 from dynident.trajectories import (
-    Design,
     DesignProblem,
     JointBounds,
     Loads,
@@ -21,14 +19,11 @@ from dynident.trajectories import (
     PayloadSet,
     Scene,
     build_design,
-    solve_design,
 )
 from dynident.trajectories.design.limits import Limit, State
-from dynident.trajectories.design.payloads import unit_point
 from dynident.trajectories.design.scene import Capsule, HalfSpace
 from dynident.trajectories.design.score import check_held, holding_torques, load_torques
 from dynident.trajectories.motions.family import Samples
-from scipy.optimize import minimize
 
 TURNED = Pose.from_rpy((0.02, -0.03, 0.1), (0.4, -0.2, 1.1))
 SETS = {
@@ -65,30 +60,6 @@ def test_no_body_of_the_set_exceeds_the_bound_and_one_reaches_it(kind: str) -> N
     assert (beyond > largest[0][:, None] + room).any()  # the test can fail
 
 
-@pytest.mark.parametrize("kind", SETS)
-def test_a_local_search_from_many_points_finds_nothing_larger(kind: str) -> None:
-    payloads = SETS[kind]
-    box, inverse = payloads.region == "cube", np.linalg.inv(payloads.axes)
-    limits: Sequence[Any] = (
-        [] if box else [{"type": "ineq", "fun": lambda s: 1.0 - s @ s, "jac": lambda s: -2.0 * s}]
-    )
-    for row in ROWS[DRAW.choice(len(ROWS), 3, replace=False)]:
-        starts = (drawn_points(payloads, 4, DRAW) - payloads.centre) @ inverse.T
-
-        def torque(s: Array, row: Array = row) -> float:
-            return -float(row @ unit_point(*(payloads.centre + payloads.axes @ s)))
-
-        answers = [
-            minimize(
-                torque, s, method="SLSQP", bounds=[(-1.0, 1.0)] * 3, constraints=limits, options={"ftol": 1e-12}
-            )
-            for s in starts
-        ]
-        best = payloads.mass * max(0.0, *(-float(answer.fun) for answer in answers))
-        bound = payloads.extremes(row[None])[0][0, 0]
-        assert best == pytest.approx(bound, rel=1e-5, abs=1e-6)
-
-
 def test_the_bound_is_that_of_the_semidefinite_form() -> None:
     """Over pseudo-inertias J >= 0 with J44 <= M and tr(J P) >= 0 for the ellipsoid (Wensing, Kim, Slotine 2018)."""
     import cvxpy as cp
@@ -107,20 +78,6 @@ def test_the_bound_is_that_of_the_semidefinite_form() -> None:
         assert problem.solve(solver=cp.CLARABEL) == pytest.approx(
             payloads.extremes(ROWS[k : k + 1])[0][0, 0], rel=1e-5, abs=1e-6
         )
-
-
-def test_degenerate_rows_are_bounded_too() -> None:
-    """No torque at all, the same moments about every axis, a linear torque, a saddle without slope."""
-    rows = np.zeros((5, 10))
-    rows[1, [0, 3, 5]] = 2.0
-    rows[2, 6], rows[2, 9] = 3.0, -1.0
-    rows[3, 0], rows[3, 3] = 1.0, -1.0
-    rows[4, [0, 3, 5]] = -2.0
-    ball = PayloadSet.within(2.0, 0.5)
-    largest, smallest = ball.extremes(rows)
-    assert largest[0] == pytest.approx([0.0, 2 * 4 * 0.25, 2 * (1.5 - 1.0), 2 * 0.25, 0.0], abs=1e-9)
-    assert smallest[0] == pytest.approx([0.0, 0.0, 2 * (-1.5 - 1.0), -2 * 0.25, -2 * 4 * 0.25], abs=1e-9)
-    assert largest[10, 0] * rows[0, 9] == 0.0
 
 
 @pytest.mark.parametrize(("mass", "half"), [(0.0, 0.1), (-1.0, 0.1), (np.inf, 0.1), (1.0, 0.0)])
@@ -200,25 +157,6 @@ def test_what_is_added_to_the_robots_own_torque_is_the_sets(kind: str) -> None:
     W = plain.kernel.dense(states[0].entries)[:, :, [plain.kernel.columns.index(name) for name in names]]
     sigma = np.sqrt(np.einsum("jNc,c,jNc->Nj", W, np.diag(covariance), W)) / unit
     assert np.allclose(known_badly - known_well, np.hstack([2.0 * sigma, -2.0 * sigma]), atol=1e-9)
-
-
-@pytest.fixture(scope="module")
-def safe() -> Design:
-    """A short motion whose torques would break limits; these are lowered until the payload counts."""
-    weak = BOUNDS.torque * np.array([1.0, 0.75, 0.85, 0.8, 0.6, 0.4])
-    return solve_design(problem(SETS["ball"].lighter(6.0), weak), seed=0, starts=1)
-
-
-@pytest.mark.long
-def test_a_designed_motion_holds_for_every_body_and_a_limit_is_active(safe: Design) -> None:
-    """No violation by 10,000 bodies or the worst ones; one comes to 99 % of a limit; a heavier one breaks it."""
-    payloads = SETS["ball"].lighter(6.0)
-    motion, limits = safe.motion(100.0), safe.problem.bounds.torque
-    assert safe.feasible
-    assert drawn_shares(ARM, motion, drawn_bodies(payloads, 10_000, DRAW), limits).max() <= 1.0
-    assert 0.99 <= worst_shares(ARM, motion, payloads, limits).max() <= 1.0
-    heavier = replace(payloads, mass=1.05 * payloads.mass)
-    assert worst_shares(ARM, motion, heavier, limits).max() > 1.0
 
 
 def test_brakes_hold_what_gravity_asks_of_the_worst_body() -> None:

@@ -11,7 +11,7 @@ from dynident.model import Recording
 from dynident.model.kinematics import forward_kinematics
 
 ABOVE, BESIDE = np.array([0.0, 0.0, 2.0]), np.array([1.0, 0.0, 0.5])
-"""Where a hose is fastened [m]."""
+"""The point that a hose is fastened to [m]."""
 NOTHING = np.zeros(3)
 
 

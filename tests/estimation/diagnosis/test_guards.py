@@ -2,25 +2,16 @@
 
 from collections.abc import Callable
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
-from dynident.apps.logs.read import read_recording
 from dynident.benchmarks import invented
 from dynident.common.arrays import Array
-from dynident.estimation import PayloadAnswer, Settings, answer_payload, identify, payload_estimate, payload_problem
+from dynident.estimation import PayloadAnswer, Settings, answer_payload, payload_estimate, payload_problem
 from dynident.estimation.diagnosis.causes import alternatives
 from dynident.estimation.diagnosis.engine import System
 from dynident.estimation.diagnosis.evidence import Alternative
-from dynident.estimation.diagnosis.hypotheses import (
-    BURST,
-    BY_NAME,
-    FEWEST,
-    bursts,
-    seen,
-    tilt_correction,
-)
+from dynident.estimation.diagnosis.hypotheses import BURST, BY_NAME, seen, tilt_correction
 from dynident.estimation.diagnosis.scales import scales
 from dynident.estimation.diagnosis.states import states_of
 from dynident.estimation.diagnosis.verdict import system_of
@@ -63,42 +54,11 @@ def weights(problem: LongMotion) -> Array:
     return problem.bare.weights
 
 
-@pytest.mark.long
-def test_good_recordings_pass(posed: Callable[..., LongMotion]) -> None:
-    answer = answered(posed())
-    assert answer.verdict.level != "do_not_use"
-    assert not any("scale" in text or "recording of robot" in text for text in answer.verdict.reasons)
-    assert answer.mass == pytest.approx(5.0, rel=0.05)
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("factor", [0.95, 1.05])
-def test_a_recording_on_another_scale_is_named(posed: Callable[..., LongMotion], factor: float) -> None:
-    """With the mass that would be, which is nearer to the truth."""
-    answer = answered(posed(factor))
-    assert answer.verdict.level == "do_not_use"
-    problem = posed(factor)
-    whole = next(scale for scale in scales(problem, weights(problem)) if not scale.where)
-    assert 1.0 + whole.size == pytest.approx(factor, abs=0.015)
-    mass = (answer.mass + whole.change[9]) / (1.0 + whole.size)
-    assert abs(mass - 5.0) < 0.5 * abs(answer.mass - 5.0)
-
-
 def test_the_joint_on_another_scale_stands_out(posed: Callable[..., LongMotion]) -> None:
     problem = posed(np.array([1.0, 1.0, 0.85, 1.0, 1.0, 1.0]))
     worst = max(scales(problem, weights(problem)), key=lambda scale: abs(scale.size) / scale.sigma)
     assert worst.where == "joint 3"
     assert 0.7 < 1.0 + worst.size < 0.9  # the payload takes a part of it
-
-
-@pytest.mark.long
-def test_a_scale_that_may_be_another_one_is_in_the_interval(posed: Callable[..., LongMotion]) -> None:
-    plain, free = answered(posed(1.02)), answered(posed(1.02, scale_sigma=0.02))
-    assert [estimate.method for estimate in free.estimates] == [1, 4]
-    assert free.spread.mass > 1.5 * plain.spread.mass
-    assert abs(free.mass - 5.0) < abs(plain.mass - 5.0)
-    low, high = free.mass_interval
-    assert low < 5.0 < high
 
 
 @pytest.mark.long
@@ -116,28 +76,11 @@ def test_contact_is_a_burst(pair: tuple[Recording, Recording]) -> None:
     assert whole.sigma[9] > free.sigma[9]
 
 
-@pytest.mark.parametrize(("unloaded", "stretches"), [(14.0, FEWEST - 1), (16.0, FEWEST)])
-def test_few_stretches_have_no_bursts(pair: tuple[Recording, Recording], unloaded: float, stretches: int) -> None:
-    """The median of eleven is not trusted, that of twelve is; both hold the same second of contact."""
-    system = beside(until(struck(pair[1]), 16.0), until(pair[0], unloaded))
-    many, count, _ = system.without_stretches(BURST)
-    assert count == stretches
-    assert 0 < 2 * many <= count
-    assert (bursts(system) is not None) == (stretches >= FEWEST)
-
-
 def struck(recording: Recording) -> Recording:
     """One second of contact at joints 2 and 3."""
     torque = np.array(recording.torque)
     torque[(recording.t > 8.0) & (recording.t < 9.0), 1:3] += [60.0, 30.0]
     return replace(recording, torque=torque)
-
-
-def until(recording: Recording, stop: float) -> Recording:
-    """The beginning of a recording, up to a time [s]."""
-    own = recording.t < stop
-    speeds = None if recording.qd is None else recording.qd[own]
-    return replace(recording, t=recording.t[own], q=recording.q[own], qd=speeds, torque=recording.torque[own])
 
 
 def named(found: tuple[Alternative, ...], kind: str, name: str) -> Alternative:
@@ -171,20 +114,6 @@ def test_a_joint_counted_the_other_way_is_found(pair: tuple[Recording, Recording
     best = max(alternatives(load_robot(NAME), states_of(source)), key=lambda rival: rival.fall)
     assert (best.kind, best.name) == ("turned", "4")
     assert best.z > 3.0
-
-
-def test_too_little_motion_tells_nothing_of_the_robot(pair: tuple[Recording, Recording]) -> None:
-    short = slice(200, 500)
-    bare = replace(pair[0], t=pair[0].t[short], q=pair[0].q[short], qd=None, torque=pair[0].torque[short])
-    assert alternatives(load_robot(NAME), states_of(Source((), (bare,), load_robot(NAME).processing))) == ()
-
-
-def test_currents_taken_for_torques_are_too_light(recordings: Path) -> None:
-    robot = load_robot(NAME)
-    log = read_recording(recordings / "ur10e" / "unloaded.csv.gz", robot, (1.0,) * 6)
-    verdict = identify(robot, [log], Settings(robust=False)).verdict
-    assert verdict.level == "do_not_use"
-    assert any("are the torques currents" in reason for reason in verdict.reasons)
 
 
 def beside(loaded: Recording, bare: Recording) -> System:
@@ -245,14 +174,3 @@ def test_a_payload_that_is_taken_up_is_seen(pair: tuple[Recording, Recording], b
     effects = seen(beside(replace(pair[1], torque=torque), pair[0]))
     assert effects["change"].size > 0.0
     assert BY_NAME["change"].stands_out(effects["change"])
-
-
-@pytest.mark.long
-def test_gains_of_a_wrong_robot_do_not_hide_it(pair: tuple[Recording, Recording]) -> None:
-    """With gains of their own in every comparison, the robot that was recorded still explains most."""
-    off = np.array([1.0, 1.4, 1.3, 1.3, 1.3, 1.25])  # as gains come out that are identified with a ur20
-    bare, heavy = (replace(recording, torque=recording.torque * off) for recording in pair)
-    states = states_of(Source((heavy,), (bare,), load_robot(NAME).processing))
-    assert named(alternatives(load_robot("ur20"), states, free_gains=True), "robot", NAME).z > 2.0
-    right = [rival for rival in alternatives(load_robot(NAME), states, free_gains=True) if rival.kind == "robot"]
-    assert all(rival.fall < 0.0 for rival in right)

@@ -1,8 +1,13 @@
-"""An arm, and the signals of a log of it."""
+"""An arm, the signals of a log of it, and the same signals as a log of each format."""
+
+import gzip
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
-from dynident.model import Robot, load_robot
+from dynident.model import Recording, Robot, load_robot
 
 
 @pytest.fixture(scope="module")
@@ -16,3 +21,95 @@ def signals() -> dict[str, np.ndarray]:
     rows = 400
     values = {kind: draw.uniform(-1.0, 1.0, (rows, 6)) for kind in ("q", "qd", "tau")}
     return {"t": 0.01 * np.arange(rows), **values}
+
+
+NAMES = ("shoulder_pan", "shoulder_lift", "elbow", "wrist_1", "wrist_2", "wrist_3")
+
+
+def as_csv(path: Path, signals: dict[str, np.ndarray], delimiter: str = ",", decimal: str = ".") -> Path:
+    header = ["t"] + [f"{kind}{j}" for kind in ("q", "qd", "tau") for j in range(1, 7)]
+    table = np.column_stack(list(signals.values()))
+    lines = [delimiter.join(header)]
+    lines += [delimiter.join(repr(float(v)).replace(".", decimal) for v in row) for row in table]
+    data = ("\n".join(lines) + "\n").encode()
+    path.write_bytes(gzip.compress(data) if path.suffix == ".gz" else data)
+    return path
+
+
+def as_npz(path: Path, signals: dict[str, np.ndarray]) -> Path:
+    arrays: dict[str, Any] = {kind: values.T if kind == "tau" else values for kind, values in signals.items()}
+    np.savez(path, note=np.array("text"), gain=np.array(3.0), **arrays)
+    return path
+
+
+def as_mat5(path: Path, signals: dict[str, np.ndarray]) -> Path:
+    from scipy.io import savemat
+
+    savemat(
+        path, {"t": signals["t"], "q": signals["q"].T, "qd": signals["qd"], "tau": signals["tau"], "name": "run 1"}
+    )
+    return path
+
+
+def as_mat7(path: Path, signals: dict[str, np.ndarray]) -> Path:
+    import h5py
+
+    with h5py.File(path, "w", userblock_size=512) as data:
+        for name, values in signals.items():
+            data[name] = values.T.copy() if values.ndim == 2 else values[None]
+    with path.open("r+b") as stream:
+        stream.write(b"MATLAB 7.3 MAT-file")
+    return path
+
+
+def as_parquet(path: Path, signals: dict[str, np.ndarray]) -> Path:
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    columns: dict[str, Any] = {"t": signals["t"], "mode": ["run"] * len(signals["t"])}
+    columns |= {f"{kind}{j + 1}": signals[kind][:, j] for kind in ("q", "qd", "tau") for j in range(6)}
+    pq.write_table(pa.table(columns), path)
+    return path
+
+
+def as_bag(
+    path: Path, signals: dict[str, np.ndarray], names: tuple[str, ...] = NAMES, gripper: bool = True
+) -> Path:
+    """A ROS 2 bag whose joints stand in alphabetical order, with messages of a gripper in between."""
+    from rosbags.rosbag2 import StoragePlugin, Writer
+    from rosbags.typesys import Stores, get_typestore
+
+    store = get_typestore(Stores.LATEST)
+    state, header = store.types["sensor_msgs/msg/JointState"], store.types["std_msgs/msg/Header"]
+    clock = store.types["builtin_interfaces/msg/Time"]
+    plugin = StoragePlugin.MCAP if path.name.startswith("mcap") else StoragePlugin.SQLITE3
+    order = sorted(range(6), key=lambda j: names[j])
+    with Writer(path, version=9, storage_plugin=plugin) as writer:
+        connection = writer.add_connection("/joint_states", state.__msgtype__, typestore=store)
+        for k, t in enumerate(signals["t"]):
+            stamp = round(1e9 * t) + 1_700_000_000_123_456_789
+            head = header(clock(stamp // 10**9, stamp % 10**9), "")
+            rows = [np.ascontiguousarray(signals[kind][k, order]) for kind in ("q", "qd", "tau")]
+            message = state(head, [names[j] for j in order], *rows)
+            writer.write(connection, stamp, store.serialize_cdr(message, state.__msgtype__))
+            if gripper:
+                finger_message = state(head, ["finger"], *(np.zeros(1) for _ in range(3)))
+                writer.write(connection, stamp + 1, store.serialize_cdr(finger_message, state.__msgtype__))
+    return path
+
+
+def same(recording: Recording, signals: dict[str, np.ndarray]) -> None:
+    assert recording.qd is not None
+    assert np.allclose(recording.t - recording.t[0], signals["t"], atol=1e-9)
+    for values, kind in ((recording.q, "q"), (recording.qd, "qd"), (recording.torque, "tau")):
+        assert np.array_equal(values, signals[kind])
+
+
+FORMATS: dict[str, Callable[[Path, dict[str, np.ndarray]], Path]] = {
+    "a.csv": as_csv,
+    "a.csv.gz": as_csv,
+    "a.npz": as_npz,
+    "five.mat": as_mat5,
+    "seven.mat": as_mat7,
+    "a.parquet": as_parquet,
+}

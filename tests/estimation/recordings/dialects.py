@@ -99,5 +99,5 @@ DIALECTS: dict[str, tuple[Callable[[Sheet], bytes], str]] = {
     "the last row cut": (_cut, "cut off: left out"),
     "rows repeated": (_repeated, "2 rows repeat the time"),
 }
-"""How each dialect is written, and what the notes say of it."""
+"""Text of each dialect, and what the notes say of it."""
 LAYOUTS = {known.title: known for known in KNOWN}

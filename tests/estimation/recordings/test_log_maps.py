@@ -1,4 +1,4 @@
-"""Log maps and flags: names, files side by side, units, signs, sides; mistakes refused by name."""
+"""Log maps and flags: names, units, signs, sides; what controllers refer to; maps of public data sets."""
 
 from pathlib import Path
 from typing import Any
@@ -7,16 +7,18 @@ import numpy as np
 import pytest
 from dynident.apps.logs import FilePart, Gears, Quantity, Time, with_flags
 from dynident.apps.logs.columns import Naming
+from dynident.apps.logs.following import Following, FollowingChange, following_change, read_following
 from dynident.apps.logs.map import LogMap, factor, read_log_map
 from dynident.apps.logs.read import read_recording
 from dynident.apps.logs.table import RawLog
+from dynident.common.arrays import Array
 from dynident.common.errors import InputError
 from dynident.common.schema import convert
-from dynident.model import Robot, load_robot, robot_names
-from dynident.tests.estimation.recordings.log_files import NAMES, as_csv
+from dynident.estimation.fit.covariance import student95
+from dynident.model import Joint, Recording, Robot, load_robot, robot_names
+from dynident.tests.estimation.recordings.conftest import NAMES, as_csv
 from hypothesis import given
 from hypothesis import strategies as st
-from msgspec.structs import replace
 
 
 def test_files_side_by_side_must_fit(tmp_path: Path, arm: Robot, signals: dict[str, np.ndarray]) -> None:
@@ -115,29 +117,11 @@ def test_numbered_names_of_any_arm(robot: str, first: int) -> None:
 UR = ("shoulder_pan_joint", "shoulder_lift_joint", "elbow_joint", "wrist_1_joint", "wrist_2_joint", "wrist_3_joint")
 
 
-@pytest.mark.parametrize("prefix", ["", "left_"])
-def test_joints_by_the_makers_names(prefix: str) -> None:
-    """A log names them in its own order, perhaps with another arm's beside them: no --joints is needed."""
-    own_names = [f"{prefix}{name}" for name in sorted(UR)]
-    raw = RawLog(Path("x"), ("t",), lambda names: np.empty((0, 0)), str, ("gripper", *own_names))
-    naming = Naming(raw, LogMap(), load_robot("ur10e"))
-    assert naming.joints == tuple(f"{prefix}{name}" for name in UR)
-
-
 def test_two_arms_in_a_log_must_be_told_apart() -> None:
     both = tuple(f"{side}_{name}" for side in ("left", "right") for name in UR)
     raw = RawLog(Path("x"), ("t",), lambda names: np.empty((0, 0)), str, both)
     with pytest.raises(InputError, match="--joints"):
         _ = Naming(raw, LogMap(), load_robot("ur10e")).joints
-
-
-def test_columns_that_are_not_used_are_named_in_few_words(tmp_path: Path, arm: Robot) -> None:
-    joints = [f"{kind}{j}" for kind in ("q", "tau") for j in range(1, 7)]
-    names = ["t", *joints, "a1", "a2", "a3", "temp1", "temp2", "fan"]
-    rows = "\n".join(f"{k * 0.01},{','.join('1' * (len(names) - 1))}" for k in range(200))
-    (tmp_path / "log.csv").write_text(f"{','.join(names)}\n{rows}\n")
-    recording = read_recording(tmp_path / "log.csv", arm)
-    assert "columns not used: a1 .. a3, temp1, temp2, fan" in " ".join(recording.notes)
 
 
 UNITS = {
@@ -176,25 +160,125 @@ def test_power_is_the_same_on_both_sides(data: st.DataObject) -> None:
     assert np.allclose(joint, np.sum(qm * taum, axis=1), rtol=1e-6, atol=1e-8)
 
 
-@given(rated=st.lists(st.floats(1.0, 400.0), min_size=6, max_size=6).map(tuple))
-def test_percent_of_rated(rated: tuple[float, ...]) -> None:
-    how = LogMap(torque=Quantity(unit="percent", rated=rated))
-    assert np.allclose(how.si("torque", np.full((1, 6), 50.0)), 0.5 * np.array(rated))
+FOLDER = Path(__file__).parents[3] / "examples/logs"
+DRAW = np.random.default_rng(0)
 
 
-def test_known_units() -> None:
-    assert factor("position", "deg") == pytest.approx(0.017453292519943295)
-    assert factor("velocity", "rpm") == pytest.approx(0.10471975511965977)
-    assert factor("time", "us") == 1e-6
-    with pytest.raises(InputError, match="'grad' of position: give one of rad, deg"):
-        factor("position", "grad")
+def test_every_recipe_is_read_and_described(root: Path) -> None:
+    text = (root / "docs/data_sets.md").read_text(encoding="utf-8") + (root / "docs/logs.md").read_text("utf-8")
+    paths = sorted(FOLDER.glob("*.toml"))
+    assert len(paths) == 4
+    for path in paths:
+        assert read_log_map(path)
+        assert f"examples/logs/{path.name}" in text
 
 
-def test_tx40_motor_side_gives_the_joint_side(recordings: Path) -> None:
-    robot = load_robot("tx40")
-    path = recordings / "tx40" / "tx40.csv.gz"
-    joint = read_recording(path, robot)
-    recipe = read_log_map(Path(__file__).parents[3] / "examples/logs/tx40_figaroh.toml")
-    motor = read_recording(path, robot, None, replace(recipe, files=(), time=Time()))
-    assert np.abs(motor.q - joint.q).max() < 1e-8
-    assert np.abs(motor.torque - joint.torque).max() < 1e-6
+def test_ur10e_of_dynamic_calibration(tmp_path: Path) -> None:
+    """No header; time, q, qd, i, wanted currents, wanted torques."""
+    table = DRAW.normal(size=(40, 31))
+    table[:, 0] = 838.465 + 0.01 * np.arange(40)
+    np.savetxt(tmp_path / "ur.csv", table, delimiter=",", fmt="%.4f")
+    how = read_log_map(FOLDER / "ur10e_dynamic_calibration.toml")
+    recording = read_recording(tmp_path / "ur.csv", load_robot("ur10e"), [2.0] * 6, how)
+    assert recording.qd is not None
+    assert np.allclose(recording.t, table[:, 0], atol=1e-4)
+    for signal, first, gain in ((recording.q, 1, 1.0), (recording.qd, 7, 1.0), (recording.torque, 13, 2.0)):
+        assert np.allclose(signal, gain * table[:, first : first + 6], atol=2e-4)
+
+
+def test_tx40_of_figaroh(tmp_path: Path) -> None:
+    """Two files without time, motor side; (8) and (9) by hand."""
+    q, tau = DRAW.normal(size=(2, 30, 6))
+    N = np.array([32.0, 32.0, 45.0, -48.0, 45.0, 32.0])
+    counted = q - np.array([0.0, -np.pi / 2, np.pi / 2, 0.0, 0.0, 0.0])
+    qm = N * counted
+    qm[:, 5] += 32.0 * counted[:, 4]
+    taum = tau / N
+    taum[:, 4] = (tau[:, 4] - tau[:, 5]) / 45.0
+    for name, values in (("pos_read_data.csv", qm), ("curr_data.csv", taum)):
+        np.savetxt(tmp_path / name, values, delimiter=",", header="a,b,c,d,e,f", comments="")
+    recording = read_recording(tmp_path, load_robot("tx40"), None, read_log_map(FOLDER / "tx40_figaroh.toml"))
+    assert np.allclose(recording.t, np.arange(30) / 5000.0)
+    assert np.allclose(recording.q, q)
+    assert np.allclose(recording.torque, tau)
+
+
+def test_panda(tmp_path: Path) -> None:
+    """One number a line, seven lines a sample, four files."""
+    values = {name: DRAW.normal(size=(25, 7)) for name in ("positions", "velocity", "torques")}
+    for name, rows in values.items():
+        np.savetxt(tmp_path / f"exciting_traj_{name}.txt", rows.ravel(), fmt="%.6g")
+    np.savetxt(tmp_path / "exciting_traj_time.txt", 0.001 * np.arange(25))
+    robot = Robot("seven", tuple(Joint(alpha=1.0) for _ in range(7)))
+    recording = read_recording(tmp_path, robot, None, read_log_map(FOLDER / "panda_dyn_model.toml"))
+    assert recording.qd is not None
+    for signal, name in ((recording.q, "positions"), (recording.qd, "velocity"), (recording.torque, "torques")):
+        assert np.allclose(signal, values[name], atol=1e-5)
+
+
+RATE, SECONDS = 100.0, 12.0
+
+
+def signals(seed: int) -> tuple[Array, Array, Array]:
+    """Times, positions of six joints (joint 1 held), and errors of the order of a milliradian."""
+    t = np.arange(int(RATE * SECONDS)) / RATE
+    q = 0.4 * np.sin(np.outer(t, [0.0, 1.1, 1.7, 2.3, 0.9, 1.4]))
+    draw = np.random.default_rng(seed)
+    slow = np.cumsum(draw.standard_normal((len(t), 6)), axis=0)
+    error = 1e-3 * (np.sin(np.outer(t, [1.0, 2.1, 2.7, 3.3, 1.9, 2.4])) + 0.02 * (slow - slow.mean(axis=0)))
+    return t, q, error
+
+
+def write(path: Path, share: float, reference: str = "qref", seed: int = 0) -> Path:
+    t, q, error = signals(0)
+    torque = 30.0 * np.cos(q) + np.random.default_rng(seed).standard_normal(q.shape)
+    names, columns = ["t"], [t[:, None]]
+    for prefix, values in (("q", q), ("tau", torque)):
+        names += [f"{prefix}{j}" for j in range(1, 7)]
+        columns.append(values)
+    extra = {"qref": q + share * error, "tauref": torque - 1e3 * share * error}.get(reference)
+    if extra is not None:
+        names += [f"{reference}{j}" for j in range(1, 7)]
+        columns.append(extra)
+    np.savetxt(path, np.hstack(columns), delimiter=",", header=",".join(names), comments="", fmt="%.12g")
+    return path
+
+
+def change(folder: Path, robot: Robot, share: float, reference: str) -> FollowingChange:
+    before = read_following(write(folder / "before.csv", 1.0, reference), robot)
+    after = read_following(write(folder / "after.csv", share, reference, 1), robot)
+    return following_change(before, after)
+
+
+@pytest.mark.parametrize(("reference", "kind"), [("qref", "following error"), ("tauref", "unpredicted torque")])
+def test_the_fall_is_the_share(tmp_path: Path, rx90: Robot, reference: str, kind: str) -> None:
+    following = change(tmp_path, rx90, 0.6, reference)
+    assert following.kind == kind
+    assert [joint.name for joint in following.joints] == [f"joint {j}" for j in range(2, 7)]
+    assert following.total.fall == pytest.approx(0.4, abs=0.01)
+    assert following.total.interval[0] <= 0.41
+    assert following.total.interval[1] >= 0.39
+    assert following.total.clear == "fell"
+    _, _, error = signals(0)
+    scale = 1.0 if reference == "qref" else 1e3
+    assert following.joints[0].before == pytest.approx(scale * np.sqrt(np.mean(error[:, 1] ** 2)), rel=0.02)
+
+
+def test_different_references_are_not_compared(tmp_path: Path, rx90: Robot) -> None:
+    a = read_following(write(tmp_path / "a.csv", 1.0, "qref"), rx90)
+    b = read_following(write(tmp_path / "b.csv", 1.0, "tauref"), rx90)
+    with pytest.raises(InputError, match="same columns in both"):
+        following_change(a, b)
+
+
+def test_the_interval_is_as_wide_as_chance() -> None:
+    """With white noise in both, the logarithm of the ratio of two root mean squares scatters by 1/sqrt(samples)."""
+    t, q, _ = signals(0)
+    widths = []
+    for seed in range(20):
+        noise = np.random.default_rng(seed).standard_normal((2, *q.shape))
+        before, after = (Following("torque", Recording(t, q, missed)) for missed in noise)
+        low, high = following_change(before, after).total.interval
+        widths.append(np.log(1.0 - low) - np.log(1.0 - high))
+    moving = 5 * len(t)
+    assert np.mean(widths) == pytest.approx(2.0 * student95(11) / np.sqrt(moving), rel=0.15)

@@ -1,4 +1,4 @@
-"""What stands in time: gaps, units of time, pieces that are left, and planned motions from files."""
+"""Time: gaps, units of time, pieces that are left, and planned motions from files."""
 
 from pathlib import Path
 
@@ -10,7 +10,7 @@ from dynident.common.arrays import Array
 from dynident.common.errors import InputError
 from dynident.estimation.signals.rows import longest_step, pieces
 from dynident.model import Processing, Robot, load_robot
-from dynident.tests.estimation.recordings.log_files import as_csv
+from dynident.tests.estimation.recordings.conftest import as_csv
 
 T: Array = np.asarray(0.01 * np.arange(2000), dtype=np.float64)
 """20 s at 100 Hz."""
@@ -77,13 +77,6 @@ def test_what_is_short_before_a_gap_is_left_out(tmp_path: Path, arm: Robot, rows
     assert read_recording(tmp_path / "a.csv", arm).fingerprint == rest.fingerprint
 
 
-@pytest.mark.parametrize(("lasts", "count"), [(1.99, 1), (2.01, 2)])
-def test_two_seconds_are_enough(tmp_path: Path, arm: Robot, lasts: float, count: int) -> None:
-    rows = round(100 * lasts) + 1
-    path = log(tmp_path / "a.csv", T, without(slice(rows, rows + 300)))
-    assert len(read_recordings(path, arm)) == count
-
-
 def test_gaps_everywhere_leave_nothing(tmp_path: Path, arm: Robot) -> None:
     holes = [slice(start, start + 30) for start in range(100, 2000, 180)]
     with pytest.raises(InputError, match=r"leave no 2 s without one: record without losing rows"):
@@ -95,15 +88,6 @@ def test_speeds_that_are_zero_are_taken_from_positions(tmp_path: Path, arm: Robo
     recording = read_recording(path, arm)
     assert recording.qd is None
     assert "speeds of joint 1, 2, 3, 4, 5, 6 are zero throughout: taken from positions" in recording.notes[0]
-
-
-def test_a_joint_at_rest_has_no_speed(tmp_path: Path, arm: Robot) -> None:
-    """Zero speeds of a joint that does not move are right."""
-    still = np.ones((1, 6))
-    still[0, 3] = 0.0
-    angle = np.outer(T, np.arange(1.0, 7.0))
-    path = log(tmp_path / "a.csv", T, without(), q=np.sin(angle) * still, qd=np.cos(angle) * still)
-    assert read_recording(path, arm).qd is not None
 
 
 @pytest.mark.parametrize(
@@ -156,11 +140,6 @@ def test_what_stands_there_is_read(tmp_path: Path, columns: int) -> None:
         assert (values is not None) == (k < columns)
         if values is not None:
             assert np.array_equal(values[0], np.arange(1 + 6 * k, 7 + 6 * k))
-
-
-def test_other_columns_are_left(tmp_path: Path) -> None:
-    _, q, *_ = read_trajectory(written(tmp_path / "m.csv", [*header("q"), "tau1", "note"]), RX90)
-    assert q.shape == (5, 6)
 
 
 def test_what_is_no_trajectory_is_refused(tmp_path: Path) -> None:

@@ -56,7 +56,7 @@ def ros2(text: str) -> tuple[list[str], Read]:
 
 
 class UrProgram(NamedTuple):
-    """What a URScript program would do, line by line."""
+    """A URScript program as a controller would run it, line by line."""
 
     first: Array
     moves: list[tuple[str, dict[str, float]]]

@@ -1,8 +1,10 @@
-"""Reports as text: whole, self-contained, harmless, the same twice."""
+"""Reports as text and in a browser: whole, self-contained, harmless, the same twice."""
 
 import hashlib
 import json
 import re
+import shutil
+import subprocess
 from pathlib import Path
 
 import pytest
@@ -69,16 +71,8 @@ def test_nothing_is_loaded_from_elsewhere(name: str, request: pytest.FixtureRequ
 
 
 @pytest.mark.long
-def test_figures_refer_to_their_own_parts(payload_report: Made) -> None:
-    page = read(payload_report.text)
-    used = set(re.findall(r"url\(#([^)]+)\)", payload_report.text))
-    assert used
-    assert used <= set(page.ids)
-
-
-@pytest.mark.long
 def test_numbers_of_the_first_page(payload_report: Made, short_logs: Path, tmp_path: Path) -> None:
-    """What the page says is what the JSON of the same command says."""
+    """The page says what the JSON of the same command says."""
     target = tmp_path / "payload.json"
     command = payload_command(short_logs, tmp_path / "again.html", tmp_path / "again")
     assert main([*command[:-4], "--json", str(target)]) == 0
@@ -136,3 +130,83 @@ def test_a_time_that_is_none_is_refused(
     assert main(payload_command(short_logs, tmp_path / "x.html", tmp_path / "x")) == 2
     assert "SOURCE_DATE_EPOCH 'yesterday'" in capsys.readouterr().err
     assert not list(tmp_path.iterdir())
+
+
+QUICK = ["design", "--robot", "rx90", "--torque-limits", "none", "--torque-noise", "1,1,1,1,1,1"]
+QUICK += ["--acceleration", "3x", "--via-points", "5", "--starts", "1"]
+
+
+@pytest.mark.long
+def test_designed_and_judged(tmp_path: Path) -> None:
+    design_page, judged, samples = (tmp_path / name for name in ("made.html", "judged.html", "motion.csv"))
+    assert main([*QUICK, "--samples", str(samples), "--report", str(design_page)]) == 0
+    page = read(design_page.read_text(encoding="utf-8"))
+    assert len(set(page.ids)) == len(page.ids)
+    assert {"motion", "data", "figure-motion", "figure-predicted_sigma"} <= set(page.ids)
+    assert page.count["svg"] == 2
+    assert page.count["table"] >= 3
+    assert "Motion of Stäubli RX90: keeps every limit that was checked. NOT checked: torque." in page.texts["p"]
+    assert not [value for _, key, value in page.attributes if key in ("src", "href") and value.startswith("http")]
+
+    assert main(["score", str(samples), *QUICK[1:-4], "--report", str(judged)]) == 0
+    page = read(judged.read_text(encoding="utf-8"))
+    assert "motion.csv" in " ".join(page.texts["td"])
+
+
+BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
+
+
+@pytest.fixture(scope="module")
+def browser() -> str:
+    binary = next((path for path in map(shutil.which, BROWSERS) if path), None)
+    if binary is None:
+        pytest.skip(f"none of {', '.join(BROWSERS)} is installed")
+    return binary
+
+
+def start(browser: str, folder: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
+    options = ["--headless", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage", "--enable-logging=stderr"]
+    options += [f"--user-data-dir={folder / 'profile'}", "--virtual-time-budget=3000"]
+    return subprocess.run(
+        [browser, *options, *arguments], capture_output=True, text=True, timeout=120, check=True, cwd=folder
+    )
+
+
+# Reads what only a browser knows: what is drawn, and whether the page is wider than its window.
+PROBE = """<script>
+addEventListener("load", () => {
+  const drawn = [...document.querySelectorAll("svg")].filter(one => one.getBoundingClientRect().height > 40);
+  const tables = [...document.querySelectorAll("table")].filter(one => one.getBoundingClientRect().width > 40);
+  const root = document.documentElement;
+  document.title = [drawn.length, tables.length, root.scrollWidth - root.clientWidth,
+    document.querySelectorAll("button:not([hidden])").length].join(" ");
+});
+</script>"""
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("name", ["payload_report", "robot_report"])
+@pytest.mark.parametrize("width", [1200, 500])
+def test_opens(name: str, width: int, browser: str, request: pytest.FixtureRequest, tmp_path: Path) -> None:
+    output: Made = request.getfixturevalue(name)
+    page = read(output.text)
+    (tmp_path / "page.html").write_text(
+        output.text.replace("<details>", "<details open>") + PROBE, encoding="utf-8"
+    )
+    done = start(browser, tmp_path, f"--window-size={width},900", "--dump-dom", (tmp_path / "page.html").as_uri())
+    assert ":CONSOLE" not in done.stderr
+    figures, tables, over, buttons = map(int, read_title(done.stdout).split())
+    assert (figures, tables) == (page.count["svg"], page.count["table"])
+    assert over <= 0, "the page itself must not scroll sideways"
+    assert buttons == page.count["button"]
+
+
+def test_console_errors_would_be_seen(browser: str, tmp_path: Path) -> None:
+    """The test above would pass without a word if they were not."""
+    (tmp_path / "bad.html").write_text("<script>nothing.there()</script>", encoding="utf-8")
+    done = start(browser, tmp_path, "--dump-dom", (tmp_path / "bad.html").as_uri())
+    assert ":CONSOLE" in done.stderr
+
+
+def read_title(dom: str) -> str:
+    return dom.split("<title>", 1)[1].split("</title>", 1)[0]

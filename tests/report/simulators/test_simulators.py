@@ -1,15 +1,17 @@
-"""Whole robots: each simulator reads the same numbers back, and MuJoCo moves them as the model says."""
+"""Whole robots: simulators read the same numbers back, MuJoCo moves them as the model says, a user's model too."""
 
+import difflib
 import math
 import re
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
+from dynident.apps.export.own_model import into
 from dynident.apps.export.simulators import FORMATS
-from dynident.apps.export.simulators.mjcf import marks
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError
 from dynident.estimation import Estimate
@@ -29,7 +31,151 @@ from dynident.model import (
 )
 from dynident.model.base.rank import random_states
 from dynident.tests.model.urdf_files import dressed_urdf
-from dynident.tests.report.simulators.readers import Read, by_drake, by_mujoco, by_pinocchio, by_usd
+
+
+class Body(NamedTuple):
+    """Mass [kg], centre of mass [m], inertia there in the link's axes [kg m^2]."""
+
+    mass: float
+    com: Array
+    inertia: Array
+
+
+class Read(NamedTuple):
+    """A robot in a simulator; ``drives``: numbers of each joint by their names."""
+
+    bodies: dict[str, Body]
+    drives: dict[str, dict[str, float]]
+
+
+def by_mujoco(text: str) -> Read:
+    mujoco = pytest.importorskip("mujoco")
+    model = mujoco.MjModel.from_xml_string(text)
+    bodies = {}
+    for k in range(1, model.nbody):
+        nine = np.zeros(9)
+        mujoco.mju_quat2Mat(nine, model.body_iquat[k])
+        R = nine.reshape(3, 3)
+        inertia = R @ np.diag(model.body_inertia[k]) @ R.T
+        bodies[model.body(k).name] = Body(float(model.body_mass[k]), model.body_ipos[k].copy(), inertia)
+    drives = {}
+    for k in range(model.njnt):
+        joint, dof = model.joint(k), model.jnt_dofadr[k]
+        drives[joint.name] = {
+            "armature": float(model.dof_armature[dof]),
+            "damping": float(np.ravel(model.dof_damping[dof])[0]),
+            "friction": float(model.dof_frictionloss[dof]),
+        } | ({"low": float(joint.range[0]), "high": float(joint.range[1])} if model.jnt_limited[k] else {})
+    for k in range(model.nu):
+        limited = bool(model.actuator_ctrllimited[k])
+        name = model.joint(int(model.actuator_trnid[k, 0])).name
+        drives[name] |= {"torque": float(model.actuator_ctrlrange[k, 1])} if limited else {}
+        drives[name]["offset"] = -float(model.actuator_biasprm[k, 0])
+    return Read(bodies, drives)
+
+
+def by_drake(text: str, kind: str) -> Read:
+    pytest.importorskip("pydrake")
+    from pydrake.multibody.parsing import Parser
+    from pydrake.multibody.plant import MultibodyPlant
+
+    plant = MultibodyPlant(0.001)
+    (instance,) = Parser(plant).AddModelsFromString(text, kind)
+    context = plant.finalized_context() if hasattr(plant, "finalized_context") else _finalized(plant)
+    bodies, drives = {}, {}
+    for index in plant.GetBodyIndices(instance):
+        body = plant.get_body(index)
+        spatial = body.CalcSpatialInertiaInBodyFrame(context)
+        inertia = spatial.Shift(spatial.get_com()).CalcRotationalInertia().CopyToFullMatrix3()
+        bodies[body.name()] = Body(
+            spatial.get_mass(), np.asarray(spatial.get_com(), dtype=float), np.asarray(inertia, dtype=float)
+        )
+    for number in plant.GetJointActuatorIndices(instance):
+        actuator = plant.get_joint_actuator(number)
+        joint = actuator.joint()
+        drives[joint.name()] = {
+            "armature": actuator.calc_reflected_inertia(context),
+            "torque": actuator.effort_limit(),
+            "damping": joint.default_damping_vector()[0],
+            "low": joint.position_lower_limits()[0],
+            "high": joint.position_upper_limits()[0],
+            "speed": joint.velocity_upper_limits()[0],
+            "acceleration": joint.acceleration_upper_limits()[0],
+        }
+    return Read(bodies, {name: {k: v for k, v in d.items() if math.isfinite(v)} for name, d in drives.items()})
+
+
+def _finalized(plant: Any) -> Any:
+    plant.Finalize()
+    return plant.CreateDefaultContext()
+
+
+def by_pinocchio(text: str) -> Read:
+    pin = pytest.importorskip("pinocchio")
+    model = pin.buildModelFromXML(text)
+    bodies, drives = {}, {}
+    for k in range(1, model.njoints):
+        spatial = model.inertias[k]
+        name = model.names[k]
+        bodies[name] = Body(spatial.mass, spatial.lever.copy(), spatial.inertia.copy())
+        place, v = model.joints[k].idx_q, model.joints[k].idx_v
+        drives[name] = {
+            "speed": model.velocityLimit[v],
+            "torque": model.effortLimit[v],
+            "damping": model.damping[v],
+            "friction": model.friction[v] if hasattr(model, "friction") else model.upperDryFrictionLimit[v],
+        }
+        if model.joints[k].nq == 1:
+            drives[name] |= {"low": model.lowerPositionLimit[place], "high": model.upperPositionLimit[place]}
+    return Read(bodies, drives)
+
+
+def by_usd(text: str, folder: Path) -> Read:
+    pytest.importorskip("pxr")
+    from pxr import Usd, UsdPhysics
+
+    path = folder / "robot.usda"
+    path.write_text(text, encoding="utf-8")
+    stage = Usd.Stage.Open(str(path))
+    bodies, drives = {}, {}
+    for prim in stage.Traverse():
+        custom = prim.GetCustomDataByKey("dynident")
+        if prim.HasAPI(UsdPhysics.MassAPI):
+            mass = UsdPhysics.MassAPI(prim)
+            q = mass.GetPrincipalAxesAttr().Get()
+            R = _matrix(q.GetReal(), *q.GetImaginary())
+            inertia = R @ np.diag(mass.GetDiagonalInertiaAttr().Get()) @ R.T
+            com = np.array(mass.GetCenterOfMassAttr().Get())
+            bodies[custom["name"]] = Body(mass.GetMassAttr().Get(), com, inertia)
+        elif prim.IsA(UsdPhysics.RevoluteJoint) or prim.IsA(UsdPhysics.PrismaticJoint):
+            axis, unit = ("angular", math.pi / 180.0) if prim.IsA(UsdPhysics.RevoluteJoint) else ("linear", 1.0)
+            own = f"physxJointAxis:{axis}"
+            scaled = {
+                "low": ("physics:lowerLimit", unit),
+                "high": ("physics:upperLimit", unit),
+                "speed": (f"{own}:maxJointVelocity", unit),
+                "torque": (f"drive:{axis}:physics:maxForce", 1.0),
+                "armature": (f"{own}:armature", 1.0),
+                "friction": (f"{own}:dynamicFrictionEffort", 1.0),
+                "damping": (f"{own}:viscousFrictionCoefficient", 1.0 / unit),
+            }
+            attributes = {
+                quantity: (prim.GetAttribute(name), factor) for quantity, (name, factor) in scaled.items()
+            }
+            drives[custom["name"]] = {
+                quantity: attribute.Get() * factor
+                for quantity, (attribute, factor) in attributes.items()
+                if attribute and attribute.HasAuthoredValue()
+            }
+    return Read(bodies, drives)
+
+
+def _matrix(w: float, x: float, y: float, z: float) -> Array:
+    v = np.array([x, y, z])
+    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    R: Array = (w * w - v @ v) * np.eye(3) + 2.0 * np.outer(v, v) + 2.0 * w * cross
+    return R
+
 
 RandomParameters = Callable[[Robot, int], dict[str, float]]
 SPRING = Spring(2, 4000.0, 0.2, (0.35, 0.15), 0.4)
@@ -104,7 +250,7 @@ HELD = {
     "pinocchio reads urdf": {"damping", "friction", "torque", "low", "high", "speed"},
     "usd-core reads usd": {"armature", "damping", "friction", "torque", "low", "high", "speed"},
 }
-"""What each simulator is to hold of a joint."""
+"""Numbers that each simulator is to hold of a joint."""
 
 
 @pytest.mark.parametrize("reader", READERS)
@@ -176,38 +322,6 @@ def test_what_is_not_known_is_left_out_with_a_line(whole: WholeRobot) -> None:
         assert "<damping>-" not in form.text(negative)
 
 
-@pytest.mark.parametrize("arm", ["rx90 with spring"])
-def test_marks_survive_a_round_trip(whole: WholeRobot, tmp_path: Path) -> None:
-    mujoco, pxr = pytest.importorskip("mujoco"), pytest.importorskip("pxr.Usd")
-    spec = mujoco.MjSpec.from_string(FORMATS["mjcf"].text(whole))
-    spec.compile()
-    again = mujoco.MjModel.from_xml_string(spec.to_xml())
-    texts = {mujoco.mj_id2name(again, mujoco.mjtObj.mjOBJ_TEXT, k) for k in range(again.ntext)}
-    assert texts == set(marks(whole))
-    assert "dynident:joint_3:armature" in texts
-    path = tmp_path / "a.usda"
-    path.write_text(FORMATS["usd"].text(whole), encoding="utf-8")
-    stage = pxr.Stage.Open(str(path))
-    stage.Export(str(tmp_path / "b.usda"))
-    again = pxr.Stage.Open(str(tmp_path / "b.usda"))
-    label = again.GetPrimAtPath("/rx90/joints/joint_3").GetCustomDataByKey("dynident")["armature"]
-    assert (label["mark"], label["value"]) == ("prior", whole.apart[2]["armature"].value)
-
-
-def test_a_spring_hangs_where_its_law_says() -> None:
-    """Length of the tendon at every angle: L^2 = a^2 + b^2 + 2 a b cos(q - q0)."""
-    mujoco = pytest.importorskip("mujoco")
-    rx90 = load_robot("rx90")
-    robot = replace(rx90, drives=replace(rx90.drives, spring=SPRING))
-    model = mujoco.MjModel.from_xml_string(FORMATS["mjcf"].text(whole_robot(robot, robot.parameters, "its file")))
-    data, (a, b) = mujoco.MjData(model), SPRING.arms
-    for q in np.linspace(-2.0, 2.0, 9):
-        data.qpos[1] = q
-        mujoco.mj_forward(model, data)
-        length: Array = data.ten_length[model.tendon("spring").id]
-        assert float(length) == pytest.approx(math.sqrt(a * a + b * b + 2.0 * a * b * math.cos(q - SPRING.zero)))
-
-
 @pytest.mark.parametrize("kind", ["urdf"])
 def test_a_urdf_comes_back_in_its_own_frames(kind: str, tmp_path: Path) -> None:
     """Read, written and read again: same links, joints, flange and limits, equal parameters."""
@@ -225,11 +339,6 @@ def test_a_urdf_comes_back_in_its_own_frames(kind: str, tmp_path: Path) -> None:
     np.testing.assert_allclose(again.flange.p, robot.flange.p, atol=1e-9)
     assert [joint.limits for joint in again.joints] == [joint.limits for joint in robot.joints]
     assert dict(again.parameters) == pytest.approx(dict(robot.parameters), rel=1e-9, abs=1e-9)
-
-
-def test_links_without_parameters_are_refused() -> None:
-    with pytest.raises(InputError, match="no XX1"):
-        whole_robot(load_robot("ur5e"), {}, "nothing")
 
 
 def identified(robot: Robot, truth: dict[str, float], seed: int) -> WholeRobot:
@@ -269,7 +378,133 @@ def test_an_identified_robot_is_one_that_can_exist(name: str, random_parameters:
     assert {line[0] for line in lines} >= set(BODY_NUMBERS) | {"armature", "damping", "friction", "FV1", "XX6"}
 
 
-def test_heavier_than_the_arm_is_told() -> None:
-    robot = with_stand_in(load_robot("ur10e"))
-    whole = whole_robot(robot, dict(robot.parameters) | {"M2": 3497.0}, "a base gauge")
-    assert whole.heavier_than_the_arm() == ("link2 would weigh 3497 kg, the whole arm weighs 33.5 kg",)
+ARM = "irb120"
+
+
+@pytest.fixture
+def own(tmp_path: Path) -> Path:
+    """A URDF with link frames, names and bodies of its own."""
+    path = tmp_path / "own.urdf"
+    path.write_text(dressed_urdf(load_robot(ARM), seed=1), encoding="utf-8")
+    return path
+
+
+@pytest.fixture
+def known(own: Path) -> WholeRobot:
+    """The shipped robot, in modified DH frames, that knows the names of the user's joints."""
+    links = load_robot(own).links
+    assert links is not None
+    robot = with_stand_in(replace(load_robot(ARM), joint_names=(links.joints,)))
+    return whole_robot(robot, dict(robot.parameters), "a stand-in")
+
+
+def torques(robot: Robot, states: tuple[Array, ...]) -> Array:
+    """Torques without dry friction [N·m]."""
+    dry = {name: 0.0 for name in robot.parameters if name.startswith("FS")}
+    chi = np.array([(dict(robot.parameters) | dry)[name] for name in standard_columns(robot)])
+    function = inverse_dynamics(robot)
+    return np.array([np.array(function(*state, chi)).ravel() for state in zip(*states, strict=True)])
+
+
+def torques_by_mujoco(path: Path, states: tuple[Array, ...], names: tuple[str, ...]) -> Array:
+    """Torques by mj_inverse [N·m], joints in the robot's order."""
+    mujoco = pytest.importorskip("mujoco")
+    model = mujoco.MjModel.from_xml_path(str(path))
+    model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_LIMIT | mujoco.mjtDisableBit.mjDSBL_CONTACT
+    model.dof_frictionloss[:] = 0.0
+    data, rows = mujoco.MjData(model), []
+    places = [int(model.joint(name).qposadr[0]) for name in names]
+    for state in zip(*states, strict=True):
+        for values, vector in zip((data.qpos, data.qvel, data.qacc), state, strict=True):
+            values[places] = vector
+        mujoco.mj_inverse(model, data)
+        rows.append(data.qfrc_inverse[places].copy())
+    return np.array(rows)
+
+
+def written_as(kind: str, own: Path) -> Path:
+    """The user's URDF, or MuJoCo's model of it."""
+    if kind == "urdf":
+        return own
+    mujoco = pytest.importorskip("mujoco")
+    path = own.with_suffix(".xml")
+    spec = mujoco.MjSpec.from_file(str(own))
+    spec.compile()
+    path.write_text(spec.to_xml(), encoding="utf-8")
+    return path
+
+
+@pytest.mark.parametrize("kind", ["urdf", "mjcf"])
+def test_a_users_model_moves_as_the_robot(kind: str, own: Path, known: WholeRobot) -> None:
+    path = written_as(kind, own)
+    before = path.read_text(encoding="utf-8")
+    changed = into(kind, str(path), known, ["a head"])
+    path.write_text(changed.text, encoding="utf-8")
+    states = random_states(known.robot, 10, seed=2)
+    expected = torques(known.robot, states)
+    if kind == "urdf":  # which MuJoCo reads without rotors
+        rotors = np.array([known.robot.parameters.get(f"IA{j}", 0.0) for j in range(1, 7)])
+        expected = expected - rotors * states[2]
+    torque = torques_by_mujoco(path, states, known.joint_names)
+    np.testing.assert_allclose(torque, expected, atol=1e-6 * np.abs(expected).max())
+    assert stripped(changed.text) == stripped(before)
+
+
+def stripped(text: str) -> list[str]:
+    """Parts that must stay, tag by tag: all but comments, inertials, marks and the drives' attributes."""
+    text = re.sub(r"<!--.*?-->|<custom>.*?</custom>|<inertial>.*?</inertial>", "", text, flags=re.DOTALL)
+    text = re.sub(r"<inertial [^>]*/>|<dynamics [^>]*/>", "", text)
+    text = re.sub(r'\s(armature|damping|frictionloss)="[^"]*"', "", text)
+    text = re.sub(r"(<[^<>/]*)>\s*</\w+>", r"\1/>", text)  # an element without content is written either way
+    return [" ".join(tag.split()) for tag in text.split(">")]
+
+
+@pytest.mark.parametrize("kind", ["urdf", "mjcf"])
+def test_what_does_not_change_stays_byte_for_byte(kind: str, own: Path, known: WholeRobot) -> None:
+    """Odd blanks, quotes, entities and line ends: what is put in or replaced are whole elements or attributes."""
+    path = written_as(kind, own)
+    odd = "\n <!-- a > b -->  <custom\t>\r\n<text name = 'odd&quot;s'   data=\"damping='3' >\"  />\n</custom >\n"
+    end = "</robot>" if kind == "urdf" else "</mujoco>"
+    text = path.read_text(encoding="utf-8").replace("><", ">\n<")  # a tag a line
+    path.write_bytes(text.replace(end, f"{odd}{end}").encode())
+    before = path.read_bytes().decode()
+    changed = into(kind, str(path), known, ["a head"]).text
+    assert odd in changed
+    lines = difflib.ndiff(before.splitlines(keepends=True), changed.splitlines(keepends=True))
+    gone = [line[2:].strip() for line in lines if line.startswith("- ")]
+    assert gone
+    assert all(re.match("<(/?inertial|origin|mass|inertia|dynamics|joint)\\b", line) for line in gone), gone
+
+
+def test_what_does_not_match_is_listed_or_refused(own: Path, known: WholeRobot, tmp_path: Path) -> None:
+    text = own.read_text(encoding="utf-8")
+    last = known.joint_names[5]
+    target = tmp_path / "other.urdf"
+    target.write_text(text.replace(f'"{last}"', '"wrist"'), encoding="utf-8")
+    notes = " ".join(into("urdf", str(target), known, []).notes)
+    assert f"Joints of {ARM} that are not in {target}: {last}." in notes
+    assert f"Joints of {target} that are left alone: wrist." in notes
+    for k, name in enumerate(known.joint_names):
+        text = text.replace(f'"{name}"', f'"other{k}"')
+    target.write_text(text, encoding="utf-8")
+    with pytest.raises(InputError, match="none of its joints"):
+        into("urdf", str(target), known, [])
+    kuka = with_stand_in(replace(load_robot("kr6_r900"), joint_names=known.robot.joint_names))
+    with pytest.raises(InputError, match="its geometry, zero or sense is not kr6_r900's"):
+        into("urdf", str(own), whole_robot(kuka, dict(kuka.parameters), "a stand-in"), [])
+
+
+@pytest.mark.parametrize("arm", ["rx90"])
+def test_a_coupled_drive_becomes_a_tendon(arm: str, tmp_path: Path) -> None:
+    """Into the robot's own export, whose numbers were taken out: the same numbers again."""
+    mujoco = pytest.importorskip("mujoco")
+    robot = load_robot(arm)
+    known = whole_robot(robot, dict(robot.parameters), "its file")
+    path = tmp_path / "bare.xml"
+    bare = re.sub(r"  <(tendon|custom)>.*?</\1>\n", "", FORMATS["mjcf"].text(known), flags=re.DOTALL)
+    bare = re.sub(r'\s(armature|damping|frictionloss)="[^"]*"', "", bare)
+    path.write_text(bare.replace('mass="', 'mass="7'), encoding="utf-8")
+    again = mujoco.MjModel.from_xml_string(into("mjcf", str(path), known, []).text)
+    first = mujoco.MjModel.from_xml_string(FORMATS["mjcf"].text(known))
+    for name in ("body_mass", "body_ipos", "dof_armature", "dof_damping", "dof_frictionloss", "tendon_armature"):
+        np.testing.assert_allclose(getattr(again, name), getattr(first, name), atol=1e-9)

@@ -5,13 +5,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from dynident.apps.view import html_of, view_of
-from dynident.apps.view.shapes import coarse, ellipsoid, looks_of
+from dynident.apps.view import view_of
+from dynident.apps.view.shapes import coarse, ellipsoid
 from dynident.model import Motion, Robot
 from dynident.model.files.chain import load_urdf
 
 trimesh = pytest.importorskip("trimesh")
-GREY = (90, 90, 90)
 LINKS = {
     "base": ('<origin xyz="0 0 .1"/>', "package://arm_description/meshes/ball.stl", ""),
     "upper": ('<origin xyz=".5 0 0" rpy="0 0 1.5707963"/>', "../meshes/beam.obj", 'scale=".001 .001 .001"'),
@@ -83,36 +82,6 @@ def test_meshes_stand_where_the_links_are(described: Callable[[str], Robot], tmp
         assert sorted(size[name]) == pytest.approx(sorted(extent), abs=4e-3), name
 
 
-@pytest.mark.parametrize(
-    ("file", "words"),
-    [("package://gone/a.stl", "is not there"), ("../meshes/broken.stl", "cannot be read|holds no triangles")],
-)
-def test_a_link_without_its_mesh_is_a_capsule_and_told(
-    described: Callable[[str], Robot], file: str, words: str
-) -> None:
-    robot = described(file)
-    _, links, (note,) = looks_of(robot, GREY)
-    assert links == {0, 1}
-    assert any(word in note for word in words.split("|"))
-    assert Path(file).name in note
-    names = [shape.name for shape in view_of(robot, still([0.0, 0.0])).shapes]
-    assert "link 2/flange" in names
-    assert "link 1/along x" not in names
-
-
-def test_the_environment_of_ros_finds_a_package(
-    described: Callable[[str], Robot], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    place = tmp_path / "install/share/hands/meshes"
-    place.mkdir(parents=True)
-    trimesh.creation.box((0.1, 0.1, 0.1)).export(place / "hand.stl")
-    monkeypatch.setenv("AMENT_PREFIX_PATH", str(tmp_path / "install"))
-    assert looks_of(described("package://hands/meshes/hand.stl"), GREY)[2] == []
-    monkeypatch.delenv("AMENT_PREFIX_PATH")
-    monkeypatch.setenv("ROS_PACKAGE_PATH", str(tmp_path / "install/share"))
-    assert looks_of(described("package://hands/meshes/hand.stl"), GREY)[2] == []
-
-
 def test_a_coarse_mesh_keeps_its_form() -> None:
     sphere = trimesh.creation.icosphere(subdivisions=6, radius=0.1)
     vertices, faces = coarse(np.asarray(sphere.vertices), np.asarray(sphere.faces, dtype=np.uint32), 6000)
@@ -122,11 +91,3 @@ def test_a_coarse_mesh_keeps_its_form() -> None:
     few = ellipsoid(np.zeros(3), np.eye(3))
     assert coarse(*few, len(few[1])) is not None
     assert np.array_equal(coarse(*few, len(few[1]))[0], few[0])
-
-
-@pytest.mark.long
-def test_fine_meshes_leave_the_page_small(described: Callable[[str], Robot], tmp_path: Path) -> None:
-    pytest.importorskip("viser")
-    fine = trimesh.creation.icosphere(subdivisions=6, radius=0.2)
-    fine.export(tmp_path / "arm_description/meshes/fine.stl")
-    assert len(html_of(view_of(described("../meshes/fine.stl"), still([0.0, 0.0]))).encode()) < 1.5e6

@@ -1,0 +1,134 @@
+"""Column-scaled least squares, rank and null space; filters and monotone cubics against scipy's."""
+
+import numpy as np
+import pytest
+from dynident.common.linear import RANK_TOLERANCE, decomposed, least_squares, rank, without
+from dynident.common.recursion import Section, butterworth, filtered
+from dynident.estimation.signals.filtering import MonotoneCubic
+from scipy.interpolate import PchipInterpolator
+from scipy.signal import butter, lfilter, sosfilt, sosfilt_zi
+
+DRAW = np.random.default_rng(0)
+A = DRAW.normal(size=(12, 5))
+B = DRAW.normal(size=(12, 3))
+UNITS = np.array([1e-6, 1.0, 1e5, 3.0, 1e-3])
+DEPENDENT = np.column_stack([A, A @ DRAW.normal(size=(5, 2)), np.zeros(12)])
+"""Rank 5 of eight columns, one of them zero."""
+
+
+def test_solution_is_least_squares() -> None:
+    assert least_squares(A, B) == pytest.approx(np.linalg.solve(A.T @ A, A.T @ B), rel=1e-12)
+    assert least_squares(A, B[:, 0]) == pytest.approx(least_squares(A, B)[:, 0], rel=1e-14)
+    assert decomposed(A).inverse @ B == pytest.approx(least_squares(A, B), rel=1e-12)
+    assert decomposed(A).covariance == pytest.approx(np.linalg.inv(A.T @ A), rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    "matrix", [A, DEPENDENT[:, :5] @ np.diag(UNITS), DEPENDENT], ids=["A", "units", "dependent"]
+)
+def test_parts_are_those_of_the_matrix(matrix: np.ndarray) -> None:
+    parts = decomposed(matrix)
+    rebuilt = parts.range * parts.singular @ parts.rowspace.T * parts.sizes
+    assert np.abs(rebuilt - matrix).max(axis=0) == pytest.approx(0.0, abs=1e-13 * np.abs(matrix).max())
+    basis = np.column_stack([parts.rowspace, parts.null])
+    assert basis @ basis.T == pytest.approx(np.eye(matrix.shape[1]), abs=1e-13)
+    assert np.abs(matrix / parts.sizes @ parts.null).max(initial=0.0) < 1e-13
+
+
+def test_units_of_the_columns_do_not_matter() -> None:
+    units = np.append(UNITS, [1e7, 1e-9, 1e3])
+    plain, scaled = decomposed(DEPENDENT), decomposed(DEPENDENT * units)
+    assert scaled.rank == plain.rank == 5
+    assert scaled.hidden == pytest.approx(plain.hidden, abs=1e-12)
+    assert scaled.solution(B) * units[:, None] == pytest.approx(plain.solution(B), rel=1e-9, abs=1e-12)
+    assert scaled.covariance * np.outer(units, units) == pytest.approx(plain.covariance, rel=1e-9, abs=1e-12)
+
+
+def test_order_of_the_rows_does_not_matter() -> None:
+    order = DRAW.permutation(len(A))
+    plain, mixed = decomposed(DEPENDENT), decomposed(DEPENDENT[order])
+    assert mixed.rank == plain.rank
+    assert mixed.solution(B[order]) == pytest.approx(plain.solution(B), rel=1e-9, abs=1e-12)
+    assert mixed.inverse == pytest.approx(plain.inverse[:, order], abs=1e-12)
+
+
+def test_hidden_names_what_is_undetermined() -> None:
+    twice = np.column_stack([A[:, :3], 1e4 * A[:, 2], np.zeros(12)])
+    assert decomposed(twice).hidden == pytest.approx([0.0, 0.0, 0.5, 0.5, 1.0], abs=1e-12)
+    assert decomposed(A).hidden == pytest.approx(np.zeros(5))
+
+
+@pytest.mark.parametrize(("error", "expected"), [(4.0, 2), (0.25, 1)])
+def test_rank_on_both_sides_of_the_tolerance(error: float, expected: int) -> None:
+    """Two unit columns at an angle e have singular values sqrt(2) and e / sqrt(2)."""
+    angle = 2.0 * error * RANK_TOLERANCE
+    columns = np.array([[1.0, np.cos(angle)], [0.0, np.sin(angle)]])
+    assert rank(columns * [1e-5, 1e5]) == expected
+
+
+def test_fewer_rows_than_columns() -> None:
+    parts = decomposed(A[:3])
+    assert (parts.rank, parts.null.shape) == (3, (5, 2))
+    assert A[:3] @ parts.solution(B[:3]) == pytest.approx(B[:3])
+    assert np.abs(A[:3] / parts.sizes @ parts.null).max() < 1e-13
+
+
+@pytest.mark.parametrize("shape", [(0, 3), (3, 0), (0, 0)])
+def test_empty(shape: tuple[int, int]) -> None:
+    rows, columns = shape
+    parts = decomposed(np.zeros(shape))
+    assert parts.rank == 0
+    assert parts.solution(np.zeros(rows)) == pytest.approx(np.zeros(columns))
+    assert parts.hidden == pytest.approx(np.ones(columns))
+    assert parts.inverse.shape == (columns, rows)
+    assert without(np.ones((rows, 2)), np.zeros(shape)) == pytest.approx(np.ones((rows, 2)))
+
+
+def test_rest_is_at_right_angles_to_what_is_taken_out() -> None:
+    rest = without(B, DEPENDENT * np.append(UNITS, [1.0, 1.0, 1.0]))
+    assert A.T @ rest == pytest.approx(np.zeros((5, 3)), abs=1e-13)
+    assert without(rest, A) == pytest.approx(rest, abs=1e-14)
+    assert without(A @ B[:5], A) == pytest.approx(np.zeros((12, 3)), abs=1e-14)
+
+
+def test_columns_of_rounding_count_as_zero() -> None:
+    """Some rows hold next to nothing of a column that is large in the others."""
+    whole = np.linalg.norm(np.vstack([A, B @ np.ones((3, 5))]), axis=0)
+    exact = A * [1.0, 0.0, 1.0, 0.0, 1.0]
+    rounded = exact + 1e-16 * np.random.default_rng(1).normal(size=A.shape)
+    assert decomposed(rounded).rank == 5
+    assert decomposed(rounded, whole).rank == decomposed(exact).rank == 3
+    assert decomposed(rounded, whole).solution(B) == pytest.approx(decomposed(exact).solution(B), abs=1e-12)
+
+
+SIGNALS = np.random.default_rng(0).standard_normal((400, 3)).cumsum(axis=0)
+
+
+@pytest.mark.parametrize("cutoff", [0.01, 0.1, 0.5, 0.95])
+@pytest.mark.parametrize("order", [2, 4, 6])
+def test_scipy_filters_alike(order: int, cutoff: float) -> None:
+    sections = butterworth(order, cutoff)
+    sos = butter(order, cutoff, output="sos")
+    settled = sosfilt_zi(sos)[:, :, None] * SIGNALS[0]
+    theirs, _ = sosfilt(sos, SIGNALS, axis=0, zi=settled)
+    assert np.abs(filtered(sections, SIGNALS) - theirs).max() < 1e-11 * np.abs(theirs).max()
+
+
+def test_a_first_order_filter_is_a_section_too() -> None:
+    ours = Section(1.0, 0.0, 0.0, -0.9, 0.0).filtered(SIGNALS, np.zeros((2, 3)))
+    assert ours == pytest.approx(lfilter([1.0], [1.0, -0.9], SIGNALS, axis=0), rel=1e-12, abs=1e-12)
+
+
+@pytest.mark.parametrize("count", [2, 3, 4, 300])
+@pytest.mark.parametrize("seed", range(3))
+def test_scipy_interpolates_alike(count: int, seed: int) -> None:
+    draw = np.random.default_rng(seed)
+    t = np.cumsum(draw.uniform(0.001, 0.02, count)) + 5.0
+    values = draw.standard_normal((count, 4))
+    values[: count // 2, 1] = 0.3  # level stretches
+    values[:, 2] = np.sort(values[:, 2])
+    times = np.concatenate([t, draw.uniform(t[0], t[-1], 500), [t[0] - 0.01, t[-1] + 0.01]])
+    theirs = PchipInterpolator(t, values, axis=0, extrapolate=False)(times)
+    ours = MonotoneCubic(t, values)(times)
+    assert np.isnan(ours).any()
+    assert ours == pytest.approx(theirs, rel=1e-11, abs=1e-12, nan_ok=True)

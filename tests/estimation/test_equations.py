@@ -1,0 +1,232 @@
+"""The equations Y = W chi: exact on exact data, however they are reduced, merged, saved or held whole."""
+
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+from dynident.apps.report.recordings import write_npz
+from dynident.common.arrays import Array
+from dynident.common.errors import InputError
+from dynident.estimation import Settings, identify, payload_estimate, payload_problem
+from dynident.estimation.answers.identification import identification_system
+from dynident.estimation.answers.system import payload_system
+from dynident.estimation.equations.equations import Equations, merged
+from dynident.estimation.equations.observer import Observer, used
+from dynident.estimation.equations.reduction import reduced, reduced_measurement, reduced_pieces
+from dynident.estimation.fit.least_squares import weighted
+from dynident.estimation.payload.methods import combined
+from dynident.estimation.signals.decimation import noise_bandwidth
+from dynident.estimation.signals.rows import moving_parts
+from dynident.model import InertialParameters, Motion, Processing, Recording, base_parameters, load_robot
+from dynident.model.motion import Measurement
+from dynident.trajectories import Simulator
+
+
+@pytest.mark.parametrize("name", ["rx90", "tx40", "ur10e"])
+def test_exact_data_satisfy_the_equations(
+    name: str, simulated: Callable[[str], Simulator], wander: Callable[..., Motion]
+) -> None:
+    simulator = simulated(name)
+    base = base_parameters(simulator.robot)
+    truth = base.value(simulator.robot.parameters)
+    data = Observer(simulator.robot, base.columns).observe(simulator.measure(wander(6, 0)), Processing())
+    for W, Y in zip(data.W, data.Y, strict=True):
+        assert len(Y) > 300
+        assert np.abs(W @ truth - Y).max() < 1e-9 * np.abs(Y).max()
+
+
+def test_parallel_decimation_keeps_the_equations(
+    simulated: Callable[[str], Simulator], wander: Callable[..., Motion]
+) -> None:
+    simulator = simulated("rx90")
+    base = base_parameters(simulator.robot)
+    truth = base.value(simulator.robot.parameters)
+    observer = Observer(simulator.robot, base.columns)
+    data = observer.observe(simulator.measure(wander(6, 0, rate=250.0)), Processing(decimate=10))
+    for W, Y, t in zip(data.W, data.Y, data.t, strict=True):
+        assert np.abs(W @ truth - Y).max() < 1e-9 * np.abs(Y).max()
+        assert np.allclose(np.diff(t)[np.diff(t) < 0.05], 0.04)
+    assert data.bandwidth == noise_bandwidth(10)
+
+
+def paused(rate: float = 100.0) -> Motion:
+    """Rest 1 s, move 2 s, rest 0.2 s, move 3 s, rest 2 s, move 1 s."""
+    parts = [(1.0, 0.0), (2.0, 0.5), (0.2, 0.0), (3.0, -0.4), (2.0, 0.0), (1.0, 0.5)]
+    speed = np.concatenate([np.full(int(d * rate), v) for d, v in parts])[:, None]
+    t = np.arange(len(speed)) / rate
+    return Motion(t, np.cumsum(speed, axis=0) / rate, speed, np.zeros_like(speed))
+
+
+def test_moving_stretches_are_used_and_short_pauses_do_not_end_them() -> None:
+    motion = paused()
+    moving = moving_parts(motion, 2e-3)
+    used = motion.t[moving]
+    assert used[0] == pytest.approx(1.0)
+    assert moving[(motion.t >= 1.0) & (motion.t < 6.2)].all()  # the pause of 0.2 s included
+    assert not moving[(motion.t >= 6.2) & (motion.t < 8.2)].any()
+    assert moving[motion.t >= 8.2].all() == (motion.t[-1] - 8.2 >= 1.0)
+    resting = Motion(motion.t, motion.q, 0.0 * motion.qd, motion.qdd)
+    assert not moving_parts(resting, 2e-3).any()
+
+
+def test_slow_rows_are_left_out(simulated: Callable[[str], Simulator], wander: Callable[..., Motion]) -> None:
+    simulator = simulated("rx90")
+    motion = wander(6, 0)
+    observer = Observer(simulator.robot, ("FS1", "FS2", "FS3", "FS4", "FS5", "FS6"))
+    data = observer.observe(simulator.measure(motion), Processing(slow_fraction=0.2))
+    for j in range(6):
+        fast = np.abs(motion.qd[:, j]) >= 0.2 * np.abs(motion.qd[:, j]).max()
+        assert len(data.Y[j]) == fast.sum()
+    partner = Motion(motion.t, motion.q, 0.0 * motion.qd, motion.qdd)
+    none = observer.observe_rows(*used(Measurement(motion, np.zeros_like(motion.q)), Processing(), partner))
+    assert sum(len(Y) for Y in none.Y) == 0
+
+
+Simulated = Callable[[str], Simulator]
+Wander = Callable[..., Motion]
+
+
+def noisy(simulator: Simulator, motion: Motion, seed: int = 0) -> Measurement:
+    exact = simulator.measure(motion)
+    noise = np.random.default_rng(seed).standard_normal(exact.torque.shape)
+    return Measurement(motion, exact.torque + noise)
+
+
+def pieces(data: Measurement, size: int) -> Iterator[Measurement]:
+    motion = data.motion
+    for start in range(0, len(motion.t), size):
+        part = slice(start, start + size)
+        yield Measurement(
+            Motion(motion.t[part], motion.q[part], motion.qd[part], motion.qdd[part]), data.torque[part]
+        )
+
+
+def same(a: Equations, b: Equations) -> None:
+    """Equal rows, and estimates equal to a millionth of sigma."""
+    assert (a.columns, a.rows) == (b.columns, b.rows)
+    assert a.effective_rows == pytest.approx(b.effective_rows)
+    first, second = weighted(a), weighted(b)
+    assert (np.abs(first.values - second.values) < 1e-6 * first.sigma).all()
+    assert np.allclose(first.sigma, second.sigma, rtol=1e-9)
+
+
+@pytest.mark.parametrize("decimate", [1, 5])
+@pytest.mark.parametrize("size", [100, 777, 100_000])
+def test_streaming_equals_the_whole(simulated: Simulated, wander: Wander, decimate: int, size: int) -> None:
+    simulator = simulated("rx90")
+    observer = Observer(simulator.robot, base_parameters(simulator.robot).columns)
+    data = noisy(simulator, wander(6, 0, points=20, rate=200.0))
+    slow = 0.05 * np.abs(data.motion.qd).max(axis=0)
+    settings = Processing(decimate=decimate, still_speed=0.0, slow_fraction=0.05)
+    whole = reduced_measurement(observer, data, settings)
+    parts = ((piece, np.abs(piece.motion.qd) >= slow) for piece in pieces(data, size))
+    same(whole, reduced_pieces(observer, parts, decimate))
+    same(whole, reduced(observer.observe(data, settings)))
+
+
+def test_saved_and_merged_problems(simulated: Simulated, wander: Wander, tmp_path: Path) -> None:
+    simulator = simulated("tx40")
+    observer = Observer(simulator.robot, base_parameters(simulator.robot).columns)
+    problems = [reduced_measurement(observer, noisy(simulator, wander(6, k), k), Processing()) for k in range(3)]
+    for k, problem in enumerate(problems):
+        problem.save(tmp_path / f"{k}.npz")
+    loaded = [Equations.load(tmp_path / f"{k}.npz") for k in range(3)]
+    for before, after in zip(problems, loaded, strict=True):
+        assert before.columns == after.columns
+        assert all(np.array_equal(a, b) for a, b in zip(before.factors, after.factors, strict=True))
+    same(merged(problems), merged([loaded[2], merged([loaded[0], loaded[1]])]))
+    with pytest.raises(ValueError, match="different columns"):
+        merged([problems[0], problems[1].select(problems[1].columns[1:])])
+
+
+def test_files_that_are_not_reduced_problems(tmp_path: Path) -> None:
+    (tmp_path / "text.npz").write_text("no")
+    np.savez(tmp_path / "other.npz", a=np.zeros(3))
+    for name in ("text.npz", "other.npz", "none.npz"):
+        with pytest.raises(InputError, match=name):
+            Equations.load(tmp_path / name)
+
+
+SETTINGS = Processing(cutoff=15.0, decimate=4)
+Recordings = list[Recording]
+
+
+@pytest.fixture(scope="module")
+def recordings(
+    simulated: Callable[[str], Simulator], wander: Callable[..., Motion], payload: InertialParameters
+) -> tuple[Recordings, Recordings]:
+    """Two noisy trajectories without and with payload."""
+    simulator = simulated("rx90")
+    motions = [wander(6, seed, rate=250.0) for seed in (1, 2)]
+    return tuple(  # type: ignore[return-value]
+        [simulator.record(motion, load, [0.3] * 6, [k, load is not None], f"{k} {load is not None}")
+         for k, motion in enumerate(motions)]
+        for load in (None, payload)
+    )  # fmt: skip
+
+
+def solved(W: Array, Y: Array, row_weights: Array) -> Array:
+    return np.asarray(np.linalg.lstsq(W * row_weights[:, None], Y * row_weights, rcond=None)[0])
+
+
+def test_identification(recordings: tuple[Recordings, Recordings]) -> None:
+    bare, _ = recordings
+    result = identify(load_robot("rx90"), bare, Settings(SETTINGS, robust=False))
+    system = identification_system(result, bare, SETTINGS)
+    assert system.columns == result.base.columns
+    values = solved(system.W, system.Y, system.weights[system.joint - 1])
+    np.testing.assert_allclose(values, result.estimate.values, atol=1e-7 * np.abs(values).max())
+    assert not system.loaded.any()
+    counts = [int(np.sum(system.joint == j)) for j in range(1, 7)]
+    assert counts == list(result.problem.rows)
+    assert set(system.recording) == {0, 1}
+    for number in (0, 1):
+        assert system.t[system.recording == number].max() <= bare[number].t[-1]
+
+
+def test_payload(recordings: tuple[Recordings, Recordings]) -> None:
+    bare, loaded = recordings
+    problem = payload_problem(load_robot("rx90"), loaded, bare, settings=Settings(SETTINGS, robust=False))
+    system = payload_system(problem, loaded, bare, SETTINGS)
+    both = combined(problem)
+    assert system.columns == both.names
+    values = solved(system.W, system.Y, system.weights[system.joint - 1])
+    np.testing.assert_allclose(values, both.values, atol=1e-7 * np.abs(values).max())
+    assert not system.W[~system.loaded, -10:].any()
+    assert system.W[system.loaded, -10:].any()
+    assert system.sources == ("0 False", "1 False", "0 True", "1 True")
+
+
+def test_payload_with_a_stored_robot(recordings: tuple[Recordings, Recordings]) -> None:
+    """Without unloaded recordings: the robot's part moved to the left, the rest solved, is method 1."""
+    bare, loaded = recordings
+    robot = load_robot("rx90")
+    known = identify(robot, bare, Settings(SETTINGS, robust=False)).estimate
+    problem = payload_problem(robot, loaded, known=known, settings=Settings(SETTINGS, robust=False))
+    system = payload_system(problem, loaded, (), SETTINGS)
+    assert system.known is not None
+    assert system.loaded.all()
+    residue = system.Y - system.W[:, :-10] @ system.known
+    values = solved(system.W[:, -10:], residue, system.weights[system.joint - 1])
+    np.testing.assert_allclose(values, payload_estimate(problem, 1).estimate.values, atol=1e-8)
+
+
+def test_npz(recordings: tuple[Recordings, Recordings], tmp_path_factory: pytest.TempPathFactory) -> None:
+    bare, _ = recordings
+    result = identify(load_robot("rx90"), bare, Settings(SETTINGS, robust=False))
+    path = tmp_path_factory.mktemp("npz") / "system.out"
+    write_npz(path, identification_system(result, bare, SETTINGS))
+    assert [file.name for file in path.parent.iterdir()] == ["system.out"]
+    with np.load(path, allow_pickle=False) as data:
+        values = solved(data["W"], data["Y"], data["row_weights"])
+        assert [str(name) for name in data["columns"]] == list(result.base.columns)
+        assert [str(name) for name in data["sources"]] == ["0 False", "1 False"]
+        assert "known" not in data
+    np.testing.assert_allclose(values, result.estimate.values, atol=1e-7 * np.abs(values).max())
+    read = Equations.load(path)
+    assert (read.columns, read.rows, read.effective_rows) == (
+        result.problem.columns, result.problem.rows, result.problem.effective_rows,
+    )  # fmt: skip
+    for ours, theirs in zip(read.factors, result.problem.factors, strict=True):
+        np.testing.assert_array_equal(ours, theirs)

@@ -1,0 +1,353 @@
+"""Constrained payloads: each constraint, the nearest body that can exist, and what contradicts the data."""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from dynident.apps.report.sections.estimates import method_notes
+from dynident.common.arrays import Array
+from dynident.common.errors import InputError
+from dynident.estimation import (
+    PAYLOAD,
+    CentreOfMassInBox,
+    Estimate,
+    InEllipsoid,
+    KnownMass,
+    LongMotion,
+    MassBounds,
+    PossibleBody,
+    Settings,
+    SolverError,
+    answer_payload,
+    build_constrained,
+    payload_estimate,
+    payload_problem,
+    solve_constrained,
+)
+from dynident.estimation.equations.equations import merged
+from dynident.estimation.fit.estimate import Fit, error_model
+from dynident.estimation.payload.methods import combined
+from dynident.estimation.payload.problem import long_motion
+from dynident.estimation.possible import payload as possible_payload
+from dynident.estimation.possible.cone import ConeProgram, solve_cone
+from dynident.estimation.possible.constraints import Constraint
+from dynident.examples.paper.printed import Printed, paper_tables
+from dynident.model import InertialParameters, Motion, Processing
+from dynident.model.motion import Measurement
+from dynident.trajectories import Simulator
+
+NOTHING = Fit(np.ones(1), np.ones(1), (1,))
+EXACT = Processing()
+
+
+def estimate_of(values: Array, covariance: Array, names: tuple[str, ...] = PAYLOAD) -> Estimate:
+    return Estimate(names, values, covariance, np.inf, NOTHING, np.ones(1))
+
+
+def random_estimate(seed: int) -> Estimate:
+    """Grams to tonnes, millimetres to metres, every second one a thin body; errors of 0.1 to 30 %, correlated."""
+    draw = np.random.default_rng(seed)
+    mass, length = 10.0 ** draw.uniform(-3, 3), 10.0 ** draw.uniform(-3, 0.5)
+    points = draw.uniform(-1.0, 1.0, (3 + 3 * (seed % 2), 3)) * length
+    second = points.T @ points * mass / len(points)
+    inertia = np.trace(second) * np.eye(3) - second
+    moments = mass * points.mean(axis=0)
+    truth = np.concatenate([inertia[np.triu_indices(3)], moments, [mass]])
+    size = np.array([mass * length**2] * 6 + [mass * length] * 3 + [mass])
+    root = 10.0 ** draw.uniform(-3, -0.5) * size[:, None] * draw.standard_normal((10, 12)) / np.sqrt(12)
+    return estimate_of(truth + root @ draw.standard_normal(12), root @ root.T)
+
+
+def printed(rows: dict[str, Printed]) -> Estimate:
+    """A published table; its sigma taken as independent."""
+    sigma = np.array([row.two_sigma / 2.0 for row in rows.values()])
+    values = np.array([row.value for row in rows.values()])
+    return estimate_of(values, np.diag(sigma**2), tuple(f"{kind}_L" for kind in rows))
+
+
+TABLES = {1: printed(paper_tables().table1), 2: printed(paper_tables().table2)}
+ELLIPSOID = InEllipsoid([0.0, 0.0, 0.1], [0.1, 0.08, 0.09])
+SETS: dict[str, list[Constraint]] = {
+    "possible": [],
+    "mass bounds": [MassBounds(7.1, 7.19)],
+    "weighed": [KnownMass(7.18, 0.01)],
+    "centre of mass": [CentreOfMassInBox([-0.1, -0.1, 0.0], [0.1, 0.1, 0.134])],
+    "ellipsoid": [ELLIPSOID],
+    "together": [MassBounds(7.1, 7.19), KnownMass(7.18, 0.01), ELLIPSOID, CentreOfMassInBox([-1] * 3, [1] * 3)],
+}
+
+Cloud = Callable[[Array, Array], InertialParameters]
+ROTATION = np.linalg.qr(np.random.default_rng(5).standard_normal((3, 3)))[0]
+CENTRE, SEMI_AXES = np.array([0.05, -0.1, 0.2]), np.array([0.1, 0.2, 0.3])
+
+
+def test_possible_body_is_the_pseudo_inertia(random_bodies: Callable[[int, int], list[InertialParameters]]) -> None:
+    rule = PossibleBody("gripper")
+    for body in random_bodies(50, 3):
+        assert rule.violation(body.vector) < 0.0
+
+
+@pytest.mark.parametrize("unit", range(10))
+def test_possible_body_sees_every_parameter(unit: int) -> None:
+    """No single parameter can be negative where all others are zero."""
+    x = np.zeros(10)
+    x[unit] = -0.1
+    assert PossibleBody().violation(x) > 0.0
+
+
+def test_centre_of_mass_in_box(cloud: Cloud) -> None:
+    rule = CentreOfMassInBox([-0.1, -0.1, 0.0], [0.1, 0.1, 0.3])
+    ends = np.array([[0.5, 0.0, 0.1], [-0.5, 0.0, 0.1]])
+    assert rule.violation(cloud(np.array([1.0, 1.0]), ends).vector) < 0.0
+    assert rule.violation(cloud(np.array([2.0, 1.0]), ends).vector) > 0.0
+
+
+def ellipsoid_points(count: int, radius: float, seed: int) -> Array:
+    """Points of a scaled ellipsoid's surface."""
+    directions = np.random.default_rng(seed).standard_normal((count, 3))
+    directions *= radius / np.linalg.norm(directions, axis=1)[:, None]
+    return np.asarray(CENTRE + directions * SEMI_AXES @ ROTATION.T)
+
+
+def test_ellipsoid_tells_inside_from_outside(cloud: Cloud) -> None:
+    rule = InEllipsoid(CENTRE, SEMI_AXES, ROTATION)
+    for seed in range(50):
+        masses = np.random.default_rng(seed).uniform(0.1, 1.0, 5)
+        assert rule.violation(cloud(masses, ellipsoid_points(5, 0.99, seed)).vector) < 0.0
+        assert rule.violation(cloud(masses, ellipsoid_points(5, 1.01, seed)).vector) > 0.0
+
+
+@pytest.mark.parametrize(
+    ("make", "text"),
+    [
+        (lambda: MassBounds(3.0, 2.0), "low <= high"),
+        (lambda: KnownMass(1.0, 0.0), "sigma must be positive"),
+        (lambda: CentreOfMassInBox([0, 0, 1], [1, 1, 0]), "is empty"),
+        (lambda: CentreOfMassInBox([0, 0], [1, 1]), "shape"),
+        (lambda: InEllipsoid(CENTRE, [0.1, 0.0, 0.1]), "must be positive"),
+        (lambda: InEllipsoid(CENTRE, SEMI_AXES, 2.0 * ROTATION), "orthonormal"),
+    ],
+)
+def test_nonsense_is_refused(make: Callable[[], Constraint], text: str) -> None:
+    with pytest.raises(InputError, match=text):
+        make()
+
+
+@pytest.mark.parametrize(("table", "chi2"), [(1, 0.16), (2, 0.62)])
+def test_nearest_possible_payload_costs_nothing(table: int, chi2: float) -> None:
+    result = solve_constrained(TABLES[table])
+    assert result.chi2_rise == pytest.approx(chi2, abs=0.005)
+    moved = result.values[[PAYLOAD.index(name) for name in result.free.names]] - result.free.values
+    assert np.abs(moved / result.free.sigma).max() < 0.5
+    assert result.body.physically_consistent
+    assert [active.constraint for active in result.active] == [PossibleBody()]
+    assert result.p_value > 0.98
+
+
+@pytest.mark.long
+def test_no_negative_eigenvalue_in_a_thousand() -> None:
+    """Not even by rounding, in SI units; chi2 is that of the values returned, and cannot exceed the truth's."""
+    solved = 0
+    for seed in range(1000):
+        estimate = random_estimate(seed)
+        result = solve_constrained(estimate)
+        assert result.min_pseudo_inertia_eigenvalue >= 0.0
+        assert np.linalg.eigvalsh(InertialParameters(result.values).pseudo_inertia)[0] >= 0.0
+        error = result.values - estimate.values
+        distance = error @ np.linalg.solve(estimate.covariance, error)
+        assert result.chi2_rise == pytest.approx(distance, rel=1e-3, abs=1e-6)
+        solved += result.status == "Solved"
+    assert solved > 400
+
+
+def test_a_possible_estimate_is_left_alone() -> None:
+    values = InertialParameters.from_com(2.0, [0.1, 0.0, 0.2], np.diag([0.02, 0.02, 0.03])).vector
+    result = solve_constrained(estimate_of(values, np.diag(np.full(10, 1e-4))))
+    assert (result.values == values).all()
+    assert (result.chi2_rise, result.status, result.active) == (0.0, "free", ())
+    assert result.p_value == 1.0
+
+
+def test_a_scale_pulls_the_mass() -> None:
+    """Two independent measurements of one mass, weighted by their variances; chi2 of their difference."""
+    values = InertialParameters.from_com(2.0, [0.1, 0.0, 0.2], np.diag([0.02, 0.02, 0.03])).vector
+    free = estimate_of(values, np.diag(np.full(10, 1e-4)))
+    result = solve_constrained(free, [KnownMass(2.03, 0.02)])
+    assert result.body.mass == pytest.approx((2.0 / 1e-4 + 2.03 / 4e-4) / (1e4 + 2500.0))
+    assert result.chi2_rise == pytest.approx(0.03**2 / 5e-4)
+
+
+def test_p_value_is_conservative() -> None:
+    """True payload a thin disc on the boundary: fewer than 5 % of the rises have p < 0.05."""
+    truth = InertialParameters.from_com(7.0, [0.0, 0.0, 0.143], np.diag([0.0175, 0.0175, 0.035])).vector
+    draw = np.random.default_rng(0)
+    sigma = TABLES[1].sigma
+    small = 0
+    for _ in range(200):
+        estimate = estimate_of(truth + sigma * draw.standard_normal(10), np.diag(sigma**2))
+        small += solve_constrained(estimate).p_value < 0.05
+    assert small <= 10
+
+
+def test_impossible_combination_raises_with_the_problem() -> None:
+    with pytest.raises(SolverError, match="no body holds all constraints") as caught:
+        solve_constrained(TABLES[1], [MassBounds(7.0, 7.5), MassBounds(8.0, 9.0)])
+    assert caught.value.status == "PrimalInfeasible"
+
+
+def test_rank_and_finiteness_are_checked_first() -> None:
+    sigma = TABLES[1].sigma
+    C = np.diag(sigma**2)
+    C[8, 9] = C[9, 8] = sigma[8] * sigma[9]
+    with pytest.raises(InputError, match="do not tell MZ_L, M_L apart"):
+        solve_constrained(replace(TABLES[1], covariance=C))
+    with pytest.raises(InputError, match="no covariance"):
+        solve_constrained(replace(TABLES[1], covariance=np.diag(sigma**2 * ([1.0] * 9 + [0.0]))))
+    with pytest.raises(InputError, match="not that of a payload"):
+        solve_constrained(replace(TABLES[1], names=tuple(f"X{k}" for k in range(10))))
+
+
+@pytest.fixture(scope="module")
+def noisy(simulated: Callable[[str], Simulator], exact_pair: Callable[..., tuple[Measurement, ...]]) -> LongMotion:
+    """An RX90 with so much noise that the free estimate is impossible."""
+    simulator = simulated("rx90")
+    robot = simulator.robot
+    draw = np.random.default_rng(2)
+    bare, loaded = (
+        Measurement(data.motion, data.torque + 20.0 * draw.standard_normal(data.torque.shape))
+        for data in exact_pair(simulator)
+    )
+    return long_motion(robot, [loaded], [bare], settings=Settings(EXACT, robust=False))
+
+
+def test_joint_problem_gives_the_same(noisy: LongMotion) -> None:
+    """Method 4 on the reduced factor, robot and payload together, the payload's pseudo-inertia constrained."""
+    free = payload_estimate(noisy, 4).estimate
+    result = solve_constrained(free)
+    assert result.status == "Solved"
+    assert noisy.unloaded is not None
+    both, names = combined(noisy), noisy.loaded.columns
+    factor = merged([noisy.unloaded.select(names), noisy.loaded]).stacked(both.weights)
+    c = len(names)
+    R, scale = factor[:c, :c], np.linalg.norm(factor[:, :c], axis=0) ** -1
+    bodies = np.zeros((1, 10, c))
+    places = [names.index(name) for name in PAYLOAD]
+    bodies[0, range(10), places] = scale[places]
+    variance = factor[c, c] ** 2 / both.degrees_of_freedom
+    R, d = R * scale / np.sqrt(variance), factor[:c, c] / np.sqrt(variance)
+    joint = solve_cone(ConeProgram(R, d, np.zeros((0, c)), np.zeros(0), bodies))
+    payload = (joint.z * scale)[places]
+    assert np.abs((payload - result.values) / free.sigma).max() < 1e-3
+    assert joint.norm**2 == pytest.approx(result.chi2_rise, rel=1e-3)
+
+
+@pytest.mark.parametrize("errors", ["independent", "correlated"])
+@pytest.mark.parametrize("rules", SETS.values(), ids=SETS)
+def test_cvxpy_agrees_under(rules: list[Constraint], errors: str) -> None:
+    estimate = TABLES[1] if errors == "independent" else correlated(TABLES[1])
+    result = solve_constrained(estimate, rules)
+    problem, values, _ = build_constrained(estimate, rules)
+    problem.solve(solver="CLARABEL")
+    assert np.abs((values.value - result.values) / estimate.sigma).max() < 1e-3
+    for rule in rules:
+        if not isinstance(rule, KnownMass):
+            assert rule.violation(result.values) <= 1e-7
+    assert result.min_pseudo_inertia_eigenvalue >= 0.0
+
+
+@pytest.mark.parametrize("seed", range(30))
+def test_cvxpy_agrees_on_random_problems(seed: int) -> None:
+    estimate = random_estimate(seed)
+    problem, values, _ = build_constrained(estimate)
+    problem.solve(solver="CLARABEL")
+    moved = (values.value - solve_constrained(estimate).values) / estimate.sigma
+    assert np.abs(moved).max() < 1e-3
+
+
+def correlated(estimate: Estimate) -> Estimate:
+    """A covariance of these sigmas with correlations up to 0.9."""
+    draw = np.random.default_rng(4).standard_normal((10, 12))
+    C = draw @ draw.T
+    scale = estimate.sigma / np.sqrt(np.diag(C))
+    return replace(estimate, covariance=C * np.outer(scale, scale))
+
+
+def test_multiplier_is_the_price_of_a_bound() -> None:
+    """d chi2 / d bound by finite difference; the scaled unit of mass is the mass of the estimate."""
+    prices = [solve_constrained(TABLES[1], [MassBounds(high=7.1 + step)]).chi2_rise for step in (-1e-3, 1e-3)]
+    slope = (prices[0] - prices[1]) / 2e-3 * TABLES[1]["M_L"]
+    active = {type(a.constraint): a.multiplier for a in solve_constrained(TABLES[1], [MassBounds(high=7.1)]).active}
+    assert active[MassBounds] == pytest.approx(slope, rel=1e-3)
+
+
+@pytest.fixture(scope="module")
+def problem(
+    simulated: Callable[[str], Simulator], wander: Callable[..., Motion], payload: InertialParameters
+) -> LongMotion:
+    """An RX90 with 7.025 kg, in blocks of time."""
+    simulator = simulated("rx90")
+    motion = wander(6, 4, points=20)
+    noise = [3.0] * 6
+    bare, loaded = (simulator.record(motion, body, noise, [9, k]) for k, body in enumerate((None, payload)))
+    return payload_problem(simulator.robot, [loaded], [bare])
+
+
+def test_the_error_model_keeps_the_correlations(problem: LongMotion) -> None:
+    estimate = answer_payload(problem, methods=(4,)).estimates[0].estimate
+    model = error_model(estimate)
+    sigma = np.outer(estimate.sigma, estimate.sigma)
+    assert model.covariance / np.outer(model.sigma, model.sigma) == pytest.approx(estimate.covariance / sigma)
+    assert (model.values == estimate.values).all()
+
+
+WRONG: dict[str, Constraint] = {
+    "mass bound": MassBounds(high=6.0),
+    "ellipsoid": InEllipsoid([0.0, 0.0, -0.2], [0.1, 0.1, 0.1]),
+    "box": CentreOfMassInBox([0.2, -0.1, 0.0], [0.4, 0.1, 0.3]),
+}
+
+
+@pytest.mark.parametrize("wrong", WRONG.values(), ids=WRONG)
+def test_what_excludes_the_truth_is_named(problem: LongMotion, wrong: Constraint) -> None:
+    """And a true constraint beside it is not blamed; no interval is told."""
+    right = CentreOfMassInBox([-0.5] * 3, [0.5] * 3)
+    answer = answer_payload(problem, constraints=[right, wrong])
+    assert answer.verdict.level == "do_not_use"
+    assert any(wrong.description in reason for reason in answer.verdict.reasons)
+    for estimate in answer.constrained:
+        assert wrong in [conflict.constraint for conflict in estimate.conflicts]
+        assert right not in [conflict.constraint for conflict in estimate.conflicts]
+        assert estimate.conflict
+        assert np.isnan(estimate.intervals.parameters).all()
+    notes = method_notes(answer.result)
+    assert any(note.startswith("Contradicted by method 1, 2, 3, 4: " + wrong.description) for note in notes)
+    assert notes[0].startswith("No intervals")
+
+
+def test_no_body_at_all_is_an_error_that_names_the_constraints(problem: LongMotion) -> None:
+    apart = [
+        InEllipsoid([0.0, 0.0, -0.5], [0.1] * 3),
+        CentreOfMassInBox([0.0] * 3, [0.3] * 3),
+        MassBounds(5.0, 9.0),
+    ]
+    with pytest.raises(SolverError, match="no body holds all constraints") as caught:
+        answer_payload(problem, constraints=apart)
+    for constraint in apart:
+        assert constraint.description in str(caught.value)
+
+
+@pytest.mark.long
+def test_a_true_constraint_is_rarely_called_a_conflict(problem: LongMotion, payload: InertialParameters) -> None:
+    """A mass bound at the very truth contradicts 1 % of the data at most."""
+    model = error_model(answer_payload(problem, methods=(4,)).estimates[0].estimate)
+    draw = np.random.default_rng(0)
+    root = np.linalg.cholesky(model.covariance)
+    called = 0
+    for _ in range(300):
+        scale = draw.chisquare(model.degrees_of_freedom) / model.degrees_of_freedom
+        values = payload.vector + root @ draw.standard_normal(10)
+        sample = replace(model, values=values, covariance=scale * model.covariance)
+        rules: list[Constraint] = [PossibleBody(), MassBounds(high=payload.mass)]
+        called += any(test.conflict for test in possible_payload.tested(solve_constrained(sample, rules)))
+    assert called <= 6

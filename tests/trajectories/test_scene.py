@@ -1,0 +1,169 @@
+"""Scenes from TOML; distances of their bodies against brute force, and their slopes."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from dynident.common.arrays import Array
+from dynident.common.errors import InputError
+from dynident.model import load_robot
+from dynident.trajectories import Scene, read_scene
+from dynident.trajectories.design.limits import State
+from dynident.trajectories.design.scene import Capsule, HalfSpace, clearance
+from dynident.trajectories.motions.family import Samples
+
+ROBOT = load_robot("rx90")
+SCENE = Scene(
+    (
+        Capsule("column", 0, 0.2, (0.0, 0.0, -0.42), (0.0, 0.0, 0.1)),
+        Capsule("upper arm", 2, 0.12, (0.0, 0.0, 0.0), (0.45, 0.0, 0.0)),
+        Capsule("forearm", 4, 0.1, (0.0, 0.0, -0.45), (0.0, 0.0, 0.0)),
+        Capsule("tool", 6, 0.12, (0.0, 0.0, 0.2)),
+        Capsule("ball", 0, 0.05, (0.5, 0.5, 0.5)),
+    ),
+    (HalfSpace("floor", (0.0, 0.0, 2.0), -0.42),),
+    (("tool", "column"), ("forearm", "column"), ("column", "forearm"), ("tool", "ball")),
+    (("upper arm", "floor"),),
+)
+
+
+def state(q: Array) -> State:
+    return State(Samples(np.ones(len(q)), q, 0 * q, 0 * q), np.zeros((0, len(q))))
+
+
+def frame(q: Array, link: int) -> tuple[Array, Array]:
+    """Axes and origin of a link's frame, by plain matrices (modified DH)."""
+    T = np.eye(4)
+    for joint, angle in zip(ROBOT.joints[:link], q, strict=False):
+        ca, sa, ct, st = np.cos(joint.alpha), np.sin(joint.alpha), np.cos(angle), np.sin(angle)
+        T = T @ np.array(
+            [
+                [ct, -st, 0, joint.d],
+                [ca * st, ca * ct, -sa, -joint.r * sa],
+                [sa * st, sa * ct, ca, joint.r * ca],
+                [0, 0, 0, 1],
+            ]
+        )
+    return T[:3, :3], T[:3, 3]
+
+
+def axis_points(body: Capsule, q: Array) -> Array:
+    R, p = frame(q, body.link)
+    start, end = np.array(body.start), np.array(body.end or body.start)
+    return np.asarray(p + (start + np.linspace(0, 1, 401)[:, None] * (end - start)) @ R.T)
+
+
+def test_distances_are_those_of_dense_points() -> None:
+    q = np.random.default_rng(0).uniform(-2.5, 2.5, (20, 6))
+    limit = clearance(ROBOT, SCENE)
+    distances = dict(zip(limit.labels, (0.1 * limit.values(state(q))).T, strict=True))
+    bodies = {body.name: body for body in SCENE.bodies}
+    for a, b in SCENE.pairs:
+        for k, pose in enumerate(q):
+            gap = axis_points(bodies[a], pose)[:, None] - axis_points(bodies[b], pose)[None]
+            apart = np.linalg.norm(gap, axis=2).min() - bodies[a].radius - bodies[b].radius
+            assert distances[f"{a} to {b}"][k] == pytest.approx(apart, abs=1e-3)
+    heights = [axis_points(bodies["forearm"], pose)[[0, -1], 2] + 0.42 - 0.1 for pose in q]
+    assert np.allclose(distances["forearm, start, to floor"], np.array(heights)[:, 0])
+    assert np.allclose(distances["forearm, end, to floor"], np.array(heights)[:, 1])
+    assert not any("upper arm" in label and "floor" in label for label in limit.labels)
+    assert not any(label.startswith("column") and "floor" in label for label in limit.labels)
+
+
+def test_slopes_are_derivatives() -> None:
+    draw, step = np.random.default_rng(1), 1e-6
+    q, limit = draw.uniform(-2.0, 2.0, (15, 6)), clearance(ROBOT, SCENE)
+    seed, direction = draw.standard_normal((15, len(limit.labels))), draw.standard_normal(q.shape)
+    slopes = State(Samples.zeros(state(q).samples), np.zeros((0, 15)))
+    limit.pullback(state(q), seed, slopes)
+    change = limit.values(state(q + step * direction)) - limit.values(state(q - step * direction))
+    assert np.sum(slopes.samples.q * direction) == pytest.approx(np.sum(seed * change) / (2 * step), rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: Capsule("c", 1, -0.1), "'c': link 1 and radius -0.1"),
+        (lambda: HalfSpace("h", (0.0, 0.0, 0.0)), "'h' needs a normal"),
+        (lambda: Scene((Capsule("c", 1, 0.1), Capsule("c", 2, 0.1))), "same name"),
+        (lambda: Scene((Capsule("c", 1, 0.1),), pairs=(("c", "d"),)), "no body or surface 'd'"),
+        (lambda: clearance(ROBOT, Scene((Capsule("c", 9, 0.1),))), "does not have: it has 6"),
+        (lambda: clearance(ROBOT, Scene((Capsule("c", 3, 0.1),))), "nothing in the scene can collide"),
+    ],
+)
+def test_scenes_that_cannot_be(make: object, message: str) -> None:
+    assert callable(make)
+    with pytest.raises(InputError, match=message):
+        make()
+
+
+WHOLE = """
+clearance = 0.02
+pairs = [["tool", "column"]]
+may_touch = [["upper arm", "floor"]]
+
+[[surfaces]]
+name = "floor"
+offset = -0.42
+
+[[surfaces]]
+name = "wall"
+normal = [0, -1.0, 0]
+offset = -1.5
+
+[[bodies]]
+name = "column"
+link = 0
+radius = 0.2
+start = [0, 0, -0.42]
+end = [0, 0, 0.1]
+
+[[bodies]]
+name = "upper arm"
+link = 2
+radius = 0.12
+end = [0.45, 0, 0]
+
+[[bodies]]
+name = "tool"
+link = 6
+radius = 0.12
+start = [0, 0, 0.2]
+"""
+
+
+def write(folder: Path, text: str) -> Path:
+    path = folder / "scene.toml"
+    path.write_text(text)
+    return path
+
+
+def test_everything_is_read(tmp_path: Path) -> None:
+    assert read_scene(write(tmp_path, WHOLE)) == Scene(
+        (
+            Capsule("column", 0, 0.2, (0.0, 0.0, -0.42), (0.0, 0.0, 0.1)),
+            Capsule("upper arm", 2, 0.12, (0.0, 0.0, 0.0), (0.45, 0.0, 0.0)),
+            Capsule("tool", 6, 0.12, (0.0, 0.0, 0.2)),
+        ),
+        (HalfSpace("floor", (0.0, 0.0, 1.0), -0.42), HalfSpace("wall", (0.0, -1.0, 0.0), -1.5)),
+        (("tool", "column"),),
+        (("upper arm", "floor"),),
+        0.02,
+    )
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("radius = 0.2\n", "radius = -1\n", "'column'"),
+        ("[0, -1.0, 0]", "[0, 0, 0]", "'wall' needs a normal"),
+        ('[["tool", "column"]]', '[["tool", "post"]]', "no body or surface 'post'"),
+        ('[["upper arm", "floor"]]', "7", "'may_touch': must be pairs"),
+        ('name = "wall"', 'name = "floor"', "the same name"),
+    ],
+)
+def test_mistakes_are_named(tmp_path: Path, old: str, new: str, words: str) -> None:
+    assert old in WHOLE
+    with pytest.raises(InputError, match=words) as caught:
+        read_scene(write(tmp_path, WHOLE.replace(old, new)))
+    assert "scene.toml" in str(caught.value)
