@@ -83,7 +83,6 @@ __all__ = [
     "forward_dynamics",
     "forward_dynamics_base",
     "forward_kinematics",
-    "friction",
     "friction_terms",
     "generate_code",
     "gravity",

@@ -154,7 +154,7 @@ def new_robot(sheet: _Sheet) -> tuple[model.Robot, tuple[float, ...]]:
     """The robot that the answers describe, and the positions [deg or m] of the pose they describe it in."""
     axes, name = list(sheet.joint or ()), sheet.name or ""
     drawn_at = sheet.drawn_at or (0.0,) * len(axes)
-    for option_name, values in (("--drawn-at", drawn_at), ("--limits", sheet.limits or axes)):
+    for option_name, values in (("drawn-at", drawn_at), ("--limits", sheet.limits or axes)):
         if len(values) != len(axes):
             raise InputError(f"{option_name} has {len(values)} parts for {len(axes)} joints: give one per joint")
     for j, bounds in enumerate(sheet.limits or ()):

@@ -115,7 +115,7 @@ LINES = {
     },
     NEAR: {
         "--range=-3": "one positive number",
-        "bound=true": "Unknown option: bound=true",
+        "--bound": "Unknown option: --bound",
         "--mass 3,4": "give one mass",
         "--second-pose 1,2": "give one each",
         "--torque-noise 1,2": "6 positive numbers",
@@ -196,7 +196,7 @@ LINES = {
         "nowhere.csv --samples x.csv": "Unknown option: --samples",
         "nowhere.csv --segments trapezoid": "Unknown option: --segments",
         "nowhere.csv --starts 3": "Unknown option: --starts",
-        "nowhere.csv seed=3": "seed has no effect without bound=true",
+        "nowhere.csv seed=3": "seed has no effect without the key bound",
         "nowhere.csv --data-from nowhere.npz": "needs data-length",
     },
     f"simulate {RX90} --out x": {
@@ -220,7 +220,7 @@ LINES = {
         f"--limits {','.join(['2:1'] * 6)}": "--limits of joint 1",
         "--limits 1:2:fast": "'fast' is not a number",
         "--limits 1:2:3:4:5:6": "is not LOW:HIGH[:SPEED",
-        "drawn-at=1,2": "drawn-at=has 2 parts for 6 joints",
+        "drawn-at=1,2": "drawn-at has 2 parts for 6 joints",
         "--mass 0": "mass must be positive",
         "--rated-payload -1": "rated payload must be positive",
         "--drawing x.gif": "ends in .png, .svg or .pdf",

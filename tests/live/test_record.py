@@ -181,7 +181,7 @@ def test_old_controllers_are_asked_for_125(version: int, play: Play, tmp_path: P
 @pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGTERM])
 def test_an_interruption_leaves_a_whole_file(how: signal.Signals, play: Play, tmp_path: Path) -> None:
     player, out = play(), tmp_path / "a.csv"
-    command = [sys.executable, "-m", "dynident", "record", "ur", *player.address, "--out", str(out), "verbose=true"]
+    command = [sys.executable, "-m", "dynident", "record", "ur", *player.address, "--out", str(out)]
     process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True)
     assert player.next()["event"] == "fields"
     time.sleep(1.0)

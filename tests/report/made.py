@@ -13,6 +13,7 @@ from dynident.estimation.fit.covariance import RobustCovariance
 from dynident.estimation.fit.drive_gains import Fingerprints
 from dynident.estimation.fit.essential import Elimination, EliminationPath
 from dynident.estimation.fit.estimate import Fit
+from dynident.estimation.fit.friction import TermChoice
 from dynident.estimation.gains.known_load import Mountings, known_mass
 from dynident.estimation.payload.repeats import Repeats
 from dynident.estimation.payload.result import PayloadEstimate
@@ -20,12 +21,14 @@ from dynident.estimation.payload.ripple import Wave
 from dynident.estimation.possible.prior import PriorRobot
 from dynident.estimation.possible.robot import PossibleRobot
 from dynident.model import InertialParameters, Pose, Processing
+from dynident.model.friction import Friction
 
 RNG = np.random.default_rng(17)
 PROCESSING = Processing(101.0, 11.0, 7, still_speed=0.003, slow_fraction=0.04, slow_speed=0.06, max_mismatch=0.05)
 FIT = Fit(np.array([1.1, 1.2, 1.3]), np.array([21.0, 22.0, 23.0]), (31, 32, 33))
 CHECK = Fit(np.array([1.4, 1.5, 1.6]), np.array([24.0, 25.0, 26.0]), (34, 35, 36))
-DRIVES = SimpleNamespace(offsets=True, side="link")
+CHOICES = (TermChoice("FL2", 0.75, 0.125), TermChoice("FR1", 0.25, 0.5, "explains no more"))
+DRIVES = SimpleNamespace(offsets=True, friction=(Friction("FL", (2,)),), side="link")
 ROBOT = SimpleNamespace(
     n=2,
     name="arm",
@@ -49,7 +52,9 @@ GAINS = Gains((0.01, 0.02, 0.03), 0.004, np.diag([1e-4, 2e-4, 3e-4]).tolist(), S
 def source(rate: float = 100.0) -> Any:
     """Recordings that were read with drive gains, processed at a rate [Hz]."""
     recording = SimpleNamespace(gains=(2.5, 3.5))
-    return SimpleNamespace(processing=PROCESSING, loaded=(recording,), unloaded=(recording,), rate=rate)
+    return SimpleNamespace(
+        processing=PROCESSING, loaded=(recording,), unloaded=(recording,), rate=rate, choices=CHOICES
+    )
 
 
 def numbers(*shape: int) -> Any:
@@ -99,6 +104,7 @@ def identification() -> Any:
         essential=("B",),
         elimination=elimination(),
         without_robust="",
+        choices=CHOICES,
         gains=GAINS,
         validation=CHECK,
         warnings=("warned",),

@@ -55,8 +55,12 @@ def same(document: Document, expected: dict[str, Any]) -> None:
 PROCESSING = {
     "rate_hz": 101.0, "cutoff_hz": 11.0, "decimate": 7, "still_speed": 0.003, "slow_fraction": 0.04,
     "slow_speed": 0.06, "max_mismatch": 0.05, "drive_gains": [2.5, 3.5], "offsets": True, "coulomb": "paper",
-    "torque_side": "link",
+    "torque_side": "link", "friction": ["FL2"],
 }  # fmt: skip
+FRICTION = [
+    {"name": "FL2", "kept": True, "fall": 0.75, "error": 0.125},
+    {"name": "FR1", "kept": False, "fall": 0.25, "error": 0.5, "why_not": "explains no more"},
+]
 GAINS = {
     "per_joint": [0.01, 0.02, 0.03], "common": 0.004, "identified": np.diag([1e-4, 2e-4, 3e-4]),
     "recordings": {"unloaded": ["u"], "loaded": ["l"]}, "mass": 6.5, "notes": ["said"],
@@ -221,6 +225,7 @@ def test_identify() -> None:
             ],
             "elimination": elimination(result.elimination, {"A": "AR", "B": "BR"}, ["warned"]),
             "constrained": None,
+            "friction": FRICTION,
             "chi2_by": "jackknife",
             "condition_number": 41.5,
             "condition_number_scaled": 4.25,
@@ -301,6 +306,7 @@ def test_payload() -> None:
             "estimates": [free_payload(answer.estimates[0]), possible_payload(answer.constrained[0])],
             "recommended": {"method": 3, "estimator": "constrained", "reason": "one path"},
             "mass_by_joints": MASS_BY_JOINTS,
+            "friction": FRICTION,
             "essential": elimination(answer.elimination, {"A": "AR", "B": "BR"}, ["warned"]),
             "left_out": {"2": "no pair"},
             "verdict": VERDICT,

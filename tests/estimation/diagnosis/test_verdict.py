@@ -549,8 +549,8 @@ SIDES: dict[str, list[Side]] = {
         Side("error", "hold no gravity", causes.WEIGHTLESS, lambda x: rival("weightless", "", x)),
     ],
     "off_scale": [
-        Side("warning", "multiplied at joint 2 1.1", scales.OFF_SCALE, signals),
-        Side("warning", "multiplied at joint 2 1.2", scales.OFF_SCALE_Z, lambda x: signals(0.2, 0.2 / x)),
+        Side("warning", "multiplied at joint 2 1.2", scales.OFF_SCALE, signals),
+        Side("warning", "multiplied at joint 2 1.3", scales.OFF_SCALE_Z, lambda x: signals(0.3, 0.3 / x)),
     ],
     "arm_weight": [
         Side("note", "the arm weighs 0.12", checks.LIGHT, weighing_arm, True),
