@@ -83,6 +83,8 @@ RUNS = (
         "fleet reduce six_arm_unloaded.csv ur_near_unloaded.csv --robot six_axis.toml equation-rate=31.25 "
         "--pattern {arm}_unloaded.csv --store store",
     ),
-    Run("real_payload_ur10e", f"payload --robot ur10e {_UR_REAL} {_GAINS}"),
-    Run("real_identify_tx40", f"identify --robot tx40 --data {_TX_REAL}"),
+    Run("real_payload_ur10e", f"payload --robot ur10e {_UR_REAL} {_GAINS} --friction paper"),
+    Run("real_identify_tx40", f"identify --robot tx40 --data {_TX_REAL} --friction paper"),
+    Run("real_payload_ur10e_friction", f"payload --robot ur10e {_UR_REAL} {_GAINS}"),
+    Run("real_identify_tx40_friction", f"identify --robot tx40 --data {_TX_REAL}"),
 )
