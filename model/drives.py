@@ -154,13 +154,13 @@ class Drives:
                 raise ValueError(f"drives name joint {joint}, the robot has joints 1 to {n}")
         for term in self.friction:
             if any(not 1 <= joint <= n for joint in term.joints):
-                raise ValueError(f"friction {term.kind} names joints {term.joints}, the robot has joints 1 to {n}")
+                raise InputError(f"friction {term.kind} names joints {term.joints}, the robot has joints 1 to {n}")
         for joint in range(1, n + 1):
             kinds = [term.kind for term in self.friction if term.at(joint)]
             if len(set(kinds)) < len(kinds):
-                raise ValueError(f"joint {joint} has a term of friction twice: {', '.join(kinds)}")
+                raise InputError(f"joint {joint} has a term of friction twice: {', '.join(kinds)}")
         if self.offsets and any(term.kind == "FA" for term in self.friction):
-            raise ValueError("friction FA and the offsets are one column of a joint that moves: leave out one")
+            raise InputError("friction FA and the offsets are one column of a joint that moves: leave out one")
         if self.coupling and not (self.rotor_inertia and set(PAPER) <= set(self.friction)):
             raise ValueError("coupled drives need rotor inertia and friction")
         if self.side == "link" and self.rotor_inertia:

@@ -30,11 +30,15 @@ class Law(NamedTuple):
     loaded: bool = False
 
 
+_SLOW = 1e-12
+"""rad/s or m/s: the root has a slope at rest, too."""
 LAWS = {
     "FS": Law("Coulomb", "N·m or N", lambda lib, v, sign, load, own: sign),
     "FV": Law("viscous", "N·m·s or N·s/m", lambda lib, v, sign, load, own: v),
     "FL": Law("load", "1", lambda lib, v, sign, load, own: lib.fabs(load) * sign, loaded=True),
-    "FR": Law("root", "N·m/(rad/s)^.5 or N/(m/s)^.5", lambda lib, v, sign, load, own: lib.sqrt(lib.fabs(v)) * sign),
+    "FR": Law(
+        "root", "N·m/(rad/s)^.5 or N/(m/s)^.5", lambda lib, v, sign, load, own: lib.sqrt(lib.fabs(v) + _SLOW) * sign
+    ),
     "FB": Law("Stribeck", "N·m or N", lambda lib, v, sign, load, own: lib.exp(-((v / own) ** 2)) * sign),
     "FA": Law("asymmetric Coulomb", "N·m or N", lambda lib, v, sign, load, own: lib.fabs(sign)),
 }

@@ -27,7 +27,7 @@ from . import ANSWERED
 from .entry import SETTING, command, options
 from .options import Options, RehearsedRobotOptions, ViewOptions, print_lines
 from .progress import status
-from .values import NewFolder, PayloadFile, Reads, Seed, Share, number_within, share, word
+from .values import NewFolder, PayloadFile, Reads, Seed, Share, levels, number_within, share, word
 
 _Trajectory = Annotated[str, Reads("trajectories"), Parameter(metavar="CSV")]
 
@@ -49,6 +49,8 @@ class _Simulate(Options):
     """Run each trajectory with this payload too."""
     noise: Annotated[str, Parameter(metavar="LEVEL")] = ""
     """none, a share of each joint's torque, or paper or slow (rx90); default: paper for rx90, else 0.08."""
+    friction: Annotated[dict[str, float] | None, word(levels, "TERM=LEVEL,..")] = None
+    """More friction: FL2=0.06 of load, FR1=20 by the root of speed, FB1@0.1=5 of Stribeck (docs/theory.md)."""
     gain_error: Annotated[Share, SETTING] = 0.0
     """Error of the drive gains, such as 0.02 (default: 0)."""
     controller: Literal["integral", "proportional", "gravity"] = "integral"
@@ -63,13 +65,26 @@ class _Simulate(Options):
     out: NewFolder
     """Folder of the recordings and of truth.toml."""
 
+    def rubbing(self, robot: model.Robot) -> model.Robot:
+        """The robot with further terms of friction."""
+        if not self.friction:
+            return robot
+        more = model.friction_terms(list(self.friction))
+        own = [term for term in robot.drives.friction if term.kind not in {new.kind for new in more}]
+        values = {name.partition("@")[0]: level for name, level in self.friction.items()}
+        if joints := [name for name in values if not name[-1].isdigit()]:
+            raise InputError(
+                f"--friction: {joints[0]} needs the number of a joint: {joints[0]}1={values[joints[0]]:g}"
+            )
+        return replace(robot.with_friction((*own, *more)), parameters={**robot.parameters, **values})
+
 
 @command
 def run(*, arm: RehearsedRobotOptions, request: _Simulate, view: ViewOptions) -> int:
     """Run it."""
     view.check_view()
     described = arm.load()
-    robot = model.with_stand_in(described)
+    robot = request.rubbing(model.with_stand_in(described))
     payload = model.read_payload(request.payload) if request.payload else None
     references = _references(robot, described, request.trajectory, request.seed)
     disturbances = _disturbances(robot, request.noise, list(references.values()))

@@ -146,6 +146,13 @@ def joint_list(text: str) -> tuple[int, ...]:
     return checked(joints, good, text, "a list of different joint numbers such as 2,3,5,6")
 
 
+def levels(text: str) -> dict[str, float]:
+    """Numbers by name: FL2=0.06,FB1@0.1=5."""
+    parts = [part.partition("=") for part in texts(text)]
+    checked(parts, all(mark for _, mark, _ in parts), text, "levels such as FL2=0.06,FR1=20")
+    return {name: number(value) for name, _, value in parts}
+
+
 def path_or_dash(text: str) -> str:
     """A path, or "-" for standard output."""
     return checked(text, not text.startswith("--"), text, "a path, or - for standard output")

@@ -256,6 +256,7 @@ OPTIONS: dict[str, dict[str, str]] = {
         "--trajectory": "--trajectory rx_arm.csv",
         "--payload": "--payload box.toml",
         "--noise": "--noise none",
+        "--friction": "--friction FL2=0.06,FR1=9",
         "gain-error": "gain-error=0.1",
         "--rate": "--rate 100",
         "--controller": "--controller gravity",
