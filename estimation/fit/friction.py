@@ -1,7 +1,6 @@
 """Friction of the drives as the data ask for it, and the equations of friction that grows with load."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 from typing import NamedTuple, TypeVar
 
 import numpy as np
@@ -11,7 +10,7 @@ from ...common.errors import InputError
 from ...common.linear import without
 from ...model import Robot
 from ...model.drives import parameter_kind
-from ...model.friction import Friction
+from ...model.friction import Friction, terms_of
 from ..equations.equations import Equations
 from ..equations.observer import Observer
 from .blocks import weighted_solution
@@ -24,7 +23,7 @@ _SETTLED = 1e-3
 _SURE = 2.0
 """Standard errors by which the error on held-out blocks must fall: of 705 joints of simulated arms without such
 friction none kept a term by 2, one in fifty did by 1."""
-_OWN = 0.05
+_OWN = 0.02
 """Part of a term's column that no other column can imitate, below which the data do not tell it apart."""
 
 
@@ -98,32 +97,31 @@ def chosen_terms(
         candidates: tried one after the other.
         equations: in its base parameters, in blocks of time.
     """
+    every, kept = equations.columns, dict[str, list[str]]()
     kinds = [term.kind for term in candidates]
-    kept = [name for name in equations.columns if parameter_kind(name) not in kinds]
-    weights = equations.joint_weights(_padded(equations, kept))
-    chosen, choices = list[Friction](), list[TermChoice]()
-    for term in candidates:
-        names = [f"{term.kind}{j}" for j in range(1, robot.n + 1) if f"{term.kind}{j}" in equations.columns]
-        tried = [name for name in names if _apart(equations, name, kept) > _OWN]
-        before, after = (_held_out(equations, columns, weights) for columns in (kept, [*kept, *tried]))
-        joints = []
+    own = [name for name in every if parameter_kind(name) not in kinds]
+    weights, choices = equations.joint_weights(_padded(equations, own)), dict[str, TermChoice]()
+    for term in (*candidates, *candidates):  # the second time beside the others that were kept
+        others = [*own, *(name for kind, names in kept.items() if kind != term.kind for name in names)]
+        if term.kind in kept and len(others) == len(own):
+            continue
+        names = [name for name in every if parameter_kind(name) == term.kind]
+        tried = [name for name in names if _apart(equations, name, others) > _OWN]
+        before, after = (_held_out(equations, columns, weights) for columns in (others, [*others, *tried]))
         for name in names:
-            j = int(name.removeprefix(term.kind)) - 1
-            falls = before[0][:, j] - after[0][:, j]
+            joint = int(name.removeprefix(term.kind)) - 1
+            falls = before[0][:, joint] - after[0][:, joint]
             total, error = float(falls.sum()), float(np.sqrt(len(falls)) * falls.std(ddof=1))
-            size = float(before[0][:, j].sum())
+            size = max(float(before[0][:, joint].sum()), np.finfo(float).tiny)
             why_not = "" if total > _SURE * error else "explains no more on held-out blocks"
             if name not in tried:
                 why_not = "not told apart from the others"
             elif not why_not and term.loaded and after[1][name] <= 0.0:
                 why_not = "would be negative"
-            choices.append(TermChoice(name, total / size if size else 0.0, error / size if size else 0.0, why_not))
-            if not why_not:
-                joints.append(j + 1)
-        if joints:
-            chosen.append(replace(term, joints=tuple(joints) if len(joints) < robot.n else ()))
-            kept += [f"{term.kind}{joint}" for joint in joints]
-    return tuple(chosen), tuple(choices)
+            choices[name] = TermChoice(name, total / size, error / size, why_not)
+        kept[term.kind] = [name for name in names if not choices[name].why_not]
+    found = terms_of([name for names in kept.values() for name in names], candidates, robot.n)
+    return tuple(term for term in found if term.kind in kinds), tuple(choices.values())
 
 
 def _padded(equations: Equations, names: Sequence[str]) -> Array:
