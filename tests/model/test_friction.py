@@ -145,6 +145,12 @@ def test_names_tell_the_terms(robot: Robot) -> None:
     assert robot.of_parameters(names) == robot.with_friction(some)
 
 
+def test_names_keep_each_stribeck_speed() -> None:
+    robot = load_robot("ur10e").with_friction(friction_terms(["FS", "FV", "FB2@0.1", "FB3@0.12345678"]))
+    assert robot.of_parameters(standard_columns(robot)) == robot
+    assert friction_terms([name for term in robot.drives.friction for name in term_names(term)]) == robot.drives.friction
+
+
 @pytest.mark.parametrize(
     ("names", "message"),
     [
@@ -152,6 +158,8 @@ def test_names_tell_the_terms(robot: Robot) -> None:
         (["FB"], "needs a speed"),
         (["FS@3"], "no other term has one"),
         (["IA"], "friction 'IA'"),
+        (["FL0"], "friction 'FL0'"),
+        (["FB@1.2.3"], "friction 'FB@1.2.3'"),
     ],
 )
 def test_wrong_terms_are_refused(names: list[str], message: str) -> None:
@@ -174,8 +182,10 @@ def test_robots_refuse_what_joints_cannot_have() -> None:
         ((*PAPER, Friction("FS", (2,))), "joint 2 has a term of friction twice"),
         (friction_terms(["FS", "FA"]), "FA and the offsets are one column"),
     ):
-        with pytest.raises(ValueError, match=message):
+        with pytest.raises(InputError, match=message):
             robot.with_offsets(True).with_friction(terms)
+    with pytest.raises(InputError, match="FS and FV at all joints"):
+        load_robot("rx90").with_friction(friction_terms(["FS", "FV2"]))
 
 
 def test_smoothed_terms_near_the_exact_ones(rubbing: Robot) -> None:
