@@ -30,11 +30,15 @@ class Law(NamedTuple):
     loaded: bool = False
 
 
+_TINY = 1e-16
+"""Added to a speed under a root, whose derivative at rest is infinite."""
 LAWS = {
     "FS": Law("Coulomb", "N·m or N", lambda lib, v, sign, load, own: sign),
     "FV": Law("viscous", "N·m·s or N·s/m", lambda lib, v, sign, load, own: v),
     "FL": Law("load", "1", lambda lib, v, sign, load, own: lib.fabs(load) * sign, loaded=True),
-    "FR": Law("root", "N·m/(rad/s)^.5 or N/(m/s)^.5", lambda lib, v, sign, load, own: lib.sqrt(lib.fabs(v)) * sign),
+    "FR": Law(
+        "root", "N·m/(rad/s)^.5 or N/(m/s)^.5", lambda lib, v, sign, load, own: lib.sqrt(lib.fabs(v) + _TINY) * sign
+    ),
     "FB": Law("Stribeck", "N·m or N", lambda lib, v, sign, load, own: lib.exp(-((v / own) ** 2)) * sign),
     "FA": Law("asymmetric Coulomb", "N·m or N", lambda lib, v, sign, load, own: lib.fabs(sign)),
 }

@@ -148,7 +148,10 @@ def test_names_tell_the_terms(robot: Robot) -> None:
 def test_names_keep_each_stribeck_speed() -> None:
     robot = load_robot("ur10e").with_friction(friction_terms(["FS", "FV", "FB2@0.1", "FB3@0.12345678"]))
     assert robot.of_parameters(standard_columns(robot)) == robot
-    assert friction_terms([name for term in robot.drives.friction for name in term_names(term)]) == robot.drives.friction
+    assert (
+        friction_terms([name for term in robot.drives.friction for name in term_names(term)])
+        == robot.drives.friction
+    )
 
 
 @pytest.mark.parametrize(
@@ -199,3 +202,13 @@ def test_smoothed_terms_near_the_exact_ones(rubbing: Robot) -> None:
     for k in range(STATES):
         W = np.array(exact(q[k], qd[k], qdd[k]))[:, kinds]
         np.testing.assert_allclose(np.array(smooth(q[k], qd[k], qdd[k], 1e-3))[:, kinds], W, atol=1e-9)
+
+
+def test_smoothed_terms_have_a_slope_at_rest(rubbing: Robot) -> None:
+    columns = standard_columns(rubbing)
+    robot = replace(rubbing, parameters=dict(zip(columns, drawn(rubbing).tolist(), strict=True)))
+    q, qd, qdd = (ca.SX.sym(name, robot.n) for name in ("q", "qd", "qdd"))
+    torque = smooth_regressor(robot, columns)(q, qd, qdd, 1e-3) @ drawn(rubbing)
+    slope = ca.Function("slope", [q, qd, qdd], [ca.jacobian(torque, qd)])
+    still = np.zeros(robot.n)
+    assert np.isfinite(slope(still + 0.3, still, still).full()).all()
