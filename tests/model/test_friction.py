@@ -178,6 +178,13 @@ def test_a_law_of_other_inputs_is_refused() -> None:
         Friction.of("X", "N·m", own_law())
 
 
+def test_a_law_that_is_no_number_somewhere_is_refused() -> None:
+    speed, position, load = (ca.SX.sym(name) for name in ("speed", "position", "load"))
+    term = Friction.of("FN", "N·m", ca.Function("law", [speed, position, load], [ca.log(speed)]), (2,))
+    with pytest.raises(InputError, match="FN2: the law is no number"):
+        base_parameters(load_robot("ur10e").with_friction((*PAPER, term)))
+
+
 def test_robots_refuse_what_joints_cannot_have() -> None:
     robot = load_robot("ur10e")
     for terms, message in (
