@@ -161,8 +161,8 @@ class Drives:
                 raise InputError(f"joint {joint} has a term of friction twice: {', '.join(kinds)}")
         if self.offsets and any(term.kind == "FA" for term in self.friction):
             raise InputError("friction FA and the offsets are one column of a joint that moves: leave out one")
-        if self.coupling and not (self.rotor_inertia and set(PAPER) <= set(self.friction)):
-            raise ValueError("coupled drives need rotor inertia and friction")
+        if self.coupling and not self.fit_for_coupling:
+            raise InputError("coupled drives need rotor inertia and friction FS and FV at all joints")
         if self.side == "link" and self.rotor_inertia:
             raise ValueError("sensors on the link side see no rotor inertia")
 
@@ -170,6 +170,11 @@ class Drives:
     def on_link_side() -> "Drives":
         """What torque sensors behind the gear see of a drive: an offset of their own, no rotor, no friction."""
         return Drives(rotor_inertia=False, friction=(), offsets=True, side="link")
+
+    @property
+    def fit_for_coupling(self) -> bool:
+        """Whether they have what (8)-(11) say of coupled drives: rotor inertia, FS and FV at all joints."""
+        return self.rotor_inertia and set(PAPER) <= set(self.friction)
 
     @property
     def loaded(self) -> bool:

@@ -30,21 +30,21 @@ class Law(NamedTuple):
     loaded: bool = False
 
 
-_SLOW = 1e-12
-"""rad/s or m/s: the root has a slope at rest, too."""
+_TINY = 1e-16
+"""Added to a speed under a root, whose derivative at rest is infinite."""
 LAWS = {
     "FS": Law("Coulomb", "N·m or N", lambda lib, v, sign, load, own: sign),
     "FV": Law("viscous", "N·m·s or N·s/m", lambda lib, v, sign, load, own: v),
     "FL": Law("load", "1", lambda lib, v, sign, load, own: lib.fabs(load) * sign, loaded=True),
     "FR": Law(
-        "root", "N·m/(rad/s)^.5 or N/(m/s)^.5", lambda lib, v, sign, load, own: lib.sqrt(lib.fabs(v) + _SLOW) * sign
+        "root", "N·m/(rad/s)^.5 or N/(m/s)^.5", lambda lib, v, sign, load, own: lib.sqrt(lib.fabs(v) + _TINY) * sign
     ),
     "FB": Law("Stribeck", "N·m or N", lambda lib, v, sign, load, own: lib.exp(-((v / own) ** 2)) * sign),
     "FA": Law("asymmetric Coulomb", "N·m or N", lambda lib, v, sign, load, own: lib.fabs(sign)),
 }
 """The built-in terms: (2), then load FL |tau| sign(qd), root FR sqrt|qd| sign(qd), Stribeck FB exp(-(qd/speed)^2)
 sign(qd), and FA |sign(qd)|, by which Coulomb friction differs from one direction to the other."""
-_NAME = re.compile(r"(F[A-Z]+)(\d*)(?:@([\d.eE+-]+))?")
+_NAME = re.compile(r"(F[A-Z]+)([1-9]\d*)?(?:@(\d*\.?\d+(?:[eE][+-]?\d+)?))?")
 
 
 @dataclass(frozen=True)
@@ -146,7 +146,7 @@ def friction_terms(names: Sequence[str]) -> tuple[Friction, ...]:
 
 def term_names(term: Friction) -> tuple[str, ...]:
     """The reverse of ``friction_terms`` for one built-in term."""
-    speed = f"@{term.speed:g}" if term.speed else ""
+    speed = f"@{term.speed}" if term.speed else ""
     return tuple(f"{term.kind}{joint}{speed}" for joint in term.joints) or (f"{term.kind}{speed}",)
 
 
@@ -166,10 +166,11 @@ def terms_of(names: Sequence[str], own: Sequence[Friction], joints: int) -> tupl
         own: terms of the robot's description, which tell what no name does: a Stribeck speed, a law of one's own.
         joints: number of joints.
     """
-    known = {kind: Friction(kind) for kind in LAWS if kind != "FB"} | {term.kind: term for term in own}
+    named = {term.kind for term in own if term.speed or term.code}
+    known = [Friction(kind) for kind in LAWS if kind != "FB"] + [term for term in own if term.kind in named]
     terms = []
-    for kind, term in known.items():
-        there = tuple(j for j in range(1, joints + 1) if f"{kind}{j}" in names)
+    for term in known:
+        there = tuple(j for j in range(1, joints + 1) if term.at(j) and f"{term.kind}{j}" in names)
         if there:
             terms.append(replace(term, joints=there if len(there) < joints else ()))
     return in_order(terms)

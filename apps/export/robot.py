@@ -86,7 +86,7 @@ def _lost(holds: frozenset[str], whole: WholeRobot) -> Iterator[str]:
     laws = [f"{name} {value:.4g}" for name, value in own.items() if parameter_kind(name) in kinds]
     if laws:
         yield (
-            f"No place for friction by load or by a law of its own ({', '.join(laws)}): its nearest Coulomb and "
+            f"No place for friction beside Coulomb and viscous ({', '.join(laws)}): the nearest Coulomb and "
             "viscous friction is in friction and damping, under the mean torque that carries the arm alone in the "
             "poses of its range, up to each joint's largest speed."
         )

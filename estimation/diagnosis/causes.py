@@ -143,7 +143,7 @@ def alternatives(robot: Robot, states: States | None, free_gains: bool = False) 
     for name in robot_names():
         other = load_robot(name)
         if other.n == robot.n and _geometry(other) != _geometry(robot):
-            coupling = other.drives.coupling if robot.drives.rotor_inertia and robot.drives.friction else None
+            coupling = other.drives.coupling if robot.drives.fit_for_coupling else None
             drives = replace(robot.drives, coupling=coupling, spring=other.drives.spring)
             other = replace(other, gravity=robot.gravity, drives=drives)
             found += filter(None, [own.compared("robot", name, other, states)])
@@ -309,7 +309,7 @@ def descriptions(own: Comparison, mask: Mask) -> Iterator[Read]:
     robot, drives = own.robot, own.robot.drives
     if not mask.all():
         return
-    if robot.coupling is None and robot.n > 1 and drives.rotor_inertia and drives.friction:
+    if robot.coupling is None and robot.n > 1 and drives.fit_for_coupling:
         pair = (robot.n - 1, robot.n)
         text = f"the drives of joints {pair[0]} and {pair[1]} are coupled, which the description leaves out"
         yield text, replace(robot, drives=replace(drives, coupling=Coupling(pair))), own.states

@@ -10,10 +10,11 @@ from ...common.arrays import Array
 from ...common.brief import Brief
 from ...common.errors import InputError
 from ...common.linear import least_squares
-from ...model import BaseParameters, Recording, Robot, standard_columns, standard_regressor
+from ...model import BaseParameters, Recording, Robot, standard_columns
 from ...model.base.rank import random_states
 from ...model.drives import SPRING, parameter_kind
 from ...model.kernel.kernel import Kernel
+from ...model.regressors import regressor
 from ..equations.equations import Equations, merged
 from ..fit.own_equations import with_friction
 from ..fit.settings import DEFAULTS, Settings
@@ -150,7 +151,7 @@ def gain_problem(
     settings = replace(settings, friction=robot.drives.friction)
     problems, deletions, reason = posed(K, robust=True), list[tuple[Equations, ...]](), ""
     together = _together(problems, mountings)
-    if robot.drives.friction != description.drives.friction:
+    if robot.drives.loaded or robot.drives.friction != description.drives.friction:
         equations = _times(merged(part.whole for part in together), 1.0 / K)
     try:
         for k, (problem, own) in enumerate(zip(problems, together, strict=True)):
@@ -236,13 +237,12 @@ def free_gains(equations: Equations, weights: Array, loads: Sequence[KnownLoad])
 def gravity_acts(robot: Robot) -> tuple[bool, ...]:
     """Per motor, whether some mass of the robot or payload weighs on it in some pose."""
     q, qd, _ = random_states(robot, 20, seed=0)
-    kernel = Kernel(standard_regressor(robot))
-    entries = kernel(q, 0.0 * qd, 0.0 * qd)
-    heavy = [parameter_kind(name) in ("MX", "MY", "MZ", "M") for name in standard_columns(robot)]
+    heavy = [name for name in standard_columns(robot) if parameter_kind(name) in ("MX", "MY", "MZ", "M")]
+    kernel = Kernel(regressor(robot, heavy))
     weights = np.zeros((len(heavy), 20, robot.n))
-    for row, column, values in zip(kernel.rows, kernel.columns, entries, strict=True):
+    for row, column, values in zip(kernel.rows, kernel.columns, kernel(q, 0.0 * qd, 0.0 * qd), strict=True):
         weights[column, :, row] = values
-    flat = weights[heavy].reshape(-1, robot.n)
+    flat = weights.reshape(-1, robot.n)
     motors = robot.coupling.motor_torques(flat) if robot.coupling else flat
     return tuple(bool(weight > 1e-9) for weight in np.abs(motors).max(axis=0))
 

@@ -162,7 +162,9 @@ def _observer(robot: Robot, base: BaseParameters | None, frees: bool = True) -> 
     free = robot.with_offsets(True)
     own, path = (base.columns, ()) if base is not None else ((), (PATH,))
     friction = (*friction_columns(robot), *(name for name in own if parameter_kind(name) == "FV")) if frees else ()
-    columns = (*own, *friction, *payload_columns(free), *path)
+    # FA gives way to offsets, which rows of a moving joint do not tell from it.
+    known = (name.replace("FA", "OFF") if parameter_kind(name) == "FA" else name for name in own)
+    columns = (*known, *friction, *payload_columns(free), *path)
     return Observer(free, columns, (*own, *(f"{FREE}{name}" for name in friction), *PAYLOAD, *path))
 
 

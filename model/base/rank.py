@@ -5,6 +5,7 @@ from functools import lru_cache
 import numpy as np
 
 from ...common.arrays import Array
+from ...common.errors import InputError
 from ...common.linear import RANK_TOLERANCE
 from ..regressors import standard_columns, standard_regressor
 from ..robot import Robot
@@ -63,7 +64,13 @@ def stacked_regressor(robot: Robot, q: Array, qd: Array, qdd: Array) -> Array:
     if phi.n_in() > len(states):  # friction that depends on load, which any parameters may cause
         states.append(np.random.default_rng(len(q)).uniform(-1.0, 1.0, q.T.shape))
     side_by_side = phi.map(len(q))(*states)
-    return np.asarray(side_by_side.full().reshape(robot.n * len(q), -1))
+    W = np.asarray(side_by_side.full().reshape(robot.n * len(q), -1))
+    if not np.isfinite(W).all():
+        names = [
+            name for name, column in zip(standard_columns(robot), W.T, strict=True) if not np.isfinite(column).all()
+        ]
+        raise InputError(f"{', '.join(names)}: the law is no number at some speed, position or load: mend it there")
+    return W
 
 
 def leftmost_independent(W: Array, tolerance: float = RANK_TOLERANCE) -> list[int]:

@@ -16,6 +16,7 @@ from dynident.estimation.gains.current_side import gauss_newton
 from dynident.estimation.gains.known_load import known_mass, read_known_load
 from dynident.estimation.gains.problem import GainProblem, free_gains, gain_problem, gravity_acts, rests_on
 from dynident.model import InertialParameters, Motion, Processing, Recording, Robot, Spring, load_robot
+from dynident.model.friction import PAPER, Friction
 from dynident.trajectories import Simulator
 
 TRUTH = np.array([11.5, 12.4, 9.9, 10.4, 10.3, 10.1])
@@ -72,6 +73,7 @@ def test_gravity_decides_what_a_gain_rests_on() -> None:
     assert gravity_acts(load_robot("ur10e")) == (False, True, True, True, True, True)
     wall = replace(load_robot("ur10e"), gravity=(-9.81, 0.0, 0.0))
     assert gravity_acts(wall) == (True,) * 6
+    assert gravity_acts(wall.with_friction((*PAPER, Friction("FL")))) == (True,) * 6
 
 
 def test_load_file(tmp_path: Path) -> None:

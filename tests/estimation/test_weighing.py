@@ -27,6 +27,7 @@ from dynident.estimation.payload.short_motion import telling_rows
 from dynident.estimation.payload.weighing import difference_weighing, known_robot_weighing
 from dynident.estimation.signals.filtering import measurement
 from dynident.model import InertialParameters, Recording, Robot, load_robot
+from dynident.model.friction import Friction
 from dynident.trajectories import RX90_NOISE, NearMotion, Simulator, random_via_points
 from scipy.signal import lfilter
 
@@ -278,6 +279,15 @@ def test_robot_parameters_instead_of_a_recording(record: Record, simulator: Simu
     assert [way.name for way in answer.agreement] == ["torque difference (method 3)"]
     with pytest.raises(InputError, match="another model"):
         known_robot_weighing(robot.with_offsets(True), [pair.loaded], known)
+
+
+def test_a_known_robot_with_asymmetric_friction(record: Record, simulator: Simulator) -> None:
+    """While a joint moves FA is a constant torque, and both are free under load."""
+    robot = simulator.robot.with_friction((*simulator.robot.drives.friction, Friction("FA")))
+    motion = random_via_points(robot, 14, 1).motion(250.0)
+    known = identify(robot, [simulator.record(motion, None, NOISE, 1)], Settings(robust=False)).estimate
+    answer = answer_payload(known_robot_weighing(robot, [record((2, 3, 5, 6)).loaded], known))
+    assert answer.mass == pytest.approx(LOAD.mass, abs=3.0 * answer.spread.mass)
 
 
 def shaken(pair: Pair) -> Pair:

@@ -145,6 +145,15 @@ def test_names_tell_the_terms(robot: Robot) -> None:
     assert robot.of_parameters(names) == robot.with_friction(some)
 
 
+def test_names_keep_each_stribeck_speed() -> None:
+    robot = load_robot("ur10e").with_friction(friction_terms(["FS", "FV", "FB2@0.1", "FB3@0.12345678"]))
+    assert robot.of_parameters(standard_columns(robot)) == robot
+    assert (
+        friction_terms([name for term in robot.drives.friction for name in term_names(term)])
+        == robot.drives.friction
+    )
+
+
 @pytest.mark.parametrize(
     ("names", "message"),
     [
@@ -152,6 +161,8 @@ def test_names_tell_the_terms(robot: Robot) -> None:
         (["FB"], "needs a speed"),
         (["FS@3"], "no other term has one"),
         (["IA"], "friction 'IA'"),
+        (["FL0"], "friction 'FL0'"),
+        (["FB@1.2.3"], "friction 'FB@1.2.3'"),
     ],
 )
 def test_wrong_terms_are_refused(names: list[str], message: str) -> None:
@@ -167,6 +178,13 @@ def test_a_law_of_other_inputs_is_refused() -> None:
         Friction.of("X", "N·m", own_law())
 
 
+def test_a_law_that_is_no_number_somewhere_is_refused() -> None:
+    speed, position, load = (ca.SX.sym(name) for name in ("speed", "position", "load"))
+    term = Friction.of("FN", "N·m", ca.Function("law", [speed, position, load], [ca.log(speed)]), (2,))
+    with pytest.raises(InputError, match="FN2: the law is no number"):
+        base_parameters(load_robot("ur10e").with_friction((*PAPER, term)))
+
+
 def test_robots_refuse_what_joints_cannot_have() -> None:
     robot = load_robot("ur10e")
     for terms, message in (
@@ -174,8 +192,10 @@ def test_robots_refuse_what_joints_cannot_have() -> None:
         ((*PAPER, Friction("FS", (2,))), "joint 2 has a term of friction twice"),
         (friction_terms(["FS", "FA"]), "FA and the offsets are one column"),
     ):
-        with pytest.raises(ValueError, match=message):
+        with pytest.raises(InputError, match=message):
             robot.with_offsets(True).with_friction(terms)
+    with pytest.raises(InputError, match="FS and FV at all joints"):
+        load_robot("rx90").with_friction(friction_terms(["FS", "FV2"]))
 
 
 def test_smoothed_terms_near_the_exact_ones(rubbing: Robot) -> None:
@@ -189,3 +209,13 @@ def test_smoothed_terms_near_the_exact_ones(rubbing: Robot) -> None:
     for k in range(STATES):
         W = np.array(exact(q[k], qd[k], qdd[k]))[:, kinds]
         np.testing.assert_allclose(np.array(smooth(q[k], qd[k], qdd[k], 1e-3))[:, kinds], W, atol=1e-9)
+
+
+def test_smoothed_terms_have_a_slope_at_rest(rubbing: Robot) -> None:
+    columns = standard_columns(rubbing)
+    robot = replace(rubbing, parameters=dict(zip(columns, drawn(rubbing).tolist(), strict=True)))
+    q, qd, qdd = (ca.SX.sym(name, robot.n) for name in ("q", "qd", "qdd"))
+    torque = smooth_regressor(robot, columns)(q, qd, qdd, 1e-3) @ drawn(rubbing)
+    slope = ca.Function("slope", [q, qd, qdd], [ca.jacobian(torque, qd)])
+    still = np.zeros(robot.n)
+    assert np.isfinite(slope(still + 0.3, still, still).full()).all()
