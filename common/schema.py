@@ -110,8 +110,6 @@ def _toml_key(key: str) -> str:
 def _toml_value(value: Any) -> str:
     if isinstance(value, list | tuple):
         return f"[{', '.join(map(_toml_value, value))}]"
-    if isinstance(value, Mapping):
-        return f"{{{', '.join(f'{_toml_key(key)} = {_toml_value(part)}' for key, part in value.items())}}}"
     if isinstance(value, float):
         return repr(int(value)) if value == int(value) else repr(value)
     # JSON's texts, numbers and truth values are TOML's too, but for the one control character JSON leaves as it is.

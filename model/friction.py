@@ -44,7 +44,7 @@ LAWS = {
 }
 """The built-in terms: (2), then load FL |tau| sign(qd), root FR sqrt|qd| sign(qd), Stribeck FB exp(-(qd/speed)^2)
 sign(qd), and FA |sign(qd)|, by which Coulomb friction differs from one direction to the other."""
-_NAME = re.compile(r"(F[A-Z]+)([1-9]\d*)?(?:@(\d*\.?\d+(?:[eE][+-]?\d+)?))?")
+_NAME = re.compile(r"(F[A-Z]+)([1-9]\d*)?(?:@(\d*\.?\d+(?:[eE][+-]?\d+)?))?(?:=(.*):([a-z]+))?")
 
 
 @dataclass(frozen=True)
@@ -125,29 +125,32 @@ def is_friction(name: str) -> bool:
 
 
 def friction_terms(names: Sequence[str]) -> tuple[Friction, ...]:
-    """Read terms: "FS" for all joints, "FL2" for joint 2 alone, "FB@0.1" with the Stribeck speed.
+    """Read terms: "FS" for all joints, "FL2" for joint 2 alone, "FB@0.1" with its speed, "FX=unit:code" of one's own.
 
     Raises:
         InputError: for a name that stands for no term.
     """
-    terms: dict[tuple[str, float], list[int]] = {}
+    terms: dict[tuple[str, float, str, str], set[int]] = {}
     for name in names:
         found = _NAME.fullmatch(name.strip())
-        if not found or found[1] not in LAWS:
+        if not found or (found[1] in LAWS) == bool(found[5]):
             kinds = ", ".join(f"{kind} ({law.title})" for kind, law in LAWS.items())
-            raise InputError(f"friction {name.strip()!r}: give terms such as FS,FV,FL1,FB@0.1, of {kinds}")
-        joints = terms.setdefault((found[1], float(found[3] or 0.0)), [])
-        joints += [int(found[2])] if found[2] else [0]
+            raise InputError(f"friction {name.strip()[:40]!r}: give terms such as FS,FV,FL1,FB@0.1, of {kinds}")
+        key = (found[1], float(found[3] or 0.0), found[4] or "", found[5] or "")
+        terms.setdefault(key, set()).add(int(found[2] or 0))
     return tuple(
-        Friction(kind, () if 0 in joints else tuple(sorted(set(joints))), speed)
-        for (kind, speed), joints in terms.items()
+        Friction(kind, () if 0 in joints else tuple(sorted(joints)), *more)
+        for (kind, *more), joints in terms.items()
     )
 
 
-def term_names(term: Friction) -> tuple[str, ...]:
-    """The reverse of ``friction_terms`` for one built-in term."""
-    speed = f"@{term.speed}" if term.speed else ""
-    return tuple(f"{term.kind}{joint}{speed}" for joint in term.joints) or (f"{term.kind}{speed}",)
+def term_names(terms: Sequence[Friction]) -> tuple[str, ...]:
+    """Name terms as ``friction_terms`` reads them."""
+    names = []
+    for term in terms:
+        law = (f"@{term.speed}" if term.speed else "") + (f"={term.unit}:{term.code}" if term.code else "")
+        names += [f"{term.kind}{joint or ''}{law}" for joint in term.joints or (0,)]
+    return tuple(names)
 
 
 def in_order(terms: Sequence[Friction]) -> tuple[Friction, ...]:

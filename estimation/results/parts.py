@@ -12,7 +12,7 @@ from msgspec import UNSET, Meta, UnsetType, field
 from ...common.schema import Document, Vector, present
 from ...common.speech import Speaks
 from ...model import BaseParameters, Processing, Robot
-from ...model.files.robot_table import FrictionTable, friction_table
+from ...model.friction import term_names
 from ..diagnosis.finding import Verdict
 from ..fit.covariance import RobustCovariance
 from ..fit.drive_gains import Fingerprints, Gains
@@ -50,7 +50,7 @@ class ProcessingDocument(Document, frozen=True):
 
     drive_gains: tuple[float, ...] | UnsetType | None = UNSET
     offsets: bool | UnsetType = UNSET
-    friction: FrictionTable | UnsetType = UNSET
+    friction: tuple[str, ...] | UnsetType = UNSET
     coulomb: Literal["sum", "paper"] | UnsetType | None = UNSET
     rate: Number | UnsetType = field(default=UNSET, name="rate_hz")
     cutoff: Number | UnsetType = field(default=UNSET, name="cutoff_hz")
@@ -70,7 +70,7 @@ class ProcessingDocument(Document, frozen=True):
             equation_rate=UNSET if processing.equation_rate is None else processing.equation_rate,
             drive_gains=tuple(drive_gains) or None,
             offsets=robot.drives.offsets,
-            friction=friction_table(robot.drives.friction),
+            friction=term_names(robot.drives.friction),
             coulomb=robot.coupling.coulomb if robot.coupling else None,
             torque_side=robot.drives.side,
         )

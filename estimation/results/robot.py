@@ -10,7 +10,7 @@ from ...common.arrays import Array
 from ...common.errors import InputError
 from ...common.schema import Document, Matrix, Vector, WrongKeyError, at, present
 from ...model import Robot
-from ...model.files.robot_table import friction_of
+from ...model.friction import friction_terms
 from ..fit.covariance import RobustCovariance
 from ..fit.drive_gains import Fingerprints, Gains
 from ..fit.estimate import Estimate, Fit
@@ -227,7 +227,7 @@ class RobotResult(Result, frozen=True, kw_only=True, dict=True):
             )
         robot = robot.with_offsets(self.processing.offsets is True)
         if terms := present(self.processing.friction):
-            robot = robot.with_friction(friction_of(terms))
+            robot = robot.with_friction(friction_terms(terms))
         coulomb = present(self.processing.coulomb)
         if coulomb is not None and robot.coupling is not None:
             robot = robot.with_coulomb(coulomb)

@@ -9,7 +9,7 @@ from msgspec import Meta, field, structs
 
 from ...common.schema import Real, Table, Triple, WrongKeyError, at, unknown
 from ..drives import Coupling, Drives, Spring
-from ..friction import PAPER, Friction, friction_terms, term_names
+from ..friction import PAPER, friction_terms, term_names
 from ..motion import Processing, usual_slow_speed
 from ..pose import Pose
 from ..regressors import standard_columns
@@ -151,43 +151,12 @@ class SpringTable(Table, frozen=True):
         return Spring(self.joint, self.stiffness, self.length, self.arms, math.radians(self.zero_deg), rows)
 
 
-class TermTable(Table, frozen=True):
-    """A term of friction with a law of its own, as ``Friction.of`` makes it."""
-
-    kind: str
-    code: str
-    unit: str = ""
-    joints: tuple[int, ...] = ()
-
-
-FrictionTable = tuple[str | TermTable, ...]
-"""Terms of friction: "FS", "FL2", "FB@0.1", or of one's own."""
-
-
-def friction_table(terms: Sequence[Friction]) -> FrictionTable:
-    """Terms of friction as files hold them."""
-    return tuple(
-        row
-        for term in terms
-        for row in ([TermTable(term.kind, term.code, term.unit, term.joints)] if term.code else term_names(term))
-    )
-
-
-def friction_of(table: FrictionTable) -> tuple[Friction, ...]:
-    """The reverse of ``friction_table``."""
-    own = (row for row in table if isinstance(row, TermTable))
-    return (
-        *friction_terms([row for row in table if isinstance(row, str)]),
-        *(Friction(row.kind, row.joints, unit=row.unit, code=row.code) for row in own),
-    )
-
-
 class DrivesTable(Table, frozen=True):
     """What the model has of each drive; keys that are left out go by the side where torque is measured."""
 
     side: Literal["motor", "link"] = "motor"
     rotor_inertia: bool | None = None
-    friction: bool | FrictionTable | None = None
+    friction: bool | tuple[str, ...] | None = None
     offsets: bool | None = None
     coupling: CouplingTable | None = None
     spring: SpringTable | None = None
@@ -198,7 +167,7 @@ class DrivesTable(Table, frozen=True):
         usual, coupling = _usual(drives.side), drives.coupling
         values = {name: getattr(drives, name) for name in ("rotor_inertia", "friction", "offsets")}
         if drives.friction not in ((), PAPER):
-            values["friction"] = friction_table(drives.friction)
+            values["friction"] = term_names(drives.friction)
         return DrivesTable(
             side=drives.side,
             coupling=CouplingTable(joints=coupling.joints, coulomb=coupling.coulomb) if coupling else None,
@@ -220,7 +189,7 @@ class DrivesTable(Table, frozen=True):
             values["friction"] = PAPER if self.friction else ()
         elif self.friction is not None:
             with at("friction"):
-                values["friction"] = friction_of(self.friction)
+                values["friction"] = friction_terms(self.friction)
         drives = replace(_usual(self.side), **{key: value for key, value in values.items() if value is not None})
         if self.coupling:
             with at("coupling"):
