@@ -125,7 +125,7 @@ def is_friction(name: str) -> bool:
 
 
 def friction_terms(names: Sequence[str]) -> tuple[Friction, ...]:
-    """Read terms: "FS" for all joints, "FL2" for joint 2 alone, "FB@0.1" with its speed, "FX=unit:code" of one's own.
+    """Read terms: "FS" for all joints, "FL2" for joint 2 alone, "FB@0.1" with its speed, "FX=unit:code".
 
     Raises:
         InputError: for a name that stands for no term.

@@ -148,10 +148,7 @@ def test_names_tell_the_terms(robot: Robot) -> None:
 def test_names_keep_each_stribeck_speed() -> None:
     robot = load_robot("ur10e").with_friction(friction_terms(["FS", "FV", "FB2@0.1", "FB3@0.12345678"]))
     assert robot.of_parameters(standard_columns(robot)) == robot
-    assert (
-        friction_terms([name for term in robot.drives.friction for name in term_names(term)])
-        == robot.drives.friction
-    )
+    assert friction_terms(term_names(robot.drives.friction)) == robot.drives.friction
 
 
 @pytest.mark.parametrize(
