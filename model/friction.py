@@ -139,8 +139,8 @@ def friction_terms(names: Sequence[str]) -> tuple[Friction, ...]:
         key = (found[1], float(found[3] or 0.0), found[4] or "", found[5] or "")
         terms.setdefault(key, set()).add(int(found[2] or 0))
     return tuple(
-        Friction(kind, () if 0 in joints else tuple(sorted(joints)), *more)
-        for (kind, *more), joints in terms.items()
+        Friction(kind, () if 0 in joints else tuple(sorted(joints)), speed, unit, code)
+        for (kind, speed, unit, code), joints in terms.items()
     )
 
 
