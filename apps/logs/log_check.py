@@ -16,7 +16,7 @@ from ...estimation.diagnosis.finding import Finding, Severity, error, note, warn
 from ...estimation.diagnosis.verdict import robot_verdict
 from ...estimation.equations.equations import Equations
 from ...estimation.fit.least_squares import weighted
-from ...estimation.fit.own_equations import base_problem
+from ...estimation.fit.own_equations import base_problem, with_friction
 from ...estimation.fit.settings import Settings
 from ...estimation.gains.current_side import relative_scales
 from ...estimation.payload.long_motion import Source
@@ -187,6 +187,7 @@ def check_log(
         return check
     # What the robot's model says of the log; the size of currents of unknown gain tells no weight.
     robot = dataclasses.replace(robot, mass=None) if currents else robot
+    robot = robot if currents else _rubbing(robot, recording, processing)
     try:
         recording, equations = _reduced(robot, recording, processing, currents)
         estimate = weighted(equations)
@@ -279,6 +280,14 @@ def _mistake(robot: Robot, recording: Recording, currents: bool) -> str | None:
     """Say why the recording would be refused by any command; the size of a current says nothing."""
     scaled = dataclasses.replace(recording, torque=_GAIN * recording.torque) if currents else recording
     return next(implausible(robot, scaled), None)
+
+
+def _rubbing(robot: Robot, recording: Recording, processing: Processing) -> Robot:
+    """The robot with the friction that the recording shows, as it would be identified."""
+    try:
+        return with_friction(robot, [recording], Settings(processing)).robot
+    except InputError:  # joints that stand still, among others, which the report tells of
+        return robot
 
 
 def _reduced(

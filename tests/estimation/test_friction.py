@@ -6,8 +6,8 @@ from pathlib import Path
 import casadi as ca
 import numpy as np
 import pytest
+from dynident.apps.logs.log_check import check_log
 from dynident.apps.logs.read import read_recording
-from dynident.common.errors import InputError
 from dynident.common.schema import convert
 from dynident.estimation import (
     Identification,
@@ -146,11 +146,12 @@ def test_link_side_sensors_see_none() -> None:
     assert identify(robot, [recorded(robot, 8)]).choices == ()
 
 
-def test_friction_that_the_motion_does_not_show_is_named() -> None:
-    """Asked for by name, load friction of joint 6 of a real arm has no torque to grow with."""
-    robot = with_stand_in(load_robot("ur10e"))
-    with pytest.raises(InputError, match="friction 'FQ'"):
-        identify(load_robot("ur10e"), [recorded(robot, 9)], Settings(friction=friction_terms(["FQ"])))
+def test_a_check_sees_the_friction_that_is_identified() -> None:
+    log = recorded(rubbing("ur10e"), 1)
+    own = identify(load_robot("ur10e"), [log]).estimate
+    checked = check_log(load_robot("ur10e"), log)
+    assert checked.relative_residual == pytest.approx(own.fit.relative, rel=1e-6)
+    assert "FL2" in [row.name for row in checked.excitation]
 
 
 def quantity(result: PayloadResult) -> Quantity:

@@ -8,6 +8,7 @@ from .... import __version__
 from ....common.arrays import Array
 from ....model import INERTIAL, InertialParameters, Motion
 from ....model.drives import parameter_kind
+from ....model.friction import LAWS
 from ....model.inertia import PayloadSpread, payload_spread
 from ....model.visibility import PayloadVisibility
 from ....trajectories import DesignProblem, Score
@@ -30,6 +31,7 @@ _GROUPS = (
     ("rotor inertia", "kg m² or kg", ("IA", "IAM")),
     ("Coulomb friction", "N·m or N", ("FS", "FSM")),
     ("viscous friction", "N·m·s or N·s/m", ("FV", "FVM")),
+    *((f"{law.title} friction", law.unit, (kind,)) for kind, law in LAWS.items() if kind not in ("FS", "FV")),
     ("constant torques", "N·m or N", ("OFF",)),
 )
 """Kinds of parameters in words, their unit, and the letters they are called by."""

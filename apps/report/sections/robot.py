@@ -14,6 +14,7 @@ from ....estimation.results.robot import RobotResult
 from ....model import INERTIAL, Robot
 from ....model.drives import parameter_kind
 from ....model.frames import frames_at
+from ....model.friction import PAPER, term_names
 from ....model.robot import SOURCED
 from ...numbers import percent
 from ...rollout import Rollout
@@ -51,9 +52,14 @@ def robot_description(robot: Robot) -> list[Block]:
         rows.append((name, joint.kind, *(f"{value:.6g}" for value in geometry), *cells))
     flange, drives = frames_at(robot, [0.0] * robot.n)[-1], robot.drives
     sources = {part: source for part, source in robot.sources.items() if part in SOURCED}
+    terms = (
+        ""
+        if drives.friction == PAPER
+        else f" ({', '.join(name for term in drives.friction for name in term_names(term))})"
+    )
     modelled = {
         "rotor inertia": drives.rotor_inertia,
-        "friction": drives.friction,
+        f"friction{terms}": drives.friction,
         "offsets": drives.offsets,
         "coupled drives": drives.coupling is not None,
         "a gravity spring": drives.spring is not None,
