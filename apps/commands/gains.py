@@ -39,7 +39,7 @@ class _Known(Options):
     payload: PayloadFile | None = None
     """Mass, com, inertia_com as far as they are known, instead of --mass."""
     friction: Annotated[FrictionTerms | None, SETTING] = None
-    """The robot's friction, as of 'dynident identify' (default: auto)."""
+    """The robot's friction: paper, or a list as of 'dynident identify' (default: as the robot's file)."""
     mounting: Annotated[tuple[int, ...], word(_whole_list, "N1,N2,..")] = ()
     """One number for each --loaded: equal ones share a centre of mass (default: all one)."""
 
@@ -79,6 +79,8 @@ class _Processing(ProcessingOptions):
 @command
 def run(*, arm: RobotOptions, known: _Known, processing: _Processing, files: PageOptions) -> int:
     """Run it."""
+    if isinstance(known.friction, estimation.Candidates):
+        raise InputError("friction: gains are found with terms that are given: paper, or a list")
     load = known.load()
     setup = processing.setup(arm.load())
     robot = setup.robot
@@ -87,7 +89,7 @@ def run(*, arm: RobotOptions, known: _Known, processing: _Processing, files: Pag
     unloaded, loaded = amperes.read(known.unloaded), amperes.read(known.loaded)
     with status("reading") as progress:
         settings = estimation.Settings(setup.processing, progress=progress)
-        settings = settings if known.friction is None else replace(settings, friction=known.friction)
+        settings = replace(settings, friction=known.friction or robot.drives.friction)
         problem = estimation.gain_problem(robot, unloaded, loaded, settings, load, known.mounting)
         progress("estimating")
         gains = estimation.answer_gains(problem, load)

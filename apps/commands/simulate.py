@@ -21,6 +21,7 @@ from ... import __version__, model, trajectories
 from ...common.arrays import Array
 from ...common.errors import InputError
 from ...common.files import made_folder
+from ...model.friction import term_names
 from .. import logs, report
 from .. import view as views
 from . import ANSWERED
@@ -69,14 +70,17 @@ class _Simulate(Options):
         """The robot with further terms of friction."""
         if not self.friction:
             return robot
-        more = model.friction_terms(list(self.friction))
-        own = [term for term in robot.drives.friction if term.kind not in {new.kind for new in more}]
         values = {name.partition("@")[0]: level for name, level in self.friction.items()}
+        there = model.standard_columns(robot)
+        more = [name for name in self.friction if name.partition("@")[0] not in there]
+        terms = model.friction_terms((*term_names(robot.drives.friction), *more))
+        if wrong := [name for name, level in values.items() if level < 0.0 or (name[:2] == "FL" and level >= 1.0)]:
+            raise InputError(f"--friction: {wrong[0]}={values[wrong[0]]:g}: no drive rubs so; FL is below 1")
         if joints := [name for name in values if not name[-1].isdigit()]:
             raise InputError(
                 f"--friction: {joints[0]} needs the number of a joint: {joints[0]}1={values[joints[0]]:g}"
             )
-        return replace(robot.with_friction((*own, *more)), parameters={**robot.parameters, **values})
+        return replace(robot.with_friction(terms), parameters={**robot.parameters, **values})
 
 
 @command

@@ -16,8 +16,7 @@ from ...model.drives import SPRING, parameter_kind
 from ...model.kernel.kernel import Kernel
 from ...model.regressors import regressor
 from ..equations.equations import Equations, merged
-from ..fit.own_equations import with_friction
-from ..fit.settings import DEFAULTS, Settings
+from ..fit.settings import DEFAULTS, Candidates, Settings
 from ..payload.long_motion import LongMotion, Source, check_blocks
 from ..payload.problem import payload_problem
 from ..payload.result import in_payload_frame
@@ -136,7 +135,10 @@ def gain_problem(
             for group in mountings.groups
         )
 
-    asked, settings = settings, replace(settings, friction=robot.drives.friction)
+    # Friction is not chosen: where no gravity tells a gain, root friction imitates it and makes it look sure.
+    own = settings.friction
+    robot = robot if isinstance(own, Candidates) else robot.with_friction(own)
+    settings = replace(settings, friction=robot.drives.friction)
     K = np.full(robot.n, _USUAL)
     equations = _times(merged(_together(posed(K, robust=False), mountings)), 1.0 / K)
     # How long residuals remember shows only once the joints' torques are to scale; all of them by one factor is
@@ -146,12 +148,9 @@ def gain_problem(
         K *= _USUAL / K.mean()
     except InputError:  # raised again when the gains are asked for
         K = np.full(robot.n, _USUAL)
-    # Which friction the drives have shows in torques to scale; so does the load that it grows with.
-    robot = with_friction(robot, [_with_gains(robot, recording, K) for recording in unloaded], asked).robot
-    settings = replace(settings, friction=robot.drives.friction)
     problems, deletions, reason = posed(K, robust=True), list[tuple[Equations, ...]](), ""
     together = _together(problems, mountings)
-    if robot.drives.loaded or robot.drives.friction != description.drives.friction:
+    if robot.drives.loaded:  # the load that friction grows with shows in torques to scale
         equations = _times(merged(part.whole for part in together), 1.0 / K)
     try:
         for k, (problem, own) in enumerate(zip(problems, together, strict=True)):

@@ -272,7 +272,8 @@ def integration_step(robot: Robot, base: BaseParameters, waves: int) -> ca.Funct
     )
     forward, dry = forward_dynamics_base(robot, base, smooth_sign(SMOOTHING)), dry_friction_names(robot)
     own = ca.SX(chi)
-    own[[base.columns.index(name) for name in dry]] = level
+    apart = [k for k, name in enumerate(dry) if name in base.columns]  # the others are grouped, as constant
+    own[[base.columns.index(dry[k]) for k in apart]] = level[apart]
 
     def slope(x: ca.SX, reference: ca.SX) -> tuple[ca.SX, ca.SX]:
         (q, qd, z), (q_r, qd_r, feed_forward) = ca.vertsplit(x, n), ca.vertsplit(reference, n)

@@ -1,6 +1,6 @@
 """Parts that several reports share: verdict, errors of the gains, torques, joints."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 from msgspec import UnsetType
@@ -59,18 +59,20 @@ def gain_error_notes(processing: ProcessingDocument, gains: Gains | None) -> lis
     return [line, *gains.notes]
 
 
-def friction_notes(terms: Sequence[TermDocument]) -> list[str]:
-    """Line on the terms of friction that recordings were asked for."""
-    kept = [
-        f"{term.name} ({100.0 * float(array(term.fall)):.0f} ± {100.0 * float(array(term.error)):.0f} %)"
+_NONE: Mapping[str, str] = {}
+
+
+def friction_notes(terms: Sequence[TermDocument], values: Mapping[str, str] = _NONE) -> list[str]:
+    """Line on the friction beside Coulomb and viscous: what it is, and by how much it lowers the error."""
+    falls = {
+        term.name: f"({100.0 * float(array(term.fall)):.0f} ± {100.0 * float(array(term.error)):.0f} %)"
         for term in terms
         if term.kept
-    ]
-    if kept:
-        return [
-            f"Friction beside Coulomb and viscous: {', '.join(kept)}; by so much a joint's squared error falls on "
-            "blocks of time that were held out (--friction)."
-        ]
+    }
+    if falls or values:
+        parts = (" ".join((name, *filter(None, (values.get(name), falls.get(name))))) for name in falls or values)
+        why = "; by so much a joint's squared error falls on blocks of time that were held out" if falls else ""
+        return [f"Friction beside Coulomb and viscous: {', '.join(parts)}{why} (--friction)."]
     untried = [term for term in terms if term.fall is None or not np.isfinite(array(term.fall))]
     return [f"Friction by load or root of speed was not tried: {present(untried[0].why_not)}."] if untried else []
 

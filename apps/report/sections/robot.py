@@ -7,6 +7,7 @@ import numpy as np
 from msgspec import UnsetType
 
 from ....common.schema import present
+from ....estimation.fit.estimate import Estimate
 from ....estimation.possible.payload import CONFLICT
 from ....estimation.results.parts import PossibleParameter
 from ....estimation.results.payload import array
@@ -52,11 +53,7 @@ def robot_description(robot: Robot) -> list[Block]:
         rows.append((name, joint.kind, *(f"{value:.6g}" for value in geometry), *cells))
     flange, drives = frames_at(robot, [0.0] * robot.n)[-1], robot.drives
     sources = {part: source for part, source in robot.sources.items() if part in SOURCED}
-    terms = (
-        ""
-        if drives.friction == PAPER
-        else f" ({', '.join(name for term in drives.friction for name in term_names(term))})"
-    )
+    terms = "" if drives.friction == PAPER else f" ({', '.join(term_names(drives.friction))})"
     modelled = {
         "rotor inertia": drives.rotor_inertia,
         f"friction{terms}": drives.friction,
@@ -118,7 +115,11 @@ def robot_report(result: RobotResult, rollouts: Sequence[Rollout] = (), document
     labels = dict(zip(made.base.columns, made.base.names, strict=True)) if made else {}
     count = len(made.held_out or made.recordings) if made else 0
     terms = present(result.friction) or ()
-    notes = [*verdict_notes(verdict), *friction_notes(terms), *gain_error_notes(result.processing, result.gains)]
+    notes = [
+        *verdict_notes(verdict),
+        *friction_notes(terms, _further_friction(result.estimate)),
+        *gain_error_notes(result.processing, result.gains),
+    ]
     estimate, held_out, constrained = result.estimate, result.validation, result.constrained
     on_held_out = f"; {percent(float(array(held_out.relative)))} on the recording held out" if held_out else ""
     known = int((estimate.total_sigma <= 0.1 * np.abs(estimate.values)).sum())
@@ -155,6 +156,16 @@ def robot_report(result: RobotResult, rollouts: Sequence[Rollout] = (), document
     ]
     title, more = f"Dynamic parameters of the {result.title}", "every base parameter, residuals, what is essential"
     return Report(title, first, sections, more, "Identified from recordings without payload", data)
+
+
+def _further_friction(estimate: Estimate) -> dict[str, str]:
+    """Friction beside Coulomb and viscous, with its standard deviation, by name."""
+    paper = ("FS", "FV", "FSM", "FVM")
+    return {
+        name: with_sigma(value, sigma)
+        for name, value, sigma in zip(estimate.names, estimate.values, estimate.total_sigma, strict=True)
+        if name.startswith("F") and parameter_kind(name) not in paper
+    }
 
 
 def joint_table(result: RobotResult) -> Table:
