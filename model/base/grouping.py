@@ -45,7 +45,7 @@ from .polynomial import Polynomial, linear_text
 from .rank import base_parameters
 
 _SAME = 1e-6
-"""Two groupings closer than this are the same."""
+"""Relative and absolute difference of two groupings that are the same."""
 
 
 class Move(NamedTuple):
@@ -161,18 +161,18 @@ def _apply(
     symbols: dict[str, Polynomial],
 ) -> NDArray[Any]:
     """Carry out the moves on ``rows``: row k starts as parameter k and becomes what it stands for."""
-    place = {name: k for k, name in enumerate(columns)}
+    index = {name: k for k, name in enumerate(columns)}
     transfers = [transfer_matrix(joint, symbols) for joint in robot.joints]
     for move in regroupings:
         number = move.joint + 1
-        amount = rows[place[f"{move.drop}{number}"]] * (1.0 / move.change[move.drop])
+        amount = rows[index[f"{move.drop}{number}"]] * (1.0 / move.change[move.drop])
         for kind, size in move.change.items():
-            rows[place[f"{kind}{number}"]] = rows[place[f"{kind}{number}"]] - amount * size
+            rows[index[f"{kind}{number}"]] = rows[index[f"{kind}{number}"]] - amount * size
         if not move.to_parent or move.joint == 0:
             continue
         body = np.array([move.change.get(kind, 0.0) for kind in INERTIAL])
         for kind, size in zip(INERTIAL, transfers[move.joint] @ body, strict=True):
-            rows[place[f"{kind}{number - 1}"]] = rows[place[f"{kind}{number - 1}"]] + amount * size
+            rows[index[f"{kind}{number - 1}"]] = rows[index[f"{kind}{number - 1}"]] + amount * size
     return rows
 
 
