@@ -37,7 +37,7 @@ from .system import DRAWN, TorquePrediction, payload_prediction
 
 @dataclass(frozen=True, repr=False)
 class DriveGains(Speaks):
-    """Torque per current of each motor, on the joint side.
+    """Drive gains: torque per current of each motor, on the joint side.
 
     Attributes:
         robot: the robot, its equations those of the joints.
@@ -74,12 +74,12 @@ class DriveGains(Speaks):
 
     @property
     def headline(self) -> str:
-        """The robot, how many of its gains are known, and the verdict in a line."""
+        """State robot, number of known gains and verdict in a line."""
         return self.result.headline
 
     @cached_property
     def result(self) -> GainsResult:
-        """What it comes to, as ``--json`` writes it and ``--drive-gains`` reads it."""
+        """Result that ``--json`` writes and ``--drive-gains`` reads."""
         return gains_result(self)
 
     @cached_property
@@ -89,7 +89,7 @@ class DriveGains(Speaks):
 
     @property
     def larger_relative_sigma(self) -> Array:
-        """The larger of both, times ``disagreement``, shape (n,)."""
+        """The larger of formula's and robust relative standard deviation, times ``disagreement``, shape (n,)."""
         return self.disagreement * self.logarithms.larger_sigma
 
     @cached_property
@@ -106,7 +106,7 @@ class DriveGains(Speaks):
 
     @cached_property
     def predictions(self) -> tuple[TorquePrediction, ...]:
-        """Torques of a few recordings, current times gain, and what robot and weight predict: all were used."""
+        """Torques of a few recordings, current times gain, and those of robot and weight: all were used."""
         chosen = [
             (problem, body, recording, problem.source.processing)
             for problem, body in zip(self.posed, self.payloads, strict=False)
@@ -116,7 +116,7 @@ class DriveGains(Speaks):
 
     @property
     def identified(self) -> tuple[bool, ...]:
-        """Per joint, whether its gain is known to 5 % (1 sigma)."""
+        """True for each joint whose gain is known to 5 % (1 sigma)."""
         return tuple(bool(sigma <= KNOWN_WELL) for sigma in self.larger_relative_sigma)
 
 
@@ -216,7 +216,7 @@ def answer_gains(problem: GainProblem, load: KnownLoad | Sequence[KnownLoad]) ->
 def _evidence(
     gains: DriveGains, identified: Sequence[PayloadEstimate], diagnoses: Sequence[Diagnosis]
 ) -> Iterator[Evidence]:
-    """What the verdict looks at, mounting by mounting; what they share in the first."""
+    """Collect evidence for the verdict, mounting by mounting; what they have in common in the first."""
     weights = tuple(
         KnownWeight(name, load.mass, free.mass, float(free.larger_sigma[9]))
         for name, load, free in zip(gains.mountings.names, gains.loads, identified, strict=True)

@@ -1,4 +1,4 @@
-"""The whole answer to "what hangs on the flange": every method that can be used, and what to think of it."""
+"""Answers on a payload: every method that can be used, judged."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -174,7 +174,7 @@ def answer_payload(
 def _identified(
     problem: PayloadProblem, methods: Sequence[int] | None, scale: KnownMass | None
 ) -> tuple[list[PayloadEstimate], dict[int, str]]:
-    """The methods' own estimates, and why there is none of a method."""
+    """Estimate by each method, and say why there is none of a method."""
     estimates: list[PayloadEstimate] = []
     left_out: dict[int, str] = {}
     usable = usable_methods(problem)
@@ -195,7 +195,7 @@ def _identified(
 
 
 def _evidence(answer: PayloadAnswer, free: Sequence[PayloadEstimate], diagnosis: Diagnosis) -> Evidence:
-    """What the verdict looks at; ``free``: by all methods, those without a possible payload among them."""
+    """Collect evidence for the verdict; ``free``: by all methods, those without a possible payload among them."""
     problem = answer.problem
     evidence = Evidence(
         problem.robot,
@@ -228,7 +228,7 @@ def _evidence(answer: PayloadAnswer, free: Sequence[PayloadEstimate], diagnosis:
 
 
 def _without_friction(problem: PayloadProblem) -> list[Agreement]:
-    """A short motion with friction as it was without payload; left out where that is not determined."""
+    """Extend a short motion by its friction without payload; left out where that is not determined."""
     if not isinstance(problem, ShortMotion) or problem.method != 3:
         return []
     if not problem.visibility.mass_visible or problem.visibility.rank < 10:
@@ -248,7 +248,7 @@ def check_lists(*groups: Sequence[Recording]) -> None:
 
 
 def _described(robot: Robot, known: RobotResult | Estimate | None) -> tuple[Robot, Estimate | None]:
-    """The robot as an earlier identification described it, which must be of this one, and its parameters."""
+    """Describe the robot as an earlier identification did, which must be of this one, and take its parameters."""
     if isinstance(known, RobotResult):
         return known.applied_to(robot), known.estimate
     if known is not None and not isinstance(known, Estimate):

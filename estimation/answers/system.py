@@ -1,4 +1,4 @@
-"""Measured and predicted torques of recordings, and their observation system held whole, W and Y with names."""
+"""Systems of recordings: measured and predicted torques, and W and Y held whole, with names."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -19,9 +19,9 @@ from ..payload.problem import loaded_observer
 from ..signals.filtering import measurement
 
 DRAWN = 3
-"""Recordings of one kind that are predicted for drawings."""
+"""Number of recordings of one kind that are predicted for drawings."""
 POINTS = 2000
-"""Rows of a joint that a drawing shows at most."""
+"""Largest number of a joint's rows in a drawing."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -54,7 +54,7 @@ class TorquePrediction(Brief):
         return np.asarray(errors / np.where(torques > 0.0, torques, np.nan))
 
     def thinning(self, joint: int) -> int:
-        """Every how many-th row of a joint (counted from 0) a drawing shows."""
+        """Distance of a joint's rows (counted from 0) that a drawing shows."""
         return -(-len(self.t[joint]) // POINTS) or 1
 
     @property
@@ -88,7 +88,7 @@ def robot_prediction(
     processing: Processing,
     held_out: bool,
 ) -> TorquePrediction:
-    """A recording without payload and what the robot's parameters predict.
+    """Predict a recording without payload by the robot's parameters.
 
     Args:
         values: of ``base.columns``.
@@ -101,7 +101,7 @@ def robot_prediction(
 def payload_prediction(
     problem: PayloadProblem, body: InertialParameters, recording: Recording, processing: Processing, held_out: bool
 ) -> TorquePrediction:
-    """A recording with payload and what a payload predicts, beside the bare robot.
+    """Predict a recording with payload by a payload, and by the unloaded robot.
 
     Args:
         problem: the reduced recordings, with the robot's parameters.
@@ -127,7 +127,7 @@ def _prediction(
     loaded: bool,
     held_out: bool,
 ) -> TorquePrediction:
-    """Prediction by equations in consecutive pieces: their torques are kept, W is not."""
+    """Predict by equations in consecutive pieces: their torques are kept, W is not."""
     columns = [(p.t, p.Y, *(tuple(W @ chi for W in p.W) for chi in curves.values())) for p in pieces]
     t, measured, *predictions = (
         tuple(np.concatenate(joint) for joint in zip(*arrays, strict=True)) for arrays in zip(*columns, strict=True)
@@ -183,7 +183,7 @@ class ObservationSystem(Brief):
 def payload_system(
     problem: LongMotion, loaded: Sequence[Recording], unloaded: Sequence[Recording], processing: Processing
 ) -> ObservationSystem:
-    """The system of method 4, (30): base parameters, then the payload's ten in frame n (``robot.last_frame``).
+    """Build the system of method 4, (30): base parameters, then the payload's ten in ``robot.last_frame``.
 
     Without unloaded recordings that of method 1, (22), with the robot's stored values as ``known``.
 
@@ -213,7 +213,7 @@ def joined(
     reduced: Equations,
     processing: Processing,
 ) -> ObservationSystem:
-    """The system of recordings one after the other, each held whole; ``loaded``: whether each is with payload."""
+    """Join recordings to one system, each held whole; ``loaded``: whether each is with payload."""
     every = zip(observers, filtered(recordings, processing), strict=True)
     observations = [observer.observe(data, processing) for observer, data in every]
     bare = np.array([name not in PAYLOAD for name in reduced.columns], dtype=float)

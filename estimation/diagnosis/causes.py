@@ -25,7 +25,7 @@ from .states import BLOCKS, States
 ROBOT, ROBOT_Z = 0.01, 3.0
 """Fraction by which chi2 falls with another robot, and Vuong's statistic, above which it is that robot's."""
 TURNED, TURNED_Z = 0.03, 2.5
-"""Those limits of a joint that is counted the other way."""
+"""Fraction by which chi2 falls with a joint counted the other way, and Vuong's statistic, above which it is so."""
 WEIGHTLESS = 0.36
 """Fraction by which chi2 falls without gravity, above which the torque holds none."""
 ALIKE = 0.02
@@ -53,11 +53,11 @@ _LEAST = 0.02  # a factor beyond this, or beyond its inverse, is no unit but a c
 _UNIT, _OFF = 0.3, 0.15  # logarithm of a factor that counts as another unit, and as another gain
 
 Read = tuple[str, Robot | None, States]
-"""What is assumed, another robot or None, and the states as a reading takes them."""
+"""Reading of the recordings: what is assumed, another robot or None, and the states that it makes."""
 
 
 class Comparison:
-    """The recordings as described, with which readings are compared: by every fifth state first.
+    """Compares readings with the recordings as described: by every fifth state first.
 
     Attributes:
         fit: of all states as described.
@@ -155,7 +155,7 @@ def _geometry(robot: Robot) -> list[tuple[str, float, float, float, float]]:
 
 
 def other_readings(evidence: Evidence) -> list[Finding]:
-    """Another shipped robot, a joint counted the other way, or no gravity explain the recordings better.
+    """Report another shipped robot, a joint counted the other way, or no gravity that explain recordings better.
 
     A robot takes {ROBOT:.0%} (and z > {ROBOT_Z:g}) off the squared residuals, and more than one further friction
     column a joint does on the robot as described; a turned joint {TURNED:.0%} (z > {TURNED_Z:g}), no gravity
@@ -236,7 +236,7 @@ def likely_causes(
 
 
 def _parts(own: Comparison) -> list[tuple[str, Mask]]:
-    """All states, those of one kind, and those of the recording of each kind that fits worst, with their names."""
+    """Divide the recordings, with names: all, those of one kind, and of each kind the one that fits worst."""
     states, names = own.states, own.states.source.split(", ")
     squares = np.sum(own.fit.errors() ** 2, axis=0)
     kinds = [states.loaded == 0.0, states.loaded > 0.0]

@@ -28,7 +28,7 @@ RESIDUAL, JOINT_RESIDUAL = 0.25, 0.5
 """Relative residual of all joints, and of one, above which the model does not describe them: on real and on noisy
 simulated robots good joints stay under 0.36."""
 NOISE = 0.01
-"""Of the largest joint torque's rms: what noise may be in any joint (real ones: 0.5 to 0.9 % of limits)."""
+"""Noise that any joint may have over the largest joint torque's rms (real ones: 0.5 to 0.9 % of limits)."""
 LOADED_RATIO = 3.0
 """Relative residual with payload over that without, above which the two recordings do not belong together."""
 VALIDATION_RATIO, VALIDATION_FLOOR = 2.0, 0.06

@@ -107,7 +107,7 @@ class System:
 
     @property
     def payload(self) -> slice:
-        """Index of the payload's ten; empty where nothing hangs on the robot."""
+        """Indices of the payload's ten; empty where nothing hangs on the robot."""
         return slice(len(self.names), len(self.names) + (len(PAYLOAD) if self.states.loaded.any() else 0))
 
     def norms(self, torque: Array | None = None) -> Array:
@@ -267,7 +267,7 @@ class SystemFit(NamedTuple):
 
 
 class Effect(NamedTuple):
-    """What the recordings say of columns that a hypothesis adds.
+    """Estimate of the columns that a hypothesis adds.
 
     ``name``: of the hypothesis; ``where``: in which recordings; ``values`` (k,) of the columns with ``covariance``,
     nan where nothing shows them; ``effect``: on the payload's ten once corrected, 10 x k; ``fall``: fraction of the
@@ -301,7 +301,7 @@ class Effect(NamedTuple):
 
 
 class Added(NamedTuple):
-    """What a system's columns leave of added columns and of the torque.
+    """Rest of added columns and of the torque that a system's columns do not explain.
 
     ``whole``: their Gram matrix, torque last; ``left``: the same without each block of time; ``payload``: the
     payload's ten that stand for each column and the torque, 10 x (m + 1); ``difference``: those without the
@@ -316,7 +316,7 @@ class Added(NamedTuple):
 
     @staticmethod
     def of(blocks: Array, prior: Array, payload: slice, inflation: float = 1.0) -> "Added":
-        """Project Gram matrices by block (columns, added columns, torque) on what the first columns leave."""
+        """Project Gram matrices by block (columns, added columns, torque) on the rest of the first columns."""
         c, whole = len(prior), blocks.sum(axis=0)
         whole[:c, :c] += prior
         loaded = slice(payload.start, c)  # payload and friction under load
@@ -359,7 +359,7 @@ class Added(NamedTuple):
 
 
 def _parts(rows: Array, groups: Index, count: int) -> Iterator[Array]:
-    """Rows of all joints (c x n x N) group by group of states, each c x k."""
+    """Go through rows of all joints (c x n x N) group by group of states, each c x k."""
     edges = np.searchsorted(groups, np.arange(count + 1))
     return (rows[:, :, a:b].reshape(len(rows), -1) for a, b in pairwise(edges))
 
@@ -371,7 +371,7 @@ def _norms(gram: Array) -> Array:
 
 
 def _whitening(gram: Array) -> Array:
-    """K with K K' the inverse of a Gram matrix, as far as it determines its columns; c x r."""
+    """Root K with K K' the inverse of a Gram matrix, as far as it determines its columns; c x r."""
     size = _norms(gram)
     eigenvalues, V = np.linalg.eigh(gram / np.outer(size, size))
     significant = eigenvalues > _RANK * eigenvalues[-1:].sum()

@@ -1,4 +1,4 @@
-"""Whether all joints show the same payload: the test of drive gains and friction."""
+"""Agreement of the joints on one payload: the test of drive gains and friction."""
 
 from dataclasses import replace
 from itertools import combinations
@@ -107,7 +107,7 @@ def _odd(evidence: Evidence, view: ByJoints) -> Odd | None:
 
 
 def disagreement(by_joints: ByJoints, gains: Array, few: bool = False) -> float:
-    """Birge ratio of the joints' shares: how much farther they lie from 1 than their errors let them.
+    """Birge ratio of the joints' payload ratios: how much farther they lie from 1 than their errors let them.
 
     Joints that disagree prove an error of some gain, friction or description, of which no residual knows. What
     chance brings about widens nothing (F test).
@@ -133,7 +133,7 @@ def disagreement(by_joints: ByJoints, gains: Array, few: bool = False) -> float:
 
 
 def _allowing(by_joints: ByJoints) -> ByJoints:
-    """Standard deviations from few blocks are uncertain themselves: widened as Student's t is."""
+    """Widen standard deviations from few blocks, which are uncertain themselves, as Student's t is."""
     factor = few_blocks(min((r.degrees_of_freedom for r in by_joints.masses), default=float("inf")))
     masses, without = (
         tuple(replace(r, sigma=factor * r.sigma) for r in group) for group in (by_joints.masses, by_joints.without)

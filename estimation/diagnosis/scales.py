@@ -1,4 +1,4 @@
-"""Whether torques are to one scale: those with payload and those without, and those of the joints of one recording.
+"""Scales of torques: of those with payload over those without, and of the joints of one recording.
 
 The first is one more column of method 4 in the loaded rows: the rigid part of what the robot alone needs, friction
 and offsets of those rows free. All of it is in the joints' triangular factors, so that no row is read again; beside
@@ -25,7 +25,7 @@ from .hypotheses import pull_of, pull_z
 SCALE, SCALE_Z = 0.01, 4.0
 """Difference of the loaded torques' scale from 1, and its standard deviations, above which it is another one."""
 JOINT_SCALE, JOINT_SCALE_Z = 0.05, 5.0
-"""Those limits of one joint's torque."""
+"""Limits for one joint's torque: difference of its scale from 1, and its standard deviations."""
 OWN_SCALE_Z = 3.3
 """Standard deviations of one motor's scale with payload, where over 5 % off, above which its gain is not kept."""
 EITHER = 0.67
@@ -82,7 +82,7 @@ def scales(problem: LongMotion, weights: Array) -> tuple[Effect, ...]:
 
 
 def scales_of_states(system: System) -> tuple[Effect, ...]:
-    """Scales of the loaded torques by subsampled states: beside a known robot, or in a short motion."""
+    """Estimate scales of the loaded torques by subsampled states: with a known robot, or in a short motion."""
     rigid = [k for k, name in enumerate(system.names) if not is_friction(name)]
     along = np.einsum("jcn,c->jn", system.columns[:, rigid], system.values[rigid]) * system.states.loaded
     each = np.eye(len(along))[:, :, None] * along[:, None]
@@ -104,7 +104,7 @@ def _scales(added: Added, n: int) -> tuple[Effect, ...]:
 
 
 def signal_scales(equations: Equations) -> RelativeScales | None:
-    """Scales of the joints' signals, as links that several joints carry show; None where nothing tells them.
+    """Estimate scales of the joints' signals by links that several joints carry; None where nothing tells them.
 
     Errors by blocks of time count besides the formula's: errors of the model last, and look certain to a formula.
     """

@@ -77,7 +77,7 @@ def _findings(evidence: Evidence) -> list[Finding]:
 
 
 def causes(evidence: Evidence, contradicted: bool) -> list[Finding]:
-    """What most likely went wrong, where something speaks against the recordings; suggested, never corrected.
+    """Name what most likely went wrong, where something speaks against the recordings; suggested, never corrected.
 
     Args:
         evidence: with the recordings themselves.
@@ -93,7 +93,7 @@ def causes(evidence: Evidence, contradicted: bool) -> list[Finding]:
 
 
 def table() -> list[tuple[str, str]]:
-    """Every check: what it looks at, and from where on it says what; the documentation prints it."""
+    """List every check: what it looks at, and from where on it says what; the documentation prints it."""
     rows = []
     described = (
         [row.finding for row in HYPOTHESES],

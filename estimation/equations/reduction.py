@@ -38,12 +38,12 @@ class Recorded:
             self._equations[:, here], self._keep[:, here], self._t[here] = block.equations, block.keep, block.t
 
     def cut(self, edges: Array) -> list[Equations]:
-        """The equations between neighbouring edges [s], reduced."""
+        """Cut the equations at edges [s], and reduce each stretch."""
         ends = np.searchsorted(self._t, edges).tolist()
         return [_reduced(self._observer, self._blocks(*pair), self._factor) for pair in pairwise(ends)]
 
     def residuals(self, values: Array) -> Residuals:
-        """What the first columns' values leave."""
+        """Residuals of the first columns' values."""
         chi = np.zeros(self._observer.distinct)
         np.add.at(chi, self._observer.place[: len(values)], values)
         errors = []
@@ -53,14 +53,14 @@ class Recorded:
         return Residuals(tuple(self._t[keep] for keep in self._keep), tuple(errors))
 
     def _blocks(self, first: int, last: int) -> Iterator[Block]:
-        """The equations of some rows, copied, for the QR uses them up."""
+        """Take the equations of some rows, copied, for the QR uses them up."""
         for start in range(first, last, _ROWS):
             rows = slice(start, min(start + _ROWS, last))
             yield Block(self._equations[:, rows].copy(), self._keep[:, rows], self._t[rows])
 
 
 def recorded(observer: Observer, recordings: Iterable[Used]) -> tuple[Equations, list[Recorded]]:
-    """All recordings of one load reduced, and the equations of each."""
+    """Reduce all recordings of one load, and keep the equations of each."""
     each = [Recorded(observer, *recording) for recording in recordings]
     return merged(recording.cut(np.array([-np.inf, np.inf]))[0] for recording in each), each
 
@@ -96,7 +96,7 @@ def reduced(observation: Observation) -> Equations:
 
 
 def _reduced(observer: Observer, blocks: Iterable[Block], decimate: int) -> Equations:
-    """Each joint's rows touch only its own columns: a QR of those alone, spread out at the end.
+    """Reduce by QR the columns that each joint's rows touch, spread out at the end.
 
     The blocks' equations are used up: the QR works where they stand.
     """

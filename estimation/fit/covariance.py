@@ -20,20 +20,20 @@ from ...common.errors import InputError
 
 Rule = Literal["formula", "jackknife", "sandwich"]
 FEW = 10
-"""Blocks; below them the intervals are wide and uncertain themselves."""
+"""Number of blocks below which the intervals are wide and uncertain themselves."""
 
 
 def student95(degrees_of_freedom: float) -> float:
-    """How many standard deviations a 95 % interval reaches to either side, by Student's t."""
+    """Half width of a 95 % interval in standard deviations, by Student's t."""
     return float(stdtrit(max(degrees_of_freedom, 1.0), 0.975))
 
 
 NORMAL95 = student95(1e9)
-"""How many a 95 % interval of a normal number reaches, whose standard deviation is known."""
+"""Half width of a 95 % interval in standard deviations, of a normal number whose deviation is known."""
 
 
 def few_blocks(degrees_of_freedom: float) -> float:
-    """By how much an interval from few blocks is wider than one from many, standard deviations being equal."""
+    """Ratio of a 95 % interval from few blocks to one from many, standard deviations being equal."""
     return student95(degrees_of_freedom) / NORMAL95
 
 
@@ -66,12 +66,12 @@ class RobustCovariance(Brief):
 
     @cached_property
     def quantile95(self) -> float:
-        """How many standard deviations a 95 % interval reaches to either side."""
+        """Half width of a 95 % interval in standard deviations."""
         return student95(self.degrees_of_freedom)
 
     @property
     def warning(self) -> str:
-        """What speaks against trusting it; empty where nothing does."""
+        """Reason against trusting it; empty where there is none."""
         if self.by_memory:
             blocks = (
                 f"{self.blocks} blocks of at least {self.block_length:.2g} s are" if self.blocks else "blocks are"
@@ -138,7 +138,7 @@ def birge(values: Array, sigmas: Array) -> float:
 
 @contextmanager
 def naming_blocks(block_length: float) -> Iterator[None]:
-    """Says of an InputError that it was met without one block of some length [s]."""
+    """Name the length of the left-out block [s] in an InputError."""
     try:
         yield
     except InputError as error:

@@ -1,4 +1,4 @@
-"""Least squares whose columns have roles: wanted, free, known from elsewhere, or held near what is known of them.
+"""Least squares whose columns have roles: wanted, free, fixed, or with a prior from what is known of them.
 
 One solution for all: values, covariance (17)-(19) with the share of what is known, derivatives by the drive gains,
 and the part of the covariance that no block of time shows.
@@ -24,9 +24,9 @@ from .covariance import formula, sandwich
 from .estimate import Estimate, fit
 
 _HELD = 1e-6
-"""Share of a direction that the other blocks must hold: differences then keep ten digits."""
+"""Fraction of a direction that the other blocks must hold: differences then keep ten digits."""
 _AT_ONCE = 16
-"""Blocks that are worked on together: few enough for little memory."""
+"""Number of blocks that are worked on together: few enough for little memory."""
 
 
 class LeftOut(NamedTuple):
@@ -42,7 +42,7 @@ class LeftOut(NamedTuple):
 
 
 _Solution = tuple[Array, Array, Array]
-"""Parameters x, c x m; their covariance for errors of variance 1; squares of the weighted errors, (m,)."""
+"""Solution: parameters x, c x m; covariance for errors of variance 1; squares of the weighted errors, (m,)."""
 
 
 def left_out(
@@ -90,7 +90,7 @@ def _solved(rows: Array, names: tuple[str, ...], counts: Array) -> tuple[Array, 
 
 
 def _downdated(root: Array, whole: _Solution, rows: Array) -> tuple[Array, _Solution]:
-    """Solutions without each block, B x k x (c + m), from the whole one; first, of which too little is left."""
+    """Solve without each block, B x k x (c + m), from the whole solution; first, of which too little is left."""
     c = len(root)
     Q, errors = rows[:, :, :c] @ root, rows[:, :, c:] - rows[:, :, :c] @ whole[0]
     back = Q.transpose(0, 2, 1)
@@ -125,7 +125,7 @@ class Known(NamedTuple):
     inflation: float = 1.0
 
     def part(self, names: Sequence[str]) -> "Known":
-        """Some of the parameters."""
+        """Take some of the parameters."""
         own = [self.names.index(name) for name in names]
 
         def some(given: Callable[[], Array | None], index: Any) -> Callable[[], Array | None]:
@@ -150,7 +150,7 @@ class Known(NamedTuple):
 
 
 class SoftPrior(NamedTuple):
-    """How a parameter is held near zero.
+    """Prior on a parameter near zero.
 
     ``sigma``: its standard deviation; ``inflation``: by how much the memory of the errors raises the variance that
     white noise would give what the recordings say of it. One more equation counts for as much as that allows.
@@ -166,7 +166,7 @@ class SoftPrior(NamedTuple):
 
 
 class _PriorRows(NamedTuple):
-    """Equations beside the recordings: ``rows`` m x c in the unknown columns, ``levels`` and ``inflation`` (m,).
+    """Prior rows: ``rows`` m x c in the unknown columns, ``levels`` and ``inflation`` (m,).
 
     ``by_gains``: derivatives of the levels by e_j, m x n; zeros where they are not known.
     """
@@ -178,7 +178,7 @@ class _PriorRows(NamedTuple):
 
 
 class _Triangle(NamedTuple):
-    """Weighted equations after a QR: ``R`` of the unknown columns and the torque, the ``inverse`` of its first c.
+    """Triangle of weighted equations: ``R`` of the unknown columns and the torque, the ``inverse`` of its first c.
 
     ``values``: of the unknown parameters, (c,); ``influences``: how they move with each known group, but for the
     sign: P = W_L^+ W; ``by_torques``: how they move with each motor's torque, c x n.
@@ -219,7 +219,7 @@ class LinearProblem:
 
     @cached_property
     def unknown(self) -> Equations:
-        """The equations in the wanted and the free columns alone."""
+        """Take the equations in the wanted and the free columns alone."""
         equations = self.equations.whole
         for group in self.fixed:
             equations = equations.minus(group.names, group.values)
@@ -232,11 +232,11 @@ class LinearProblem:
         return self.unknown.joint_weights(self._triangle(np.ones(len(self.equations.factors))).values)
 
     def values(self, weights: Array) -> Array:
-        """The wanted values for given weights; linear in the torques."""
+        """Solve for the wanted values with given weights; linear in the torques."""
         return self._triangle(weights).values[self._places]
 
     def without_blocks(self, weights: Array, pairs: Sequence[tuple[int, int]]) -> Array:
-        """The wanted values without a block of these equations and one of those that known parameters come from.
+        """Solve without a block of these equations and one of those that known parameters come from.
 
         Args:
             weights: of the joints, shape (n,).
@@ -257,12 +257,12 @@ class LinearProblem:
         return np.array([values[a, :, -1] - values[a, :, :-1] @ known[min(b, len(known) - 1)] for a, b in pairs])
 
     def without_each(self) -> "list[LinearProblem]":
-        """The problem without each of its equations' blocks, known parameters as they are."""
+        """Pose the problem without each of its equations' blocks, known parameters as they are."""
         parts = self.parts or self.equations.without_each()
         return [replace(self, equations=part, parts=()) for part in parts]
 
     def estimate(self, weights: Array | None = None) -> Estimate:
-        """All unknown parameters, with what is known to be part of their error.
+        """Estimate all unknown parameters, with what is known to be part of their error.
 
         Args:
             weights: per joint [1/(N·m) or 1/N], shape (n,); by default from its error in the ordinary solution.
@@ -293,11 +293,11 @@ class LinearProblem:
         )
 
     def solved(self, weights: Array | None = None) -> Estimate:
-        """The wanted parameters alone."""
+        """Estimate the wanted parameters alone."""
         return self.estimate(weights).part(self.wanted)
 
     def lasting(self, weights: Array) -> Array:
-        """Covariance of the wanted parameters that no block of time shows: of known, held and prior parameters."""
+        """Between-session covariance of the wanted parameters: of fixed and prior ones; blocks of time hide it."""
         total, triangle = np.zeros((len(self.wanted), len(self.wanted))), self._triangle(weights)
         for group, influence in zip(self.fixed, triangle.influences, strict=True):
             P = influence[self._places]
@@ -310,7 +310,7 @@ class LinearProblem:
         return total
 
     def sandwich(self, weights: Array, inflation: Sequence[float]) -> Array:
-        """Covariance of the wanted parameters where each joint's errors remember, ``lasting`` among it: a sandwich.
+        """HAC (sandwich) covariance of the wanted parameters, ``lasting`` among it: each joint's errors remember.
 
         Args:
             weights: of the joints.
@@ -332,7 +332,7 @@ class LinearProblem:
 
     @property
     def given(self) -> tuple[Known, ...]:
-        """All that is known from elsewhere with its values."""
+        """Collect all that is known from elsewhere with its values."""
         return (*self.fixed, self.prior) if self.prior is not None else self.fixed
 
     @property
@@ -356,7 +356,7 @@ class LinearProblem:
         return _PriorRows(np.vstack([np.zeros((0, c)), *rows]), levels, np.array(inflation), np.vstack(by_gains))
 
     def _triangle(self, weights: Array) -> _Triangle:
-        """The weighted equations of all joints, those of what is held below; decomposed once for given weights."""
+        """Decompose the weighted equations of all joints, prior rows below; once for given weights."""
         if (key := weights.tobytes()) in self._triangles:
             return self._triangles[key]
         prior, sizes = self._prior_rows, [len(group.names) for group in self.fixed]
@@ -376,7 +376,7 @@ class LinearProblem:
 
     @property
     def _rows(self) -> tuple[int, float]:
-        """Number of equations, and of those with independent noise."""
+        """Count equations, and those with independent noise."""
         count = len(self._prior_rows.rows)
         return self.unknown.equations + count, sum(self.unknown.effective_rows) + count
 

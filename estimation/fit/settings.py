@@ -1,4 +1,4 @@
-"""Settings of an estimation: how recordings are processed, and what is allowed for."""
+"""Settings of an estimation: processing of recordings, and what is allowed for."""
 
 from dataclasses import dataclass
 
@@ -9,7 +9,7 @@ from .drive_gains import Gains
 from .essential import StopRule
 
 FRICTION_CHANGE = 0.10
-"""Standard deviation of Coulomb and viscous friction from one recording to another, as a share of it.
+"""Standard deviation of Coulomb and viscous friction from one recording to another, as a fraction of it.
 
 From day to day a real UR10e's Coulomb friction differs by 1 to 9 %, its viscous friction by 2 to 12 %.
 """
@@ -17,14 +17,14 @@ From day to day a real UR10e's Coulomb friction differs by 1 to 9 %, its viscous
 
 @dataclass(frozen=True)
 class Candidates:
-    """Terms of friction of which the data keep those that they show, joint by joint, beside the robot's own."""
+    """Terms of friction that may be added to the robot's own, where the data show them, joint by joint."""
 
     terms: tuple[Friction, ...] = (Friction("FL"), Friction("FR"))
 
 
 @dataclass(frozen=True)
 class Settings:
-    """How recordings are processed, and what is allowed for.
+    """Settings of an estimation.
 
     Attributes:
         processing: filters and rates; the robot's own by default.
@@ -55,7 +55,7 @@ class Settings:
     progress: Progress = silent
 
     def processing_of(self, robot: Robot) -> Processing:
-        """The processing asked for, else the robot's own."""
+        """Choose the processing asked for, else the robot's own."""
         return self.processing or robot.processing
 
 

@@ -1,4 +1,4 @@
-"""How far a joint's constant torque may change from one recording to the next.
+"""Prior on the change of joints' constant torques from one recording to the next.
 
 Left wholly free, it takes the weight of a payload for itself where gravity hardly varies, as in ten seconds of a
 slow arm. It is what dry friction differs by from one direction to the other, so that its change is a share of that
@@ -24,30 +24,30 @@ from ..fit.linear_problem import Known, SoftPrior
 from .under_load import joint_of
 
 FREE = "free "
-"""Before the names of what is estimated anew in each recording, beside the payload."""
+"""Beginning of the names of what is estimated anew in each recording, besides the payload."""
 _HELD = "held "
-"""Before the names of what constant torques are held at."""
+"""Beginning of the names of the values that constant torques have by their prior."""
 
 OFFSET_SHARE = 0.033
-"""Of a joint's Coulomb friction: standard deviation of the change between two recordings.
+"""Standard deviation of the change between two recordings over a joint's Coulomb friction.
 
 Measured without any payload (benchmarks/constant_torques.py): constant torques of the UR10e's joints 1 to 3
 scatter by 2.3 % of it from 10 s to 10 s beyond their noise (90 % interval 1.1 to 4.1 %); the difference of two by
 sqrt(2) more.
 """
 _WRIST = 3
-"""Last joints, always free: their constant torque shifts the centre of mass, and the TX40's scatter by 17 %."""
+"""Number of last joints, always free: their torque shifts the centre of mass, and the TX40's scatter by 17 %."""
 _CONTRADICTED = 1e-3
 """Probability of what the recordings say, below which the constant torques are free."""
 _FEWEST_LEFT = 6
-"""Rows of a joint beyond its free columns: fewer are no measure of its errors, which they may fit exactly."""
+"""Number of rows of a joint beyond its free columns: fewer are no measure of errors, but may fit exactly."""
 _HIDDEN = 1e-6
-"""Share of a friction in undetermined directions above which it is not known."""
+"""Fraction of a friction in undetermined directions above which it is not known."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class HeldFriction(Brief):
-    """Equations that hold what is free in each recording near zero.
+    """Prior near zero on what is free in each recording.
 
     Attributes:
         held: which constant torques and frictions, and how; the others are wholly free.
@@ -67,30 +67,30 @@ class HeldFriction(Brief):
 
     @property
     def joints(self) -> tuple[int, ...]:
-        """Positions of the joints whose constant torques are held, from 0."""
+        """Indices of the joints whose constant torques have a prior, from 0."""
         return tuple(int(j) for j in np.flatnonzero(self.sigma))
 
     @property
     def anchors(self) -> tuple[Anchor, ...]:
-        """The equations: each is what it is held at."""
+        """Equations of the prior: each is the constant torque's own value."""
         noise = {name: float(self.noise[joint_of(name)] * role.weight) for name, role in self.held.items()}
         return tuple(Anchor(f"{FREE}{name}", joint_of(name), own, f"{_HELD}{name}") for name, own in noise.items())
 
     @property
     def known(self) -> Known:
-        """What they are held at: zero, as far as sigma says; alike in all recordings, to be safe."""
+        """Values of the prior: zero, as far as sigma says; alike in all recordings, to be safe."""
         k, n = len(self.held), len(self.noise)
         lasting = np.diag([role.sigma**2 for role in self.held.values()]) if k else np.zeros((0, 0))
         names = tuple(anchor.level for anchor in self.anchors)
         return Known(names, np.zeros(k), np.zeros((k, k)), lasting, gain_sensitivity=lambda: np.zeros((k, n)))
 
     def friction_free(self, equations: Equations) -> Equations:
-        """Equations of one recording less all that its constant torques, friction and ripple can explain."""
+        """Take off all that constant torques, friction and ripple of one recording can explain."""
         return equations.eliminate([name for name in equations.columns if name.startswith(FREE)], self.anchors)
 
 
 def held_friction(observations: Sequence[Observation], sigmas: Mapping[str, float]) -> HeldFriction:
-    """The equations that hold friction near zero; an equation counts as much as the joint's noise and memory allow.
+    """Make the prior of friction near zero; an equation counts as much as the joint's noise and memory allow.
 
     Args:
         observations: with free columns of each joint, ``PAYLOAD`` and no other.
@@ -100,7 +100,7 @@ def held_friction(observations: Sequence[Observation], sigmas: Mapping[str, floa
 
 
 def held_offsets(observations: Sequence[Observation], coulomb: Array) -> HeldFriction:
-    """Constant torques of the arm's joints held near zero; wholly free where the recordings contradict that.
+    """Make the prior of the arm's constant torques near zero; wholly free where the recordings contradict that.
 
     Args:
         observations: as ``held_friction``.
@@ -123,7 +123,7 @@ def held_offsets(observations: Sequence[Observation], coulomb: Array) -> HeldFri
 
 
 def _errors(observations: Sequence[Observation], plain: Sequence[Equations]) -> tuple[Array, Array]:
-    """Size [N·m or N] and inflation by memory of each joint's errors, less all that is free, shapes (n,).
+    """Measure size [N·m or N] and inflation by memory of each joint's errors, less all that is free, shapes (n,).
 
     The size is 0 where a joint has too few rows, beyond the free columns that act on it, to tell it.
     """
@@ -144,13 +144,13 @@ def _errors(observations: Sequence[Observation], plain: Sequence[Equations]) -> 
 
 
 def _plain(factors: Equations) -> Equations:
-    """Equations less all that the free columns can explain; they count as many rows as before."""
+    """Take off all that the free columns can explain; equations count as many rows as before."""
     left = factors.eliminate([factors.columns[k] for k in _free(factors.columns)])
     return replace(left, rows=factors.rows, effective_rows=factors.effective_rows)
 
 
 def _free(columns: Sequence[str]) -> list[int]:
-    """Where the columns stand that are wholly free in each recording."""
+    """Find the columns that are wholly free in each recording."""
     return [k for k, name in enumerate(columns) if name.startswith(FREE)]
 
 
@@ -161,7 +161,7 @@ def _held(sigmas: Mapping[str, float], noise: Array, memory: Array) -> HeldFrict
 
 
 def _shortest(problem: Equations, weights: Array) -> tuple[Array, float]:
-    """Shortest least-squares solution, of which the residual alone is used, and its sum of squares."""
+    """Find the shortest least-squares solution, of which only the residual is used, and its sum of squares."""
     factor = problem.stacked(weights)
     values = least_squares(factor[:, :-1], factor[:, -1])
     return values, float(np.sum((factor[:, -1] - factor[:, :-1] @ values) ** 2))

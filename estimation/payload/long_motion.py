@@ -32,7 +32,7 @@ FREE_SCALE = (
 
 
 class Source(NamedTuple):
-    """Recordings with and without payload, how they were processed, and both side by side.
+    """Recordings with and without payload, their processing, and both side by side.
 
     Attributes:
         compared: recordings of one trajectory, those that method 3 refuses among them.
@@ -90,32 +90,32 @@ class LongMotion(Brief):
 
     @property
     def paired(self) -> bool:
-        """Whether the blocks with and without payload are of one motion."""
+        """True if the blocks with and without payload are of one motion."""
         return self.difference is not None and len(self.difference.blocks) > 0
 
     @property
     def pairs(self) -> tuple[AlignedPair, ...]:
-        """How the recordings of method 3 were aligned."""
+        """Alignment of the recordings of method 3."""
         return self.source.compared if self.difference is not None else ()
 
     @property
     def why_no_pair(self) -> str:
-        """Why method 3 cannot be used, if it cannot."""
+        """Reason why method 3 cannot be used, if it cannot."""
         return FREE_SCALE if self.settings.scale_sigma > 0.0 else self.source.why_no_pair
 
     @cached_property
     def bare(self) -> Estimate | None:
-        """The robot's own parameters by the recordings without payload."""
+        """Estimate the robot's own parameters by the recordings without payload."""
         return None if self.unloaded is None else weighted(self.unloaded)
 
     @property
     def alone(self) -> Estimate | None:
-        """The robot's own parameters: those without payload, else those known from an earlier identification."""
+        """Robot's own parameters: by recordings without payload, else those of an earlier identification."""
         return self.bare or self.known
 
     @cached_property
     def robot_known(self) -> Known:
-        """The robot's parameters for method 1: from an earlier identification, else without payload."""
+        """Robot's parameters for method 1: from an earlier identification, else without payload."""
         if self.known is not None:
             return known_robot(self.known)
         bare, unloaded = self.bare, self.unloaded
@@ -135,12 +135,12 @@ class LongMotion(Brief):
 
     @property
     def corrected(self) -> bool:
-        """Whether a robot known earlier is corrected by these recordings: its friction is of another day."""
+        """True if a robot known earlier is corrected by these recordings: its friction is of another day."""
         return self.known is not None and bool(self.friction)
 
     @property
     def robot_prior(self) -> Known:
-        """A robot known earlier, by the covariance that its errors really have."""
+        """Prior of a robot known earlier, by the covariance that its errors really have."""
         assert self.known is not None
         return prior_of(self.known, self.inflation, self.loaded)
 
@@ -175,11 +175,11 @@ class LongMotion(Brief):
 
     @cached_property
     def both(self) -> Equations:
-        """The equations of (30), robot and payload together, columns base, then ``PAYLOAD``."""
+        """Join the equations of (30), robot and payload together, columns base, then ``PAYLOAD``."""
         return self.beside(self.loaded)
 
     def beside(self, loaded: Equations) -> Equations:
-        """Equations with payload together with those without, whose other columns are zero."""
+        """Join equations with payload and those without, whose other columns are zero."""
         if self.unloaded is None:
             raise InputError("method 4 needs a recording without payload")
         bare = self.unloaded.select(loaded.columns)
@@ -220,7 +220,7 @@ def check_blocks(*counts: int) -> None:
 
 
 def known_robot(robot: Estimate) -> Known:
-    """Parameters of an earlier identification; what their jackknife says of them no block of this time shows."""
+    """Parameters of an earlier identification, with their between-session covariance."""
     lasting = robot.robust.covariance if robot.robust is not None else robot.covariance
     return Known(
         robot.names,
@@ -233,7 +233,7 @@ def known_robot(robot: Estimate) -> Known:
 
 
 def prior_of(known: Estimate, inflation: tuple[float, ...], loaded: Equations) -> Known:
-    """A robot known earlier, by the covariance that its errors really have.
+    """Prior of a robot known earlier, by the covariance that its errors really have.
 
     The jackknife's has no more rank than blocks, and no inverse; its standard deviations scale the formula's.
 

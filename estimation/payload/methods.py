@@ -74,7 +74,7 @@ class ChangeOfParameters(Brief):
     G: Array
 
     def solved(self, weights: Array | None = None) -> Estimate:
-        """The payload's ten parameters."""
+        """Estimate the payload's ten parameters."""
         after = weighted(self.loaded, weights)
         x, covariance, inverse = self._step(after)
         return Estimate(
@@ -88,7 +88,7 @@ class ChangeOfParameters(Brief):
         )
 
     def without_blocks(self, weights: Array, pairs: Sequence[tuple[int, int]]) -> Array:
-        """The ten without a block of the loaded and one of the unloaded recordings, -1 for none."""
+        """Estimate the ten without a block of the loaded and one of the unloaded recordings, -1 for none."""
         k = self.places
         parts = (
             left_out(equations, self.before.names, own)
@@ -100,11 +100,11 @@ class ChangeOfParameters(Brief):
         return np.array([_generalised(self.G, chi_b[b] - chi_a[a], C_a[a] + C_b[b])[0] for b, a in pairs])
 
     def lasting(self, weights: Array) -> Array:
-        """Blocks of time hold all recordings that it uses."""
+        """Between-session covariance: none, blocks of time hold all recordings that it uses."""
         return np.zeros((len(PAYLOAD), len(PAYLOAD)))
 
     def sandwich(self, weights: Array, inflation: Sequence[float]) -> Array:
-        """Covariance where errors remember: the formula's, by the middle joint's memory."""
+        """HAC (sandwich) covariance: the formula's, by the middle joint's memory."""
         return np.asarray(float(np.median(inflation)) * self._step(weighted(self.loaded, weights))[1])
 
     def _step(self, after: Estimate) -> tuple[Array, Array, Array]:
@@ -135,7 +135,7 @@ class ChangeOfParameters(Brief):
 
 
 def _generalised(G: Array, change: Array, C: Array) -> tuple[Array, Array, Array]:
-    """Generalised least squares of G x = change with covariance C: x, its covariance, x by the change."""
+    """Solve G x = change with covariance C by generalised least squares: x, its covariance, x by the change."""
     scale = np.sqrt(np.diag(C))
     L = np.linalg.cholesky(C / np.outer(scale, scale))
     parts = decomposed(np.asarray(np.linalg.solve(L, G / scale[:, None])))
@@ -181,20 +181,20 @@ def global_fit(motion: LongMotion) -> LinearProblem:
 
 
 PREFERRED = (3, 4, 1, 2)
-"""The methods in the order of their expected errors, where each can be used and a pair ran one path."""
+"""Methods in the order of their expected errors, where each can be used and a pair ran one path."""
 ONE_PATH = 2e-3
-"""rad or m: positions of a pair that differ by more, rms of the worst joint, are not of one path."""
+"""Distance of positions [rad or m], rms of the worst joint, above which a pair is not of one path."""
 METHODS: dict[int, Callable[[LongMotion], Posed]] = {
     1: from_robot,
     2: from_change,
     3: from_difference,
     4: global_fit,
 }
-"""The paper's methods by number."""
+"""Methods of the paper by number."""
 
 
 def usable_methods(problem: PayloadProblem) -> tuple[int, ...]:
-    """Methods for which the problem holds what they need."""
+    """Numbers of the methods for which the problem holds what they need."""
     if isinstance(problem, ShortMotion):
         return (problem.method,)
     bare = problem.unloaded is not None
@@ -240,7 +240,7 @@ def payload_estimate(
 
 
 def recommended_method(problem: PayloadProblem, methods: Iterable[int]) -> tuple[int, str]:
-    """The method with the least expected error, and the reason for it where there are others.
+    """Choose the method with the least expected error, and give the reason where there are others.
 
     Errors of the robot's model count. On one path method 3 cancels what the model lacks, and weighs the joints by
     what is left then; methods 1, 2 and 4 carry it. Where the paths differ, method 3 takes off what the robot itself
@@ -266,20 +266,20 @@ def recommended_method(problem: PayloadProblem, methods: Iterable[int]) -> tuple
 
 
 def selected(motion: LongMotion, names: Sequence[str]) -> LinearProblem:
-    """Method 4 with some parameters of robot and payload only, the others zero."""
+    """Estimate some parameters of robot and payload by method 4, the others zero."""
     return LinearProblem(motion.both.select(names), tuple(names))
 
 
 def combined(motion: LongMotion) -> Estimate:
-    """Robot and payload parameters of (30), columns base, then ``PAYLOAD``."""
+    """Estimate robot and payload parameters of (30), columns base, then ``PAYLOAD``."""
     return selected(motion, motion.loaded.columns).solved()
 
 
 def essential_combined(motion: LongMotion, rule: StopRule | None = None) -> Elimination:
-    """Essential parameters of robot and payload (in frame n) together, as in Table 2."""
+    """Find essential parameters of robot and payload (in frame n) together, as in Table 2."""
     return eliminate(motion.both, combined(motion), rule)
 
 
 def payload_map(motion: LongMotion) -> Array:
-    """G_L: how the base parameters change with the payload's ten in frame n; N_b x 10."""
+    """Map G_L of the payload's ten in frame n to base parameters; N_b x 10."""
     return motion.base.effect_of(payload_columns(motion.robot))

@@ -39,7 +39,7 @@ from .long_motion import LongMotion, Source
 from .under_load import robot_of
 
 _TRIED = 12
-"""Combinations of pieces that are aligned in search of the lag."""
+"""Number of combinations of pieces that are aligned in search of the lag."""
 _Recordings = tuple[Recording, ...]
 _Load = tuple[Equations, list[Recorded]]
 _Alike = tuple[_Recordings, _Recordings, tuple[float | None, ...]]
@@ -113,7 +113,7 @@ def _together(
     measured: Sequence[Measurement],
     processing: Processing,
 ) -> tuple[tuple[AlignedPair, ...], list[PairedMeasurement], str]:
-    """Recordings side by side, and those of one trajectory filtered for method 3; none, and why not."""
+    """Put recordings side by side, filter those of one trajectory for method 3; none, and why not."""
     pairs = tuple[AlignedPair, ...]()
     if not unloaded:
         return (), [], "no recordings without payload"
@@ -140,7 +140,7 @@ def _together(
 
 
 def cut_alike(loaded: Sequence[Recording], unloaded: Sequence[Recording], processing: Processing) -> _Alike:
-    """Recordings with and without payload, cut alike where gaps split those of one file into more pieces.
+    """Cut recordings with and without payload alike where gaps split those of one file into more pieces.
 
     They stay as they are where they form pairs already, or where no pairs can be made of them.
 
@@ -164,7 +164,7 @@ def cut_alike(loaded: Sequence[Recording], unloaded: Sequence[Recording], proces
 def _pairs(
     bare: _Recordings, heavy: _Recordings, processing: Processing
 ) -> list[tuple[Recording, Recording, float | None]]:
-    """Pieces of two files between the gaps of either, on the same stretches of the motion, and their lag."""
+    """Pair pieces of two files between the gaps of either, on the same stretches of the motion; find their lag."""
     if len(bare) == len(heavy) == 1:
         return [(bare[0], heavy[0], None)]
     lag = _lag(bare, heavy, processing)
@@ -185,7 +185,7 @@ def _pairs(
 
 
 def _lag(bare: _Recordings, heavy: _Recordings, processing: Processing) -> float:
-    """What the loaded file's clock shows more [s], by pieces of both that are alike, the longest first.
+    """Lag of the loaded file's clock [s], by pieces of both that are alike, the longest first.
 
     Raises:
         InputError: if no two are of the same stretch of the motion.
@@ -200,7 +200,7 @@ def _lag(bare: _Recordings, heavy: _Recordings, processing: Processing) -> float
 
 
 def _within(pieces: _Recordings, low: float, high: float, least: float, partner: Recording) -> Recording | None:
-    """What of a file lies between two times [s] and is long enough; ``partner``: of the other file, for a note."""
+    """Cut out what of a file lies between two times [s] and is long enough; ``partner`` is named in a note."""
     for piece in pieces:
         rows = slice(*(int(row) for row in np.searchsorted(piece.t, [low, high])))
         if rows.stop - rows.start > 1 and piece.t[rows.stop - 1] - piece.t[rows.start] >= least:
@@ -211,13 +211,13 @@ def _within(pieces: _Recordings, low: float, high: float, least: float, partner:
 
 
 def loaded_observer(robot: Robot, base: BaseParameters) -> Observer:
-    """Observer of [W W_L], columns base, then ``PAYLOAD``."""
+    """Make the observer of [W W_L], columns base, then ``PAYLOAD``."""
     names = (*base.columns, *PAYLOAD)
     return Observer(robot, (*base.columns, *payload_columns(robot)), names)
 
 
 def torque_change(robot: Robot, unloaded: Measurement, loaded: Measurement) -> Measurement:
-    """Y_T - Y_wL on the loaded motion.
+    """Difference of torques Y_T - Y_wL on the loaded motion.
 
     The observer moves the spring's torque into Y; in a difference it is there twice, and the first goes along.
     """
@@ -289,7 +289,7 @@ def long_motion(
 
 
 def _inflation_beside(known: Estimate, equations: Equations, recordings: Sequence[Recorded]) -> tuple[float, ...]:
-    """By how much memory raises the variance of each joint's errors beside a robot that is known.
+    """Inflation by memory of each joint's errors where the robot is known.
 
     By what it leaves of the loaded recordings, payload and friction found beside it: all of its parameters, found
     anew in a few seconds, would take up the slow errors for themselves. A few seconds of load show less memory than

@@ -19,22 +19,22 @@ class Posed(Protocol):
     """A problem of the payload that is solved for given weights of the joints."""
 
     def solved(self, weights: Array | None = None) -> Estimate:
-        """The parameters asked for; weights are estimated unless they are given."""
+        """Estimate the parameters asked for; weights are estimated unless they are given."""
 
     def without_blocks(self, weights: Array, pairs: Sequence[tuple[int, int]]) -> Array:
-        """Values without blocks of time with and without payload, one row for each of ``left_out``."""
+        """Estimate without blocks of time with and without payload, one row for each of ``left_out``."""
 
     def lasting(self, weights: Array) -> Array:
-        """Covariance that no block of time shows."""
+        """Between-session covariance, which no block of time shows."""
 
     def sandwich(self, weights: Array, inflation: Sequence[float]) -> Array:
-        """Covariance where each joint's errors remember."""
+        """HAC (sandwich) covariance: errors of each joint remember."""
 
 
 def with_robust(
     problem: LongMotion | ShortMotion, posed: Posed, estimate: Estimate | None = None, rule: Rule | None = None
 ) -> tuple[Estimate, str]:
-    """The estimate of a posed problem with its robust covariance; without, and why, where there is none.
+    """Add the robust covariance to the estimate of a posed problem; without, and why, where there is none.
 
     Args:
         estimate: its result, where it is there already; its weights are kept.
@@ -56,7 +56,7 @@ def with_robust(
 def _robust(
     problem: LongMotion | ShortMotion, posed: Posed, estimate: Estimate, rule: Rule | None
 ) -> RobustCovariance:
-    """By the rule asked for, weights fixed at those of the result."""
+    """Compute by the rule asked for, weights fixed at those of the result."""
     weights, length, known, robust = estimate.weights, problem.block_length, problem.known, None
     if rule != "sandwich":
         try:

@@ -1,4 +1,4 @@
-"""What may be another one under load: the path, friction, the scale of the torques.
+"""Priors on what may be another one under load: the path, friction, the scale of the torques.
 
 An arm that sags does not run the motion it ran without payload. The difference of the torques then holds
 Phi(q_L) chi - Phi(q_U) chi of the robot itself, about 100 N·m/rad at the second joint, and repeats with the motion:
@@ -27,21 +27,21 @@ from ..fit.estimate import Estimate
 from ..fit.linear_problem import Known, LinearProblem, SoftPrior
 
 _UNSURE = 0.25
-"""Share of the path's correction that may be wrong (1 sigma)."""
+"""Fraction of the path's correction that may be wrong (1 sigma)."""
 _SMALL = 1e-3
-"""Of the largest singular value, columns scaled: smaller ones the recording without payload does not show."""
+"""Smallest singular value over the largest, columns scaled, that recordings without payload show."""
 _OFFSETS = 0.012
 """Standard deviation of a constant torque's change, as a share of the arm's largest Coulomb friction: 0.2 N·m on a
 UR10e."""
 _CHANGE = " under load"
-"""Behind the name of a friction: how much more it is with payload."""
+"""Ending of the name of a friction's change with payload."""
 _NONE = 1e-9
-"""Share of the arm's largest friction below which a joint has none."""
+"""Fraction of the arm's largest friction below which a joint has none."""
 _SCALE = "scale under load"
 
 
 def robot_of(unloaded: Equations) -> Array:
-    """The robot's parameters by a recording without payload, as far as it shows them, friction zero; shape (c,).
+    """Estimate the robot's parameters, (c,), by a recording without payload, as far as shown, friction zero.
 
     Joints weigh by their torques: weights by residuals would fall for a joint that is explained by chance.
     """
@@ -57,7 +57,7 @@ def robot_of(unloaded: Equations) -> Array:
 
 
 def known_path(columns: Sequence[str], joints: int) -> tuple[Known, ...]:
-    """The torque of paths that differ: nothing of it is left, but for a quarter."""
+    """Prior of the torque of paths that differ: nothing of it is left, but for a quarter."""
     if PATH not in columns:
         return ()
     zero, derivatives = np.zeros((1, 1)), np.zeros((1, joints))
@@ -65,7 +65,7 @@ def known_path(columns: Sequence[str], joints: int) -> tuple[Known, ...]:
 
 
 def friction_sigmas(robot: Estimate, share: float) -> dict[str, float]:
-    """Which frictions may change, and how far (1 sigma); those that there are none of cannot.
+    """Standard deviations by which frictions may change; those that there are none of cannot.
 
     Coulomb and viscous friction change with the day and the oil's temperature. What grows with load changes by the
     payload's torque, and is known; free as well, it would take weight along.
@@ -84,7 +84,7 @@ def friction_sigmas(robot: Estimate, share: float) -> dict[str, float]:
 
 
 def friction_changes(robot: Estimate, inflation: Sequence[float], share: float) -> dict[str, SoftPrior]:
-    """How frictions are held near the robot's own; arguments as of ``friction_sigmas``.
+    """Priors that keep frictions near the robot's own; arguments as of ``friction_sigmas``.
 
     Args:
         inflation: of each joint's errors, by their memory.
@@ -94,19 +94,19 @@ def friction_changes(robot: Estimate, inflation: Sequence[float], share: float) 
 
 
 def joint_of(name: str) -> int:
-    """Place of the joint, from 0, of a friction such as "OFF2"."""
+    """Index of the joint, from 0, of a friction such as "OFF2"."""
     return int(name.removeprefix(parameter_kind(name))) - 1
 
 
 def with_changes(equations: Equations, roles: Mapping[str, SoftPrior]) -> tuple[Equations, dict[str, SoftPrior]]:
-    """Equations under load with one more column for each friction that may change, and how these are held."""
+    """Add one column for each friction that may change under load, and its prior."""
     names, own = [f"{name}{_CHANGE}" for name in roles], equations.columns
     M = np.eye(len(own))[:, [*range(len(own)), *map(own.index, roles)]]
     return equations.transformed(M, (*own, *names)), dict(zip(names, roles.values(), strict=True))
 
 
 def with_scale(loaded: Equations, robot: Known, role: SoftPrior) -> tuple[Equations, dict[str, SoftPrior]]:
-    """Equations under load with one more column for the scale, and how it is held.
+    """Add one column for the scale under load, and its prior.
 
     It scales the torque of robot and payload, without friction; the payload's own is therefore found first.
 

@@ -39,7 +39,7 @@ def known_robot_weighing(
     known: Estimate,
     settings: Settings = DEFAULTS,
 ) -> ShortMotion:
-    """From torques less those of the robot itself, (22)-(23); other arguments as of ``difference_weighing``.
+    """Weigh by torques less those of the robot itself, (22)-(23); other arguments as of ``difference_weighing``.
 
     Args:
         known: the robot's parameters, identified earlier.
@@ -86,7 +86,7 @@ def difference_weighing(
     unloaded: Sequence[Recording],
     settings: Settings = DEFAULTS,
 ) -> ShortMotion:
-    """From torque differences (29) on one and the same motion.
+    """Weigh by torque differences (29) on one and the same motion.
 
     Args:
         loaded: recordings of the motion with the payload.
@@ -158,7 +158,7 @@ def difference_weighing(
 
 
 def _observer(robot: Robot, base: BaseParameters | None, frees: bool = True) -> Observer:
-    """Observer of [W, free columns, W_L]; of torque differences [free columns, W_L, ``PATH``], nothing viscous."""
+    """Make the observer of [W, free columns, W_L]; of torque differences [free columns, W_L, ``PATH``]."""
     free = robot.with_offsets(True)
     own, path = (base.columns, ()) if base is not None else ((), (PATH,))
     friction = (*friction_columns(robot), *(name for name in own if parameter_kind(name) == "FV")) if frees else ()
@@ -169,7 +169,7 @@ def _observer(robot: Robot, base: BaseParameters | None, frees: bool = True) -> 
 def _runs(
     sources: Sequence[str], observations: Sequence[Observation], ripples: Sequence[tuple[Wave, ...]]
 ) -> tuple[Run, ...]:
-    """Each recording's equations in blocks as long as the memory of all of them asks for, with its ripple."""
+    """Cut each recording's equations in blocks as long as the memory of all of them asks for, with its ripple."""
     rest = [one.eliminate([name for name in one.columns if name.startswith(FREE)]) for one in observations]
     length = block_length([remembered([one], reduced(one)) for one in rest])
     return tuple(

@@ -20,7 +20,7 @@ OFFSET, CONSTANT = 0.002, 0.2
 """rad or m by which positions of one motion differ if an encoder's zero was set anew, and the fraction of it that
 may change: an arm that sags differs by more where its load is far out."""
 CHANGING = 0.01
-"""rad or m, rms: positions that differ by more, constants aside, are not of one motion."""
+"""Difference of positions [rad or m, rms], constants aside, above which they are not of one motion."""
 
 
 class AlignedPair(NamedTuple):
@@ -42,7 +42,7 @@ class AlignedPair(NamedTuple):
 
     @property
     def new_zeros(self) -> tuple[int, ...]:
-        """Joints (from 0) whose positions differ by a constant in two recordings of one motion."""
+        """Find the joints (from 0) whose positions differ by a constant in two recordings of one motion."""
         apart, rest = np.abs(self.constant), np.array(self.changing)
         if not len(rest) or rest.max() > CHANGING:
             return ()
@@ -119,7 +119,7 @@ def _different(unloaded: Recording, loaded: Recording, why: str) -> InputError:
 
 
 def _coarse_lag(a: Array, b: Array) -> int:
-    """Whole samples by which ``b`` is later than ``a``, by the largest cross-correlation of all joints."""
+    """Count the samples by which ``b`` is later than ``a``, by the largest cross-correlation of all joints."""
     lags = len(a) + len(b) - 1
     length = 1 << (lags - 1).bit_length()  # of the transforms: at least as many as there are lags
     spectrum = np.zeros(length // 2 + 1, dtype=complex)
@@ -134,7 +134,7 @@ def _coarse_lag(a: Array, b: Array) -> int:
 
 
 def _fine_lag(unloaded: Recording, loaded: Recording, coarse: float, step: float, every: int) -> float:
-    """Lag with the smallest squared difference of position, by a parabola around the best fine step.
+    """Find the lag with the smallest squared difference of position, by a parabola around the best fine step.
 
     ``coarse`` is sure to ``every`` steps. Of long recordings some stretches are compared.
     """

@@ -43,7 +43,7 @@ _WRIST = 3  # links before the flange that the ball of the payloads may overlap
 
 @dataclass(frozen=True, eq=False, repr=False)
 class DesignProblem(Brief):
-    """What ``solve_design`` solves; made by ``build_design``.
+    """Problem that ``solve_design`` solves; made by ``build_design``.
 
     Attributes:
         robot, bounds: the robot and the limits of its joints.
