@@ -44,14 +44,14 @@ class DriveGains(Speaks):
         logarithms: ln K of gains [N·m/A or N/A] for bodies that can exist, its fit that of the currents [A]. Both
             covariances, by the formula and the robust one, hold the sigma of the mass.
         free_values: gains without constraints, shape (n,).
-        rests_on: per motor, in words, which torques its gain rests on.
+        rests_on: per motor, the torques that its gain rests on, as text.
         loads: what was known of the payload in each mounting.
         payloads: its ten in each mounting as identified, known ones as given.
         without_robust: why there is no robust covariance.
         recordings: from which they were identified.
         mountings: which loaded recordings have the weight where.
-        disagreement: factor on every standard deviation by which all joints' shares together disagree; 1 where they
-            do not.
+        disagreement: factor on every standard deviation by which all joints' payload ratios together disagree; 1
+            where they do not.
         posed: each mounting's payload problem with the torques that the gains give, where the verdict looked at it.
         by_joints: the weight in each of them as single joints see it.
         source: the recordings of currents, and how they were processed.

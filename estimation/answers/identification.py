@@ -90,7 +90,7 @@ def impossible_payload(elimination: Elimination) -> tuple[str, ...]:
     try:
         result = solve_constrained(error_model(elimination.estimate).part(left))
     except SolverError as error:
-        return (f"whether a payload without {', '.join(gone)} can exist is not known ({error.words})",)
+        return (f"whether a payload without {', '.join(gone)} can exist is not known ({error.explanation})",)
     return _too_far("payload", gone, result.chi2_rise, result.p_value)
 
 
@@ -120,15 +120,15 @@ def impossible_robot(
         return ()
     # All base parameters: the essential ones as estimated, the others zero and next to certain.
     full, essential = error_model(estimate), error_model(elimination.estimate)
-    places, values = [base.columns.index(name) for name in left], np.zeros(len(base.columns))
+    indices, values = [base.columns.index(name) for name in left], np.zeros(len(base.columns))
     covariance = np.diag((_ZERO * np.sqrt(np.diag(full.select(base.columns)[1]))) ** 2)
-    values[places], part = essential.select(left)
-    covariance[np.ix_(places, places)] = part
+    values[indices], part = essential.select(left)
+    covariance[np.ix_(indices, indices)] = part
     zeroed = Estimate(base.columns, values, covariance, essential.degrees_of_freedom, full.fit, full.weights)
     try:
         result = solve_constrained_base(robot, base, zeroed)
     except SolverError as error:
-        return (f"whether a robot with these zeros can exist is not known ({error.words})",)
+        return (f"whether a robot with these zeros can exist is not known ({error.explanation})",)
     p_value = rise_p_value(result.chi2_rise, len(left), zeroed.degrees_of_freedom)
     lines = _too_far(robot.name, gone, result.chi2_rise, p_value)
     at_fault = [holding.description for holding in result.active[:3]]

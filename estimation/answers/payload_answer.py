@@ -151,7 +151,7 @@ class PayloadAnswer(Speaks):
         values, C = self.model.values, self.model.covariance
         if self.scale is None or self.free.from_scale:
             return values, C
-        k = self.free.places.index(9)
+        k = self.free.indices.index(9)
         gain = C[:, k] / (C[k, k] + self.scale.sigma**2)
         return values + gain * (self.scale.mass - values[k]), C - np.outer(gain, C[k])
 
@@ -161,13 +161,13 @@ class PayloadAnswer(Speaks):
         if self.possible is not None:
             return self.possible.body.vector
         values = np.array(_UNKNOWN)
-        values[list(self.free.places)] = self._with_scale[0]
+        values[list(self.free.indices)] = self._with_scale[0]
         return values
 
     @cached_property
     def spread(self) -> PayloadSpread:
         """Standard deviations of the reported payload, that of the scale counted."""
-        return payload_spread(self.ten, self._with_scale[1], self.free.places)
+        return payload_spread(self.ten, self._with_scale[1], self.free.indices)
 
     @cached_property
     def reported_spread(self) -> PayloadSpread:
@@ -303,12 +303,14 @@ def payload_result(answer: PayloadAnswer) -> PayloadResult:
     """Collect what ``payload`` and ``weigh`` answer; a number that was not determined is nan or None."""
     problem, flange, source = answer.problem, answer.problem.robot.flange_pose, answer.problem.source
     robot, gains, worst = problem.robot, answer.gains, worst_joint(answer.by_joints, answer.mass)
-    place = robot.sources.get("flange", "")
+    flange_source = robot.sources.get("flange", "")
     return PayloadResult(
         robot=robot.name,
         robot_title=robot.title or UNSET,
         frame=robot.payload_frame,
-        flange_in_payload_frame=FlangeDocument(flange.p, np.degrees(flange.rpy) + 0.0, place) if flange else UNSET,
+        flange_in_payload_frame=FlangeDocument(flange.p, np.degrees(flange.rpy) + 0.0, flange_source)
+        if flange
+        else UNSET,
         rated_payload_kg=robot.rated_payload,
         processing=ProcessingDocument.made(robot, source.processing, source.loaded[0].gains),
         estimates=_estimates(answer),
@@ -399,15 +401,15 @@ def _estimates(answer: PayloadAnswer) -> tuple[FreeEstimate | PossibleEstimate, 
         FreeEstimate(
             method=free.method,
             parameters=named(answer.ten),
-            sigma=named(estimate.sigma, free.places),
-            sigma_robust=named(robust, free.places) if robust is not None else None,
+            sigma=named(estimate.sigma, free.indices),
+            sigma_robust=named(robust, free.indices) if robust is not None else None,
             interval95=None,
             robust=RobustDocument.made(estimate.robust, free.without_robust),
             com=answer.com,
             com_sigma=answer.spread.com,
             inertia_com=None,
             physically_consistent=None,
-            sigma_with_gains=named(answer.model.sigma, free.places) if answer.gains else UNSET,
+            sigma_with_gains=named(answer.model.sigma, free.indices) if answer.gains else UNSET,
             from_scale=free.from_scale or UNSET,
             weighed=(WeighedDocument.of(weighing),) if weighing is not None else UNSET,
         ),

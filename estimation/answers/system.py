@@ -109,10 +109,10 @@ def payload_prediction(
         recording: with payload.
     """
     assert problem.alone is not None
-    bare, flange = problem.alone.values, problem.robot.flange
+    robot_values, flange = problem.alone.values, problem.robot.flange
     moved = body.moved(flange.R, flange.p).vector
     observer, data = loaded_observer(problem.robot, problem.base), measurement(recording, processing)
-    with_payload, without = (np.concatenate([bare, ten]) for ten in (moved, np.zeros(len(moved))))
+    with_payload, without = (np.concatenate([robot_values, ten]) for ten in (moved, np.zeros(len(moved))))
     own = observer.at(with_payload).pieces(data, processing)
     prediction = _prediction(recording.source, own, {"predicted with payload": with_payload}, True, held_out)
     empty = observer.at(without).pieces(data, processing)
@@ -200,7 +200,7 @@ def payload_system(
     observer = loaded_observer(problem.robot, problem.base)
     recordings, flags = [*unloaded, *loaded], [False] * len(unloaded) + [True] * len(loaded)
     own = problem.alone.values if problem.alone is not None else np.zeros(len(problem.base.columns))
-    observers = [observer.at(np.append(own, problem.carried * heavy)) for heavy in flags]
+    observers = [observer.at(np.append(own, problem.carried * flag)) for flag in flags]
     system = joined(observers, recordings, flags, weights, reduced, processing)
     return replace(system, known=known.values if known is not None else None)
 
@@ -216,10 +216,10 @@ def joined(
     """Join recordings to one system, each held whole; ``loaded``: whether each is with payload."""
     every = zip(observers, filtered(recordings, processing), strict=True)
     observations = [observer.observe(data, processing) for observer, data in every]
-    bare = np.array([name not in PAYLOAD for name in reduced.columns], dtype=float)
+    robot_only = np.array([name not in PAYLOAD for name in reduced.columns], dtype=float)
     W = [
-        part if heavy else part * bare
-        for observation, heavy in zip(observations, loaded, strict=True)
+        part if under_load else part * robot_only
+        for observation, under_load in zip(observations, loaded, strict=True)
         for part in observation.W
     ]
     counts = [[len(Y) for Y in observation.Y] for observation in observations]

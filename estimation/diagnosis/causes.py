@@ -68,7 +68,7 @@ class Comparison:
 
         Args:
             free_gains: whether each joint's torque has a scale of its own in every comparison, for gains that were
-                identified with the robot as described favour it; not of coupled drives, nor beside a spring.
+                identified with the robot as described favour it; not of coupled drives, nor with a spring.
 
         Raises:
             InputError: if a joint leaves the table of the robot's spring.
@@ -155,7 +155,7 @@ def _geometry(robot: Robot) -> list[tuple[str, float, float, float, float]]:
 
 
 def other_readings(evidence: Evidence) -> list[Finding]:
-    """Report another shipped robot, a joint counted the other way, or no gravity that explain recordings better.
+    """Another shipped robot, a joint counted the other way, or no gravity explain the recordings better.
 
     A robot takes {ROBOT:.0%} (and z > {ROBOT_Z:g}) off the squared residuals, and more than one further friction
     column a joint does on the robot as described; a turned joint {TURNED:.0%} (z > {TURNED_Z:g}), no gravity

@@ -58,7 +58,7 @@ class Diagnosis:
 
     Attributes:
         by_joints: the payload as single joints see it.
-        disagreement: Birge ratio of the joints' shares, a factor on every interval; 1 where they agree.
+        disagreement: Birge ratio of the joints' payload ratios, a factor on every interval; 1 where they agree.
         effects: of the hypotheses that add columns.
         alternatives: other readings of the recordings.
         scales: effects of another scale of the loaded torques, of all and of each joint's.
@@ -124,7 +124,7 @@ class Evidence:
 
     Attributes:
         source: the recordings, in which causes are searched.
-        diagnosis: what they show beside robot and payload.
+        diagnosis: what they show besides robot and payload.
         pairs: recordings of one motion without and with payload.
         compared: recordings without and with payload, whether of one motion or not.
         condition: condition number of the equations without payload, columns scaled to norm 1.

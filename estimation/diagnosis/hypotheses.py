@@ -69,9 +69,9 @@ Sought = tuple[Array, Callable[[Added], Effect | None]]
 class Hypothesis(NamedTuple):
     """A fault that adds columns to the equations.
 
-    ``sought``: its columns beside a system's, None where the recordings cannot show it; ``stands_out``: whether it
-    is more than chance, a model's own errors and its own standard deviation; ``finding``: what it spoils, the text
-    and what to do, its docstring from where on.
+    ``sought``: its columns, added to a system's, None where the recordings cannot show it; ``stands_out``: whether
+    it is more than chance, a model's own errors and its own standard deviation; ``finding``: what it spoils, the
+    text and what to do, its docstring from where on.
     """
 
     name: str
@@ -208,12 +208,12 @@ def tilt(system: System) -> Sought | None:
     load, moments = payload_columns(robot) if states.loaded.any() else (), ("MX1", "MY1") if upright_axis else ()
     names = tuple(dict.fromkeys([*(system.names[k] for k in rigid), *load, *moments]))
     ten = frame_change(robot.flange) @ system.values[system.payload] if load else np.zeros(0)
-    own, heavy, free = [], [], list[Array]()
+    own, carried, free = [], [], list[Array]()
     for across in horizontal(g):
         leaning = replace(robot, gravity=(float(across[0]), float(across[1]), float(across[2])))
         W = regressor_at(leaning, names, states.q, np.zeros(states.q.shape), np.zeros(states.q.shape))
-        heavy.append(np.einsum("jcn,c->jn", W[:, [names.index(name) for name in load]], ten) * states.loaded)
-        own.append(np.einsum("jcn,c->jn", W[:, : len(rigid)], system.values[rigid]) + heavy[-1])
+        carried.append(np.einsum("jcn,c->jn", W[:, [names.index(name) for name in load]], ten) * states.loaded)
+        own.append(np.einsum("jcn,c->jn", W[:, : len(rigid)], system.values[rigid]) + carried[-1])
         free = free or [W[:, names.index(name)] for name in moments]
 
     def read(added: Added) -> Effect | None:
@@ -225,7 +225,7 @@ def tilt(system: System) -> Sought | None:
         sigma = float(np.sqrt(along @ effect.covariance @ along))
         return effect._replace(size=size, sigma=sigma, by_difference=-added.difference[:, 2:4] if load else None)
 
-    return np.stack([*own, *heavy, *free], axis=1), read
+    return np.stack([*own, *carried, *free], axis=1), read
 
 
 def tilt_correction(lean: Effect, method: int) -> tuple[Array, Array]:

@@ -112,7 +112,7 @@ class Readings:
     """Readings of a log, with the residual that each leaves.
 
     Attributes:
-        unit: of the residuals, in words.
+        unit: of the residuals, as text.
         as_recorded: residual of the log as it stands.
         residuals: those of all readings that were tried, the best first, and of equally good ones the simplest.
         suggested: the best reading, if it does clearly better than the log as recorded.

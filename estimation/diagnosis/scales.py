@@ -48,23 +48,23 @@ def scales(problem: LongMotion, weights: Array) -> tuple[Effect, ...]:
         problem: with recordings without payload, else nothing is known of a scale, and one that is not free.
         weights: of the joints.
     """
-    bare, loaded = problem.unloaded, problem.loaded
-    if problem.settings.scale_sigma > 0.0 or problem.bare is None or bare is None or not loaded.blocks:
+    unloaded, loaded = problem.unloaded, problem.loaded
+    if problem.settings.scale_sigma > 0.0 or problem.bare is None or unloaded is None or not loaded.blocks:
         return ()
-    names, robot = bare.columns, problem.bare.values
+    names, robot = unloaded.columns, problem.bare.values
     b, c, n = len(names), len(names) + len(PAYLOAD), problem.robot.n
     friction = [k for k, name in enumerate(names) if is_friction(name)]
     rigid, size = [k for k in range(b) if k not in friction], c + len(friction) + n + 2
 
-    def gram(unloaded: Equations | None, heavy: Equations | None) -> Array:
+    def gram(robot_part: Equations | None, loaded_part: Equations | None) -> Array:
         """Gram matrix of robot, payload, friction under load, scale of all and of each joint, torque."""
         total = np.zeros((size, size))
         for j, weight in enumerate(weights):
-            if unloaded is not None:
-                own = weight * unloaded.factors[j]
+            if robot_part is not None:
+                own = weight * robot_part.factors[j]
                 total[np.ix_([*range(b), -1], [*range(b), -1])] += own.T @ own
-            if heavy is not None:
-                factor = weight * heavy.factors[j]
+            if loaded_part is not None:
+                factor = weight * loaded_part.factors[j]
                 rows = np.zeros((len(factor), size))
                 index = [*rigid, *range(b, c), -1]
                 rows[:, index], rows[:, c : c + len(friction)] = factor[:, index], factor[:, friction]
@@ -72,7 +72,7 @@ def scales(problem: LongMotion, weights: Array) -> tuple[Effect, ...]:
                 total += rows.T @ rows
         return total
 
-    without, with_payload = bare.parts(), loaded.parts()
+    without, with_payload = unloaded.parts(), loaded.parts()
     if without and len(without) == len(with_payload):  # blocks of one motion are left out together
         blocks = [gram(*parts) for parts in zip(without, with_payload, strict=True)]
     else:

@@ -109,8 +109,8 @@ class States:
         for number, (t, signal) in enumerate(self.signals):
             own = self.recording == number
             after = np.clip(np.searchsorted(t, times[own]), 1, len(t) - 1)
-            share = np.clip((times[own] - t[after - 1]) / (t[after] - t[after - 1]), 0.0, 1.0)[:, None]
-            torque[own] = (1.0 - share) * signal[after - 1] + share * signal[after]
+            fraction = np.clip((times[own] - t[after - 1]) / (t[after] - t[after - 1]), 0.0, 1.0)[:, None]
+            torque[own] = (1.0 - fraction) * signal[after - 1] + fraction * signal[after]
         return replace(self, torque=torque)
 
     def taken(self, index: Any) -> "States":

@@ -123,7 +123,7 @@ def diagnose(
     system = system_of(problem, states)
     effects = effects_of(system) if system is not None else ()
     by_joints = payload_by_joints(problem, weights)
-    sigma = float(best.estimate.sigma[best.places.index(9)]) if 9 in best.places else np.inf
+    sigma = float(best.estimate.sigma[best.indices.index(9)]) if 9 in best.indices else np.inf
     if isinstance(problem, LongMotion) and problem.unloaded is not None:
         found = scales(problem, weights)
     else:

@@ -41,14 +41,14 @@ class SharedTorque(NamedTuple):
     torque: Array
 
 
-def beside(shared: Sequence[SharedTorque], joint: int, rows: int) -> Array:
+def shared_torques(shared: Sequence[SharedTorque], joint: int, rows: int) -> Array:
     """Columns that are not of a joint's own motor in its equations, side by side, rows x number of torques."""
     own = [torque.torque for torque in shared if torque.joint == joint]
     return np.column_stack(own) if own else np.zeros((rows, 0))
 
 
 def refilled(shared: Sequence[SharedTorque], joint: int, columns: Array) -> list[SharedTorque]:
-    """Replace the rows of a joint's torques by others, ordered as by ``beside``."""
+    """Replace the rows of a joint's torques by others, ordered as by ``shared_torques``."""
     own = [torque for torque in shared if torque.joint == joint]
     return [torque._replace(torque=columns[:, k]) for k, torque in enumerate(own)]
 
@@ -199,7 +199,7 @@ class Equations:
         rest = [k for k in range(len(self.columns)) if k not in gone]
         factors, ranks, shared = [], [], list[SharedTorque]()
         for j, factor in enumerate(self.factors):
-            others, levels = beside(self.shared, j, len(factor)), np.zeros((len(factor), len(anchors)))
+            others, levels = shared_torques(self.shared, j, len(factor)), np.zeros((len(factor), len(anchors)))
             rows = np.hstack([factor[:, [*gone, *rest]], levels, factor[:, -1:], others])
             for k, anchor in enumerate(anchors):
                 if anchor.joint == j:  # stiffness (parameter - level) = 0, one more row
@@ -262,8 +262,8 @@ class Equations:
     def joint_weights(self, values: Array) -> Array:
         """Weights of the joints' equations: one over the standard deviation of the error, shape (n,)."""
         rows = np.maximum(np.array(self.rows, dtype=float), 1.0)
-        share = max(1.0 - len(self.columns) / max(sum(self.effective_rows), 1.0), 1e-3)
-        sigma = self.error_norms(values) / np.sqrt(rows * share)
+        freedom = max(1.0 - len(self.columns) / max(sum(self.effective_rows), 1.0), 1e-3)
+        sigma = self.error_norms(values) / np.sqrt(rows * freedom)
         floor = _NOISE_FLOOR * np.linalg.norm(self.torque_norms) / np.sqrt(rows.sum())
         return np.asarray(1.0 / np.maximum(sigma, floor) if floor > 0.0 else np.ones(len(rows)))
 
@@ -348,16 +348,16 @@ def _condition(W: Array) -> float:
     return float(singular[0] / singular[-1])
 
 
-def compressed(rows: Array, beside: int = 0) -> tuple[Array, Array]:
+def compressed(rows: Array, extra: int = 0) -> tuple[Array, Array]:
     """R of a QR decomposition, and Q' times some last columns that take no part in it.
 
     Fewer rows than columns are kept as they are.
 
     Args:
-        rows: columns of the factor, then those beside, N x (c + beside).
-        beside: number of the latter.
+        rows: columns of the factor, then extra ones, N x (c + extra).
+        extra: number of the extra ones.
     """
-    width = rows.shape[1] - beside
+    width = rows.shape[1] - extra
     if len(rows) > width:
         # What stands below is of the last columns alone.
         rows = upper(lapack.dgeqrf(rows)[0][:width])
@@ -400,7 +400,7 @@ def checked(factor: Array, columns: tuple[str, ...], rows: int, effective_rows: 
 
 
 def _clearly_determined(W: Array) -> bool:
-    """True if LAPACK's condition estimate of a triangle is small: it costs nothing beside singular values.
+    """True if LAPACK's condition estimate of a triangle is small: it costs nothing besides singular values.
 
     The estimate is rarely off by more than 3, and the 1-norm's condition within c of the 2-norm's.
     """
@@ -411,25 +411,25 @@ def _clearly_determined(W: Array) -> bool:
     return not failed and bool(reciprocal > 10.0 * c * RANK_TOLERANCE)
 
 
-def _eliminated(rows: Array, gone: int, beside: int) -> tuple[Array, Array, int]:
-    """Triangular factor of some columns less what the first explain, the last ones beside it, and the first's rank.
+def _eliminated(rows: Array, gone: int, extra: int) -> tuple[Array, Array, int]:
+    """Triangular factor of some columns less what the first explain, the last ones with it, and the first's rank.
 
     Of clearly independent columns one QR of all that are not zero says it.
 
     Args:
-        rows: N x (gone + c + beside).
+        rows: N x (gone + c + extra).
         gone: number of columns that are taken out.
-        beside: number of the last columns, which take no part in the factor.
+        extra: number of the last columns, which take no part in the factor.
     """
     off, remaining = rows[:, :gone], rows[:, gone:]
-    off, width = off[:, off.any(axis=0)], remaining.shape[1] - beside
+    off, width = off[:, off.any(axis=0)], remaining.shape[1] - extra
     if not len(rows):
         return remaining[:, :width], remaining[:, width:], 0
     there = [k for k in range(remaining.shape[1]) if k >= width - 1 or remaining[:, k].any()]  # torques always
-    k, c = off.shape[1], len(there) - beside
+    k, c = off.shape[1], len(there) - extra
     R = upper(lapack.dgeqrf(np.column_stack([off, remaining[:, there]]))[0][: k + c])
     if not independent(off, R):
-        return *compressed(without(remaining, off), beside), rank(off)
+        return *compressed(without(remaining, off), extra), rank(off)
     factor = np.zeros((len(R) - k, remaining.shape[1]))
     factor[:, there] = R[k:, k:]
     return factor[:, :width], factor[:, width:], k
@@ -448,7 +448,9 @@ def merged(parts: Iterable[Equations]) -> Equations:
         raise ValueError("equations of robots with different coupled drives or springs cannot be merged")
     factors, shared = [], list[SharedTorque]()
     for j in range(len(first.factors)):
-        rows = np.vstack([np.column_stack([p.factors[j], beside(p.shared, j, len(p.factors[j]))]) for p in parts])
+        rows = np.vstack(
+            [np.column_stack([p.factors[j], shared_torques(p.shared, j, len(p.factors[j]))]) for p in parts]
+        )
         factor, others = compressed(rows, rows.shape[1] - len(first.columns) - 1)
         factors.append(factor)
         shared += refilled(first.shared, j, others)

@@ -40,7 +40,7 @@ class Observation:
         W: per joint, r_j x c.
         Y: per joint, torques [N·m or N], shape (r_j,); known torques (a spring) are already moved here.
         t: per joint, time of the rows [s], shape (r_j,).
-        bandwidth: share of the frequency range that white noise fills; 1 without decimation.
+        bandwidth: fraction of the frequency range that white noise fills; 1 without decimation.
         shared: what of a joint's torque is of another joint's motor (coupled drives), or of a known spring.
     """
 
@@ -117,8 +117,8 @@ def equation_code(robot: Robot, columns: tuple[str, ...]) -> tuple[Kernel, tuple
     left = ca.SX(torque)
     if PATH in columns:
         left -= path
-        place = columns.index(PATH)
-        phi = ca.horzcat(phi[:, :place], path, phi[:, place:])
+        at = columns.index(PATH)
+        phi = ca.horzcat(phi[:, :at], path, phi[:, at:])
     inputs, apart = [q, qd, qdd, torque], {motor: left[motor] for motor in range(robot.n)}
     if spring is not None:
         joint, before = spring.joint - 1, ca.SX.sym("before")
@@ -186,7 +186,7 @@ class Observer:
 
     Attributes:
         columns: what the columns are called.
-        place: position of each column among the distinct ones that are evaluated.
+        index: index of each column among the distinct ones that are evaluated.
         distinct: number of those.
         rows: per joint, where its entries and torque stand among a block's equations.
         touched: per joint, the distinct columns of its entries.
@@ -212,7 +212,7 @@ class Observer:
         """Lay out what is asked for among the rows that are evaluated."""
         self.columns = tuple(names or columns)
         unique = tuple(dict.fromkeys(columns))
-        self.place = np.array([unique.index(name) for name in columns])
+        self.index = np.array([unique.index(name) for name in columns])
         self.distinct, self.touched = len(unique), touched
         sizes = [len(own) + 1 + len(others) for own, others in zip(touched, self.motors, strict=True)]
         ends = np.cumsum(sizes)
@@ -224,7 +224,7 @@ class Observer:
         Args:
             values: of the first columns; those of the others are zero.
         """
-        there, standard = copy.copy(self), [self._standard[place] for place in self.place]
+        there, standard = copy.copy(self), [self._standard[k] for k in self.index]
         there._chi = np.zeros(len(self._all))
         np.add.at(there._chi, [self._all.index(name) for name in standard[: len(values)]], values)
         return there
@@ -299,7 +299,7 @@ class Observer:
             rows = np.concatenate([block.equations[own][:, block.keep[j]] for block in blocks], axis=1)
             dense = np.zeros((rows.shape[1], self.distinct))
             dense[:, touched] = rows[: len(touched)].T
-            W.append(dense[:, self.place])
+            W.append(dense[:, self.index])
             Y.append(rows[len(touched)])
             others = rows[len(touched) + 1 :]
             shared += [SharedTorque(j, motor, part) for motor, part in zip(self.motors[j], others, strict=True)]
@@ -310,7 +310,7 @@ class Observer:
         """Torques of the joints that parameters of these values cause [N·m or N], N x n."""
         none = Measurement(motion, np.zeros(motion.q.shape))
         chi, torque = np.zeros(self.distinct), np.empty(motion.q.shape)
-        np.add.at(chi, self.place, values)
+        np.add.at(chi, self.index, values)
         for part in _parts(len(motion.t), 1):
             equations = self._evaluated(none, part)
             for j, (own, touched) in enumerate(zip(self.rows, self.touched, strict=True)):

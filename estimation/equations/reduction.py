@@ -11,7 +11,7 @@ from ...model import Processing
 from ...model.motion import Measurement
 from ..signals.decimation import noise_bandwidth
 from ..signals.rows import Mask
-from .equations import Equations, SharedTorque, beside, compressed, merged, refilled
+from .equations import Equations, SharedTorque, compressed, merged, refilled, shared_torques
 from .observer import Block, Observation, Observer, Residuals, Used, used
 
 _ROWS = 1024  # per QR: the rows and the factor stay in the processor's cache
@@ -45,7 +45,7 @@ class Recorded:
     def residuals(self, values: Array) -> Residuals:
         """Residuals of the first columns' values."""
         chi = np.zeros(self._observer.distinct)
-        np.add.at(chi, self._observer.place[: len(values)], values)
+        np.add.at(chi, self._observer.index[: len(values)], values)
         errors = []
         for own, touched, keep in zip(self._observer.rows, self._observer.touched, self._keep, strict=True):
             entries = self._equations[own]
@@ -80,7 +80,7 @@ def reduced(observation: Observation) -> Equations:
     factors, shared = [], list[SharedTorque]()
     for j, (W, Y) in enumerate(zip(observation.W, observation.Y, strict=True)):
         touched = np.flatnonzero(W.any(axis=0))
-        others, width = beside(observation.shared, j, len(Y)), len(touched) + 1
+        others, width = shared_torques(observation.shared, j, len(Y)), len(touched) + 1
         factor = np.zeros((width + others.shape[1],) * 2, order="F")
         for start in range(0, len(Y), _ROWS):
             part = slice(start, start + _ROWS)
@@ -114,7 +114,7 @@ def _reduced(observer: Observer, blocks: Iterable[Block], decimate: int) -> Equa
         part = np.triu(factor)[: len(touched) + 1]  # what stands below is of the others' torques alone
         wide = np.zeros((len(part), observer.distinct + 1 + len(motors)))
         wide[:, touched], wide[:, observer.distinct :] = part[:, : len(touched)], part[:, len(touched) :]
-        asked = [*observer.place, *range(observer.distinct, wide.shape[1])]
+        asked = [*observer.index, *range(observer.distinct, wide.shape[1])]
         factor, others = compressed(wide[:, asked], len(motors))
         spread.append(factor)
         shared += [SharedTorque(j, motor, others[:, k]) for k, motor in enumerate(motors)]

@@ -73,9 +73,9 @@ def autocorrelation(t: Array, values: Array, step: float, lags: int) -> Array:
 
 def _on_grid(t: Array, values: Array, step: float) -> tuple[Array, Array]:
     """Put values on an even grid: zeros where rows are missing, and ones where they are not."""
-    place = np.rint((t - t[0]) / step).astype(int)
-    dense, there = np.zeros((2, place[-1] + 1))
-    dense[place], there[place] = values, 1.0
+    index = np.rint((t - t[0]) / step).astype(int)
+    dense, there = np.zeros((2, index[-1] + 1))
+    dense[index], there[index] = values, 1.0
     return dense, there
 
 

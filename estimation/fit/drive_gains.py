@@ -36,7 +36,7 @@ class Gains:
         mass: of the payload with which those were [kg]; None where it is not known.
         notes: what else a reader must know of them, one line each.
         values: the gains themselves [N·m/A or N/A], where they come from a file.
-        robot: whose they are; empty where that is not told.
+        robot: whose they are; empty where that is not stated.
         assumed: whether nothing is said of them, so that the usual errors are taken.
     """
 
@@ -95,8 +95,8 @@ class Gains:
             loaded: with the payload that is asked for.
             unloaded: without, or the robot's own.
         """
-        heavy = self.recordings.get("loaded", ())
-        again = [recording.source for recording in loaded if recording.fingerprint in heavy]
+        with_load = self.recordings.get("loaded", ())
+        again = [recording.source for recording in loaded if recording.fingerprint in with_load]
         if again:
             mass = f", {self.mass:g} kg as given then" if self.mass is not None else ""
             return (
@@ -104,7 +104,7 @@ class Gains:
                 "what was typed in, it confirms nothing. The intervals take the gains' errors and the recordings' "
                 "for unrelated, which they are not. Record another payload.",
             )
-        every = (*self.recordings.get("unloaded", ()), *heavy)
+        every = (*self.recordings.get("unloaded", ()), *with_load)
         shared = [recording.source for recording in (*unloaded, *loaded) if recording.fingerprint in every]
         if not shared:
             return ()
@@ -130,5 +130,5 @@ def usual_gains(robot: Robot, recordings: Sequence[Recording]) -> Gains | None:
 
 def fingerprints(unloaded: Sequence[Recording], loaded: Sequence[Recording]) -> Fingerprints:
     """Fingerprints of recordings without and with the known payload."""
-    bare, heavy = (tuple(r.fingerprint for r in group if r.fingerprint) for group in (unloaded, loaded))
-    return {"unloaded": bare, "loaded": heavy}
+    without, with_load = (tuple(r.fingerprint for r in group if r.fingerprint) for group in (unloaded, loaded))
+    return {"unloaded": without, "loaded": with_load}

@@ -164,8 +164,8 @@ class Estimate(Brief):
 
     def select(self, names: Sequence[str]) -> tuple[Array, Array]:
         """Values (k,) and covariance k x k of some of the parameters."""
-        places = [self.names.index(name) for name in names]
-        return self.values[places], self.covariance[np.ix_(places, places)]
+        indices = [self.names.index(name) for name in names]
+        return self.values[indices], self.covariance[np.ix_(indices, indices)]
 
     def part(self, names: Sequence[str]) -> "Estimate":
         """Take some of the parameters, in the order given."""

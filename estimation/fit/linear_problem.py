@@ -1,6 +1,6 @@
 """Least squares whose columns have roles: wanted, free, fixed, or with a prior from what is known of them.
 
-One solution for all: values, covariance (17)-(19) with the share of what is known, derivatives by the drive gains,
+One solution for all: values, covariance (17)-(19) with the part of what is known, derivatives by the drive gains,
 and the part of the covariance that no block of time shows.
 
 Solutions without each block of time are the whole one downdated, all at once, weights fixed. With R the factor of
@@ -62,18 +62,18 @@ def left_out(
         near: further equations that no block holds, weighted, m x (c + k + 1): in columns, known ones, and Y.
     """
     names, blocks = tuple(columns), equations.blocks
-    places = [*(equations.columns.index(name) for name in (*names, *known)), -1]
-    near = np.zeros((0, len(places))) if near is None else near
+    indices = [*(equations.columns.index(name) for name in (*names, *known)), -1]
+    near = np.zeros((0, len(indices))) if near is None else near
     count = np.array([equations.equations, sum(equations.effective_rows)]) + len(near)
     counts = count - np.column_stack([blocks.rows.sum(axis=1), blocks.effective_rows.sum(axis=1)])
-    factors = [w * factor[:, places] for w, factor in zip(weights, equations.factors, strict=True)]
+    factors = [w * factor[:, indices] for w, factor in zip(weights, equations.factors, strict=True)]
     root, whole = _solved(np.vstack([*factors, near]), names, count)
-    rows = blocks.weighted(weights)[:, :, places]
+    rows = blocks.weighted(weights)[:, :, indices]
     chunks = [_downdated(root, whole, rows[k : k + _AT_ONCE]) for k in range(0, len(rows), _AT_ONCE)]
     little = np.concatenate([own for own, _ in chunks])
     solutions = [np.concatenate(arrays) for arrays in zip(*(own for _, own in chunks), strict=True)]
     for b in np.flatnonzero(little | (counts[:, 0] < len(names)) | (counts[:, 1] <= len(names))):
-        others = np.delete(rows, b, axis=0).reshape(-1, len(places))
+        others = np.delete(rows, b, axis=0).reshape(-1, len(indices))
         _, anew = _solved(np.vstack([others, near]), names, counts[b])
         for array, value in zip(solutions, anew, strict=True):
             array[b] = value
@@ -193,7 +193,7 @@ class _Triangle(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class LinearProblem:
-    """Equations and the roles of their columns; a column without a role is free, estimated beside the wanted ones.
+    """Equations and the roles of their columns; a column without a role is free, estimated with the wanted ones.
 
     Attributes:
         equations: in all the columns.
@@ -233,7 +233,7 @@ class LinearProblem:
 
     def values(self, weights: Array) -> Array:
         """Solve for the wanted values with given weights; linear in the torques."""
-        return self._triangle(weights).values[self._places]
+        return self._triangle(weights).values[self._indices]
 
     def without_blocks(self, weights: Array, pairs: Sequence[tuple[int, int]]) -> Array:
         """Solve without a block of these equations and one of those that known parameters come from.
@@ -248,7 +248,7 @@ class LinearProblem:
         prior = self._prior_rows
         near = np.column_stack([prior.rows, np.zeros((len(prior.rows), len(names))), prior.levels])
         left = left_out(self.equations, self.unknown.columns, weights, names, near)
-        values = left.values[:, self._places]
+        values = left.values[:, self._indices]
         if not self.fixed:
             return np.asarray(values[: len(pairs), :, 0])
         # Without each of their own blocks, last of all the whole ones.
@@ -300,12 +300,12 @@ class LinearProblem:
         """Between-session covariance of the wanted parameters: of fixed and prior ones; blocks of time hide it."""
         total, triangle = np.zeros((len(self.wanted), len(self.wanted))), self._triangle(weights)
         for group, influence in zip(self.fixed, triangle.influences, strict=True):
-            P = influence[self._places]
+            P = influence[self._indices]
             total += P @ group.lasting @ P.T
         prior = self._prior_rows
         if len(prior.rows):
             inverse = triangle.inverse
-            moved = (inverse[self._places] @ (inverse.T @ prior.rows.T)) * np.sqrt(prior.inflation)
+            moved = (inverse[self._indices] @ (inverse.T @ prior.rows.T)) * np.sqrt(prior.inflation)
             total += moved @ moved.T
         return total
 
@@ -317,16 +317,16 @@ class LinearProblem:
             inflation: of each joint's errors, by their memory, n.
         """
         unknown, triangle = self.unknown, self._triangle(weights)
-        share = max(1.0 - len(unknown.columns) / max(self._rows[0], 1), 1e-3)
-        errors = unknown.error_norms(triangle.values) / np.sqrt(np.maximum(unknown.rows, 1) * share)
+        freedom = max(1.0 - len(unknown.columns) / max(self._rows[0], 1), 1e-3)
+        errors = unknown.error_norms(triangle.values) / np.sqrt(np.maximum(unknown.rows, 1) * freedom)
         sizes = weights**2 * errors * np.sqrt(np.asarray(inflation))
         noise = triangular(
             np.vstack([size * factor[:, :-1] for size, factor in zip(sizes, unknown.factors, strict=True)])
         )
-        total = sandwich(triangle.inverse[self._places] @ triangle.inverse.T, noise) + self.lasting(weights)
+        total = sandwich(triangle.inverse[self._indices] @ triangle.inverse.T, noise) + self.lasting(weights)
         for group, influence in zip(self.fixed, triangle.influences, strict=True):
             if not group.lasting.any():  # of recordings that remember as well
-                P = influence[self._places]
+                P = influence[self._indices]
                 total += float(np.median(inflation)) * P @ group.covariance @ P.T
         return np.asarray(total)
 
@@ -336,7 +336,7 @@ class LinearProblem:
         return (*self.fixed, self.prior) if self.prior is not None else self.fixed
 
     @property
-    def _places(self) -> list[int]:
+    def _indices(self) -> list[int]:
         return [self.unknown.columns.index(name) for name in self.wanted]
 
     @cached_property
@@ -360,15 +360,15 @@ class LinearProblem:
         if (key := weights.tobytes()) in self._triangles:
             return self._triangles[key]
         prior, sizes = self._prior_rows, [len(group.names) for group in self.fixed]
-        places = [self.equations.columns.index(name) for group in self.fixed for name in group.names]
+        indices = [self.equations.columns.index(name) for group in self.fixed for name in group.names]
         every = zip(weights, self.unknown.factors, self.equations.factors, self.equations.by_motor(), strict=True)
-        rows = [w * np.column_stack([own, factor[:, places], torques]) for w, own, factor, torques in every]
+        rows = [w * np.column_stack([own, factor[:, indices], torques]) for w, own, factor, torques in every]
         below = np.column_stack(
-            [prior.rows, prior.levels, np.zeros((len(prior.rows), len(places))), prior.by_gains]
+            [prior.rows, prior.levels, np.zeros((len(prior.rows), len(indices))), prior.by_gains]
         )
-        R, beside = compressed(np.vstack([*rows, below]), below.shape[1] - prior.rows.shape[1] - 1)
+        R, extra = compressed(np.vstack([*rows, below]), below.shape[1] - prior.rows.shape[1] - 1)
         R, c = checked(R, self.unknown.columns, *self._rows), len(self.unknown.columns)
-        solved = solve_triangular(R[:c, :c], np.column_stack([np.eye(c), beside[:c]]))
+        solved = solve_triangular(R[:c, :c], np.column_stack([np.eye(c), extra[:c]]))
         inverse, *influences, by_torques = np.split(solved, c + np.cumsum([0, *sizes]), axis=1)
         triangle = _Triangle(R, inverse, inverse @ R[:c, c], tuple(influences), by_torques)
         self._triangles[key] = triangle

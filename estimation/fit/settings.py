@@ -30,16 +30,16 @@ class Settings:
         processing: filters and rates; the robot's own by default.
         robust: keep equations in blocks of time as well, so that estimates get robust standard deviations.
         essential: when elimination of parameters ends; by the paper's ratio of 1.02 by default.
-        friction_change: with ``robust``, by which share the friction of loaded recordings may differ from the
+        friction_change: with ``robust``, by which fraction the friction of loaded recordings may differ from the
             robot's own (1 sigma); 0 takes it as the same.
         free_friction: method 1: estimate friction anew under load.
         methods: of a long motion, by number; all that can be used by default.
         joints: of a short motion, the numbers of those that move; seen in the recordings by default.
         gains: how sure the drive gains are; what the recordings say of it by default, else the usual errors.
-        scale_sigma: by which share the scale of the loaded torques may differ from that without payload (1 sigma);
-            methods 1 and 4 alone know of it.
+        scale_sigma: by which fraction the scale of the loaded torques may differ from that without payload (1
+            sigma); methods 1 and 4 alone know of it.
         friction: its terms, instead of the robot's; by default those that the data show.
-        progress: is told what is worked on.
+        progress: called with what is worked on.
     """
 
     processing: Processing | None = None

@@ -26,7 +26,7 @@ class KnownLoad(BodyTable, frozen=True, kw_only=True, dict=True):
     mass_sigma: Real = 0.0
 
     def __post_init__(self) -> None:
-        """Refuse a load without mass, and an inertia without its place or of no body."""
+        """Refuse a load without mass, and an inertia without its centre of mass or of no body."""
         if not 0.0 < self.mass < np.inf:
             raise InputError(f"known mass {self.mass:g} kg: give the payload's mass in kg, more than zero")
         if not 0.0 <= self.mass_sigma < self.mass:

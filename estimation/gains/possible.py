@@ -57,7 +57,7 @@ def possible_gains(
         try:
             solution = solve_cone(ConeProgram(R[:, :-1], R[:, -1], A, np.zeros(len(A)), bodies), _WAYS)
         except SolverError as error:
-            raise InputError(f"gains of bodies that can exist were not found ({error.words})") from None
+            raise InputError(f"gains of bodies that can exist were not found ({error.explanation})") from None
         ratio, load = np.insert(solution.z[m:], anchor, 1.0), float(solution.z[m - 1])
         if load <= 0.0 or (ratio <= 0.0).any():
             raise InputError("no gain explains the currents: check units, signs, order of joints and the payload")

@@ -157,8 +157,8 @@ def gain_problem(
             others = [part.whole for part in (*together[:k], *together[k + 1 :])]
             left = [_times(merged([*others, part]), 1.0 / K) for part in own.without_each()]
             # Blocks that share no motion are left out one recording at a time, those without payload first.
-            heavy = len(problem.loaded.blocks)
-            groups = [group for group in (tuple(left[:-heavy]), tuple(left[-heavy:])) if group]
+            count = len(problem.loaded.blocks)
+            groups = [group for group in (tuple(left[:-count]), tuple(left[-count:])) if group]
             check_blocks(*map(len, groups))
             deletions += groups
     except InputError as error:
@@ -238,11 +238,11 @@ def gravity_acts(robot: Robot) -> tuple[bool, ...]:
     q, qd, _ = random_states(robot, 20, seed=0)
     kernel = Kernel(standard_regressor(robot))
     entries = kernel(q, 0.0 * qd, 0.0 * qd)
-    heavy = [parameter_kind(name) in ("MX", "MY", "MZ", "M") for name in standard_columns(robot)]
-    weights = np.zeros((len(heavy), 20, robot.n))
+    massive = [parameter_kind(name) in ("MX", "MY", "MZ", "M") for name in standard_columns(robot)]
+    weights = np.zeros((len(massive), 20, robot.n))
     for row, column, values in zip(kernel.rows, kernel.columns, entries, strict=True):
         weights[column, :, row] = values
-    flat = weights[heavy].reshape(-1, robot.n)
+    flat = weights[massive].reshape(-1, robot.n)
     motors = robot.coupling.motor_torques(flat) if robot.coupling else flat
     return tuple(bool(weight > 1e-9) for weight in np.abs(motors).max(axis=0))
 

@@ -181,15 +181,15 @@ def _equations(problem: LinearProblem, weights: Array) -> _JointEquations:
 
 def _mass(joints: Sequence[int], equations: _JointEquations) -> _Number:
     """Estimate the mass by the equations of some joints (from 1)."""
-    places = [joint - 1 for joint in joints]
-    factor = np.vstack([equations.payload[j] for j in places])
+    indices = [joint - 1 for joint in joints]
+    factor = np.vstack([equations.payload[j] for j in indices])
     parts, Y = decomposed(factor[:, :-1]), factor[:, -1]
     if parts.hidden[-1] > _HIDDEN:
         return None
     row, error = parts.inverse[-1], Y - factor[:, :-1] @ parts.solution(Y)
-    spare = max(sum(equations.rows[j] for j in places) - parts.rank, 1.0)
+    spare = max(sum(equations.rows[j] for j in indices) - parts.rank, 1.0)
     # Errors of the parameters that were taken off carry over.
-    gain = row @ np.vstack([equations.taken[j] for j in places])
+    gain = row @ np.vstack([equations.taken[j] for j in indices])
     own = float(error @ error) / spare * float(row @ row)
     return float(row @ Y), own + float(gain @ equations.covariance @ gain), float(gain @ equations.lasting @ gain)
 

@@ -1,9 +1,9 @@
 """Prior on the change of joints' constant torques from one recording to the next.
 
 Left wholly free, it takes the weight of a payload for itself where gravity hardly varies, as in ten seconds of a
-slow arm. It is what dry friction differs by from one direction to the other, so that its change is a share of that
-friction, which the recording without payload shows. It enters as one more equation for each joint of the arm, and
-what the change may be widens the intervals; where the recordings say that it changed more, it is free.
+slow arm. It is what dry friction differs by from one direction to the other, so that its change is a fraction of
+that friction, which the recording without payload shows. It enters as one more equation for each joint of the
+arm, and what the change may be widens the intervals; where the recordings say that it changed more, it is free.
 """
 
 from collections.abc import Mapping, Sequence

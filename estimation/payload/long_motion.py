@@ -118,19 +118,19 @@ class LongMotion(Brief):
         """Robot's parameters for method 1: from an earlier identification, else without payload."""
         if self.known is not None:
             return known_robot(self.known)
-        bare, unloaded = self.bare, self.unloaded
-        if bare is None or unloaded is None:
+        own, unloaded = self.bare, self.unloaded
+        if own is None or unloaded is None:
             raise InputError(
                 "method 1 needs the robot's parameters: give a recording without payload or --robot-parameters"
             )
         return Known(
-            bare.names,
-            bare.values,
-            bare.covariance,
-            0.0 * bare.covariance,  # blocks of time hold the recording they come from
-            bare.degrees_of_freedom,
-            lambda: bare.gain_sensitivity,
-            lambda: left_out(unloaded, bare.names, bare.weights).values[:-1, :, 0] if unloaded.blocks else None,
+            own.names,
+            own.values,
+            own.covariance,
+            0.0 * own.covariance,  # blocks of time hold the recording they come from
+            own.degrees_of_freedom,
+            lambda: own.gain_sensitivity,
+            lambda: left_out(unloaded, own.names, own.weights).values[:-1, :, 0] if unloaded.blocks else None,
         )
 
     @property
@@ -176,17 +176,17 @@ class LongMotion(Brief):
     @cached_property
     def both(self) -> Equations:
         """Join the equations of (30), robot and payload together, columns base, then ``PAYLOAD``."""
-        return self.beside(self.loaded)
+        return self.with_unloaded(self.loaded)
 
-    def beside(self, loaded: Equations) -> Equations:
+    def with_unloaded(self, loaded: Equations) -> Equations:
         """Join equations with payload and those without, whose other columns are zero."""
         if self.unloaded is None:
             raise InputError("method 4 needs a recording without payload")
-        bare = self.unloaded.select(loaded.columns)
-        if not (self.paired and bare.blocks and loaded.blocks):
-            return merged([bare, loaded])
-        blocks = bare.blocks.joined(loaded.blocks, together=True)
-        return replace(merged([bare.whole, loaded.whole]), blocks=blocks)
+        unloaded = self.unloaded.select(loaded.columns)
+        if not (self.paired and unloaded.blocks and loaded.blocks):
+            return merged([unloaded, loaded])
+        blocks = unloaded.blocks.joined(loaded.blocks, together=True)
+        return replace(merged([unloaded.whole, loaded.whole]), blocks=blocks)
 
     @property
     def left_out(self) -> tuple[tuple[tuple[int, int], ...], ...]:
@@ -198,14 +198,14 @@ class LongMotion(Brief):
         Raises:
             InputError: if there are fewer than two blocks.
         """
-        loaded, bare = len(self.loaded.blocks), len(self.unloaded.blocks) if self.unloaded else 0
+        loaded, unloaded = len(self.loaded.blocks), len(self.unloaded.blocks) if self.unloaded else 0
         if not loaded:
             raise InputError("robust standard deviations need recordings in blocks of time")
-        check_blocks(loaded, bare or loaded)
+        check_blocks(loaded, unloaded or loaded)
         if self.paired:
-            return (tuple((b, b if bare else -1) for b in range(loaded)),)
-        groups = tuple((-1, b) for b in range(bare)), tuple((b, -1) for b in range(loaded))
-        return groups if bare else groups[1:]
+            return (tuple((b, b if unloaded else -1) for b in range(loaded)),)
+        groups = tuple((-1, b) for b in range(unloaded)), tuple((b, -1) for b in range(loaded))
+        return groups if unloaded else groups[1:]
 
     @property
     def block_length(self) -> float:
@@ -239,7 +239,7 @@ def prior_of(known: Estimate, inflation: tuple[float, ...], loaded: Equations) -
 
     Args:
         inflation: by how much the memory of each joint's errors raises variances.
-        loaded: the equations beside which it stands.
+        loaded: the equations that it is a prior of.
     """
     factors = [factor for factor, rows in zip(inflation, loaded.rows, strict=True) if rows]
     model = error_model(replace(known, gain_covariance=None))

@@ -1,7 +1,7 @@
 """The paper's four methods: section V, (22) to (30), each with its equation, its columns and what is known of them.
 
 chi are the robot's base parameters, W their columns; chi_L the payload's ten, W_L theirs. A column is wanted, free
-(estimated beside), fixed (known, with a covariance) or held near zero or near what is known (a soft prior).
+(estimated with them), fixed (known, with a covariance) or given a soft prior at zero or at what is known.
 """
 
 from collections.abc import Callable, Iterable, Sequence
@@ -62,7 +62,7 @@ class ChangeOfParameters(Brief):
     Attributes:
         before: chi, by the equations ``unloaded``.
         loaded: equations W chi_T; ``both``: the same in chi and chi_L.
-        places: of the inertial parameters among chi.
+        indices: of the inertial parameters among chi.
         G: their rows of G_L, the payload in its frame.
     """
 
@@ -70,7 +70,7 @@ class ChangeOfParameters(Brief):
     unloaded: Equations
     loaded: Equations
     both: Equations
-    places: list[int]
+    indices: list[int]
     G: Array
 
     def solved(self, weights: Array | None = None) -> Estimate:
@@ -89,7 +89,7 @@ class ChangeOfParameters(Brief):
 
     def without_blocks(self, weights: Array, pairs: Sequence[tuple[int, int]]) -> Array:
         """Estimate the ten without a block of the loaded and one of the unloaded recordings, -1 for none."""
-        k = self.places
+        k = self.indices
         parts = (
             left_out(equations, self.before.names, own)
             for equations, own in ((self.unloaded, self.before.weights), (self.loaded, weights))
@@ -108,8 +108,8 @@ class ChangeOfParameters(Brief):
         return np.asarray(float(np.median(inflation)) * self._step(weighted(self.loaded, weights))[1])
 
     def _step(self, after: Estimate) -> tuple[Array, Array, Array]:
-        C = (self.before.covariance + after.covariance)[np.ix_(self.places, self.places)]
-        return _generalised(self.G, (after.values - self.before.values)[self.places], C)
+        C = (self.before.covariance + after.covariance)[np.ix_(self.indices, self.indices)]
+        return _generalised(self.G, (after.values - self.before.values)[self.indices], C)
 
     def _change_by_gains(self, after: Estimate, x: Array) -> Array:
         """Derivatives of chi_T - chi by the motors' errors, joints' weights fixed.
@@ -117,13 +117,13 @@ class ChangeOfParameters(Brief):
         Beside the parameters, the variances of both identifications change, and with them what each counts for:
         with x = (G'C^-1G)^-1 G'C^-1 d, dx = inverse (dd - dC C^-1 (d - G x)).
         """
-        at = np.ix_(self.places, self.places)
-        rest = (after.values - self.before.values)[self.places] - self.G @ x
+        at = np.ix_(self.indices, self.indices)
+        rest = (after.values - self.before.values)[self.indices] - self.G @ x
         pull = np.linalg.solve((self.before.covariance + after.covariance)[at], rest)
         change = np.zeros((len(rest), len(after.weights)))
         for equations, estimate, sign in ((self.unloaded, self.before, -1.0), (self.loaded, after, 1.0)):
             assert estimate.gain_sensitivity is not None
-            change += sign * estimate.gain_sensitivity[self.places]
+            change += sign * estimate.gain_sensitivity[self.indices]
             # The residual's variance grows as its errors do with each motor's torque.
             chi = np.append(-estimate.values, 1.0)
             errors = [w * factor @ chi for w, factor in zip(estimate.weights, equations.factors, strict=True)]
@@ -150,10 +150,10 @@ def from_change(motion: LongMotion) -> ChangeOfParameters:
     if motion.bare is None or motion.unloaded is None:
         raise InputError("method 2 needs a recording without payload")
     columns, flange = motion.base.columns, motion.robot.flange
-    places = [k for k, name in enumerate(columns) if not is_friction(name) and parameter_kind(name) != "IA"]
-    G, both = payload_map(motion)[places], in_payload_frame(motion.robot, motion.loaded)
+    indices = [k for k, name in enumerate(columns) if not is_friction(name) and parameter_kind(name) != "IA"]
+    G, both = payload_map(motion)[indices], in_payload_frame(motion.robot, motion.loaded)
     G = G if flange.is_identity else G @ frame_change(flange)
-    return ChangeOfParameters(motion.bare, motion.unloaded, motion.loaded.select(columns), both, places, G)
+    return ChangeOfParameters(motion.bare, motion.unloaded, motion.loaded.select(columns), both, indices, G)
 
 
 def from_difference(motion: LongMotion) -> LinearProblem:
@@ -177,7 +177,7 @@ def global_fit(motion: LongMotion) -> LinearProblem:
     where it is free, are more under load.
     """
     loaded, changes = motion.under_load()
-    return LinearProblem(motion.beside(loaded), PAYLOAD, soft=changes, shown=loaded)
+    return LinearProblem(motion.with_unloaded(loaded), PAYLOAD, soft=changes, shown=loaded)
 
 
 PREFERRED = (3, 4, 1, 2)
@@ -197,13 +197,13 @@ def usable_methods(problem: PayloadProblem) -> tuple[int, ...]:
     """Numbers of the methods for which the problem holds what they need."""
     if isinstance(problem, ShortMotion):
         return (problem.method,)
-    bare = problem.unloaded is not None
+    unloaded = problem.unloaded is not None
     one_scale = not problem.settings.scale_sigma > 0.0  # changes and differences know of no other
     usable = {
-        1: bare or problem.known is not None,
-        2: bare and one_scale,
+        1: unloaded or problem.known is not None,
+        2: unloaded and one_scale,
         3: problem.difference is not None and one_scale,
-        4: bare,
+        4: unloaded,
     }
     return tuple(method for method, there in usable.items() if there)
 

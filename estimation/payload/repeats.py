@@ -83,7 +83,7 @@ def repeats_of(problem: PayloadProblem, scale: KnownMass | None) -> Repeats | No
         except InputError:
             pass  # one recording alone may not do
         else:
-            if not estimate.from_scale and 9 in estimate.places:
+            if not estimate.from_scale and 9 in estimate.indices:
                 model = error_model(estimate.estimate)
                 mass, sigma = model["M_L"], float(model.sigma[model.names.index("M_L")])
         masses.append(mass)

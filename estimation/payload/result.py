@@ -32,7 +32,7 @@ class PayloadEstimate(Brief):
     Attributes:
         method: 1 to 4.
         estimate: the parameters of ``PAYLOAD`` about the origin of ``frame``, with covariance.
-        frame: the frame, in words.
+        frame: name of the frame.
         without_robust: why there are no robust standard deviations although they were asked for.
         from_scale: whether the mass is a scale's, not the torques'.
     """
@@ -44,7 +44,7 @@ class PayloadEstimate(Brief):
     from_scale: bool = False
 
     @cached_property
-    def places(self) -> tuple[int, ...]:
+    def indices(self) -> tuple[int, ...]:
         """Indices of the determined parameters among the ten."""
         return tuple(PAYLOAD.index(name) for name in self.estimate.names)
 
@@ -57,13 +57,13 @@ class PayloadEstimate(Brief):
     @property
     def complete(self) -> bool:
         """True if all ten are determined."""
-        return len(self.places) == len(PAYLOAD)
+        return len(self.indices) == len(PAYLOAD)
 
     @property
     def ten(self) -> Array:
         """Ten parameters, nan where not determined, shape (10,)."""
         values = np.full(len(PAYLOAD), np.nan)
-        values[list(self.places)] = self.estimate.values
+        values[list(self.indices)] = self.estimate.values
         return values
 
     @cached_property
@@ -79,13 +79,13 @@ class PayloadEstimate(Brief):
     @cached_property
     def spread(self) -> PayloadSpread:
         """Standard deviations of mass, centre of mass and inertia there by the formula's covariance."""
-        return payload_spread(self.ten, self.estimate.covariance, self.places)
+        return payload_spread(self.ten, self.estimate.covariance, self.indices)
 
     @cached_property
     def robust_spread(self) -> PayloadSpread | None:
         """Standard deviations that hold for autocorrelated noise, where they were asked for."""
         robust = self.estimate.robust
-        return payload_spread(self.ten, robust.covariance, self.places) if robust else None
+        return payload_spread(self.ten, robust.covariance, self.indices) if robust else None
 
     @property
     def larger_sigma(self) -> Array:
@@ -95,13 +95,13 @@ class PayloadEstimate(Brief):
 
 def moved(estimate: PayloadEstimate, change: Array, more: Array, factor: float = 1.0) -> PayloadEstimate:
     """Change the values, multiply sigmas by ``factor`` and add ``more`` covariance; of the ten, (10,), 10 x 10."""
-    places, own = list(estimate.places), estimate.estimate
+    indices, own = list(estimate.indices), estimate.estimate
 
     def larger(covariance: Array) -> Array:
-        return np.asarray(covariance * factor**2 + more[np.ix_(places, places)])
+        return np.asarray(covariance * factor**2 + more[np.ix_(indices, indices)])
 
     robust = own.robust and replace(own.robust, covariance=larger(own.robust.covariance))
-    values, covariance = own.values + change[places], larger(own.covariance)
+    values, covariance = own.values + change[indices], larger(own.covariance)
     return replace(estimate, estimate=replace(own, values=values, covariance=covariance, robust=robust))
 
 
@@ -271,8 +271,8 @@ def in_payload_frame(robot: Robot, equations: Equations) -> Equations:
     """
     if robot.flange.is_identity:
         return equations
-    places, M = [equations.columns.index(name) for name in PAYLOAD], np.eye(len(equations.columns))
-    M[np.ix_(places, places)] = frame_change(robot.flange)
+    indices, M = [equations.columns.index(name) for name in PAYLOAD], np.eye(len(equations.columns))
+    M[np.ix_(indices, indices)] = frame_change(robot.flange)
     return equations.transformed(M, equations.columns)
 
 

@@ -2,7 +2,7 @@
 
 What both recordings have alike goes with their difference. What changes with the load repeats with the motion: no
 block of time shows it, and it moves the mass. Waves that a joint's equations clearly hold are therefore estimated
-beside the payload, one after the other, each with all that a slightly wrong wavelength would leave. A ripple of
+besides the payload, one after the other, each with all that a slightly wrong wavelength would leave. A ripple of
 less than one wave over the joint's range is no different from weight and is not looked for.
 """
 
@@ -29,7 +29,9 @@ _MOST = 4  # per joint
 _ROWS_EACH = 20  # rows for each wave: of fewer nothing is looked for
 _PASSED = 0.1  # of a wave's amplitude: what decimation leaves less of is not looked for
 _AT_ONCE = 2**19  # waves times samples that are held at once, or one wave
-_DEPENDENT = 0.05  # of a wave's power: explained by the payload but for this share, it cannot be separated from it
+_DEPENDENT = (
+    0.05  # of a wave's power: explained by the payload but for this fraction, it cannot be separated from it
+)
 
 
 class Wave(Document, frozen=True):

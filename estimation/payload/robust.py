@@ -72,15 +72,15 @@ def _robust(
     if robust is not None:
         few = isinstance(problem, LongMotion) and problem.few
         few = few or (problem.corrected and robust.degrees_of_freedom + 1 < FEW)
-        share = posed.lasting(weights)  # what no block shows; none where the method does without anything known
-        if share.any():
+        lasting = posed.lasting(weights)  # what no block shows; none where the method does without anything known
+        if lasting.any():
             # A robot that was identified earlier adds its own robust covariance, propagated: its blocks were left
             # out one at a time as well.
             own = known.robust if known is not None else None
             if known is not None and own is None and isinstance(problem, LongMotion):
                 raise InputError(FORMULA_ONLY)
             robust = RobustCovariance(
-                robust.covariance + share,
+                robust.covariance + lasting,
                 blocks + (own.blocks if own else 0),
                 min(robust.degrees_of_freedom, own.degrees_of_freedom) if own else robust.degrees_of_freedom,
                 max(length, own.block_length) if own else length,

@@ -26,8 +26,8 @@ from .under_load import known_path
 
 SLOW = 0.03
 """Speed [rad/s or m/s] of a joint below which rows are not used; the sign of its friction is not sure there."""
-_SHARE = 0.1  # of the moving time: a joint that moves less is held
-_AT_REST = 5e-3  # rad or m: a held joint's positions spread no more; a wider one went to another pose
+_LEAST = 0.1  # of the moving time: a joint that moves less is at rest
+_AT_REST = 5e-3  # rad or m: a joint at rest's positions spread no more; a wider one went to another pose
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -38,7 +38,7 @@ class Run(Brief):
         source: of the recording with payload.
         equations: in the robot's base parameters (none where the unloaded torque was subtracted), what is free in
             this recording, and ``PAYLOAD``; in blocks of time.
-        ripple: waves that are estimated beside the payload.
+        ripple: waves that are estimated with the payload.
     """
 
     source: str
@@ -55,7 +55,7 @@ class Run(Brief):
 class ShortMotion(Brief):
     """Recordings of a short motion, friction free in each, and what they show of the ten.
 
-    Method 3, (29), where the torque without payload was subtracted; else method 1, (22) and (23), beside a robot
+    Method 3, (29), where the torque without payload was subtracted; else method 1, (22) and (23), with a robot
     that was identified earlier.
 
     Attributes:
@@ -209,9 +209,9 @@ class ShortMotion(Brief):
 
         Nothing that the torques leave open is filled in.
         """
-        places, A, by_mass = self.visibility.resolved(scale is not None)
+        indices, A, by_mass = self.visibility.resolved(scale is not None)
         mass, variance = (scale.mass, scale.sigma**2) if scale is not None else (0.0, 0.0)
-        payload = estimate.mapped(A, [PAYLOAD[k] for k in places], by_mass * mass)
+        payload = estimate.mapped(A, [PAYLOAD[k] for k in indices], by_mass * mass)
         shared = variance * np.outer(by_mass, by_mass)
         robust = payload.robust
         if robust is not None:
@@ -233,7 +233,7 @@ def moving_joints(
     """
     motions = [data.motion for data in measured]
     fast = np.vstack([np.abs(motion.qd[moving_parts(motion, processing.still_speed)]) > SLOW for motion in motions])
-    moving = tuple(int(j) + 1 for j in np.flatnonzero(fast.mean(axis=0) > _SHARE)) if len(fast) else ()
+    moving = tuple(int(j) + 1 for j in np.flatnonzero(fast.mean(axis=0) > _LEAST)) if len(fast) else ()
     if not moving:
         raise InputError("no joint moves: record the short motion that 'dynident near' gives")
     idle = sorted(set(joints or ()) - set(moving))

@@ -31,8 +31,8 @@ _UNSURE = 0.25
 _SMALL = 1e-3
 """Smallest singular value over the largest, columns scaled, that recordings without payload show."""
 _OFFSETS = 0.012
-"""Standard deviation of a constant torque's change, as a share of the arm's largest Coulomb friction: 0.2 N·m on a
-UR10e."""
+"""Standard deviation of a constant torque's change, as a fraction of the arm's largest Coulomb friction: 0.2 N·m on
+a UR10e."""
 _CHANGE = " under load"
 """Ending of the name of a friction's change with payload."""
 _NONE = 1e-9
@@ -64,7 +64,7 @@ def known_path(columns: Sequence[str], joints: int) -> tuple[Known, ...]:
     return (Known((PATH,), zero[0], zero, zero + _UNSURE**2, gain_sensitivity=lambda: derivatives),)
 
 
-def friction_sigmas(robot: Estimate, share: float) -> dict[str, float]:
+def friction_sigmas(robot: Estimate, ratio: float) -> dict[str, float]:
     """Standard deviations by which frictions may change; those that there are none of cannot.
 
     Coulomb and viscous friction change with the day and the oil's temperature. What grows with load changes by the
@@ -72,24 +72,24 @@ def friction_sigmas(robot: Estimate, share: float) -> dict[str, float]:
 
     Args:
         robot: its own parameters, friction among them.
-        share: standard deviation over friction; 0 for none at all.
+        ratio: standard deviation over friction; 0 for none at all.
     """
     kinds = {name: parameter_kind(name) for name in robot.names}
     largest = max((abs(robot[name]) for name, kind in kinds.items() if kind == "FS"), default=0.0)
     rubs = [name for name, kind in kinds.items() if kind in ("FS", "FV", "FSM", "FVM")]
-    sigmas = {name: share * abs(robot[name]) for name in rubs}
-    if share > 0.0:
+    sigmas = {name: ratio * abs(robot[name]) for name in rubs}
+    if ratio > 0.0:
         sigmas |= {name: _OFFSETS * largest for name, kind in kinds.items() if kind == "OFF"}
     return {name: sigma for name, sigma in sigmas.items() if sigma > _NONE * largest}
 
 
-def friction_changes(robot: Estimate, inflation: Sequence[float], share: float) -> dict[str, SoftPrior]:
+def friction_changes(robot: Estimate, inflation: Sequence[float], ratio: float) -> dict[str, SoftPrior]:
     """Priors that keep frictions near the robot's own; arguments as of ``friction_sigmas``.
 
     Args:
         inflation: of each joint's errors, by their memory.
     """
-    sigmas = friction_sigmas(robot, share)
+    sigmas = friction_sigmas(robot, ratio)
     return {name: SoftPrior(sigma, inflation[joint_of(name)]) for name, sigma in sigmas.items()}
 
 
@@ -116,13 +116,13 @@ def with_scale(loaded: Equations, robot: Known, role: SoftPrior) -> tuple[Equati
         role: how the scale's difference from 1 is held near zero.
     """
 
-    def beside(scaled: Mapping[str, float]) -> Equations:
+    def scaled_by(scaled: Mapping[str, float]) -> Equations:
         column = [scaled.get(name, 0.0) for name in loaded.columns]
         return loaded.transformed(np.column_stack([np.eye(len(column)), column]), (*loaded.columns, _SCALE))
 
     every = zip(robot.names, robot.values.tolist(), strict=True)
     rigid = {name: value for name, value in every if not is_friction(name)}
     near = {_SCALE: role}
-    values = LinearProblem(beside(rigid), (*PAYLOAD, _SCALE), (robot,), near).solved().values
+    values = LinearProblem(scaled_by(rigid), (*PAYLOAD, _SCALE), (robot,), near).solved().values
     payload = values[:-1] / (1.0 + values[-1])
-    return beside(rigid | dict(zip(PAYLOAD, payload.tolist(), strict=True))), near
+    return scaled_by(rigid | dict(zip(PAYLOAD, payload.tolist(), strict=True))), near

@@ -71,13 +71,13 @@ def known_robot_weighing(
     # Of a single recording the robot's own ripple is what would be found: it takes weight along.
     runs = _runs(sources, observations, [() for _ in loaded])
     k, sigmas = len(known.values), friction_sigmas(known, settings.friction_change)
-    alone = [  # less the torque of the robot, whose columns come first
+    payload_only = [  # less the torque of the robot, whose columns come first
         replace(one, columns=one.columns[k:], W=tuple(W[:, k:] for W in one.W), Y=tuple(one.errors(known.values)))
         for one in observations
     ]
     own = {name: sigma for name, sigma in sigmas.items() if parameter_kind(name) in ("FS", "FV", "OFF")}
     source = Source(tuple(loaded), (), processing, rate=measured[0].motion.rate)
-    return ShortMotion(robot, base, source, moving, runs, held_friction(alone, own), rms, known)
+    return ShortMotion(robot, base, source, moving, runs, held_friction(payload_only, own), rms, known)
 
 
 def difference_weighing(
@@ -107,35 +107,35 @@ def difference_weighing(
     partners = list(unloaded) * (len(loaded) if len(unloaded) == 1 else 1)
     together = each(list(zip(partners, loaded, strict=True)), lambda pair: f"aligning {pair[1].source}", progress)
     pairs = [
-        aligned(bare, recording, grid_rate(recording, processing), processing.max_mismatch)
-        for bare, recording in together
+        aligned(without, recording, grid_rate(recording, processing), processing.max_mismatch)
+        for without, recording in together
     ]
     measured = [(measurement(p.unloaded, processing), measurement(p.loaded, processing)) for p in pairs]
-    moving = moving_joints([heavy for _, heavy in measured], processing, settings.joints, robot)
-    still = [(at_rest(bare, moving), at_rest(heavy, moving)) for bare, heavy in measured]
+    moving = moving_joints([under_load for _, under_load in measured], processing, settings.joints, robot)
+    still = [(at_rest(without, moving), at_rest(under_load, moving)) for without, under_load in measured]
     # The filter's error at cut ends is alike in both, and a short motion needs its ends.
     masks = [
         np.logical_and(*(telling_rows(data.motion, moving, processing, ends=True) for data in pair))
         for pair in still
     ]
     sources = [pair.loaded.source for pair in pairs]
-    rms = _torque_rms(sources, [heavy for _, heavy in measured], masks)
+    rms = _torque_rms(sources, [under_load for _, under_load in measured], masks)
     progress("the robot without payload")
     free = robot.with_offsets(True)
     whole, observer = Observer(free, base_parameters(free).columns), _observer(robot, None)
     without_payload = merged(
-        reduced(whole.observe_rows(bare, keep, processing.thinning(bare.motion.rate)))
-        for (bare, _), keep in zip(still, masks, strict=True)
+        reduced(whole.observe_rows(without, keep, processing.thinning(without.motion.rate)))
+        for (without, _), keep in zip(still, masks, strict=True)
     )
-    own, held = robot_of(without_payload), [j for j in range(robot.n) if j + 1 not in moving]
+    own, resting = robot_of(without_payload), [j for j in range(robot.n) if j + 1 not in moving]
     observations, ripples = list[Observation](), list[tuple[Wave, ...]]()
-    for source, (bare, heavy), keep in zip(sources, still, masks, strict=True):
-        # No motion shows how torques change with a joint that is held, so that it stays where it was before.
-        q = np.array(heavy.motion.q)
-        q[:, held] = bare.motion.q[:, held]
-        after = Motion(heavy.motion.t, q, heavy.motion.qd, heavy.motion.qdd)
-        path = whole.torques(after, own) - whole.torques(bare.motion, own)
-        change = replace(torque_change(robot, bare, heavy), path=path)
+    for source, (without, under_load), keep in zip(sources, still, masks, strict=True):
+        # No motion shows how torques change with a joint at rest, so that it stays where it was before.
+        q = np.array(under_load.motion.q)
+        q[:, resting] = without.motion.q[:, resting]
+        after = Motion(under_load.motion.t, q, under_load.motion.qd, under_load.motion.qdd)
+        path = whole.torques(after, own) - whole.torques(without.motion, own)
+        change = replace(torque_change(robot, without, under_load), path=path)
         decimate = processing.thinning(change.motion.rate)
         plain = observer.observe_rows(change, keep, decimate)
         less_path = replace(plain, columns=plain.columns[:-1], W=tuple(W[:, :-1] for W in plain.W))

@@ -64,14 +64,14 @@ class SolverError(RuntimeError):
     Attributes:
         status: what the solver says.
         demands: what the constraints demand, in text.
-        words: the status for those who do not know the solver.
+        explanation: the status for those who do not know the solver.
     """
 
     def __init__(self, status: str, demands: Sequence[str] = ()) -> None:
         """Say what happened and what may be the reason."""
-        self.status, self.demands, self.words = status, tuple(demands), _MEANING.get(status, status)
+        self.status, self.demands, self.explanation = status, tuple(demands), _MEANING.get(status, status)
         infeasible = "Infeasible" in status
-        text = f"the constrained estimate was not found: {self.words}"
+        text = f"the constrained estimate was not found: {self.explanation}"
         text = "no body holds all constraints" if infeasible else text
         listed = f": {'; '.join(demands)}" if demands else ""
         advice = "correct them" if infeasible else "check that the constraints allow some body near the data"

@@ -54,7 +54,7 @@ class DriveRules(NamedTuple):
 
     ``A`` r x N_s, ``texts`` r. ``signed``: indices of parameters that must not be negative, friction and rotor
     inertias. ``shared``: indices (whole, part) of what coupled drives share: IA_j = K_j^2 JA_j + K_k^2 JA_k is at
-    least IA_k = K_k^2 JA_k, and FV_j and FV_k hold the viscous friction FVM_k of rotor k beside the joint's own.
+    least IA_k = K_k^2 JA_k, and FV_j and FV_k hold the viscous friction FVM_k of rotor k besides the joint's own.
     """
 
     A: Array

@@ -319,7 +319,7 @@ class PossibleRobotDocument(Document, frozen=True):
         more: dict[str, Any] = {}
         if isinstance(result, PriorRobot):
             prior = result.prior
-            told = {
+            reported = {
                 f"{kind}{link}": value
                 for link, body in enumerate(prior.bodies, start=1)
                 for kind, value in body.named().items()
@@ -335,7 +335,7 @@ class PossibleRobotDocument(Document, frozen=True):
                     base=result.origins[name].base,
                     share=result.origins[name].share,
                     decided_by=result.origins[name].decided_by(),
-                    prior=told.get(name, UNSET),
+                    prior=reported.get(name, UNSET),
                 )
                 for name, value in result.parameters.items()
             )

@@ -54,10 +54,10 @@ def array(values: Any, *shape: int) -> Array:
     return np.full(shape, np.nan) if present(values) is None else np.array(values, dtype=float)
 
 
-def named(values: Array, places: Sequence[int] = range(10)) -> dict[str, float]:
+def named(values: Array, indices: Sequence[int] = range(10)) -> dict[str, float]:
     """Name some of the ten, nan for the others."""
     ten = np.full(len(INERTIAL), np.nan)
-    ten[list(places)] = values
+    ten[list(indices)] = values
     return dict(zip(INERTIAL, ten.tolist(), strict=True))
 
 
@@ -325,7 +325,7 @@ class FlangeDocument(Document, frozen=True):
 class PayloadResult(Result, frozen=True, kw_only=True, dict=True):
     """A payload by the methods that were used, and what only a weighing by a short motion tells.
 
-    ``frame`` is where it is given, in words; ``assumed`` an inertia that was asked for instead of a measured one;
+    ``frame`` is where it is given, as text; ``assumed`` an inertia that was asked for instead of a measured one;
     ``scale`` a weighed mass and its standard deviation [kg].
     """
 
@@ -415,8 +415,8 @@ class PayloadResult(Result, frozen=True, kw_only=True, dict=True):
     @property
     def flange(self) -> Pose | None:
         """Pose of the flange in ``frame``, if that is another frame and it is known."""
-        place = present(self.flange_in_payload_frame)
-        return Pose.from_rpy(place.xyz.tolist(), np.radians(place.rpy_deg).tolist()) if place else None
+        stored = present(self.flange_in_payload_frame)
+        return Pose.from_rpy(stored.xyz.tolist(), np.radians(stored.rpy_deg).tolist()) if stored else None
 
     @property
     def mass(self) -> Quantity:
@@ -434,13 +434,13 @@ class PayloadResult(Result, frozen=True, kw_only=True, dict=True):
         return self._quantity("inertia", 3, 3)
 
     def _quantity(self, name: str, *shape: int) -> Quantity:
-        told = (present(self.quantities) or {}).get(name, Quantity("", None, None, None, None))
+        reported = (present(self.quantities) or {}).get(name, Quantity("", None, None, None, None))
         value, ends, sigma = (
-            array(told.value, *shape),
-            array(told.interval95, *shape, 2),
-            array(told.sigma, *shape),
+            array(reported.value, *shape),
+            array(reported.interval95, *shape, 2),
+            array(reported.sigma, *shape),
         )
-        return Quantity(told.use, told.why, value, ends, sigma)
+        return Quantity(reported.use, reported.why, value, ends, sigma)
 
     def export(self, to: str, despite_verdict: bool = False) -> str:
         """Write the payload in the format of a controller or simulator; see ``dynident export --to``.

@@ -10,7 +10,7 @@ from ...common.errors import InputError
 from ...model import Recording
 from .filtering import MonotoneCubic, on_grid, resampled
 
-_NEIGHBOURS = 3  # samples beside an interval that decide its cubic
+_NEIGHBOURS = 3  # samples on either side of an interval that decide its cubic
 _FINE = 50  # steps per sample in the search for the best lag
 _MOST = 200_000  # samples that are correlated, of longer recordings
 _COMPARED = 40_000  # samples that are compared in the search for the best lag, of longer recordings
@@ -29,7 +29,7 @@ class AlignedPair(NamedTuple):
     ``lag`` [s]: what the loaded recording's clock shows more than the unloaded one's at the same point of the
     trajectory. ``max_mismatch`` and ``rms_mismatch`` [rad or m]: remaining differences of position, the largest of
     all, and root mean square of the joint that differs most. ``constant`` and ``changing`` [rad or m], (n,): mean
-    of loaded less unloaded positions, and root mean square of what differs beside it.
+    of loaded less unloaded positions, and root mean square of what differs besides.
     """
 
     unloaded: Recording
