@@ -100,6 +100,7 @@ def cylinders(robot: Robot, total_mass: float) -> tuple[InertialParameters, ...]
     masses = total_mass * lengths / lengths.sum()
     for mass, end, distance, length in zip(masses.tolist(), ends, distances, lengths, strict=True):
         axis = end / distance if distance > 0.0 else np.array([0.0, 0.0, 1.0])
+        # Moments of a solid cylinder about its axis, and across it through its centre.
         along, across = mass * radius**2 / 2.0, mass * (3.0 * radius**2 + length**2) / 12.0
         inertia = across * np.eye(3) + (along - across) * np.outer(axis, axis)
         bodies.append(InertialParameters.from_com(mass, end / 2.0, inertia))
@@ -200,8 +201,8 @@ def _friction(robot: Robot) -> dict[str, float]:
         if np.isfinite([most, fastest]).all():
             dry, viscous = 0.5 * FRICTION * most, 0.5 * FRICTION * most / fastest
             # Of coupled drives one rotor turns with both joints, and rubs on its own.
-            shares = {"FS": dry, "FV": viscous, "FSM": 0.5 * dry, "FVM": 0.5 * viscous}
-            parameters |= {f"{kind}{number}": value for kind, value in shares.items()}
+            levels = {"FS": dry, "FV": viscous, "FSM": 0.5 * dry, "FVM": 0.5 * viscous}
+            parameters |= {f"{kind}{number}": value for kind, value in levels.items()}
     return parameters
 
 
@@ -216,6 +217,7 @@ def rotor_inertias(robot: Robot, parameters: Mapping[str, float]) -> Array:
     """
     without = {name: 0.0 if parameter_kind(name) == "IA" else value for name, value in parameters.items()}
     _, inertia = _needed(robot, without)
+    # About the flange's axis, for each kg (Steiner).
     own = PAYLOAD_COM[0] ** 2 + PAYLOAD_INERTIA
     return np.asarray(ROTOR * inertia.max(axis=1) + 2.0 * own * _load(robot, without))
 

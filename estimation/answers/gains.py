@@ -226,7 +226,7 @@ def _evidence(
             robot=gains.robot,
             source=problem.source,
             condition=problem.unloaded.condition_numbers()[1] if problem.unloaded else None,
-            parameters=problem.alone,
+            parameters=problem.robot_estimate,
             estimates=(free,),
             gained=Gained(gains.larger_relative_sigma, weights) if k == 0 else None,
             compared=problem.source.compared,

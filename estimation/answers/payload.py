@@ -131,10 +131,10 @@ def answer_payload(
     diagnosis = diagnose(problem, by_all_recordings(free), None if gains is not None and gains.assumed else gains)
     free = [allowing_for(estimate, diagnosis) for estimate in free]
     validation = None
-    if held_out and problem.alone is not None:
+    if held_out and problem.robot_estimate is not None:
         settings = Settings(problem.source.processing, robust=False)
-        unseen = base_problem(problem.robot, problem.base, held_out, settings, False, problem.alone.values)
-        validation = fit(unseen, problem.alone.values)
+        unseen = base_problem(problem.robot, problem.base, held_out, settings, False, problem.robot_estimate.values)
+        validation = fit(unseen, problem.robot_estimate.values)
     constrained: list[ConstrainedPayload] = []
     failures: dict[int, SolverError] = {}
     for estimate in free:
@@ -220,7 +220,7 @@ def _evidence(answer: PayloadAnswer, free: Sequence[PayloadEstimate], diagnosis:
         evidence,
         pairs=problem.pairs,
         condition=problem.unloaded.condition_numbers()[1] if problem.unloaded else None,
-        parameters=problem.alone,
+        parameters=problem.robot_estimate,
         validation=answer.validation,
         estimates=tuple(free),
         recommended=answer.possible,

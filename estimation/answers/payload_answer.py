@@ -138,7 +138,7 @@ class PayloadAnswer(Speaks):
     @property
     def robot_fit(self) -> Fit | None:
         """Fit of the robot's own parameters without payload."""
-        return self.problem.alone.fit if self.problem.alone is not None else None
+        return self.problem.robot_estimate.fit if self.problem.robot_estimate is not None else None
 
     @cached_property
     def model(self) -> Estimate:
@@ -284,9 +284,9 @@ class PayloadAnswer(Speaks):
         Empty where the robot's own parameters are not known.
         """
         problem = self.problem
-        if problem.alone is None:
+        if problem.robot_estimate is None:
             return ()
-        settings, values = problem.source.processing, problem.alone.values
+        settings, values = problem.source.processing, problem.robot_estimate.values
         bare = [
             robot_prediction(problem.robot, problem.base, values, recording, settings, True)
             for recording in self.held_out[:DRAWN]

@@ -108,8 +108,8 @@ def payload_prediction(
         body: the payload, in the payload's frame.
         recording: with payload.
     """
-    assert problem.alone is not None
-    robot_values, flange = problem.alone.values, problem.robot.flange
+    assert problem.robot_estimate is not None
+    robot_values, flange = problem.robot_estimate.values, problem.robot.flange
     moved = body.moved(flange.R, flange.p).vector
     observer, data = loaded_observer(problem.robot, problem.base), measurement(recording, processing)
     with_payload, without = (np.concatenate([robot_values, ten]) for ten in (moved, np.zeros(len(moved))))
@@ -199,7 +199,9 @@ def payload_system(
         weights = from_robot(problem).weights()
     observer = loaded_observer(problem.robot, problem.base)
     recordings, flags = [*unloaded, *loaded], [False] * len(unloaded) + [True] * len(loaded)
-    own = problem.alone.values if problem.alone is not None else np.zeros(len(problem.base.columns))
+    own = (
+        problem.robot_estimate.values if problem.robot_estimate is not None else np.zeros(len(problem.base.columns))
+    )
     observers = [observer.at(np.append(own, problem.carried * flag)) for flag in flags]
     system = joined(observers, recordings, flags, weights, reduced, processing)
     return replace(system, known=known.values if known is not None else None)

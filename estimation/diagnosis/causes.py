@@ -1,8 +1,8 @@
 """The table of other readings: another robot, joints turned or exchanged, units, clocks, gravity.
 
 A reading takes the recordings, or some of them, in another way and is compared with them as described by Vuong's
-statistic: the mean over blocks of time of the difference of log-likelihoods, over its standard error. What fits
-better is suggested, never corrected.
+statistic (Likelihood ratio tests for model selection and non-nested hypotheses, 1989): the mean over blocks of time
+of the difference of log-likelihoods, over its standard error. What fits better is suggested, never corrected.
 """
 
 from collections.abc import Callable, Iterator
@@ -114,6 +114,7 @@ class Comparison:
             both = system.keep & changed.keep
             rise = np.bincount(part.block, np.sum((other - likelihood) * both, axis=0), BLOCKS)
             error = float(np.std(rise, ddof=1)) / np.sqrt(len(rise))
+            # By log-likelihoods of -1/2 log(variance) a row: the fraction by which chi2 falls.
             fall = 1.0 - float(np.exp(-2.0 * rise.sum() / max(int(both.sum()), 1)))
             found = Alternative(kind, name, fall, float(rise.mean()) / max(error, 1e-300))
             if fall < worth:

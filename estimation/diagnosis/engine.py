@@ -346,6 +346,7 @@ class Added(NamedTuple):
         inverse, right = _inverse(self.whole[np.ix_(every, every)]), self.whole[every, -1]
         values = (inverse @ right)[:k]
         each = [(_inverse(gram[np.ix_(every, every)]) @ gram[every, -1])[:k] - values for gram in self.left]
+        # The jackknife, and the formula where that says more.
         covariance = (1.0 - 1.0 / len(each)) * np.array(each).T @ np.array(each)
         variance = self.inflation * np.diag(inverse)[:k]
         sigma, formula = np.sqrt(np.diag(covariance)), np.sqrt(np.where(variance > 0.0, variance, np.nan))

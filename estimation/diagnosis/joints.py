@@ -114,8 +114,9 @@ def disagreement(by_joints: ByJoints, gains: Array, few: bool = False) -> float:
 
     Args:
         by_joints: the payload as single joints see it.
-        gains: covariance of the gains' stated relative errors, n x n; only what joints do not have in common
-        counts. few: whether the standard deviations come from few blocks of time.
+        gains: covariance of the gains' stated relative errors, n x n; what all joints have in common does not
+            count.
+        few: whether the standard deviations come from few blocks of time.
     """
     shares = (_allowing(by_joints) if few else by_joints).shares
     readings = [(r.joint - 1, r.share, r.sigma) for r in shares if r.share is not None]

@@ -221,7 +221,8 @@ def check_pose(robot: Robot, poses: ToolPoses, progress: Progress = silent) -> P
 def _fitted(robot: Robot, poses: ToolPoses, starts: Array, tolerance: float = 1e-14) -> PoseCheck:
     """Fit constant base B and tool O of X_k = B T_k(q_k) O to the positions, O's rotation to the axes.
 
-    Only the tool's origin is searched for: the base that belongs to it has a closed form (Kabsch).
+    Only the tool's origin is searched for: the base that belongs to it has a closed form (Kabsch, A solution
+    for the best rotation to relate two sets of vectors, 1976).
     """
     from scipy import optimize, spatial
 

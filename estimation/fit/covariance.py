@@ -99,8 +99,9 @@ def formula(root: Array, squares: float, degrees_of_freedom: float) -> Array:
 def jackknife(groups: Sequence[Iterable[Array]], values: Array, block_length: float) -> RobustCovariance:
     """C = (B - 1)/B sum (x_-b - x)(x_-b - x)', by solving again without each block b.
 
-    Independent groups of blocks (recordings without and with payload that have no motion in common) add up; the
-    degrees of freedom are then those of the smaller group, which is on the safe side (Welch).
+    Of whole blocks, so that errors may remember (Künsch, The jackknife and the bootstrap for general stationary
+    observations, 1989). Independent groups of blocks (recordings without and with payload that have no motion in
+    common) add up; the degrees of freedom are then those of the smaller group, which is on the safe side (Welch).
 
     Args:
         groups: solutions without block 1, 2, ... B of each group, weights fixed at those of ``values``.
@@ -117,7 +118,7 @@ def jackknife(groups: Sequence[Iterable[Array]], values: Array, block_length: fl
 
 
 def sandwich(inverse: Array, scores: Array) -> Array:
-    """(W'W)^-1 S'S (W'W)^-1: each row of the equations by its own error, in units of all.
+    """(W'W)^-1 S'S (W'W)^-1: each row of the equations by its own error, in units of all (White 1980).
 
     Args:
         inverse: rows of (W'W)^-1, weighted, k x c.
@@ -128,7 +129,11 @@ def sandwich(inverse: Array, scores: Array) -> Array:
 
 
 def birge(values: Array, sigmas: Array) -> float:
-    """Birge ratio: by how much values of one quantity scatter more than their sigmas say, at least 1."""
+    """Birge ratio: by how much values of one quantity scatter more than their sigmas say, at least 1.
+
+    The square root of chi2 per degree of freedom about the weighted mean (Birge, The calculation of errors by the
+    method of least squares, 1932).
+    """
     if len(values) < 2:
         return 1.0
     weights = 1.0 / sigmas**2

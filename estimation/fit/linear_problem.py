@@ -98,9 +98,9 @@ def _downdated(root: Array, whole: _Solution, rows: Array) -> tuple[Array, _Solu
         inverse = np.linalg.inv(np.eye(c) - back @ Q)
     except np.linalg.LinAlgError:  # a block holds all there is of a direction
         inverse = np.broadcast_to(np.eye(c) / np.finfo(float).eps, (len(Q), c, c))
-    pull = back @ errors
-    change = inverse @ pull
-    squares = whole[2] - np.sum(errors**2, axis=1) - np.sum(pull * change, axis=1)
+    score = back @ errors
+    change = inverse @ score
+    squares = whole[2] - np.sum(errors**2, axis=1) - np.sum(score * change, axis=1)
     little = np.linalg.norm(inverse, axis=(1, 2)) > 1.0 / _HELD
     return little, (whole[0] - root @ change, root @ inverse @ root.T, squares)
 
@@ -202,7 +202,7 @@ class LinearProblem:
         soft: parameters that are near zero: one more equation for each.
         prior: parameters near values that are known: as many equations more.
         shown: equations in the same columns on whose torques the fit is judged; all by default.
-        alone: judge the fit on the wanted parameters' own torque, that of all others taken off.
+        own_torque: judge the fit on the wanted parameters' own torque, that of all others taken off.
         parts: the equations without each block of time, where they are not the sum of their blocks; what is fixed
             then comes from no blocks.
     """
@@ -213,7 +213,7 @@ class LinearProblem:
     soft: Mapping[str, SoftPrior] = field(default_factory=dict)
     prior: Known | None = None
     shown: Equations | None = None
-    alone: bool = False
+    own_torque: bool = False
     parts: tuple[Equations, ...] = ()
     _triangles: dict[bytes, _Triangle] = field(default_factory=dict, init=False, repr=False)
 
@@ -279,7 +279,7 @@ class LinearProblem:
             covariance = covariance + P @ group.covariance @ P.T
             value |= zip(group.names, group.values.tolist(), strict=True)
         shown = (self.shown or self.equations).whole
-        if self.alone:
+        if self.own_torque:
             others = [name for name in shown.columns if name not in self.wanted]
             shown = shown.minus(others, np.array([value[name] for name in others]))
         return Estimate(

@@ -97,22 +97,22 @@ class ByJoints(Brief):
 
 def joint_groups(n: int) -> tuple[tuple[int, ...], ...]:
     """List every joint alone, and the arm's and the wrist's together (all but the last three, the last three)."""
-    alone = tuple((joint,) for joint in range(1, n + 1))
+    single = tuple((joint,) for joint in range(1, n + 1))
     if n <= 3:
-        return alone
-    return (*alone, tuple(range(1, n - 2)), tuple(range(n - 2, n + 1)))
+        return single
+    return (*single, tuple(range(1, n - 2)), tuple(range(n - 2, n + 1)))
 
 
 def moving_groups(joints: Sequence[int]) -> tuple[tuple[int, ...], ...]:
     """List every moving joint alone; then the arm's, those from the elbow on, the wrist's, and all together."""
-    alone = [(joint,) for joint in joints]
+    single = [(joint,) for joint in joints]
     parts = [
         tuple(j for j in joints if j <= 3),
         tuple(j for j in joints if j >= 3),
         tuple(j for j in joints if j >= 4),
         tuple(joints),
     ]
-    return tuple(dict.fromkeys([*alone, *(part for part in parts if len(part) > 1)]))
+    return tuple(dict.fromkeys([*single, *(part for part in parts if len(part) > 1)]))
 
 
 class _JointEquations(NamedTuple):
@@ -203,10 +203,11 @@ def _share(joint: int, equations: _JointEquations) -> _Number:
     inverse = parts.inverse
     A, y = equations.payload[joint - 1][:, :-1], equations.payload[joint - 1][:, -1]
     predicted = A @ (inverse @ factor[:, -1])
-    # Errors of the others' payload are part of the error of what is predicted; large ones bias the factor.
+    # Errors of the others' payload are part of the error of what is predicted; large ones bias the ratio.
     noise = A @ inverse @ inverse.T @ A.T
     if not np.trace(noise) < _BLURRED * float(predicted @ predicted):
         return None
+    # Generalised least squares of y = ratio predicted, errors of covariance 1 + noise.
     whitened = np.linalg.solve(np.eye(len(A)) + noise, predicted)
     size = float(whitened @ predicted)
     return float(whitened @ y) / size, 1.0 / size, 0.0

@@ -109,7 +109,7 @@ class LongMotion(Brief):
         return None if self.unloaded is None else weighted(self.unloaded)
 
     @property
-    def alone(self) -> Estimate | None:
+    def robot_estimate(self) -> Estimate | None:
         """Robot's own parameters: by recordings without payload, else those of an earlier identification."""
         return self.bare or self.known
 
@@ -148,7 +148,7 @@ class LongMotion(Brief):
     def friction(self) -> Mapping[str, SoftPrior]:
         """Frictions of the robot that may be others under load, and how far."""
         try:
-            robot = self.alone
+            robot = self.robot_estimate
         except InputError:  # by method 3 it is not needed
             robot = None
         if robot is None or not self.inflation:

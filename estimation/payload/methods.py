@@ -114,12 +114,12 @@ class ChangeOfParameters(Brief):
     def _change_by_gains(self, after: Estimate, x: Array) -> Array:
         """Derivatives of chi_T - chi by the motors' errors, joints' weights fixed.
 
-        Beside the parameters, the variances of both identifications change, and with them what each counts for:
+        Besides the parameters, the variances of both identifications change, and with them what each counts for:
         with x = (G'C^-1G)^-1 G'C^-1 d, dx = inverse (dd - dC C^-1 (d - G x)).
         """
         at = np.ix_(self.indices, self.indices)
         rest = (after.values - self.before.values)[self.indices] - self.G @ x
-        pull = np.linalg.solve((self.before.covariance + after.covariance)[at], rest)
+        weighted_rest = np.linalg.solve((self.before.covariance + after.covariance)[at], rest)
         change = np.zeros((len(rest), len(after.weights)))
         for equations, estimate, sign in ((self.unloaded, self.before, -1.0), (self.loaded, after, 1.0)):
             assert estimate.gain_sensitivity is not None
@@ -130,7 +130,7 @@ class ChangeOfParameters(Brief):
             size = max(sum(float(error @ error) for error in errors), np.finfo(float).tiny)
             every = zip(errors, estimate.weights, equations.by_motor(), strict=True)
             grown = 2.0 * sum(error @ (w * torques) for error, w, torques in every) / size
-            change -= np.outer(estimate.covariance[at] @ pull, grown)
+            change -= np.outer(estimate.covariance[at] @ weighted_rest, grown)
         return change
 
 

@@ -29,9 +29,7 @@ _MOST = 4  # per joint
 _ROWS_EACH = 20  # rows for each wave: of fewer nothing is looked for
 _PASSED = 0.1  # of a wave's amplitude: what decimation leaves less of is not looked for
 _AT_ONCE = 2**19  # waves times samples that are held at once, or one wave
-_DEPENDENT = (
-    0.05  # of a wave's power: explained by the payload but for this fraction, it cannot be separated from it
-)
+_DEPENDENT = 0.05  # of a wave's power: explained by the payload but for this, it cannot be separated from it
 
 
 class Wave(Document, frozen=True):
@@ -148,6 +146,7 @@ class _Search(NamedTuple):
             s.T @ left,
             c.T @ left,
         )
+        # The normal equations of sine and cosine by Cramer's rule: what both take off is (a, b) N^-1 (a, b)'.
         determinant = ss * cc - sc**2
         independent = determinant > (_DEPENDENT * 0.5 * len(left)) ** 2
         raised = a**2 * cc - 2.0 * a * b * sc + b**2 * ss

@@ -93,7 +93,7 @@ class ShortMotion(Brief):
         return 1 if self.known is not None else 3
 
     @property
-    def alone(self) -> Estimate | None:
+    def robot_estimate(self) -> Estimate | None:
         """Robot's own parameters, where they are known."""
         return self.known
 
@@ -153,7 +153,7 @@ class ShortMotion(Brief):
             fixed,
             prior=self.robot_prior if self.corrected else None,
             # Beside the robot's torque the payload's own is what the joints of a short motion are compared by.
-            alone=True,
+            own_torque=True,
             parts=tuple(map(shown, self.without_each)),
         )
 

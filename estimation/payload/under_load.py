@@ -113,7 +113,7 @@ def with_scale(loaded: Equations, robot: Known, role: SoftPrior) -> tuple[Equati
     Args:
         loaded: equations with payload, in frame n.
         robot: its parameters.
-        role: how the scale's difference from 1 is held near zero.
+        role: prior of the scale's difference from 1.
     """
 
     def scaled_by(scaled: Mapping[str, float]) -> Equations:

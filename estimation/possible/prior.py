@@ -229,6 +229,7 @@ def _nearest(program: ConeProgram, prior: Array, possible: Array, radius: float)
     if solution is None:
         raise SolverError(next(iter(ends)))
     change, dual = np.asarray(solution.x)[:n], np.asarray(solution.z)
+    # As far towards the solution as |left + part moved| = radius allows.
     moved = program.R @ change
     a, b, c = moved @ moved, moved @ left, left @ left - radius**2
     part = min(1.0, float((np.sqrt(b * b - a * c) - b) / a))

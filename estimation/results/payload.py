@@ -236,8 +236,8 @@ def mass_by_joints(by_joints: ByJoints) -> tuple[JointsMassDocument, ...]:
     rows = []
     for mass in by_joints.masses:
         share = shares.get(mass.joints)
-        alone = {"share": share.share, "share_sigma": None if share.share is None else share.sigma} if share else {}
-        rows.append(JointsMassDocument.of(mass, visible=mass.mass is not None, **alone))
+        ratio = {"share": share.share, "share_sigma": None if share.share is None else share.sigma} if share else {}
+        rows.append(JointsMassDocument.of(mass, visible=mass.mass is not None, **ratio))
     return tuple(rows)
 
 

@@ -76,6 +76,8 @@ def determinant(criterion: Criterion, G: Array, _: float) -> ValueSlope:
     inverse, log_det = found
     if criterion.interest is None:
         return -log_det / len(G), inverse / -len(G)
+    # The others estimated as well, the covariance of interest is its block of the inverse: value log det of it, and
+    # by d(G^-1) = -G^-1 dG G^-1 the slope.
     own = list(criterion.interest)
     part = inverse[np.ix_(own, own)]
     scale = np.sqrt(np.diag(part))
@@ -123,6 +125,7 @@ def scaled_condition(_: Criterion, G: Array, order: float) -> ValueSlope:
         return np.inf, np.zeros_like(G)
     D = np.outer(scale, scale)
     value, M = schatten_condition(G / D, order)
+    # The chain rule through D, whose entries are those of G's diagonal.
     slope = M / D
     slope[np.diag_indices_from(slope)] -= np.einsum("ij,ij->i", M, G / D) / np.diag(G)
     return value, slope

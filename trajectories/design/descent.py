@@ -74,6 +74,7 @@ def by_matrix(
         x, value, slope = x + s, new, new_slope
         if s @ y > 0.0:
             H = np.eye(len(x)) * ((s @ y) / (y @ y)) if H is None else H
+            # Nocedal and Wright (6.17), multiplied out; the first H by (6.20).
             inverse, Hy = 1.0 / (s @ y), H @ y
             cross = np.outer(s, inverse * Hy)
             H = H - cross - cross.T + np.outer(s, s * (inverse * (1.0 + inverse * (y @ Hy))))

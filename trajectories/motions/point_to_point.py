@@ -98,7 +98,7 @@ class PointToPoint(Plan, Brief):
 
 
 def _ramp(x: Array, s: float) -> tuple[Array, Array, Array]:
-    """A ramp of unit time and height: its integral, itself and its slope (a trapezoid of height 1 / (1 - s))."""
+    """Ramp of unit time and height: its integral, itself and its slope (a trapezoid of height 1 / (1 - s))."""
 
     def power(m: int) -> Array:
         inside = np.clip(x, 0.0, 1.0)
@@ -116,7 +116,7 @@ def plan_point_to_point(
     blend: float = 1.0,
     smoothing: float = 0.25,
 ) -> PointToPoint:
-    """The quickest such motion through points that keeps the speed and acceleration limits.
+    """Plan the quickest such motion through points that keeps the speed and acceleration limits.
 
     Args:
         robot: its joints' limits; a joint without limits sets no bound.
@@ -151,7 +151,7 @@ def plan_stops(
     acceleration: float | Array = 0.5,
     smoothing: float = 0.25,
 ) -> PointToPoint:
-    """The quickest such motion that stops at every point, each move by its own speed and acceleration.
+    """Plan the quickest such motion that stops at every point, each move by its own speed and acceleration.
 
     Arguments as of ``plan_point_to_point``, but the acceleration may be one for each move, shape (K - 1, 1).
 

@@ -387,6 +387,7 @@ def quickest(step: Array, speed: Array, acceleration: Array, segment: Segment = 
     Raises:
         ValueError: if no limit bounds a step.
     """
+    # In a time T speeds fall as 1/T and accelerations as 1/T^2.
     by_speed = segment.peak_speed * np.abs(step) / speed
     by_acceleration = np.sqrt(segment.peak_acceleration * np.abs(step) / acceleration)
     durations = np.maximum(by_speed, by_acceleration).max(axis=1)

@@ -310,6 +310,7 @@ def steps_per_sample(robot: Robot, controller: Controller, inertia: Array) -> in
                 f"robot {robot.name!r} cannot move: its parameters give an inertia matrix that is not positive "
                 "definite: correct the inertias in its description"
             )
+        # Rates of A qdd = -D qd: the eigenvalues of A^-1 D.
         fastest = max(fastest, float(np.abs(np.linalg.eigvals(np.linalg.solve(matrix, damping))).max()))
     steps = max(_FEWEST, stable_steps(fastest, 1.0 / controller.rate))
     if steps > _FINEST:

@@ -140,6 +140,7 @@ def record(
 
 def _exponential(draw: np.random.Generator, shape: tuple[int, ...], memory: float) -> Array:
     """Draw noise of unit variance whose correlation falls by e in ``memory`` samples, column by column."""
+    # A first-order autoregression, its first sample of the same variance as all others.
     decay = float(np.exp(-1.0 / memory))
     fresh = draw.standard_normal(shape)
     fresh[1:] *= np.sqrt(1.0 - decay**2)
