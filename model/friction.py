@@ -45,7 +45,7 @@ _NAME = re.compile(r"(F[A-Z]+)(\d*)(?:@([\d.eE+-]+))?")
 
 @dataclass(frozen=True)
 class Friction:
-    """One term of the friction of all joints or of some.
+    """Term of the friction of all joints or of some.
 
     Attributes:
         kind: what its parameters are called, "FL" of FL2: one of ``LAWS``, or another that begins with F.

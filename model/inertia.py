@@ -26,7 +26,7 @@ def skew(v: ArrayLike) -> Array:
 
 @dataclass(frozen=True)
 class InertialParameters:
-    """One body by Khalil's ten, about the origin and in the axes of its frame.
+    """Inertial parameters of a body: Khalil's ten, about the origin and in the axes of its frame.
 
     Attributes:
         vector: XX XY XZ YY YZ ZZ [kg m^2], MX MY MZ [kg m], M [kg], shape (10,). XY is the entry of the

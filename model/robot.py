@@ -62,7 +62,7 @@ class Limits:
 
 @dataclass(frozen=True)
 class Joint:
-    """One joint and the frame change before it.
+    """Joint of a chain, and the frame change before it.
 
     Attributes:
         alpha: angle about x from z of frame j-1 to z of frame j [rad].

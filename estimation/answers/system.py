@@ -172,7 +172,7 @@ class ObservationSystem(Brief):
     known: Array | None = None
 
     def __post_init__(self) -> None:
-        """Every row must have all its parts."""
+        """Refuse rows that lack a part."""
         rows = len(self.Y)
         if self.W.shape != (rows, len(self.columns)) or rows != self.reduced.equations:
             raise ValueError(f"W is {self.W.shape}, for {rows} rows and {len(self.columns)} columns")

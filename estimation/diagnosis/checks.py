@@ -35,7 +35,7 @@ VALIDATION_RATIO, VALIDATION_FLOOR = 2.0, 0.06
 """Relative residual on held-out recordings over that of the fit above which the model does not carry over; held-out
 residuals below the second are good whatever the ratio."""
 MISMATCH = 0.005
-"""rad or m, rms: positions of a pair that differ by more are not one motion; real pairs lie below 2e-4."""
+"""Difference of positions [rad or m, rms] of a pair that is not one motion; real pairs lie below 2e-4."""
 DRIVEN_SIGMAS = 5.0
 """Standard deviations below zero at which friction counts as negative."""
 LIGHT, HEAVY, WEIGHTLESS = 0.12, 0.40, 0.08

@@ -164,7 +164,7 @@ class System:
 
     @cached_property
     def weighted(self) -> Array:
-        """All columns, torque last, weighted, rows that are not used zero; (c + 1) x n x N."""
+        """Weight all columns, torque last, rows that are not used zero; (c + 1) x n x N."""
         rows = np.concatenate([self.columns, self.torque[:, None]], axis=1)
         return np.asarray((rows * (self.weights[:, None] * self.keep)[:, None]).transpose(1, 0, 2))
 

@@ -28,18 +28,18 @@ WHERE = ("", " without payload", WITH_PAYLOAD)
 MOVED = 0.025
 """Relative change of the mass above which a fault spoils every number."""
 SLIP, SLIP_Z, SURE = 0.01, 6.0, 3.0
-"""m and standard deviations by which the centre of mass differs in the second half of the loaded recordings; and
-standard deviations of the step's length."""
+"""Distance [m] by which the centre of mass differs in the second half of the loaded recordings, its standard
+deviations, and those of the step's length."""
 CHANGE, CHANGE_Z = 0.1, 6.0
 """Fraction of the payload that comes or goes during the loaded recordings, and its standard deviations."""
 LATE, LATE_Z = 0.008, 5.0
-"""s and standard deviations of a delay between torque and position."""
+"""Delay between torque and position [s], and its standard deviations."""
 LEVEL = np.radians(1.0)
-"""rad: standard deviation of a base's tilt about either horizontal axis, as mounted arms have it."""
+"""Standard deviation [rad] of a base's tilt about either horizontal axis, as mounted arms have it."""
 TILT_DEGREES, STEEP_DEGREES, TILT_Z = 0.5, 5.0, 5.0
 TILT, STEEP = np.radians(TILT_DEGREES), np.radians(STEEP_DEGREES)
-"""rad and standard deviations of a tilt that is taken out of the payload and reported; smaller ones widen the
-intervals only. Beyond ``STEEP`` no mounting leans by mistake: nothing should be used."""
+"""Tilt [rad] that is taken out of the payload and reported; smaller ones widen the intervals only. Beyond
+``STEEP`` no mounting leans by mistake: nothing should be used."""
 PULL, PULL_Z, ALONG_Z = 0.025, 7.0, 4.5
 """Force over the payload's weight, and standard deviations of it, above which something pulls at the flange.
 

@@ -38,7 +38,7 @@ OFF_SCALE, OFF_SCALE_Z = 0.2, 4.0
 """Relative difference of two joints' scales, and its standard deviations, beyond friction and noise: joint 1 of a
 real UR10e, which no gravity loads, is .19 (4 sigma) off in one good recording, .03 in another."""
 LONG_ENOUGH = 10.0
-"""s: errors of the model last about a second, so that shorter recordings do not tell how they scatter."""
+"""Duration [s] below which recordings do not tell how errors of the model, which last about a second, scatter."""
 
 
 def scales(problem: LongMotion, weights: Array) -> tuple[Effect, ...]:

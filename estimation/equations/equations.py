@@ -54,7 +54,7 @@ def refilled(shared: Sequence[SharedTorque], joint: int, columns: Array) -> list
 
 
 class Anchor(NamedTuple):
-    """One more equation for a column that is eliminated: its parameter is ``level``, with ``stiffness``.
+    """Equation of an eliminated column: its parameter is ``level``, with ``stiffness``.
 
     ``column``: which; ``joint``: among whose rows (from 0) the equation stands; ``stiffness``: its weight in units
     of those rows; ``level``: the new column's name.

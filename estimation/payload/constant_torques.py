@@ -25,7 +25,7 @@ from .under_load import joint_of
 
 FREE = "free "
 """Beginning of the names of what is estimated anew in each recording, besides the payload."""
-_HELD = "held "
+_LEVEL = "held "
 """Beginning of the names of the values that constant torques have by their prior."""
 
 OFFSET_SHARE = 0.033
@@ -50,7 +50,7 @@ class HeldFriction(Brief):
     """Prior near zero on what is free in each recording.
 
     Attributes:
-        held: which constant torques and frictions, and how; the others are wholly free.
+        held: priors of constant torques and frictions; the others are wholly free.
         noise: of each joint's rows [N·m or N], shape (n,); 0 where too few rows tell it.
         memory: by how much the memory of each joint's errors raises variances, shape (n,).
     """
@@ -62,8 +62,8 @@ class HeldFriction(Brief):
     @cached_property
     def sigma(self) -> Array:
         """Standard deviations of what constant torques may be [N·m or N], shape (n,); 0 where they are free."""
-        held = (self.held.get(f"OFF{j}") for j in range(1, len(self.noise) + 1))
-        return np.array([role.sigma if role else 0.0 for role in held])
+        roles = (self.held.get(f"OFF{j}") for j in range(1, len(self.noise) + 1))
+        return np.array([role.sigma if role else 0.0 for role in roles])
 
     @property
     def joints(self) -> tuple[int, ...]:
@@ -74,7 +74,7 @@ class HeldFriction(Brief):
     def anchors(self) -> tuple[Anchor, ...]:
         """Equations of the prior: each is the constant torque's own value."""
         noise = {name: float(self.noise[joint_of(name)] * role.weight) for name, role in self.held.items()}
-        return tuple(Anchor(f"{FREE}{name}", joint_of(name), own, f"{_HELD}{name}") for name, own in noise.items())
+        return tuple(Anchor(f"{FREE}{name}", joint_of(name), own, f"{_LEVEL}{name}") for name, own in noise.items())
 
     @property
     def known(self) -> Known:
@@ -89,21 +89,21 @@ class HeldFriction(Brief):
         return equations.eliminate([name for name in equations.columns if name.startswith(FREE)], self.anchors)
 
 
-def held_friction(observations: Sequence[Observation], sigmas: Mapping[str, float]) -> HeldFriction:
+def friction_prior(observations: Sequence[Observation], sigmas: Mapping[str, float]) -> HeldFriction:
     """Make the prior of friction near zero; an equation counts as much as the joint's noise and memory allow.
 
     Args:
         observations: with free columns of each joint, ``PAYLOAD`` and no other.
         sigmas: standard deviations by name [N·m or N, or per speed].
     """
-    return _held(sigmas, *_errors(observations, [_plain(part) for part in map(reduced, observations)]))
+    return _prior(sigmas, *_errors(observations, [_plain(part) for part in map(reduced, observations)]))
 
 
-def held_offsets(observations: Sequence[Observation], coulomb: Array) -> HeldFriction:
+def offset_prior(observations: Sequence[Observation], coulomb: Array) -> HeldFriction:
     """Make the prior of the arm's constant torques near zero; wholly free where the recordings contradict that.
 
     Args:
-        observations: as ``held_friction``.
+        observations: as ``friction_prior``.
         coulomb: Coulomb friction of each joint without payload [N·m or N], shape (n,); 0 where it is not known: the
             joint's constant torque is free then.
     """
@@ -111,14 +111,14 @@ def held_offsets(observations: Sequence[Observation], coulomb: Array) -> HeldFri
     plain = [_plain(part) for part in factors]
     noise, memory = _errors(observations, plain)
     arm = coulomb[: max(len(coulomb) - _WRIST, 1)]
-    friction = _held({f"OFF{j + 1}": OFFSET_SHARE * float(level) for j, level in enumerate(arm)}, noise, memory)
+    friction = _prior({f"OFF{j + 1}": OFFSET_SHARE * float(level) for j, level in enumerate(arm)}, noise, memory)
     weighty = noise * np.sqrt(memory)
     weights = np.divide(1.0, weighty, out=np.zeros_like(noise), where=weighty > 0.0)
     free = merged(plain).select(PAYLOAD)
     bound = merged(friction.friction_free(part) for part in factors).select(PAYLOAD)
     rise = _shortest(bound, weights)[1] - _shortest(free, weights)[1]
-    held = len(friction.joints)
-    contradicted = held > 0 and chdtrc(held, max(rise, 0.0)) < _CONTRADICTED
+    count = len(friction.joints)
+    contradicted = count > 0 and chdtrc(count, max(rise, 0.0)) < _CONTRADICTED
     return HeldFriction({}, 0.0 * noise, np.ones(len(noise))) if contradicted else friction
 
 
@@ -154,7 +154,7 @@ def _free(columns: Sequence[str]) -> list[int]:
     return [k for k, name in enumerate(columns) if name.startswith(FREE)]
 
 
-def _held(sigmas: Mapping[str, float], noise: Array, memory: Array) -> HeldFriction:
+def _prior(sigmas: Mapping[str, float], noise: Array, memory: Array) -> HeldFriction:
     joints = {name: joint_of(name) for name, sigma in sigmas.items() if sigma > 0.0}
     roles = {name: SoftPrior(sigmas[name], float(memory[j])) for name, j in joints.items() if noise[j] > 0.0}
     return HeldFriction(roles, noise, memory)

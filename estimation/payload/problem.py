@@ -47,7 +47,7 @@ _Alike = tuple[_Recordings, _Recordings, tuple[float | None, ...]]
 
 
 class PairedMeasurement(NamedTuple):
-    """One trajectory without and with payload, on the loaded recording's time.
+    """Measurements of one trajectory without and with payload, on the loaded recording's time.
 
     ``lag`` [s]: what the loaded recording's clock shows more than the unloaded one's own.
     """

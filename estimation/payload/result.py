@@ -49,7 +49,7 @@ class PayloadEstimate(Brief):
         return tuple(PAYLOAD.index(name) for name in self.estimate.names)
 
     def unexplained(self, torque_rms: Array) -> Array:
-        """Each joint's error over another torque (rms), shape (n,); nan where there is no equation or no torque."""
+        """Ratio of each joint's error to another torque (rms), shape (n,); nan without equations or torque."""
         rows = np.array(self.estimate.fit.rows, dtype=float)
         torque = np.where((rows > 0) & (torque_rms > 0.0), torque_rms, np.nan)
         return np.asarray(self.estimate.fit.error_norms / np.sqrt(np.maximum(rows, 1.0)) / torque)

@@ -63,7 +63,7 @@ class ShortMotion(Brief):
         source: the recordings themselves.
         joints: numbers of the joints that move; the rows of the others are left out.
         runs: one a recording with payload.
-        held: how constant torques and friction are held, the same in all recordings.
+        held: prior of constant torques and friction, the same in all recordings.
         torque_rms: root mean square of each joint's torque with payload in the rows used [N·m or N], shape (n,).
         known: the robot, where no torque was subtracted.
     """
@@ -127,9 +127,9 @@ class ShortMotion(Brief):
     def posed(self, wanted: Sequence[str] | None = None) -> LinearProblem:
         """Pose (29): Y_T - Y_wL = W_L chi_L, or (23): Y_T - W chi = W_L chi_L.
 
-        Wanted: what is visible of chi_L. Fixed: what friction is held at; for (29) the difference of the paths, for
-        (23) chi, whose errors weigh too much here for the formula's covariance. Soft prior: chi, where friction is
-        held.
+        Wanted: what is visible of chi_L. Fixed: the values of friction's prior; for (29) the difference of the
+        paths, for (23) chi, whose errors weigh too much here for the formula's covariance. Soft prior: chi, where
+        friction has one.
 
         Args:
             wanted: of the ten; by default those that stand for all that can be seen.
@@ -152,7 +152,7 @@ class ShortMotion(Brief):
             wanted,
             fixed,
             prior=self.robot_prior if self.corrected else None,
-            # Beside the robot's torque the payload's own is what the joints of a short motion are compared by.
+            # Against the robot's torque the payload's own is what the joints of a short motion are compared by.
             own_torque=True,
             parts=tuple(map(shown, self.without_each)),
         )
@@ -248,7 +248,7 @@ def moving_joints(
 def at_rest(data: Measurement, moving: Sequence[int]) -> Measurement:
     """Set joints at rest exactly at rest: what their encoders flicker is no motion.
 
-    A held joint that goes to another pose on the way keeps what was measured.
+    A joint at rest that goes to another pose on the way keeps what was measured.
     """
     motion = data.motion
     q, qd, qdd = (np.array(x) for x in (motion.q, motion.qd, motion.qdd))

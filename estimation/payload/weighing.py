@@ -25,7 +25,7 @@ from ..signals.alignment import aligned
 from ..signals.filtering import grid_rate, measurement
 from ..signals.plausibility import check_apart, check_recordings
 from ..signals.rows import Mask
-from .constant_torques import FREE, coulomb_friction, held_friction, held_offsets
+from .constant_torques import FREE, coulomb_friction, friction_prior, offset_prior
 from .long_motion import Source
 from .problem import torque_change
 from .ripple import Wave, ripple_of
@@ -77,7 +77,7 @@ def known_robot_weighing(
     ]
     own = {name: sigma for name, sigma in sigmas.items() if parameter_kind(name) in ("FS", "FV", "OFF")}
     source = Source(tuple(loaded), (), processing, rate=measured[0].motion.rate)
-    return ShortMotion(robot, base, source, moving, runs, held_friction(payload_only, own), rms, known)
+    return ShortMotion(robot, base, source, moving, runs, friction_prior(payload_only, own), rms, known)
 
 
 def difference_weighing(
@@ -152,7 +152,7 @@ def difference_weighing(
         Source(tuple(loaded), tuple(unloaded), processing, tuple(pairs), rate=measured[0][1].motion.rate),
         moving,
         _runs(sources, observations, ripples),
-        held_offsets(observations, coulomb_friction(without_payload)),
+        offset_prior(observations, coulomb_friction(without_payload)),
         rms,
     )
 

@@ -49,7 +49,7 @@ _SAME = 1e-6
 
 
 class Move(NamedTuple):
-    """One application of a rule: parameter ``drop`` of a joint is grouped away.
+    """Application of one rule: parameter ``drop`` of a joint is grouped away.
 
     Attributes:
         rule: the rule's name.
@@ -90,7 +90,7 @@ def closed_form_base_parameters(robot: Robot) -> BaseParameters:
 
 
 def moves(robot: Robot) -> list[Move]:
-    """All applications of the rules to a robot without coupled drives, tip to base.
+    """List all applications of the rules to a robot without coupled drives, tip to base.
 
     Raises:
         InputError: without gravity.

@@ -28,7 +28,7 @@ _Notes = dict[str, list[str]]
 
 @dataclass(frozen=True)
 class UrdfJoint:
-    """One joint as the file gives it.
+    """Joint of a URDF file, as the file gives it.
 
     Attributes:
         name, kind, parent, child: as written.

@@ -11,7 +11,7 @@ from ...common.arrays import Array
 
 
 class Operation(NamedTuple):
-    """One operation on arrays: ``numpy(*args, out)`` and the same in C on vectors ``{0}``, ``{1}``."""
+    """Operation on arrays: ``numpy(*args, out)`` and the same in C on vectors ``{0}``, ``{1}``."""
 
     numpy: Callable[..., Any]
     c: str
@@ -72,7 +72,7 @@ BY_CODE: dict[int, str] = {getattr(ca, f"OP_{name}"): name for name in OPERATION
 
 @dataclass(frozen=True)
 class Step:
-    """One operation: ``values[result] = name(*values[arguments])``."""
+    """Step of a program: ``values[result] = name(*values[arguments])``."""
 
     name: str
     result: int

@@ -149,7 +149,7 @@ CRITERIA = {
     "cond": Measure(condition, weighted=False, orders=SURROGATE, starts=3),
     "cond-scaled": Measure(scaled_condition, weighted=False, orders=SURROGATE, starts=3),
 }
-"""Every criterion by its name: d: log det; a: relative standard deviations; cond: condition number of W in SI
+"""Criteria by name: d: log det; a: relative standard deviations; cond: condition number of W in SI
 units; cond-scaled: of W with its columns scaled to norm 1. To add one, add a row."""
 
 

@@ -131,7 +131,7 @@ class Lagrangian:
     """
 
     def __init__(self, problem: DesignProblem, x: Array, stiffness: float, margin: float) -> None:
-        """All multipliers zero, all intervals drawn in by the same ``margin``."""
+        """Set all multipliers to zero, and draw all intervals in by the same ``margin``."""
         self.problem, self.x, self.stiffness = problem, x, stiffness
         self.curvature: Array | None = None
         state = problem.state(x, WIDTH)

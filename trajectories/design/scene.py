@@ -31,7 +31,7 @@ _Pairs = tuple[tuple[str, str], ...]
 
 
 class Capsule(Table, frozen=True):
-    """All points within ``radius`` of the line from ``start`` to ``end``, in the frame of a link.
+    """Capsule: all points within ``radius`` of the line from ``start`` to ``end``, in the frame of a link.
 
     Attributes:
         name: for messages.

@@ -23,7 +23,7 @@ _SAMPLES = 24  # per period of the highest harmonic while optimising
 
 @dataclass(frozen=True, repr=False)
 class Fourier(Plan, Brief):
-    """One period of a Fourier series.
+    """Motion along one period of a Fourier series.
 
     Attributes:
         offset: q0 [rad or m], shape (n,).
@@ -47,7 +47,7 @@ class Fourier(Plan, Brief):
 
     @property
     def duration(self) -> float:
-        """One period [s]."""
+        """Duration of one period [s]."""
         return self.period
 
     def at(self, t: Array) -> tuple[Array, Array, Array]:
