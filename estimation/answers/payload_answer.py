@@ -152,6 +152,7 @@ class PayloadAnswer(Speaks):
         if self.scale is None or self.free.from_scale:
             return values, C
         k = self.free.indices.index(9)
+        # The scale is one more measurement, of x[k] alone: Kalman's update.
         gain = C[:, k] / (C[k, k] + self.scale.sigma**2)
         return values + gain * (self.scale.mass - values[k]), C - np.outer(gain, C[k])
 
@@ -287,11 +288,11 @@ class PayloadAnswer(Speaks):
         if problem.robot_estimate is None:
             return ()
         settings, values = problem.source.processing, problem.robot_estimate.values
-        bare = [
+        unloaded = [
             robot_prediction(problem.robot, problem.base, values, recording, settings, True)
             for recording in self.held_out[:DRAWN]
         ]
-        return (*bare, *(self.prediction(recording, False) for recording in problem.source.loaded[:DRAWN]))
+        return (*unloaded, *(self.prediction(recording, False) for recording in problem.source.loaded[:DRAWN]))
 
     def prediction(self, recording: Recording, held_out: bool) -> TorquePrediction:
         """Predict a recording with payload by the recommended payload, and by the unloaded robot."""
@@ -329,7 +330,7 @@ def payload_result(answer: PayloadAnswer) -> PayloadResult:
 
 def _of_long(answer: PayloadAnswer, long: LongMotion) -> dict[str, Any]:
     """Keys of a long motion's result: the residual is that of the robot's own parameters."""
-    fit, check, steps, bare = answer.robot_fit, answer.validation, answer.elimination, long.unloaded
+    fit, check, steps, unloaded = answer.robot_fit, answer.validation, answer.elimination, long.unloaded
     differing = {3, 4} | ({1} if long.corrected and not long.settings.free_friction else set())
     differs = bool(long.friction) and any(estimate.method in differing for estimate in answer.estimates)
     # Of robot and payload together, as in Table 2, where method 4 was used.
@@ -342,8 +343,8 @@ def _of_long(answer: PayloadAnswer, long: LongMotion) -> dict[str, Any]:
         ),
         "data": _data(
             long,
-            bare,
-            equations=(bare or long.loaded).equations,
+            unloaded,
+            equations=(unloaded or long.loaded).equations,
             equations_loaded=long.loaded.equations,
             base_parameters=len(long.base.columns),
             friction="may differ" if differs else "own",

@@ -153,6 +153,7 @@ class System:
         square, scales, tried = weights**2, np.ones(len(weights)), list[tuple[float, SystemFit]]()
         for _ in range(_STEPS):
             fit = self.fit(weights, scales)
+            # The parameters are eliminated from the normal equations of scales and parameters (Schur complement).
             along = G @ fit.own
             modelled, shown = along @ fit.own, right @ fit.own
             tried.append((float(square @ (torque - 2.0 * scales * shown + scales**2 * modelled)), fit))

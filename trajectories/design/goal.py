@@ -132,7 +132,7 @@ class NearGoal:
     expected: InertialParameters
     mass_sigma: float | None = None
 
-    def beside_friction(self, robot: Robot, shape: Shape, family: Family) -> Goal:
+    def with_friction(self, robot: Robot, shape: Shape, family: Family) -> Goal:
         """Extend the goal to all that such motions tell apart: of the payload, and of friction.
 
         Raises:

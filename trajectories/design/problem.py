@@ -193,6 +193,7 @@ class DesignProblem(Brief):
             return np.inf, np.zeros(len(x))
         M = np.zeros((len(self.kernel.columns),) * 2)
         M[own] = part
+        # Weights are times over their sum, so that their slopes lose the mean.
         seed, by_weight = self.kernel.gram_slope(state.entries, weights, M)
         by_time = np.einsum("jk,jk->k", by_weight, weights) / samples.weight
         slopes = State(Samples.zeros(samples), seed)
@@ -284,7 +285,7 @@ def build_design(
     shape, goal, bounds = shape or ViaPointShape(), goal or Goal(), bounds or JointBounds.of(robot)
     family = shape.family(robot, bounds)
     if isinstance(goal, NearGoal):
-        goal = goal.beside_friction(robot, shape, family)
+        goal = goal.with_friction(robot, shape, family)
     model, base = goal.model(robot), base_parameters(robot) if np.isfinite(bounds.torque).any() else None
     names, around, payloads = goal.names(robot), scene, None
     if loads is not None and isinstance(loads.heaviest, PayloadSet):
