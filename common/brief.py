@@ -10,7 +10,7 @@ import numpy as np
 _LONGEST = 600
 """Largest length of a ``repr``: eight lines of a screen."""
 _FEW = 3
-"""Largest array whose numbers are shown."""
+"""Largest size of an array whose numbers are shown."""
 
 
 class _Short(Repr):

@@ -141,7 +141,7 @@ Integers = NDArray[np.int64]
 
 @dataclass(frozen=True, repr=False)
 class ObservationSystem(Brief):
-    """Y = W chi + rho as an estimator sees it: filtered, decimated, without the rows that are not used.
+    """System Y = W chi + rho as an estimator sees it: filtered, decimated, without the rows that are not used.
 
     Rows stand recording by recording, in each joint by joint, in each by time.
 

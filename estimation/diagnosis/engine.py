@@ -317,7 +317,7 @@ class Added(NamedTuple):
 
     @staticmethod
     def of(blocks: Array, prior: Array, payload: slice, inflation: float = 1.0) -> "Added":
-        """Project Gram matrices by block (columns, added columns, torque) on the rest of the first columns."""
+        """Project Gram matrices by block (columns, added columns, torque) off the first columns."""
         c, whole = len(prior), blocks.sum(axis=0)
         whole[:c, :c] += prior
         loaded = slice(payload.start, c)  # payload and friction under load

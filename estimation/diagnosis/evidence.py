@@ -54,7 +54,7 @@ class Alternative(NamedTuple):
 
 @dataclass(frozen=True)
 class Diagnosis:
-    """Diagnosis of one set of recordings besides robot and payload, for every command alike.
+    """Diagnosis of what else than robot and payload one set of recordings shows, for every command alike.
 
     Attributes:
         by_joints: the payload as single joints see it.

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import Literal, NamedTuple
 
 Severity = Literal["error", "warning", "note"]
-"""Severity: error: nothing may be used so; warning: not everything may, or numbers will be poor; note: else."""
+"""Severity: error: nothing may be used so; warning: numbers are poor or not all for use; note: worth knowing."""
 Level = Literal["use", "mass_and_com_only", "identified_only", "do_not_use"]
 """Level of use: every number; of a payload mass and centre of mass; of gains those that are identified; none."""
 _OUTDONE = 1.5

@@ -16,14 +16,14 @@ from .finding import Finding, error, note, warning
 NOTABLE, NOTABLE_SIGMAS = 0.03, 3.3
 """Relative difference of the mass between two joints that is reported, and its standard deviations."""
 WRONG, SHARE = 0.10, 0.15
-"""Relative difference of one joint's mass from the answer, and of its share from 1: real joints lie within 0.1."""
+"""Relative difference of one joint's mass from the answer, and of its payload ratio from 1: real ones have 0.1."""
 SIGMAS = 4.5
 """Standard deviations beyond which a difference is none by chance."""
 CHANCE = (0.1, 0.01)
 """Probabilities that joints which agree disagree as much by chance: below the first intervals widen, below the
 second by all of the disagreement."""
 TOGETHER = 2.5
-"""Factor by which all shares together widen the intervals, above which it is reported."""
+"""Factor by which all payload ratios together widen the intervals, above which it is reported."""
 USEFUL = 0.10
 """Relative half-width of the mass's 95 % interval, grown by the joints' disagreement, above which it is useless."""
 

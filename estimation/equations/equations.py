@@ -23,7 +23,7 @@ SHARED = "shared"
 PAYLOAD = tuple(f"{kind}_L" for kind in INERTIAL)
 """Names of the payload's ten parameters chi_L, in the order of (6)."""
 NO_MOTOR = -1
-"""Index in a motor's place: a known spring makes the torque."""
+"""Index that stands for a motor where a known spring makes the torque."""
 _NOISE_FLOOR = 1e-12
 """Standard deviation of the error over the torque, at least: data without noise still need finite weights."""
 
@@ -400,7 +400,7 @@ def checked(factor: Array, columns: tuple[str, ...], rows: int, effective_rows: 
 
 
 def _clearly_determined(W: Array) -> bool:
-    """True if LAPACK's condition estimate of a triangle is small: it costs nothing besides singular values.
+    """True if LAPACK's condition estimate of a triangle, next to free of cost, is small; False if in doubt.
 
     The estimate is rarely off by more than 3, and the 1-norm's condition within c of the 2-norm's.
     """

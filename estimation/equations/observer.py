@@ -74,7 +74,7 @@ class Observation:
         return Observation(tuple(self.columns[k] for k in rest), tuple(W), tuple(Y), self.t, self.bandwidth)
 
     def errors(self, values: Array) -> tuple[Array, ...]:
-        """Y_j - W_j chi for each joint [N·m or N], shapes (r_j,); chi may be of the first columns alone."""
+        """Errors Y_j - W_j chi for each joint [N·m or N], shapes (r_j,); chi may be of the first columns alone."""
         return tuple(Y - W[:, : len(values)] @ values for W, Y in zip(self.W, self.Y, strict=True))
 
     def residuals(self, values: Array) -> Residuals:
@@ -83,7 +83,7 @@ class Observation:
 
 
 def known_spring(robot: Robot) -> Spring | None:
-    """The spring whose torque is moved to the left-hand side, if there is one."""
+    """Spring whose torque is moved to the left-hand side, if there is one."""
     return robot.spring if robot.spring is not None and not robot.spring.column else None
 
 

@@ -28,7 +28,7 @@ class Recorded:
     """The equations of one recording, row by row: made once, and cut as often as wanted."""
 
     def __init__(self, observer: Observer, data: Measurement, keep: Mask, factor: int) -> None:
-        """Evaluate those of a measurement, of the rows to use (N x n), thinned by a factor."""
+        """Evaluate the equations of a measurement, of the rows to use (N x n), thinned by a factor."""
         self._observer, self._factor = observer, factor
         count, at = -(-len(keep) // factor), 0
         self._equations = np.empty((observer.rows[-1].stop, count))

@@ -86,7 +86,7 @@ class RobustCovariance(Brief):
 
 
 def formula(root: Array, squares: float, degrees_of_freedom: float) -> Array:
-    """C = s^2 (W'W)^-1 of (17)-(19), s^2 the squares of the weighted errors over their degrees of freedom.
+    """Covariance s^2 (W'W)^-1 of (17)-(19), s^2 the squares of the weighted errors over their degrees of freedom.
 
     Args:
         root: R^-1 of the weighted equations, c x c.
@@ -97,7 +97,7 @@ def formula(root: Array, squares: float, degrees_of_freedom: float) -> Array:
 
 
 def jackknife(groups: Sequence[Iterable[Array]], values: Array, block_length: float) -> RobustCovariance:
-    """C = (B - 1)/B sum (x_-b - x)(x_-b - x)', by solving again without each block b.
+    """Covariance (B - 1)/B sum (x_-b - x)(x_-b - x)', by solving again without each block b.
 
     Of whole blocks, so that errors may remember (Künsch, The jackknife and the bootstrap for general stationary
     observations, 1989). Independent groups of blocks (recordings without and with payload that have no motion in
@@ -118,7 +118,7 @@ def jackknife(groups: Sequence[Iterable[Array]], values: Array, block_length: fl
 
 
 def sandwich(inverse: Array, scores: Array) -> Array:
-    """(W'W)^-1 S'S (W'W)^-1: each row of the equations by its own error, in units of all (White 1980).
+    """Covariance (W'W)^-1 S'S (W'W)^-1: each row by its own error, in units of all (White 1980).
 
     Args:
         inverse: rows of (W'W)^-1, weighted, k x c.

@@ -82,7 +82,7 @@ def left_out(
 
 
 def _solved(rows: Array, names: tuple[str, ...], counts: Array) -> tuple[Array, _Solution]:
-    """R^-1 and the solution of equations, N x (c + m), by their numbers of rows and of independent ones."""
+    """Solve equations, N x (c + m), by their numbers of rows and of independent ones: R^-1 and the solution."""
     c = len(names)
     R = checked(rows, names, int(counts[0]), float(counts[1]))
     root = solve_triangular(R[:c, :c], np.eye(c))
@@ -297,7 +297,7 @@ class LinearProblem:
         return self.estimate(weights).part(self.wanted)
 
     def lasting(self, weights: Array) -> Array:
-        """Between-session covariance of the wanted parameters: of fixed and prior ones; blocks of time hide it."""
+        """Between-session covariance of the wanted parameters, by fixed and prior ones: no block shows it."""
         total, triangle = np.zeros((len(self.wanted), len(self.wanted))), self._triangle(weights)
         for group, influence in zip(self.fixed, triangle.influences, strict=True):
             P = influence[self._indices]

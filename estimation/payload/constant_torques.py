@@ -40,7 +40,7 @@ _WRIST = 3
 _CONTRADICTED = 1e-3
 """Probability of what the recordings say, below which the constant torques are free."""
 _FEWEST_LEFT = 6
-"""Number of rows of a joint beyond its free columns: fewer are no measure of errors, but may fit exactly."""
+"""Number of rows of a joint beyond its free columns; fewer may be fitted exactly, and show no errors."""
 _HIDDEN = 1e-6
 """Fraction of a friction in undetermined directions above which it is not known."""
 

@@ -191,7 +191,7 @@ def _pairs(
 
 
 def _lag(unloaded: _Recordings, loaded: _Recordings, processing: Processing) -> float:
-    """Lag of the loaded file's clock [s], by pieces of both that are alike, the longest first.
+    """Difference of the loaded file's clock from the unloaded one's [s], by pieces that are alike, longest first.
 
     Raises:
         InputError: if no two are of the same stretch of the motion.

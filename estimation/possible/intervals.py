@@ -31,7 +31,7 @@ _ROUNDS = 10
 _GAIN = 1e-4
 """Gain, as a fraction of the way so far, below which it is none."""
 _STEPS: Array = np.linspace(0.125, 1.0, 8)
-"""Number of parts of the way to a new point that are tried."""
+"""Fractions of the way to a new point that are tried."""
 _NEXT_TO_NOTHING = 1e-3
 """Fraction of the mass's upper end: where the lower one is smaller, the payload may weigh nothing."""
 _NOT_NEGATIVE = [0, 3, 5, 9]  # XX, YY, ZZ, M
