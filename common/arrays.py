@@ -9,7 +9,7 @@ Array = NDArray[np.float64]
 
 
 def frozen_array(values: ArrayLike, shape: Sequence[int | None], name: str) -> Array:
-    """A read-only float array of ``values``: a copy, unless they are one that is locked and no view.
+    """Read-only float array of ``values``: a copy, unless they are one that is locked and no view.
 
     Args:
         shape: expected shape; None stands for any length.

@@ -8,20 +8,20 @@ import msgspec
 import numpy as np
 
 _LONGEST = 600
-"""Letters; eight lines of a screen."""
+"""Largest length of a ``repr``: eight lines of a screen."""
 _FEW = 3
-"""Numbers of an array that are shown."""
+"""Largest size of an array whose numbers are shown."""
 
 
 class _Short(Repr):
-    """Texts, lists and nested values cut, arrays by their shape."""
+    """Cuts texts, lists and nested values, and shows arrays by their shape."""
 
     def __init__(self) -> None:
         super().__init__()
         self.maxlevel, self.maxtuple, self.maxlist, self.maxdict, self.maxstring, self.maxother = 2, 4, 4, 3, 60, 60
 
     def repr_ndarray(self, array: Any, level: int) -> str:
-        """Numbers of a few, of many their shape."""
+        """Show a small array by its numbers, a large one by its shape."""
         if array.size <= _FEW and array.dtype.kind == "f":
             return str(np.array2string(array, formatter={"float_kind": lambda x: f"{x:.5g}"}, separator=", "))
         return f"<{' x '.join(map(str, array.shape))}>"
@@ -36,7 +36,7 @@ class Brief:
     __slots__ = ()
 
     def __repr__(self) -> str:
-        """The type with its fields, empty ones left out."""
+        """Name the type and its fields, empty ones left out."""
         names: Any = getattr(self, "__struct_fields__", None) or [field.name for field in fields(cast(Any, self))]
         said = [(name, getattr(self, name)) for name in names]
         parts = [f"{name}={_SHORT.repr(value)}" for name, value in said if not _silent(value)]
@@ -45,5 +45,5 @@ class Brief:
 
 
 def _silent(value: Any) -> bool:
-    """Whether a value says nothing: none, or an empty text or list."""
+    """True for a value that says nothing: none, or an empty text or list."""
     return value is None or value is msgspec.UNSET or (isinstance(value, str | tuple | dict) and not value)

@@ -1,4 +1,4 @@
-"""The one error a user can mend, and texts as a terminal can show them, without letters that move it."""
+"""The one error a user can mend, and texts that a terminal can show, without letters that move it."""
 
 import re
 
@@ -13,17 +13,17 @@ _CONTROL = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f]")
 
 
 def printable(text: str) -> str:
-    """A text with what is no letter written as an escape; its lines and blanks stay."""
+    """Write what is no letter of a text as an escape; its lines and blanks stay."""
     return text if text.isprintable() else "".join(map(_printable, text))
 
 
 def holds_control(text: str) -> bool:
-    """Whether a text holds control letters beside ends of lines and tabs, which XML and terminals do not show."""
+    """True if a text holds control letters besides ends of lines and tabs, which XML and terminals do not show."""
     return _CONTROL.search(text) is not None
 
 
 def one_line(text: str) -> str:
-    """A message in one line; of one too long to be read the middle is left out."""
+    """Write a message in one line; of one too long to be read the middle is left out."""
     line = printable(" ".join(text.split()))
     return line if len(line) <= _LONGEST else f"{line[: _LONGEST - _END]} .. {line[-_END:]}"
 

@@ -16,7 +16,7 @@ _kept: ContextVar[set[Path] | None] = ContextVar("kept", default=None)
 
 @contextmanager
 def keeping(inputs: Iterable[str | Path]) -> Iterator[None]:
-    """A run: within, neither ``inputs`` are overwritten nor what was written within already."""
+    """Protect ``inputs``, and what is written within, from being overwritten within this block."""
     token = _kept.set({place_of(path) for path in inputs})
     try:
         yield
@@ -33,21 +33,21 @@ def write_text(path: str | Path, text: str) -> None:
 
 
 def write_bytes(path: str | Path, content: bytes) -> None:
-    """Write a file in one step: beside its place, then moved there.
+    """Write a file in one step: under another name in its folder, then renamed.
 
-    A link keeps its place, its target is written; what is no regular file (a pipe) is written straight to. A file
+    A link stays a link, its target is written; what is no regular file (a pipe) is written straight to. A file
     that is there keeps its mode, a new one gets what the umask leaves.
 
     Raises:
         InputError: if it cannot be written, or was read or written in this run already; names the file.
     """
-    place, pending = place_of(path), _kept.get()
-    if pending is not None and not is_device(place):
-        if place in pending:
+    target, pending = place_of(path), _kept.get()
+    if pending is not None and not is_device(target):
+        if target in pending:
             raise InputError(f"{path}: this run has read or written it already: give another name or folder")
-        pending.add(place)
+        pending.add(target)
     try:
-        _write(place, content)
+        _write(target, content)
     except BrokenPipeError:  # whoever reads has seen enough
         raise
     except OSError as error:
@@ -55,7 +55,7 @@ def write_bytes(path: str | Path, content: bytes) -> None:
 
 
 def place_of(path: str | Path) -> Path:
-    """Where a path leads, by whatever links.
+    """Resolve a path, through whatever links.
 
     Raises:
         InputError: if it cannot lead anywhere; names it.
@@ -68,22 +68,22 @@ def place_of(path: str | Path) -> Path:
 
 def checksum(path: str | Path) -> str:
     """SHA-256 of a file's bytes; of a folder, of its files' names and bytes in the order of their names."""
-    place = Path(path)
-    if not place.is_dir():
-        with place.open("rb") as stream:
+    target = Path(path)
+    if not target.is_dir():
+        with target.open("rb") as stream:
             return hashlib.file_digest(stream, "sha256").hexdigest()
-    inside = sorted(file for file in place.rglob("*") if file.is_file())
-    listed = "".join(f"{file.relative_to(place).as_posix()} {checksum(file)}\n" for file in inside)
+    inside = sorted(file for file in target.rglob("*") if file.is_file())
+    listed = "".join(f"{file.relative_to(target).as_posix()} {checksum(file)}\n" for file in inside)
     return hashlib.sha256(listed.encode()).hexdigest()
 
 
 def is_device(path: Path) -> bool:
-    """Whether it is a pipe, a terminal or the like: what is written there overwrites nothing."""
+    """True for a pipe, a terminal or the like: what is written there overwrites nothing."""
     return path.exists() and not path.is_file()
 
 
 def made_folder(path: str | Path) -> Path:
-    """A folder, made with those above it if missing.
+    """Make a folder, and those above it, if missing.
 
     Raises:
         InputError: if it cannot be made; names it.

@@ -9,7 +9,7 @@ from typing import Any
 
 
 def attach(package: str, file: str) -> tuple[Callable[[str], Any], Callable[[], list[str]], list[str]]:
-    """``__getattr__``, ``__dir__`` and ``__all__`` of a package whose names stand in its stub ``__init__.pyi``.
+    """Make ``__getattr__``, ``__dir__`` and ``__all__`` of a package whose names stand in its ``__init__.pyi``.
 
     Type checkers read the stub, and so does this function (SPEC 1 of Scientific Python). Where the stub has an
     ``__all__``, the other names are there for the apps, which load them when they are used, and are not public.

@@ -16,13 +16,13 @@ from .arrays import Array
 RANK_TOLERANCE = 1e-8
 """Columns, scaled to norm 1, are dependent if a singular value is below this fraction of the largest."""
 _ROUNDING = 1e-12
-"""Share of a column's norm in all rows, below which it is rounding in some of them."""
+"""Fraction of a column's norm in all rows, below which it is rounding in some of them."""
 _CLEAR = 1e-4
-"""Share of a column that those before it do not explain, above which it is clearly independent of them."""
+"""Fraction of a column that those before it do not explain, above which it is clearly independent of them."""
 
 
 class Decomposition(NamedTuple):
-    """A = range diag(singular) rowspace' diag(sizes) of rank r, as ``decomposed`` finds it.
+    """Singular value decomposition A = range diag(singular) rowspace' diag(sizes) of rank r, by ``decomposed``.
 
     Attributes:
         sizes: norms of A's columns, 1 for those that are zero, shape (c,).
@@ -61,7 +61,7 @@ class Decomposition(NamedTuple):
 
     @property
     def hidden(self) -> Array:
-        """Share of each parameter that lies in undetermined directions, 0 to 1, shape (c,)."""
+        """Fraction of each parameter that lies in undetermined directions, 0 to 1, shape (c,)."""
         return np.asarray(np.sum(self.null**2, axis=1))
 
 
@@ -98,7 +98,7 @@ def least_squares(A: Array, B: Array) -> Array:
 
 
 def is_covariance(C: Array) -> bool:
-    """Whether a matrix is square, symmetric and without negative eigenvalues, but for rounding."""
+    """True if a matrix is square, symmetric and without negative eigenvalues, but for rounding."""
     if C.ndim != 2 or C.shape[0] != C.shape[1] or not np.isfinite(C).all() or not np.allclose(C, C.T, atol=1e-12):
         return False
     return bool((np.linalg.eigvalsh(C) >= -1e-9 * max(float(np.trace(C)), 1e-300)).all())
@@ -111,7 +111,7 @@ def rank(A: Array) -> int:
 
 
 def without(W: Array, columns: Array) -> Array:
-    """W, N x c, less all that some columns, N x k, can explain of it."""
+    """Take off W, N x c, all that some columns, N x k, can explain of it."""
     columns = _there(columns)
     U, R = np.linalg.qr(columns)
     if not independent(columns, R):
@@ -122,19 +122,19 @@ def without(W: Array, columns: Array) -> Array:
 
 
 def _there(A: Array) -> Array:
-    """The columns that are not zero."""
+    """Columns that are not zero."""
     return A[:, A.any(axis=0)]
 
 
 def independent(A: Array, R: Array) -> bool:
-    """Whether all columns are clearly independent of those before them, by the triangle R of their QR."""
+    """True if all columns are clearly independent of those before them, by the triangle R of their QR."""
     k = A.shape[1]
     sizes = np.abs(R.diagonal()[:k])
     return len(R) >= k and bool((sizes > _CLEAR * np.sqrt(np.einsum("ij,ij->j", A, A))).all())
 
 
 def upper(R: Array) -> Array:
-    """R with zeros below its diagonal, in place."""
+    """Set the entries of R below its diagonal to zero, in place."""
     R[_below(*R.shape)] = 0.0
     return R
 

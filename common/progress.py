@@ -1,4 +1,4 @@
-"""How long work tells what it is doing, and how much of it is done."""
+"""Reports of progress: a line of text, and the fraction of the work that is done."""
 
 from collections.abc import Callable, Iterator, Sequence
 from typing import Protocol, TypeVar
@@ -7,18 +7,18 @@ _Item = TypeVar("_Item")
 
 
 class Progress(Protocol):
-    """Called with a line about what is being worked on."""
+    """Function that is called with a line about what is being worked on."""
 
-    def __call__(self, words: str, share: float | None = None, /) -> None:
-        """Tell it; ``share``: how much of this work is done, 0 to 1, or None where nobody knows."""
-
-
-def silent(_words: str, _share: float | None = None, /) -> None:
-    """Tell nothing."""
+    def __call__(self, text: str, fraction: float | None = None, /) -> None:
+        """Report it; ``fraction``: part of this work that is done, 0 to 1, or None where nobody knows."""
 
 
-def each(items: Sequence[_Item], words: Callable[[_Item], str], progress: Progress) -> Iterator[_Item]:
-    """Go through items and tell which is worked on and how many are done; of a single one no share is known."""
+def silent(_text: str, _fraction: float | None = None, /) -> None:
+    """Report nothing."""
+
+
+def each(items: Sequence[_Item], text: Callable[[_Item], str], progress: Progress) -> Iterator[_Item]:
+    """Go through items and report which is worked on and how many are done; of a single one no fraction."""
     for k, item in enumerate(items):
-        progress(words(item), k / len(items) if len(items) > 1 else None)
+        progress(text(item), k / len(items) if len(items) > 1 else None)
         yield item

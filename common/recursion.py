@@ -1,4 +1,4 @@
-"""Second-order recursive filters, as ``scipy.signal`` has them, whose import takes longer than a command's work."""
+"""Second-order recursive filters by LAPACK: to import ``scipy.signal`` takes longer than a command's work."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -10,7 +10,7 @@ from .arrays import Array
 
 
 class Section(NamedTuple):
-    """The filter (b0 + b1/z + b2/z²) / (1 + a1/z + a2/z²)."""
+    """Second-order filter (b0 + b1/z + b2/z²) / (1 + a1/z + a2/z²)."""
 
     b0: float
     b1: float
@@ -20,13 +20,13 @@ class Section(NamedTuple):
 
     @property
     def settled(self) -> Array:
-        """The state, (2,), after ones for ever."""
+        """State after a constant input of ones, shape (2,)."""
         level = (self.b0 + self.b1 + self.b2) / (1.0 + self.a1 + self.a2)
         last = self.b2 - self.a2 * level
         return np.array([self.b1 - self.a1 * level + last, last])
 
     def filtered(self, signals: Array, state: Array) -> Array:
-        """Filtered signals (N, k); ``state``: what earlier samples add to the first two, shape (2, k)."""
+        """Filter signals (N, k); ``state``: what earlier samples add to the first two, shape (2, k)."""
         driven = self.b0 * signals
         driven[1:] += self.b1 * signals[:-1]
         driven[2:] += self.b2 * signals[:-2]
@@ -42,7 +42,7 @@ def butterworth(order: int, cutoff: float) -> tuple[Section, ...]:
 
     Args:
         order: an even number.
-        cutoff: share of the Nyquist frequency.
+        cutoff: fraction of the Nyquist frequency.
     """
     k = np.tan(0.5 * np.pi * cutoff)
     sections = []

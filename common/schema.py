@@ -1,4 +1,4 @@
-"""TOML and JSON files by their types: each key is declared once, what is wrong with a file is told in one line.
+"""TOML and JSON files by their types: each key is declared once, a fault of a file is told in one line.
 
 A kind of file is a ``Table``: its fields are the keys, their types what may stand there, their defaults what is
 meant where a key is left out. Keys that are not declared are refused.
@@ -27,7 +27,7 @@ LARGEST = 1e9
 
 
 def words(kind: Any) -> str:
-    """What may stand at a key, in words."""
+    """Describe in text what may stand at a key."""
     return _words(inspect.type_info(kind))
 
 
@@ -56,7 +56,7 @@ def _words(node: inspect.Type, many: bool = False) -> str:
 
 
 def shown(value: Any) -> str:
-    """The beginning of a value as Python writes it."""
+    """Show the beginning of a value as Python writes it."""
     try:
         return repr(value)[:40]
     except (ValueError, RecursionError):  # a number of thousands of digits, a list in a list and so on
@@ -67,7 +67,7 @@ _DEEP = re.compile(r"""(?<![\w"'-])(?:(?:[\w-]++|"[^"\n]*+"|'[^'\n]*+')[ \t]*+\.
 
 
 def toml_data(text: str, source: str | Path) -> dict[str, Any]:
-    """What a TOML text says, whatever it is.
+    """Parse TOML, whatever its tables.
 
     Raises:
         InputError: names the source, if it is no TOML, or would stall or break the parser.
@@ -86,7 +86,7 @@ def toml_data(text: str, source: str | Path) -> dict[str, Any]:
 
 
 def toml_text(data: Mapping[str, Any]) -> str:
-    """A plain mapping as TOML: lists on one line, whole numbers without a point."""
+    """Write a plain mapping as TOML: lists on one line, whole numbers without a point."""
     return "\n".join(_toml_lines(data, "")) + "\n"
 
 
@@ -117,7 +117,7 @@ def _toml_value(value: Any) -> str:
 
 
 TOML_BYTES = 1_000_000
-"""A TOML file that a user writes comes nowhere near."""
+"""Largest TOML file that is read, in bytes; one that a user writes comes nowhere near."""
 Real = Annotated[float, Meta(ge=-LARGEST, le=LARGEST)]
 """A finite number; no length, angle or parameter of an arm comes near the bounds."""
 Triple = tuple[Real, Real, Real]
@@ -135,17 +135,17 @@ _NUMBERS: dict[Any, Any] = {_Row: tuple[float | None, ...], _Rows: tuple[tuple[f
 
 
 class Table(Brief, msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """A table of a file; ``advice`` says of a key what no type tells."""
+    """Base class of the tables of a file; ``advice`` says of a key what no type tells."""
 
     advice: ClassVar[Mapping[str, str]] = {}
 
 
 class Document(Table, frozen=True):
-    """A JSON document or a part of it, written and read."""
+    """Base class of JSON documents and their parts, written and read."""
 
     @classmethod
     def of(cls, *sources: Any, **more: Any) -> Self:
-        """The fields of ``more``, and for each other the attribute of that name of the first source that has it."""
+        """Take the fields of ``more``, and each other from the first source that has an attribute of its name."""
         for name in cls.__struct_fields__:
             owners = (source for source in sources if hasattr(source, name))
             if name not in more and (owner := next(owners, None)) is not None:
@@ -154,10 +154,10 @@ class Document(Table, frozen=True):
 
 
 class WrongKeyError(ValueError):
-    """What is wrong with one key of a file: ``key`` as a path ("joints[2].d", counted from 1), ``problem``."""
+    """Fault of one key of a file: ``key`` as a path ("joints[2].d", counted from 1), ``problem``."""
 
     def __init__(self, key: str, problem: str) -> None:
-        """A key and what is wrong with it."""
+        """Keep the key and its fault."""
         super().__init__(f"key {key!r}: {problem}")
         self.key, self.problem = key, problem
 
@@ -175,7 +175,7 @@ def naming(source: str | Path, remedy: str = "") -> Iterator[None]:
 
 @contextmanager
 def at(key: str) -> Iterator[None]:
-    """Say of whatever is wrong inside at which key it is."""
+    """Name the key at which whatever is wrong inside stands."""
     try:
         yield
     except WrongKeyError as fault:
@@ -188,7 +188,7 @@ _Kind = TypeVar("_Kind")
 
 
 def present(value: _Kind | msgspec.UnsetType) -> _Kind | None:
-    """The value of a key, None where the key is absent."""
+    """Value of a key, None where the key is absent."""
     return None if isinstance(value, msgspec.UnsetType) else value
 
 
@@ -202,7 +202,7 @@ def read_toml(path: str | Path, kind: type[_Kind]) -> _Kind:
 
 
 def toml_table(text: str, kind: type[_Kind], source: str | Path) -> _Kind:
-    """The table that a TOML text holds.
+    """Parse a TOML text as a table of its kind.
 
     Raises:
         InputError: names the source and the key.
@@ -232,7 +232,7 @@ def read_json(path: str | Path, kind: type[_Kind], remedy: str) -> _Kind:
 
 
 def read_text(path: str | Path, largest: int = 200_000_000) -> str:
-    """The text of a file.
+    """Read a text file.
 
     Raises:
         InputError: if there is none, or if it has more than ``largest`` bytes.
@@ -254,7 +254,7 @@ def read_text(path: str | Path, largest: int = 200_000_000) -> str:
 
 
 def convert(data: Any, kind: type[_Kind]) -> _Kind:
-    """A table of plain values as one of its kind.
+    """Convert plain values to a table of its kind.
 
     Raises:
         WrongKeyError: names the key.
@@ -271,17 +271,17 @@ def write_json(path: str | Path, document: Any) -> None:
 
 
 def json_text(document: Any) -> bytes:
-    """A document as it is written; nan and inf become null."""
+    """Write a document as JSON text; nan and inf become null."""
     return msgspec.json.format(msgspec.json.encode(document, enc_hook=_plain), indent=1) + b"\n"
 
 
 def json_schema(kind: type[Table]) -> dict[str, Any]:
-    """The JSON Schema of a document."""
+    """Make the JSON Schema of a document."""
     return msgspec.json.schema(kind, schema_hook=lambda _: {})
 
 
 def given(value: Any) -> Any:
-    """A table as a plain mapping, without the keys that only say what is meant anyway."""
+    """Write a table as a plain mapping, without the keys that stand at their defaults."""
     if isinstance(value, list | tuple):
         return [given(entry) for entry in value]
     if not isinstance(value, Table):
@@ -310,15 +310,15 @@ def _array(kind: Any, values: Any) -> Any:
 
 
 def _fault(error: msgspec.ValidationError, data: Any, kind: Any) -> ValueError:
-    """What an error of msgspec speaks of: the key, and what would do there."""
+    """Name the key that an error of msgspec speaks of, and what would do there."""
     text, _, path = str(error).partition(" - at `$")
     key, advice, cause = "", "", error.__cause__
     for name, index in re.findall(r"\.([^.\[`]+)|\[(\d+|\.\.\.)\]", path):
         kind = chosen(kind, data)
         if index.isdigit():
-            kinds, place = get_args(kind), int(index)
-            kind, data, advice = kinds[0] if kinds[-1] is ... else kinds[place], data[place], ""
-            key += f"[{place + 1}]"
+            kinds, position = get_args(kind), int(index)
+            kind, data, advice = kinds[0] if kinds[-1] is ... else kinds[position], data[position], ""
+            key += f"[{position + 1}]"
             continue
         if index:  # msgspec does not say which key of a mapping it is
             kind = get_args(kind)[1]
@@ -332,9 +332,9 @@ def _fault(error: msgspec.ValidationError, data: Any, kind: Any) -> ValueError:
         return WrongKeyError(f"{key}.{cause.key}"[1:], cause.problem)
     if field := re.search(r"(required|unknown) field `(.*)`", text):
         table, name = chosen(kind, data), field[2]
-        told, known = table.advice.get(name), _fields(table)
-        missing = f"missing: {told or 'must be ' + words(known.get(name, str))}"  # a tag is no field
-        problem = missing if field[1] == "required" else told or unknown(known, name)
+        advised, known = table.advice.get(name), _fields(table)
+        missing = f"missing: {advised or 'must be ' + words(known.get(name, str))}"  # a tag is no field
+        problem = missing if field[1] == "required" else advised or unknown(known, name)
         return WrongKeyError(f"{key}.{name}"[1:], problem)
     problem = advice or f"must be {words(kind)}"
     problem = text if cause else f"{problem}, got {shown(data)}"
@@ -342,7 +342,7 @@ def _fault(error: msgspec.ValidationError, data: Any, kind: Any) -> ValueError:
 
 
 def unknown(known: Collection[str], key: str) -> str:
-    """What is wrong with a key that is none of those known, and which of them may be meant."""
+    """Say that a key is none of those known, and which of them may be meant."""
     near = get_close_matches(key, known, 1)
     hint = f"; did you mean {near[0]!r}?" if near else ""
     return f"unknown; known here: {', '.join(sorted(known))}{hint}"
@@ -361,7 +361,7 @@ def _fits(value: Any, kind: Any) -> bool:
 
 
 def chosen(kind: Any, data: Any) -> Any:
-    """The one kind of several that the data take: the table of that tag, a table, a list, or a mapping."""
+    """Choose the one kind of several that the data take: the table of that tag, a table, a list, or a mapping."""
     if get_origin(kind) is Annotated:
         return chosen(get_args(kind)[0], data)
     if get_origin(kind) not in (Union, UnionType):

@@ -1,4 +1,4 @@
-"""Results that show themselves: in a line, as a screen, as a page, as files.
+"""Results that show themselves in a line, on a screen, on a page, in files.
 
 A result holds values alone and knows nothing of words, pages and formats. Who speaks for it stands in a room above
 its own, which the package names: no result imports it.
@@ -23,32 +23,32 @@ class Speaks:
 
     @property
     def headline(self) -> str:
-        """The result in a line."""
+        """State the result in a line."""
         raise NotImplementedError
 
     def __repr__(self) -> str:
-        """One line, whatever the result holds."""
+        """State the result in a line, whatever it holds."""
         return f"<{type(self).__name__}: {self.headline}>"
 
     def __str__(self) -> str:
-        """The screen that the command prints."""
+        """Show the screen that the command prints."""
         return self.summary()
 
     def _repr_html_(self) -> str:
-        """The first block of the report, for notebooks."""
+        """Show the first block of the report, for notebooks."""
         return str(Speaks.shown_by().first_block(self))
 
     def summary(self, details: bool = False) -> str:
-        """The screen that the command prints, 80 columns wide; with ``details`` all of it."""
+        """Show the screen that the command prints, 80 columns wide; with ``details`` all of it."""
         return str(Speaks.shown_by().summary(self, details))
 
     def to_dict(self) -> dict[str, Any]:
-        """What the command's ``--json`` writes, as plain values; nan and inf become None."""
+        """Convert to the plain values that the command's ``--json`` writes; nan and inf become None."""
         document: dict[str, Any] = Speaks.shown_by().plain(self)
         return document
 
     def to_frame(self) -> Any:
-        """The first screen's table as a pandas DataFrame, numbers as numbers.
+        """Convert the first screen's table to a pandas DataFrame, numbers as numbers.
 
         Raises:
             ImportError: without pandas.
@@ -64,7 +64,7 @@ class Speaks:
         Speaks.shown_by().write_report(self, path)
 
     def plot(self, name: str | None = None) -> Any:
-        """A figure of the report as Matplotlib's; the first one unless it is named.
+        """Draw a figure of the report with Matplotlib; the first one unless it is named.
 
         Raises:
             InputError: if there is no such figure; names those there are.

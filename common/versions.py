@@ -1,4 +1,4 @@
-"""Versions of what decides numbers and figures."""
+"""Versions of the packages that decide numbers and figures."""
 
 import platform
 from collections.abc import Sequence
@@ -10,7 +10,7 @@ _PACKAGES = ("casadi", "clarabel", "matplotlib", "numpy", "scipy")
 
 
 def versions(packages: Sequence[str] = _PACKAGES) -> dict[str, str]:
-    """Versions of dynident, Python, and packages; by default those that decide numbers and figures."""
+    """Find the versions of dynident, Python, and packages; by default those that decide numbers and figures."""
     by_package = {"dynident": __version__, "Python": platform.python_version()}
     for package in packages:
         try:

@@ -1,4 +1,4 @@
-"""From recordings to parameters. Imports only the model room."""
+"""Estimation of parameters from recordings. Imports only the model room."""
 
 from ..common.lazy import attach
 

@@ -29,7 +29,7 @@ _FUNCTIONS: dict[str, Callable[..., ca.Function]] = {
     "payload_regressor": payload_regressor,
 }
 _OF_BASE = ("inverse_dynamics_base", "base_regressor")
-"""Those that are made for base parameters."""
+"""Functions that are made for base parameters."""
 
 _MEANING = {
     "q": "joint positions [rad or m]",
@@ -125,7 +125,7 @@ def _comment(text: str) -> list[str]:
 
 
 def _wrapped(text: str) -> list[str]:
-    """Lines broken at spaces only: a number such as 1e-05 stays whole."""
+    """Break lines at spaces only: a number such as 1e-05 stays whole."""
     return textwrap.wrap(text, 98, subsequent_indent="    ", break_on_hyphens=False, break_long_words=False)
 
 
@@ -150,6 +150,6 @@ def _example(function: ca.Function, symbol: str, chi: list[float]) -> str:
         f"  for (int row = 0; row < {rows}; ++row)",
         f"    for (int column = 0; column < {columns}; ++column)",
     ]
-    place = f"{output}[{columns} * row + column]"
+    entry = f"{output}[{columns} * row + column]"
     end = f"""column + 1 < {columns} ? ' ' : '\\n'"""
-    return "\n".join([*lines, f'      printf("%.17g%c", {place}, {end});', "  return 0;", "}", ""])
+    return "\n".join([*lines, f'      printf("%.17g%c", {entry}, {end});', "  return 0;", "}", ""])

@@ -1,4 +1,4 @@
-"""What the drives add to a joint's torque: friction (2), rotor inertia (3), coupling (8)-(11), spring, offset."""
+"""Drives' part of a joint's torque: friction (2), rotor inertia (3), coupling (8)-(11), spring, offset."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -14,7 +14,7 @@ from .friction import PAPER, Friction, in_order
 
 
 def parameter_kind(name: str) -> str:
-    """The kind alone: "XX" of "XX3"."""
+    """Kind of a parameter without its joint: "XX" of "XX3"."""
     return name.rstrip("0123456789")
 
 
@@ -47,14 +47,14 @@ class Coupling:
             raise ValueError("coupled joints must differ")
 
     def joint_torques(self, motors: Array) -> Array:
-        """Torques of the joints from those of the motors on the joint side, both N x n [N·m] (9)."""
+        """Convert torques of the motors on the joint side to those of the joints, both N x n [N·m] (9)."""
         j, k = (joint - 1 for joint in self.joints)
         joints = np.array(motors, dtype=np.float64)
         joints[:, j] += joints[:, k]
         return joints
 
     def motor_torques(self, joints: Array) -> Array:
-        """The reverse of ``joint_torques``."""
+        """Convert torques of the joints to those of the motors on the joint side, both N x n [N·m] (9)."""
         j, k = (joint - 1 for joint in self.joints)
         motors = np.array(joints, dtype=np.float64)
         motors[:, j] -= motors[:, k]
@@ -124,7 +124,7 @@ class Spring:
 
 @dataclass(frozen=True)
 class Drives:
-    """Which drive parameters the model has, for every joint alike.
+    """Drive parameters that the model has, for every joint alike.
 
     Attributes:
         rotor_inertia: IA of (3).
@@ -168,7 +168,7 @@ class Drives:
 
     @staticmethod
     def on_link_side() -> "Drives":
-        """What torque sensors behind the gear see of a drive: an offset of their own, no rotor, no friction."""
+        """Drives seen by torque sensors behind the gears: an offset of the sensor, no rotor, no friction."""
         return Drives(rotor_inertia=False, friction=(), offsets=True, side="link")
 
     @property
@@ -178,7 +178,7 @@ class Drives:
 
     @property
     def loaded(self) -> bool:
-        """Whether some friction depends on the torque that a gear carries."""
+        """True if some friction depends on the torque that a gear carries."""
         return any(term.loaded for term in self.friction)
 
     def names(self, joint: int) -> tuple[str, ...]:
@@ -210,26 +210,26 @@ class DriveState(NamedTuple):
 
 
 Sign = Callable[[Any], Any]
-"""What stands for the sign in dry friction."""
+"""Function that stands for the sign in dry friction."""
 
 
 def smooth_sign(width: Any) -> Sign:
-    """tanh(v / width), everywhere differentiable; ``width`` in the speed's unit."""
+    """Differentiable sign tanh(v / width); ``width`` in the speed's unit."""
     return lambda speed: ca.tanh(speed / width)
 
 
 def drive_terms(
     drives: Drives, state: DriveState, sign: Sign = ca.sign, lib: Any = ca
 ) -> dict[str, dict[int, Any]]:
-    """What multiplies each drive parameter, row by row: {"FV2": {1: qd2}}.
+    """Factors of each drive parameter, row by row: {"FV2": {1: qd2}}.
 
     Args:
         sign: what stands for the sign in Coulomb friction.
         lib: NumPy where the state is of arrays.
 
-    Source: (2), (3) and, for coupled drives, (10) and (11). Of these, terms beside the paper's are of the motors'
-    gears: motor j turns with joint j and carries its torque less joint k's (9), motor k turns with both and carries
-    joint k's, and what it needs more stands in both joints' torques.
+    Source: (2), (3) and, for coupled drives, (10) and (11). Of these, terms other than the paper's are of
+    the motors' gears: motor j turns with joint j and carries its torque less joint k's (9), motor k turns with both
+    and carries joint k's, and what it needs more stands in both joints' torques.
     """
     (q, qd, qdd, load), terms = state, dict[str, dict[int, Any]]()
     pair = [joint - 1 for joint in drives.coupling.joints] if drives.coupling else []

@@ -169,7 +169,7 @@ def _coriolis(robot: Robot, q: ca.SX, qd: ca.SX, chi: ca.SX) -> ca.SX:
 
 
 def _parameter_values(robot: Robot, chi: ca.SX) -> dict[str, ca.SX]:
-    """Entries of ``chi`` (standard parameters) by name."""
+    """Map names of the standard parameters to the entries of ``chi``."""
     return dict(zip(standard_columns(robot), ca.vertsplit(chi), strict=True))
 
 

@@ -16,7 +16,7 @@ MOUNTS = {"floor": (0.0, 0.0, 0.0), "wall": (0.0, 90.0, 0.0), "ceiling": (180.0,
 
 
 def mounted(robot: Robot, rpy: tuple[float, float, float]) -> Robot:
-    """The robot with its base turned in the world: gravity in frame 0 follows.
+    """Turn the robot's base in the world: gravity in frame 0 follows.
 
     Args:
         robot: its base frame stands at ``robot.base`` in frame 0.
@@ -27,18 +27,18 @@ def mounted(robot: Robot, rpy: tuple[float, float, float]) -> Robot:
 
 
 def with_gravity(robot: Robot, gravity: tuple[float, ...]) -> Robot:
-    """The robot with another acceleration of gravity [m/s^2], given in the base's frame."""
+    """Give the robot another acceleration of gravity [m/s^2], in the base's frame."""
     x, y, z = (float(value) + 0.0 for value in robot.base.R @ np.array(gravity))
     return replace(robot, gravity=(x, y, z))
 
 
 def with_tool(robot: Robot, tool: Pose, name: str) -> Robot:
-    """The robot with payloads given in a tool's frame.
+    """Give payloads of the robot in a tool's frame.
 
     Args:
         robot: payloads are given in its flange so far.
         tool: the tool's frame in the flange.
-        name: of the new frame, in words.
+        name: text that names the new frame.
     """
     maker = None if robot.flange_pose is None else tool.inverse() @ robot.flange_pose
     return replace(robot, flange=robot.flange @ tool, payload_frame=name, flange_pose=maker)
@@ -73,7 +73,7 @@ def bodies_in_link_frames(robot: Robot, parameters: Mapping[str, float]) -> dict
 
 
 def step(joint: Joint, q: float) -> tuple[Pose, Pose]:
-    """Both halves of the way from frame j-1 to frame j at position ``q``: along x, then along z."""
+    """Poses of both halves of the way from frame j-1 to frame j at position ``q``: along x, then along z."""
     theta, r = (joint.theta + q, joint.r) if joint.revolute else (joint.theta, joint.r + q)
     return (
         Pose.from_rpy((joint.d, 0.0, 0.0), (joint.alpha, 0.0, 0.0)),
@@ -82,7 +82,7 @@ def step(joint: Joint, q: float) -> tuple[Pose, Pose]:
 
 
 def frames_at(robot: Robot, q: Sequence[float]) -> tuple[Pose, ...]:
-    """Frames 0 to n and the payload's frame, all in the base, at the positions ``q`` [rad or m]."""
+    """Poses of frames 0 to n and of the payload's frame, all in the base, at the positions ``q`` [rad or m]."""
     frames = [robot.base.inverse()]
     for joint, position in zip(robot.joints, q, strict=True):
         along_x, along_z = step(joint, position)

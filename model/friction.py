@@ -18,7 +18,7 @@ from ..common.errors import InputError
 
 
 class Law(NamedTuple):
-    """What multiplies the parameter of a built-in term.
+    """Factor of the parameter of a built-in term.
 
     ``value`` of a library (NumPy or CasADi), speed, its sign, load and the term's own speed; ``loaded``: whether
     the load counts.
@@ -49,7 +49,7 @@ _NAME = re.compile(r"(F[A-Z]+)([1-9]\d*)?(?:@(\d*\.?\d+(?:[eE][+-]?\d+)?))?(?:=(
 
 @dataclass(frozen=True)
 class Friction:
-    """One term of the friction of all joints or of some.
+    """Term of the friction of all joints or of some.
 
     Attributes:
         kind: what its parameters are called, "FL" of FL2: one of ``LAWS``, or another that begins with F.
@@ -95,17 +95,17 @@ class Friction:
 
     @property
     def loaded(self) -> bool:
-        """Whether it depends on the torque that the gear carries."""
+        """True if the term depends on the torque that the gear carries."""
         if not self.code:
             return LAWS[self.kind].loaded
         return bool(_law(self.code).jac_sparsity(0, 2).nnz())
 
     def at(self, joint: int) -> bool:
-        """Whether a joint (from 1) has it."""
+        """True if a joint (from 1) has the term."""
         return not self.joints or joint in self.joints
 
     def value(self, lib: Any, speed: Any, sign: Any, position: Any, load: Any) -> Any:
-        """What multiplies its parameter, by NumPy or CasADi."""
+        """Factor of the term's parameter, by NumPy or CasADi."""
         if not self.code:
             return LAWS[self.kind].value(lib, speed, sign, load, self.speed)
         law = _law(self.code)
@@ -120,7 +120,7 @@ PAPER = (Friction("FS"), Friction("FV"))
 
 
 def is_friction(name: str) -> bool:
-    """Whether a parameter is one of friction, a constant torque among it."""
+    """True if a parameter is one of friction, a constant torque among it."""
     return name.startswith(("F", "OFF"))
 
 

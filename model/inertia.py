@@ -13,9 +13,9 @@ from .robot import INERTIAL
 
 _ROWS, _COLUMNS = np.triu_indices(3)
 _ONCE: Array = np.where(_ROWS == _COLUMNS, 0.5, 1.0)
-"""Share of an entry above the diagonal, and its mirror image, that v w' + w v' counts."""
+"""Fraction of an entry above the diagonal, and its mirror image, that v w' + w v' counts."""
 _ROUNDING = 1e-9
-"""What rounding may do to a moment about the centre of mass, of that about the frame's origin."""
+"""Error by rounding of a moment about the centre of mass, relative to that about the frame's origin."""
 
 
 def skew(v: ArrayLike) -> Array:
@@ -26,7 +26,7 @@ def skew(v: ArrayLike) -> Array:
 
 @dataclass(frozen=True)
 class InertialParameters:
-    """One body by Khalil's ten, about the origin and in the axes of its frame.
+    """Inertial parameters of a body: Khalil's ten, about the origin and in the axes of its frame.
 
     Attributes:
         vector: XX XY XZ YY YZ ZZ [kg m^2], MX MY MZ [kg m], M [kg], shape (10,). XY is the entry of the
@@ -41,7 +41,7 @@ class InertialParameters:
 
     @staticmethod
     def from_com(mass: float, com: ArrayLike, inertia_com: ArrayLike) -> "InertialParameters":
-        """From mass [kg], centre of mass [m] and the inertia about it [kg m^2].
+        """Make a body of its mass [kg], centre of mass [m] and the inertia about it [kg m^2].
 
         Args:
             mass: positive.
@@ -117,7 +117,7 @@ class InertialParameters:
 
     @property
     def physically_consistent(self) -> bool:
-        """Whether such a body can exist: positive mass and no negative pseudo-inertia eigenvalue."""
+        """True if such a body can exist: positive mass and no negative pseudo-inertia eigenvalue."""
         return self.mass > 0.0 and self.min_pseudo_inertia_eigenvalue >= 0.0
 
     def moved(self, rotation: ArrayLike, origin: ArrayLike) -> "InertialParameters":
@@ -136,12 +136,12 @@ class InertialParameters:
         return InertialParameters(np.concatenate([upper, h + self.mass * p, [self.mass]]))
 
     def named(self, suffix: str = "") -> dict[str, float]:
-        """The ten by name, "XX" to "M", with a suffix such as "6"."""
+        """Map names of the ten, "XX" to "M" with a suffix such as "6", to their values."""
         return {f"{kind}{suffix}": float(value) for kind, value in zip(INERTIAL, self.vector, strict=True)}
 
 
 def ten_parameters(mass: float, com: Array, inertia_com: Array) -> Array:
-    """Khalil's ten by Steiner's theorem, shape (10,), of any numbers; ``from_com`` refuses impossible bodies.
+    """Compute Khalil's ten by Steiner's theorem, (10,), of any numbers; ``from_com`` refuses impossible bodies.
 
     Args:
         mass: [kg].
@@ -153,7 +153,7 @@ def ten_parameters(mass: float, com: Array, inertia_com: Array) -> Array:
 
 
 def inertia_matrix(values: ArrayLike, rounding: float = 0.0) -> Array:
-    """An inertia [kg m^2] as a 3 x 3 matrix, from three moments, six entries XX XY XZ YY YZ ZZ, or the matrix.
+    """Make the 3 x 3 matrix of an inertia [kg m^2]: from moments, entries XX XY XZ YY YZ ZZ, or the matrix.
 
     Args:
         values: the inertia in one of these forms.
@@ -210,7 +210,7 @@ def gradients(x: Array) -> Array:
 
 @dataclass(frozen=True)
 class PayloadSpread:
-    """Standard deviations; infinite where a number is not determined.
+    """Standard deviations of a body's numbers; infinite where a number is not determined.
 
     Attributes:
         mass: [kg].
@@ -228,19 +228,19 @@ class PayloadSpread:
         return np.diag(self.inertia_com).copy()
 
 
-def payload_spread(values: Array, covariance: Array, places: Sequence[int]) -> PayloadSpread:
+def payload_spread(values: Array, covariance: Array, indices: Sequence[int]) -> PayloadSpread:
     """Standard deviations of a body's numbers to first order, by the full covariance.
 
     Args:
         values: the ten, shape (10,); those that are not determined are not used.
         covariance: of the determined ones, k x k.
-        places: which of the ten they are, k.
+        indices: which of the ten they are, k.
     """
     C = np.zeros((10, 10))
-    C[np.ix_(places, places)] = covariance
+    C[np.ix_(indices, indices)] = covariance
     x = np.zeros(10)
-    x[list(places)] = values[list(places)]
-    known = set(places)
+    x[list(indices)] = values[list(indices)]
+    known = set(indices)
     if 9 not in known or x[9] == 0.0:
         mass = float(np.sqrt(C[9, 9])) if 9 in known else np.inf
         return PayloadSpread(mass, np.full(3, np.inf), np.full((3, 3), np.inf))
@@ -249,8 +249,8 @@ def payload_spread(values: Array, covariance: Array, places: Sequence[int]) -> P
     for k in range(3):
         if 6 + k in known:
             com[k] = sigma[k]
-    for place, (i, j) in enumerate(zip(_ROWS, _COLUMNS, strict=True)):
-        needed = {place, *({6, 7, 8} - {6 + int(i)} if i == j else {6 + int(i), 6 + int(j)})}
+    for entry, (i, j) in enumerate(zip(_ROWS, _COLUMNS, strict=True)):
+        needed = {entry, *({6, 7, 8} - {6 + int(i)} if i == j else {6 + int(i), 6 + int(j)})}
         if needed <= known:
-            inertia[i, j] = inertia[j, i] = sigma[3 + place]
+            inertia[i, j] = inertia[j, i] = sigma[3 + entry]
     return PayloadSpread(float(np.sqrt(C[9, 9])), com, inertia)

@@ -1,4 +1,4 @@
-"""Robots that move by themselves: smooth dry friction, Runge-Kutta's step, and how fine it must be."""
+"""Integration of robots that move by themselves: smooth dry friction, Runge-Kutta's step, and its length."""
 
 from collections.abc import Callable
 from typing import Any
@@ -10,14 +10,14 @@ from ..common.arrays import Array
 from .kernel.kernel import Kernel
 
 SMOOTHING = 0.01
-"""w of tanh(qd / w), which stands for the sign of a speed in dry friction [rad/s or m/s]."""
+"""Width w of tanh(qd / w), which stands for the sign of a speed in dry friction [rad/s or m/s]."""
 _STABLE = 2.0  # largest rate times step; Runge-Kutta's limit on the real axis is 2.78
 
 
 def runge_kutta(
     slope: Callable[[ca.SX, ca.SX], ca.SX], x: ca.SX, h: ca.SX, inputs: tuple[ca.SX, ca.SX, ca.SX]
 ) -> ca.SX:
-    """The state after one step of the classical fourth-order method.
+    """Step a state by the classical fourth-order method.
 
     Args:
         slope: time derivative of the state, by state and input.
@@ -51,7 +51,7 @@ class Stepper:
         self._mapped: dict[int, ca.Function] = {}
 
     def __call__(self, state: Array, *inputs: Array) -> Array:
-        """Step after step; the state takes the first outputs of each.
+        """Step again and again; the state takes the first outputs of each step.
 
         Args:
             state: before the first step, (runs, size).
@@ -70,7 +70,7 @@ class Stepper:
         return out
 
     def _once(self, *inputs: Array) -> Array:
-        """One step by CasADi's machine, entries x runs."""
+        """Take one step by CasADi's machine, entries x runs."""
         runs = len(inputs[0])
         if runs not in self._mapped:
             shared = [self._step.n_in() - 1]

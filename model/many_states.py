@@ -1,4 +1,4 @@
-"""The regressor at many states by NumPy alone: for a robot that is tried once, generated code does not pay.
+"""Regressor at many states by NumPy: for a robot that is tried once, generated code does not pay.
 
 The recursion of ``regressors`` with one number for each state: arrays end in the states' axis.
 """
@@ -48,15 +48,15 @@ def regressor_at(
     """
     W = np.zeros((robot.n, len(columns), len(q)))
     kinds: list[list[int]] = [[] for _ in robot.joints]
-    places: list[list[int]] = [[] for _ in robot.joints]
+    indices: list[list[int]] = [[] for _ in robot.joints]
     for k, name in enumerate(columns):
         if parameter_kind(name) in INERTIAL:
             link = int(name.removeprefix(parameter_kind(name))) - 1
             kinds[link].append(INERTIAL.index(parameter_kind(name)))
-            places[link].append(k)
+            indices[link].append(k)
     for start in range(0, len(q), _TOGETHER):
         part = slice(start, start + _TOGETHER)
-        _rigid(robot, kinds, places, (q[part].T, qd[part].T, qdd[part].T), W[:, :, part])
+        _rigid(robot, kinds, indices, (q[part].T, qd[part].T, qdd[part].T), W[:, :, part])
     drives = replace(robot.drives, offsets=True)
     state = DriveState(q.T, qd.T, qdd.T, np.zeros(q.T.shape) if load is None else load.T)
     for name, rows in drive_terms(drives, state, np.sign, np).items():
@@ -66,28 +66,28 @@ def regressor_at(
 
 
 def point_at(robot: Robot, point: Array, q: Array) -> tuple[Array, Array]:
-    """Where a point of the last link is at N positions, in frame 0 [m], and what joints move it by; 3 x (n x) N.
+    """Position of a point of the last link at N states, in frame 0 [m], and its Jacobian; 3 x (n x) N.
 
     Args:
         robot: the robot, n joints.
         point: in frame n [m].
         q: positions [rad or m], N x n.
     """
-    place = point[:, None] + np.zeros(len(q))
+    position = point[:, None] + np.zeros(len(q))
     moved = np.zeros((3, 0, len(q)))
     none = np.zeros(len(q))
     for joint, angle in zip(reversed(robot.joints), q.T[::-1], strict=True):
         frame = _frame(joint, angle)
-        own = np.array([-place[1], place[0], none] if joint.revolute else [none, none, none + 1.0])
+        own = np.array([-position[1], position[0], none] if joint.revolute else [none, none, none + 1.0])
         moved = _out_of(frame, np.concatenate([own[:, None], moved], axis=1))
-        place = _out_of(frame, place) + frame[3]
-    return place, moved
+        position = _out_of(frame, position) + frame[3]
+    return position, moved
 
 
 def _rigid(
-    robot: Robot, kinds: list[list[int]], places: list[list[int]], states: tuple[Array, Array, Array], W: Array
+    robot: Robot, kinds: list[list[int]], indices: list[list[int]], states: tuple[Array, Array, Array], W: Array
 ) -> None:
-    """Fill in the inertial columns: each link's ``kinds`` at its ``places``.
+    """Fill in the inertial columns: each link's ``kinds`` at its ``indices``.
 
     The torque of a joint is the power of a link's wrench at the joint's own unit speed.
     """
@@ -104,7 +104,7 @@ def _rigid(
         revolute = robot.joints[k].revolute
         turning = np.concatenate([turning, own if revolute else none], axis=1)
         along = np.concatenate([along, none if revolute else own], axis=1)
-        chosen, at = np.array(kinds[k], dtype=int), np.array(places[k], dtype=int)
+        chosen, at = np.array(kinds[k], dtype=int), np.array(indices[k], dtype=int)
         if len(at):
             W[: k + 1, at] = np.einsum("ajn,acn->jcn", turning, moment[:, chosen])
             moved = chosen >= _FIRST_MOMENT
@@ -112,7 +112,7 @@ def _rigid(
 
 
 def _frame(joint: Joint, q: Array) -> _Frame:
-    """The change of frame before a joint at positions (N,)."""
+    """Change of frame before a joint at positions (N,)."""
     c0, s0 = cos_sin(joint.theta)
     ca, sa = cos_sin(joint.alpha)
     if not joint.revolute:
@@ -124,14 +124,14 @@ def _frame(joint: Joint, q: Array) -> _Frame:
 
 
 def _into(frame: _Frame, x: Array) -> Array:
-    """Vectors (3, ..., N) of the frame before in the joint's own axes."""
+    """Rotate vectors (3, ..., N) of the frame before into the joint's own axes."""
     c, s, (ca, sa), _ = frame
     across = ca * x[1] + sa * x[2]
     return np.array([c * x[0] + s * across, c * across - s * x[0], ca * x[2] - sa * x[1]])
 
 
 def _out_of(frame: _Frame, x: Array) -> Array:
-    """Vectors (3, ..., N) of the joint's own axes in the frame before."""
+    """Rotate vectors (3, ..., N) of the joint's own axes into the frame before."""
     c, s, (ca, sa), _ = frame
     across = s * x[0] + c * x[1]
     return np.array([c * x[0] - s * x[1], ca * across - sa * x[2], sa * across + ca * x[2]])

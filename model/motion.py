@@ -1,4 +1,4 @@
-"""What moves and what was measured, read-only arrays, one row a sample; and how recordings are treated."""
+"""Motions and measurements, read-only arrays, one row a sample; and the settings of recordings' processing."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -10,9 +10,9 @@ from ..common.brief import Brief
 
 _SLOW = {True: 0.05, False: 0.02}  # rad/s where a joint turns, m/s where it slides
 _OVERSAMPLING = 1.25
-"""Of a recording's mean rate, at most: samples in between are not measurements."""
+"""Largest grid rate over a recording's mean rate: samples in between are not measurements."""
 _SLOWEST = 1e-12
-"""Of rates [Hz]; below it the count of samples in a period of theirs is none."""
+"""Lowest rate [Hz] of which samples in a period can be counted."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -76,16 +76,16 @@ class Measurement:
             object.__setattr__(self, "path", frozen_array(self.path, self.motion.q.shape, "path"))
 
     def between(self, start: int, stop: int) -> "Measurement":
-        """The samples from ``start`` to before ``stop``."""
+        """Take the samples from ``start`` to before ``stop``."""
         part, motion = slice(start, stop), self.motion
-        before, path = (None if beside is None else beside[part] for beside in (self.spring_before, self.path))
+        before, path = (None if array is None else array[part] for array in (self.spring_before, self.path))
         own = Motion(motion.t[part], motion.q[part], motion.qd[part], motion.qdd[part])
         return Measurement(own, self.torque[part], before, path)
 
 
 @dataclass(frozen=True, repr=False)
 class Recording(Brief):
-    """What a controller wrote: uneven time, positions, perhaps speeds, torques; not yet filtered.
+    """Recording of a controller: uneven time, positions, perhaps speeds, torques; not yet filtered.
 
     Attributes:
         t: time [s], shape (N,), rising.

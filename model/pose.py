@@ -1,4 +1,4 @@
-"""Where one frame stands in another: a rotation and an origin, frozen and hashable."""
+"""Pose of one frame in another: a rotation and an origin, frozen and hashable."""
 
 import math
 from collections.abc import Sequence
@@ -11,7 +11,7 @@ from ..common.arrays import Array
 _Row = tuple[float, float, float]
 _IDENTITY: tuple[_Row, _Row, _Row] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 _ROUNDING = 1e-12
-"""What arithmetic leaves on entries that are 0, 1 or -1, and on lengths in m."""
+"""Size that arithmetic leaves on entries that are 0, 1 or -1, and on lengths in m."""
 
 
 def cos_sin(angle: float) -> tuple[float, float]:
@@ -44,7 +44,7 @@ class Pose:
 
     @staticmethod
     def of(R: Array, p: Array) -> "Pose":
-        """From arrays, 3 x 3 and (3,) [m]; what rounding leaves on special entries is taken off."""
+        """Make a pose of arrays, 3 x 3 and (3,) [m]; what rounding leaves on special entries is taken off."""
         near = np.round(R)
         rows = np.where(np.abs(R - near) < _ROUNDING, near, R) + 0.0
         first, second, third = ((float(a), float(b), float(c)) for a, b, c in rows)
@@ -53,7 +53,7 @@ class Pose:
 
     @staticmethod
     def from_rpy(origin: Sequence[float], rpy: Sequence[float]) -> "Pose":
-        """From an origin [m] and roll, pitch, yaw [rad] about fixed x, y, z, as in URDF."""
+        """Make a pose of an origin [m] and roll, pitch, yaw [rad] about fixed x, y, z, as in URDF."""
         (cr, sr), (cp, sp), (cy, sy) = (cos_sin(angle) for angle in rpy)
         Rx = np.array([[1, 0, 0], [0, cr, -sr], [0, sr, cr]])
         Ry = np.array([[cp, 0, sp], [0, 1, 0], [-sp, 0, cp]])
@@ -62,12 +62,12 @@ class Pose:
 
     @property
     def R(self) -> Array:  # noqa: N802
-        """The rotation, 3 x 3."""
+        """Rotation, 3 x 3."""
         return np.array(self.rotation)
 
     @property
     def p(self) -> Array:
-        """The origin [m], shape (3,)."""
+        """Origin [m], shape (3,)."""
         return np.array(self.origin)
 
     @property
@@ -80,7 +80,7 @@ class Pose:
 
     @property
     def is_identity(self) -> bool:
-        """Whether both frames are one."""
+        """True if both frames are one."""
         return self == Pose()
 
     def __matmul__(self, other: "Pose") -> "Pose":

@@ -119,7 +119,7 @@ def _matrix(robot: Robot, columns: Sequence[str], terms: dict[str, dict[int, ca.
 
 @functools.lru_cache(maxsize=16)
 def _terms(robot: Robot) -> tuple[DriveState, dict[str, dict[int, ca.SX]]]:
-    """Symbols q, qd, qdd, load, and what multiplies each standard parameter; built once for a robot."""
+    """Symbols q, qd, qdd, load, and the factors of each standard parameter; built once for a robot."""
     state = DriveState(*(ca.SX.sym(symbol, robot.n) for symbol in DriveState._fields))
     q, qd, qdd, _ = state
     terms = _rigid_body_terms(robot, q, qd, qdd) | drive_terms(robot.drives, state)
@@ -130,7 +130,7 @@ def _terms(robot: Robot) -> tuple[DriveState, dict[str, dict[int, ca.SX]]]:
 
 
 def _rigid_body_terms(robot: Robot, q: ca.SX, qd: ca.SX, qdd: ca.SX) -> dict[str, dict[int, ca.SX]]:
-    """What multiplies each inertial parameter in each joint's torque.
+    """Factors of each inertial parameter in each joint's torque.
 
     The wrench of link j is projected on the axis of joint i seen from frame j (virtual power), which needs
     fewer operations than carrying ten wrenches back to the base.
@@ -162,7 +162,7 @@ def link_wrench(motion: LinkMotion) -> tuple[ca.SX, ca.SX]:
 
 
 def _inertia_times(v: ca.SX) -> ca.SX:
-    """3 x 6 matrix K with J v = K [XX XY XZ YY YZ ZZ]'."""
+    """Matrix K, 3 x 6, with J v = K [XX XY XZ YY YZ ZZ]'."""
     x, y, z = v[0], v[1], v[2]
     zero = ca.SX(0)
     rows = [[x, y, z, zero, zero, zero], [zero, x, zero, y, z, zero], [zero, zero, x, zero, y, z]]

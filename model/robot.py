@@ -19,9 +19,9 @@ from .motion import Processing
 from .pose import Pose
 
 SNAP_ANGLE = 1e-4
-"""rad: an angle closer than this to a multiple of 90 degrees is taken as that multiple."""
+"""Angle [rad]: one closer than this to a multiple of 90 degrees is taken as that multiple."""
 SNAP_LENGTH = 1e-6
-"""m: a length shorter than this is taken as zero."""
+"""Length [m]: a shorter one is taken as zero."""
 
 SOURCED = {
     "position": "position limits",
@@ -34,9 +34,9 @@ SOURCED = {
     "flange": "flange",
     "joint_names": "names of the joints",
 }
-"""What of a description has a source of its own (where its numbers stand, or "assumed: .." and how), in words."""
+"""Parts of a description that have a source (where numbers stand, or "assumed: .." and how), as text."""
 ASSUMED = "assumed"
-"""How the source of a number begins that no source gives."""
+"""Beginning of the source of a number that no source gives."""
 
 INERTIAL = ("XX", "XY", "XZ", "YY", "YZ", "ZZ", "MX", "MY", "MZ", "M")
 """The ten inertial parameters of a body, in the order of (6)."""
@@ -44,7 +44,7 @@ INERTIAL = ("XX", "XY", "XZ", "YY", "YZ", "ZZ", "MX", "MY", "MZ", "M")
 
 @dataclass(frozen=True)
 class Limits:
-    """What a joint may do: position [rad or m], speed [rad/s or m/s], acceleration, torque [N·m or N]."""
+    """Limits of a joint: position [rad or m], speed [rad/s or m/s], acceleration, torque [N·m or N]."""
 
     position: tuple[float, float] = (-math.inf, math.inf)
     speed: float = math.inf
@@ -62,7 +62,7 @@ class Limits:
 
 @dataclass(frozen=True)
 class Joint:
-    """One joint and the frame change before it.
+    """Joint of a chain, and the frame change before it.
 
     Attributes:
         alpha: angle about x from z of frame j-1 to z of frame j [rad].
@@ -91,12 +91,12 @@ class Joint:
 
     @property
     def revolute(self) -> bool:
-        """Whether the joint turns."""
+        """True if the joint turns."""
         return self.kind == "revolute"
 
 
 class Mesh(NamedTuple):
-    """How a part of a link looks: a file, its frame in the link's, and factors along its axes."""
+    """Look of a part of a link: a file, its frame in the link's, and factors along its axes."""
 
     file: str
     pose: Pose
@@ -132,7 +132,7 @@ class Robot(Brief):
         joints: joint 1 to n, base to tip.
         gravity: acceleration of gravity in frame 0 [m/s^2].
         drives: which drive parameters the model has.
-        payload_frame: the frame in which a payload is given, in words.
+        payload_frame: the frame in which a payload is given, as text.
         flange: where that frame stands in frame n.
         base: where the base, as the maker or a URDF counts it, stands in frame 0.
         flange_pose: where the maker's flange stands in the payload's frame, if that is another frame; None where
@@ -142,7 +142,7 @@ class Robot(Brief):
         mass: of the whole arm by the data sheet, its base with it [kg]; None where it is not known.
         sources: of ``SOURCED``, where the numbers come from; those that begin with ``ASSUMED`` come from nowhere.
         links: names and frames of the file the robot was read from, if it has its own.
-        processing: how recordings of this robot are treated unless told otherwise.
+        processing: how recordings of this robot are treated unless set otherwise.
         parameters: known standard parameters by name ("XX1", "M3", "FV2"), where the robot has them.
         title: full name.
         snapped: what was made exact when the robot was made ("alpha2: 1.5708 -> pi/2").
@@ -214,21 +214,21 @@ class Robot(Brief):
 
     @property
     def last_frame(self) -> str:
-        """Frame n in words, in which the last link's parameters are given."""
+        """Name of frame n, in which the last link's parameters are given."""
         return self.payload_frame if self.flange.is_identity else f"frame {self.n} (modified DH)"
 
     @property
     def coupling(self) -> Coupling | None:
-        """The coupling between two drives, if there is one."""
+        """Coupling between two drives, if there is one."""
         return self.drives.coupling
 
     @property
     def spring(self) -> Spring | None:
-        """The gravity spring, if there is one."""
+        """Gravity spring, if there is one."""
         return self.drives.spring
 
     def assumed(self, *parts: str) -> dict[str, str]:
-        """How the numbers were assumed that no source gives: of ``parts``, or of all that is ``SOURCED``."""
+        """Rules by which numbers without a source were assumed: of ``parts``, or of all that is ``SOURCED``."""
         return {
             name: self.sources[name].removeprefix(ASSUMED).lstrip(": ")
             for name in parts or SOURCED
@@ -236,20 +236,20 @@ class Robot(Brief):
         }
 
     def with_offsets(self, offsets: bool) -> "Robot":
-        """Copy of the robot with or without a constant friction offset per joint; FA gives way to it."""
+        """Copy the robot with or without a constant friction offset per joint; FA gives way to it."""
         friction = tuple(term for term in self.drives.friction if not offsets or term.kind != "FA")
         return replace(self, drives=replace(self.drives, offsets=offsets, friction=friction))
 
     def with_friction(self, terms: Sequence[Friction]) -> "Robot":
-        """Copy of the robot with other terms of friction."""
+        """Copy the robot with other terms of friction."""
         return replace(self, drives=replace(self.drives, friction=tuple(terms)))
 
     def of_parameters(self, names: Sequence[str]) -> "Robot":
-        """Copy of the robot with the terms of friction that parameters of an earlier identification are of."""
+        """Copy the robot with the terms of friction that parameters of an earlier identification are of."""
         return self.with_friction(terms_of(names, self.drives.friction, self.n))
 
     def for_currents(self) -> "Robot":
-        """Copy of the robot whose equations each hold one motor's torque, a spring's torque as a column."""
+        """Copy the robot whose equations each hold one motor's torque, a spring's torque as a column."""
         drives = self.drives
         if drives.coupling is not None:
             drives = replace(drives, coupling=replace(drives.coupling, rows="motor"))
@@ -258,7 +258,7 @@ class Robot(Brief):
         return replace(self, drives=drives)
 
     def with_coulomb(self, form: Literal["sum", "paper"]) -> "Robot":
-        """Copy of the robot with the coupled Coulomb friction as the sum (dual) or as the paper prints it."""
+        """Copy the robot with the coupled Coulomb friction as the sum (dual) or as the paper prints it."""
         if self.coupling is None:
             raise ValueError(f"robot {self.name!r} has no coupled drives")
         return replace(self, drives=replace(self.drives, coupling=replace(self.coupling, coulomb=form)))

@@ -1,4 +1,4 @@
-"""A robot to rehearse with: what its description lacks is assumed, from the mass of the arm on, and called so."""
+"""Nominal parameters and limits: what a robot's description lacks is assumed, from its mass on, and called so."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -23,7 +23,7 @@ ACCELERATION = 10.0
 
 
 def with_assumed_limits(robot: Robot) -> Robot:
-    """The robot with limits of positions, speeds and accelerations where its description has none.
+    """Complete the robot by limits of positions, speeds and accelerations where its description has none.
 
     Joints that turn are given half a turn to either side, joints the speed ``SPEED`` and ``ACCELERATION`` times
     their speed; sliding joints without a range stay without. What was assumed is in the robot's ``sources``.
@@ -41,25 +41,25 @@ def with_assumed_limits(robot: Robot) -> Robot:
         for name in assumed:
             lacking.setdefault(name, []).append(str(number))
     sources = {
-        name: f"{ASSUMED}: joint {', '.join(lacking[name])}: {words}"
-        for name, words in _WORDS.items()
+        name: f"{ASSUMED}: joint {', '.join(lacking[name])}: {rule}"
+        for name, rule in _RULES.items()
         if name in lacking
     }
     return replace(robot, joints=tuple(joints), sources={**robot.sources, **sources}) if sources else robot
 
 
-_WORDS = {
+_RULES = {
     "position": "half a turn to either side; compare with the arm before you run a motion on it",
     "speed": f"{np.degrees(SPEED['revolute']):.0f} deg/s or {SPEED['prismatic']:g} m/s",
     "acceleration": f"{ACCELERATION:g} times the speed per second",
 }
-"""What is assumed of each limit."""
+"""Text on what is assumed of each limit."""
 
 
 RADIUS = 0.08
-"""Radius of the cylinders, of the sum of the lengths between joints."""
+"""Radius of the cylinders over the sum of the lengths between joints."""
 MOVING = 0.5
-"""Of the maker's mass, in the cylinders; the rest stands in the base and about axis 1.
+"""Fraction of the maker's mass in the cylinders; the rest stands in the base and about axis 1.
 
 (h2 + h3) / (mass x length), with h_j = hypot(MXjR, MYjR), then is .22 to .29. Five arms that were identified or
 published have .19 to .31; cylinders of all the mass would have .45 to .58.
@@ -67,20 +67,20 @@ published have .19 to .31; cylinders of all the mass would have .45 to .58.
 SAFETY = 1.5
 """Torque limit over the largest torque of links and rated payload."""
 FRICTION = 0.1
-"""Of the torque limit: friction at the largest speed, half of it dry, half viscous."""
+"""Friction over the torque limit at the largest speed, half of it dry, half viscous."""
 ROTOR = 0.2
 """Rotor inertia over the largest inertia that the joint turns."""
 LOAD = 0.2
-"""Of the links' mass: the payload that drives are taken to be made for, where no rated payload is known."""
+"""Payload that drives are taken to be made for over the links' mass, where no rated payload is known."""
 PAYLOAD_COM = (0.05, 0.0, 0.1)
-"""m from the flange: where a rated payload is taken to have its centre of mass, out of the flange and beside it."""
+"""Centre of mass of a rated payload in the flange's frame [m]: out of the flange and off its axis."""
 PAYLOAD_INERTIA = 0.003
-"""m^2: its moments of inertia over its mass."""
+"""Moments of inertia of a rated payload over its mass [m^2]."""
 _POSES = 2000
 
 
 def cylinders(robot: Robot, total_mass: float) -> tuple[InertialParameters, ...]:
-    """Links as cylinders of one density and radius, each from a joint to the next at q = 0.
+    """Model the links as cylinders of one density and radius, each from a joint to the next at q = 0.
 
     The radius is ``RADIUS`` times the sum of all lengths between joints; each cylinder goes on by one radius beyond
     both joints, so that links between axes that meet have an extent too. One of zero length stands along z.
@@ -100,6 +100,7 @@ def cylinders(robot: Robot, total_mass: float) -> tuple[InertialParameters, ...]
     masses = total_mass * lengths / lengths.sum()
     for mass, end, distance, length in zip(masses.tolist(), ends, distances, lengths, strict=True):
         axis = end / distance if distance > 0.0 else np.array([0.0, 0.0, 1.0])
+        # Moments of a solid cylinder about its axis, and across it through its centre.
         along, across = mass * radius**2 / 2.0, mass * (3.0 * radius**2 + length**2) / 12.0
         inertia = across * np.eye(3) + (along - across) * np.outer(axis, axis)
         bodies.append(InertialParameters.from_com(mass, end / 2.0, inertia))
@@ -113,7 +114,7 @@ def cylinder_radius(robot: Robot) -> float:
 
 
 def can_stand_in(robot: Robot) -> bool:
-    """Whether ``with_stand_in`` has what it starts from: the bodies of some links or all, or the arm's mass."""
+    """True if ``with_stand_in`` has what it starts from: the bodies of some links or all, or the arm's mass."""
     lacking = len(missing_inertial(robot))
     if lacking % 10 or lacking != 10 * len(_bodiless(robot)):
         return False
@@ -133,11 +134,12 @@ def _mass_of_bodies(robot: Robot) -> float:
 
 
 def with_stand_in(robot: Robot) -> Robot:
-    """The robot with parameters and limits, as far as its description lacks them and they can be assumed.
+    """Complete the robot by parameters and limits, as far as its description lacks them and they can be assumed.
 
-    Limits are ``with_assumed_limits``, links ``cylinders`` of the share ``MOVING`` of the maker's mass or, without
-    it, as dense as the links whose bodies are known; torque limits ``SAFETY`` times what is needed, friction the
-    share ``FRICTION`` of them, rotors ``rotor_inertias``; offsets are zero. What was assumed is in its ``sources``.
+    Limits are ``with_assumed_limits``, links ``cylinders`` of the fraction ``MOVING`` of the maker's mass or,
+    without it, as dense as the links whose bodies are known; torque limits ``SAFETY`` times what is needed,
+    friction the fraction ``FRICTION`` of them, rotors ``rotor_inertias``; offsets are zero. What was assumed is in
+    its ``sources``.
 
     Raises:
         InputError: if the description holds neither bodies nor the arm's mass, or a part of a body only.
@@ -181,7 +183,7 @@ def with_stand_in(robot: Robot) -> Robot:
 
 
 def rehearsed(robot: Robot) -> Robot:
-    """The robot ``with_stand_in`` where there is something to start from, else ``with_assumed_limits``."""
+    """Complete the robot ``with_stand_in`` where that has what it starts from, else ``with_assumed_limits``."""
     return with_stand_in(robot) if can_stand_in(robot) else with_assumed_limits(robot)
 
 
@@ -199,15 +201,15 @@ def _friction(robot: Robot) -> dict[str, float]:
         if np.isfinite([most, fastest]).all():
             dry, viscous = 0.5 * FRICTION * most, 0.5 * FRICTION * most / fastest
             # Of coupled drives one rotor turns with both joints, and rubs on its own.
-            shares = {"FS": dry, "FV": viscous, "FSM": 0.5 * dry, "FVM": 0.5 * viscous}
-            parameters |= {f"{kind}{number}": value for kind, value in shares.items()}
+            levels = {"FS": dry, "FV": viscous, "FSM": 0.5 * dry, "FVM": 0.5 * viscous}
+            parameters |= {f"{kind}{number}": value for kind, value in levels.items()}
     return parameters
 
 
 def rotor_inertias(robot: Robot, parameters: Mapping[str, float]) -> Array:
     """Rotor inertias on the joints' side [kg m^2 or kg], shape (n,), where nothing is known of the drives.
 
-    The share ``ROTOR`` of the largest inertia of links and rated payload, and twice the payload's own at the
+    The fraction ``ROTOR`` of the largest inertia of links and rated payload, and twice the payload's own at the
     flange: rotors of an identified RX90 and UR10e are about as large, from the base to the wrist.
 
     Args:
@@ -215,12 +217,13 @@ def rotor_inertias(robot: Robot, parameters: Mapping[str, float]) -> Array:
     """
     without = {name: 0.0 if parameter_kind(name) == "IA" else value for name, value in parameters.items()}
     _, inertia = _needed(robot, without)
+    # About the flange's axis, for each kg (Steiner).
     own = PAYLOAD_COM[0] ** 2 + PAYLOAD_INERTIA
     return np.asarray(ROTOR * inertia.max(axis=1) + 2.0 * own * _load(robot, without))
 
 
 def with_rotors(robot: Robot, inertias: Array) -> Robot:
-    """A robot with torque sensors behind the gears, as its motors see it: with rotor inertias, shape (n,)."""
+    """Complete a robot with torque sensors behind the gears by rotor inertias, (n,): as its motors see it."""
     drives = replace(robot.drives, side="motor", rotor_inertia=True)
     rotors = {f"IA{number}": float(inertia) for number, inertia in enumerate(inertias, start=1)}
     return replace(robot, drives=drives, parameters={**robot.parameters, **rotors})
@@ -262,14 +265,14 @@ def _poses(robot: Robot) -> Array:
 
 
 def _load(robot: Robot, parameters: Mapping[str, float]) -> float:
-    """Payload that the drives are made for [kg]: the rated one, or a share of the links' mass."""
+    """Payload that the drives are made for [kg]: the rated one, or a fraction of the links' mass."""
     if np.isfinite(robot.rated_payload):
         return robot.rated_payload
     return LOAD * sum(parameters[f"M{link}"] for link in range(1, robot.n + 1))
 
 
 def _limited(robot: Robot, parameters: Mapping[str, float]) -> Robot:
-    """The robot with torque limits, if it lacks them: ``SAFETY`` times what it needs, or known friction if more.
+    """Complete a robot without torque limits: ``SAFETY`` times what it needs, or known friction if more.
 
     It needs the torque at rest and at each joint's largest acceleration, with the rated payload at ``PAYLOAD_COM``,
     over poses in the joints' ranges; limits are infinite where accelerations are not limited.

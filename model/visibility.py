@@ -1,4 +1,4 @@
-"""What torques show of a payload: all ten parameters, some of them, or only sums of them.
+"""Visibility of a payload: torques show all ten parameters, some of them, or only sums of them.
 
 The rows of the payload's regressor span what can be seen; a parameter is seen by itself if its unit vector lies in
 that span. Constant torques and Coulomb friction of the joints are unknown too, so what they can explain is taken
@@ -21,7 +21,7 @@ from .regressors import payload_columns, regressor, standard_columns
 from .robot import INERTIAL, Robot
 
 Shown = Literal["yes", "no", "only with a known mass", "only in combination"]
-"""How a parameter can be seen."""
+"""Way in which a parameter can be seen."""
 _STATES = 60  # random states for each moving joint: more rows than columns many times over
 _FAST = 2.0  # rad/s or m/s, where a joint has no speed limit
 _STRONG = 6.0  # rad/s^2 or m/s^2
@@ -29,7 +29,7 @@ _STRONG = 6.0  # rad/s^2 or m/s^2
 
 @dataclass(frozen=True)
 class PayloadVisibility:
-    """What the torques of some joints show of a payload.
+    """Visibility of a payload in the torques of some joints.
 
     Attributes:
         joints: numbers of the joints whose torques count.
@@ -48,43 +48,43 @@ class PayloadVisibility:
 
     @property
     def parameters(self) -> dict[str, Shown]:
-        """For each of ``INERTIAL`` how it can be seen."""
+        """Map each of ``INERTIAL`` to how it can be seen."""
         return {kind: self._shown(k) for k, kind in enumerate(INERTIAL)}
 
     @property
     def combinations(self) -> tuple[str, ...]:
-        """What is seen only as a sum: "MZ + 0.117 M"."""
+        """Sums of which only the value is seen: "MZ + 0.117 M"."""
         return tuple(_sum(row) for row in self.grouping if np.count_nonzero(row) > 1)
 
     @property
     def mass_visible(self) -> bool:
-        """Whether the torques determine the mass by themselves."""
+        """True if the torques determine the mass without further knowledge."""
         return self._shown(9) == "yes"
 
-    def alone(self, mass_known: bool) -> tuple[int, ...]:
-        """Positions of the parameters that are determined; with the mass itself where it is known."""
+    def determined(self, mass_known: bool) -> tuple[int, ...]:
+        """Indices of the parameters that are determined; with the mass itself where it is known."""
         answers: tuple[Shown, ...] = ("yes", "only with a known mass") if mass_known else ("yes",)
         return tuple(k for k in range(10) if self._shown(k) in answers or (k == 9 and mass_known))
 
     def resolved(self, mass_known: bool) -> tuple[tuple[int, ...], Array, Array]:
-        """How ``alone`` follows from what the r ``chosen`` columns get by least squares: x = A theta + b M.
+        """Map from the least-squares values of the r ``chosen`` columns to ``determined``: x = A theta + b M.
 
         Returns:
-            Places of x among ``INERTIAL``, k; A, k x r; b, shape (k,), zero where the known mass M is not needed.
+            Indices of x among ``INERTIAL``, k; A, k x r; b, shape (k,), zero where the known mass M is not needed.
         """
-        places = self.alone(mass_known)
-        A, b = np.zeros((len(places), self.rank)), np.zeros(len(places))
-        for row, k in enumerate(places):
+        indices = self.determined(mass_known)
+        A, b = np.zeros((len(indices), self.rank)), np.zeros(len(indices))
+        for row, k in enumerate(indices):
             if k in self.chosen:
                 own = self.chosen.index(k)
                 A[row, own] = 1.0
                 b[row] = -self.grouping[own, 9] if k != 9 and 9 not in self.chosen else 0.0
             else:
                 b[row] = 1.0
-        return places, A, b
+        return indices, A, b
 
     def combination(self, kind: str) -> str:
-        """The sums that a parameter is part of; empty where there are none."""
+        """Sums that a parameter is part of; empty where there are none."""
         k = INERTIAL.index(kind)
         return "; ".join(_sum(row) for row in self.grouping if row[k] and np.count_nonzero(row) > 1)
 
@@ -101,7 +101,7 @@ class PayloadVisibility:
 
 
 def visibility_of(W: Array, joints: Sequence[int]) -> PayloadVisibility:
-    """What equations show of a payload.
+    """Find what equations show of a payload.
 
     Args:
         W: columns of the ten on many states, friction taken out, k x 10.
@@ -121,7 +121,7 @@ def payload_visibility(
     ranges: Sequence[float],
     seed: int = 0,
 ) -> PayloadVisibility:
-    """What the torques of moving joints show of a payload near some poses, the other joints held.
+    """Find what the torques of moving joints show of a payload near some poses, the other joints held.
 
     By rank on random states in the ranges: the rows of held joints say nothing (stiction) and do not count.
 
@@ -157,7 +157,7 @@ def friction_columns(robot: Robot) -> tuple[str, ...]:
 
 
 def checked_joints(robot: Robot, joints: Sequence[int]) -> list[int]:
-    """Positions of joints, from 0.
+    """Indices of joints, from 0.
 
     Raises:
         InputError: for numbers that the robot does not have, or twice the same, or none.
@@ -170,7 +170,7 @@ def checked_joints(robot: Robot, joints: Sequence[int]) -> list[int]:
 
 
 def _sum(row: Array) -> str:
-    """ "MZ + 0.117 M"."""
+    """Write a sum as "MZ + 0.117 M"."""
     text = ""
     for kind, factor in zip(INERTIAL, row.tolist(), strict=True):
         if factor:

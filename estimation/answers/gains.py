@@ -37,21 +37,21 @@ from .system import DRAWN, TorquePrediction, payload_prediction
 
 @dataclass(frozen=True, repr=False)
 class DriveGains(Speaks):
-    """Torque per current of each motor, on the joint side.
+    """Drive gains: torque per current of each motor, on the joint side.
 
     Attributes:
         robot: the robot, its equations those of the joints.
         logarithms: ln K of gains [N·m/A or N/A] for bodies that can exist, its fit that of the currents [A]. Both
             covariances, by the formula and the robust one, hold the sigma of the mass.
         free_values: gains without constraints, shape (n,).
-        rests_on: per motor, in words, which torques its gain rests on.
+        rests_on: per motor, the torques that its gain rests on, as text.
         loads: what was known of the payload in each mounting.
         payloads: its ten in each mounting as identified, known ones as given.
         without_robust: why there is no robust covariance.
         recordings: from which they were identified.
         mountings: which loaded recordings have the weight where.
-        disagreement: factor on every standard deviation by which all joints' shares together disagree; 1 where they
-            do not.
+        disagreement: factor on every standard deviation by which all joints' payload ratios together disagree; 1
+            where they do not.
         posed: each mounting's payload problem with the torques that the gains give, where the verdict looked at it.
         by_joints: the weight in each of them as single joints see it.
         source: the recordings of currents, and how they were processed.
@@ -74,12 +74,12 @@ class DriveGains(Speaks):
 
     @property
     def headline(self) -> str:
-        """The robot, how many of its gains are known, and the verdict in a line."""
+        """State robot, number of known gains and verdict in a line."""
         return self.result.headline
 
     @cached_property
     def result(self) -> GainsResult:
-        """What it comes to, as ``--json`` writes it and ``--drive-gains`` reads it."""
+        """Result that ``--json`` writes and ``--drive-gains`` reads."""
         return gains_result(self)
 
     @cached_property
@@ -89,7 +89,7 @@ class DriveGains(Speaks):
 
     @property
     def larger_relative_sigma(self) -> Array:
-        """The larger of both, times ``disagreement``, shape (n,)."""
+        """The larger of formula's and robust relative standard deviation, times ``disagreement``, shape (n,)."""
         return self.disagreement * self.logarithms.larger_sigma
 
     @cached_property
@@ -106,7 +106,7 @@ class DriveGains(Speaks):
 
     @cached_property
     def predictions(self) -> tuple[TorquePrediction, ...]:
-        """Torques of a few recordings, current times gain, and what robot and weight predict: all were used."""
+        """Torques of a few recordings, current times gain, and those of robot and weight: all were used."""
         chosen = [
             (problem, body, recording, problem.source.processing)
             for problem, body in zip(self.posed, self.payloads, strict=False)
@@ -116,7 +116,7 @@ class DriveGains(Speaks):
 
     @property
     def identified(self) -> tuple[bool, ...]:
-        """Per joint, whether its gain is known to 5 % (1 sigma)."""
+        """True for each joint whose gain is known to 5 % (1 sigma)."""
         return tuple(bool(sigma <= KNOWN_WELL) for sigma in self.larger_relative_sigma)
 
 
@@ -216,7 +216,7 @@ def answer_gains(problem: GainProblem, load: KnownLoad | Sequence[KnownLoad]) ->
 def _evidence(
     gains: DriveGains, identified: Sequence[PayloadEstimate], diagnoses: Sequence[Diagnosis]
 ) -> Iterator[Evidence]:
-    """What the verdict looks at, mounting by mounting; what they share in the first."""
+    """Collect evidence for the verdict, mounting by mounting; what they have in common in the first."""
     weights = tuple(
         KnownWeight(name, load.mass, free.mass, float(free.larger_sigma[9]))
         for name, load, free in zip(gains.mountings.names, gains.loads, identified, strict=True)
@@ -226,7 +226,7 @@ def _evidence(
             robot=gains.robot,
             source=problem.source,
             condition=problem.unloaded.condition_numbers()[1] if problem.unloaded else None,
-            parameters=problem.alone,
+            parameters=problem.robot_estimate,
             estimates=(free,),
             gained=Gained(gains.larger_relative_sigma, weights) if k == 0 else None,
             compared=problem.source.compared,

@@ -51,19 +51,19 @@ from ..results.robot import RobotData, RobotResult
 from .system import DRAWN, ObservationSystem, TorquePrediction, joined, robot_prediction
 
 _UNLIKELY = 0.01
-"""A smaller p-value says that the data contradict everything possible with these zeros."""
+"""Largest p-value at which the data contradict everything possible with these zeros."""
 _ZERO = 1e-2
-"""An eliminated base parameter is held at zero within this fraction of its own standard deviation."""
+"""Fraction of its own standard deviation within which an eliminated base parameter is kept at zero."""
 _OFF_AXIS = {
     "XX": ("XY_L", "XZ_L", "YZ_L", "MY_L", "MZ_L"),
     "YY": ("XY_L", "XZ_L", "YZ_L", "MX_L", "MZ_L"),
     "ZZ": ("XY_L", "XZ_L", "YZ_L", "MX_L", "MY_L"),
 }
-"""What is zero if all mass lies on that axis."""
+"""Parameters that are zero if all mass lies on an axis, by the moment that vanishes."""
 
 
 def impossible_payload(elimination: Elimination) -> tuple[str, ...]:
-    """What speaks against a payload with the eliminated parameters zero, one line each; empty if nothing does.
+    """Name what speaks against a payload with the eliminated parameters zero, a line each; empty if nothing does.
 
     Without XX, YY, ZZ or M no body of any thickness is left, whatever the data say. Else the nearest possible
     payload with these zeros must lie within the accuracy of the data.
@@ -90,12 +90,12 @@ def impossible_payload(elimination: Elimination) -> tuple[str, ...]:
     try:
         result = solve_constrained(error_model(elimination.estimate).part(left))
     except SolverError as error:
-        return (f"whether a payload without {', '.join(gone)} can exist is not known ({error.words})",)
+        return (f"whether a payload without {', '.join(gone)} can exist is not known ({error.explanation})",)
     return _too_far("payload", gone, result.chi2_rise, result.p_value)
 
 
 def elimination_warnings(problem: LongMotion, elimination: Elimination) -> tuple[str, ...]:
-    """What speaks against the essential parameters of robot and payload together, by method 4."""
+    """Name what speaks against the essential parameters of robot and payload together, by method 4."""
     full, _ = with_robust(problem, selected(problem, problem.loaded.columns))
     part, _ = with_robust(problem, selected(problem, elimination.essential), elimination.estimate)
     elimination = replace(elimination, estimate=part)
@@ -105,7 +105,7 @@ def elimination_warnings(problem: LongMotion, elimination: Elimination) -> tuple
 def impossible_robot(
     robot: Robot, base: BaseParameters, estimate: Estimate, elimination: Elimination
 ) -> tuple[str, ...]:
-    """What speaks against a robot with the eliminated base parameters zero; empty if nothing does.
+    """Name what speaks against a robot with the eliminated base parameters zero; empty if nothing does.
 
     The nearest robot that can exist, its eliminated base parameters zero within 1 % of their standard deviations,
     must lie within the accuracy of the data: by robust standard deviations where the estimates have them.
@@ -120,15 +120,15 @@ def impossible_robot(
         return ()
     # All base parameters: the essential ones as estimated, the others zero and next to certain.
     full, essential = error_model(estimate), error_model(elimination.estimate)
-    places, values = [base.columns.index(name) for name in left], np.zeros(len(base.columns))
+    indices, values = [base.columns.index(name) for name in left], np.zeros(len(base.columns))
     covariance = np.diag((_ZERO * np.sqrt(np.diag(full.select(base.columns)[1]))) ** 2)
-    values[places], part = essential.select(left)
-    covariance[np.ix_(places, places)] = part
+    values[indices], part = essential.select(left)
+    covariance[np.ix_(indices, indices)] = part
     zeroed = Estimate(base.columns, values, covariance, essential.degrees_of_freedom, full.fit, full.weights)
     try:
         result = solve_constrained_base(robot, base, zeroed)
     except SolverError as error:
-        return (f"whether a robot with these zeros can exist is not known ({error.words})",)
+        return (f"whether a robot with these zeros can exist is not known ({error.explanation})",)
     p_value = rise_p_value(result.chi2_rise, len(left), zeroed.degrees_of_freedom)
     lines = _too_far(robot.name, gone, result.chi2_rise, p_value)
     at_fault = [holding.description for holding in result.active[:3]]
@@ -148,7 +148,7 @@ def _too_far(body: str, gone: Sequence[str], chi2: float, p_value: float) -> tup
 
 @dataclass(frozen=True, repr=False)
 class Identification(Speaks):
-    """The robot's base parameters as estimated.
+    """Base parameters of a robot, estimated, and what they come from.
 
     Attributes:
         base: which parameters, and how the standard ones are grouped in them.
@@ -176,12 +176,12 @@ class Identification(Speaks):
 
     @property
     def headline(self) -> str:
-        """The robot, its parameters and what they leave unexplained, in a line."""
+        """State robot, parameters and what they leave unexplained in a line."""
         return self.result.headline
 
     @cached_property
     def result(self) -> RobotResult:
-        """The document that ``identify --json`` writes where nothing is said of the robot that can exist."""
+        """Result that ``identify --json`` writes where nothing is said of the robot that can exist."""
         return robot_result(self, self.possible)
 
     @cached_property
@@ -199,28 +199,28 @@ class Identification(Speaks):
 
     @property
     def essential(self) -> tuple[str, ...]:
-        """Columns that remain after elimination."""
+        """Names of the columns that remain after elimination."""
         return self.elimination.essential
 
     @cached_property
     def verdict(self) -> Verdict:
-        """Whether the parameters may be used, and why not."""
+        """Verdict on the use of the parameters."""
         source = Source((), self.recordings, self.processing)
         return robot_verdict(self.robot, source, self.problem, self.estimate)
 
     @cached_property
     def warnings(self) -> tuple[str, ...]:
-        """What speaks against a robot whose eliminated parameters are zero."""
+        """Reasons against a robot whose eliminated parameters are zero."""
         return impossible_robot(self.robot, self.base, self.estimate, self.elimination)
 
     @cached_property
     def excitation(self) -> Excitation:
-        """How well the recordings excite each parameter."""
+        """Excitation of each parameter by the recordings."""
         return excitation(self.problem, self.estimate)
 
     @cached_property
     def predictions(self) -> tuple[TorquePrediction, ...]:
-        """Torques as the parameters predict them: of what was held out, else of what was fitted; a few."""
+        """Torques that the parameters predict, of recordings held out, else of those fitted; a few."""
         values, held_out = self.estimate.values, bool(self.held_out)
         return tuple(
             robot_prediction(self.robot, self.base, values, recording, self.processing, held_out)
@@ -287,7 +287,7 @@ def identify(
 
 
 def _with_robust(problem: Equations, estimate: Estimate) -> Estimate:
-    """A weighted estimate of all or some of the parameters with its robust covariance, weights fixed.
+    """Add the robust covariance to a weighted estimate of all or some of the parameters, weights fixed.
 
     Raises:
         InputError: if the data without one block do not determine the parameters.
@@ -303,7 +303,7 @@ def _with_robust(problem: Equations, estimate: Estimate) -> Estimate:
 def identification_system(
     result: Identification, recordings: Sequence[Recording], processing: Processing
 ) -> ObservationSystem:
-    """The system behind an identification, in the robot's base parameters.
+    """Build the system behind an identification, in the robot's base parameters.
 
     Args:
         result: of ``identify`` with these recordings and settings.

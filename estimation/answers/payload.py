@@ -1,4 +1,4 @@
-"""The whole answer to "what hangs on the flange": every method that can be used, and what to think of it."""
+"""Answers on a payload: every method that can be used, judged."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -131,10 +131,10 @@ def answer_payload(
     diagnosis = diagnose(problem, by_all_recordings(free), None if gains is not None and gains.assumed else gains)
     free = [allowing_for(estimate, diagnosis) for estimate in free]
     validation = None
-    if held_out and problem.alone is not None:
+    if held_out and problem.robot_estimate is not None:
         settings = Settings(problem.source.processing, robust=False)
-        unseen = base_problem(problem.robot, problem.base, held_out, settings, False, problem.alone.values)
-        validation = fit(unseen, problem.alone.values)
+        unseen = base_problem(problem.robot, problem.base, held_out, settings, False, problem.robot_estimate.values)
+        validation = fit(unseen, problem.robot_estimate.values)
     constrained: list[ConstrainedPayload] = []
     failures: dict[int, SolverError] = {}
     for estimate in free:
@@ -174,7 +174,7 @@ def answer_payload(
 def _identified(
     problem: PayloadProblem, methods: Sequence[int] | None, scale: KnownMass | None
 ) -> tuple[list[PayloadEstimate], dict[int, str]]:
-    """The methods' own estimates, and why there is none of a method."""
+    """Estimate by each method, and say why there is none of a method."""
     estimates: list[PayloadEstimate] = []
     left_out: dict[int, str] = {}
     usable = usable_methods(problem)
@@ -195,7 +195,7 @@ def _identified(
 
 
 def _evidence(answer: PayloadAnswer, free: Sequence[PayloadEstimate], diagnosis: Diagnosis) -> Evidence:
-    """What the verdict looks at; ``free``: by all methods, those without a possible payload among them."""
+    """Collect evidence for the verdict; ``free``: by all methods, those without a possible payload among them."""
     problem = answer.problem
     evidence = Evidence(
         problem.robot,
@@ -220,7 +220,7 @@ def _evidence(answer: PayloadAnswer, free: Sequence[PayloadEstimate], diagnosis:
         evidence,
         pairs=problem.pairs,
         condition=problem.unloaded.condition_numbers()[1] if problem.unloaded else None,
-        parameters=problem.alone,
+        parameters=problem.robot_estimate,
         validation=answer.validation,
         estimates=tuple(free),
         recommended=answer.possible,
@@ -228,7 +228,7 @@ def _evidence(answer: PayloadAnswer, free: Sequence[PayloadEstimate], diagnosis:
 
 
 def _without_friction(problem: PayloadProblem) -> list[Agreement]:
-    """A short motion with friction as it was without payload; left out where that is not determined."""
+    """Extend a short motion by its friction without payload; left out where that is not determined."""
     if not isinstance(problem, ShortMotion) or problem.method != 3:
         return []
     if not problem.visibility.mass_visible or problem.visibility.rank < 10:
@@ -248,7 +248,7 @@ def check_lists(*groups: Sequence[Recording]) -> None:
 
 
 def _described(robot: Robot, known: RobotResult | Estimate | None) -> tuple[Robot, Estimate | None]:
-    """The robot as an earlier identification described it, which must be of this one, and its parameters."""
+    """Describe the robot as an earlier identification did, which must be of this one, and take its parameters."""
     if isinstance(known, RobotResult):
         return known.applied_to(robot), known.estimate
     if known is not None and not isinstance(known, Estimate):

@@ -1,4 +1,4 @@
-"""What ``payload`` and ``weigh`` answer: estimates, quantities with intervals, and whether to use them."""
+"""Answers of ``payload`` and ``weigh``: estimates, quantities with intervals, and whether to use them."""
 
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -65,7 +65,7 @@ _BY_LEVEL = {
     "mass_and_com_only": ("use", "use", _VAGUE),
     "do_not_use": ("do not use",) * 3,
 }
-"""By the verdict, what may be done at most with mass, centre of mass and inertia."""
+"""Most that may be done with mass, centre of mass and inertia, by the verdict."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -101,73 +101,74 @@ class PayloadAnswer(Speaks):
 
     @property
     def headline(self) -> str:
-        """Mass, interval and verdict in a line."""
+        """State mass, interval and verdict in a line."""
         return self.result.headline
 
     @cached_property
     def result(self) -> PayloadResult:
-        """What it comes to, as ``--json`` writes it: ``answer.result.mass.low``."""
+        """Result that ``--json`` writes: ``answer.result.mass.low``."""
         return payload_result(self).made_by(self)
 
     @cached_property
     def recommendation(self) -> tuple[int, str]:
-        """Method to use, of those that found a payload that can exist, and why."""
+        """Method to use, of those that found a payload that can exist, and the reason."""
         return recommended_method(self.problem, [payload.method for payload in self.constrained or self.estimates])
 
     @property
     def recommended(self) -> ConstrainedPayload:
-        """The one to use: of method 3 where a pair ran one path, else of the first of 4, 1, 2 that is there."""
+        """Possible estimate to use: of method 3 where a pair ran one path, else of the first of 4, 1, 2."""
         return next(payload for payload in self.constrained if payload.method == self.recommendation[0])
 
     @property
     def possible(self) -> ConstrainedPayload | None:
-        """``recommended``; None where not all ten are determined."""
+        """Possible estimate of the ``recommended`` method; None where not all ten are determined."""
         return self.recommended if self.constrained else None
 
     @property
     def free(self) -> PayloadEstimate:
-        """The free estimate of the method to use."""
+        """Free estimate of the method to use."""
         return next(estimate for estimate in self.estimates if estimate.method == self.recommendation[0])
 
     @property
     def short(self) -> ShortMotion:
-        """The short motion, of a weighing."""
+        """Short motion of a weighing."""
         assert isinstance(self.problem, ShortMotion)
         return self.problem
 
     @property
     def robot_fit(self) -> Fit | None:
         """Fit of the robot's own parameters without payload."""
-        return self.problem.alone.fit if self.problem.alone is not None else None
+        return self.problem.robot_estimate.fit if self.problem.robot_estimate is not None else None
 
     @cached_property
     def model(self) -> Estimate:
-        """The free estimate with the covariance that its errors really have, gains included."""
+        """Free estimate with the covariance that its errors really have, gains included."""
         return error_model(self.free.estimate, self.gains)
 
     @cached_property
     def _with_scale(self) -> tuple[Array, Array]:
-        """The free values and their covariance, the scale counted once."""
+        """Free values and their covariance, the scale counted once."""
         values, C = self.model.values, self.model.covariance
         if self.scale is None or self.free.from_scale:
             return values, C
-        k = self.free.places.index(9)
+        k = self.free.indices.index(9)
+        # The scale is one more measurement, of x[k] alone: Kalman's update.
         gain = C[:, k] / (C[k, k] + self.scale.sigma**2)
         return values + gain * (self.scale.mass - values[k]), C - np.outer(gain, C[k])
 
     @cached_property
     def ten(self) -> Array:
-        """The ten as told, nan where not determined, shape (10,)."""
+        """Reported ten parameters, nan where not determined, shape (10,)."""
         if self.possible is not None:
             return self.possible.body.vector
         values = np.array(_UNKNOWN)
-        values[list(self.free.places)] = self._with_scale[0]
+        values[list(self.free.indices)] = self._with_scale[0]
         return values
 
     @cached_property
     def spread(self) -> PayloadSpread:
         """Standard deviations of the reported payload, that of the scale counted."""
-        return payload_spread(self.ten, self._with_scale[1], self.free.places)
+        return payload_spread(self.ten, self._with_scale[1], self.free.indices)
 
     @cached_property
     def reported_spread(self) -> PayloadSpread:
@@ -179,7 +180,7 @@ class PayloadAnswer(Speaks):
 
     @cached_property
     def measured(self) -> dict[str, Judged]:
-        """Whether "mass", "centre of mass", "inertia" were measured well enough."""
+        """Quantities ("mass", "centre of mass", "inertia") mapped to whether they were measured well enough."""
         wide = self.reported_spread
         best = self.possible
         moments = np.diag(best.body.inertia_com) if best is not None else _UNKNOWN[:3]
@@ -191,7 +192,7 @@ class PayloadAnswer(Speaks):
 
     @property
     def judged(self) -> dict[str, Judged]:
-        """What to do with "mass", "centre of mass", "inertia"."""
+        """Quantities ("mass", "centre of mass", "inertia") mapped to what to do with them."""
         if self.stand_in is None:
             return self.measured
         return self.measured | {"inertia": Judged("assumed", self.stand_in.description)}
@@ -227,11 +228,11 @@ class PayloadAnswer(Speaks):
 
     @property
     def assumed(self) -> InertialParameters | None:
-        """The payload with the assumed inertia, where there is one."""
+        """Payload with the assumed inertia, where there is one."""
         return None if self.stand_in is None else self.stand_in.body(self.mass, self.com)
 
     def assuming(self, stand_in: StandIn) -> "PayloadAnswer":
-        """The answer with an assumed inertia, unless one was measured well enough.
+        """Assume an inertia, unless one was measured well enough.
 
         Raises:
             InputError: if there is no place to put it.
@@ -247,7 +248,7 @@ class PayloadAnswer(Speaks):
 
     @property
     def weighing(self) -> Weighing | None:
-        """The scale beside the identified mass; None where the scale gave the mass, or nothing was weighed."""
+        """Weighed mass beside the identified one; None where the scale gave the mass, or nothing was weighed."""
         if self.scale is None or self.free.from_scale:
             return None
         if self.possible is not None:
@@ -265,14 +266,14 @@ class PayloadAnswer(Speaks):
 
     @cached_property
     def warnings(self) -> tuple[str, ...]:
-        """What speaks against a robot or payload with the eliminated parameters zero."""
+        """Reasons against a robot or payload with the eliminated parameters zero."""
         if not isinstance(self.problem, LongMotion) or self.elimination is None:
             return ()
         return elimination_warnings(self.problem, self.elimination)
 
     @cached_property
     def excitation(self) -> Excitation | None:
-        """How well robot and payload are excited together (30); None without the robot's own equations."""
+        """Excitation of robot and payload together (30); None without the robot's own equations."""
         if not isinstance(self.problem, LongMotion) or self.problem.unloaded is None:
             return None
         return excitation(self.problem.both, combined(self.problem))
@@ -284,17 +285,17 @@ class PayloadAnswer(Speaks):
         Empty where the robot's own parameters are not known.
         """
         problem = self.problem
-        if problem.alone is None:
+        if problem.robot_estimate is None:
             return ()
-        settings, values = problem.source.processing, problem.alone.values
-        bare = [
+        settings, values = problem.source.processing, problem.robot_estimate.values
+        unloaded = [
             robot_prediction(problem.robot, problem.base, values, recording, settings, True)
             for recording in self.held_out[:DRAWN]
         ]
-        return (*bare, *(self.prediction(recording, False) for recording in problem.source.loaded[:DRAWN]))
+        return (*unloaded, *(self.prediction(recording, False) for recording in problem.source.loaded[:DRAWN]))
 
     def prediction(self, recording: Recording, held_out: bool) -> TorquePrediction:
-        """A recording with payload and what the recommended payload predicts, beside the bare robot."""
+        """Predict a recording with payload by the recommended payload, and by the unloaded robot."""
         settings = self.problem.source.processing
         return payload_prediction(self.problem, self.recommended.body, recording, settings, held_out)
 
@@ -303,12 +304,14 @@ def payload_result(answer: PayloadAnswer) -> PayloadResult:
     """Collect what ``payload`` and ``weigh`` answer; a number that was not determined is nan or None."""
     problem, flange, source = answer.problem, answer.problem.robot.flange_pose, answer.problem.source
     robot, gains, worst = problem.robot, answer.gains, worst_joint(answer.by_joints, answer.mass)
-    place = robot.sources.get("flange", "")
+    flange_source = robot.sources.get("flange", "")
     return PayloadResult(
         robot=robot.name,
         robot_title=robot.title or UNSET,
         frame=robot.payload_frame,
-        flange_in_payload_frame=FlangeDocument(flange.p, np.degrees(flange.rpy) + 0.0, place) if flange else UNSET,
+        flange_in_payload_frame=FlangeDocument(flange.p, np.degrees(flange.rpy) + 0.0, flange_source)
+        if flange
+        else UNSET,
         rated_payload_kg=robot.rated_payload,
         processing=ProcessingDocument.made(robot, source.processing, source.loaded[0].gains),
         estimates=_estimates(answer),
@@ -326,8 +329,8 @@ def payload_result(answer: PayloadAnswer) -> PayloadResult:
 
 
 def _of_long(answer: PayloadAnswer, long: LongMotion) -> dict[str, Any]:
-    """Keys of a long motion: the residual is that of the robot's own parameters."""
-    fit, check, steps, bare = answer.robot_fit, answer.validation, answer.elimination, long.unloaded
+    """Keys of a long motion's result: the residual is that of the robot's own parameters."""
+    fit, check, steps, unloaded = answer.robot_fit, answer.validation, answer.elimination, long.unloaded
     differing = {3, 4} | ({1} if long.corrected and not long.settings.free_friction else set())
     differs = bool(long.friction) and any(estimate.method in differing for estimate in answer.estimates)
     # Of robot and payload together, as in Table 2, where method 4 was used.
@@ -340,8 +343,8 @@ def _of_long(answer: PayloadAnswer, long: LongMotion) -> dict[str, Any]:
         ),
         "data": _data(
             long,
-            bare,
-            equations=(bare or long.loaded).equations,
+            unloaded,
+            equations=(unloaded or long.loaded).equations,
             equations_loaded=long.loaded.equations,
             base_parameters=len(long.base.columns),
             friction="may differ" if differs else "own",
@@ -353,7 +356,7 @@ def _of_long(answer: PayloadAnswer, long: LongMotion) -> dict[str, Any]:
 
 
 def _of_short(answer: PayloadAnswer, short: ShortMotion) -> dict[str, Any]:
-    """Keys of a short motion: the residual is the payload's."""
+    """Keys of a short motion's result: the residual is the payload's."""
     body, stand_in, loaded = answer.assumed, answer.stand_in, short.loaded
     friction = "free" if short.known is None else "may differ" if short.held.held else "own"
     unexplained = answer.free.unexplained(short.torque_rms)
@@ -372,7 +375,7 @@ def _of_short(answer: PayloadAnswer, short: ShortMotion) -> dict[str, Any]:
 
 
 def _data(problem: PayloadProblem, solved: Equations | None, **more: Any) -> PayloadData:
-    """The equations of the robot; of a short motion, of the payload."""
+    """Summarise the equations of the robot; of a short motion, of the payload."""
     pairs = problem.pairs
     worst = max(pairs, key=lambda pair: pair.max_mismatch, default=None)
     raw, scaled = solved.condition_numbers() if solved else (None, None)
@@ -390,7 +393,7 @@ def _data(problem: PayloadProblem, solved: Equations | None, **more: Any) -> Pay
 
 
 def _estimates(answer: PayloadAnswer) -> tuple[FreeEstimate | PossibleEstimate, ...]:
-    """Free estimates, then possible ones; of a payload that is visible in part what was determined."""
+    """List free estimates, then possible ones; of a payload that is visible in part what was determined."""
     if answer.constrained:
         return (*map(FreeEstimate.made, answer.estimates), *map(PossibleEstimate.made, answer.constrained))
     free, estimate, weighing = answer.free, answer.free.estimate, answer.weighing
@@ -399,15 +402,15 @@ def _estimates(answer: PayloadAnswer) -> tuple[FreeEstimate | PossibleEstimate, 
         FreeEstimate(
             method=free.method,
             parameters=named(answer.ten),
-            sigma=named(estimate.sigma, free.places),
-            sigma_robust=named(robust, free.places) if robust is not None else None,
+            sigma=named(estimate.sigma, free.indices),
+            sigma_robust=named(robust, free.indices) if robust is not None else None,
             interval95=None,
             robust=RobustDocument.made(estimate.robust, free.without_robust),
             com=answer.com,
             com_sigma=answer.spread.com,
             inertia_com=None,
             physically_consistent=None,
-            sigma_with_gains=named(answer.model.sigma, free.places) if answer.gains else UNSET,
+            sigma_with_gains=named(answer.model.sigma, free.indices) if answer.gains else UNSET,
             from_scale=free.from_scale or UNSET,
             weighed=(WeighedDocument.of(weighing),) if weighing is not None else UNSET,
         ),
@@ -415,7 +418,7 @@ def _estimates(answer: PayloadAnswer) -> tuple[FreeEstimate | PossibleEstimate, 
 
 
 def _quantities(answer: PayloadAnswer) -> dict[str, Quantity]:
-    """Mass, centre of mass and inertia with intervals, and whether to use them; of a long motion by the verdict."""
+    """Make mass, centre of mass and inertia with intervals, and their use; of a long motion by the verdict."""
     possible, spread = answer.possible, answer.spread
     body = answer.assumed or (possible.body if possible is not None else None)
     measured = answer.stand_in is None and possible is not None

@@ -1,4 +1,4 @@
-"""Measured and predicted torques of recordings, and their observation system held whole, W and Y with names."""
+"""Systems of recordings: measured and predicted torques, and W and Y held whole, with names."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -19,9 +19,9 @@ from ..payload.problem import loaded_observer
 from ..signals.filtering import measurement
 
 DRAWN = 3
-"""Recordings of one kind that are predicted for drawings."""
+"""Number of recordings of one kind that are predicted for drawings."""
 POINTS = 2000
-"""Rows of a joint that a drawing shows at most."""
+"""Largest number of a joint's rows in a drawing."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -54,7 +54,7 @@ class TorquePrediction(Brief):
         return np.asarray(errors / np.where(torques > 0.0, torques, np.nan))
 
     def thinning(self, joint: int) -> int:
-        """Every how many-th row of a joint (counted from 0) a drawing shows."""
+        """Distance of a joint's rows (counted from 0) that a drawing shows."""
         return -(-len(self.t[joint]) // POINTS) or 1
 
     @property
@@ -88,7 +88,7 @@ def robot_prediction(
     processing: Processing,
     held_out: bool,
 ) -> TorquePrediction:
-    """A recording without payload and what the robot's parameters predict.
+    """Predict a recording without payload by the robot's parameters.
 
     Args:
         values: of ``base.columns``.
@@ -101,18 +101,18 @@ def robot_prediction(
 def payload_prediction(
     problem: PayloadProblem, body: InertialParameters, recording: Recording, processing: Processing, held_out: bool
 ) -> TorquePrediction:
-    """A recording with payload and what a payload predicts, beside the bare robot.
+    """Predict a recording with payload by a payload, and by the unloaded robot.
 
     Args:
         problem: the reduced recordings, with the robot's parameters.
         body: the payload, in the payload's frame.
         recording: with payload.
     """
-    assert problem.alone is not None
-    bare, flange = problem.alone.values, problem.robot.flange
+    assert problem.robot_estimate is not None
+    robot_values, flange = problem.robot_estimate.values, problem.robot.flange
     moved = body.moved(flange.R, flange.p).vector
     observer, data = loaded_observer(problem.robot, problem.base), measurement(recording, processing)
-    with_payload, without = (np.concatenate([bare, ten]) for ten in (moved, np.zeros(len(moved))))
+    with_payload, without = (np.concatenate([robot_values, ten]) for ten in (moved, np.zeros(len(moved))))
     own = observer.at(with_payload).pieces(data, processing)
     prediction = _prediction(recording.source, own, {"predicted with payload": with_payload}, True, held_out)
     empty = observer.at(without).pieces(data, processing)
@@ -127,7 +127,7 @@ def _prediction(
     loaded: bool,
     held_out: bool,
 ) -> TorquePrediction:
-    """Prediction by equations in consecutive pieces: their torques are kept, W is not."""
+    """Predict by equations in consecutive pieces: their torques are kept, W is not."""
     columns = [(p.t, p.Y, *(tuple(W @ chi for W in p.W) for chi in curves.values())) for p in pieces]
     t, measured, *predictions = (
         tuple(np.concatenate(joint) for joint in zip(*arrays, strict=True)) for arrays in zip(*columns, strict=True)
@@ -141,7 +141,7 @@ Integers = NDArray[np.int64]
 
 @dataclass(frozen=True, repr=False)
 class ObservationSystem(Brief):
-    """Y = W chi + rho as an estimator sees it: filtered, decimated, without the rows that are not used.
+    """System Y = W chi + rho as an estimator sees it: filtered, decimated, without the rows that are not used.
 
     Rows stand recording by recording, in each joint by joint, in each by time.
 
@@ -172,7 +172,7 @@ class ObservationSystem(Brief):
     known: Array | None = None
 
     def __post_init__(self) -> None:
-        """Every row must have all its parts."""
+        """Refuse rows that lack a part."""
         rows = len(self.Y)
         if self.W.shape != (rows, len(self.columns)) or rows != self.reduced.equations:
             raise ValueError(f"W is {self.W.shape}, for {rows} rows and {len(self.columns)} columns")
@@ -183,7 +183,7 @@ class ObservationSystem(Brief):
 def payload_system(
     problem: LongMotion, loaded: Sequence[Recording], unloaded: Sequence[Recording], processing: Processing
 ) -> ObservationSystem:
-    """The system of method 4, (30): base parameters, then the payload's ten in frame n (``robot.last_frame``).
+    """Build the system of method 4, (30): base parameters, then the payload's ten in ``robot.last_frame``.
 
     Without unloaded recordings that of method 1, (22), with the robot's stored values as ``known``.
 
@@ -199,8 +199,10 @@ def payload_system(
         weights = from_robot(problem).weights()
     observer = loaded_observer(problem.robot, problem.base)
     recordings, flags = [*unloaded, *loaded], [False] * len(unloaded) + [True] * len(loaded)
-    own = problem.alone.values if problem.alone is not None else np.zeros(len(problem.base.columns))
-    observers = [observer.at(np.append(own, problem.carried * heavy)) for heavy in flags]
+    own = (
+        problem.robot_estimate.values if problem.robot_estimate is not None else np.zeros(len(problem.base.columns))
+    )
+    observers = [observer.at(np.append(own, problem.carried * flag)) for flag in flags]
     system = joined(observers, recordings, flags, weights, reduced, processing)
     return replace(system, known=known.values if known is not None else None)
 
@@ -213,13 +215,13 @@ def joined(
     reduced: Equations,
     processing: Processing,
 ) -> ObservationSystem:
-    """The system of recordings one after the other, each held whole; ``loaded``: whether each is with payload."""
+    """Join recordings to one system, each held whole; ``loaded``: whether each is with payload."""
     every = zip(observers, filtered(recordings, processing), strict=True)
     observations = [observer.observe(data, processing) for observer, data in every]
-    bare = np.array([name not in PAYLOAD for name in reduced.columns], dtype=float)
+    robot_only = np.array([name not in PAYLOAD for name in reduced.columns], dtype=float)
     W = [
-        part if heavy else part * bare
-        for observation, heavy in zip(observations, loaded, strict=True)
+        part if under_load else part * robot_only
+        for observation, under_load in zip(observations, loaded, strict=True)
         for part in observation.W
     ]
     counts = [[len(Y) for Y in observation.Y] for observation in observations]

@@ -1,1 +1,1 @@
-"""What speaks against recordings and results: mistakes in logs, causes, checks, the verdict."""
+"""Diagnosis of recordings and results: mistakes in logs, causes, checks, the verdict."""

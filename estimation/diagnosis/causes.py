@@ -1,8 +1,8 @@
 """The table of other readings: another robot, joints turned or exchanged, units, clocks, gravity.
 
 A reading takes the recordings, or some of them, in another way and is compared with them as described by Vuong's
-statistic: the mean over blocks of time of the difference of log-likelihoods, over its standard error. What fits
-better is suggested, never corrected.
+statistic (Likelihood ratio tests for model selection and non-nested hypotheses, 1989): the mean over blocks of time
+of the difference of log-likelihoods, over its standard error. What fits better is suggested, never corrected.
 """
 
 from collections.abc import Callable, Iterator
@@ -25,7 +25,7 @@ from .states import BLOCKS, States
 ROBOT, ROBOT_Z = 0.01, 3.0
 """Fraction by which chi2 falls with another robot, and Vuong's statistic, above which it is that robot's."""
 TURNED, TURNED_Z = 0.03, 2.5
-"""Those limits of a joint that is counted the other way."""
+"""Fraction by which chi2 falls with a joint counted the other way, and Vuong's statistic, above which it is so."""
 WEIGHTLESS = 0.36
 """Fraction by which chi2 falls without gravity, above which the torque holds none."""
 ALIKE = 0.02
@@ -53,11 +53,11 @@ _LEAST = 0.02  # a factor beyond this, or beyond its inverse, is no unit but a c
 _UNIT, _OFF = 0.3, 0.15  # logarithm of a factor that counts as another unit, and as another gain
 
 Read = tuple[str, Robot | None, States]
-"""What is assumed, another robot or None, and the states as a reading takes them."""
+"""Reading of the recordings: what is assumed, another robot or None, and the states that it makes."""
 
 
 class Comparison:
-    """The recordings as described, with which readings are compared: by every fifth state first.
+    """Compares readings with the recordings as described: by every fifth state first.
 
     Attributes:
         fit: of all states as described.
@@ -68,7 +68,7 @@ class Comparison:
 
         Args:
             free_gains: whether each joint's torque has a scale of its own in every comparison, for gains that were
-                identified with the robot as described favour it; not of coupled drives, nor beside a spring.
+                identified with the robot as described favour it; not of coupled drives, nor with a spring.
 
         Raises:
             InputError: if a joint leaves the table of the robot's spring.
@@ -114,6 +114,7 @@ class Comparison:
             both = system.keep & changed.keep
             rise = np.bincount(part.block, np.sum((other - likelihood) * both, axis=0), BLOCKS)
             error = float(np.std(rise, ddof=1)) / np.sqrt(len(rise))
+            # By log-likelihoods of -1/2 log(variance) a row: the fraction by which chi2 falls.
             fall = 1.0 - float(np.exp(-2.0 * rise.sum() / max(int(both.sum()), 1)))
             found = Alternative(kind, name, fall, float(rise.mean()) / max(error, 1e-300))
             if fall < worth:
@@ -236,7 +237,7 @@ def likely_causes(
 
 
 def _parts(own: Comparison) -> list[tuple[str, Mask]]:
-    """All states, those of one kind, and those of the recording of each kind that fits worst, with their names."""
+    """Divide the recordings, with names: all, those of one kind, and of each kind the one that fits worst."""
     states, names = own.states, own.states.source.split(", ")
     squares = np.sum(own.fit.errors() ** 2, axis=0)
     kinds = [states.loaded == 0.0, states.loaded > 0.0]

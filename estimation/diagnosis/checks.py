@@ -28,14 +28,14 @@ RESIDUAL, JOINT_RESIDUAL = 0.25, 0.5
 """Relative residual of all joints, and of one, above which the model does not describe them: on real and on noisy
 simulated robots good joints stay under 0.36."""
 NOISE = 0.01
-"""Of the largest joint torque's rms: what noise may be in any joint (real ones: 0.5 to 0.9 % of limits)."""
+"""Noise that any joint may have over the largest joint torque's rms (real ones: 0.5 to 0.9 % of limits)."""
 LOADED_RATIO = 3.0
 """Relative residual with payload over that without, above which the two recordings do not belong together."""
 VALIDATION_RATIO, VALIDATION_FLOOR = 2.0, 0.06
 """Relative residual on held-out recordings over that of the fit above which the model does not carry over; held-out
 residuals below the second are good whatever the ratio."""
 MISMATCH = 0.005
-"""rad or m, rms: positions of a pair that differ by more are not one motion; real pairs lie below 2e-4."""
+"""Difference of positions [rad or m, rms] of a pair that is not one motion; real pairs lie below 2e-4."""
 DRIVEN_SIGMAS = 5.0
 """Standard deviations below zero at which friction counts as negative."""
 LIGHT, HEAVY, WEIGHTLESS = 0.12, 0.40, 0.08

@@ -107,7 +107,7 @@ class System:
 
     @property
     def payload(self) -> slice:
-        """Index of the payload's ten; empty where nothing hangs on the robot."""
+        """Indices of the payload's ten; empty where nothing hangs on the robot."""
         return slice(len(self.names), len(self.names) + (len(PAYLOAD) if self.states.loaded.any() else 0))
 
     def norms(self, torque: Array | None = None) -> Array:
@@ -153,6 +153,7 @@ class System:
         square, scales, tried = weights**2, np.ones(len(weights)), list[tuple[float, SystemFit]]()
         for _ in range(_STEPS):
             fit = self.fit(weights, scales)
+            # The parameters are eliminated from the normal equations of scales and parameters (Schur complement).
             along = G @ fit.own
             modelled, shown = along @ fit.own, right @ fit.own
             tried.append((float(square @ (torque - 2.0 * scales * shown + scales**2 * modelled)), fit))
@@ -164,7 +165,7 @@ class System:
 
     @cached_property
     def weighted(self) -> Array:
-        """All columns, torque last, weighted, rows that are not used zero; (c + 1) x n x N."""
+        """Weight all columns, torque last, rows that are not used zero; (c + 1) x n x N."""
         rows = np.concatenate([self.columns, self.torque[:, None]], axis=1)
         return np.asarray((rows * (self.weights[:, None] * self.keep)[:, None]).transpose(1, 0, 2))
 
@@ -267,7 +268,7 @@ class SystemFit(NamedTuple):
 
 
 class Effect(NamedTuple):
-    """What the recordings say of columns that a hypothesis adds.
+    """Estimate of the columns that a hypothesis adds.
 
     ``name``: of the hypothesis; ``where``: in which recordings; ``values`` (k,) of the columns with ``covariance``,
     nan where nothing shows them; ``effect``: on the payload's ten once corrected, 10 x k; ``fall``: fraction of the
@@ -301,7 +302,7 @@ class Effect(NamedTuple):
 
 
 class Added(NamedTuple):
-    """What a system's columns leave of added columns and of the torque.
+    """Rest of added columns and of the torque that a system's columns do not explain.
 
     ``whole``: their Gram matrix, torque last; ``left``: the same without each block of time; ``payload``: the
     payload's ten that stand for each column and the torque, 10 x (m + 1); ``difference``: those without the
@@ -316,7 +317,7 @@ class Added(NamedTuple):
 
     @staticmethod
     def of(blocks: Array, prior: Array, payload: slice, inflation: float = 1.0) -> "Added":
-        """Project Gram matrices by block (columns, added columns, torque) on what the first columns leave."""
+        """Project Gram matrices by block (columns, added columns, torque) off the first columns."""
         c, whole = len(prior), blocks.sum(axis=0)
         whole[:c, :c] += prior
         loaded = slice(payload.start, c)  # payload and friction under load
@@ -346,6 +347,7 @@ class Added(NamedTuple):
         inverse, right = _inverse(self.whole[np.ix_(every, every)]), self.whole[every, -1]
         values = (inverse @ right)[:k]
         each = [(_inverse(gram[np.ix_(every, every)]) @ gram[every, -1])[:k] - values for gram in self.left]
+        # The jackknife, and the formula where that says more.
         covariance = (1.0 - 1.0 / len(each)) * np.array(each).T @ np.array(each)
         variance = self.inflation * np.diag(inverse)[:k]
         sigma, formula = np.sqrt(np.diag(covariance)), np.sqrt(np.where(variance > 0.0, variance, np.nan))
@@ -359,7 +361,7 @@ class Added(NamedTuple):
 
 
 def _parts(rows: Array, groups: Index, count: int) -> Iterator[Array]:
-    """Rows of all joints (c x n x N) group by group of states, each c x k."""
+    """Go through rows of all joints (c x n x N) group by group of states, each c x k."""
     edges = np.searchsorted(groups, np.arange(count + 1))
     return (rows[:, :, a:b].reshape(len(rows), -1) for a, b in pairwise(edges))
 
@@ -371,7 +373,7 @@ def _norms(gram: Array) -> Array:
 
 
 def _whitening(gram: Array) -> Array:
-    """K with K K' the inverse of a Gram matrix, as far as it determines its columns; c x r."""
+    """Root K with K K' the inverse of a Gram matrix, as far as it determines its columns; c x r."""
     size = _norms(gram)
     eigenvalues, V = np.linalg.eigh(gram / np.outer(size, size))
     significant = eigenvalues > _RANK * eigenvalues[-1:].sum()

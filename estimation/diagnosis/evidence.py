@@ -17,7 +17,7 @@ from ..signals.alignment import AlignedPair
 from .engine import Effect
 
 Use = Literal["use", "not measured well enough", "not visible", "weighed", "assumed"]
-"""``weighed``: not by torques, by a scale."""
+"""Use of a quantity; ``weighed``: not by torques, by a scale."""
 
 
 class Judged(NamedTuple):
@@ -28,7 +28,7 @@ class Judged(NamedTuple):
 
 
 class Agreement(NamedTuple):
-    """Another way to the mass [kg] and the centre of mass [m], nan where it gives none.
+    """Mass [kg] and centre of mass [m] by another way, nan where it gives none.
 
     ``counts``: whether a large difference speaks against the numbers.
     """
@@ -40,7 +40,7 @@ class Agreement(NamedTuple):
 
 
 class Alternative(NamedTuple):
-    """Another reading of the recordings.
+    """Comparison with another reading of the recordings.
 
     ``kind``: "robot", "turned", "weightless" or "friction"; ``name``: of the robot, or number of the joint;
     ``fall``: fraction by which chi2 falls, negative where it rises; ``z``: Vuong's statistic.
@@ -54,11 +54,11 @@ class Alternative(NamedTuple):
 
 @dataclass(frozen=True)
 class Diagnosis:
-    """What one set of recordings shows beside robot and payload, for every command alike.
+    """Diagnosis of what else than robot and payload one set of recordings shows, for every command alike.
 
     Attributes:
         by_joints: the payload as single joints see it.
-        disagreement: Birge ratio of the joints' shares, a factor on every interval; 1 where they agree.
+        disagreement: Birge ratio of the joints' payload ratios, a factor on every interval; 1 where they agree.
         effects: of the hypotheses that add columns.
         alternatives: other readings of the recordings.
         scales: effects of another scale of the loaded torques, of all and of each joint's.
@@ -99,7 +99,7 @@ class Gained(NamedTuple):
 
 @dataclass(frozen=True)
 class Weighed:
-    """A short weighing.
+    """Evidence of a short weighing only.
 
     Attributes:
         mass: by the torques, else by the scale [kg].
@@ -120,11 +120,11 @@ class Weighed:
 
 @dataclass(frozen=True)
 class Evidence:
-    """All that was computed from one set of recordings; checks of what a command does not compute are silent.
+    """Evidence computed from one set of recordings; checks of what a command does not compute are silent.
 
     Attributes:
         source: the recordings, in which causes are searched.
-        diagnosis: what they show beside robot and payload.
+        diagnosis: what they show besides robot and payload.
         pairs: recordings of one motion without and with payload.
         compared: recordings without and with payload, whether of one motion or not.
         condition: condition number of the equations without payload, columns scaled to norm 1.
@@ -156,14 +156,14 @@ class Evidence:
 
     @property
     def best(self) -> PayloadEstimate | None:
-        """The free estimate of the method that is to be used."""
+        """Free estimate of the method that is to be used."""
         if self.recommended is not None:
             return self.recommended.free
         return self.estimates[-1] if self.estimates else None
 
     @property
     def of_robot(self) -> bool:
-        """Whether it is of a robot alone, without a payload."""
+        """True for a robot without a payload."""
         return self.best is None and self.weighed is None
 
     @property

@@ -5,9 +5,9 @@ from dataclasses import dataclass
 from typing import Literal, NamedTuple
 
 Severity = Literal["error", "warning", "note"]
-"""error: nothing may be used so; warning: not everything may, or numbers will be poor; note: worth knowing."""
+"""Severity: error: nothing may be used so; warning: numbers are poor or not all for use; note: worth knowing."""
 Level = Literal["use", "mass_and_com_only", "identified_only", "do_not_use"]
-"""Use every number; of a payload mass and centre of mass; of drive gains those that are identified; none."""
+"""Level of use: every number; of a payload mass and centre of mass; of gains those that are identified; none."""
 _OUTDONE = 1.5
 """A cause that leaves so many times the squared residual of the best one is not reported: a turned joint may look
 like another robot."""
@@ -29,7 +29,7 @@ class Finding(NamedTuple):
 
     @property
     def spoils_all(self) -> bool:
-        """Whether no number may be used: the mass is what every number rests on."""
+        """True if no number may be used: the mass is what every number rests on."""
         return self.severity == "error" or (self.severity == "warning" and self.about in ("mass", "everything"))
 
 
@@ -50,24 +50,24 @@ def note(text: str, about: str = "everything") -> Finding:
 
 @dataclass(frozen=True)
 class Verdict:
-    """Whether numbers may be used, what speaks against them, and what else is worth knowing."""
+    """Verdict on the use of numbers: what speaks against them, and what else is worth knowing."""
 
     level: Level
     findings: tuple[Finding, ...] = ()
 
     @property
     def reasons(self) -> tuple[str, ...]:
-        """Texts of what speaks against the numbers."""
+        """Texts of the findings against the numbers."""
         return tuple(finding.text for finding in self.findings if finding.severity != "note")
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """Texts of what is worth knowing."""
+        """Texts of the findings that are worth knowing."""
         return tuple(finding.text for finding in self.findings if finding.severity == "note")
 
 
 def verdict_of(findings: Sequence[Finding], brief: bool = True, partly: Level = "mass_and_com_only") -> Verdict:
-    """Find the level that findings leave, and put what explains most first, notes last.
+    """Make the verdict of findings: the level that they leave, those that explain most first, notes last.
 
     Args:
         findings: in the order in which they are reported, behind what explains them.

@@ -1,4 +1,4 @@
-"""The table of hypotheses that add columns: what else than robot and payload may be in the torques.
+"""Table of hypotheses that add columns: what other than robot and payload may be in the torques.
 
 A row holds everything about one fault: its columns, from where on it stands out, what it spoils, its text and what
 to do. To look for another fault, add a row.
@@ -24,22 +24,22 @@ from .states import BLOCKS, STRETCH
 
 WITH_PAYLOAD = " with payload"
 WHERE = ("", " without payload", WITH_PAYLOAD)
-"""In which recordings: all, or some."""
+"""Recordings in which a fault may be: all, or some."""
 MOVED = 0.025
 """Relative change of the mass above which a fault spoils every number."""
 SLIP, SLIP_Z, SURE = 0.01, 6.0, 3.0
-"""m and standard deviations by which the centre of mass differs in the second half of the loaded recordings; and
-standard deviations of the step's length."""
+"""Distance [m] by which the centre of mass differs in the second half of the loaded recordings, its standard
+deviations, and those of the step's length."""
 CHANGE, CHANGE_Z = 0.1, 6.0
 """Fraction of the payload that comes or goes during the loaded recordings, and its standard deviations."""
 LATE, LATE_Z = 0.008, 5.0
-"""s and standard deviations of a delay between torque and position."""
+"""Delay between torque and position [s], and its standard deviations."""
 LEVEL = np.radians(1.0)
-"""rad: standard deviation of a base's tilt about either horizontal axis, as mounted arms have it."""
+"""Standard deviation [rad] of a base's tilt about either horizontal axis, as mounted arms have it."""
 TILT_DEGREES, STEEP_DEGREES, TILT_Z = 0.5, 5.0, 5.0
 TILT, STEEP = np.radians(TILT_DEGREES), np.radians(STEEP_DEGREES)
-"""rad and standard deviations of a tilt that is taken out of the payload and reported; smaller ones widen the
-intervals only. Beyond ``STEEP`` no mounting leans by mistake: nothing should be used."""
+"""Tilt [rad] that is taken out of the payload and reported; smaller ones widen the intervals only. Beyond
+``STEEP`` no mounting leans by mistake: nothing should be used."""
 PULL, PULL_Z, ALONG_Z = 0.025, 7.0, 4.5
 """Force over the payload's weight, and standard deviations of it, above which something pulls at the flange.
 
@@ -63,15 +63,15 @@ _ALONG, _ACROSS = (0, 3), (1, 2)  # stiffness and upward force; the horizontal f
 
 
 Sought = tuple[Array, Callable[[Added], Effect | None]]
-"""Columns of torques, n x m x N, and how to read what the recordings show of them."""
+"""Columns of torques, n x m x N, and the reading of what recordings show of them."""
 
 
 class Hypothesis(NamedTuple):
     """A fault that adds columns to the equations.
 
-    ``sought``: its columns beside a system's, None where the recordings cannot show it; ``stands_out``: whether it
-    is more than chance, a model's own errors and its own standard deviation; ``finding``: what it spoils, the text
-    and what to do, its docstring from where on.
+    ``sought``: its columns, added to a system's, None where the recordings cannot show it; ``stands_out``: whether
+    it is more than chance, a model's own errors and its own standard deviation; ``finding``: what it spoils, the
+    text and what to do, its docstring from where on.
     """
 
     name: str
@@ -81,7 +81,7 @@ class Hypothesis(NamedTuple):
 
 
 def parts(loaded: Array) -> list[tuple[str, Array]]:
-    """All states, those without and those with payload, as 1 or 0; where all are alike, these."""
+    """Parts of the states: all, those without and those with payload, as 1 or 0; where all are alike, these."""
     if loaded.all():
         return [(WITH_PAYLOAD, loaded)]
     masks = np.ones(len(loaded)), 1.0 - loaded, loaded
@@ -89,13 +89,13 @@ def parts(loaded: Array) -> list[tuple[str, Array]]:
 
 
 def spoils(evidence: Evidence, change: Array, more: float = 0.0) -> bool:
-    """Whether a change of the ten moves the mass, by up to ``more`` [kg] more, or the centre of mass."""
+    """True if a change of the ten moves the mass, by up to ``more`` [kg] more, or the centre of mass."""
     mass = abs(evidence.mass)
     return float(np.linalg.norm(change[6:9])) > SLIP * mass or not abs(change[9]) + more <= MOVED * mass
 
 
 def late(system: System) -> Sought:
-    """Delay, by the slope of the torques, in the recordings in which it stands out most."""
+    """Columns of a delay: the slope of the torques."""
     masks = parts(system.states.loaded)
 
     def read(added: Added) -> Effect:
@@ -133,7 +133,7 @@ def later(system: System, fraction: float) -> Array | None:
 
 
 def slip(system: System) -> Sought | None:
-    """Step of the centre of mass half way through the loaded recordings."""
+    """Columns of a step of the centre of mass half way through the loaded recordings."""
     half = later(system, 0.5)
     if half is None:
         return None
@@ -148,7 +148,7 @@ def slip(system: System) -> Sought | None:
 
 
 def _slips(effect: Effect) -> bool:
-    """Short motions show one direction only: a step that is not itself known is none."""
+    """True if a slip stands out; short motions show one direction only: a step that is not itself known is none."""
     return effect.size > max(SLIP, SURE * effect.sigma) and effect.z() > SLIP_Z
 
 
@@ -165,7 +165,7 @@ def _slip(effect: Effect, _: Evidence) -> Finding:
 
 
 def change(system: System) -> Sought | None:
-    """Fraction of the payload that comes or goes during the loaded recordings, when that explains most."""
+    """Columns of the fraction of the payload that comes or goes during the loaded recordings."""
     moments = np.arange(1, BLOCKS) / BLOCKS
     after = [mask for moment in moments if (mask := later(system, moment)) is not None]
     if not after:
@@ -194,7 +194,7 @@ def _change(effect: Effect, _: Evidence) -> Finding:
 
 
 def tilt(system: System) -> Sought | None:
-    """Angles by which gravity leans about two horizontal axes; None where there is none.
+    """Columns of angles by which gravity leans about two horizontal axes; None where there is none.
 
     First moments about a first axis along gravity show in a tilt alone: they are free.
     """
@@ -208,12 +208,12 @@ def tilt(system: System) -> Sought | None:
     load, moments = payload_columns(robot) if states.loaded.any() else (), ("MX1", "MY1") if upright_axis else ()
     names = tuple(dict.fromkeys([*(system.names[k] for k in rigid), *load, *moments]))
     ten = frame_change(robot.flange) @ system.values[system.payload] if load else np.zeros(0)
-    own, heavy, free = [], [], list[Array]()
+    own, carried, free = [], [], list[Array]()
     for across in horizontal(g):
         leaning = replace(robot, gravity=(float(across[0]), float(across[1]), float(across[2])))
         W = regressor_at(leaning, names, states.q, np.zeros(states.q.shape), np.zeros(states.q.shape))
-        heavy.append(np.einsum("jcn,c->jn", W[:, [names.index(name) for name in load]], ten) * states.loaded)
-        own.append(np.einsum("jcn,c->jn", W[:, : len(rigid)], system.values[rigid]) + heavy[-1])
+        carried.append(np.einsum("jcn,c->jn", W[:, [names.index(name) for name in load]], ten) * states.loaded)
+        own.append(np.einsum("jcn,c->jn", W[:, : len(rigid)], system.values[rigid]) + carried[-1])
         free = free or [W[:, names.index(name)] for name in moments]
 
     def read(added: Added) -> Effect | None:
@@ -225,7 +225,7 @@ def tilt(system: System) -> Sought | None:
         sigma = float(np.sqrt(along @ effect.covariance @ along))
         return effect._replace(size=size, sigma=sigma, by_difference=-added.difference[:, 2:4] if load else None)
 
-    return np.stack([*own, *heavy, *free], axis=1), read
+    return np.stack([*own, *carried, *free], axis=1), read
 
 
 def tilt_correction(lean: Effect, method: int) -> tuple[Array, Array]:
@@ -259,7 +259,7 @@ def _tilt(effect: Effect, evidence: Evidence) -> Finding:
 
 
 def pull(system: System) -> Sought:
-    """Force of a hose or cable at the flange, in all recordings or some, that changes with its position.
+    """Columns of the force of a hose or cable at the flange, which changes with its position.
 
     Towards a fixed anchor it is F = c - k p, p the flange's position. Four columns: J'p, that of the stiffness k,
     and J'e along two horizontal axes and upwards for the constant c. A constant pull upwards differs from a lighter
@@ -284,7 +284,7 @@ def pull(system: System) -> Sought:
 
 
 def _pulls(effect: Effect) -> bool:
-    """No hose pushes away from where it ends."""
+    """True if a pull stands out; no hose pushes away from where it ends."""
     along = effect.where == WITH_PAYLOAD and effect.values[0] > 0.0 and effect.z(*_ALONG) > ALONG_Z
     shown = bool((np.abs(effect.values) > np.sqrt(np.diag(effect.covariance))).any())
     return effect.size > PULL and shown and (along or pull_z(effect) > PULL_Z)
@@ -296,7 +296,7 @@ def pull_z(effect: Effect) -> float:
 
 
 def pull_of(evidence: Evidence) -> Effect | None:
-    """The pull that stands out, which may look like a scale or another robot, too."""
+    """Take the pull that stands out, which may look like a scale or another robot, too."""
     effect = evidence.diagnosis.effect("pull")
     return effect if effect is not None and _pulls(effect) else None
 
@@ -331,7 +331,7 @@ def _pull(effect: Effect, evidence: Evidence) -> Finding:
 
 
 def horizontal(g: Array) -> tuple[Array, Array]:
-    """Two vectors as long as gravity, across it and each other."""
+    """Two vectors as long as gravity, at right angles to it and to each other."""
     length = float(np.linalg.norm(g))
     first = np.cross(g, np.eye(3)[int(np.argmin(np.abs(g)))])
     first *= length / float(np.linalg.norm(first))
@@ -368,7 +368,7 @@ def bursts(system: System) -> Sought | None:
 
 
 def matter(bursts: Effect, mass: float, sigma: float) -> bool:
-    """Whether the mass [kg] is another one without bursts; stretches that stand out by chance move it by less."""
+    """True if the mass [kg] is another one without bursts; stretches that stand out by chance move it by less."""
     return bool(abs(bursts.change[9]) > max(MOVED * abs(mass), 2.0 * sigma))
 
 

@@ -1,4 +1,4 @@
-"""Whether all joints show the same payload: the test of drive gains and friction."""
+"""Agreement of the joints on one payload: the test of drive gains and friction."""
 
 from dataclasses import replace
 from itertools import combinations
@@ -16,14 +16,14 @@ from .finding import Finding, error, note, warning
 NOTABLE, NOTABLE_SIGMAS = 0.03, 3.3
 """Relative difference of the mass between two joints that is reported, and its standard deviations."""
 WRONG, SHARE = 0.10, 0.15
-"""Relative difference of one joint's mass from the answer, and of its share from 1: real joints lie within 0.1."""
+"""Relative difference of one joint's mass from the answer, and of its payload ratio from 1: real ones have 0.1."""
 SIGMAS = 4.5
 """Standard deviations beyond which a difference is none by chance."""
 CHANCE = (0.1, 0.01)
 """Probabilities that joints which agree disagree as much by chance: below the first intervals widen, below the
 second by all of the disagreement."""
 TOGETHER = 2.5
-"""Factor by which all shares together widen the intervals, above which it is reported."""
+"""Factor by which all payload ratios together widen the intervals, above which it is reported."""
 USEFUL = 0.10
 """Relative half-width of the mass's 95 % interval, grown by the joints' disagreement, above which it is useless."""
 
@@ -107,15 +107,16 @@ def _odd(evidence: Evidence, view: ByJoints) -> Odd | None:
 
 
 def disagreement(by_joints: ByJoints, gains: Array, few: bool = False) -> float:
-    """Birge ratio of the joints' shares: how much farther they lie from 1 than their errors let them.
+    """Birge ratio of the joints' payload ratios: how much farther they lie from 1 than their errors let them.
 
     Joints that disagree prove an error of some gain, friction or description, of which no residual knows. What
     chance brings about widens nothing (F test).
 
     Args:
         by_joints: the payload as single joints see it.
-        gains: covariance of the gains' stated relative errors, n x n; only what joints do not have in common
-        counts. few: whether the standard deviations come from few blocks of time.
+        gains: covariance of the gains' stated relative errors, n x n; what all joints have in common does not
+            count.
+        few: whether the standard deviations come from few blocks of time.
     """
     shares = (_allowing(by_joints) if few else by_joints).shares
     readings = [(r.joint - 1, r.share, r.sigma) for r in shares if r.share is not None]
@@ -133,7 +134,7 @@ def disagreement(by_joints: ByJoints, gains: Array, few: bool = False) -> float:
 
 
 def _allowing(by_joints: ByJoints) -> ByJoints:
-    """Standard deviations from few blocks are uncertain themselves: widened as Student's t is."""
+    """Widen standard deviations from few blocks, which are uncertain themselves, as Student's t is."""
     factor = few_blocks(min((r.degrees_of_freedom for r in by_joints.masses), default=float("inf")))
     masses, without = (
         tuple(replace(r, sigma=factor * r.sigma) for r in group) for group in (by_joints.masses, by_joints.without)

@@ -1,4 +1,4 @@
-"""Whether a log's joints are the robot's: tool poses against forward kinematics, and ways to read its columns.
+"""Check of a log's joints against the robot's: tool poses by forward kinematics, and ways to read its columns.
 
 Some readings no torque can tell apart: the zero of an upright first axis, and on an arm that is its own mirror
 image the senses of all axes in the mirror plane together.
@@ -37,7 +37,7 @@ _DIGITS = 9  # of a residual: rounding decides nothing between readings that no 
 
 @dataclass(frozen=True, order=True)
 class Reading:
-    """How joint j of the robot is read: q_j = sign_j q_log[order_j] + quarters_j 90 degrees.
+    """Reading of joint j of the robot: q_j = sign_j q_log[order_j] + quarters_j 90 degrees.
 
     Attributes:
         order: for each joint the column of the log, counted from 0.
@@ -109,10 +109,10 @@ class Reading:
 
 @dataclass(frozen=True)
 class Readings:
-    """Readings of a log by the residual that each leaves.
+    """Readings of a log, with the residual that each leaves.
 
     Attributes:
-        unit: of the residuals, in words.
+        unit: of the residuals, as text.
         as_recorded: residual of the log as it stands.
         residuals: those of all readings that were tried, the best first, and of equally good ones the simplest.
         suggested: the best reading, if it does clearly better than the log as recorded.
@@ -146,7 +146,7 @@ class ToolPoses(NamedTuple):
 
 @dataclass(frozen=True)
 class PoseCheck:
-    """Logged poses against forward kinematics, with the constant base and tool that fit best.
+    """Logged poses compared with forward kinematics, with the constant base and tool that fit best.
 
     Attributes:
         source: name of the log.
@@ -175,12 +175,12 @@ class PoseCheck:
 
     @property
     def reproduced(self) -> bool:
-        """Whether forward kinematics reproduces the log: within 5 mm and 1 degree, rms."""
+        """True if forward kinematics reproduces the log: within 5 mm and 1 degree, rms."""
         return self.rms <= _FAITHFUL[0] and (self.rms_angle or 0.0) <= _FAITHFUL[1]
 
     @property
     def wrong_unit(self) -> str:
-        """The unit that the positions seem to be in; empty where theirs is plausible."""
+        """Unit that the positions seem to be in; empty where theirs is plausible."""
         units = ((1e3, "mm that are read as m"), (1e-3, "m that are read as mm"))
         return next((text for factor, text in units if 0.3 < self.scale / factor < 3.0), "")
 
@@ -221,7 +221,8 @@ def check_pose(robot: Robot, poses: ToolPoses, progress: Progress = silent) -> P
 def _fitted(robot: Robot, poses: ToolPoses, starts: Array, tolerance: float = 1e-14) -> PoseCheck:
     """Fit constant base B and tool O of X_k = B T_k(q_k) O to the positions, O's rotation to the axes.
 
-    Only the tool's origin is searched for: the base that belongs to it has a closed form (Kabsch).
+    Only the tool's origin is searched for: the base that belongs to it has a closed form (Kabsch, A solution
+    for the best rotation to relate two sets of vectors, 1976).
     """
     from scipy import optimize, spatial
 

@@ -1,4 +1,4 @@
-"""Whether torques are to one scale: those with payload and those without, and those of the joints of one recording.
+"""Scales of torques: of those with payload over those without, and of the joints of one recording.
 
 The first is one more column of method 4 in the loaded rows: the rigid part of what the robot alone needs, friction
 and offsets of those rows free. All of it is in the joints' triangular factors, so that no row is read again; beside
@@ -25,7 +25,7 @@ from .hypotheses import pull_of, pull_z
 SCALE, SCALE_Z = 0.01, 4.0
 """Difference of the loaded torques' scale from 1, and its standard deviations, above which it is another one."""
 JOINT_SCALE, JOINT_SCALE_Z = 0.05, 5.0
-"""Those limits of one joint's torque."""
+"""Limits for one joint's torque: difference of its scale from 1, and its standard deviations."""
 OWN_SCALE_Z = 3.3
 """Standard deviations of one motor's scale with payload, where over 5 % off, above which its gain is not kept."""
 EITHER = 0.67
@@ -38,7 +38,7 @@ OFF_SCALE, OFF_SCALE_Z = 0.2, 4.0
 """Relative difference of two joints' scales, and its standard deviations, beyond friction and noise: joint 1 of a
 real UR10e, which no gravity loads, is .19 (4 sigma) off in one good recording, .03 in another."""
 LONG_ENOUGH = 10.0
-"""s: errors of the model last about a second, so that shorter recordings do not tell how they scatter."""
+"""Duration [s] below which recordings do not tell how errors of the model, which last about a second, scatter."""
 
 
 def scales(problem: LongMotion, weights: Array) -> tuple[Effect, ...]:
@@ -48,23 +48,23 @@ def scales(problem: LongMotion, weights: Array) -> tuple[Effect, ...]:
         problem: with recordings without payload, else nothing is known of a scale, and one that is not free.
         weights: of the joints.
     """
-    bare, loaded = problem.unloaded, problem.loaded
-    if problem.settings.scale_sigma > 0.0 or problem.bare is None or bare is None or not loaded.blocks:
+    unloaded, loaded = problem.unloaded, problem.loaded
+    if problem.settings.scale_sigma > 0.0 or problem.bare is None or unloaded is None or not loaded.blocks:
         return ()
-    names, robot = bare.columns, problem.bare.values
+    names, robot = unloaded.columns, problem.bare.values
     b, c, n = len(names), len(names) + len(PAYLOAD), problem.robot.n
     friction = [k for k, name in enumerate(names) if is_friction(name)]
     rigid, size = [k for k in range(b) if k not in friction], c + len(friction) + n + 2
 
-    def gram(unloaded: Equations | None, heavy: Equations | None) -> Array:
+    def gram(robot_part: Equations | None, loaded_part: Equations | None) -> Array:
         """Gram matrix of robot, payload, friction under load, scale of all and of each joint, torque."""
         total = np.zeros((size, size))
         for j, weight in enumerate(weights):
-            if unloaded is not None:
-                own = weight * unloaded.factors[j]
+            if robot_part is not None:
+                own = weight * robot_part.factors[j]
                 total[np.ix_([*range(b), -1], [*range(b), -1])] += own.T @ own
-            if heavy is not None:
-                factor = weight * heavy.factors[j]
+            if loaded_part is not None:
+                factor = weight * loaded_part.factors[j]
                 rows = np.zeros((len(factor), size))
                 index = [*rigid, *range(b, c), -1]
                 rows[:, index], rows[:, c : c + len(friction)] = factor[:, index], factor[:, friction]
@@ -72,7 +72,7 @@ def scales(problem: LongMotion, weights: Array) -> tuple[Effect, ...]:
                 total += rows.T @ rows
         return total
 
-    without, with_payload = bare.parts(), loaded.parts()
+    without, with_payload = unloaded.parts(), loaded.parts()
     if without and len(without) == len(with_payload):  # blocks of one motion are left out together
         blocks = [gram(*parts) for parts in zip(without, with_payload, strict=True)]
     else:
@@ -82,7 +82,7 @@ def scales(problem: LongMotion, weights: Array) -> tuple[Effect, ...]:
 
 
 def scales_of_states(system: System) -> tuple[Effect, ...]:
-    """Scales of the loaded torques by subsampled states: beside a known robot, or in a short motion."""
+    """Estimate scales of the loaded torques by subsampled states: with a known robot, or in a short motion."""
     rigid = [k for k, name in enumerate(system.names) if not is_friction(name)]
     along = np.einsum("jcn,c->jn", system.columns[:, rigid], system.values[rigid]) * system.states.loaded
     each = np.eye(len(along))[:, :, None] * along[:, None]
@@ -104,7 +104,7 @@ def _scales(added: Added, n: int) -> tuple[Effect, ...]:
 
 
 def signal_scales(equations: Equations) -> RelativeScales | None:
-    """Scales of the joints' signals, as links that several joints carry show; None where nothing tells them.
+    """Estimate scales of the joints' signals by links that several joints carry; None where nothing tells them.
 
     Errors by blocks of time count besides the formula's: errors of the model last, and look certain to a formula.
     """

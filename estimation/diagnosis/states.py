@@ -14,11 +14,11 @@ from ..signals.filtering import lowpass, measurement
 from ..signals.rows import Mask, used_rows
 
 BLOCKS = 20
-"""Blocks of time that are left out in turn."""
+"""Number of blocks of time that are left out in turn."""
 STRETCH = 3.0
-"""s: the shortest stretch of time that is judged; shorter ones of good recordings stand out by chance."""
+"""Shortest stretch of time that is judged [s]; shorter ones of good recordings stand out by chance."""
 FEW = 200
-"""States of a recording that are enough to compare readings of it."""
+"""Number of states of a recording that are enough to compare readings of it."""
 _RATE = 10.0  # Hz
 _MOST = 600  # states of a recording
 _LONGEST = 180.0  # s: of a longer recording the middle is used
@@ -99,7 +99,7 @@ class States:
 
     @property
     def passed(self) -> Array:
-        """Time that has passed, from 0 to 1 over each recording, shape (N,)."""
+        """Fraction of the time that has passed, from 0 to 1 over each recording, shape (N,)."""
         first, last = np.array([t[[0, -1]] for t, _ in self.signals])[self.recording].T
         return np.asarray((self.t - first) / (last - first))
 
@@ -109,8 +109,8 @@ class States:
         for number, (t, signal) in enumerate(self.signals):
             own = self.recording == number
             after = np.clip(np.searchsorted(t, times[own]), 1, len(t) - 1)
-            share = np.clip((times[own] - t[after - 1]) / (t[after] - t[after - 1]), 0.0, 1.0)[:, None]
-            torque[own] = (1.0 - share) * signal[after - 1] + share * signal[after]
+            fraction = np.clip((times[own] - t[after - 1]) / (t[after] - t[after - 1]), 0.0, 1.0)[:, None]
+            torque[own] = (1.0 - fraction) * signal[after - 1] + fraction * signal[after]
         return replace(self, torque=torque)
 
     def taken(self, index: Any) -> "States":
@@ -146,7 +146,7 @@ def states_of(source: Source | None) -> States | None:
 
 
 def _stuck(recording: Recording, t: Array) -> Mask:
-    """Where a position stands at the very same number for over half a second, N x n."""
+    """Mark where a position stands at the very same number for over half a second, N x n."""
     result = np.zeros((len(t), recording.q.shape[1]), dtype=bool)
     for j, q in enumerate(recording.q.T):
         edges = np.flatnonzero(np.diff(q) != 0.0) + 1

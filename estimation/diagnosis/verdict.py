@@ -77,7 +77,7 @@ def _findings(evidence: Evidence) -> list[Finding]:
 
 
 def causes(evidence: Evidence, contradicted: bool) -> list[Finding]:
-    """What most likely went wrong, where something speaks against the recordings; suggested, never corrected.
+    """Name what most likely went wrong, where something speaks against the recordings; suggested, never corrected.
 
     Args:
         evidence: with the recordings themselves.
@@ -93,7 +93,7 @@ def causes(evidence: Evidence, contradicted: bool) -> list[Finding]:
 
 
 def table() -> list[tuple[str, str]]:
-    """Every check: what it looks at, and from where on it says what; the documentation prints it."""
+    """List every check: what it looks at, and from where on it says what; the documentation prints it."""
     rows = []
     described = (
         [row.finding for row in HYPOTHESES],
@@ -123,7 +123,7 @@ def diagnose(
     system = system_of(problem, states)
     effects = effects_of(system) if system is not None else ()
     by_joints = payload_by_joints(problem, weights)
-    sigma = float(best.estimate.sigma[best.places.index(9)]) if 9 in best.places else np.inf
+    sigma = float(best.estimate.sigma[best.indices.index(9)]) if 9 in best.indices else np.inf
     if isinstance(problem, LongMotion) and problem.unloaded is not None:
         found = scales(problem, weights)
     else:

@@ -19,13 +19,13 @@ from ...common.linear import RANK_TOLERANCE, decomposed, independent, rank, uppe
 from ...model import INERTIAL
 
 SHARED = "shared"
-"""How the names of shared torques begin."""
+"""Beginning of the names of shared torques."""
 PAYLOAD = tuple(f"{kind}_L" for kind in INERTIAL)
 """Names of the payload's ten parameters chi_L, in the order of (6)."""
 NO_MOTOR = -1
-"""In a motor's place: a known spring makes the torque."""
+"""Index that stands for a motor where a known spring makes the torque."""
 _NOISE_FLOOR = 1e-12
-"""Of the torque: data without noise still need finite weights."""
+"""Standard deviation of the error over the torque, at least: data without noise still need finite weights."""
 
 
 class SharedTorque(NamedTuple):
@@ -41,20 +41,20 @@ class SharedTorque(NamedTuple):
     torque: Array
 
 
-def beside(shared: Sequence[SharedTorque], joint: int, rows: int) -> Array:
-    """What is not of a joint's own motor in its equations, side by side, rows x number of torques."""
+def shared_torques(shared: Sequence[SharedTorque], joint: int, rows: int) -> Array:
+    """Columns that are not of a joint's own motor in its equations, side by side, rows x number of torques."""
     own = [torque.torque for torque in shared if torque.joint == joint]
     return np.column_stack(own) if own else np.zeros((rows, 0))
 
 
 def refilled(shared: Sequence[SharedTorque], joint: int, columns: Array) -> list[SharedTorque]:
-    """Replace the rows of a joint's torques by others, ordered as by ``beside``."""
+    """Replace the rows of a joint's torques by others, ordered as by ``shared_torques``."""
     own = [torque for torque in shared if torque.joint == joint]
     return [torque._replace(torque=columns[:, k]) for k, torque in enumerate(own)]
 
 
 class Anchor(NamedTuple):
-    """One more equation for a column that is eliminated: its parameter is ``level``, with ``stiffness``.
+    """Equation of an eliminated column: its parameter is ``level``, with ``stiffness``.
 
     ``column``: which; ``joint``: among whose rows (from 0) the equation stands; ``stiffness``: its weight in units
     of those rows; ``level``: the new column's name.
@@ -94,7 +94,7 @@ class Blocks:
         return Blocks(tuple(factors), rows, np.array([part.effective_rows for part in blocks]), length)
 
     def joined(self, others: "Blocks", together: bool = False) -> "Blocks":
-        """These blocks and then others; ``together``: each with its partner of the same motion."""
+        """Append other blocks; ``together``: each with its partner of the same motion."""
         pairs, length = zip(self.factors, others.factors, strict=True), max(self.length, others.length)
         if together:
             rows, effective = self.rows + others.rows, self.effective_rows + others.effective_rows
@@ -111,7 +111,7 @@ class Blocks:
 
 
 def _stack(parts: Sequence[Array]) -> Array:
-    """Stacks of factors, each B x k x (c + 1), as one; rows of zeros below the shorter ones."""
+    """Stack factors, each B x k x (c + 1), as one; rows of zeros below the shorter ones."""
     most = max(part.shape[1] for part in parts)
     return np.concatenate([np.pad(part, ((0, 0), (0, most - part.shape[1]), (0, 0))) for part in parts])
 
@@ -140,7 +140,7 @@ class Equations:
     def transformed(
         self, M: Array, names: Sequence[str], shift: Array | None = None, joints: Sequence[int] | None = None
     ) -> "Equations":
-        """Equations in other parameters p, of which these are chi = M p + shift.
+        """Write the equations in other parameters p, of which these are chi = M p + shift.
 
         With a shift the torque W shift is taken off: the rest is no motor's any more, so nothing shared is kept;
         nor is it where only some joints' equations are.
@@ -177,7 +177,7 @@ class Equations:
         return self.transformed(M, names)
 
     def minus(self, names: Sequence[str], values: Array) -> "Equations":
-        """Equations in the other parameters alone: the torque W chi of known ones is taken off."""
+        """Take off the torque W chi of known parameters: equations in the others alone."""
         known, c = [self.columns.index(name) for name in names], len(self.columns)
         rest, shift = [k for k in range(c) if k not in known], np.zeros(c)
         shift[known] = values
@@ -199,7 +199,7 @@ class Equations:
         rest = [k for k in range(len(self.columns)) if k not in gone]
         factors, ranks, shared = [], [], list[SharedTorque]()
         for j, factor in enumerate(self.factors):
-            others, levels = beside(self.shared, j, len(factor)), np.zeros((len(factor), len(anchors)))
+            others, levels = shared_torques(self.shared, j, len(factor)), np.zeros((len(factor), len(anchors)))
             rows = np.hstack([factor[:, [*gone, *rest]], levels, factor[:, -1:], others])
             for k, anchor in enumerate(anchors):
                 if anchor.joint == j:  # stiffness (parameter - level) = 0, one more row
@@ -221,11 +221,11 @@ class Equations:
 
     @property
     def whole(self) -> "Equations":
-        """The equations without their blocks."""
+        """Drop the blocks."""
         return replace(self, blocks=Blocks())
 
     def parts(self) -> list["Equations"]:
-        """The equations of each block; nothing shared is kept."""
+        """Split into the equations of each block; nothing shared is kept."""
         counts = zip(self.blocks.rows.astype(int).tolist(), self.blocks.effective_rows.tolist(), strict=True)
         return [
             Equations(self.columns, tuple(stack[b] for stack in self.blocks.factors), tuple(rows), tuple(effective))
@@ -233,7 +233,7 @@ class Equations:
         ]
 
     def without_each(self) -> list["Equations"]:
-        """The equations without each block, for a jackknife; nothing shared is kept.
+        """Leave out each block in turn, for a jackknife; nothing shared is kept.
 
         What lies before and after each block is merged once for all: 3 B merges instead of B^2.
         """
@@ -245,7 +245,7 @@ class Equations:
         return [after[0], *map(merged, zip(before[:-1], after[1:], strict=True)), before[-1]]
 
     def stacked(self, weights: Array | None = None) -> Array:
-        """Factor of all joints together, k x (c + 1), the rows of joint j times ``weights[j]``."""
+        """Stack the factors of all joints, k x (c + 1), the rows of joint j times ``weights[j]``."""
         weights = np.ones(len(self.factors)) if weights is None else weights
         return triangular(np.vstack([w * factor for w, factor in zip(weights, self.factors, strict=True)]))
 
@@ -260,10 +260,10 @@ class Equations:
         return np.array([np.linalg.norm(factor[:, -1]) for factor in self.factors])
 
     def joint_weights(self, values: Array) -> Array:
-        """Weight of each joint's equations: one over the standard deviation of its error, shape (n,)."""
+        """Weights of the joints' equations: one over the standard deviation of the error, shape (n,)."""
         rows = np.maximum(np.array(self.rows, dtype=float), 1.0)
-        share = max(1.0 - len(self.columns) / max(sum(self.effective_rows), 1.0), 1e-3)
-        sigma = self.error_norms(values) / np.sqrt(rows * share)
+        freedom = max(1.0 - len(self.columns) / max(sum(self.effective_rows), 1.0), 1e-3)
+        sigma = self.error_norms(values) / np.sqrt(rows * freedom)
         floor = _NOISE_FLOOR * np.linalg.norm(self.torque_norms) / np.sqrt(rows.sum())
         return np.asarray(1.0 / np.maximum(sigma, floor) if floor > 0.0 else np.ones(len(rows)))
 
@@ -274,7 +274,7 @@ class Equations:
         write_bytes(f"{path}" if f"{path}".endswith(".npz") else f"{path}.npz", content.getvalue())
 
     def arrays(self) -> dict[str, Any]:
-        """What ``save`` writes: rows, columns, factor0 .., and shared<joint>_<motor> as ``shared``."""
+        """Arrays that ``save`` writes: rows, columns, factor0 .., and shared<joint>_<motor> as ``shared``."""
         return {
             "columns": np.array(self.columns),
             "rows": self.rows,
@@ -285,7 +285,7 @@ class Equations:
 
     @staticmethod
     def load(path: str | Path) -> "Equations":
-        """Read what ``save`` wrote.
+        """Read equations that ``save`` wrote.
 
         Raises:
             InputError: if the file holds something else.
@@ -320,7 +320,7 @@ class Equations:
         return _condition(W), _condition(scaled(W))
 
     def by_motor(self) -> tuple[Array, ...]:
-        """What each motor makes of a joint's right-hand side: per joint k x n, rows as those of its factor.
+        """Split a joint's right-hand side by motors: per joint k x n, rows as those of its factor.
 
         They add up to the right-hand side, but for the torque of a known spring, which no gain scales.
         """
@@ -335,7 +335,7 @@ class Equations:
 
 
 def scaled(W: Array) -> Array:
-    """Columns of norm 1; columns of zeros as they are."""
+    """Scale columns to norm 1; columns of zeros stay as they are."""
     norms = np.linalg.norm(W, axis=0)
     return np.asarray(W / np.where(norms > 0.0, norms, 1.0))
 
@@ -348,16 +348,16 @@ def _condition(W: Array) -> float:
     return float(singular[0] / singular[-1])
 
 
-def compressed(rows: Array, beside: int = 0) -> tuple[Array, Array]:
+def compressed(rows: Array, extra: int = 0) -> tuple[Array, Array]:
     """R of a QR decomposition, and Q' times some last columns that take no part in it.
 
     Fewer rows than columns are kept as they are.
 
     Args:
-        rows: columns of the factor, then those beside, N x (c + beside).
-        beside: number of the latter.
+        rows: columns of the factor, then extra ones, N x (c + extra).
+        extra: number of the extra ones.
     """
-    width = rows.shape[1] - beside
+    width = rows.shape[1] - extra
     if len(rows) > width:
         # What stands below is of the last columns alone.
         rows = upper(lapack.dgeqrf(rows)[0][:width])
@@ -400,7 +400,7 @@ def checked(factor: Array, columns: tuple[str, ...], rows: int, effective_rows: 
 
 
 def _clearly_determined(W: Array) -> bool:
-    """By LAPACK's condition estimate of a triangle, which costs nothing beside singular values; False if in doubt.
+    """True if LAPACK's condition estimate of a triangle, next to free of cost, is small; False if in doubt.
 
     The estimate is rarely off by more than 3, and the 1-norm's condition within c of the 2-norm's.
     """
@@ -411,32 +411,32 @@ def _clearly_determined(W: Array) -> bool:
     return not failed and bool(reciprocal > 10.0 * c * RANK_TOLERANCE)
 
 
-def _eliminated(rows: Array, gone: int, beside: int) -> tuple[Array, Array, int]:
-    """Triangular factor of some columns less what the first explain, the last ones beside it, and the first's rank.
+def _eliminated(rows: Array, gone: int, extra: int) -> tuple[Array, Array, int]:
+    """Triangular factor of some columns less what the first explain, the last ones with it, and the first's rank.
 
     Of clearly independent columns one QR of all that are not zero says it.
 
     Args:
-        rows: N x (gone + c + beside).
+        rows: N x (gone + c + extra).
         gone: number of columns that are taken out.
-        beside: number of the last columns, which take no part in the factor.
+        extra: number of the last columns, which take no part in the factor.
     """
     off, remaining = rows[:, :gone], rows[:, gone:]
-    off, width = off[:, off.any(axis=0)], remaining.shape[1] - beside
+    off, width = off[:, off.any(axis=0)], remaining.shape[1] - extra
     if not len(rows):
         return remaining[:, :width], remaining[:, width:], 0
     there = [k for k in range(remaining.shape[1]) if k >= width - 1 or remaining[:, k].any()]  # torques always
-    k, c = off.shape[1], len(there) - beside
+    k, c = off.shape[1], len(there) - extra
     R = upper(lapack.dgeqrf(np.column_stack([off, remaining[:, there]]))[0][: k + c])
     if not independent(off, R):
-        return *compressed(without(remaining, off), beside), rank(off)
+        return *compressed(without(remaining, off), extra), rank(off)
     factor = np.zeros((len(R) - k, remaining.shape[1]))
     factor[:, there] = R[k:, k:]
     return factor[:, :width], factor[:, width:], k
 
 
 def merged(parts: Iterable[Equations]) -> Equations:
-    """All equations of several parts with the same parameters; the merge is one more QR. Blocks of all are kept."""
+    """Merge the equations of several parts with the same parameters by one more QR. Blocks of all are kept."""
     parts = list(parts)
     first = parts[0]
     if len(parts) == 1:
@@ -448,7 +448,9 @@ def merged(parts: Iterable[Equations]) -> Equations:
         raise ValueError("equations of robots with different coupled drives or springs cannot be merged")
     factors, shared = [], list[SharedTorque]()
     for j in range(len(first.factors)):
-        rows = np.vstack([np.column_stack([p.factors[j], beside(p.shared, j, len(p.factors[j]))]) for p in parts])
+        rows = np.vstack(
+            [np.column_stack([p.factors[j], shared_torques(p.shared, j, len(p.factors[j]))]) for p in parts]
+        )
         factor, others = compressed(rows, rows.shape[1] - len(first.columns) - 1)
         factors.append(factor)
         shared += refilled(first.shared, j, others)

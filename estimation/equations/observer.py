@@ -21,11 +21,11 @@ from ..signals.rows import Mask, used_rows
 from .equations import NO_MOTOR, SharedTorque
 
 PATH = "path"
-"""The column of a difference's torque that is taken off its right-hand side because the paths differ."""
+"""Name of the column of a difference's torque that is taken off because the paths differ."""
 
 
 class Residuals(NamedTuple):
-    """What a fit leaves of one recording: per joint times [s] and errors [N·m or N], shapes (r_j,)."""
+    """Residuals of a fit to one recording: per joint times [s] and errors [N·m or N], shapes (r_j,)."""
 
     t: tuple[Array, ...]
     errors: tuple[Array, ...]
@@ -40,7 +40,7 @@ class Observation:
         W: per joint, r_j x c.
         Y: per joint, torques [N·m or N], shape (r_j,); known torques (a spring) are already moved here.
         t: per joint, time of the rows [s], shape (r_j,).
-        bandwidth: share of the frequency range that white noise fills; 1 without decimation.
+        bandwidth: fraction of the frequency range that white noise fills; 1 without decimation.
         shared: what of a joint's torque is of another joint's motor (coupled drives), or of a known spring.
     """
 
@@ -52,7 +52,7 @@ class Observation:
     shared: tuple[SharedTorque, ...] = ()
 
     def between(self, start: float, stop: float) -> "Observation":
-        """The equations with start <= t < stop [s]."""
+        """Take the equations with start <= t < stop [s]."""
         ends = [slice(*np.searchsorted(t, (start, stop))) for t in self.t]
         W, Y, t = (
             tuple(array[part] for array, part in zip(arrays, ends, strict=True))
@@ -62,7 +62,7 @@ class Observation:
         return replace(self, W=W, Y=Y, t=t, shared=shared)
 
     def eliminate(self, columns: Sequence[str]) -> "Observation":
-        """The equations less all that some columns can explain, joint by joint; rows keep their times."""
+        """Take off all that some columns can explain, joint by joint; rows keep their times."""
         gone = [self.columns.index(name) for name in columns]
         rest = [k for k in range(len(self.columns)) if k not in gone]
         W, Y = [], []
@@ -74,21 +74,21 @@ class Observation:
         return Observation(tuple(self.columns[k] for k in rest), tuple(W), tuple(Y), self.t, self.bandwidth)
 
     def errors(self, values: Array) -> tuple[Array, ...]:
-        """Y_j - W_j chi for each joint [N·m or N], shapes (r_j,); chi may be of the first columns alone."""
+        """Errors Y_j - W_j chi for each joint [N·m or N], shapes (r_j,); chi may be of the first columns alone."""
         return tuple(Y - W[:, : len(values)] @ values for W, Y in zip(self.W, self.Y, strict=True))
 
     def residuals(self, values: Array) -> Residuals:
-        """The ``errors`` with their times."""
+        """Residuals: the ``errors`` with their times."""
         return Residuals(self.t, self.errors(values))
 
 
 def known_spring(robot: Robot) -> Spring | None:
-    """The spring whose torque is moved to the left-hand side, if there is one."""
+    """Spring whose torque is moved to the left-hand side, if there is one."""
     return robot.spring if robot.spring is not None and not robot.spring.column else None
 
 
 def _sharing(robot: Robot) -> tuple[tuple[int, ...], ...]:
-    """Per joint (from 0) what else stands in its right-hand side: other joints' motors (from 0), ``NO_MOTOR``."""
+    """Motors per joint (from 0) that also stand in its right-hand side: other joints' (from 0), ``NO_MOTOR``."""
     motors: list[tuple[int, ...]] = [()] * robot.n
     if robot.coupling is not None and robot.coupling.rows == "joint":
         j, k = robot.coupling.joints
@@ -117,8 +117,8 @@ def equation_code(robot: Robot, columns: tuple[str, ...]) -> tuple[Kernel, tuple
     left = ca.SX(torque)
     if PATH in columns:
         left -= path
-        place = columns.index(PATH)
-        phi = ca.horzcat(phi[:, :place], path, phi[:, place:])
+        at = columns.index(PATH)
+        phi = ca.horzcat(phi[:, :at], path, phi[:, at:])
     inputs, apart = [q, qd, qdd, torque], {motor: left[motor] for motor in range(robot.n)}
     if spring is not None:
         joint, before = spring.joint - 1, ca.SX.sym("before")
@@ -161,7 +161,7 @@ class Block(NamedTuple):
 
 
 class Used(NamedTuple):
-    """A measurement, its rows to use (N x n), and the factor that thins its equations."""
+    """Measurement, its rows to use (N x n), and the factor that thins its equations."""
 
     data: Measurement
     keep: Mask
@@ -169,7 +169,7 @@ class Used(NamedTuple):
 
 
 def used(data: Measurement, processing: Processing, partner: Motion | None = None) -> Used:
-    """A measurement with its rows to use: moving stretches less rows of slow joints.
+    """Find the rows of a measurement to use: moving stretches less rows of slow joints.
 
     Args:
         data: the measurement, even in time if it is to be decimated.
@@ -186,7 +186,7 @@ class Observer:
 
     Attributes:
         columns: what the columns are called.
-        place: position of each column among the distinct ones that are evaluated.
+        index: index of each column among the distinct ones that are evaluated.
         distinct: number of those.
         rows: per joint, where its entries and torque stand among a block's equations.
         touched: per joint, the distinct columns of its entries.
@@ -209,28 +209,28 @@ class Observer:
         self._lay_out(columns, names, touched)
 
     def _lay_out(self, columns: Sequence[str], names: Sequence[str] | None, touched: tuple[Array, ...]) -> None:
-        """Say where what is asked for stands among the rows that are evaluated."""
+        """Lay out what is asked for among the rows that are evaluated."""
         self.columns = tuple(names or columns)
         unique = tuple(dict.fromkeys(columns))
-        self.place = np.array([unique.index(name) for name in columns])
+        self.index = np.array([unique.index(name) for name in columns])
         self.distinct, self.touched = len(unique), touched
         sizes = [len(own) + 1 + len(others) for own, others in zip(touched, self.motors, strict=True)]
         ends = np.cumsum(sizes)
         self.rows = tuple(slice(int(end) - size, int(end)) for end, size in zip(ends, sizes, strict=True))
 
     def at(self, values: Array) -> "Observer":
-        """Observer whose friction is that under the load which parameters of these values cause.
+        """Make the observer whose friction is that under the load which parameters of these values cause.
 
         Args:
             values: of the first columns; those of the others are zero.
         """
-        there, standard = copy.copy(self), [self._standard[place] for place in self.place]
+        there, standard = copy.copy(self), [self._standard[k] for k in self.index]
         there._chi = np.zeros(len(self._all))
         np.add.at(there._chi, [self._all.index(name) for name in standard[: len(values)]], values)
         return there
 
     def only(self, columns: Sequence[str], names: Sequence[str] | None = None) -> "Observer":
-        """Observer of some of the columns by the same generated code; arguments as when made."""
+        """Make the observer of some of the columns by the same generated code; arguments as when made."""
         part, unique = copy.copy(self), tuple(dict.fromkeys(columns))
         chosen, touched = [], []
         for rows, own in zip(self.rows, self.touched, strict=True):
@@ -244,7 +244,7 @@ class Observer:
         return part
 
     def stream(self, pieces: Iterable[tuple[Measurement, Mask]], factor: int) -> Iterator[Block]:
-        """Equations of one recording that arrives in pieces, each with its rows to use (N x n).
+        """Make equations of one recording that arrives in pieces, each with its rows to use (N x n).
 
         Y and every column of W are filtered and decimated alike.
         """
@@ -273,7 +273,7 @@ class Observer:
             yield block(decimator.finish())
 
     def observe(self, data: Measurement, processing: Processing) -> Observation:
-        """The equations of one measurement with W held whole."""
+        """Observe one measurement with W held whole."""
         return self.observe_rows(*used(data, processing))
 
     def observe_rows(self, data: Measurement, keep: Mask, decimate: int) -> Observation:
@@ -281,7 +281,7 @@ class Observer:
         return self._held(list(self.stream([(data, keep)], decimate)), decimate)
 
     def pieces(self, data: Measurement, processing: Processing) -> Iterator[Observation]:
-        """The equations of ``observe`` in consecutive pieces that need little memory."""
+        """Make the equations of ``observe`` in consecutive pieces that need little memory."""
         waiting: list[Block] = []
         data, keep, factor = used(data, processing)
         for block in self.stream([(data, keep)], factor):
@@ -293,13 +293,13 @@ class Observer:
             yield self._held(waiting, factor)
 
     def _held(self, blocks: Sequence[Block], decimate: int) -> Observation:
-        """Equations of blocks, those of each joint in all columns."""
+        """Join equations of blocks, those of each joint in all columns."""
         W, Y, t, shared = [], [], [], list[SharedTorque]()
         for j, (own, touched) in enumerate(zip(self.rows, self.touched, strict=True)):
             rows = np.concatenate([block.equations[own][:, block.keep[j]] for block in blocks], axis=1)
             dense = np.zeros((rows.shape[1], self.distinct))
             dense[:, touched] = rows[: len(touched)].T
-            W.append(dense[:, self.place])
+            W.append(dense[:, self.index])
             Y.append(rows[len(touched)])
             others = rows[len(touched) + 1 :]
             shared += [SharedTorque(j, motor, part) for motor, part in zip(self.motors[j], others, strict=True)]
@@ -310,7 +310,7 @@ class Observer:
         """Torques of the joints that parameters of these values cause [N·m or N], N x n."""
         none = Measurement(motion, np.zeros(motion.q.shape))
         chi, torque = np.zeros(self.distinct), np.empty(motion.q.shape)
-        np.add.at(chi, self.place, values)
+        np.add.at(chi, self.index, values)
         for part in _parts(len(motion.t), 1):
             equations = self._evaluated(none, part)
             for j, (own, touched) in enumerate(zip(self.rows, self.touched, strict=True)):
@@ -321,7 +321,7 @@ class Observer:
         return torque
 
     def _evaluated(self, data: Measurement, part: slice) -> Array:
-        """Rows of the equations that are asked for."""
+        """Evaluate the rows of the equations that are asked for."""
         motion, before, path = data.motion, data.spring_before, data.path
         inputs = [motion.q[part], motion.qd[part], motion.qdd[part], data.torque[part]]
         if known_spring(self.robot) is not None:
@@ -335,6 +335,6 @@ class Observer:
 
 
 def _parts(samples: int, factor: int) -> Iterator[slice]:
-    """Stretches that stay in the processor's cache, long against the reach of the decimation filter."""
+    """Divide samples into stretches that stay in the processor's cache, long against the decimation filter."""
     size = max(_PART, 64 * factor if factor > 1 else 0)
     return (slice(start, start + size) for start in range(0, samples, size))

@@ -11,7 +11,7 @@ from ...model import Processing
 from ...model.motion import Measurement
 from ..signals.decimation import noise_bandwidth
 from ..signals.rows import Mask
-from .equations import Equations, SharedTorque, beside, compressed, merged, refilled
+from .equations import Equations, SharedTorque, compressed, merged, refilled, shared_torques
 from .observer import Block, Observation, Observer, Residuals, Used, used
 
 _ROWS = 1024  # per QR: the rows and the factor stay in the processor's cache
@@ -28,7 +28,7 @@ class Recorded:
     """The equations of one recording, row by row: made once, and cut as often as wanted."""
 
     def __init__(self, observer: Observer, data: Measurement, keep: Mask, factor: int) -> None:
-        """Evaluate those of a measurement, of the rows to use (N x n), thinned by a factor."""
+        """Evaluate the equations of a measurement, of the rows to use (N x n), thinned by a factor."""
         self._observer, self._factor = observer, factor
         count, at = -(-len(keep) // factor), 0
         self._equations = np.empty((observer.rows[-1].stop, count))
@@ -38,14 +38,14 @@ class Recorded:
             self._equations[:, here], self._keep[:, here], self._t[here] = block.equations, block.keep, block.t
 
     def cut(self, edges: Array) -> list[Equations]:
-        """The equations between neighbouring edges [s], reduced."""
+        """Cut the equations at edges [s], and reduce each stretch."""
         ends = np.searchsorted(self._t, edges).tolist()
         return [_reduced(self._observer, self._blocks(*pair), self._factor) for pair in pairwise(ends)]
 
     def residuals(self, values: Array) -> Residuals:
-        """What the first columns' values leave."""
+        """Residuals of the first columns' values."""
         chi = np.zeros(self._observer.distinct)
-        np.add.at(chi, self._observer.place[: len(values)], values)
+        np.add.at(chi, self._observer.index[: len(values)], values)
         errors = []
         for own, touched, keep in zip(self._observer.rows, self._observer.touched, self._keep, strict=True):
             entries = self._equations[own]
@@ -53,14 +53,14 @@ class Recorded:
         return Residuals(tuple(self._t[keep] for keep in self._keep), tuple(errors))
 
     def _blocks(self, first: int, last: int) -> Iterator[Block]:
-        """The equations of some rows, copied, for the QR uses them up."""
+        """Take the equations of some rows, copied, for the QR uses them up."""
         for start in range(first, last, _ROWS):
             rows = slice(start, min(start + _ROWS, last))
             yield Block(self._equations[:, rows].copy(), self._keep[:, rows], self._t[rows])
 
 
 def recorded(observer: Observer, recordings: Iterable[Used]) -> tuple[Equations, list[Recorded]]:
-    """All recordings of one load reduced, and the equations of each."""
+    """Reduce all recordings of one load, and keep the equations of each."""
     each = [Recorded(observer, *recording) for recording in recordings]
     return merged(recording.cut(np.array([-np.inf, np.inf]))[0] for recording in each), each
 
@@ -80,7 +80,7 @@ def reduced(observation: Observation) -> Equations:
     factors, shared = [], list[SharedTorque]()
     for j, (W, Y) in enumerate(zip(observation.W, observation.Y, strict=True)):
         touched = np.flatnonzero(W.any(axis=0))
-        others, width = beside(observation.shared, j, len(Y)), len(touched) + 1
+        others, width = shared_torques(observation.shared, j, len(Y)), len(touched) + 1
         factor = np.zeros((width + others.shape[1],) * 2, order="F")
         for start in range(0, len(Y), _ROWS):
             part = slice(start, start + _ROWS)
@@ -96,7 +96,7 @@ def reduced(observation: Observation) -> Equations:
 
 
 def _reduced(observer: Observer, blocks: Iterable[Block], decimate: int) -> Equations:
-    """Each joint's rows touch only its own columns: a QR of those alone, spread out at the end.
+    """Reduce by QR the columns that each joint's rows touch, spread out at the end.
 
     The blocks' equations are used up: the QR works where they stand.
     """
@@ -114,7 +114,7 @@ def _reduced(observer: Observer, blocks: Iterable[Block], decimate: int) -> Equa
         part = np.triu(factor)[: len(touched) + 1]  # what stands below is of the others' torques alone
         wide = np.zeros((len(part), observer.distinct + 1 + len(motors)))
         wide[:, touched], wide[:, observer.distinct :] = part[:, : len(touched)], part[:, len(touched) :]
-        asked = [*observer.place, *range(observer.distinct, wide.shape[1])]
+        asked = [*observer.index, *range(observer.distinct, wide.shape[1])]
         factor, others = compressed(wide[:, asked], len(motors))
         spread.append(factor)
         shared += [SharedTorque(j, motor, others[:, k]) for k, motor in enumerate(motors)]

@@ -1,4 +1,4 @@
-"""How long residuals remember, and blocks of time that are long against it."""
+"""Memory of residuals, and blocks of time that are long against it."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -16,9 +16,9 @@ from ..equations.reduction import Recorded, reduced
 _WINDOW = 5.0  # lags summed, in autocorrelation times
 _TIMES = 5.0  # autocorrelation times a block holds
 SHORTEST = 1.0
-"""s: no block is shorter."""
+"""Shortest block [s]."""
 FEWEST = 6
-"""Blocks as long as memory asks for: with fewer of a payload's recordings the jackknife alone is not trusted."""
+"""Number of blocks below which the jackknife of a payload's recordings alone is not trusted."""
 _MOST = 100  # blocks: more hardly narrow an interval, but each costs a solution
 
 
@@ -45,7 +45,7 @@ def autocorrelation_time(series: Sequence[tuple[Array, Array]], step: float) -> 
 
 
 def inflation(series: Sequence[tuple[Array, Array]]) -> float:
-    """By how much the memory of errors raises the variance of their mean, 1 + 2 (rho_1 + ...), at least 1.
+    """Factor by which the memory of errors raises the variance of their mean, 1 + 2 (rho_1 + ...), at least 1.
 
     Args:
         series: as of ``autocorrelation_time``, on the closest rows' grid.
@@ -72,10 +72,10 @@ def autocorrelation(t: Array, values: Array, step: float, lags: int) -> Array:
 
 
 def _on_grid(t: Array, values: Array, step: float) -> tuple[Array, Array]:
-    """Values with zeros where rows are missing, and ones where they are not."""
-    place = np.rint((t - t[0]) / step).astype(int)
-    dense, there = np.zeros((2, place[-1] + 1))
-    dense[place], there[place] = values, 1.0
+    """Put values on an even grid: zeros where rows are missing, and ones where they are not."""
+    index = np.rint((t - t[0]) / step).astype(int)
+    dense, there = np.zeros((2, index[-1] + 1))
+    dense[index], there[index] = values, 1.0
     return dense, there
 
 
@@ -90,7 +90,7 @@ def _mean_product(grids: Sequence[tuple[Array, Array]], lag: int) -> float:
 
 
 class Remembered(NamedTuple):
-    """How long the recordings of one load remember.
+    """Memory of the recordings of one load.
 
     ``memory``: longest autocorrelation time among the joints' residuals [s]; ``spans``: times of the first and the
     last row of each recording [s], shape (2,); ``inflation``: of each joint's errors, by their memory.
@@ -102,7 +102,7 @@ class Remembered(NamedTuple):
 
     @staticmethod
     def of(group: Sequence[Residuals]) -> "Remembered":
-        """By what is left of the recordings."""
+        """Measure the memory of what is left of the recordings."""
         by_joint = [[(left.t[j], left.errors[j]) for left in group] for j in range(len(group[0].t))]
         step = min((float(np.diff(t).min()) for left in group for t in left.t if len(t) > 1), default=SHORTEST)
         memory = max(autocorrelation_time(series, step) for series in by_joint)
@@ -110,7 +110,7 @@ class Remembered(NamedTuple):
 
 
 def remembered(recordings: Sequence[Recorded | Observation], equations: Equations) -> Remembered:
-    """By what the weighted fit to all recordings of one load leaves; the first columns are the equations'."""
+    """Measure the memory of what the weighted fit to all recordings of one load leaves."""
     values = weighted_solution(equations)
     return Remembered.of([recording.residuals(values) for recording in recordings])
 
@@ -147,7 +147,7 @@ def block_edges(recording: Observation | Array, length: float) -> Array:
 def in_blocks(
     equations: Equations, recordings: Sequence[Recorded | Observation], edges: Sequence[Array], length: float
 ) -> Equations:
-    """Equations with blocks of time between their recordings' edges."""
+    """Add blocks of time to equations, between their recordings' edges."""
     blocks: list[Equations] = []
     for recording, ends in zip(recordings, edges, strict=True):
         if isinstance(recording, Recorded):
@@ -158,7 +158,7 @@ def in_blocks(
 
 
 def weighted_solution(equations: Equations) -> Array:
-    """Values of the weighted fit; of dependent columns the shortest ones."""
+    """Solve the weighted fit; of dependent columns the shortest solution."""
     factor = equations.stacked()
     factor = equations.stacked(equations.joint_weights(least_squares(factor[:, :-1], factor[:, -1])))
     return least_squares(factor[:, :-1], factor[:, -1])

@@ -20,20 +20,20 @@ from ...common.errors import InputError
 
 Rule = Literal["formula", "jackknife", "sandwich"]
 FEW = 10
-"""Blocks; below them the intervals are wide and uncertain themselves."""
+"""Number of blocks below which the intervals are wide and uncertain themselves."""
 
 
 def student95(degrees_of_freedom: float) -> float:
-    """How many standard deviations a 95 % interval reaches to either side, by Student's t."""
+    """Half width of a 95 % interval in standard deviations, by Student's t."""
     return float(stdtrit(max(degrees_of_freedom, 1.0), 0.975))
 
 
 NORMAL95 = student95(1e9)
-"""How many a 95 % interval of a normal number reaches, whose standard deviation is known."""
+"""Half width of a 95 % interval in standard deviations, of a normal number whose deviation is known."""
 
 
 def few_blocks(degrees_of_freedom: float) -> float:
-    """By how much an interval from few blocks is wider than one from many, standard deviations being equal."""
+    """Ratio of a 95 % interval from few blocks to one from many, standard deviations being equal."""
     return student95(degrees_of_freedom) / NORMAL95
 
 
@@ -66,12 +66,12 @@ class RobustCovariance(Brief):
 
     @cached_property
     def quantile95(self) -> float:
-        """How many standard deviations a 95 % interval reaches to either side."""
+        """Half width of a 95 % interval in standard deviations."""
         return student95(self.degrees_of_freedom)
 
     @property
     def warning(self) -> str:
-        """What speaks against trusting it; empty where nothing does."""
+        """Reason against trusting it; empty where there is none."""
         if self.by_memory:
             blocks = (
                 f"{self.blocks} blocks of at least {self.block_length:.2g} s are" if self.blocks else "blocks are"
@@ -86,7 +86,7 @@ class RobustCovariance(Brief):
 
 
 def formula(root: Array, squares: float, degrees_of_freedom: float) -> Array:
-    """C = s^2 (W'W)^-1 of (17)-(19), s^2 the squares of the weighted errors over their degrees of freedom.
+    """Covariance s^2 (W'W)^-1 of (17)-(19), s^2 the squares of the weighted errors over their degrees of freedom.
 
     Args:
         root: R^-1 of the weighted equations, c x c.
@@ -97,10 +97,11 @@ def formula(root: Array, squares: float, degrees_of_freedom: float) -> Array:
 
 
 def jackknife(groups: Sequence[Iterable[Array]], values: Array, block_length: float) -> RobustCovariance:
-    """C = (B - 1)/B sum (x_-b - x)(x_-b - x)', by solving again without each block b.
+    """Covariance (B - 1)/B sum (x_-b - x)(x_-b - x)', by solving again without each block b.
 
-    Independent groups of blocks (recordings without and with payload that have no motion in common) add up; the
-    degrees of freedom are then those of the smaller group, which is on the safe side (Welch).
+    Of whole blocks, so that errors may remember (Künsch, The jackknife and the bootstrap for general stationary
+    observations, 1989). Independent groups of blocks (recordings without and with payload that have no motion in
+    common) add up; the degrees of freedom are then those of the smaller group, which is on the safe side (Welch).
 
     Args:
         groups: solutions without block 1, 2, ... B of each group, weights fixed at those of ``values``.
@@ -117,7 +118,7 @@ def jackknife(groups: Sequence[Iterable[Array]], values: Array, block_length: fl
 
 
 def sandwich(inverse: Array, scores: Array) -> Array:
-    """(W'W)^-1 S'S (W'W)^-1: each row of the equations by its own error, in units of all.
+    """Covariance (W'W)^-1 S'S (W'W)^-1: each row by its own error, in units of all (White 1980).
 
     Args:
         inverse: rows of (W'W)^-1, weighted, k x c.
@@ -128,7 +129,11 @@ def sandwich(inverse: Array, scores: Array) -> Array:
 
 
 def birge(values: Array, sigmas: Array) -> float:
-    """Birge ratio: by how much values of one quantity scatter more than their sigmas say, at least 1."""
+    """Birge ratio: by how much values of one quantity scatter more than their sigmas say, at least 1.
+
+    The square root of chi2 per degree of freedom about the weighted mean (Birge, The calculation of errors by the
+    method of least squares, 1932).
+    """
     if len(values) < 2:
         return 1.0
     weights = 1.0 / sigmas**2
@@ -138,7 +143,7 @@ def birge(values: Array, sigmas: Array) -> float:
 
 @contextmanager
 def naming_blocks(block_length: float) -> Iterator[None]:
-    """Says of an InputError that it was met without one block of some length [s]."""
+    """Name the length of the left-out block [s] in an InputError."""
     try:
         yield
     except InputError as error:

@@ -1,4 +1,4 @@
-"""How far errors of the drive gains carry: the torque of motor j is 1 + e_j times what it is taken for, always.
+"""Errors of drive gains and how far they carry: the torque of motor j is 1 + e_j times its nominal one, always.
 
 No residual shows such an error: all recordings of one arm share it. It is an uncertainty to be given. Motor j acts
 on joint j; where drives are coupled, motor k acts on joints j and k (9).
@@ -20,7 +20,7 @@ USUAL: Mapping[str, float] = {"motor": 0.02, "link": 0.01}
 """Standard deviation of a relative error of gains of which nothing is said: of torques that motors tell, and of
 torque sensors behind the gear."""
 Fingerprints = Mapping[Literal["unloaded", "loaded"], tuple[str, ...]]
-"""Of the recordings that drive gains were identified from."""
+"""Fingerprints of the recordings that drive gains were identified from."""
 
 
 @dataclass(frozen=True)
@@ -36,7 +36,7 @@ class Gains:
         mass: of the payload with which those were [kg]; None where it is not known.
         notes: what else a reader must know of them, one line each.
         values: the gains themselves [N·m/A or N/A], where they come from a file.
-        robot: whose they are; empty where that is not told.
+        robot: whose they are; empty where that is not stated.
         assumed: whether nothing is said of them, so that the usual errors are taken.
     """
 
@@ -77,7 +77,7 @@ class Gains:
         return np.asarray(np.diag(np.square(own)) + self.common**2 + known)
 
     def says_as(self, other: "Gains", n: int) -> bool:
-        """Whether both are the same uncertainty of n gains, however it is written."""
+        """True if both are one uncertainty of n gains, however it is written."""
         return np.allclose(self.covariance(n), other.covariance(n), rtol=1e-9, atol=0.0)
 
     def check(self, robot: Robot, path: str | Path) -> None:
@@ -89,14 +89,14 @@ class Gains:
             )
 
     def reused(self, loaded: Sequence[Recording], unloaded: Sequence[Recording]) -> tuple[str, ...]:
-        """What to say of recordings that the gains were identified from and that are used again, one line each.
+        """Note recordings that the gains were identified from and that are used again, one line each.
 
         Args:
             loaded: with the payload that is asked for.
             unloaded: without, or the robot's own.
         """
-        heavy = self.recordings.get("loaded", ())
-        again = [recording.source for recording in loaded if recording.fingerprint in heavy]
+        with_load = self.recordings.get("loaded", ())
+        again = [recording.source for recording in loaded if recording.fingerprint in with_load]
         if again:
             mass = f", {self.mass:g} kg as given then" if self.mass is not None else ""
             return (
@@ -104,7 +104,7 @@ class Gains:
                 "what was typed in, it confirms nothing. The intervals take the gains' errors and the recordings' "
                 "for unrelated, which they are not. Record another payload.",
             )
-        every = (*self.recordings.get("unloaded", ()), *heavy)
+        every = (*self.recordings.get("unloaded", ()), *with_load)
         shared = [recording.source for recording in (*unloaded, *loaded) if recording.fingerprint in every]
         if not shared:
             return ()
@@ -130,5 +130,5 @@ def usual_gains(robot: Robot, recordings: Sequence[Recording]) -> Gains | None:
 
 def fingerprints(unloaded: Sequence[Recording], loaded: Sequence[Recording]) -> Fingerprints:
     """Fingerprints of recordings without and with the known payload."""
-    bare, heavy = (tuple(r.fingerprint for r in group if r.fingerprint) for group in (unloaded, loaded))
-    return {"unloaded": bare, "loaded": heavy}
+    without, with_load = (tuple(r.fingerprint for r in group if r.fingerprint) for group in (unloaded, loaded))
+    return {"unloaded": without, "loaded": with_load}

@@ -19,7 +19,7 @@ from .estimate import Estimate
 from .least_squares import weighted
 
 STOP_RATIO = 1.02
-"""The paper's: the error's standard deviation over that with all parameters."""
+"""Limit of the paper: the error's standard deviation over that with all parameters."""
 
 
 @dataclass(frozen=True)
@@ -48,16 +48,16 @@ class EliminationPath:
 
 @dataclass(frozen=True)
 class StopRule(ABC):
-    """When elimination ends."""
+    """Rule that ends elimination."""
 
     @property
     @abstractmethod
     def description(self) -> str:
-        """The rule in one line."""
+        """Describe the rule in one line."""
 
     @abstractmethod
     def eliminated(self, path: EliminationPath) -> int:
-        """How many parameters of a path go."""
+        """Count the parameters of a path that go."""
 
 
 @dataclass(frozen=True)
@@ -77,11 +77,11 @@ class SigmaRatio(StopRule):
 
     @property
     def description(self) -> str:
-        """The rule in one line."""
+        """Describe the rule in one line."""
         return f"error's standard deviation below {self.limit:g} times that with all parameters"
 
     def eliminated(self, path: EliminationPath) -> int:
-        """Steps before the first one that reaches the limit; later ones may fall below it again."""
+        """Count the steps before the first one that reaches the limit; later ones may fall below it again."""
         over = np.flatnonzero(path.sigma_ratio[1:] >= self.limit)
         return int(over[0]) if len(over) else len(path.order)
 
@@ -103,11 +103,11 @@ class SigmaBound(StopRule):
 
     @property
     def description(self) -> str:
-        """The rule in one line."""
+        """Describe the rule in one line."""
         return f"all relative standard deviations within {100.0 * self.limit:g} %"
 
     def eliminated(self, path: EliminationPath) -> int:
-        """Steps to the first set within the bound."""
+        """Count the steps to the first set within the bound."""
         return int(np.flatnonzero(path.largest_relative_sigma <= self.limit)[0])
 
 
@@ -146,7 +146,7 @@ class Elimination:
 
 
 def eliminate(problem: Equations, estimate: Estimate, rule: StopRule | None = None) -> Elimination:
-    """Essential parameters of a problem.
+    """Find the essential parameters of a problem.
 
     Args:
         estimate: its weighted estimate; the weights stay as they are.

@@ -1,4 +1,4 @@
-"""What every estimator returns: names, values, covariance, and how well the torques are explained."""
+"""Estimates: names, values, covariance, and how well the torques are explained."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -16,7 +16,7 @@ from .drive_gains import Gains
 
 @dataclass(frozen=True)
 class Fit:
-    """How well a model explains torques.
+    """Fit of a model to torques.
 
     Attributes:
         error_norms: per joint, norm of Y_j - W_j chi [N·m or N].
@@ -47,7 +47,7 @@ class Fit:
 
 
 def fit(problem: Equations, values: Array) -> Fit:
-    """How well parameters explain a problem's torques; for cross validation, another recording's."""
+    """Compare parameters with a problem's torques; for cross validation, with another recording's."""
     return Fit(problem.error_norms(values), problem.torque_norms, problem.rows)
 
 
@@ -164,15 +164,15 @@ class Estimate(Brief):
 
     def select(self, names: Sequence[str]) -> tuple[Array, Array]:
         """Values (k,) and covariance k x k of some of the parameters."""
-        places = [self.names.index(name) for name in names]
-        return self.values[places], self.covariance[np.ix_(places, places)]
+        indices = [self.names.index(name) for name in names]
+        return self.values[indices], self.covariance[np.ix_(indices, indices)]
 
     def part(self, names: Sequence[str]) -> "Estimate":
-        """The estimate of some of the parameters, in the order given."""
+        """Take some of the parameters, in the order given."""
         return self.mapped(np.eye(len(self.names))[[self.names.index(name) for name in names]], names)
 
     def mapped(self, T: Array, names: Sequence[str] | None = None, shift: Array | None = None) -> "Estimate":
-        """Other parameters T x + shift, with all their covariances.
+        """Transform to other parameters T x + shift, with all their covariances.
 
         Args:
             T: k x c.
@@ -191,7 +191,7 @@ class Estimate(Brief):
 
 
 def error_model(estimate: Estimate, gains: Gains | None = None) -> Estimate:
-    """An estimate with the covariance that its errors really have.
+    """Give an estimate the covariance that its errors really have.
 
     C = S C_formula S + C_gains with S = diag(sigma_robust / sigma): from a few dozen blocks the jackknife knows
     standard deviations well, ten directions not; the correlations are the formula's. Without robust standard

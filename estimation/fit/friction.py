@@ -17,9 +17,9 @@ from .blocks import weighted_solution
 from .linear_problem import LinearProblem, left_out
 
 _PASSES = 10
-"""At most: the load is known after one, and each leaves its error times FL."""
+"""Largest number of passes: the load is known after one, and each leaves its error times FL."""
 _SETTLED = 1e-3
-"""Of a standard deviation: a smaller change of every parameter ends the passes."""
+"""Fraction of a standard deviation: a smaller change of every parameter ends the passes."""
 _SURE = 2.0
 """Standard errors by which the error on held-out blocks must fall: of 705 joints of simulated arms without such
 friction none kept a term by 2, one in fifty did by 1."""
@@ -31,7 +31,7 @@ Held = TypeVar("Held")
 
 
 class TermChoice(NamedTuple):
-    """What held-out blocks of time say of a term at a joint.
+    """Term of friction at a joint that was tried on held-out blocks of time.
 
     ``fall``: of the joint's squared error on them, as a fraction of it; ``error``: its standard error;
     ``why_not``: why the term is left out, empty where it is kept.
@@ -125,14 +125,14 @@ def chosen_terms(
 
 
 def _padded(equations: Equations, names: Sequence[str]) -> Array:
-    """Values of all columns by a fit of some, zero the others."""
+    """Fit some of the columns; zero for the others."""
     values = np.zeros(len(equations.columns))
     values[[equations.columns.index(name) for name in names]] = weighted_solution(equations.whole.select(names))
     return values
 
 
 def _apart(equations: Equations, name: str, others: Sequence[str]) -> float:
-    """Part of a column that its joint's other columns cannot imitate."""
+    """Fraction of a column that its joint's other columns cannot imitate."""
     place, rest = equations.columns.index(name), [equations.columns.index(other) for other in others]
     j = int(name.removeprefix(parameter_kind(name))) - 1
     column = equations.factors[j][:, [place]]

@@ -43,7 +43,7 @@ class Excitation:
 
 
 def excitation(problem: Equations, estimate: Estimate) -> Excitation:
-    """Excitation of an estimate's parameters by the equations it comes from.
+    """Measure the excitation of an estimate's parameters by the equations it comes from.
 
     Args:
         estimate: weighted, of the same columns.
@@ -60,7 +60,7 @@ def excitation(problem: Equations, estimate: Estimate) -> Excitation:
 
 
 def weighted(problem: Equations, weights: Array | None = None) -> Estimate:
-    """Weighted least squares of all columns.
+    """Estimate all columns by weighted least squares.
 
     Args:
         weights: per joint [1/(N·m) or 1/N], shape (n,); by default from its error in the ordinary solution (16).

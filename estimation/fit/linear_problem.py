@@ -1,6 +1,6 @@
-"""Least squares whose columns have roles: wanted, free, known from elsewhere, or held near what is known of them.
+"""Least squares whose columns have roles: wanted, free, fixed, or with a prior from what is known of them.
 
-One solution for all: values, covariance (17)-(19) with the share of what is known, derivatives by the drive gains,
+One solution for all: values, covariance (17)-(19) with the part of what is known, derivatives by the drive gains,
 and the part of the covariance that no block of time shows.
 
 Solutions without each block of time are the whole one downdated, all at once, weights fixed. With R the factor of
@@ -24,9 +24,9 @@ from .covariance import formula, sandwich
 from .estimate import Estimate, fit
 
 _HELD = 1e-6
-"""Share of a direction that the other blocks must hold: differences then keep ten digits."""
+"""Fraction of a direction that the other blocks must hold: differences then keep ten digits."""
 _AT_ONCE = 16
-"""Blocks that are worked on together: few enough for little memory."""
+"""Number of blocks that are worked on together: few enough for little memory."""
 
 
 class LeftOut(NamedTuple):
@@ -42,7 +42,7 @@ class LeftOut(NamedTuple):
 
 
 _Solution = tuple[Array, Array, Array]
-"""Parameters x, c x m; their covariance for errors of variance 1; squares of the weighted errors, (m,)."""
+"""Solution: parameters x, c x m; covariance for errors of variance 1; squares of the weighted errors, (m,)."""
 
 
 def left_out(
@@ -62,18 +62,18 @@ def left_out(
         near: further equations that no block holds, weighted, m x (c + k + 1): in columns, known ones, and Y.
     """
     names, blocks = tuple(columns), equations.blocks
-    places = [*(equations.columns.index(name) for name in (*names, *known)), -1]
-    near = np.zeros((0, len(places))) if near is None else near
+    indices = [*(equations.columns.index(name) for name in (*names, *known)), -1]
+    near = np.zeros((0, len(indices))) if near is None else near
     count = np.array([equations.equations, sum(equations.effective_rows)]) + len(near)
     counts = count - np.column_stack([blocks.rows.sum(axis=1), blocks.effective_rows.sum(axis=1)])
-    factors = [w * factor[:, places] for w, factor in zip(weights, equations.factors, strict=True)]
+    factors = [w * factor[:, indices] for w, factor in zip(weights, equations.factors, strict=True)]
     root, whole = _solved(np.vstack([*factors, near]), names, count)
-    rows = blocks.weighted(weights)[:, :, places]
+    rows = blocks.weighted(weights)[:, :, indices]
     chunks = [_downdated(root, whole, rows[k : k + _AT_ONCE]) for k in range(0, len(rows), _AT_ONCE)]
     little = np.concatenate([own for own, _ in chunks])
     solutions = [np.concatenate(arrays) for arrays in zip(*(own for _, own in chunks), strict=True)]
     for b in np.flatnonzero(little | (counts[:, 0] < len(names)) | (counts[:, 1] <= len(names))):
-        others = np.delete(rows, b, axis=0).reshape(-1, len(places))
+        others = np.delete(rows, b, axis=0).reshape(-1, len(indices))
         _, anew = _solved(np.vstack([others, near]), names, counts[b])
         for array, value in zip(solutions, anew, strict=True):
             array[b] = value
@@ -82,7 +82,7 @@ def left_out(
 
 
 def _solved(rows: Array, names: tuple[str, ...], counts: Array) -> tuple[Array, _Solution]:
-    """R^-1 and the solution of equations, N x (c + m), by their numbers of rows and of independent ones."""
+    """Solve equations, N x (c + m), by their numbers of rows and of independent ones: R^-1 and the solution."""
     c = len(names)
     R = checked(rows, names, int(counts[0]), float(counts[1]))
     root = solve_triangular(R[:c, :c], np.eye(c))
@@ -90,7 +90,7 @@ def _solved(rows: Array, names: tuple[str, ...], counts: Array) -> tuple[Array, 
 
 
 def _downdated(root: Array, whole: _Solution, rows: Array) -> tuple[Array, _Solution]:
-    """Solutions without each block, B x k x (c + m), from the whole one; first, of which too little is left."""
+    """Solve without each block, B x k x (c + m), from the whole solution; first, of which too little is left."""
     c = len(root)
     Q, errors = rows[:, :, :c] @ root, rows[:, :, c:] - rows[:, :, :c] @ whole[0]
     back = Q.transpose(0, 2, 1)
@@ -98,9 +98,9 @@ def _downdated(root: Array, whole: _Solution, rows: Array) -> tuple[Array, _Solu
         inverse = np.linalg.inv(np.eye(c) - back @ Q)
     except np.linalg.LinAlgError:  # a block holds all there is of a direction
         inverse = np.broadcast_to(np.eye(c) / np.finfo(float).eps, (len(Q), c, c))
-    pull = back @ errors
-    change = inverse @ pull
-    squares = whole[2] - np.sum(errors**2, axis=1) - np.sum(pull * change, axis=1)
+    score = back @ errors
+    change = inverse @ score
+    squares = whole[2] - np.sum(errors**2, axis=1) - np.sum(score * change, axis=1)
     little = np.linalg.norm(inverse, axis=(1, 2)) > 1.0 / _HELD
     return little, (whole[0] - root @ change, root @ inverse @ root.T, squares)
 
@@ -125,7 +125,7 @@ class Known(NamedTuple):
     inflation: float = 1.0
 
     def part(self, names: Sequence[str]) -> "Known":
-        """Some of the parameters."""
+        """Take some of the parameters."""
         own = [self.names.index(name) for name in names]
 
         def some(given: Callable[[], Array | None], index: Any) -> Callable[[], Array | None]:
@@ -150,7 +150,7 @@ class Known(NamedTuple):
 
 
 class SoftPrior(NamedTuple):
-    """How a parameter is held near zero.
+    """Prior on a parameter near zero.
 
     ``sigma``: its standard deviation; ``inflation``: by how much the memory of the errors raises the variance that
     white noise would give what the recordings say of it. One more equation counts for as much as that allows.
@@ -166,7 +166,7 @@ class SoftPrior(NamedTuple):
 
 
 class _PriorRows(NamedTuple):
-    """Equations beside the recordings: ``rows`` m x c in the unknown columns, ``levels`` and ``inflation`` (m,).
+    """Prior rows: ``rows`` m x c in the unknown columns, ``levels`` and ``inflation`` (m,).
 
     ``by_gains``: derivatives of the levels by e_j, m x n; zeros where they are not known.
     """
@@ -178,7 +178,7 @@ class _PriorRows(NamedTuple):
 
 
 class _Triangle(NamedTuple):
-    """Weighted equations after a QR: ``R`` of the unknown columns and the torque, the ``inverse`` of its first c.
+    """Triangle of weighted equations: ``R`` of the unknown columns and the torque, the ``inverse`` of its first c.
 
     ``values``: of the unknown parameters, (c,); ``influences``: how they move with each known group, but for the
     sign: P = W_L^+ W; ``by_torques``: how they move with each motor's torque, c x n.
@@ -193,7 +193,7 @@ class _Triangle(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class LinearProblem:
-    """Equations and the roles of their columns; a column without a role is free, estimated beside the wanted ones.
+    """Equations and the roles of their columns; a column without a role is free, estimated with the wanted ones.
 
     Attributes:
         equations: in all the columns.
@@ -202,7 +202,7 @@ class LinearProblem:
         soft: parameters that are near zero: one more equation for each.
         prior: parameters near values that are known: as many equations more.
         shown: equations in the same columns on whose torques the fit is judged; all by default.
-        alone: judge the fit on the wanted parameters' own torque, that of all others taken off.
+        own_torque: judge the fit on the wanted parameters' own torque, that of all others taken off.
         parts: the equations without each block of time, where they are not the sum of their blocks; what is fixed
             then comes from no blocks.
     """
@@ -213,13 +213,13 @@ class LinearProblem:
     soft: Mapping[str, SoftPrior] = field(default_factory=dict)
     prior: Known | None = None
     shown: Equations | None = None
-    alone: bool = False
+    own_torque: bool = False
     parts: tuple[Equations, ...] = ()
     _triangles: dict[bytes, _Triangle] = field(default_factory=dict, init=False, repr=False)
 
     @cached_property
     def unknown(self) -> Equations:
-        """The equations in the wanted and the free columns alone."""
+        """Take the equations in the wanted and the free columns alone."""
         equations = self.equations.whole
         for group in self.fixed:
             equations = equations.minus(group.names, group.values)
@@ -232,11 +232,11 @@ class LinearProblem:
         return self.unknown.joint_weights(self._triangle(np.ones(len(self.equations.factors))).values)
 
     def values(self, weights: Array) -> Array:
-        """The wanted values for given weights; linear in the torques."""
-        return self._triangle(weights).values[self._places]
+        """Solve for the wanted values with given weights; linear in the torques."""
+        return self._triangle(weights).values[self._indices]
 
     def without_blocks(self, weights: Array, pairs: Sequence[tuple[int, int]]) -> Array:
-        """The wanted values without a block of these equations and one of those that known parameters come from.
+        """Solve without a block of these equations and one of those that known parameters come from.
 
         Args:
             weights: of the joints, shape (n,).
@@ -248,7 +248,7 @@ class LinearProblem:
         prior = self._prior_rows
         near = np.column_stack([prior.rows, np.zeros((len(prior.rows), len(names))), prior.levels])
         left = left_out(self.equations, self.unknown.columns, weights, names, near)
-        values = left.values[:, self._places]
+        values = left.values[:, self._indices]
         if not self.fixed:
             return np.asarray(values[: len(pairs), :, 0])
         # Without each of their own blocks, last of all the whole ones.
@@ -257,12 +257,12 @@ class LinearProblem:
         return np.array([values[a, :, -1] - values[a, :, :-1] @ known[min(b, len(known) - 1)] for a, b in pairs])
 
     def without_each(self) -> "list[LinearProblem]":
-        """The problem without each of its equations' blocks, known parameters as they are."""
+        """Pose the problem without each of its equations' blocks, known parameters as they are."""
         parts = self.parts or self.equations.without_each()
         return [replace(self, equations=part, parts=()) for part in parts]
 
     def estimate(self, weights: Array | None = None) -> Estimate:
-        """All unknown parameters, with what is known to be part of their error.
+        """Estimate all unknown parameters, with what is known to be part of their error.
 
         Args:
             weights: per joint [1/(N·m) or 1/N], shape (n,); by default from its error in the ordinary solution.
@@ -279,7 +279,7 @@ class LinearProblem:
             covariance = covariance + P @ group.covariance @ P.T
             value |= zip(group.names, group.values.tolist(), strict=True)
         shown = (self.shown or self.equations).whole
-        if self.alone:
+        if self.own_torque:
             others = [name for name in shown.columns if name not in self.wanted]
             shown = shown.minus(others, np.array([value[name] for name in others]))
         return Estimate(
@@ -293,50 +293,50 @@ class LinearProblem:
         )
 
     def solved(self, weights: Array | None = None) -> Estimate:
-        """The wanted parameters alone."""
+        """Estimate the wanted parameters alone."""
         return self.estimate(weights).part(self.wanted)
 
     def lasting(self, weights: Array) -> Array:
-        """Covariance of the wanted parameters that no block of time shows: of known, held and prior parameters."""
+        """Between-session covariance of the wanted parameters, by fixed and prior ones: no block shows it."""
         total, triangle = np.zeros((len(self.wanted), len(self.wanted))), self._triangle(weights)
         for group, influence in zip(self.fixed, triangle.influences, strict=True):
-            P = influence[self._places]
+            P = influence[self._indices]
             total += P @ group.lasting @ P.T
         prior = self._prior_rows
         if len(prior.rows):
             inverse = triangle.inverse
-            moved = (inverse[self._places] @ (inverse.T @ prior.rows.T)) * np.sqrt(prior.inflation)
+            moved = (inverse[self._indices] @ (inverse.T @ prior.rows.T)) * np.sqrt(prior.inflation)
             total += moved @ moved.T
         return total
 
     def sandwich(self, weights: Array, inflation: Sequence[float]) -> Array:
-        """Covariance of the wanted parameters where each joint's errors remember, ``lasting`` among it: a sandwich.
+        """HAC (sandwich) covariance of the wanted parameters, ``lasting`` among it: each joint's errors remember.
 
         Args:
             weights: of the joints.
             inflation: of each joint's errors, by their memory, n.
         """
         unknown, triangle = self.unknown, self._triangle(weights)
-        share = max(1.0 - len(unknown.columns) / max(self._rows[0], 1), 1e-3)
-        errors = unknown.error_norms(triangle.values) / np.sqrt(np.maximum(unknown.rows, 1) * share)
+        freedom = max(1.0 - len(unknown.columns) / max(self._rows[0], 1), 1e-3)
+        errors = unknown.error_norms(triangle.values) / np.sqrt(np.maximum(unknown.rows, 1) * freedom)
         sizes = weights**2 * errors * np.sqrt(np.asarray(inflation))
         noise = triangular(
             np.vstack([size * factor[:, :-1] for size, factor in zip(sizes, unknown.factors, strict=True)])
         )
-        total = sandwich(triangle.inverse[self._places] @ triangle.inverse.T, noise) + self.lasting(weights)
+        total = sandwich(triangle.inverse[self._indices] @ triangle.inverse.T, noise) + self.lasting(weights)
         for group, influence in zip(self.fixed, triangle.influences, strict=True):
             if not group.lasting.any():  # of recordings that remember as well
-                P = influence[self._places]
+                P = influence[self._indices]
                 total += float(np.median(inflation)) * P @ group.covariance @ P.T
         return np.asarray(total)
 
     @property
     def given(self) -> tuple[Known, ...]:
-        """All that is known from elsewhere with its values."""
+        """Collect all that is known from elsewhere with its values."""
         return (*self.fixed, self.prior) if self.prior is not None else self.fixed
 
     @property
-    def _places(self) -> list[int]:
+    def _indices(self) -> list[int]:
         return [self.unknown.columns.index(name) for name in self.wanted]
 
     @cached_property
@@ -356,19 +356,19 @@ class LinearProblem:
         return _PriorRows(np.vstack([np.zeros((0, c)), *rows]), levels, np.array(inflation), np.vstack(by_gains))
 
     def _triangle(self, weights: Array) -> _Triangle:
-        """The weighted equations of all joints, those of what is held below; decomposed once for given weights."""
+        """Decompose the weighted equations of all joints, prior rows below; once for given weights."""
         if (key := weights.tobytes()) in self._triangles:
             return self._triangles[key]
         prior, sizes = self._prior_rows, [len(group.names) for group in self.fixed]
-        places = [self.equations.columns.index(name) for group in self.fixed for name in group.names]
+        indices = [self.equations.columns.index(name) for group in self.fixed for name in group.names]
         every = zip(weights, self.unknown.factors, self.equations.factors, self.equations.by_motor(), strict=True)
-        rows = [w * np.column_stack([own, factor[:, places], torques]) for w, own, factor, torques in every]
+        rows = [w * np.column_stack([own, factor[:, indices], torques]) for w, own, factor, torques in every]
         below = np.column_stack(
-            [prior.rows, prior.levels, np.zeros((len(prior.rows), len(places))), prior.by_gains]
+            [prior.rows, prior.levels, np.zeros((len(prior.rows), len(indices))), prior.by_gains]
         )
-        R, beside = compressed(np.vstack([*rows, below]), below.shape[1] - prior.rows.shape[1] - 1)
+        R, extra = compressed(np.vstack([*rows, below]), below.shape[1] - prior.rows.shape[1] - 1)
         R, c = checked(R, self.unknown.columns, *self._rows), len(self.unknown.columns)
-        solved = solve_triangular(R[:c, :c], np.column_stack([np.eye(c), beside[:c]]))
+        solved = solve_triangular(R[:c, :c], np.column_stack([np.eye(c), extra[:c]]))
         inverse, *influences, by_torques = np.split(solved, c + np.cumsum([0, *sizes]), axis=1)
         triangle = _Triangle(R, inverse, inverse @ R[:c, c], tuple(influences), by_torques)
         self._triangles[key] = triangle
@@ -376,7 +376,7 @@ class LinearProblem:
 
     @property
     def _rows(self) -> tuple[int, float]:
-        """Number of equations, and of those with independent noise."""
+        """Count equations, and those with independent noise."""
         count = len(self._prior_rows.rows)
         return self.unknown.equations + count, sum(self.unknown.effective_rows) + count
 

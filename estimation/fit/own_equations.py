@@ -1,4 +1,4 @@
-"""The robot's own equations: recordings without payload, checked, filtered and reduced."""
+"""Equations of the robot itself: recordings without payload, checked, filtered and reduced."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -62,7 +62,7 @@ def base_problem(
 
 
 class Described(NamedTuple):
-    """A robot with the friction that was asked for or that recordings show, and the terms that were tried."""
+    """Robot with the friction that was asked for or that recordings show, and the terms that were tried."""
 
     robot: Robot
     choices: tuple[TermChoice, ...] = ()
@@ -106,7 +106,7 @@ def with_friction(robot: Robot, recordings: Sequence[Recording], settings: Setti
 
 
 def in_own_blocks(equations: Equations, recordings: Sequence[Recorded]) -> Equations:
-    """Equations of one load with blocks of time as long as their memory asks for."""
+    """Cut equations of one load in blocks of time as long as their memory asks for."""
     load = remembered(recordings, equations)
     length = block_length([load])
     return in_blocks(equations, recordings, [block_edges(ends, length) for ends in load.spans], length)
@@ -115,7 +115,7 @@ def in_own_blocks(equations: Equations, recordings: Sequence[Recorded]) -> Equat
 def filtered(
     recordings: Sequence[Recording], processing: Processing, progress: Progress = silent
 ) -> list[Measurement]:
-    """Recordings made even in time, positions and speeds filtered."""
+    """Make recordings even in time, positions and speeds filtered."""
     worked_on = each(recordings, lambda recording: f"filtering {recording.source}", progress)
     return [measurement(recording, processing) for recording in worked_on]
 

@@ -1,4 +1,4 @@
-"""Settings of an estimation: how recordings are processed, and what is allowed for."""
+"""Settings of an estimation: processing of recordings, and what is allowed for."""
 
 from dataclasses import dataclass
 
@@ -9,7 +9,7 @@ from .drive_gains import Gains
 from .essential import StopRule
 
 FRICTION_CHANGE = 0.10
-"""Standard deviation of Coulomb and viscous friction from one recording to another, as a share of it.
+"""Standard deviation of Coulomb and viscous friction from one recording to another, as a fraction of it.
 
 From day to day a real UR10e's Coulomb friction differs by 1 to 9 %, its viscous friction by 2 to 12 %.
 """
@@ -17,29 +17,29 @@ From day to day a real UR10e's Coulomb friction differs by 1 to 9 %, its viscous
 
 @dataclass(frozen=True)
 class Candidates:
-    """Terms of friction of which the data keep those that they show, joint by joint, beside the robot's own."""
+    """Terms of friction that may be added to the robot's own, where the data show them, joint by joint."""
 
     terms: tuple[Friction, ...] = (Friction("FL"), Friction("FR"))
 
 
 @dataclass(frozen=True)
 class Settings:
-    """How recordings are processed, and what is allowed for.
+    """Settings of an estimation.
 
     Attributes:
         processing: filters and rates; the robot's own by default.
         robust: keep equations in blocks of time as well, so that estimates get robust standard deviations.
         essential: when elimination of parameters ends; by the paper's ratio of 1.02 by default.
-        friction_change: with ``robust``, by which share the friction of loaded recordings may differ from the
+        friction_change: with ``robust``, by which fraction the friction of loaded recordings may differ from the
             robot's own (1 sigma); 0 takes it as the same.
         free_friction: method 1: estimate friction anew under load.
         methods: of a long motion, by number; all that can be used by default.
         joints: of a short motion, the numbers of those that move; seen in the recordings by default.
         gains: how sure the drive gains are; what the recordings say of it by default, else the usual errors.
-        scale_sigma: by which share the scale of the loaded torques may differ from that without payload (1 sigma);
-            methods 1 and 4 alone know of it.
+        scale_sigma: by which fraction the scale of the loaded torques may differ from that without payload (1
+            sigma); methods 1 and 4 alone know of it.
         friction: its terms, instead of the robot's; by default those that the data show.
-        progress: is told what is worked on.
+        progress: called with what is worked on.
     """
 
     processing: Processing | None = None
@@ -55,7 +55,7 @@ class Settings:
     progress: Progress = silent
 
     def processing_of(self, robot: Robot) -> Processing:
-        """The processing asked for, else the robot's own."""
+        """Choose the processing asked for, else the robot's own."""
         return self.processing or robot.processing
 
 

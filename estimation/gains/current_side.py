@@ -39,7 +39,7 @@ class CurrentFit(NamedTuple):
 
 
 class RelativeScales(NamedTuple):
-    """Factors by which joint j's signal agrees with joint ``held``'s (from 0).
+    """Factors by which the joints' signals agree with joint ``held``'s (from 0).
 
     ``ratio`` (n,), ``sigma`` of its logarithm (n,), for white noise or, if that is more, as the recording's parts
     show it; 1 and 0 at ``held``. A last joint that carries next to nothing has a scale that nothing tells: its
@@ -52,7 +52,7 @@ class RelativeScales(NamedTuple):
 
 
 def current_weights(equations: Equations) -> Array:
-    """One over the standard deviation of each joint's error [1/A], shape (n,).
+    """Weights of the joints: one over the standard deviation of the current's error [1/A], shape (n,).
 
     From the joint's own equations with parameters of their own, so that neither gains nor other joints matter.
     """
@@ -126,7 +126,7 @@ def gauss_newton(
 
 
 def relative_scales(problem: Equations, parts: Sequence[Equations] = ()) -> RelativeScales:
-    """Scales by the links whose parameters several joints' torques show, fitted on the signals' side.
+    """Estimate scales by the links whose parameters several joints' torques show, fitted on the signals' side.
 
     Args:
         problem: W and any signals proportional to torques, joint by joint.
@@ -155,7 +155,7 @@ def relative_scales(problem: Equations, parts: Sequence[Equations] = ()) -> Rela
 def torque_side(
     factors: Sequence[Array], free: Sequence[int], known: Array, anchor: int | None
 ) -> tuple[Array, Array]:
-    """The torque-side solution k, x of K_j i_j = W_j x, linear in K and x."""
+    """Solve on the torque side for k, x of K_j i_j = W_j x, linear in K and x."""
     c = len(free)
     columns = [
         np.vstack([factor[:, free] for factor in factors]),

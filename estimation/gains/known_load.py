@@ -15,7 +15,7 @@ from ..equations.equations import PAYLOAD
 
 
 class KnownLoad(BodyTable, frozen=True, kw_only=True, dict=True):
-    """The known ones of the payload's ten parameters, in the robot's payload frame.
+    """Known ones of the payload's ten parameters, in the robot's payload frame.
 
     Attributes:
         mass: [kg].
@@ -26,7 +26,7 @@ class KnownLoad(BodyTable, frozen=True, kw_only=True, dict=True):
     mass_sigma: Real = 0.0
 
     def __post_init__(self) -> None:
-        """Refuse a load without mass, and an inertia without its place or of no body."""
+        """Refuse a load without mass, and an inertia without its centre of mass or of no body."""
         if not 0.0 < self.mass < np.inf:
             raise InputError(f"known mass {self.mass:g} kg: give the payload's mass in kg, more than zero")
         if not 0.0 <= self.mass_sigma < self.mass:
@@ -55,7 +55,7 @@ class KnownLoad(BodyTable, frozen=True, kw_only=True, dict=True):
 
     @cached_property
     def ten(self) -> Array:
-        """The known ones at their index among the ten, zero for the others, shape (10,)."""
+        """Known ones of the ten at their index, zero for the others, shape (10,)."""
         return np.where([name in self.known for name in PAYLOAD], self.body().vector, 0.0)
 
 
@@ -65,7 +65,7 @@ def payload_columns(mountings: int) -> tuple[tuple[str, ...], ...]:
 
 
 def known_values(loads: Sequence[KnownLoad]) -> dict[str, float]:
-    """The known parameters of the payload in each mounting, by the names of ``payload_columns``."""
+    """Collect the known parameters of the payload in each mounting, by the names of ``payload_columns``."""
     return {
         column: float(value)
         for columns, load in zip(payload_columns(len(loads)), loads, strict=True)
@@ -75,7 +75,7 @@ def known_values(loads: Sequence[KnownLoad]) -> dict[str, float]:
 
 
 def known_mass(mass: float, sigma: float = 0.0) -> KnownLoad:
-    """A payload of which only the mass [kg] is known, with its standard deviation [kg]."""
+    """Make a payload of which only the mass [kg] is known, with its standard deviation [kg]."""
     return KnownLoad(mass=mass, mass_sigma=sigma)
 
 
@@ -92,7 +92,7 @@ def read_known_load(path: str | Path) -> KnownLoad:
 
 
 class Mountings(NamedTuple):
-    """One number for each loaded recording: equal ones share a centre of mass.
+    """Numbers of the mountings, one for each loaded recording: equal ones share a centre of mass.
 
     ``numbers``: as given; ``paired``: whether each loaded recording has one without payload of its own.
     """
@@ -102,7 +102,7 @@ class Mountings(NamedTuple):
 
     @staticmethod
     def of(numbers: Sequence[int], loaded: int, unloaded: int) -> "Mountings":
-        """Numbers for this many recordings with and without payload; all in one mounting by default.
+        """Number this many recordings with and without payload; all in one mounting by default.
 
         Raises:
             InputError: if there are not as many numbers as loaded recordings.
@@ -116,16 +116,16 @@ class Mountings(NamedTuple):
 
     @property
     def names(self) -> tuple[int, ...]:
-        """The mountings' numbers, each once, in the order in which they come."""
+        """Numbers of the mountings, each once, in the order in which they come."""
         return tuple(dict.fromkeys(self.numbers))
 
     @property
     def groups(self) -> tuple[tuple[int, ...], ...]:
-        """The loaded recordings of each mounting, counted from 0."""
+        """Indices of the loaded recordings of each mounting, from 0."""
         return tuple(tuple(k for k, number in enumerate(self.numbers) if number == name) for name in self.names)
 
     def loads(self, load: KnownLoad | Sequence[KnownLoad]) -> tuple[KnownLoad, ...]:
-        """The known parameters of the payload in each mounting.
+        """Assign the known parameters of the payload to each mounting.
 
         Args:
             load: the same in all, or one for each mounting.

@@ -23,14 +23,14 @@ from .problem import GainProblem
 _MOST = 50  # linearisations
 _ENOUGH = 1e-5  # relative change of a gain
 _WAYS = ((1e5, np.inf), (1e5, 1e3), (1e5, 1e2), (1e3, 1e2), (1e2, 1e2), (1e2, 30.0))
-"""Largest entry, and radius of the scaled unknowns: what no current shows has no least value, and may run away."""
+"""Bounds on the scaled unknowns, entry and radius: what no current shows has no least value, and may run away."""
 _LENGTH = 0.1  # m: size of a payload, for scaling only
 
 
 def possible_gains(
     problem: GainProblem, equations: Equations, loads: Sequence[KnownLoad], start: CurrentFit, anchor: int
 ) -> CurrentFit:
-    """Gains, base parameters and payload of bodies that can exist, drives that do not push.
+    """Find gains, base parameters and payload of bodies that can exist, drives that do not push.
 
     Args:
         problem: robot and weights.
@@ -57,7 +57,7 @@ def possible_gains(
         try:
             solution = solve_cone(ConeProgram(R[:, :-1], R[:, -1], A, np.zeros(len(A)), bodies), _WAYS)
         except SolverError as error:
-            raise InputError(f"gains of bodies that can exist were not found ({error.words})") from None
+            raise InputError(f"gains of bodies that can exist were not found ({error.explanation})") from None
         ratio, load = np.insert(solution.z[m:], anchor, 1.0), float(solution.z[m - 1])
         if load <= 0.0 or (ratio <= 0.0).any():
             raise InputError("no gain explains the currents: check units, signs, order of joints and the payload")
@@ -72,7 +72,7 @@ def possible_gains(
 
 
 def _variables(problem: GainProblem, loads: Sequence[KnownLoad], x: Array) -> tuple[Array, Array, Array]:
-    """Maps of the cone program's z to the base parameters and the payload's ten, c x m, and to bodies, p x 10 x m.
+    """Map the cone program's z to the base parameters and the payload's ten, c x m, and to bodies, p x 10 x m.
 
     z are standard parameters of the robot, the unknown ones of the payload, and the factor of its known ones,
     scaled; last the rows A z that must not be negative.

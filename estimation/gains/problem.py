@@ -57,7 +57,7 @@ class GainProblem(Brief):
 
     @property
     def robot(self) -> Robot:
-        """The robot, its equations those of the motors (``Robot.for_currents``)."""
+        """Robot whose equations are those of the motors (``Robot.for_currents``)."""
         return self.posed[0].robot
 
     @property
@@ -67,15 +67,15 @@ class GainProblem(Brief):
 
     @cached_property
     def weights(self) -> Array:
-        """Per joint, one over the standard deviation of its current's error [1/A]."""
+        """Weights per joint: one over the standard deviation of its current's error [1/A]."""
         return current_weights(self.equations)
 
     def posed_by(self, K: Array) -> tuple[LongMotion, ...]:
-        """Each mounting's payload problem with torques that gains K give."""
+        """Pose each mounting's payload problem with torques that gains K give."""
         ratio, coupling = K / np.array(self.posed_with), self.robot.coupling
 
         def rescaled(recordings: Sequence[Recording]) -> tuple[Recording, ...]:
-            """Recordings of joint torques, each motor's torque times its ratio."""
+            """Rescale recordings of joint torques, each motor's torque times its ratio."""
             motors = (replace(r, torque=coupling.motor_torques(r.torque)) if coupling else r for r in recordings)
             return tuple(_with_gains(self.robot, recording, ratio) for recording in motors)
 
@@ -122,7 +122,7 @@ def gain_problem(
     loads = mountings.loads(load or known_mass(1.0))
 
     def posed(K: Array, robust: bool) -> tuple[LongMotion, ...]:
-        """The payload problem of each mounting, with joint torques that gains K would give."""
+        """Pose the payload problem of each mounting, with joint torques that gains K would give."""
         with_load = [_with_gains(robot, recording, K) for recording in loaded]
         without = [_with_gains(robot, recording, K) for recording in unloaded]
         return tuple(
@@ -136,8 +136,8 @@ def gain_problem(
         )
 
     # Friction is not chosen: where no gravity tells a gain, root friction imitates it and makes it look sure.
-    own = settings.friction
-    robot = robot if isinstance(own, Candidates) else robot.with_friction(own)
+    asked = settings.friction
+    robot = robot if isinstance(asked, Candidates) else robot.with_friction(asked)
     settings = replace(settings, friction=robot.drives.friction)
     K = np.full(robot.n, _USUAL)
     equations = _times(merged(_together(posed(K, robust=False), mountings)), 1.0 / K)
@@ -157,8 +157,8 @@ def gain_problem(
             others = [part.whole for part in (*together[:k], *together[k + 1 :])]
             left = [_times(merged([*others, part]), 1.0 / K) for part in own.without_each()]
             # Blocks that share no motion are left out one recording at a time, those without payload first.
-            heavy = len(problem.loaded.blocks)
-            groups = [group for group in (tuple(left[:-heavy]), tuple(left[-heavy:])) if group]
+            count = len(problem.loaded.blocks)
+            groups = [group for group in (tuple(left[:-count]), tuple(left[-count:])) if group]
             check_blocks(*map(len, groups))
             deletions += groups
     except InputError as error:
@@ -170,7 +170,7 @@ def gain_problem(
 
 
 def _together(problems: Sequence[LongMotion], mountings: Mountings) -> list[Equations]:
-    """The equations of each mounting in the payload's columns of all; each recording once."""
+    """Join the equations of each mounting in the payload's columns of all; each recording once."""
     payloads = payload_columns(len(problems))
     columns = (*problems[0].base.columns, *(name for names in payloads for name in names))
     everything = []
@@ -183,13 +183,13 @@ def _together(problems: Sequence[LongMotion], mountings: Mountings) -> list[Equa
 
 
 def _with_gains(robot: Robot, recording: Recording, K: Array) -> Recording:
-    """The recording with the joint torques of its motor currents, or torques, times K."""
+    """Give a recording the joint torques of its motor currents, or torques, times K."""
     torque = recording.torque * K
     return replace(recording, torque=robot.coupling.joint_torques(torque) if robot.coupling else torque)
 
 
 def _times(equations: Equations, ratio: Array) -> Equations:
-    """Right-hand sides of joint j times ``ratio[j]``."""
+    """Multiply right-hand sides of joint j by ``ratio[j]``."""
     changes = [np.append(np.ones(len(equations.columns)), joint_ratio) for joint_ratio in ratio]
     factors, stacks = (
         tuple(factor * change for factor, change in zip(own, changes, strict=False))
@@ -199,7 +199,7 @@ def _times(equations: Equations, ratio: Array) -> Equations:
 
 
 def free_gains(equations: Equations, weights: Array, loads: Sequence[KnownLoad]) -> CurrentFit:
-    """Gains, base parameters and what is unknown of the payload, without constraints.
+    """Solve for gains, base parameters and what is unknown of the payload, without constraints.
 
     Raises:
         InputError: if the recordings leave a gain undetermined, or one is negative.
@@ -234,7 +234,7 @@ def free_gains(equations: Equations, weights: Array, loads: Sequence[KnownLoad])
 
 
 def gravity_acts(robot: Robot) -> tuple[bool, ...]:
-    """Per motor, whether some mass of the robot or payload weighs on it in some pose."""
+    """True for each motor on which some mass of the robot or payload weighs in some pose."""
     q, qd, _ = random_states(robot, 20, seed=0)
     heavy = [name for name in standard_columns(robot) if parameter_kind(name) in ("MX", "MY", "MZ", "M")]
     kernel = Kernel(regressor(robot, heavy))
@@ -247,7 +247,7 @@ def gravity_acts(robot: Robot) -> tuple[bool, ...]:
 
 
 def rests_on(robot: Robot) -> tuple[str, ...]:
-    """Torques that each motor's gain rests on, in text."""
+    """Name the torques that each motor's gain rests on."""
     texts = [
         "gravity and inertia" if gravity else "inertia only: no gravity acts on this joint"
         for gravity in gravity_acts(robot)

@@ -1,1 +1,1 @@
-"""The payload by the four methods of the paper, behind one signature."""
+"""Payload by the four methods of the paper, behind one signature."""

@@ -1,4 +1,4 @@
-"""The payload as single joints see it: the sharpest free test of drive gains, friction and description.
+"""Payload by single joints: the sharpest free test of drive gains, friction and description.
 
 By torque differences (29) where there are pairs, otherwise by the loaded torques less the robot's (23).
 """
@@ -22,9 +22,9 @@ from .methods import PayloadProblem, from_difference, from_robot
 from .short_motion import ShortMotion
 
 _BLURRED = 0.05
-"""Share of noise in the torque that the other joints' payload predicts, above which a factor on it says nothing."""
+"""Fraction of noise in the torque that the other joints' payload predicts, above which a ratio says nothing."""
 _HIDDEN = 1e-6
-"""Share of the mass in undetermined directions above which it is not visible."""
+"""Fraction of the mass in undetermined directions above which it is not visible."""
 WITHOUT_BLOCKS = 4.0
 """Factor on the formula's standard deviations where no jackknife is possible: on real data they are up to 4.1 times
 too small."""
@@ -32,7 +32,7 @@ too small."""
 
 @dataclass(frozen=True, repr=False)
 class JointsMass(Brief):
-    """The mass by the equations of some joints alone, all ten parameters of the payload unknown.
+    """Mass by the equations of some joints alone, all ten parameters of the payload unknown.
 
     Attributes:
         joints: their numbers.
@@ -57,7 +57,7 @@ class JointsMass(Brief):
 
     @property
     def name(self) -> str:
-        """The joints in words: "joint 3" or "joints 4-6"."""
+        """Name the joints: "joint 3" or "joints 4-6"."""
         if len(self.joints) == 1:
             return f"joint {self.joints[0]}"
         if self.joints == tuple(range(self.joints[0], self.joints[-1] + 1)):
@@ -67,7 +67,7 @@ class JointsMass(Brief):
 
 @dataclass(frozen=True)
 class JointShare:
-    """How much of the payload a joint shows: 1 where its torque is what the other joints' payload demands.
+    """Payload ratio of a joint: 1 where its torque is what the other joints' payload demands.
 
     Attributes:
         share: factor on the torque that the payload identified by all other joints causes there; None where they
@@ -82,7 +82,7 @@ class JointShare:
 
 @dataclass(frozen=True, repr=False)
 class ByJoints(Brief):
-    """The payload as single joints see it.
+    """Mass and payload ratio by single joints.
 
     Attributes:
         masses: by every joint alone, then by the arm's and by the wrist's joints together.
@@ -96,27 +96,27 @@ class ByJoints(Brief):
 
 
 def joint_groups(n: int) -> tuple[tuple[int, ...], ...]:
-    """Every joint alone, and the arm's and the wrist's together (all but the last three, the last three)."""
-    alone = tuple((joint,) for joint in range(1, n + 1))
+    """List every joint alone, and the arm's and the wrist's together (all but the last three, the last three)."""
+    single = tuple((joint,) for joint in range(1, n + 1))
     if n <= 3:
-        return alone
-    return (*alone, tuple(range(1, n - 2)), tuple(range(n - 2, n + 1)))
+        return single
+    return (*single, tuple(range(1, n - 2)), tuple(range(n - 2, n + 1)))
 
 
 def moving_groups(joints: Sequence[int]) -> tuple[tuple[int, ...], ...]:
-    """Every moving joint alone; then the arm's, those from the elbow on, the wrist's, and all together."""
-    alone = [(joint,) for joint in joints]
+    """List every moving joint alone; then the arm's, those from the elbow on, the wrist's, and all together."""
+    single = [(joint,) for joint in joints]
     parts = [
         tuple(j for j in joints if j <= 3),
         tuple(j for j in joints if j >= 3),
         tuple(j for j in joints if j >= 4),
         tuple(joints),
     ]
-    return tuple(dict.fromkeys([*alone, *(part for part in parts if len(part) > 1)]))
+    return tuple(dict.fromkeys([*single, *(part for part in parts if len(part) > 1)]))
 
 
 class _JointEquations(NamedTuple):
-    """Per joint weighted factors [W_L Y] of the payload, and W of what was taken off.
+    """Weighted factors [W_L Y] of the payload per joint, and W of what was taken off.
 
     ``covariance`` of the parameters taken off; ``lasting``: of them, what no block of time shows.
     """
@@ -129,11 +129,11 @@ class _JointEquations(NamedTuple):
 
 
 _Number = tuple[float, float, float] | None
-"""Its value, variance by the formula, and the part of it that no block of time shows; None where undetermined."""
+"""Number: value, variance by the formula, and the between-session part of it; None where undetermined."""
 
 
 def payload_by_joints(problem: PayloadProblem, weights: Array) -> ByJoints:
-    """Mass and share by joints, all ten unknown, with standard deviations that hold for autocorrelated noise.
+    """Estimate mass and ratio by joints, all ten unknown, with standard deviations for autocorrelated noise.
 
     Args:
         problem: the reduced recordings; without blocks of time standard deviations are ``WITHOUT_BLOCKS`` times the
@@ -164,7 +164,7 @@ def payload_by_joints(problem: PayloadProblem, weights: Array) -> ByJoints:
 
 
 def _equations(problem: LinearProblem, weights: Array) -> _JointEquations:
-    """The payload's ten alone, for weights of the joints."""
+    """Take the payload's ten alone, for weights of the joints."""
     unknown = problem.unknown.select(PAYLOAD)
     factors = problem.equations.whole.select([name for group in problem.fixed for name in group.names]).factors
     none, lasting = np.zeros((0, 0)), [group.lasting for group in problem.fixed]
@@ -180,22 +180,22 @@ def _equations(problem: LinearProblem, weights: Array) -> _JointEquations:
 
 
 def _mass(joints: Sequence[int], equations: _JointEquations) -> _Number:
-    """The mass by the equations of some joints (from 1)."""
-    places = [joint - 1 for joint in joints]
-    factor = np.vstack([equations.payload[j] for j in places])
+    """Estimate the mass by the equations of some joints (from 1)."""
+    indices = [joint - 1 for joint in joints]
+    factor = np.vstack([equations.payload[j] for j in indices])
     parts, Y = decomposed(factor[:, :-1]), factor[:, -1]
     if parts.hidden[-1] > _HIDDEN:
         return None
     row, error = parts.inverse[-1], Y - factor[:, :-1] @ parts.solution(Y)
-    spare = max(sum(equations.rows[j] for j in places) - parts.rank, 1.0)
+    spare = max(sum(equations.rows[j] for j in indices) - parts.rank, 1.0)
     # Errors of the parameters that were taken off carry over.
-    gain = row @ np.vstack([equations.taken[j] for j in places])
+    gain = row @ np.vstack([equations.taken[j] for j in indices])
     own = float(error @ error) / spare * float(row @ row)
     return float(row @ Y), own + float(gain @ equations.covariance @ gain), float(gain @ equations.lasting @ gain)
 
 
 def _share(joint: int, equations: _JointEquations) -> _Number:
-    """The share of the payload that a joint (from 1) shows; None where the others determine it too badly."""
+    """Estimate the payload ratio of a joint (from 1); None where the others determine it too badly."""
     factor = np.vstack([equations.payload[j] for j in range(len(equations.payload)) if j != joint - 1])
     parts = decomposed(factor[:, :-1])
     if parts.hidden.max() > _HIDDEN:
@@ -203,10 +203,11 @@ def _share(joint: int, equations: _JointEquations) -> _Number:
     inverse = parts.inverse
     A, y = equations.payload[joint - 1][:, :-1], equations.payload[joint - 1][:, -1]
     predicted = A @ (inverse @ factor[:, -1])
-    # Errors of the others' payload are part of the error of what is predicted; large ones bias the factor.
+    # Errors of the others' payload are part of the error of what is predicted; large ones bias the ratio.
     noise = A @ inverse @ inverse.T @ A.T
     if not np.trace(noise) < _BLURRED * float(predicted @ predicted):
         return None
+    # Generalised least squares of y = ratio predicted, errors of covariance 1 + noise.
     whitened = np.linalg.solve(np.eye(len(A)) + noise, predicted)
     size = float(whitened @ predicted)
     return float(whitened @ y) / size, 1.0 / size, 0.0
@@ -218,14 +219,14 @@ def _variances(
     whole: LinearProblem,
     weights: Array,
 ) -> tuple[Array, float]:
-    """Variances of the numbers, nan where there is none, and their degrees of freedom.
+    """Estimate variances of the numbers, nan where there is none, and their degrees of freedom.
 
     The larger of the formula's and the jackknife's; without blocks the formula's, widened.
     """
     values, variance, lasting = np.array([number or (0.0, np.nan, np.nan) for number in numbers]).T
 
     def again(part: LinearProblem) -> Array:
-        """The numbers by what is left; one that it leaves undetermined counts as unchanged."""
+        """Estimate the numbers by what is left; one that it leaves undetermined counts as unchanged."""
         left, anew = _equations(part, weights), np.array(values)
         for k, known in enumerate(numbers):
             if known is not None and (number := sought[k](left)) is not None:

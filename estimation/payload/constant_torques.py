@@ -1,9 +1,9 @@
-"""How far a joint's constant torque may change from one recording to the next.
+"""Prior on the change of joints' constant torques from one recording to the next.
 
 Left wholly free, it takes the weight of a payload for itself where gravity hardly varies, as in ten seconds of a
-slow arm. It is what dry friction differs by from one direction to the other, so that its change is a share of that
-friction, which the recording without payload shows. It enters as one more equation for each joint of the arm, and
-what the change may be widens the intervals; where the recordings say that it changed more, it is free.
+slow arm. It is what dry friction differs by from one direction to the other, so that its change is a fraction of
+that friction, which the recording without payload shows. It enters as one more equation for each joint of the
+arm, and what the change may be widens the intervals; where the recordings say that it changed more, it is free.
 """
 
 from collections.abc import Mapping, Sequence
@@ -24,33 +24,33 @@ from ..fit.linear_problem import Known, SoftPrior
 from .under_load import joint_of
 
 FREE = "free "
-"""Before the names of what is estimated anew in each recording, beside the payload."""
-_HELD = "held "
-"""Before the names of what constant torques are held at."""
+"""Beginning of the names of what is estimated anew in each recording, besides the payload."""
+_LEVEL = "held "
+"""Beginning of the names of the values that constant torques have by their prior."""
 
 OFFSET_SHARE = 0.033
-"""Of a joint's Coulomb friction: standard deviation of the change between two recordings.
+"""Standard deviation of the change between two recordings over a joint's Coulomb friction.
 
 Measured without any payload (benchmarks/constant_torques.py): constant torques of the UR10e's joints 1 to 3
 scatter by 2.3 % of it from 10 s to 10 s beyond their noise (90 % interval 1.1 to 4.1 %); the difference of two by
 sqrt(2) more.
 """
 _WRIST = 3
-"""Last joints, always free: their constant torque shifts the centre of mass, and the TX40's scatter by 17 %."""
+"""Number of last joints, always free: their torque shifts the centre of mass, and the TX40's scatter by 17 %."""
 _CONTRADICTED = 1e-3
 """Probability of what the recordings say, below which the constant torques are free."""
 _FEWEST_LEFT = 6
-"""Rows of a joint beyond its free columns: fewer are no measure of its errors, which they may fit exactly."""
+"""Number of rows of a joint beyond its free columns; fewer may be fitted exactly, and show no errors."""
 _HIDDEN = 1e-6
-"""Share of a friction in undetermined directions above which it is not known."""
+"""Fraction of a friction in undetermined directions above which it is not known."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class HeldFriction(Brief):
-    """Equations that hold what is free in each recording near zero.
+    """Prior near zero on what is free in each recording.
 
     Attributes:
-        held: which constant torques and frictions, and how; the others are wholly free.
+        held: priors of constant torques and frictions; the others are wholly free.
         noise: of each joint's rows [N·m or N], shape (n,); 0 where too few rows tell it.
         memory: by how much the memory of each joint's errors raises variances, shape (n,).
     """
@@ -62,48 +62,48 @@ class HeldFriction(Brief):
     @cached_property
     def sigma(self) -> Array:
         """Standard deviations of what constant torques may be [N·m or N], shape (n,); 0 where they are free."""
-        held = (self.held.get(f"OFF{j}") for j in range(1, len(self.noise) + 1))
-        return np.array([role.sigma if role else 0.0 for role in held])
+        roles = (self.held.get(f"OFF{j}") for j in range(1, len(self.noise) + 1))
+        return np.array([role.sigma if role else 0.0 for role in roles])
 
     @property
     def joints(self) -> tuple[int, ...]:
-        """Positions of the joints whose constant torques are held, from 0."""
+        """Indices of the joints whose constant torques have a prior, from 0."""
         return tuple(int(j) for j in np.flatnonzero(self.sigma))
 
     @property
     def anchors(self) -> tuple[Anchor, ...]:
-        """The equations: each is what it is held at."""
+        """Equations of the prior: each is the constant torque's own value."""
         noise = {name: float(self.noise[joint_of(name)] * role.weight) for name, role in self.held.items()}
-        return tuple(Anchor(f"{FREE}{name}", joint_of(name), own, f"{_HELD}{name}") for name, own in noise.items())
+        return tuple(Anchor(f"{FREE}{name}", joint_of(name), own, f"{_LEVEL}{name}") for name, own in noise.items())
 
     @property
     def known(self) -> Known:
-        """What they are held at: zero, as far as sigma says; alike in all recordings, to be safe."""
+        """Values of the prior: zero, as far as sigma says; alike in all recordings, to be safe."""
         k, n = len(self.held), len(self.noise)
         lasting = np.diag([role.sigma**2 for role in self.held.values()]) if k else np.zeros((0, 0))
         names = tuple(anchor.level for anchor in self.anchors)
         return Known(names, np.zeros(k), np.zeros((k, k)), lasting, gain_sensitivity=lambda: np.zeros((k, n)))
 
     def friction_free(self, equations: Equations) -> Equations:
-        """Equations of one recording less all that its constant torques, friction and ripple can explain."""
+        """Take off all that constant torques, friction and ripple of one recording can explain."""
         return equations.eliminate([name for name in equations.columns if name.startswith(FREE)], self.anchors)
 
 
-def held_friction(observations: Sequence[Observation], sigmas: Mapping[str, float]) -> HeldFriction:
-    """The equations that hold friction near zero; an equation counts as much as the joint's noise and memory allow.
+def friction_prior(observations: Sequence[Observation], sigmas: Mapping[str, float]) -> HeldFriction:
+    """Make the prior of friction near zero; an equation counts as much as the joint's noise and memory allow.
 
     Args:
         observations: with free columns of each joint, ``PAYLOAD`` and no other.
         sigmas: standard deviations by name [N·m or N, or per speed].
     """
-    return _held(sigmas, *_errors(observations, [_plain(part) for part in map(reduced, observations)]))
+    return _prior(sigmas, *_errors(observations, [_plain(part) for part in map(reduced, observations)]))
 
 
-def held_offsets(observations: Sequence[Observation], coulomb: Array) -> HeldFriction:
-    """Constant torques of the arm's joints held near zero; wholly free where the recordings contradict that.
+def offset_prior(observations: Sequence[Observation], coulomb: Array) -> HeldFriction:
+    """Make the prior of the arm's constant torques near zero; wholly free where the recordings contradict that.
 
     Args:
-        observations: as ``held_friction``.
+        observations: as ``friction_prior``.
         coulomb: Coulomb friction of each joint without payload [N·m or N], shape (n,); 0 where it is not known: the
             joint's constant torque is free then.
     """
@@ -111,19 +111,19 @@ def held_offsets(observations: Sequence[Observation], coulomb: Array) -> HeldFri
     plain = [_plain(part) for part in factors]
     noise, memory = _errors(observations, plain)
     arm = coulomb[: max(len(coulomb) - _WRIST, 1)]
-    friction = _held({f"OFF{j + 1}": OFFSET_SHARE * float(level) for j, level in enumerate(arm)}, noise, memory)
+    friction = _prior({f"OFF{j + 1}": OFFSET_SHARE * float(level) for j, level in enumerate(arm)}, noise, memory)
     weighty = noise * np.sqrt(memory)
     weights = np.divide(1.0, weighty, out=np.zeros_like(noise), where=weighty > 0.0)
     free = merged(plain).select(PAYLOAD)
     bound = merged(friction.friction_free(part) for part in factors).select(PAYLOAD)
     rise = _shortest(bound, weights)[1] - _shortest(free, weights)[1]
-    held = len(friction.joints)
-    contradicted = held > 0 and chdtrc(held, max(rise, 0.0)) < _CONTRADICTED
+    count = len(friction.joints)
+    contradicted = count > 0 and chdtrc(count, max(rise, 0.0)) < _CONTRADICTED
     return HeldFriction({}, 0.0 * noise, np.ones(len(noise))) if contradicted else friction
 
 
 def _errors(observations: Sequence[Observation], plain: Sequence[Equations]) -> tuple[Array, Array]:
-    """Size [N·m or N] and inflation by memory of each joint's errors, less all that is free, shapes (n,).
+    """Measure size [N·m or N] and inflation by memory of each joint's errors, less all that is free, shapes (n,).
 
     The size is 0 where a joint has too few rows, beyond the free columns that act on it, to tell it.
     """
@@ -144,24 +144,24 @@ def _errors(observations: Sequence[Observation], plain: Sequence[Equations]) -> 
 
 
 def _plain(factors: Equations) -> Equations:
-    """Equations less all that the free columns can explain; they count as many rows as before."""
+    """Take off all that the free columns can explain; equations count as many rows as before."""
     left = factors.eliminate([factors.columns[k] for k in _free(factors.columns)])
     return replace(left, rows=factors.rows, effective_rows=factors.effective_rows)
 
 
 def _free(columns: Sequence[str]) -> list[int]:
-    """Where the columns stand that are wholly free in each recording."""
+    """Find the columns that are wholly free in each recording."""
     return [k for k, name in enumerate(columns) if name.startswith(FREE)]
 
 
-def _held(sigmas: Mapping[str, float], noise: Array, memory: Array) -> HeldFriction:
+def _prior(sigmas: Mapping[str, float], noise: Array, memory: Array) -> HeldFriction:
     joints = {name: joint_of(name) for name, sigma in sigmas.items() if sigma > 0.0}
     roles = {name: SoftPrior(sigmas[name], float(memory[j])) for name, j in joints.items() if noise[j] > 0.0}
     return HeldFriction(roles, noise, memory)
 
 
 def _shortest(problem: Equations, weights: Array) -> tuple[Array, float]:
-    """Shortest least-squares solution, of which the residual alone is used, and its sum of squares."""
+    """Find the shortest least-squares solution, of which only the residual is used, and its sum of squares."""
     factor = problem.stacked(weights)
     values = least_squares(factor[:, :-1], factor[:, -1])
     return values, float(np.sum((factor[:, -1] - factor[:, :-1] @ values) ** 2))

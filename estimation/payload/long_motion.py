@@ -32,7 +32,7 @@ FREE_SCALE = (
 
 
 class Source(NamedTuple):
-    """Recordings with and without payload, how they were processed, and both side by side.
+    """Recordings with and without payload, their processing, and both side by side.
 
     Attributes:
         compared: recordings of one trajectory, those that method 3 refuses among them.
@@ -90,57 +90,57 @@ class LongMotion(Brief):
 
     @property
     def paired(self) -> bool:
-        """Whether the blocks with and without payload are of one motion."""
+        """True if the blocks with and without payload are of one motion."""
         return self.difference is not None and len(self.difference.blocks) > 0
 
     @property
     def pairs(self) -> tuple[AlignedPair, ...]:
-        """How the recordings of method 3 were aligned."""
+        """Alignment of the recordings of method 3."""
         return self.source.compared if self.difference is not None else ()
 
     @property
     def why_no_pair(self) -> str:
-        """Why method 3 cannot be used, if it cannot."""
+        """Reason why method 3 cannot be used, if it cannot."""
         return FREE_SCALE if self.settings.scale_sigma > 0.0 else self.source.why_no_pair
 
     @cached_property
     def bare(self) -> Estimate | None:
-        """The robot's own parameters by the recordings without payload."""
+        """Estimate the robot's own parameters by the recordings without payload."""
         return None if self.unloaded is None else weighted(self.unloaded)
 
     @property
-    def alone(self) -> Estimate | None:
-        """The robot's own parameters: those without payload, else those known from an earlier identification."""
+    def robot_estimate(self) -> Estimate | None:
+        """Robot's own parameters: by recordings without payload, else those of an earlier identification."""
         return self.bare or self.known
 
     @cached_property
     def robot_known(self) -> Known:
-        """The robot's parameters for method 1: from an earlier identification, else without payload."""
+        """Robot's parameters for method 1: from an earlier identification, else without payload."""
         if self.known is not None:
             return known_robot(self.known)
-        bare, unloaded = self.bare, self.unloaded
-        if bare is None or unloaded is None:
+        own, unloaded = self.bare, self.unloaded
+        if own is None or unloaded is None:
             raise InputError(
                 "method 1 needs the robot's parameters: give a recording without payload or --robot-parameters"
             )
         return Known(
-            bare.names,
-            bare.values,
-            bare.covariance,
-            0.0 * bare.covariance,  # blocks of time hold the recording they come from
-            bare.degrees_of_freedom,
-            lambda: bare.gain_sensitivity,
-            lambda: left_out(unloaded, bare.names, bare.weights).values[:-1, :, 0] if unloaded.blocks else None,
+            own.names,
+            own.values,
+            own.covariance,
+            0.0 * own.covariance,  # blocks of time hold the recording they come from
+            own.degrees_of_freedom,
+            lambda: own.gain_sensitivity,
+            lambda: left_out(unloaded, own.names, own.weights).values[:-1, :, 0] if unloaded.blocks else None,
         )
 
     @property
     def corrected(self) -> bool:
-        """Whether a robot known earlier is corrected by these recordings: its friction is of another day."""
+        """True if a robot known earlier is corrected by these recordings: its friction is of another day."""
         return self.known is not None and bool(self.friction)
 
     @property
     def robot_prior(self) -> Known:
-        """A robot known earlier, by the covariance that its errors really have."""
+        """Prior of a robot known earlier, by the covariance that its errors really have."""
         assert self.known is not None
         return prior_of(self.known, self.inflation, self.loaded)
 
@@ -148,7 +148,7 @@ class LongMotion(Brief):
     def friction(self) -> Mapping[str, SoftPrior]:
         """Frictions of the robot that may be others under load, and how far."""
         try:
-            robot = self.alone
+            robot = self.robot_estimate
         except InputError:  # by method 3 it is not needed
             robot = None
         if robot is None or not self.inflation:
@@ -175,18 +175,18 @@ class LongMotion(Brief):
 
     @cached_property
     def both(self) -> Equations:
-        """The equations of (30), robot and payload together, columns base, then ``PAYLOAD``."""
-        return self.beside(self.loaded)
+        """Join the equations of (30), robot and payload together, columns base, then ``PAYLOAD``."""
+        return self.with_unloaded(self.loaded)
 
-    def beside(self, loaded: Equations) -> Equations:
-        """Equations with payload together with those without, whose other columns are zero."""
+    def with_unloaded(self, loaded: Equations) -> Equations:
+        """Join equations with payload and those without, whose other columns are zero."""
         if self.unloaded is None:
             raise InputError("method 4 needs a recording without payload")
-        bare = self.unloaded.select(loaded.columns)
-        if not (self.paired and bare.blocks and loaded.blocks):
-            return merged([bare, loaded])
-        blocks = bare.blocks.joined(loaded.blocks, together=True)
-        return replace(merged([bare.whole, loaded.whole]), blocks=blocks)
+        unloaded = self.unloaded.select(loaded.columns)
+        if not (self.paired and unloaded.blocks and loaded.blocks):
+            return merged([unloaded, loaded])
+        blocks = unloaded.blocks.joined(loaded.blocks, together=True)
+        return replace(merged([unloaded.whole, loaded.whole]), blocks=blocks)
 
     @property
     def left_out(self) -> tuple[tuple[tuple[int, int], ...], ...]:
@@ -198,14 +198,14 @@ class LongMotion(Brief):
         Raises:
             InputError: if there are fewer than two blocks.
         """
-        loaded, bare = len(self.loaded.blocks), len(self.unloaded.blocks) if self.unloaded else 0
+        loaded, unloaded = len(self.loaded.blocks), len(self.unloaded.blocks) if self.unloaded else 0
         if not loaded:
             raise InputError("robust standard deviations need recordings in blocks of time")
-        check_blocks(loaded, bare or loaded)
+        check_blocks(loaded, unloaded or loaded)
         if self.paired:
-            return (tuple((b, b if bare else -1) for b in range(loaded)),)
-        groups = tuple((-1, b) for b in range(bare)), tuple((b, -1) for b in range(loaded))
-        return groups if bare else groups[1:]
+            return (tuple((b, b if unloaded else -1) for b in range(loaded)),)
+        groups = tuple((-1, b) for b in range(unloaded)), tuple((b, -1) for b in range(loaded))
+        return groups if unloaded else groups[1:]
 
     @property
     def block_length(self) -> float:
@@ -220,7 +220,7 @@ def check_blocks(*counts: int) -> None:
 
 
 def known_robot(robot: Estimate) -> Known:
-    """Parameters of an earlier identification; what their jackknife says of them no block of this time shows."""
+    """Parameters of an earlier identification, with their between-session covariance."""
     lasting = robot.robust.covariance if robot.robust is not None else robot.covariance
     return Known(
         robot.names,
@@ -233,13 +233,13 @@ def known_robot(robot: Estimate) -> Known:
 
 
 def prior_of(known: Estimate, inflation: tuple[float, ...], loaded: Equations) -> Known:
-    """A robot known earlier, by the covariance that its errors really have.
+    """Prior of a robot known earlier, by the covariance that its errors really have.
 
     The jackknife's has no more rank than blocks, and no inverse; its standard deviations scale the formula's.
 
     Args:
         inflation: by how much the memory of each joint's errors raises variances.
-        loaded: the equations beside which it stands.
+        loaded: the equations that it is a prior of.
     """
     factors = [factor for factor, rows in zip(inflation, loaded.rows, strict=True) if rows]
     model = error_model(replace(known, gain_covariance=None))

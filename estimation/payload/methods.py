@@ -1,7 +1,7 @@
 """The paper's four methods: section V, (22) to (30), each with its equation, its columns and what is known of them.
 
 chi are the robot's base parameters, W their columns; chi_L the payload's ten, W_L theirs. A column is wanted, free
-(estimated beside), fixed (known, with a covariance) or held near zero or near what is known (a soft prior).
+(estimated with them), fixed (known, with a covariance) or given a soft prior at zero or at what is known.
 """
 
 from collections.abc import Callable, Iterable, Sequence
@@ -62,7 +62,7 @@ class ChangeOfParameters(Brief):
     Attributes:
         before: chi, by the equations ``unloaded``.
         loaded: equations W chi_T; ``both``: the same in chi and chi_L.
-        places: of the inertial parameters among chi.
+        indices: of the inertial parameters among chi.
         G: their rows of G_L, the payload in its frame.
     """
 
@@ -70,11 +70,11 @@ class ChangeOfParameters(Brief):
     unloaded: Equations
     loaded: Equations
     both: Equations
-    places: list[int]
+    indices: list[int]
     G: Array
 
     def solved(self, weights: Array | None = None) -> Estimate:
-        """The payload's ten parameters."""
+        """Estimate the payload's ten parameters."""
         after = weighted(self.loaded, weights)
         x, covariance, inverse = self._step(after)
         return Estimate(
@@ -88,8 +88,8 @@ class ChangeOfParameters(Brief):
         )
 
     def without_blocks(self, weights: Array, pairs: Sequence[tuple[int, int]]) -> Array:
-        """The ten without a block of the loaded and one of the unloaded recordings, -1 for none."""
-        k = self.places
+        """Estimate the ten without a block of the loaded and one of the unloaded recordings, -1 for none."""
+        k = self.indices
         parts = (
             left_out(equations, self.before.names, own)
             for equations, own in ((self.unloaded, self.before.weights), (self.loaded, weights))
@@ -100,42 +100,42 @@ class ChangeOfParameters(Brief):
         return np.array([_generalised(self.G, chi_b[b] - chi_a[a], C_a[a] + C_b[b])[0] for b, a in pairs])
 
     def lasting(self, weights: Array) -> Array:
-        """Blocks of time hold all recordings that it uses."""
+        """Between-session covariance: none, blocks of time hold all recordings that it uses."""
         return np.zeros((len(PAYLOAD), len(PAYLOAD)))
 
     def sandwich(self, weights: Array, inflation: Sequence[float]) -> Array:
-        """Covariance where errors remember: the formula's, by the middle joint's memory."""
+        """HAC (sandwich) covariance: the formula's, by the middle joint's memory."""
         return np.asarray(float(np.median(inflation)) * self._step(weighted(self.loaded, weights))[1])
 
     def _step(self, after: Estimate) -> tuple[Array, Array, Array]:
-        C = (self.before.covariance + after.covariance)[np.ix_(self.places, self.places)]
-        return _generalised(self.G, (after.values - self.before.values)[self.places], C)
+        C = (self.before.covariance + after.covariance)[np.ix_(self.indices, self.indices)]
+        return _generalised(self.G, (after.values - self.before.values)[self.indices], C)
 
     def _change_by_gains(self, after: Estimate, x: Array) -> Array:
         """Derivatives of chi_T - chi by the motors' errors, joints' weights fixed.
 
-        Beside the parameters, the variances of both identifications change, and with them what each counts for:
+        Besides the parameters, the variances of both identifications change, and with them what each counts for:
         with x = (G'C^-1G)^-1 G'C^-1 d, dx = inverse (dd - dC C^-1 (d - G x)).
         """
-        at = np.ix_(self.places, self.places)
-        rest = (after.values - self.before.values)[self.places] - self.G @ x
-        pull = np.linalg.solve((self.before.covariance + after.covariance)[at], rest)
+        at = np.ix_(self.indices, self.indices)
+        rest = (after.values - self.before.values)[self.indices] - self.G @ x
+        weighted_rest = np.linalg.solve((self.before.covariance + after.covariance)[at], rest)
         change = np.zeros((len(rest), len(after.weights)))
         for equations, estimate, sign in ((self.unloaded, self.before, -1.0), (self.loaded, after, 1.0)):
             assert estimate.gain_sensitivity is not None
-            change += sign * estimate.gain_sensitivity[self.places]
+            change += sign * estimate.gain_sensitivity[self.indices]
             # The residual's variance grows as its errors do with each motor's torque.
             chi = np.append(-estimate.values, 1.0)
             errors = [w * factor @ chi for w, factor in zip(estimate.weights, equations.factors, strict=True)]
             size = max(sum(float(error @ error) for error in errors), np.finfo(float).tiny)
             every = zip(errors, estimate.weights, equations.by_motor(), strict=True)
             grown = 2.0 * sum(error @ (w * torques) for error, w, torques in every) / size
-            change -= np.outer(estimate.covariance[at] @ pull, grown)
+            change -= np.outer(estimate.covariance[at] @ weighted_rest, grown)
         return change
 
 
 def _generalised(G: Array, change: Array, C: Array) -> tuple[Array, Array, Array]:
-    """Generalised least squares of G x = change with covariance C: x, its covariance, x by the change."""
+    """Solve G x = change with covariance C by generalised least squares: x, its covariance, x by the change."""
     scale = np.sqrt(np.diag(C))
     L = np.linalg.cholesky(C / np.outer(scale, scale))
     parts = decomposed(np.asarray(np.linalg.solve(L, G / scale[:, None])))
@@ -150,10 +150,10 @@ def from_change(motion: LongMotion) -> ChangeOfParameters:
     if motion.bare is None or motion.unloaded is None:
         raise InputError("method 2 needs a recording without payload")
     columns, flange = motion.base.columns, motion.robot.flange
-    places = [k for k, name in enumerate(columns) if not is_friction(name) and parameter_kind(name) != "IA"]
-    G, both = payload_map(motion)[places], in_payload_frame(motion.robot, motion.loaded)
+    indices = [k for k, name in enumerate(columns) if not is_friction(name) and parameter_kind(name) != "IA"]
+    G, both = payload_map(motion)[indices], in_payload_frame(motion.robot, motion.loaded)
     G = G if flange.is_identity else G @ frame_change(flange)
-    return ChangeOfParameters(motion.bare, motion.unloaded, motion.loaded.select(columns), both, places, G)
+    return ChangeOfParameters(motion.bare, motion.unloaded, motion.loaded.select(columns), both, indices, G)
 
 
 def from_difference(motion: LongMotion) -> LinearProblem:
@@ -177,33 +177,33 @@ def global_fit(motion: LongMotion) -> LinearProblem:
     where it is free, are more under load.
     """
     loaded, changes = motion.under_load()
-    return LinearProblem(motion.beside(loaded), PAYLOAD, soft=changes, shown=loaded)
+    return LinearProblem(motion.with_unloaded(loaded), PAYLOAD, soft=changes, shown=loaded)
 
 
 PREFERRED = (3, 4, 1, 2)
-"""The methods in the order of their expected errors, where each can be used and a pair ran one path."""
+"""Methods in the order of their expected errors, where each can be used and a pair ran one path."""
 ONE_PATH = 2e-3
-"""rad or m: positions of a pair that differ by more, rms of the worst joint, are not of one path."""
+"""Distance of positions [rad or m], rms of the worst joint, above which a pair is not of one path."""
 METHODS: dict[int, Callable[[LongMotion], Posed]] = {
     1: from_robot,
     2: from_change,
     3: from_difference,
     4: global_fit,
 }
-"""The paper's methods by number."""
+"""Methods of the paper by number."""
 
 
 def usable_methods(problem: PayloadProblem) -> tuple[int, ...]:
-    """Methods for which the problem holds what they need."""
+    """Numbers of the methods for which the problem holds what they need."""
     if isinstance(problem, ShortMotion):
         return (problem.method,)
-    bare = problem.unloaded is not None
+    unloaded = problem.unloaded is not None
     one_scale = not problem.settings.scale_sigma > 0.0  # changes and differences know of no other
     usable = {
-        1: bare or problem.known is not None,
-        2: bare and one_scale,
+        1: unloaded or problem.known is not None,
+        2: unloaded and one_scale,
         3: problem.difference is not None and one_scale,
-        4: bare,
+        4: unloaded,
     }
     return tuple(method for method, there in usable.items() if there)
 
@@ -240,7 +240,7 @@ def payload_estimate(
 
 
 def recommended_method(problem: PayloadProblem, methods: Iterable[int]) -> tuple[int, str]:
-    """The method with the least expected error, and the reason for it where there are others.
+    """Choose the method with the least expected error, and give the reason where there are others.
 
     Errors of the robot's model count. On one path method 3 cancels what the model lacks, and weighs the joints by
     what is left then; methods 1, 2 and 4 carry it. Where the paths differ, method 3 takes off what the robot itself
@@ -266,20 +266,20 @@ def recommended_method(problem: PayloadProblem, methods: Iterable[int]) -> tuple
 
 
 def selected(motion: LongMotion, names: Sequence[str]) -> LinearProblem:
-    """Method 4 with some parameters of robot and payload only, the others zero."""
+    """Estimate some parameters of robot and payload by method 4, the others zero."""
     return LinearProblem(motion.both.select(names), tuple(names))
 
 
 def combined(motion: LongMotion) -> Estimate:
-    """Robot and payload parameters of (30), columns base, then ``PAYLOAD``."""
+    """Estimate robot and payload parameters of (30), columns base, then ``PAYLOAD``."""
     return selected(motion, motion.loaded.columns).solved()
 
 
 def essential_combined(motion: LongMotion, rule: StopRule | None = None) -> Elimination:
-    """Essential parameters of robot and payload (in frame n) together, as in Table 2."""
+    """Find essential parameters of robot and payload (in frame n) together, as in Table 2."""
     return eliminate(motion.both, combined(motion), rule)
 
 
 def payload_map(motion: LongMotion) -> Array:
-    """G_L: how the base parameters change with the payload's ten in frame n; N_b x 10."""
+    """Map G_L of the payload's ten in frame n to base parameters; N_b x 10."""
     return motion.base.effect_of(payload_columns(motion.robot))

@@ -39,7 +39,7 @@ from .long_motion import LongMotion, Source
 from .under_load import robot_of
 
 _TRIED = 12
-"""Combinations of pieces that are aligned in search of the lag."""
+"""Number of combinations of pieces that are aligned in search of the lag."""
 _Recordings = tuple[Recording, ...]
 _Load = tuple[Equations, list[Recorded]]
 _Alike = tuple[_Recordings, _Recordings, tuple[float | None, ...]]
@@ -47,7 +47,7 @@ _Alike = tuple[_Recordings, _Recordings, tuple[float | None, ...]]
 
 
 class PairedMeasurement(NamedTuple):
-    """One trajectory without and with payload, on the loaded recording's time.
+    """Measurements of one trajectory without and with payload, on the loaded recording's time.
 
     ``lag`` [s]: what the loaded recording's clock shows more than the unloaded one's own.
     """
@@ -94,15 +94,17 @@ def payload_problem(
         check_moving(robot, base, recordings)
     check_apart(loaded, unloaded)
     loaded, unloaded, lags = cut_alike(loaded, unloaded, processing)
-    bare, heavy = filtered(unloaded, processing, progress), filtered(loaded, processing, progress)
+    without, under_load = filtered(unloaded, processing, progress), filtered(loaded, processing, progress)
     progress("aligning recordings with and without payload")
-    compared, together, reason = _together(loaded, unloaded, lags, heavy, processing)
+    compared, together, reason = _together(loaded, unloaded, lags, under_load, processing)
     progress("cutting into blocks" if settings.robust else "reducing")
     robust = settings.robust and not (known is not None and known.robust is None)
-    motion = long_motion(robot, heavy, bare, together, replace(settings, robust=robust), known)
+    motion = long_motion(robot, under_load, without, together, replace(settings, robust=robust), known)
     if motion.unloaded and motion.unloaded.equations == 0:
         raise InputError(f"{unloaded[0].source}: no joint moves: nothing can be compared")
-    source = Source(tuple(loaded), tuple(unloaded), processing, compared, reason, heavy[0].motion.rate, choices)
+    source = Source(
+        tuple(loaded), tuple(unloaded), processing, compared, reason, under_load[0].motion.rate, choices
+    )
     return replace(motion, source=source, settings=settings)
 
 
@@ -113,7 +115,7 @@ def _together(
     measured: Sequence[Measurement],
     processing: Processing,
 ) -> tuple[tuple[AlignedPair, ...], list[PairedMeasurement], str]:
-    """Recordings side by side, and those of one trajectory filtered for method 3; none, and why not."""
+    """Put recordings side by side, filter those of one trajectory for method 3; none, and why not."""
     pairs = tuple[AlignedPair, ...]()
     if not unloaded:
         return (), [], "no recordings without payload"
@@ -128,19 +130,19 @@ def _together(
             for a, b, lag in zip(unloaded, loaded, lags, strict=True)
         )
         together = []
-        for pair, heavy in zip(pairs, measured, strict=True):
+        for pair, under_load in zip(pairs, measured, strict=True):
             check_mismatch(pair, processing.max_mismatch)
             # The loaded recording was filtered already, unless it was cut to what both have in common.
-            whole = len(pair.loaded.t) == len(heavy.motion.t)
-            heavy = heavy if whole else measurement(pair.loaded, processing)
-            together.append(PairedMeasurement(measurement(pair.unloaded, processing), heavy, pair.lag))
+            whole = len(pair.loaded.t) == len(under_load.motion.t)
+            under_load = under_load if whole else measurement(pair.loaded, processing)
+            together.append(PairedMeasurement(measurement(pair.unloaded, processing), under_load, pair.lag))
         return pairs, together, ""
     except InputError as error:
         return pairs, [], str(error)
 
 
 def cut_alike(loaded: Sequence[Recording], unloaded: Sequence[Recording], processing: Processing) -> _Alike:
-    """Recordings with and without payload, cut alike where gaps split those of one file into more pieces.
+    """Cut recordings with and without payload alike where gaps split those of one file into more pieces.
 
     They stay as they are where they form pairs already, or where no pairs can be made of them.
 
@@ -150,57 +152,61 @@ def cut_alike(loaded: Sequence[Recording], unloaded: Sequence[Recording], proces
     """
     whole: _Alike = tuple(loaded), tuple(unloaded), (None,) * len(loaded)
     # Pieces of one file are cut where either file has a gap, so that they form pairs.
-    heavy, bare = ([tuple(own) for _, own in groupby(files, origin)] for files in (loaded, unloaded))
-    if len(loaded) == len(unloaded) or len(heavy) != len(bare):
+    loaded_files, unloaded_files = (
+        [tuple(own) for _, own in groupby(files, origin)] for files in (loaded, unloaded)
+    )
+    if len(loaded) == len(unloaded) or len(loaded_files) != len(unloaded_files):
         return whole
     try:
-        pairs = [pair for a, b in zip(bare, heavy, strict=True) for pair in _pairs(a, b, processing)]
+        pairs = [
+            pair for a, b in zip(unloaded_files, loaded_files, strict=True) for pair in _pairs(a, b, processing)
+        ]
     except InputError:  # no pair of one trajectory: method 3 refuses it where it is asked for
         return whole
-    bare_pieces, heavy_pieces, lags = zip(*pairs, strict=True) if pairs else ((), (), ())
-    return (heavy_pieces, bare_pieces, lags) if pairs else whole
+    unloaded_pieces, loaded_pieces, lags = zip(*pairs, strict=True) if pairs else ((), (), ())
+    return (loaded_pieces, unloaded_pieces, lags) if pairs else whole
 
 
 def _pairs(
-    bare: _Recordings, heavy: _Recordings, processing: Processing
+    unloaded: _Recordings, loaded: _Recordings, processing: Processing
 ) -> list[tuple[Recording, Recording, float | None]]:
-    """Pieces of two files between the gaps of either, on the same stretches of the motion, and their lag."""
-    if len(bare) == len(heavy) == 1:
-        return [(bare[0], heavy[0], None)]
-    lag = _lag(bare, heavy, processing)
+    """Pair pieces of two files between the gaps of either, on the same stretches of the motion; find their lag."""
+    if len(unloaded) == len(loaded) == 1:
+        return [(unloaded[0], loaded[0], None)]
+    lag = _lag(unloaded, loaded, processing)
     middles = (
         0.5 * float(before.t[-1] + after.t[0]) + ahead
-        for pieces, ahead in ((heavy, 0.0), (bare, lag))
+        for pieces, ahead in ((loaded, 0.0), (unloaded, lag))
         for before, after in pairwise(pieces)
     )
     gaps = sorted(middles)
     least = shortest_piece(processing.cutoff)
     pairs: list[tuple[Recording, Recording, float | None]] = []
     for low, high in pairwise([-np.inf, *gaps, np.inf]):
-        a = _within(bare, low - lag, high - lag, least, heavy[0])
-        b = _within(heavy, low, high, least, bare[0])
+        a = _within(unloaded, low - lag, high - lag, least, loaded[0])
+        b = _within(loaded, low, high, least, unloaded[0])
         if a is not None and b is not None:
             pairs.append((a, b, lag))
     return pairs
 
 
-def _lag(bare: _Recordings, heavy: _Recordings, processing: Processing) -> float:
-    """What the loaded file's clock shows more [s], by pieces of both that are alike, the longest first.
+def _lag(unloaded: _Recordings, loaded: _Recordings, processing: Processing) -> float:
+    """Difference of the loaded file's clock from the unloaded one's [s], by pieces that are alike, longest first.
 
     Raises:
         InputError: if no two are of the same stretch of the motion.
     """
-    choices = sorted(product(bare, heavy), key=lambda pair: -min(float(np.ptp(one.t)) for one in pair))
+    choices = sorted(product(unloaded, loaded), key=lambda pair: -min(float(np.ptp(one.t)) for one in pair))
     for first, second in choices[:_TRIED]:
         try:
             return aligned(first, second, grid_rate(second, processing), processing.max_mismatch).lag
         except InputError:
             continue
-    raise InputError(f"{origin(bare[0])} and {origin(heavy[0])} are not the same trajectory")
+    raise InputError(f"{origin(unloaded[0])} and {origin(loaded[0])} are not the same trajectory")
 
 
 def _within(pieces: _Recordings, low: float, high: float, least: float, partner: Recording) -> Recording | None:
-    """What of a file lies between two times [s] and is long enough; ``partner``: of the other file, for a note."""
+    """Cut out what of a file lies between two times [s] and is long enough; ``partner`` is named in a note."""
     for piece in pieces:
         rows = slice(*(int(row) for row in np.searchsorted(piece.t, [low, high])))
         if rows.stop - rows.start > 1 and piece.t[rows.stop - 1] - piece.t[rows.start] >= least:
@@ -211,13 +217,13 @@ def _within(pieces: _Recordings, low: float, high: float, least: float, partner:
 
 
 def loaded_observer(robot: Robot, base: BaseParameters) -> Observer:
-    """Observer of [W W_L], columns base, then ``PAYLOAD``."""
+    """Make the observer of [W W_L], columns base, then ``PAYLOAD``."""
     names = (*base.columns, *PAYLOAD)
     return Observer(robot, (*base.columns, *payload_columns(robot)), names)
 
 
 def torque_change(robot: Robot, unloaded: Measurement, loaded: Measurement) -> Measurement:
-    """Y_T - Y_wL on the loaded motion.
+    """Difference of torques Y_T - Y_wL on the loaded motion.
 
     The observer moves the spring's torque into Y; in a difference it is there twice, and the first goes along.
     """
@@ -284,21 +290,21 @@ def long_motion(
     parts = {name: in_blocks(*load, edges[name], length) for name, load in loads.items()}
     inflation = memory["loaded"].inflation
     if known is not None and not unloaded:
-        inflation = _inflation_beside(known, *loads["loaded"])
+        inflation = _inflation_of_known(known, *loads["loaded"])
     return replace(motion, **parts, inflation=inflation, few=few)
 
 
-def _inflation_beside(known: Estimate, equations: Equations, recordings: Sequence[Recorded]) -> tuple[float, ...]:
-    """By how much memory raises the variance of each joint's errors beside a robot that is known.
+def _inflation_of_known(known: Estimate, equations: Equations, recordings: Sequence[Recorded]) -> tuple[float, ...]:
+    """Inflation by memory of each joint's errors where the robot is known.
 
-    By what it leaves of the loaded recordings, payload and friction found beside it: all of its parameters, found
+    By what it leaves of the loaded recordings, payload and friction found with it: all of its parameters, found
     anew in a few seconds, would take up the slow errors for themselves. A few seconds of load show less memory than
     the robot's own recordings did.
     """
     rigid = [k for k, name in enumerate(known.names) if not is_friction(name)]
-    beside = equations.minus([known.names[k] for k in rigid], known.values[rigid])
+    rest = equations.minus([known.names[k] for k in rigid], known.values[rigid])
     values = dict(zip(known.names, known.values, strict=True))
-    values |= zip(beside.columns, weighted_solution(beside), strict=True)
+    values |= zip(rest.columns, weighted_solution(rest), strict=True)
     chi = np.array([values[name] for name in equations.columns])
     own = Remembered.of([recording.residuals(chi) for recording in recordings]).inflation
     if known.robust is None:
@@ -322,11 +328,11 @@ def _changes(
     own, chi, loaded_terms = weighted_solution(unloaded), robot_of(unloaded), loaded_friction(observer.robot)
     grows = [k for k, name in enumerate(base.columns) if name in loaded_terms]
     chi[grows] = own[grows]  # by which the payload's load makes friction differ
-    heavy, bare = observer.only(base.columns), observer.only(base.columns).at(own)
+    with_load, without = observer.only(base.columns), observer.only(base.columns).at(own)
 
     def change(pair: PairedMeasurement) -> Used:
         loaded = used(pair.loaded, processing, pair.unloaded.motion)
-        path = heavy.torques(pair.loaded.motion, chi) - bare.torques(pair.unloaded.motion, chi)
+        path = with_load.torques(pair.loaded.motion, chi) - without.torques(pair.unloaded.motion, chi)
         return loaded._replace(data=replace(torque_change(observer.robot, pair.unloaded, pair.loaded), path=path))
 
     columns = (*payload_columns(observer.robot), PATH, *friction)

@@ -1,4 +1,4 @@
-"""Several recordings of one payload: their spread, their drift, and what both mean for the common answer."""
+"""Repeats: several recordings of one payload, their spread, their drift, and what both mean for the answer."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -23,7 +23,7 @@ _DRIFTS = 0.05
 
 
 class Repeats(Document, frozen=True):
-    """The mass [kg] by each recording alone, how much more it scatters than it should, and how it drifts.
+    """Masses [kg] of single recordings, how much more they scatter than they should, and how they drift.
 
     Attributes:
         sources: of the recordings, in the order they were given.
@@ -46,7 +46,7 @@ class Repeats(Document, frozen=True):
 
     @classmethod
     def made(cls, sources: Sequence[str], masses: Sequence[float], sigmas: Sequence[float]) -> Self:
-        """Of the mass by each recording and its standard deviation."""
+        """Compute from the mass of each recording and its standard deviation."""
         k = np.flatnonzero(np.isfinite(masses))
         seen, own = np.array(masses)[k], np.array(sigmas)[k]
         step, sigma = _drift(k, seen, own) if len(k) > 2 else (None, None)
@@ -72,7 +72,7 @@ def _drift(k: NDArray[np.intp], masses: Array, sigmas: Array) -> tuple[float, fl
 
 
 def repeats_of(problem: PayloadProblem, scale: KnownMass | None) -> Repeats | None:
-    """Each recording of a short motion alone; None with one recording, or where the mass is the scale's anyway."""
+    """Identify each recording of a short motion singly; None of one recording, or if the mass is the scale's."""
     if not isinstance(problem, ShortMotion) or len(problem.runs) < 2 or not problem.visibility.mass_visible:
         return None
     masses, sigmas = [], []
@@ -83,7 +83,7 @@ def repeats_of(problem: PayloadProblem, scale: KnownMass | None) -> Repeats | No
         except InputError:
             pass  # one recording alone may not do
         else:
-            if not estimate.from_scale and 9 in estimate.places:
+            if not estimate.from_scale and 9 in estimate.indices:
                 model = error_model(estimate.estimate)
                 mass, sigma = model["M_L"], float(model.sigma[model.names.index("M_L")])
         masses.append(mass)

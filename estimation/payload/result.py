@@ -1,4 +1,4 @@
-"""A payload by one method, free and as it should be used: one that can exist, with intervals that hold."""
+"""Payload by one method, free and as it should be used: one that can exist, with intervals that hold."""
 
 import re
 from collections.abc import Sequence
@@ -21,18 +21,18 @@ from ..possible.intervals import NO_INTERVALS, Intervals, profile_intervals
 from ..possible.payload import CONFLICT, POSSIBLE, Active, Possible, Weighing, solve_constrained, tested
 
 METHOD_NAMES = {1: "known-robot", 2: "change", 3: "difference", 4: "global"}
-"""The paper's methods, by number, in a word."""
+"""Short names of the paper's methods, by number."""
 _FORM = re.compile(r"(box|cylinder):([0-9.]+(?:x[0-9.]+)*)")
 
 
 @dataclass(frozen=True, repr=False)
 class PayloadEstimate(Brief):
-    """A payload as one method sees it: all ten parameters, or those that a short motion determines.
+    """Payload estimated by one method: all ten parameters, or those that a short motion determines.
 
     Attributes:
         method: 1 to 4.
         estimate: the parameters of ``PAYLOAD`` about the origin of ``frame``, with covariance.
-        frame: the frame, in words.
+        frame: name of the frame.
         without_robust: why there are no robust standard deviations although they were asked for.
         from_scale: whether the mass is a scale's, not the torques'.
     """
@@ -44,31 +44,31 @@ class PayloadEstimate(Brief):
     from_scale: bool = False
 
     @cached_property
-    def places(self) -> tuple[int, ...]:
-        """Where the determined parameters stand among the ten."""
+    def indices(self) -> tuple[int, ...]:
+        """Indices of the determined parameters among the ten."""
         return tuple(PAYLOAD.index(name) for name in self.estimate.names)
 
     def unexplained(self, torque_rms: Array) -> Array:
-        """Each joint's error over another torque (rms), shape (n,); nan where there is no equation or no torque."""
+        """Ratio of each joint's error to another torque (rms), shape (n,); nan without equations or torque."""
         rows = np.array(self.estimate.fit.rows, dtype=float)
         torque = np.where((rows > 0) & (torque_rms > 0.0), torque_rms, np.nan)
         return np.asarray(self.estimate.fit.error_norms / np.sqrt(np.maximum(rows, 1.0)) / torque)
 
     @property
     def complete(self) -> bool:
-        """Whether all ten are determined."""
-        return len(self.places) == len(PAYLOAD)
+        """True if all ten are determined."""
+        return len(self.indices) == len(PAYLOAD)
 
     @property
     def ten(self) -> Array:
-        """The ten, nan where not determined, shape (10,)."""
+        """Ten parameters, nan where not determined, shape (10,)."""
         values = np.full(len(PAYLOAD), np.nan)
-        values[list(self.places)] = self.estimate.values
+        values[list(self.indices)] = self.estimate.values
         return values
 
     @cached_property
     def body(self) -> InertialParameters:
-        """The payload as a body; all ten must be determined."""
+        """Payload as a body; all ten must be determined."""
         return InertialParameters(self.estimate.values)
 
     @property
@@ -79,13 +79,13 @@ class PayloadEstimate(Brief):
     @cached_property
     def spread(self) -> PayloadSpread:
         """Standard deviations of mass, centre of mass and inertia there by the formula's covariance."""
-        return payload_spread(self.ten, self.estimate.covariance, self.places)
+        return payload_spread(self.ten, self.estimate.covariance, self.indices)
 
     @cached_property
     def robust_spread(self) -> PayloadSpread | None:
-        """Those that hold for autocorrelated noise, where they were asked for."""
+        """Standard deviations that hold for autocorrelated noise, where they were asked for."""
         robust = self.estimate.robust
-        return payload_spread(self.ten, robust.covariance, self.places) if robust else None
+        return payload_spread(self.ten, robust.covariance, self.indices) if robust else None
 
     @property
     def larger_sigma(self) -> Array:
@@ -94,31 +94,31 @@ class PayloadEstimate(Brief):
 
 
 def moved(estimate: PayloadEstimate, change: Array, more: Array, factor: float = 1.0) -> PayloadEstimate:
-    """With other values, sigmas ``factor`` times as large and ``more`` covariance; of the ten, (10,), 10 x 10."""
-    places, own = list(estimate.places), estimate.estimate
+    """Change the values, multiply sigmas by ``factor`` and add ``more`` covariance; of the ten, (10,), 10 x 10."""
+    indices, own = list(estimate.indices), estimate.estimate
 
     def larger(covariance: Array) -> Array:
-        return np.asarray(covariance * factor**2 + more[np.ix_(places, places)])
+        return np.asarray(covariance * factor**2 + more[np.ix_(indices, indices)])
 
     robust = own.robust and replace(own.robust, covariance=larger(own.robust.covariance))
-    values, covariance = own.values + change[places], larger(own.covariance)
+    values, covariance = own.values + change[indices], larger(own.covariance)
     return replace(estimate, estimate=replace(own, values=values, covariance=covariance, robust=robust))
 
 
 def widened(estimate: PayloadEstimate, factor: float) -> PayloadEstimate:
-    """With standard deviations ``factor`` times as large."""
+    """Multiply standard deviations by ``factor``."""
     return estimate if factor == 1.0 else moved(estimate, np.zeros(10), np.zeros((10, 10)), factor)
 
 
 def reaching(estimate: PayloadEstimate, change: Array) -> PayloadEstimate:
-    """With standard deviations that let the intervals reach values moved by a change of the ten, shape (10,)."""
+    """Widen intervals until they reach values moved by a change of the ten, shape (10,)."""
     step = change / NORMAL95
     return moved(estimate, 0.0 * change, np.outer(step, step))
 
 
 @dataclass(frozen=True, repr=False)
 class ConstrainedPayload(Brief):
-    """The payload nearest to one method's estimate among those that hold the constraints.
+    """Payload nearest to one method's estimate among those that keep the constraints.
 
     Attributes:
         free: the method's own estimate.
@@ -137,12 +137,12 @@ class ConstrainedPayload(Brief):
 
     @property
     def method(self) -> int:
-        """1 to 4."""
+        """Number of the method, 1 to 4."""
         return self.free.method
 
     @property
     def body(self) -> InertialParameters:
-        """The payload as a body that can exist."""
+        """Payload as a body that can exist."""
         return self.result.body
 
     @property
@@ -177,7 +177,7 @@ class ConstrainedPayload(Brief):
 
     @property
     def conflict(self) -> bool:
-        """Whether a constraint or a weighed mass, or all of them together, contradict the data."""
+        """True if a constraint or a weighed mass, or all of them together, contradict the data."""
         apart = any(weighing.conflict for weighing in self.weighings)
         return apart or bool(self.conflicts) or self.p_value < CONFLICT
 
@@ -185,7 +185,7 @@ class ConstrainedPayload(Brief):
 def constrain_payload(
     free: PayloadEstimate, constraints: Sequence[Constraint] = POSSIBLE, gains: Gains | None = None
 ) -> ConstrainedPayload:
-    """The nearest payload that holds the constraints, with intervals.
+    """Find the nearest payload that keeps the constraints, with intervals.
 
     Args:
         free: a method's result, all ten determined.
@@ -206,7 +206,7 @@ def constrain_payload(
 
 @dataclass(frozen=True)
 class StandIn:
-    """A usable inertia where none was measured: that of an evenly filled body. Assumed, and called so.
+    """Nominal inertia where none was measured: that of an evenly filled body. Assumed, and called so.
 
     Attributes:
         kind: "box" or "cylinder".
@@ -227,7 +227,7 @@ class StandIn:
 
     @staticmethod
     def parse(text: str) -> "StandIn":
-        """From "box:60x60x350" or "cylinder:80x200", in mm.
+        """Parse "box:60x60x350" or "cylinder:80x200", in mm.
 
         Raises:
             InputError: for anything else.
@@ -243,7 +243,7 @@ class StandIn:
 
     @property
     def description(self) -> str:
-        """In words, with its sizes in mm."""
+        """Describe it with its sizes in mm."""
         sizes = " x ".join(f"{1e3 * size:g}" for size in self.sizes)
         along = "along x, y, z" if self.kind == "box" else "(diameter, length along z)"
         return f"evenly filled {self.kind} of {sizes} mm {along} about the centre of mass"
@@ -258,12 +258,12 @@ class StandIn:
         return np.diag([across, across, mass * diameter**2 / 8.0])
 
     def body(self, mass: float, com: Array) -> InertialParameters:
-        """The payload with this inertia."""
+        """Give the payload this inertia."""
         return InertialParameters.from_com(mass, com, self.inertia(mass))
 
 
 def in_payload_frame(robot: Robot, equations: Equations) -> Equations:
-    """Equations whose payload stands in frame n, in the ten parameters about ``robot.payload_frame`` instead.
+    """Transform equations whose payload stands in frame n to the ten parameters about ``robot.payload_frame``.
 
     Args:
         robot: its payload frame stands at ``robot.flange`` in frame n.
@@ -271,14 +271,14 @@ def in_payload_frame(robot: Robot, equations: Equations) -> Equations:
     """
     if robot.flange.is_identity:
         return equations
-    places, M = [equations.columns.index(name) for name in PAYLOAD], np.eye(len(equations.columns))
-    M[np.ix_(places, places)] = frame_change(robot.flange)
+    indices, M = [equations.columns.index(name) for name in PAYLOAD], np.eye(len(equations.columns))
+    M[np.ix_(indices, indices)] = frame_change(robot.flange)
     return equations.transformed(M, equations.columns)
 
 
 @lru_cache(maxsize=64)
 def frame_change(pose: Pose) -> Array:
-    """How the ten parameters of a body change with its frame, 10 x 10.
+    """Matrix that changes the frame of a body's ten parameters, 10 x 10.
 
     Args:
         pose: of the frame they are given in, in the frame they are wanted in.

@@ -1,8 +1,8 @@
-"""Torque that is periodic in a joint's position and came with the payload: ripple of the gears.
+"""Ripple of the gears: torque that is periodic in a joint's position and came with the payload.
 
 What both recordings have alike goes with their difference. What changes with the load repeats with the motion: no
 block of time shows it, and it moves the mass. Waves that a joint's equations clearly hold are therefore estimated
-beside the payload, one after the other, each with all that a slightly wrong wavelength would leave. A ripple of
+besides the payload, one after the other, each with all that a slightly wrong wavelength would leave. A ripple of
 less than one wave over the joint's range is no different from weight and is not looked for.
 """
 
@@ -29,7 +29,7 @@ _MOST = 4  # per joint
 _ROWS_EACH = 20  # rows for each wave: of fewer nothing is looked for
 _PASSED = 0.1  # of a wave's amplitude: what decimation leaves less of is not looked for
 _AT_ONCE = 2**19  # waves times samples that are held at once, or one wave
-_DEPENDENT = 0.05  # of a wave's power: explained by the payload but for this share, it cannot be separated from it
+_DEPENDENT = 0.05  # of a wave's power: explained by the payload but for this, it cannot be separated from it
 
 
 class Wave(Document, frozen=True):
@@ -48,7 +48,7 @@ class Wave(Document, frozen=True):
 def ripple_of(
     source: str, recording: Observation, data: Measurement, keep: Mask, decimate: int
 ) -> tuple[tuple[Wave, ...], tuple[Array, ...]]:
-    """Waves that the equations hold beside the payload and what is free.
+    """Find waves that the equations hold besides the payload and what is free.
 
     Args:
         source: name of the recording.
@@ -75,7 +75,7 @@ def ripple_of(
 
 
 class _Search(NamedTuple):
-    """A joint's positions about their middle, rows to use, decimation, largest step from sample to sample."""
+    """Joint's positions about their middle, rows to use, decimation, largest step from sample to sample."""
 
     position: Array
     keep: Mask
@@ -83,7 +83,7 @@ class _Search(NamedTuple):
     step: float
 
     def waves(self, W: Array, torque: Array, t: Array) -> list[tuple[float, float, Array]]:
-        """The clearest wave, its gain and its columns, then the clearest beside it, ..
+        """Find the clearest wave, its gain and its columns, then the clearest besides it, ..
 
         Those are left out that may be the autocorrelated rest.
         """
@@ -114,11 +114,11 @@ class _Search(NamedTuple):
         return [wave for wave in found if _chance(wave[1], rest, spare) * len(waves) <= RIPPLE_CHANCE]
 
     def _seen(self, signals: Array) -> Array:
-        """Signals on all samples, k x N, as the equations see them, rows x k."""
+        """Filter signals on all samples, k x N, as the equations see them, rows x k."""
         return np.asarray(decimated(signals, self.decimate)[:, self.keep].T)
 
     def _candidates(self) -> Array:
-        """Waves from one over the range to the most that the samples resolve [rad per rad]."""
+        """List waves from one over the range to the most that the samples resolve [rad per rad]."""
         span = float(np.ptp(self.position))
         if span <= 0.0 or self.step <= 0.0:
             return np.zeros(0)
@@ -126,7 +126,7 @@ class _Search(NamedTuple):
         return np.asarray(waves[waves * self.step < np.pi])
 
     def _gains(self, waves: Array, Q: Array, left: Array) -> Array:
-        """By how much each wave, with the columns of Q taken out, lowers the sum of squares ``left``.
+        """Fall of the sum of squares ``left`` by each wave, with the columns of Q taken out.
 
         0 where its sine and cosine hardly stand out.
         """
@@ -146,6 +146,7 @@ class _Search(NamedTuple):
             s.T @ left,
             c.T @ left,
         )
+        # The normal equations of sine and cosine by Cramer's rule: what both take off is (a, b) N^-1 (a, b)'.
         determinant = ss * cc - sc**2
         independent = determinant > (_DEPENDENT * 0.5 * len(left)) ** 2
         raised = a**2 * cc - 2.0 * a * b * sc + b**2 * ss

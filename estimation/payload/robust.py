@@ -19,22 +19,22 @@ class Posed(Protocol):
     """A problem of the payload that is solved for given weights of the joints."""
 
     def solved(self, weights: Array | None = None) -> Estimate:
-        """The parameters asked for; weights are estimated unless they are given."""
+        """Estimate the parameters asked for; weights are estimated unless they are given."""
 
     def without_blocks(self, weights: Array, pairs: Sequence[tuple[int, int]]) -> Array:
-        """Values without blocks of time with and without payload, one row for each of ``left_out``."""
+        """Estimate without blocks of time with and without payload, one row for each of ``left_out``."""
 
     def lasting(self, weights: Array) -> Array:
-        """Covariance that no block of time shows."""
+        """Between-session covariance, which no block of time shows."""
 
     def sandwich(self, weights: Array, inflation: Sequence[float]) -> Array:
-        """Covariance where each joint's errors remember."""
+        """HAC (sandwich) covariance: errors of each joint remember."""
 
 
 def with_robust(
     problem: LongMotion | ShortMotion, posed: Posed, estimate: Estimate | None = None, rule: Rule | None = None
 ) -> tuple[Estimate, str]:
-    """The estimate of a posed problem with its robust covariance; without, and why, where there is none.
+    """Add the robust covariance to the estimate of a posed problem; without, and why, where there is none.
 
     Args:
         estimate: its result, where it is there already; its weights are kept.
@@ -56,7 +56,7 @@ def with_robust(
 def _robust(
     problem: LongMotion | ShortMotion, posed: Posed, estimate: Estimate, rule: Rule | None
 ) -> RobustCovariance:
-    """By the rule asked for, weights fixed at those of the result."""
+    """Compute by the rule asked for, weights fixed at those of the result."""
     weights, length, known, robust = estimate.weights, problem.block_length, problem.known, None
     if rule != "sandwich":
         try:
@@ -72,15 +72,15 @@ def _robust(
     if robust is not None:
         few = isinstance(problem, LongMotion) and problem.few
         few = few or (problem.corrected and robust.degrees_of_freedom + 1 < FEW)
-        share = posed.lasting(weights)  # what no block shows; none where the method does without anything known
-        if share.any():
+        lasting = posed.lasting(weights)  # what no block shows; none where the method does without anything known
+        if lasting.any():
             # A robot that was identified earlier adds its own robust covariance, propagated: its blocks were left
             # out one at a time as well.
             own = known.robust if known is not None else None
             if known is not None and own is None and isinstance(problem, LongMotion):
                 raise InputError(FORMULA_ONLY)
             robust = RobustCovariance(
-                robust.covariance + share,
+                robust.covariance + lasting,
                 blocks + (own.blocks if own else 0),
                 min(robust.degrees_of_freedom, own.degrees_of_freedom) if own else robust.degrees_of_freedom,
                 max(length, own.block_length) if own else length,

@@ -25,20 +25,20 @@ from .ripple import Wave
 from .under_load import known_path
 
 SLOW = 0.03
-"""rad/s or m/s: rows of a slower joint are not used; the sign of its friction is not sure there."""
-_SHARE = 0.1  # of the moving time: a joint that moves less is held
-_AT_REST = 5e-3  # rad or m: a held joint's positions spread no more; a wider one went to another pose
+"""Speed [rad/s or m/s] of a joint below which rows are not used; the sign of its friction is not sure there."""
+_LEAST = 0.1  # of the moving time: a joint that moves less is at rest
+_AT_REST = 5e-3  # rad or m: a joint at rest's positions spread no more; a wider one went to another pose
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Run(Brief):
-    """One recording with payload.
+    """Recording with payload, reduced.
 
     Attributes:
         source: of the recording with payload.
         equations: in the robot's base parameters (none where the unloaded torque was subtracted), what is free in
             this recording, and ``PAYLOAD``; in blocks of time.
-        ripple: waves that are estimated beside the payload.
+        ripple: waves that are estimated with the payload.
     """
 
     source: str
@@ -47,7 +47,7 @@ class Run(Brief):
 
     @cached_property
     def frictional(self) -> Equations:
-        """The equations with friction as it was: only robot and payload are separated."""
+        """Restore friction as it was: only robot and payload are separated."""
         return self.equations.select([name for name in self.equations.columns if not name.startswith(FREE)])
 
 
@@ -55,7 +55,7 @@ class Run(Brief):
 class ShortMotion(Brief):
     """Recordings of a short motion, friction free in each, and what they show of the ten.
 
-    Method 3, (29), where the torque without payload was subtracted; else method 1, (22) and (23), beside a robot
+    Method 3, (29), where the torque without payload was subtracted; else method 1, (22) and (23), with a robot
     that was identified earlier.
 
     Attributes:
@@ -63,7 +63,7 @@ class ShortMotion(Brief):
         source: the recordings themselves.
         joints: numbers of the joints that move; the rows of the others are left out.
         runs: one a recording with payload.
-        held: how constant torques and friction are held, the same in all recordings.
+        held: prior of constant torques and friction, the same in all recordings.
         torque_rms: root mean square of each joint's torque with payload in the rows used [N·m or N], shape (n,).
         known: the robot, where no torque was subtracted.
     """
@@ -84,52 +84,52 @@ class ShortMotion(Brief):
 
     @cached_property
     def loaded(self) -> Equations:
-        """The equations less all that is free in each recording, its blocks of time among them."""
+        """Join the equations less all that is free in each recording, its blocks of time among them."""
         return merged(self.held.friction_free(run.equations) for run in self.runs)
 
     @property
     def method(self) -> int:
-        """Which of the paper's methods it is."""
+        """Number of the paper's method."""
         return 1 if self.known is not None else 3
 
     @property
-    def alone(self) -> Estimate | None:
-        """The robot's own parameters, where they are known."""
+    def robot_estimate(self) -> Estimate | None:
+        """Robot's own parameters, where they are known."""
         return self.known
 
     @property
     def pairs(self) -> tuple[AlignedPair, ...]:
-        """How recordings with and without payload were aligned."""
+        """Alignment of recordings with and without payload."""
         return self.source.compared
 
     @property
     def inflation(self) -> tuple[float, ...]:
-        """By how much the memory of each joint's errors under load raises variances."""
+        """Inflation of variances by the memory of each joint's errors under load."""
         return tuple(self.held.memory.tolist())
 
     @property
     def corrected(self) -> bool:
-        """Whether a robot known earlier is corrected by these recordings: its friction is of another day."""
+        """True if a robot known earlier is corrected by these recordings: its friction is of another day."""
         return self.known is not None and bool(self.held.held)
 
     @property
     def robot_prior(self) -> Known:
-        """A robot known earlier, by the covariance that its errors really have."""
+        """Prior of a robot known earlier, by the covariance that its errors really have."""
         assert self.known is not None
         return prior_of(self.known, self.inflation, self.loaded)
 
     @cached_property
     def visibility(self) -> PayloadVisibility:
-        """What the recordings together show of the payload."""
+        """Visibility of the payload in all recordings together."""
         factors = in_payload_frame(self.robot, self.loaded).select(PAYLOAD).factors
         return visibility_of(np.vstack(factors)[:, :-1], self.joints)
 
     def posed(self, wanted: Sequence[str] | None = None) -> LinearProblem:
-        """(29): Y_T - Y_wL = W_L chi_L, or (23): Y_T - W chi = W_L chi_L.
+        """Pose (29): Y_T - Y_wL = W_L chi_L, or (23): Y_T - W chi = W_L chi_L.
 
-        Wanted: what is visible of chi_L. Fixed: what friction is held at; for (29) the difference of the paths, for
-        (23) chi, whose errors weigh too much here for the formula's covariance. Soft prior: chi, where friction is
-        held.
+        Wanted: what is visible of chi_L. Fixed: the values of friction's prior; for (29) the difference of the
+        paths, for (23) chi, whose errors weigh too much here for the formula's covariance. Soft prior: chi, where
+        friction has one.
 
         Args:
             wanted: of the ten; by default those that stand for all that can be seen.
@@ -152,14 +152,14 @@ class ShortMotion(Brief):
             wanted,
             fixed,
             prior=self.robot_prior if self.corrected else None,
-            # Beside the robot's torque the payload's own is what the joints of a short motion are compared by.
-            alone=True,
+            # Against the robot's torque the payload's own is what the joints of a short motion are compared by.
+            own_torque=True,
             parts=tuple(map(shown, self.without_each)),
         )
 
     @cached_property
     def without_each(self) -> tuple[Equations, ...]:
-        """``loaded`` without each block of time; nothing shared is kept."""
+        """Leave out each block of time of ``loaded``; nothing shared is kept."""
         runs, left = [self.held.friction_free(run.equations) for run in self.runs], list[Equations]()
         runs = [replace(run, shared=()) for run in runs]
         for k, run in enumerate(self.runs):
@@ -173,7 +173,7 @@ class ShortMotion(Brief):
 
     @property
     def left_out(self) -> tuple[tuple[tuple[int, int], ...], ...]:
-        """Blocks of time that are left out in turn, with none beside them, as one group.
+        """Blocks of time that are left out in turn, none with them, as one group.
 
         Raises:
             InputError: if there are fewer than two blocks.
@@ -187,7 +187,7 @@ class ShortMotion(Brief):
         return max(run.equations.blocks.length for run in self.runs)
 
     def needed(self, scale: KnownMass | None) -> KnownMass | None:
-        """The scale, where the torques do not show the mass; where they do it takes no part in the free estimate.
+        """Scale that is needed where torques do not show the mass; else it takes no part in the free estimate.
 
         Raises:
             InputError: "mass not visible" if neither shows it.
@@ -205,13 +205,13 @@ class ShortMotion(Brief):
         return scale
 
     def resolved(self, estimate: Estimate, scale: KnownMass | None) -> Estimate:
-        """The parameters that are determined, from those posed; a ``needed`` scale makes others follow from sums.
+        """Determine parameters from those posed; a ``needed`` scale makes others follow from sums.
 
         Nothing that the torques leave open is filled in.
         """
-        places, A, by_mass = self.visibility.resolved(scale is not None)
+        indices, A, by_mass = self.visibility.resolved(scale is not None)
         mass, variance = (scale.mass, scale.sigma**2) if scale is not None else (0.0, 0.0)
-        payload = estimate.mapped(A, [PAYLOAD[k] for k in places], by_mass * mass)
+        payload = estimate.mapped(A, [PAYLOAD[k] for k in indices], by_mass * mass)
         shared = variance * np.outer(by_mass, by_mass)
         robust = payload.robust
         if robust is not None:
@@ -222,7 +222,7 @@ class ShortMotion(Brief):
 def moving_joints(
     measured: Sequence[Measurement], processing: Processing, joints: Sequence[int] | None, robot: Robot
 ) -> tuple[int, ...]:
-    """Numbers of the joints that move, or those asked for; one that changes its pose between two motions is held.
+    """Find the joints that move, or check those asked for; one that changes its pose between motions is at rest.
 
     Args:
         measured: of one session.
@@ -233,7 +233,7 @@ def moving_joints(
     """
     motions = [data.motion for data in measured]
     fast = np.vstack([np.abs(motion.qd[moving_parts(motion, processing.still_speed)]) > SLOW for motion in motions])
-    moving = tuple(int(j) + 1 for j in np.flatnonzero(fast.mean(axis=0) > _SHARE)) if len(fast) else ()
+    moving = tuple(int(j) + 1 for j in np.flatnonzero(fast.mean(axis=0) > _LEAST)) if len(fast) else ()
     if not moving:
         raise InputError("no joint moves: record the short motion that 'dynident near' gives")
     idle = sorted(set(joints or ()) - set(moving))
@@ -246,9 +246,9 @@ def moving_joints(
 
 
 def at_rest(data: Measurement, moving: Sequence[int]) -> Measurement:
-    """The measurement with held joints exactly at rest: what their encoders flicker is no motion.
+    """Set joints at rest exactly at rest: what their encoders flicker is no motion.
 
-    A held joint that goes to another pose on the way keeps what was measured.
+    A joint at rest that goes to another pose on the way keeps what was measured.
     """
     motion = data.motion
     q, qd, qdd = (np.array(x) for x in (motion.q, motion.qd, motion.qdd))
@@ -259,7 +259,7 @@ def at_rest(data: Measurement, moving: Sequence[int]) -> Measurement:
 
 
 def telling_rows(motion: Motion, moving: Sequence[int], processing: Processing, ends: bool = False) -> Mask:
-    """Rows that say something, N x n: of a moving joint, fast enough that its friction's sign is known.
+    """Mark rows that say something, N x n: of a moving joint, fast enough that its friction's sign is known.
 
     Args:
         moving: numbers of the joints that move.

@@ -1,4 +1,4 @@
-"""What may be another one under load: the path, friction, the scale of the torques.
+"""Priors on what may be another one under load: the path, friction, the scale of the torques.
 
 An arm that sags does not run the motion it ran without payload. The difference of the torques then holds
 Phi(q_L) chi - Phi(q_U) chi of the robot itself, about 100 N·m/rad at the second joint, and repeats with the motion:
@@ -27,21 +27,21 @@ from ..fit.estimate import Estimate
 from ..fit.linear_problem import Known, LinearProblem, SoftPrior
 
 _UNSURE = 0.25
-"""Share of the path's correction that may be wrong (1 sigma)."""
+"""Fraction of the path's correction that may be wrong (1 sigma)."""
 _SMALL = 1e-3
-"""Of the largest singular value, columns scaled: smaller ones the recording without payload does not show."""
+"""Smallest singular value over the largest, columns scaled, that recordings without payload show."""
 _OFFSETS = 0.012
-"""Standard deviation of a constant torque's change, as a share of the arm's largest Coulomb friction: 0.2 N·m on a
-UR10e."""
+"""Standard deviation of a constant torque's change, as a fraction of the arm's largest Coulomb friction: 0.2 N·m on
+a UR10e."""
 _CHANGE = " under load"
-"""Behind the name of a friction: how much more it is with payload."""
+"""Ending of the name of a friction's change with payload."""
 _NONE = 1e-9
-"""Share of the arm's largest friction below which a joint has none."""
+"""Fraction of the arm's largest friction below which a joint has none."""
 _SCALE = "scale under load"
 
 
 def robot_of(unloaded: Equations) -> Array:
-    """The robot's parameters by a recording without payload, as far as it shows them, friction zero; shape (c,).
+    """Estimate the robot's parameters, (c,), by a recording without payload, as far as shown, friction zero.
 
     Joints weigh by their torques: weights by residuals would fall for a joint that is explained by chance.
     """
@@ -57,72 +57,72 @@ def robot_of(unloaded: Equations) -> Array:
 
 
 def known_path(columns: Sequence[str], joints: int) -> tuple[Known, ...]:
-    """The torque of paths that differ: nothing of it is left, but for a quarter."""
+    """Prior of the torque of paths that differ: nothing of it is left, but for a quarter."""
     if PATH not in columns:
         return ()
     zero, derivatives = np.zeros((1, 1)), np.zeros((1, joints))
     return (Known((PATH,), zero[0], zero, zero + _UNSURE**2, gain_sensitivity=lambda: derivatives),)
 
 
-def friction_sigmas(robot: Estimate, share: float) -> dict[str, float]:
-    """Which frictions may change, and how far (1 sigma); those that there are none of cannot.
+def friction_sigmas(robot: Estimate, ratio: float) -> dict[str, float]:
+    """Standard deviations by which frictions may change; those that there are none of cannot.
 
     Coulomb and viscous friction change with the day and the oil's temperature. What grows with load changes by the
     payload's torque, and is known; free as well, it would take weight along.
 
     Args:
         robot: its own parameters, friction among them.
-        share: standard deviation over friction; 0 for none at all.
+        ratio: standard deviation over friction; 0 for none at all.
     """
     kinds = {name: parameter_kind(name) for name in robot.names}
     largest = max((abs(robot[name]) for name, kind in kinds.items() if kind == "FS"), default=0.0)
     rubs = [name for name, kind in kinds.items() if kind in ("FS", "FV", "FSM", "FVM")]
-    sigmas = {name: share * abs(robot[name]) for name in rubs}
-    if share > 0.0:
+    sigmas = {name: ratio * abs(robot[name]) for name in rubs}
+    if ratio > 0.0:
         sigmas |= {name: _OFFSETS * largest for name, kind in kinds.items() if kind == "OFF"}
     return {name: sigma for name, sigma in sigmas.items() if sigma > _NONE * largest}
 
 
-def friction_changes(robot: Estimate, inflation: Sequence[float], share: float) -> dict[str, SoftPrior]:
-    """How frictions are held near the robot's own; arguments as of ``friction_sigmas``.
+def friction_changes(robot: Estimate, inflation: Sequence[float], ratio: float) -> dict[str, SoftPrior]:
+    """Priors that keep frictions near the robot's own; arguments as of ``friction_sigmas``.
 
     Args:
         inflation: of each joint's errors, by their memory.
     """
-    sigmas = friction_sigmas(robot, share)
+    sigmas = friction_sigmas(robot, ratio)
     return {name: SoftPrior(sigma, inflation[joint_of(name)]) for name, sigma in sigmas.items()}
 
 
 def joint_of(name: str) -> int:
-    """Place of the joint, from 0, of a friction such as "OFF2"."""
+    """Index of the joint, from 0, of a friction such as "OFF2"."""
     return int(name.removeprefix(parameter_kind(name))) - 1
 
 
 def with_changes(equations: Equations, roles: Mapping[str, SoftPrior]) -> tuple[Equations, dict[str, SoftPrior]]:
-    """Equations under load with one more column for each friction that may change, and how these are held."""
+    """Add one column for each friction that may change under load, and its prior."""
     names, own = [f"{name}{_CHANGE}" for name in roles], equations.columns
     M = np.eye(len(own))[:, [*range(len(own)), *map(own.index, roles)]]
     return equations.transformed(M, (*own, *names)), dict(zip(names, roles.values(), strict=True))
 
 
 def with_scale(loaded: Equations, robot: Known, role: SoftPrior) -> tuple[Equations, dict[str, SoftPrior]]:
-    """Equations under load with one more column for the scale, and how it is held.
+    """Add one column for the scale under load, and its prior.
 
     It scales the torque of robot and payload, without friction; the payload's own is therefore found first.
 
     Args:
         loaded: equations with payload, in frame n.
         robot: its parameters.
-        role: how the scale's difference from 1 is held near zero.
+        role: prior of the scale's difference from 1.
     """
 
-    def beside(scaled: Mapping[str, float]) -> Equations:
+    def scaled_by(scaled: Mapping[str, float]) -> Equations:
         column = [scaled.get(name, 0.0) for name in loaded.columns]
         return loaded.transformed(np.column_stack([np.eye(len(column)), column]), (*loaded.columns, _SCALE))
 
     every = zip(robot.names, robot.values.tolist(), strict=True)
     rigid = {name: value for name, value in every if not is_friction(name)}
     near = {_SCALE: role}
-    values = LinearProblem(beside(rigid), (*PAYLOAD, _SCALE), (robot,), near).solved().values
+    values = LinearProblem(scaled_by(rigid), (*PAYLOAD, _SCALE), (robot,), near).solved().values
     payload = values[:-1] / (1.0 + values[-1])
-    return beside(rigid | dict(zip(PAYLOAD, payload.tolist(), strict=True))), near
+    return scaled_by(rigid | dict(zip(PAYLOAD, payload.tolist(), strict=True))), near

@@ -25,7 +25,7 @@ from ..signals.alignment import aligned
 from ..signals.filtering import grid_rate, measurement
 from ..signals.plausibility import check_apart, check_recordings
 from ..signals.rows import Mask
-from .constant_torques import FREE, coulomb_friction, held_friction, held_offsets
+from .constant_torques import FREE, coulomb_friction, friction_prior, offset_prior
 from .long_motion import Source
 from .problem import torque_change
 from .ripple import Wave, ripple_of
@@ -39,7 +39,7 @@ def known_robot_weighing(
     known: Estimate,
     settings: Settings = DEFAULTS,
 ) -> ShortMotion:
-    """From torques less those of the robot itself, (22)-(23); other arguments as of ``difference_weighing``.
+    """Weigh by torques less those of the robot itself, (22)-(23); other arguments as of ``difference_weighing``.
 
     Args:
         known: the robot's parameters, identified earlier.
@@ -71,13 +71,13 @@ def known_robot_weighing(
     # Of a single recording the robot's own ripple is what would be found: it takes weight along.
     runs = _runs(sources, observations, [() for _ in loaded])
     k, sigmas = len(known.values), friction_sigmas(known, settings.friction_change)
-    alone = [  # less the torque of the robot, whose columns come first
+    payload_only = [  # less the torque of the robot, whose columns come first
         replace(one, columns=one.columns[k:], W=tuple(W[:, k:] for W in one.W), Y=tuple(one.errors(known.values)))
         for one in observations
     ]
     own = {name: sigma for name, sigma in sigmas.items() if parameter_kind(name) in ("FS", "FV", "OFF")}
     source = Source(tuple(loaded), (), processing, rate=measured[0].motion.rate)
-    return ShortMotion(robot, base, source, moving, runs, held_friction(alone, own), rms, known)
+    return ShortMotion(robot, base, source, moving, runs, friction_prior(payload_only, own), rms, known)
 
 
 def difference_weighing(
@@ -86,7 +86,7 @@ def difference_weighing(
     unloaded: Sequence[Recording],
     settings: Settings = DEFAULTS,
 ) -> ShortMotion:
-    """From torque differences (29) on one and the same motion.
+    """Weigh by torque differences (29) on one and the same motion.
 
     Args:
         loaded: recordings of the motion with the payload.
@@ -107,35 +107,35 @@ def difference_weighing(
     partners = list(unloaded) * (len(loaded) if len(unloaded) == 1 else 1)
     together = each(list(zip(partners, loaded, strict=True)), lambda pair: f"aligning {pair[1].source}", progress)
     pairs = [
-        aligned(bare, recording, grid_rate(recording, processing), processing.max_mismatch)
-        for bare, recording in together
+        aligned(without, recording, grid_rate(recording, processing), processing.max_mismatch)
+        for without, recording in together
     ]
     measured = [(measurement(p.unloaded, processing), measurement(p.loaded, processing)) for p in pairs]
-    moving = moving_joints([heavy for _, heavy in measured], processing, settings.joints, robot)
-    still = [(at_rest(bare, moving), at_rest(heavy, moving)) for bare, heavy in measured]
+    moving = moving_joints([under_load for _, under_load in measured], processing, settings.joints, robot)
+    still = [(at_rest(without, moving), at_rest(under_load, moving)) for without, under_load in measured]
     # The filter's error at cut ends is alike in both, and a short motion needs its ends.
     masks = [
         np.logical_and(*(telling_rows(data.motion, moving, processing, ends=True) for data in pair))
         for pair in still
     ]
     sources = [pair.loaded.source for pair in pairs]
-    rms = _torque_rms(sources, [heavy for _, heavy in measured], masks)
+    rms = _torque_rms(sources, [under_load for _, under_load in measured], masks)
     progress("the robot without payload")
     free = robot.with_offsets(True)
     whole, observer = Observer(free, base_parameters(free).columns), _observer(robot, None)
     without_payload = merged(
-        reduced(whole.observe_rows(bare, keep, processing.thinning(bare.motion.rate)))
-        for (bare, _), keep in zip(still, masks, strict=True)
+        reduced(whole.observe_rows(without, keep, processing.thinning(without.motion.rate)))
+        for (without, _), keep in zip(still, masks, strict=True)
     )
-    own, held = robot_of(without_payload), [j for j in range(robot.n) if j + 1 not in moving]
+    own, resting = robot_of(without_payload), [j for j in range(robot.n) if j + 1 not in moving]
     observations, ripples = list[Observation](), list[tuple[Wave, ...]]()
-    for source, (bare, heavy), keep in zip(sources, still, masks, strict=True):
-        # No motion shows how torques change with a joint that is held, so that it stays where it was before.
-        q = np.array(heavy.motion.q)
-        q[:, held] = bare.motion.q[:, held]
-        after = Motion(heavy.motion.t, q, heavy.motion.qd, heavy.motion.qdd)
-        path = whole.torques(after, own) - whole.torques(bare.motion, own)
-        change = replace(torque_change(robot, bare, heavy), path=path)
+    for source, (without, under_load), keep in zip(sources, still, masks, strict=True):
+        # No motion shows how torques change with a joint at rest, so that it stays where it was before.
+        q = np.array(under_load.motion.q)
+        q[:, resting] = without.motion.q[:, resting]
+        after = Motion(under_load.motion.t, q, under_load.motion.qd, under_load.motion.qdd)
+        path = whole.torques(after, own) - whole.torques(without.motion, own)
+        change = replace(torque_change(robot, without, under_load), path=path)
         decimate = processing.thinning(change.motion.rate)
         plain = observer.observe_rows(change, keep, decimate)
         less_path = replace(plain, columns=plain.columns[:-1], W=tuple(W[:, :-1] for W in plain.W))
@@ -152,13 +152,13 @@ def difference_weighing(
         Source(tuple(loaded), tuple(unloaded), processing, tuple(pairs), rate=measured[0][1].motion.rate),
         moving,
         _runs(sources, observations, ripples),
-        held_offsets(observations, coulomb_friction(without_payload)),
+        offset_prior(observations, coulomb_friction(without_payload)),
         rms,
     )
 
 
 def _observer(robot: Robot, base: BaseParameters | None, frees: bool = True) -> Observer:
-    """Observer of [W, free columns, W_L]; of torque differences [free columns, W_L, ``PATH``], nothing viscous."""
+    """Make the observer of [W, free columns, W_L]; of torque differences [free columns, W_L, ``PATH``]."""
     free = robot.with_offsets(True)
     own, path = (base.columns, ()) if base is not None else ((), (PATH,))
     friction = (*friction_columns(robot), *(name for name in own if parameter_kind(name) == "FV")) if frees else ()
@@ -171,7 +171,7 @@ def _observer(robot: Robot, base: BaseParameters | None, frees: bool = True) -> 
 def _runs(
     sources: Sequence[str], observations: Sequence[Observation], ripples: Sequence[tuple[Wave, ...]]
 ) -> tuple[Run, ...]:
-    """Each recording's equations in blocks as long as the memory of all of them asks for, with its ripple."""
+    """Cut each recording's equations in blocks as long as the memory of all of them asks for, with its ripple."""
     rest = [one.eliminate([name for name in one.columns if name.startswith(FREE)]) for one in observations]
     length = block_length([remembered([one], reduced(one)) for one in rest])
     return tuple(

@@ -13,11 +13,11 @@ from ...common.arrays import Array
 from .constraints import PSEUDO_INERTIA
 
 Cone = tuple[Literal["Zero", "Nonnegative", "SecondOrder", "PSDTriangle", "Exponential"], int]
-"""A cone and its size: rows, but for a triangle the side of its matrix; an exponential one has three rows."""
+"""Cone and its size: rows, but for a triangle the side of its matrix; an exponential one has three rows."""
 
 
 class ConeProgram(NamedTuple):
-    """Minimise ||R z - d|| under constraints.
+    """Program to minimise ||R z - d|| under constraints.
 
     ``R`` k x n, ``d`` (k,); A z + b >= 0 with ``A`` r x n, ``b`` (r,); ``bodies``: maps p x 10 x n from z to the
     ten of each body whose pseudo-inertia must be positive semidefinite.
@@ -30,12 +30,12 @@ class ConeProgram(NamedTuple):
     bodies: Array
 
     def slack(self, z: Array) -> Array:
-        """A z + b, shape (r,)."""
+        """Slack A z + b, shape (r,)."""
         return np.asarray(self.A @ z + self.b)
 
 
 class ConeSolution(NamedTuple):
-    """``z`` (n,), ``norm`` = ||R z - d||, and how fast it falls as constraints are relaxed.
+    """Solution ``z`` (n,), ``norm`` = ||R z - d||, and how fast it falls as constraints are relaxed.
 
     ``row_multipliers`` (r,): by A z + b >= -e; ``body_multipliers`` (p,): by J >= -e times identity.
     """
@@ -55,30 +55,30 @@ _MEANING = {
     "NumericalError": "the search lost its digits",
     "InsufficientProgress": "the search got stuck",
 }
-"""The solver's states in words."""
+"""Text on each of the solver's states."""
 
 
 class SolverError(RuntimeError):
-    """The cone solver ended without a clean solution.
+    """Error of the cone solver, which ended without a clean solution.
 
     Attributes:
         status: what the solver says.
         demands: what the constraints demand, in text.
-        words: the status for those who do not know the solver.
+        explanation: the status for those who do not know the solver.
     """
 
     def __init__(self, status: str, demands: Sequence[str] = ()) -> None:
         """Say what happened and what may be the reason."""
-        self.status, self.demands, self.words = status, tuple(demands), _MEANING.get(status, status)
+        self.status, self.demands, self.explanation = status, tuple(demands), _MEANING.get(status, status)
         infeasible = "Infeasible" in status
-        text = f"the constrained estimate was not found: {self.words}"
+        text = f"the constrained estimate was not found: {self.explanation}"
         text = "no body holds all constraints" if infeasible else text
         listed = f": {'; '.join(demands)}" if demands else ""
         advice = "correct them" if infeasible else "check that the constraints allow some body near the data"
         super().__init__(f"{text}{listed}: {advice}")
 
     def naming(self, *demands: str) -> "SolverError":
-        """The error with the constraints named."""
+        """Name the constraints in the error."""
         return SolverError(self.status, demands)
 
 
@@ -87,11 +87,11 @@ _DIAGONAL = [k for k, (row, column) in enumerate(_ENTRIES) if row == column]
 TRIANGLE: Array = np.array(
     [(1.0 if i == j else np.sqrt(2.0)) * PSEUDO_INERTIA[:, i, j] for i, j in _ENTRIES],
 )
-"""The ten -> upper triangle of the pseudo-inertia, column by column, off-diagonals times sqrt 2: 10 x 10."""
+"""Map from the ten to the pseudo-inertia's upper triangle, by columns, off-diagonals times sqrt 2: 10 x 10."""
 
 
 Ways = Sequence[tuple[float, float]]
-"""R with larger entries is scaled down to the first number; z may not leave a ball of the second number's radius.
+"""Largest entry of R, to which a larger one is scaled down, and radius of a ball that z may not leave.
 
 The ball closes a program whose least value no finite z attains.
 """
@@ -136,7 +136,7 @@ def cone_solver(
     tolerance: float = 1e-8,
     reused: bool = False,
 ) -> Any:
-    """A solver for the x of least cost with right - matrix x in the cones; one thread, no output.
+    """Make a solver for the x of least cost with right - matrix x in the cones; one thread, no output.
 
     Args:
         cost: shape (n,).

@@ -12,7 +12,7 @@ from ...common.errors import InputError
 from ...model import InertialParameters
 
 PSEUDO_INERTIA: Array = np.array([InertialParameters(unit).pseudo_inertia for unit in np.eye(10)])
-"""J = sum over k of x_k times the k-th: 10 x 4 x 4."""
+"""Matrices of the pseudo-inertia: J = sum over k of x_k times the k-th: 10 x 4 x 4."""
 
 
 def lowest_eigenvalue(x: Array) -> float:
@@ -22,30 +22,30 @@ def lowest_eigenvalue(x: Array) -> float:
 
 @dataclass(frozen=True)
 class Constraint:
-    """Something known about x, Khalil's ten of one body about the origin and in the axes of its frame."""
+    """Constraint on x, Khalil's ten of one body about the origin and in the axes of its frame."""
 
     demand: ClassVar[str]
-    """The demand in one line, its numbers to be filled in from the attributes."""
+    """Demand in one line, its numbers to be filled in from the attributes."""
 
     @property
     def description(self) -> str:
-        """The demand in one line."""
+        """Demand in one line."""
         return self.demand.format(**vars(self))
 
     def violation(self, x: ArrayLike) -> float:
-        """Distance of x, shape (10,), from holding it: <= 0 where it holds, in the constraint's own unit."""
+        """Distance of x, shape (10,), from keeping it: <= 0 where it is kept, in the constraint's own unit."""
         A, b = self.rows
         return float(np.max(-(A @ np.asarray(x, dtype=float) + b), initial=-np.inf))
 
     @property
     def rows(self) -> tuple[Array, Array]:
-        """A, k x 10, and b, (k,), of the linear inequalities A x + b >= 0 that it stands for; none by default."""
+        """Rows A, k x 10, and b, (k,), of its linear inequalities A x + b >= 0; none by default."""
         return np.zeros((0, 10)), np.zeros(0)
 
 
 @dataclass(frozen=True)
 class PossibleBody(Constraint):
-    """The body can exist: its 4 x 4 pseudo-inertia is positive semidefinite (Wensing, Kim and Slotine, 2018).
+    """Body that can exist: its 4 x 4 pseudo-inertia is positive semidefinite (Wensing, Kim and Slotine, 2018).
 
     Nothing weaker will do: positive mass and a positive definite inertia still allow principal inertias that
     break the triangle inequality, which no distribution of mass has. Every estimate holds it, listed or not.
@@ -64,7 +64,7 @@ class PossibleBody(Constraint):
 
 @dataclass(frozen=True)
 class MassBounds(Constraint):
-    """low <= M <= high.
+    """Bounds on the mass: low <= M <= high.
 
     Attributes:
         low: smallest mass [kg].
@@ -84,7 +84,7 @@ class MassBounds(Constraint):
 
     @cached_property
     def rows(self) -> tuple[Array, Array]:
-        """M - low >= 0 and high - M >= 0 [kg]."""
+        """Rows of M - low >= 0 and high - M >= 0 [kg]."""
         finite = np.isfinite([self.low, self.high])
         A = np.zeros((2, 10))
         A[:, 9] = 1.0, -1.0
@@ -93,7 +93,7 @@ class MassBounds(Constraint):
 
 @dataclass(frozen=True)
 class KnownMass(Constraint):
-    """The body was weighed: a soft term ((M - mass) / sigma)^2, because scales err too, that nothing violates.
+    """Weighed mass: a soft term ((M - mass) / sigma)^2, because scales err too, that nothing violates.
 
     Attributes:
         mass: what the scale shows [kg].
@@ -114,7 +114,7 @@ class KnownMass(Constraint):
 
 @dataclass(frozen=True)
 class CentreOfMassInBox(Constraint):
-    """The centre of mass lies in a box along the frame's axes.
+    """Box along the frame's axes in which the centre of mass lies.
 
     Attributes:
         low: smallest coordinates [m], shape (3,).
@@ -134,7 +134,7 @@ class CentreOfMassInBox(Constraint):
 
     @cached_property
     def rows(self) -> tuple[Array, Array]:
-        """MX - M low >= 0 and M high - MX >= 0 for each axis [kg m]."""
+        """Rows of MX - M low >= 0 and M high - MX >= 0 for each axis [kg m]."""
         A = np.zeros((6, 10))
         A[:3, 6:9], A[3:, 6:9] = np.eye(3), -np.eye(3)
         A[:3, 9], A[3:, 9] = -np.asarray(self.low), np.asarray(self.high)
@@ -143,7 +143,7 @@ class CentreOfMassInBox(Constraint):
 
 @dataclass(frozen=True)
 class InEllipsoid(Constraint):
-    """All mass lies in an ellipsoid: tr(J Q) >= 0 for the pseudo-inertia J (Wensing, Kim and Slotine, 2018).
+    """Ellipsoid in which all mass lies: tr(J Q) >= 0 for the pseudo-inertia J (Wensing, Kim and Slotine, 2018).
 
     Q is the 4 x 4 matrix with [p 1] Q [p 1]' >= 0 for points p inside. Together with ``PossibleBody`` the
     condition is necessary and sufficient.
@@ -171,7 +171,7 @@ class InEllipsoid(Constraint):
 
     @cached_property
     def rows(self) -> tuple[Array, Array]:
-        """tr(J Q) >= 0 [kg]."""
+        """Row of tr(J Q) >= 0 [kg]."""
         c, R = np.asarray(self.centre), np.asarray(self.rotation)
         A = R @ np.diag(1.0 / np.square(self.semi_axes)) @ R.T
         Q = np.block([[-A, (A @ c)[:, None]], [(c @ A)[None], np.array([[1.0 - c @ A @ c]])]])
@@ -179,7 +179,7 @@ class InEllipsoid(Constraint):
 
 
 def _as_tuples(values: ArrayLike, shape: tuple[int, ...], name: str) -> Any:
-    """Numbers as nested tuples, which compare and hash, after a check of their shape."""
+    """Convert numbers to nested tuples, which compare and hash, after a check of their shape."""
     try:
         array = frozen_array(values, shape, name)
     except ValueError as error:

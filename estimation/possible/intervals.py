@@ -25,23 +25,23 @@ from .cone import TRIANGLE, Cone, SolverError, cone_solver
 from .payload import Possible, ScaledProblem
 
 WIDENING = 1.2
-"""Of t^2, found by simulation: with 1 instead, intervals at an active constraint hold the truth in 91 to 93 %."""
+"""Factor on t^2, by simulation: with 1 instead, intervals at an active constraint hold the truth in 91 to 93 %."""
 _ROUNDS = 10
-"""Linearisations of a number that is not linear; fewer where nothing is gained."""
+"""Largest number of linearisations of a number that is not linear; fewer where nothing is gained."""
 _GAIN = 1e-4
-"""A smaller gain, as a fraction of the way so far, is none."""
+"""Gain, as a fraction of the way so far, below which it is none."""
 _STEPS: Array = np.linspace(0.125, 1.0, 8)
-"""Parts of the way to a new point that are tried."""
+"""Fractions of the way to a new point that are tried."""
 _NEXT_TO_NOTHING = 1e-3
-"""Of the mass's upper end: where the lower one is smaller, the payload may weigh nothing."""
+"""Fraction of the mass's upper end: where the lower one is smaller, the payload may weigh nothing."""
 _NOT_NEGATIVE = [0, 3, 5, 9]  # XX, YY, ZZ, M
 
 
 class ProfileSet:
-    """Payloads that hold a scaled problem's constraints, little farther from its centre than the nearest one."""
+    """Set of payloads that keep a scaled problem's constraints, little farther from its centre than the nearest."""
 
     def __init__(self, problem: ScaledProblem, nearest: Array, q: float) -> None:
-        """The set of squared distance up to that of ``nearest`` plus ``q``, in the problem's metric R."""
+        """Bound the squared distance by that of ``nearest`` plus ``q``, in the problem's metric R."""
         self.problem = problem
         self.mass = int(problem.select[:, 9].argmax())
         R, _, A, b, _ = problem.program
@@ -56,7 +56,7 @@ class ProfileSet:
         self._cones: list[Cone] = [("Nonnegative", len(bounds)), ("SecondOrder", n + 2), ("PSDTriangle", 4)]
 
     def farthest(self, c: Array) -> Array:
-        """The z of the set with the largest c'z."""
+        """Point z of the set with the largest c'z."""
         direction = c @ self._inverse
         by_distance = self.problem.centre + self._radius * self._inverse @ direction / np.linalg.norm(direction)
         if self.problem.holds(by_distance):  # no constraint is in the way
@@ -69,18 +69,18 @@ class ProfileSet:
 
     @cached_property
     def _least_point(self) -> Callable[[Array], Array]:
-        """The least point of the set in u."""
+        """Find the least point of the set in u."""
         return _least_in(-self._K[:, :-1], self._K[:, -1], self._cones)
 
     @cached_property
     def _least_ratios(self) -> Callable[[Array], Array]:
-        """The least point of the set in (u / z_k, 1 / z_k), z_k the mass."""
+        """Find the least point of the set in (u / z_k, 1 / z_k), z_k the mass."""
         matrix = np.vstack([self._to_z[self.mass], -self._K])
         return _least_in(matrix, np.append(1.0, np.zeros(len(self._K))), [("Zero", 1), *self._cones])
 
 
 def _least_in(matrix: Array, right: Array, cones: list[Cone]) -> Callable[[Array], Array]:
-    """The function that finds, of all x with right - matrix x in the cones, the one of least cost."""
+    """Make the function that finds, of all x with right - matrix x in the cones, the one of least cost."""
     solver = cone_solver(np.zeros(matrix.shape[1]), matrix, right, cones, 1e-7, reused=True)
 
     def least(cost: Array) -> Array:
@@ -174,12 +174,12 @@ def profile_intervals(result: Possible) -> Intervals:
 
 
 def _holding(ends: Array, values: Array) -> Array:
-    """Intervals stretched by rounding to hold the estimate itself."""
+    """Stretch intervals by rounding to hold the estimate itself."""
     return np.column_stack([np.minimum(ends[:, 0], values), np.maximum(ends[:, 1], values)])
 
 
 def _climb(profile: ProfileSet, i: int, j: int, sign: float, points: list[Array]) -> None:
-    """Adds points of ever larger sign I_ij: along its gradient to the farthest, or as far that way as it gains."""
+    """Add points of ever larger sign I_ij: along its gradient to the farthest, or as far that way as it gains."""
     problem = profile.problem
     known = sign * _inertias(problem.full(np.array(points)))[:, i, j]
     first, best, z = float(known[0]), float(known.max()), points[int(known.argmax())]
@@ -227,7 +227,7 @@ def _moments(result: Possible, half: float) -> Array:
 
 
 def _inertias(x: Array) -> Array:
-    """I = I_0 - (|h|^2 1 - h h') / M of k x 10 parameters, k x 3 x 3."""
+    """Inertia I = I_0 - (|h|^2 1 - h h') / M of k x 10 parameters, k x 3 x 3."""
     h, M = x[:, 6:9], x[:, 9, None, None]
     squares = (h * h).sum(axis=1)[:, None, None] * np.eye(3) - h[:, :, None] * h[:, None, :]
     return np.asarray(x[:, [[0, 1, 2], [1, 3, 4], [2, 4, 5]]] - squares / M)

@@ -46,7 +46,7 @@ class Active(NamedTuple):
 
     @property
     def conflict(self) -> bool:
-        """Whether it contradicts the data."""
+        """True if it contradicts the data."""
         return self.p_value < CONFLICT
 
 
@@ -61,7 +61,7 @@ class Weighing(NamedTuple):
 
     @property
     def z(self) -> float:
-        """By how many standard deviations of their difference the identified mass is larger."""
+        """Standard deviations of their difference by which the identified mass is larger."""
         return (self.identified - self.mass) / float(np.hypot(self.sigma, self.identified_sigma))
 
     @property
@@ -71,7 +71,7 @@ class Weighing(NamedTuple):
 
     @property
     def conflict(self) -> bool:
-        """Whether scale and identification contradict each other."""
+        """True if scale and identification contradict each other."""
         return self.p_value < CONFLICT
 
 
@@ -105,7 +105,7 @@ class Possible:
 
     @property
     def body(self) -> InertialParameters:
-        """The payload as a body."""
+        """Payload as a body."""
         (body,) = self.bodies
         return body
 
@@ -121,7 +121,7 @@ class Possible:
 
     @cached_property
     def p_value(self) -> float:
-        """Probability of a rise this large if what is true holds the constraints.
+        """Probability of a rise this large if what is true keeps the constraints.
 
         The nearest admissible point is no farther than the truth, whose squared distance is chi-squared with as
         many degrees of freedom k as there are parameters and soft terms (k times Fisher's F, as the covariance
@@ -134,7 +134,7 @@ class Possible:
 
     @property
     def weighings(self) -> tuple[Weighing, ...]:
-        """Each weighed mass against the free estimate."""
+        """Weighed masses against the free estimate."""
         sigma, dof = dict(zip(self.free.names, self.free.sigma.tolist(), strict=True)), self.free.degrees_of_freedom
         scales = [scale for scale in self.constraints if isinstance(scale, KnownMass)]
         return tuple(Weighing(scale.mass, scale.sigma, self.free["M_L"], sigma["M_L"], dof) for scale in scales)
@@ -148,19 +148,19 @@ def rise_p_value(chi2: float, k: int, degrees_of_freedom: float) -> float:
 
 
 POSSIBLE = (PossibleBody("payload"),)
-"""The constraints of every payload."""
+"""Constraints of every payload."""
 _NO_MULTIPLIER = 1e-7
-"""A smaller multiplier is rounding."""
+"""Multiplier below which it is rounding."""
 _DEPENDENT = 1e-13
 """Smallest eigenvalue of a correlation matrix that counts as of full rank."""
 NOISE_FLOOR = 3e-7
-"""Of the body's own size: a solver accurate to 1e-8 cannot weigh finer errors, nor does any recording have them."""
+"""Noise floor in the body's own size: a solver accurate to 1e-8 cannot weigh finer errors; no recording has any."""
 TOLERANCE = 1e-6
-"""By how much a linear constraint may be missed, in scaled units."""
+"""Largest miss of a linear constraint, in scaled units."""
 
 
 class ScaledProblem(NamedTuple):
-    """The problem in z = x / (M l^2, M l, M), for the parameters that were not eliminated.
+    """Problem in z = x / (M l^2, M l, M), for the parameters that were not eliminated.
 
     ``constraints``: among them ``PossibleBody``; ``select`` n x 10 picks the parameters, ``scale`` (n,);
     chi2 = ||R z - d||^2 + ``floor`` with R and d of ``program``, n x n and (n,), its minimum at ``centre`` (n,);
@@ -207,7 +207,7 @@ class ScaledProblem(NamedTuple):
         return ScaledProblem(tuple(constraints), select, scale, centre, floor, program)
 
     def full(self, z: Array) -> Array:
-        """The ten in SI units, (10,) or k x 10."""
+        """Ten parameters in SI units, (10,) or k x 10."""
         return np.asarray((z * self.scale) @ self.select)
 
     def lowest(self, z: Array) -> float:
@@ -215,11 +215,11 @@ class ScaledProblem(NamedTuple):
         return lowest_eigenvalue(z @ self.select)
 
     def holds(self, z: Array, rounding: float = 0.0) -> bool:
-        """Whether z holds every constraint, but for that much of an eigenvalue."""
+        """True if z keeps every constraint, but for that much of an eigenvalue."""
         return bool((self.program.slack(z) >= 0.0).all()) and self.lowest(z) >= -rounding
 
     def repaired(self, z: Array) -> Array:
-        """z moved by rounding, so that no eigenvalue is negative; eliminated parameters stay zero."""
+        """Move z by rounding, so that no eigenvalue is negative; eliminated parameters stay zero."""
         result = self.select @ lifted(z @ self.select, self.scale @ self.select)
         if (self.program.slack(result) < -TOLERANCE).any():
             raise SolverError("constraints missed by more than rounding")
@@ -239,11 +239,11 @@ class ScaledProblem(NamedTuple):
 
 
 IDENTITY: Array = np.array([2.0, 0.0, 0.0, 2.0, 0.0, 2.0, 0.0, 0.0, 0.0, 1.0])
-"""The ten whose pseudo-inertia is the identity."""
+"""Ten parameters whose pseudo-inertia is the identity."""
 
 
 def lifted(z: Array, scale: Array) -> Array:
-    """A body's ten moved by as little as leaves no negative eigenvalue.
+    """Move a body's ten by as little as leaves no negative eigenvalue.
 
     Args:
         z: the ten in units of ``scale``, shape (10,).
@@ -260,7 +260,7 @@ def lifted(z: Array, scale: Array) -> Array:
 
 
 def whitening(C: Array, names: Sequence[str], floor: Array) -> Array:
-    """R with R'R = (C + diag(floor^2))^-1."""
+    """Root R with R'R = (C + diag(floor^2))^-1."""
     sigma = np.sqrt(np.maximum(np.diag(C), 0.0))
     if not np.isfinite(C).all() or (sigma == 0.0).any():
         raise InputError(f"the covariance of {', '.join(names)} is no covariance: identify all of them first")
@@ -275,7 +275,7 @@ def whitening(C: Array, names: Sequence[str], floor: Array) -> Array:
 
 
 def solve_constrained(estimate: Estimate, constraints: Sequence[Constraint] = POSSIBLE) -> Possible:
-    """The nearest payload that holds the constraints.
+    """Find the nearest payload that keeps the constraints.
 
     Bounds hold to 1e-6 of the body's own size, the pseudo-inertia exactly: it is repaired after the solve, and chi2
     is that of the repaired values.
@@ -306,7 +306,7 @@ def solve_constrained(estimate: Estimate, constraints: Sequence[Constraint] = PO
 
 
 def tested(result: Possible) -> tuple[Active, ...]:
-    """Each active constraint tested by itself: the rise with all constraints less that without it.
+    """Test each active constraint by itself: the rise with all constraints less that without it.
 
     That a body must exist is not left out; its rise is that which it causes alone.
     """
@@ -326,7 +326,7 @@ def tested(result: Possible) -> tuple[Active, ...]:
 
 
 def build_constrained(estimate: Estimate, constraints: Sequence[Constraint] = POSSIBLE) -> tuple[Any, Any, Any]:
-    """The problem of ``solve_constrained`` in CVXPY, not solved yet: other constraints and terms can be added.
+    """Build the problem of ``solve_constrained`` in CVXPY, not solved yet: constraints and terms can be added.
 
     Add your own by ``cvxpy.Problem(problem.objective, [*problem.constraints, ...])``. Its solution is not repaired:
     eigenvalues down to -1e-7 of the largest are left.

@@ -22,14 +22,14 @@ from .robot import PossibleRobot, RobotProgram
 from .whole_robot import Origin, origins
 
 BUDGET = 1.0
-"""By which chi2 may rise above the constrained minimum."""
+"""Rise of chi2 that is allowed above the constrained minimum."""
 _TRIED = ((0.1, 1e-10), (1.0, 1e-10), (10.0, 1e-10), (1e3, 1e-10), (0.1, 1e-8), (10.0, 1e-8), (1e3, 1e-8))
-"""R's largest entry, and the solver's tolerance, which is fine: near the nearest robot distances hardly change."""
+"""Largest entry of R, and the solver's tolerance, which is fine: near the nearest robot distances hardly change."""
 
 
 @dataclass(frozen=True)
 class RobotPrior:
-    """Links as they are thought to be.
+    """Prior of a robot: links as they are thought to be.
 
     Attributes:
         bodies: one per link, in its own frame; each has some extent (positive definite pseudo-inertia).
@@ -50,7 +50,7 @@ class RobotPrior:
 
 
 def robot_prior(robot: Robot, total_mass: float | None = None) -> RobotPrior:
-    """The prior of a robot: the inertial parameters of its file, or cylinders of a total mass.
+    """Make the prior of a robot: the inertial parameters of its file, or cylinders of a total mass.
 
     Without a stated mass, and where the file has no parameters, it is the fraction ``MOVING`` of the maker's mass
     of the whole arm, for that holds the base.
@@ -88,14 +88,14 @@ def robot_prior(robot: Robot, total_mass: float | None = None) -> RobotPrior:
 
 
 def has_prior(robot: Robot) -> bool:
-    """Whether the robot's own file gives ``robot_prior`` something to start from."""
+    """True if the robot's own file gives ``robot_prior`` something to start from."""
     missing = missing_inertial(robot)
     return not missing or (robot.mass is not None and len(missing) == len(INERTIAL) * robot.n)
 
 
 @dataclass(frozen=True)
 class PriorRobot(PossibleRobot):
-    """The robot that can exist, data first, then a prior.
+    """Robot that can exist, data first, then a prior.
 
     Attributes:
         nearest: the base gauge: the nearest robot that can exist.
@@ -122,7 +122,7 @@ def solve_constrained_prior(
     budget: float = BUDGET,
     total_mass: MassBounds | None = None,
 ) -> PriorRobot:
-    """The robot nearest to a prior among those that explain the data within a budget.
+    """Find the robot nearest to a prior among those that explain the data within a budget.
 
     Links can exist, and drives hold the rules of ``solve_constrained_base``; the distance is that of the links
     alone. chi2 goes by robust standard deviations where the estimate has them (``error_model``).
@@ -165,7 +165,7 @@ def solve_constrained_prior(
 
 
 def _prior_itself(problem: RobotProgram, z0: Array, limit: float) -> Array | None:
-    """The prior's links with the drives that suit them best, if that is within the limit."""
+    """Take the prior's links with the drives that suit them best, if that is within the limit."""
     F, d, A, _, bodies = problem.program
     drives, rows = np.setdiff1d(np.arange(len(z0)), problem.links), len(problem.rules.A)
     room = problem.program.slack(z0)
@@ -181,7 +181,7 @@ def _prior_itself(problem: RobotProgram, z0: Array, limit: float) -> Array | Non
 
 
 def _nearest(program: ConeProgram, prior: Array, possible: Array, radius: float) -> tuple[Array, float, Array]:
-    """The z of least entropic distance with ||R z - d|| <= radius, the distance's weight, multipliers of the rows.
+    """Find z of least entropic distance with ||R z - d|| <= radius, the distance's weight, multipliers of the rows.
 
     D(P || P0) = tr P' - log det P' - 4 with P' = L^-1 P L'^-1 and P0 = L L' is the log-det divergence of
     pseudo-inertias (Lee, Wensing and Park, 2020); it keeps every P positive definite and does not change with
@@ -229,6 +229,7 @@ def _nearest(program: ConeProgram, prior: Array, possible: Array, radius: float)
     if solution is None:
         raise SolverError(next(iter(ends)))
     change, dual = np.asarray(solution.x)[:n], np.asarray(solution.z)
+    # As far towards the solution as |left + part moved| = radius allows.
     moved = program.R @ change
     a, b, c = moved @ moved, moved @ left, left @ left - radius**2
     part = min(1.0, float((np.sqrt(b * b - a * c) - b) / a))
@@ -237,5 +238,5 @@ def _nearest(program: ConeProgram, prior: Array, possible: Array, radius: float)
 
 
 def _pseudo_inertias(program: ConeProgram, z: Array) -> Array:
-    """P of each body of a program, p x 4 x 4."""
+    """Pseudo-inertia P of each body of a program, p x 4 x 4."""
     return np.asarray(np.tensordot(program.bodies @ z, PSEUDO_INERTIA, 1))

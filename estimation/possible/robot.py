@@ -25,9 +25,9 @@ _NOT_NEGATIVE = ("IA", "FV", "FS", "FL", "FVM", "FSM")
 POWERS = {**dict.fromkeys(INERTIAL[:6], 2), **dict.fromkeys(INERTIAL[6:9], 1), "M": 0, "IA": 2}
 """Power of a length in the unit of each kind."""
 _NEXT_TO_NOTHING = 1e-3
-"""Smaller multipliers, as a fraction of the largest, belong to directions that the data do not see."""
+"""Fraction of the largest multiplier: smaller ones belong to directions that the data do not see."""
 _WAYS = ((1e3, np.inf), (1e3, 1e3), (1e2, 1e3), (10.0, 1e3), (10.0, np.inf), (1.0, np.inf))
-"""R's largest entry, for the norm of exact data is zero, at the tip of its cone; the radius that z may not leave.
+"""Largest entry of R, for the norm of exact data is zero, at the tip of its cone; radius that z may not leave.
 
 No torque may show some direction, and no finite robot attain the least value: the program is closed then, at a
 thousand times the size of each parameter. Where the search stops short of its end, a smaller R has it end.
@@ -36,7 +36,7 @@ _ABOVE = 1.0 + 4.0 * np.finfo(float).eps
 """Factor by which a larger number is above a smaller one, whatever rounding a change of scale leaves."""
 _ROUNDING = 1e-9
 _UNSEEN = 1e-3
-"""In standard deviations: what a repair may change."""
+"""Standard deviations by which a repair may change a number."""
 
 
 def typical_length(robot: Robot) -> float:
@@ -54,7 +54,7 @@ class DriveRules(NamedTuple):
 
     ``A`` r x N_s, ``texts`` r. ``signed``: indices of parameters that must not be negative, friction and rotor
     inertias. ``shared``: indices (whole, part) of what coupled drives share: IA_j = K_j^2 JA_j + K_k^2 JA_k is at
-    least IA_k = K_k^2 JA_k, and FV_j and FV_k hold the viscous friction FVM_k of rotor k beside the joint's own.
+    least IA_k = K_k^2 JA_k, and FV_j and FV_k hold the viscous friction FVM_k of rotor k besides the joint's own.
     """
 
     A: Array
@@ -64,7 +64,7 @@ class DriveRules(NamedTuple):
 
     @staticmethod
     def of(robot: Robot, standard: Sequence[str], scale: Array) -> "DriveRules":
-        """The rules of a robot for some standard parameters in units of ``scale``."""
+        """Make the rules of a robot for some standard parameters in units of ``scale``."""
         pairs: list[tuple[str, str]] = []
         if robot.coupling is not None:
             j, k = robot.coupling.joints
@@ -92,7 +92,7 @@ class PossibleRobot(Possible):
 
 
 class RobotProgram(NamedTuple):
-    """The problem in z = standard parameters / ``scale`` (N_s,).
+    """Problem in z = standard parameters / ``scale`` (N_s,).
 
     ``R`` N_b x N_b whitens base parameters; ``program`` minimises ||R (G x - chi)||, its rows those of ``rules``,
     then bounds of the total mass, all as in ``texts``; ``links``: indices of each link's ten, n x 10.
@@ -141,14 +141,14 @@ class RobotProgram(NamedTuple):
         return RobotProgram(base, estimate, scale, R, program, rules, texts, links)
 
     def nearest(self) -> PossibleRobot:
-        """The nearest base parameters."""
+        """Find the nearest base parameters."""
         solution = solve_cone(self.program, _WAYS)
         prices = np.concatenate([solution.row_multipliers, solution.body_multipliers])
         floor = max(_NEXT_TO_NOTHING * float(prices.max()), TOLERANCE)
         return self.answer(self.repaired(solution.z), "Solved", prices, floor, 2.0 * solution.norm)
 
     def repaired(self, z: Array) -> Array:
-        """z moved by rounding, so that no link has a negative eigenvalue and no drive a negative number."""
+        """Move z by rounding, so that no link has a negative eigenvalue and no drive a negative number."""
         result = z.copy()
         for link in self.links:
             result[link] = lifted(z[link], self.scale[link])
@@ -165,7 +165,7 @@ class RobotProgram(NamedTuple):
     def answer(
         self, z: Array, status: str, prices: Array, floor: float = TOLERANCE, slope: float = 1.0
     ) -> PossibleRobot:
-        """The robot that z stands for.
+        """Make the robot that z stands for.
 
         Args:
             status: of the solver.
@@ -198,7 +198,7 @@ class RobotProgram(NamedTuple):
 def solve_constrained_base(
     robot: Robot, base: BaseParameters, estimate: Estimate, total_mass: MassBounds | None = None
 ) -> PossibleRobot:
-    """The nearest base parameters of a robot that can exist.
+    """Find the nearest base parameters of a robot that can exist.
 
     Every link can exist, friction and rotor inertias are not negative, and coupled drives share some. Nearest
     by robust standard deviations where the estimate has them (``error_model``).
@@ -215,7 +215,7 @@ def solve_constrained_base(
 
 
 def hidden_directions(base: BaseParameters) -> tuple[str, ...]:
-    """Changes of the standard parameters that change no torque, N_s - N_b texts: "YY2 + XX2", "M1"."""
+    """Describe changes of the standard parameters that change no torque, N_s - N_b texts: "YY2 + XX2", "M1"."""
     texts = []
     for k in (k for k in range(len(base.standard)) if k not in base.chosen):
         # One more of parameter k is the same as less of those that it is grouped into.

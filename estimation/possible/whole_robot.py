@@ -1,4 +1,4 @@
-"""A whole robot as simulators hold it: a number for everything, who decides each, and how sure it is.
+"""Whole robot for simulators: a number for everything, who decides each, and its standard deviation.
 
 Data decide a number, a part of it, or nothing. Every table, document and export takes its labels from here.
 """
@@ -23,11 +23,11 @@ from .robot import POWERS, typical_length
 
 _ROUNDING = 1e-9
 _NOTHING = 1e-12
-"""Of a gradient's largest entry: less is a rotation's rounding."""
+"""Fraction of a gradient's largest entry below which it is a rotation's rounding."""
 
 
 class Origin(NamedTuple):
-    """Who decides a number of the robot.
+    """Origin of a number of the robot: who decides it.
 
     ``base``: names of the base parameters it is part of. ``share``: squared length of the part of its unit gradient
     (of a standard parameter: its unit vector) in the row space of the grouping G, in units of one mass and one
@@ -39,23 +39,23 @@ class Origin(NamedTuple):
 
     @property
     def kind(self) -> Literal["identified", "combination", "prior"]:
-        """Whether the data determine it, only combinations of it with others, or whether no motion shows it."""
+        """Kind of origin: the data determine it, or only combinations of it with others, or no motion shows it."""
         return "prior" if not self.base else "identified" if self.share == 1.0 else "combination"
 
     def decided_by(self) -> str:
-        """The label of every table, document and export: "data", "prior", or "prior within MX2R, ZZ2R"."""
+        """Label of every table, document and export: "data", "prior", or "prior within MX2R, ZZ2R"."""
         within = f"prior within {', '.join(self.base)}"
         return {"identified": "data", "prior": "prior", "combination": within}[self.kind]
 
 
 def origins(robot: Robot, base: BaseParameters) -> dict[str, Origin]:
-    """The origin of every standard parameter, by name."""
+    """Origins of every standard parameter, by name."""
     by_parameter = origins_of(robot, base, np.eye(len(base.standard)))
     return dict(zip(base.standard, by_parameter, strict=True))
 
 
 def origins_of(robot: Robot, base: BaseParameters, gradients: Array) -> list[Origin]:
-    """Origins of numbers whose gradients by the standard parameters are the columns of ``gradients``, N_s x m."""
+    """Find origins of numbers whose gradients by the standard parameters are columns of ``gradients``, N_s x m."""
     length = typical_length(robot)
     units = np.array([length ** POWERS.get(parameter_kind(name), 0) for name in base.standard])
     rows = decomposed((base.grouping * units).T).range.T
@@ -69,15 +69,15 @@ def origins_of(robot: Robot, base: BaseParameters, gradients: Array) -> list[Ori
 
 
 BODY_NUMBERS = ("mass", "x", "y", "z", "ixx", "ixy", "ixz", "iyy", "iyz", "izz")
-"""A body as simulators hold it: mass [kg], centre of mass [m], inertia there [kg m^2], in the link's frame."""
+"""Numbers of a body: mass [kg], centre of mass [m], inertia there [kg m^2], in the link's frame."""
 DRIVE_NUMBERS = {"armature": "IA", "damping": "FV", "friction": "FS", "offset": "OFF"}
-"""A drive as simulators hold it, and the parameter it is: kg m^2 or kg, N·m·s/rad or N·s/m, N·m or N, N·m or N."""
+"""Numbers of a drive, and its parameter: kg m^2 or kg, N·m·s/rad or N·s/m, N·m or N, N·m or N."""
 SIGNED = ("armature", "damping", "friction")
 """Numbers of a drive that are not negative."""
 
 
 class Labelled(NamedTuple):
-    """A number, who decides it, and how sure it is.
+    """Number with its origin and its standard deviation.
 
     ``sigma`` and ``interval`` (95 %) are the data's; None where they do not determine the number. ``bound``:
     whether it stands at the bound of what can exist, which data alone would pass.
@@ -91,14 +91,14 @@ class Labelled(NamedTuple):
 
     @property
     def mark(self) -> Literal["data", "rule", "prior"]:
-        """Who decides it in one word; the part that data have in a prior's number is ``origin.share``."""
+        """Origin in one word; the part that data have in a prior's number is ``origin.share``."""
         if self.bound:
             return "rule"
         return "data" if self.origin.kind == "identified" else "prior"
 
 
 class LinkNumbers(NamedTuple):
-    """One link.
+    """Numbers of one link.
 
     ``body`` in the link's own frame; ``numbers``: its ``BODY_NUMBERS`` (mass alone if it has none);
     ``parameters``: its standard ones and its drive's, in the modified DH frame.
@@ -186,11 +186,11 @@ class WholeRobot:
 
 
 _AT_BOUND = 1e-3
-"""Of its standard deviation, or of the largest such number: a smaller one stands at its bound, zero."""
+"""Fraction of its standard deviation, or of the largest such number: a smaller one stands at its bound, zero."""
 Slopes = dict[str, float]
 """Derivatives of a number by standard parameters."""
 Labelling = Callable[[Sequence[float], Sequence[Slopes]], list[Labelled]]
-"""Labels numbers, each by its slopes."""
+"""Function that labels numbers, each by its slopes."""
 
 
 def _labelling(
@@ -251,7 +251,7 @@ def whole_robot(
     estimate: Estimate | None = None,
     prior: str = "the robot's own description",
 ) -> WholeRobot:
-    """All numbers of a robot, labelled.
+    """Collect all numbers of a robot, labelled.
 
     A body's number, such as the centre of mass h/M, is no standard parameter: its gradient tells whether small
     changes that no motion shows move it. Standard deviations are those of the identified base parameters.

@@ -1,1 +1,1 @@
-"""What estimators return: numbers with intervals, verdicts, and how they came about; each is its own document."""
+"""Results of estimators: numbers with intervals, verdicts, and how they came about; each is its own document."""

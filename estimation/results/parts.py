@@ -23,7 +23,7 @@ from ..possible.prior import PriorRobot
 from ..possible.robot import PossibleRobot
 
 Number = float | None
-"""null where it was not determined."""
+"""Number that is null where it was not determined."""
 Ten = Mapping[str, Number]
 """Numbers of the ten parameters by name, XX to M."""
 Interval = tuple[Number, Number]
@@ -32,7 +32,7 @@ _Share = Annotated[float, Meta(ge=0.0, lt=1.0)]
 
 
 class Result(Speaks, Document, frozen=True, kw_only=True, dict=True):
-    """Answer to a whole question, which is its own document; one that is read back is of the same type."""
+    """Base class of answers to whole questions, each its own document; reading one back gives the same type."""
 
     @property
     def working(self) -> Any:
@@ -64,7 +64,7 @@ class ProcessingDocument(Document, frozen=True):
 
     @classmethod
     def made(cls, robot: Robot, processing: Processing, drive_gains: Sequence[float]) -> Self:
-        """Settings of recordings; ``drive_gains``: torque per current, empty for torques."""
+        """Collect settings of recordings; ``drive_gains``: torque per current, empty for torques."""
         return cls.of(
             processing,
             equation_rate=UNSET if processing.equation_rate is None else processing.equation_rate,
@@ -96,7 +96,7 @@ class RobustDocument(Document, frozen=True):
 
     @classmethod
     def made(cls, robust: RobustCovariance | None, reason: str) -> Self:
-        """Basis of a covariance; ``reason``: why there is none."""
+        """State the basis of a covariance; ``reason``: why there is none."""
         if robust is None:
             return cls(None, unavailable=reason or None)
         return cls.of(robust, warning=robust.warning or None, by_memory=robust.by_memory or UNSET)
@@ -116,7 +116,7 @@ class TermDocument(Document, frozen=True):
 
     @staticmethod
     def rows(choices: Sequence[TermChoice]) -> "tuple[TermDocument, ...] | UnsetType":
-        """Terms that were tried; unset where none were."""
+        """Collect the terms that were tried; unset where none were."""
         rows = (TermDocument(name, not why, fall, error, why or UNSET) for name, fall, error, why in choices)
         return tuple(rows) or UNSET
 
@@ -130,7 +130,7 @@ class VerdictDocument(Document, frozen=True):
 
     @classmethod
     def made(cls, verdict: Verdict) -> Self:
-        """The level, and its findings as texts."""
+        """State the level, and its findings as texts."""
         return cls(verdict.level, verdict.reasons, verdict.notes or UNSET)
 
 
@@ -147,13 +147,13 @@ class GainErrorsDocument(Document, frozen=True, omit_defaults=True):
 
     @classmethod
     def made(cls, gains: Gains) -> Self:
-        """Errors of gains; of identified ones their covariance, recordings and payload too."""
+        """Collect errors of gains; of identified ones their covariance, recordings and payload too."""
         known = any(gains.recordings.values())
         return cls.of(gains, recordings=gains.recordings if known else {}, mass=gains.mass if known else None)
 
     @property
     def gains(self) -> Gains:
-        """The errors as estimators take them."""
+        """Errors of the gains as estimators take them."""
         own = self.per_joint, self.common, self.identified, self.recordings, self.mass, self.notes
         return Gains(*own, assumed=self.assumed)
 
@@ -175,7 +175,7 @@ class ParameterDocument(Document, frozen=True):
 
     @classmethod
     def rows(cls, estimate: Estimate, **columns: Any) -> tuple[Self, ...]:
-        """One row a parameter, with further columns."""
+        """Make one row a parameter, with further columns."""
         every: dict[str, Any] = columns | {
             "value": estimate.values,
             "sigma": estimate.sigma,
@@ -199,7 +199,7 @@ class EliminationStep(Document, frozen=True):
 
 
 class EliminationDocument(Document, frozen=True):
-    """How essential parameters were found, and what they are without the others."""
+    """Essential parameters, the steps to them, and what they are without the others."""
 
     rule: Literal["ratio", "sigma"]
     description: str
@@ -214,7 +214,7 @@ class EliminationDocument(Document, frozen=True):
 
     @classmethod
     def made(cls, elimination: Elimination, warnings: Sequence[str], labels: Mapping[str, str]) -> Self:
-        """Essential parameters, each step to them, and what speaks against them.
+        """Collect the essential parameters, each step to them, and what speaks against them.
 
         Args:
             labels: name of a column -> name of the parameter ("MX2" -> "MX2R").
@@ -284,7 +284,7 @@ class HorizonDocument(Document, frozen=True):
 
 
 class RolloutDocument(Document, frozen=True):
-    """How far predicted motion strays from a recording's; the torque error of a controller on its path."""
+    """Rollout: distance of predicted motion from a recording's; torque error of a controller on its path."""
 
     source: str
     starts_in_motion: int
@@ -313,13 +313,13 @@ class PossibleRobotDocument(Document, frozen=True):
 
     @classmethod
     def made(cls, result: PossibleRobot, base: BaseParameters) -> Self:
-        """Base parameters, and with a prior the standard ones with who decides each."""
+        """Collect base parameters, and with a prior the standard ones with who decides each."""
         free = result.free
         moved = (result.values - free.values) / free.sigma
         more: dict[str, Any] = {}
         if isinstance(result, PriorRobot):
             prior = result.prior
-            told = {
+            reported = {
                 f"{kind}{link}": value
                 for link, body in enumerate(prior.bodies, start=1)
                 for kind, value in body.named().items()
@@ -335,7 +335,7 @@ class PossibleRobotDocument(Document, frozen=True):
                     base=result.origins[name].base,
                     share=result.origins[name].share,
                     decided_by=result.origins[name].decided_by(),
-                    prior=told.get(name, UNSET),
+                    prior=reported.get(name, UNSET),
                 )
                 for name, value in result.parameters.items()
             )
@@ -350,11 +350,11 @@ class PossibleRobotDocument(Document, frozen=True):
 
     @property
     def standard(self) -> dict[str, float]:
-        """The standard parameters by name."""
+        """Standard parameters by name."""
         return {parameter.name: parameter.value for parameter in present(self.parameters) or ()}
 
     @property
     def source(self) -> str:
-        """Where the prior comes from; empty without one."""
+        """Source of the prior; empty without one."""
         prior = present(self.prior)
         return prior.source if prior else ""

@@ -1,4 +1,4 @@
-"""What ``payload`` and ``weigh`` answer: estimates, quantities with intervals, and whether to use them.
+"""Results of ``payload`` and ``weigh``: estimates, quantities with intervals, and whether to use them.
 
 The result is its own document: ``--json`` writes it, and what is read back is of the same type.
 """
@@ -38,26 +38,26 @@ _Intervals = Mapping[str, Interval]
 
 
 def numbers(ten: Ten | UnsetType | None) -> Array:
-    """The ten in their order, nan where there is none, shape (10,)."""
+    """Collect the ten in their order, nan where there is none, shape (10,)."""
     values = present(ten) or {}
     return np.array([values.get(kind) for kind in INERTIAL], dtype=float)
 
 
 def bounds(intervals: _Intervals | UnsetType | None) -> Array:
-    """Intervals of the ten in their order, nan where there is none, 10 x 2."""
+    """Collect intervals of the ten in their order, nan where there is none, 10 x 2."""
     values = present(intervals) or {}
     return np.array([values.get(kind, (None, None)) for kind in INERTIAL], dtype=float)
 
 
 def array(values: Any, *shape: int) -> Array:
-    """Numbers as they were made or read, nan where there is none."""
+    """Make an array of numbers as they were made or read, nan where there is none."""
     return np.full(shape, np.nan) if present(values) is None else np.array(values, dtype=float)
 
 
-def named(values: Array, places: Sequence[int] = range(10)) -> dict[str, float]:
-    """Some of the ten by name, nan for the others."""
+def named(values: Array, indices: Sequence[int] = range(10)) -> dict[str, float]:
+    """Name some of the ten, nan for the others."""
     ten = np.full(len(INERTIAL), np.nan)
-    ten[list(places)] = values
+    ten[list(indices)] = values
     return dict(zip(INERTIAL, ten.tolist(), strict=True))
 
 
@@ -96,12 +96,12 @@ class MethodEstimate(Document, frozen=True, tag_field="estimator"):
 
     @property
     def ten(self) -> Array:
-        """The ten in their order, nan where not determined, shape (10,)."""
+        """Ten parameters in their order, nan where not determined, shape (10,)."""
         return numbers(self.parameters)
 
 
 class FreeEstimate(MethodEstimate, frozen=True, tag="wls"):
-    """The payload as a method sees it, whether or not a body can have it."""
+    """Payload by a method, whether or not a body can have it."""
 
     interval95_robust: _Intervals | UnsetType | None = UNSET
     robust: RobustDocument | UnsetType = UNSET
@@ -114,7 +114,7 @@ class FreeEstimate(MethodEstimate, frozen=True, tag="wls"):
 
     @classmethod
     def made(cls, result: PayloadEstimate) -> Self:
-        """All ten by a method; positive definite inertia is not enough for a body that exists."""
+        """Collect all ten by a method; positive definite inertia is not enough for a body that exists."""
         estimate, body = result.estimate, result.body
         spread, robust, there = result.spread, result.robust_spread, body.mass != 0.0
         return cls.of(
@@ -143,12 +143,12 @@ class FreeEstimate(MethodEstimate, frozen=True, tag="wls"):
 
     @property
     def unavailable(self) -> str:
-        """Why there are no robust standard deviations although they were asked for."""
+        """Reason why there are no robust standard deviations although they were asked for."""
         return (self.robust.unavailable or "") if self.robust else ""
 
 
 class PossibleEstimate(MethodEstimate, frozen=True, tag="constrained"):
-    """The nearest payload that can exist, with 95 % intervals."""
+    """Nearest payload that can exist, with 95 % intervals."""
 
     gain_sigma: GainErrorsDocument | UnsetType | None = UNSET
     interval95_by: Literal["jackknife", "memory", "formula"] | UnsetType = UNSET
@@ -165,7 +165,7 @@ class PossibleEstimate(MethodEstimate, frozen=True, tag="constrained"):
 
     @classmethod
     def made(cls, payload: ConstrainedPayload) -> Self:
-        """A payload that can exist, with intervals."""
+        """Collect a payload that can exist, with intervals."""
         free, result, intervals = payload.free.estimate, payload.result, payload.intervals
         return cls.of(
             result,
@@ -192,12 +192,12 @@ class PossibleEstimate(MethodEstimate, frozen=True, tag="constrained"):
 
     @property
     def body(self) -> InertialParameters:
-        """The payload as a body."""
+        """Payload as a body."""
         return InertialParameters(self.ten)
 
 
 class PayloadData(Document, frozen=True):
-    """The equations behind a payload."""
+    """Equations behind a payload."""
 
     equations: int
     rate: Number = field(name="rate_hz")
@@ -214,7 +214,7 @@ class PayloadData(Document, frozen=True):
 
 
 class JointsMassDocument(Document, frozen=True):
-    """The mass [kg] by some joints alone, and a single joint's factor on what the others show."""
+    """Mass [kg] by some joints alone, and a single joint's factor on what the others show."""
 
     joints: tuple[int, ...]
     visible: bool
@@ -226,23 +226,23 @@ class JointsMassDocument(Document, frozen=True):
 
     @property
     def name(self) -> str:
-        """The joints in words: "joint 3" or "joints 4-6"."""
+        """Name the joints: "joint 3" or "joints 4-6"."""
         return JointsMass(self.joints, None).name
 
 
 def mass_by_joints(by_joints: ByJoints) -> tuple[JointsMassDocument, ...]:
-    """The mass by some joints' torques; null where they do not see it."""
+    """Collect the mass by some joints' torques; null where they do not see it."""
     shares: dict[tuple[int, ...], JointShare] = {(share.joint,): share for share in by_joints.shares}
     rows = []
     for mass in by_joints.masses:
         share = shares.get(mass.joints)
-        alone = {"share": share.share, "share_sigma": None if share.share is None else share.sigma} if share else {}
-        rows.append(JointsMassDocument.of(mass, visible=mass.mass is not None, **alone))
+        ratio = {"share": share.share, "share_sigma": None if share.share is None else share.sigma} if share else {}
+        rows.append(JointsMassDocument.of(mass, visible=mass.mass is not None, **ratio))
     return tuple(rows)
 
 
 class Recommended(Document, frozen=True):
-    """The estimate to use, and why that method's where there are others."""
+    """Method of the estimate to use, and the reason for it where there are others."""
 
     method: int
     estimator: Literal["wls", "constrained"] | UnsetType = UNSET
@@ -250,14 +250,14 @@ class Recommended(Document, frozen=True):
 
 
 class Assumed(Document, frozen=True):
-    """An inertia that was not measured but asked for, and the ten with it."""
+    """Inertia that was not measured but asked for, and the ten with it."""
 
     inertia: str
     parameters: Ten
 
 
 class VisibilityDocument(Document, frozen=True):
-    """Which of the ten the torques of some joints show."""
+    """Visibility of the ten in the torques of some joints."""
 
     joints: tuple[int, ...]
     rank: int
@@ -284,16 +284,16 @@ class Quantity(Document, frozen=True):
 
     @property
     def high(self) -> Array:
-        """Upper ends."""
+        """Upper ends of the 95 % interval, nan where there is none."""
         return np.asarray(self.interval95[..., 1])
 
     def __float__(self) -> float:
-        """The mass alone."""
+        """Convert the mass alone."""
         return float(self.value)
 
 
 class ConstantTorques(Document, frozen=True):
-    """Joints whose constant torque was held near zero, and by which standard deviation [N·m]."""
+    """Joints whose constant torque has a prior near zero, and its standard deviation [N·m]."""
 
     joints: tuple[int, ...]
     sigma: Vector
@@ -308,14 +308,14 @@ class AgreementDocument(Document, frozen=True):
 
 
 class FlangeDocument(Document, frozen=True):
-    """Where the maker's flange stands in the payload's frame, if that is another one, and who says so."""
+    """Pose of the maker's flange in the payload's frame, if that is another one, and who says so."""
 
     xyz: Vector
     rpy_deg: Vector
     source: str
 
     def __post_init__(self) -> None:
-        """Refuse what is no place."""
+        """Refuse a flange without a finite pose."""
         for name in ("xyz", "rpy_deg"):
             values = getattr(self, name)
             if len(values) != 3 or not np.all(np.abs(values) <= LARGEST):
@@ -325,7 +325,7 @@ class FlangeDocument(Document, frozen=True):
 class PayloadResult(Result, frozen=True, kw_only=True, dict=True):
     """A payload by the methods that were used, and what only a weighing by a short motion tells.
 
-    ``frame`` is where it is given, in words; ``assumed`` an inertia that was asked for instead of a measured one;
+    ``frame`` is where it is given, as text; ``assumed`` an inertia that was asked for instead of a measured one;
     ``scale`` a weighed mass and its standard deviation [kg].
     """
 
@@ -361,13 +361,13 @@ class PayloadResult(Result, frozen=True, kw_only=True, dict=True):
 
     @property
     def headline(self) -> str:
-        """Mass, interval and verdict in a line."""
+        """State mass, interval and verdict in a line."""
         mass, level = self.mass, self.verdict.level.replace("_", " ")
         return f"{self.robot}, mass {mass.value:.6g} kg (95 % from {mass.low:.6g} to {mass.high:.6g}), {level}"
 
     @property
     def short(self) -> bool:
-        """Whether it was weighed by a short motion of a few joints."""
+        """True if it was weighed by a short motion of a few joints."""
         return bool(self.joints)
 
     @property
@@ -377,17 +377,17 @@ class PayloadResult(Result, frozen=True, kw_only=True, dict=True):
 
     @property
     def title(self) -> str:
-        """The robot's."""
+        """Title of the robot."""
         return self.robot_title or self.robot or ""
 
     @property
     def free(self) -> tuple[FreeEstimate, ...]:
-        """Each method's own estimate."""
+        """Free estimates of each method."""
         return tuple(estimate for estimate in self.estimates if isinstance(estimate, FreeEstimate))
 
     @property
     def possible(self) -> tuple[PossibleEstimate, ...]:
-        """The nearest payload that can exist, of each method that determines all ten."""
+        """Nearest payload that can exist, of each method that determines all ten."""
         return tuple(estimate for estimate in self.estimates if isinstance(estimate, PossibleEstimate))
 
     @property
@@ -399,12 +399,12 @@ class PayloadResult(Result, frozen=True, kw_only=True, dict=True):
 
     @property
     def best(self) -> PossibleEstimate | None:
-        """The payload to use, of ``method``; None where not all ten are determined."""
+        """Possible payload to use, of ``method``; None where not all ten are determined."""
         return next((estimate for estimate in self.possible if estimate.method == self.method), None)
 
     @property
     def best_free(self) -> FreeEstimate:
-        """The estimate to use as the torques give it."""
+        """Free estimate to use."""
         return next(estimate for estimate in self.free if estimate.method == self.method)
 
     @property
@@ -414,9 +414,9 @@ class PayloadResult(Result, frozen=True, kw_only=True, dict=True):
 
     @property
     def flange(self) -> Pose | None:
-        """Where the flange stands in ``frame``, if that is another frame and it is known."""
-        place = present(self.flange_in_payload_frame)
-        return Pose.from_rpy(place.xyz.tolist(), np.radians(place.rpy_deg).tolist()) if place else None
+        """Pose of the flange in ``frame``, if that is another frame and it is known."""
+        stored = present(self.flange_in_payload_frame)
+        return Pose.from_rpy(stored.xyz.tolist(), np.radians(stored.rpy_deg).tolist()) if stored else None
 
     @property
     def mass(self) -> Quantity:
@@ -434,16 +434,16 @@ class PayloadResult(Result, frozen=True, kw_only=True, dict=True):
         return self._quantity("inertia", 3, 3)
 
     def _quantity(self, name: str, *shape: int) -> Quantity:
-        told = (present(self.quantities) or {}).get(name, Quantity("", None, None, None, None))
+        reported = (present(self.quantities) or {}).get(name, Quantity("", None, None, None, None))
         value, ends, sigma = (
-            array(told.value, *shape),
-            array(told.interval95, *shape, 2),
-            array(told.sigma, *shape),
+            array(reported.value, *shape),
+            array(reported.interval95, *shape, 2),
+            array(reported.sigma, *shape),
         )
-        return Quantity(told.use, told.why, value, ends, sigma)
+        return Quantity(reported.use, reported.why, value, ends, sigma)
 
     def export(self, to: str, despite_verdict: bool = False) -> str:
-        """The payload in the format of a controller or a simulator, at the flange; see ``dynident export --to``.
+        """Write the payload in the format of a controller or simulator; see ``dynident export --to``.
 
         Args:
             to: name of the format, such as "ur".

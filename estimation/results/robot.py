@@ -1,4 +1,4 @@
-"""What ``identify`` and ``gains`` answer, and what they tell later runs; each is its own document."""
+"""Results of ``identify`` and ``gains``, and what they tell later runs; each is its own document."""
 
 from functools import cached_property
 from typing import Literal
@@ -32,14 +32,14 @@ from .parts import (
 
 
 class MountingDocument(Document, frozen=True):
-    """The payload as identified in one of several mountings."""
+    """Payload as identified in one of several mountings."""
 
     mounting: int
     identified: Ten
 
 
 class LoadDocument(Document, frozen=True):
-    """The payload that the gains were identified with; ``identified`` in the first mounting."""
+    """Payload that the gains were identified with; ``identified`` in the first mounting."""
 
     known: dict[str, float] | UnsetType = UNSET
     mass_sigma: float | UnsetType = UNSET
@@ -79,19 +79,19 @@ class GainsResult(Result, frozen=True, kw_only=True, dict=True):
 
     @property
     def judged(self) -> VerdictDocument:
-        """The verdict; "use" where a file holds none."""
+        """Verdict; "use" where a file holds none."""
         return present(self.verdict) or VerdictDocument("use", ())
 
     @property
     def headline(self) -> str:
-        """The robot, how many of its gains are known, and the verdict in a line."""
+        """State robot, number of known gains and verdict in a line."""
         identified = present(self.drive_gains.identified) or ()
         known = f"{sum(identified)} of {len(self.drive_gains.values)} gains identified"
         return f"{self.robot}, {known}, {self.judged.level.replace('_', ' ')}"
 
 
 class RobotData(Document, frozen=True):
-    """The equations behind an identification."""
+    """Equations behind an identification."""
 
     rows_per_joint: tuple[int, ...]
     degrees_of_freedom: float
@@ -102,7 +102,7 @@ class RobotData(Document, frozen=True):
 
 
 class RobotResult(Result, frozen=True, kw_only=True, dict=True):
-    """A robot's base parameters and what they belong to; ``fingerprint`` is of its description with its drives."""
+    """Base parameters of a robot, and what they belong to; ``fingerprint`` is of its description and drives."""
 
     kind: Literal["robot"] = "robot"
     version: Literal[1] = 1
@@ -133,18 +133,18 @@ class RobotResult(Result, frozen=True, kw_only=True, dict=True):
 
     @property
     def headline(self) -> str:
-        """The robot, its parameters and what they leave unexplained, in a line."""
+        """State robot, parameters and what they leave unexplained in a line."""
         relative = 100.0 * self.estimate.fit.relative
         return f"{self.robot}, {len(self.columns)} base parameters, {relative:.2f} % of the torque unexplained"
 
     @property
     def title(self) -> str:
-        """The robot's."""
+        """Title of the robot."""
         return self.robot_title or self.robot
 
     @property
     def judged(self) -> VerdictDocument:
-        """The verdict; of a file that holds none by its reasons."""
+        """Verdict; of a file that holds none by its reasons."""
         reasons = present(self.reasons_against_use) or ()
         return present(self.verdict) or VerdictDocument("do_not_use" if reasons else "use", reasons)
 
@@ -162,7 +162,7 @@ class RobotResult(Result, frozen=True, kw_only=True, dict=True):
 
     @cached_property
     def gains(self) -> Gains | None:
-        """Uncertainty of the drive gains that was given then; None where they were taken as exact."""
+        """Uncertainty of the drive gains of that time; None where they were taken as exact."""
         return self.gain_sigma.gains if self.gain_sigma is not None else None
 
     @cached_property
@@ -210,12 +210,12 @@ class RobotResult(Result, frozen=True, kw_only=True, dict=True):
 
     @property
     def nearest_prior(self) -> PossibleRobotDocument | None:
-        """The robot nearest to a prior, where it was stored."""
+        """Robot nearest to a prior, where it was stored."""
         robot = self.constrained
         return robot if robot is not None and robot.gauge == "prior" else None
 
     def applied_to(self, robot: Robot) -> Robot:
-        """The robot with the model structure under which the parameters were identified.
+        """Robot with the model structure under which the parameters were identified.
 
         Raises:
             InputError: if the file is another robot's, or the robot's description has changed.

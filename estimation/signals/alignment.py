@@ -10,17 +10,17 @@ from ...common.errors import InputError
 from ...model import Recording
 from .filtering import MonotoneCubic, on_grid, resampled
 
-_NEIGHBOURS = 3  # samples beside an interval that decide its cubic
+_NEIGHBOURS = 3  # samples on either side of an interval that decide its cubic
 _FINE = 50  # steps per sample in the search for the best lag
 _MOST = 200_000  # samples that are correlated, of longer recordings
 _COMPARED = 40_000  # samples that are compared in the search for the best lag, of longer recordings
 _STRETCHES = 50  # in as many stretches
 
 OFFSET, CONSTANT = 0.002, 0.2
-"""rad or m by which positions of one motion differ if an encoder's zero was set anew, and the fraction of it that
+"""Difference of positions [rad or m] of one motion if an encoder's zero was set anew, and the fraction of it that
 may change: an arm that sags differs by more where its load is far out."""
 CHANGING = 0.01
-"""rad or m, rms: positions that differ by more, constants aside, are not of one motion."""
+"""Difference of positions [rad or m, rms], constants aside, above which they are not of one motion."""
 
 
 class AlignedPair(NamedTuple):
@@ -29,7 +29,7 @@ class AlignedPair(NamedTuple):
     ``lag`` [s]: what the loaded recording's clock shows more than the unloaded one's at the same point of the
     trajectory. ``max_mismatch`` and ``rms_mismatch`` [rad or m]: remaining differences of position, the largest of
     all, and root mean square of the joint that differs most. ``constant`` and ``changing`` [rad or m], (n,): mean
-    of loaded less unloaded positions, and root mean square of what differs beside it.
+    of loaded less unloaded positions, and root mean square of what differs besides.
     """
 
     unloaded: Recording
@@ -42,7 +42,7 @@ class AlignedPair(NamedTuple):
 
     @property
     def new_zeros(self) -> tuple[int, ...]:
-        """Joints (from 0) whose positions differ by a constant in two recordings of one motion."""
+        """Find the joints (from 0) whose positions differ by a constant in two recordings of one motion."""
         apart, rest = np.abs(self.constant), np.array(self.changing)
         if not len(rest) or rest.max() > CHANGING:
             return ()
@@ -119,7 +119,7 @@ def _different(unloaded: Recording, loaded: Recording, why: str) -> InputError:
 
 
 def _coarse_lag(a: Array, b: Array) -> int:
-    """Whole samples by which ``b`` is later than ``a``, by the largest cross-correlation of all joints."""
+    """Count the samples by which ``b`` is later than ``a``, by the largest cross-correlation of all joints."""
     lags = len(a) + len(b) - 1
     length = 1 << (lags - 1).bit_length()  # of the transforms: at least as many as there are lags
     spectrum = np.zeros(length // 2 + 1, dtype=complex)
@@ -134,7 +134,7 @@ def _coarse_lag(a: Array, b: Array) -> int:
 
 
 def _fine_lag(unloaded: Recording, loaded: Recording, coarse: float, step: float, every: int) -> float:
-    """Lag with the smallest squared difference of position, by a parabola around the best fine step.
+    """Find the lag with the smallest squared difference of position, by a parabola around the best fine step.
 
     ``coarse`` is sure to ``every`` steps. Of long recordings some stretches are compared.
     """

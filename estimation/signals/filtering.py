@@ -1,4 +1,4 @@
-"""Recordings made even in time, filtered and decimated, once for all questions."""
+"""Filters: recordings made even in time, filtered and decimated, once for all questions."""
 
 import math
 from dataclasses import replace
@@ -32,7 +32,7 @@ class MonotoneCubic:
         self._slopes[-1] = _at_end(step[-1], step[-2], rise[-1], rise[-2])
 
     def __call__(self, times: Array) -> Array:
-        """Values at some times (M,), shape (M, k); nan before the first and after the last."""
+        """Interpolate at some times (M,), shape (M, k); nan before the first and after the last."""
         t, values, slopes = self._t, self._values, self._slopes
         k = np.clip(np.searchsorted(t, times, side="right") - 1, 0, len(t) - 2)
         step = (t[k + 1] - t[k])[:, None]
@@ -57,9 +57,9 @@ _ORDER = 4  # of the Butterworth filter on positions and speeds
 _MOST_OVERSAMPLING = 1.25  # of the mean recorded rate: interpolated samples are not measurements
 _FEWEST = 30  # samples
 _BRIEF = 1.0
-"""s: in a shorter recording the filter errs at both ends, and a higher cut-off helps little."""
+"""Duration [s] below which the filter errs at both ends, and a higher cut-off helps little."""
 _SHORTEST = 0.1
-"""s: a recording that is shorter shows no motion, whatever the cut-off."""
+"""Duration [s] below which a recording shows no motion, whatever the cut-off."""
 _MOVES = 1e-3  # rad or m: rms of a joint that moves
 _MOST_LOST = 0.01  # of a joint's rms motion: good cut-offs change it by 1e-3 and less
 _EVEN = 1e-2  # time steps that differ by less than this fraction count as even
@@ -91,11 +91,11 @@ def measured(recording: Recording, processing: Processing) -> Measurement:
 
 
 _made: dict[tuple[int, float | None, float | None], Measurement] = {}
-"""By a recording's identity, and the settings that the filter knows of."""
+"""Filtered recordings by a recording's identity, and the settings that the filter knows of."""
 
 
 def measurement(recording: Recording, processing: Processing) -> Measurement:
-    """The recording even in time and filtered, as by ``measured``; remembered as long as the recording lives."""
+    """Make a recording even in time and filtered, as by ``measured``; kept as long as the recording lives."""
     key = id(recording), grid_rate(recording, processing), processing.cutoff
     if key not in _made:
         _made[key] = measured(recording, processing)
@@ -104,12 +104,12 @@ def measurement(recording: Recording, processing: Processing) -> Measurement:
 
 
 def grid_rate(recording: Recording, processing: Processing) -> float | None:
-    """The even rate [Hz] to which a recording is resampled; None keeps its own."""
+    """Even rate [Hz] to which a recording is resampled; None keeps its own."""
     return None if processing.rate is None else processing.grid_rate(recording.rate)
 
 
 def resampled(recording: Recording, rate: float | None) -> Recording:
-    """The recording on an even time grid.
+    """Resample the recording on an even time grid.
 
     Args:
         rate: wanted rate [Hz]; None keeps a recording that is even already, and gives an uneven one its mean
@@ -133,14 +133,14 @@ def resampled(recording: Recording, rate: float | None) -> Recording:
 
 
 def _locked(array: Array) -> Array:
-    """An array that no one changes any more, so that a motion need not copy it."""
+    """Lock an array that no one changes any more, so that a motion need not copy it."""
     if array.flags.writeable:
         array.setflags(write=False)
     return array
 
 
 def on_grid(recording: Recording, t: Array) -> Recording:
-    """The recording at other times within its own, by monotone cubic interpolation (PCHIP)."""
+    """Interpolate the recording at other times within its own, by monotone cubics (PCHIP)."""
     times = np.clip(t, recording.t[0], recording.t[-1])
 
     def there(values: Array) -> Array:  # one joint after the other, which takes less memory
@@ -151,7 +151,7 @@ def on_grid(recording: Recording, t: Array) -> Recording:
 
 
 def lowpass(signals: Array, step: float, cutoff: float | None, source: str) -> Array:
-    """Zero-phase Butterworth filter of signals (N, k), ``step`` [s] apart; without a cut-off [Hz] as they are."""
+    """Filter signals (N, k), ``step`` [s] apart, by a zero-phase Butterworth; unchanged without a cut-off [Hz]."""
     if cutoff is None:
         return signals
     if cutoff * step >= 0.5:

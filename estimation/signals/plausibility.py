@@ -1,4 +1,4 @@
-"""Looks for mistakes of unit and dead channels in recordings before any number is computed from them."""
+"""Checks for mistakes of unit and dead channels in recordings before any number is computed from them."""
 
 from collections.abc import Iterator, Sequence
 
@@ -40,13 +40,13 @@ def check_recordings(robot: Robot, recordings: Sequence[Recording]) -> None:
 
 
 def implausible(robot: Robot, recording: Recording) -> Iterator[str]:
-    """Everything that cannot be right with one recording, in text."""
+    """Name everything that cannot be right with one recording, in text."""
     for check in (_positions, _steps, _torques, _reach, _saturation, _speeds):
         yield from check(robot, recording)
 
 
 def _positions(robot: Robot, recording: Recording) -> Iterator[str]:
-    """Joints stay in their range."""
+    """Check that joints stay in their range."""
     lows, highs = recording.q.min(axis=0), recording.q.max(axis=0)
     for j, joint in enumerate(robot.joints):
         if not joint.revolute:
@@ -70,7 +70,7 @@ def position_range(joint: Joint) -> tuple[float, float]:
 
 
 def _torques(robot: Robot, recording: Recording) -> Iterator[str]:
-    """Torques are some, and no more than a drive can give, where that is published."""
+    """Check that there are torques, and no more than a drive can give, where that is published."""
     lows, highs = recording.torque.min(axis=0), recording.torque.max(axis=0)
     published = not robot.assumed("torque")
     for j, joint in enumerate(robot.joints):
@@ -86,7 +86,7 @@ def _torques(robot: Robot, recording: Recording) -> Iterator[str]:
 
 
 def _steps(robot: Robot, recording: Recording) -> Iterator[str]:
-    """No joint jumps from one sample to the next."""
+    """Check that no joint jumps from one sample to the next."""
     window, slope = _slopes(recording, _WINDOW)
     if not len(slope):
         return
@@ -104,14 +104,14 @@ def _steps(robot: Robot, recording: Recording) -> Iterator[str]:
 
 
 def _slopes(recording: Recording, seconds: float) -> tuple[int, Array]:
-    """A window in samples, and changes of position over it, divided by those of time."""
+    """Choose a window in samples, and divide changes of position over it by those of time."""
     t, q = recording.t, recording.q
     window = max(1, int(seconds * (len(t) - 1) / (t[-1] - t[0])))
     return window, (q[window:] - q[:-window]) / (t[window:] - t[:-window])[:, None]
 
 
 def _reach(robot: Robot, recording: Recording) -> Iterator[str]:
-    """Torques of an arm lie between its own weight and what any arm of its size can give."""
+    """Check that torques lie between the arm's own weight and what any arm of its size can give."""
     if robot.n < 5 or not all(joint.revolute for joint in robot.joints) or not any(robot.gravity):
         return
     reach = sum(abs(joint.d) + abs(joint.r) for joint in robot.joints[1:])
@@ -130,7 +130,7 @@ def _reach(robot: Robot, recording: Recording) -> Iterator[str]:
 
 
 def _saturation(_: Robot, recording: Recording) -> Iterator[str]:
-    """A torque that stays at its very extreme was cut off."""
+    """Check that no torque stays at its very extreme: it was cut off."""
     for extreme in (recording.torque.min(axis=0), recording.torque.max(axis=0)):
         for j, torque in enumerate(recording.torque.T):
             there = torque == extreme[j]
@@ -146,7 +146,7 @@ def _saturation(_: Robot, recording: Recording) -> Iterator[str]:
 
 
 def _speeds(_: Robot, recording: Recording) -> Iterator[str]:
-    """Speeds are the slopes of positions."""
+    """Check that speeds are the slopes of positions."""
     if recording.qd is None:
         return
     window, slope = _slopes(recording, 0.05)  # 50 ms, to see past quantisation

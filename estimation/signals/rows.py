@@ -1,4 +1,4 @@
-"""The rows of a recording that are used.
+"""Rows of a recording that are used.
 
 Short gaps are interpolated later; at long ones it is split before anything is filtered. Of the pieces, rows are
 used where the robot moves, the speed's sign is known and the filter has settled.
@@ -30,7 +30,7 @@ Mask = NDArray[np.bool_]
 
 
 def used_rows(motion: Motion, processing: Processing) -> Mask:
-    """Rows of a motion that are used, N x n; decimated ones go by the sample in their middle."""
+    """Mark the rows of a motion that are used, N x n; decimated ones go by the sample in their middle."""
     inner, speed = inner_samples(motion, processing), np.abs(motion.qd)
     least = least_speed(speed[inner].max(axis=0, initial=0.0), processing)
     used: Mask = (speed >= least) & (speed > 0.0) & inner[:, None]
@@ -38,7 +38,7 @@ def used_rows(motion: Motion, processing: Processing) -> Mask:
 
 
 def inner_samples(motion: Motion, processing: Processing) -> Mask:
-    """Samples at which the robot is on its way and the filter has settled, shape (N,).
+    """Mark the samples at which the robot is on its way and the filter has settled, shape (N,).
 
     The filter does not know how a motion goes on before the first and after the last sample: where the robot is in
     full motion there, three periods of the cut-off (5 % of the recording at most) are left out.
@@ -56,12 +56,12 @@ def inner_samples(motion: Motion, processing: Processing) -> Mask:
 
 
 def least_speed(fastest: Array, processing: Processing) -> Array:
-    """Speed that a row must have to be used, by each joint's largest [rad/s or m/s], shape (n,)."""
+    """Smallest speed of a row that is used, by each joint's largest [rad/s or m/s], shape (n,)."""
     return np.asarray(np.maximum(processing.slow_fraction * fastest, processing.slow_speed))
 
 
 def moving_parts(motion: Motion, still_speed: float) -> Mask:
-    """Samples at which the robot is on its way, shape (N,).
+    """Mark the samples at which the robot is on its way, shape (N,).
 
     Pauses under 0.3 s belong to the motion; a stretch under 1 s (controllers often jog to the start) is left out,
     unless there is no longer one.
@@ -86,7 +86,7 @@ def moving_parts(motion: Motion, still_speed: float) -> Mask:
 
 
 _PIECE = re.compile(r"( \(\S+ to \S+ s\))+$")
-"""The name that ``cut`` gives to a piece of a file."""
+"""Pattern of the name that ``cut`` gives to a piece of a file."""
 _GAP = 5.0  # median steps
 _LOST = 1.5  # median steps: a longer one lacks rows
 _SHORTEST = 2.0  # s
@@ -94,7 +94,7 @@ _FORGETS = 5.0  # time constants of the filter
 
 
 class Pieces(NamedTuple):
-    """The stretches of a recording that have no gap, as rows, and what to tell of the gaps."""
+    """Stretches of a recording that have no gap, as rows, and what to report of the gaps."""
 
     rows: tuple[slice, ...]
     notes: tuple[str, ...]
@@ -111,7 +111,7 @@ def shortest_piece(cutoff: float | None) -> float:
 
 
 def origin(recording: Recording) -> str:
-    """The file that a recording, or the whole of which it is a piece, was read from."""
+    """Name the file that a recording, or the whole of which it is a piece, was read from."""
     return _PIECE.sub("", recording.source)
 
 
@@ -161,7 +161,7 @@ def pieces(t: Array, cutoff: float | None, source: str) -> Pieces:
 
 
 def cut(recording: Recording, stretches: Pieces) -> Iterator[Recording]:
-    """The pieces of a recording; a whole one as it is."""
+    """Cut a recording into its pieces; a whole one stays as it is."""
     notes = (f"{Path(recording.source).name}: {note}" for note in stretches.notes)
     recording = replace(recording, notes=(*recording.notes, *notes))
     for piece in stretches.rows:

@@ -1,4 +1,4 @@
-"""A chain at q = 0 as numbers: where the axes are, which are parallel, and bodies seen from the frame before."""
+"""Numbers of a chain at q = 0: where the axes are, which are parallel, and bodies seen from the frame before."""
 
 import math
 from collections.abc import Mapping
@@ -14,7 +14,7 @@ from ..robot import Joint, Robot
 from .polynomial import Polynomial, Scalar
 
 ZERO = 1e-9
-"""Below it a cosine, sine or length is rounding: nearly special geometry was snapped when the robot was made."""
+"""Cosine, sine or length that is rounding: nearly special geometry was snapped when the robot was made."""
 
 _UPPER = np.triu_indices(3)
 
@@ -44,15 +44,15 @@ class Chain:
         return np.asarray(self.rotation[j, :, 2])
 
     def parallel(self, i: int, j: int) -> bool:
-        """Whether two axes are parallel or opposite."""
+        """True if two axes are parallel or opposite."""
         return _parallel(self.axis(i), self.axis(j))
 
     def orthogonal(self, i: int, j: int) -> bool:
-        """Whether two axes are at right angles."""
+        """True if two axes are at right angles."""
         return abs(float(self.axis(i) @ self.axis(j))) < ZERO
 
     def turns_about_gravity(self, j: int) -> bool:
-        """Whether revolute axis ``j`` always coincides with that of r1, along gravity, all earlier parallel."""
+        """True if revolute axis ``j`` always coincides with that of r1, along gravity, all earlier parallel."""
         first, up = self.axis(self.r1), self.gravity / np.linalg.norm(self.gravity)
         aligned = all(_parallel(self.axis(i), up) for i in range(j + 1))
         # Every revolute axis on the way has to coincide: two offsets may cancel at q = 0 only.
@@ -93,7 +93,7 @@ def frame_origin(joint: Joint, symbols: Mapping[str, Polynomial]) -> NDArray[Any
 
 
 def transfer_matrix(joint: Joint, symbols: Mapping[str, Polynomial]) -> NDArray[Any]:
-    """Inertial parameters of a body of frame j as frame j-1 sees them at q = 0, 10 x 10 (order of (6))."""
+    """Transfer matrix of the inertial parameters from frame j to frame j-1 at q = 0, 10 x 10, order of (6)."""
     R, p = frame_rotation(joint), frame_origin(joint, symbols)
     columns: list[list[Scalar]] = []
     for xx, xy, xz, yy, yz, zz, *first, mass in np.eye(10):

@@ -45,11 +45,11 @@ from .polynomial import Polynomial, linear_text
 from .rank import base_parameters
 
 _SAME = 1e-6
-"""Two groupings closer than this are the same."""
+"""Relative and absolute difference of two groupings that are the same."""
 
 
 class Move(NamedTuple):
-    """One application of a rule: parameter ``drop`` of a joint is grouped away.
+    """Application of one rule: parameter ``drop`` of a joint is grouped away.
 
     Attributes:
         rule: the rule's name.
@@ -90,7 +90,7 @@ def closed_form_base_parameters(robot: Robot) -> BaseParameters:
 
 
 def moves(robot: Robot) -> list[Move]:
-    """All applications of the rules to a robot without coupled drives, tip to base.
+    """List all applications of the rules to a robot without coupled drives, tip to base.
 
     Raises:
         InputError: without gravity.
@@ -161,18 +161,18 @@ def _apply(
     symbols: dict[str, Polynomial],
 ) -> NDArray[Any]:
     """Carry out the moves on ``rows``: row k starts as parameter k and becomes what it stands for."""
-    place = {name: k for k, name in enumerate(columns)}
+    index = {name: k for k, name in enumerate(columns)}
     transfers = [transfer_matrix(joint, symbols) for joint in robot.joints]
     for move in regroupings:
         number = move.joint + 1
-        amount = rows[place[f"{move.drop}{number}"]] * (1.0 / move.change[move.drop])
+        amount = rows[index[f"{move.drop}{number}"]] * (1.0 / move.change[move.drop])
         for kind, size in move.change.items():
-            rows[place[f"{kind}{number}"]] = rows[place[f"{kind}{number}"]] - amount * size
+            rows[index[f"{kind}{number}"]] = rows[index[f"{kind}{number}"]] - amount * size
         if not move.to_parent or move.joint == 0:
             continue
         body = np.array([move.change.get(kind, 0.0) for kind in INERTIAL])
         for kind, size in zip(INERTIAL, transfers[move.joint] @ body, strict=True):
-            rows[place[f"{kind}{number - 1}"]] = rows[place[f"{kind}{number - 1}"]] + amount * size
+            rows[index[f"{kind}{number - 1}"]] = rows[index[f"{kind}{number - 1}"]] + amount * size
     return rows
 
 

@@ -1,4 +1,4 @@
-"""Base parameters: what the torques determine, how standard parameters are grouped in it, their regressors (13)."""
+"""Base parameters: combinations of standard parameters that torques determine, and their regressors (13)."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -13,7 +13,7 @@ from ..regressors import regressor
 from ..robot import Robot
 
 _ROUNDING = 1e-10
-"""A smaller factor in a grouping is rounding."""
+"""Factor in a grouping below which it is rounding."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -66,7 +66,7 @@ class BaseParameters(Brief):
         return tuple(name for name in self.standard if name not in self.columns)
 
     def groupings(self, symbolic: bool = False) -> tuple[str, ...]:
-        """Each base parameter as a sum: "XX2R = XX2 - YY2 - 0.2025 M3".
+        """Write each base parameter as a sum: "XX2R = XX2 - YY2 - 0.2025 M3".
 
         Args:
             symbolic: with the robot's own lengths instead: "XX2R = -D3^2*(M3+M4) + XX2 - YY2".
@@ -96,7 +96,7 @@ class BaseParameters(Brief):
         return text
 
     def value(self, parameters: Mapping[str, float]) -> Array:
-        """Base parameters of a robot with the given standard parameters, shape (N_b,).
+        """Evaluate the base parameters of a robot with the given standard parameters, shape (N_b,).
 
         Raises:
             KeyError: if a standard parameter is missing.
@@ -104,7 +104,7 @@ class BaseParameters(Brief):
         return np.asarray(self.grouping @ np.array([parameters[name] for name in self.standard]))
 
     def effect_of(self, columns: tuple[str, ...]) -> Array:
-        """How the base parameters change with some standard parameters: N_b x ``len(columns)``.
+        """Derivatives of the base parameters by some standard parameters, N_b x ``len(columns)``.
 
         With the last link's ten it is the map from a payload to base parameters behind (25)-(28).
         """

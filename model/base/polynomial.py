@@ -1,4 +1,4 @@
-"""Polynomials in a robot's lengths, and how a sum of parameters with such factors is written."""
+"""Polynomials in a robot's lengths, and sums of parameters with such factors written as text."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -7,10 +7,10 @@ from typing import Union
 
 Scalar = Union[float, "Polynomial"]
 Monomial = tuple[str, ...]
-"""Its factors in alphabetical order: D3^2 is ("D3", "D3")."""
+"""Factors of a monomial in alphabetical order: D3^2 is ("D3", "D3")."""
 
 _ROUNDING = 1e-12
-"""Coefficients below this come from rounded sines and cosines."""
+"""Coefficient below which it comes from rounded sines and cosines."""
 
 
 @dataclass(frozen=True)
@@ -25,12 +25,12 @@ class Polynomial:
 
     @staticmethod
     def symbol(name: str) -> "Polynomial":
-        """The length of this name."""
+        """Polynomial of one length."""
         return Polynomial({(name,): 1.0})
 
     @staticmethod
     def of(value: Scalar) -> "Polynomial":
-        """A number as a polynomial; a polynomial as it is."""
+        """Make a number a polynomial; a polynomial stays as it is."""
         return value if isinstance(value, Polynomial) else Polynomial({(): float(value)})
 
     def __add__(self, other: Scalar) -> "Polynomial":
@@ -49,7 +49,7 @@ class Polynomial:
         return product
 
     def __neg__(self) -> "Polynomial":
-        """The negative."""
+        """Negative of the polynomial."""
         return self * -1.0
 
     def __sub__(self, other: Scalar) -> "Polynomial":
@@ -65,7 +65,7 @@ class Polynomial:
 
 
 def linear_text(coefficients: Mapping[str, Scalar]) -> str:
-    """A sum of parameters as (12) prints it: "IA1 + D3^2*(M3+M4) + YY2".
+    """Write a sum of parameters as (12) prints it: "IA1 + D3^2*(M3+M4) + YY2".
 
     Parameters with the same factor share a bracket; factors are in alphabetical order, and terms in the order
     of their last factors.
@@ -79,8 +79,8 @@ def linear_text(coefficients: Mapping[str, Scalar]) -> str:
     terms = []
     for (monomial, factor), group in groupby(single, key=lambda term: term[:2]):
         names = [name for _, _, name in group]
-        bare = not monomial and abs(factor) == 1.0
-        terms += [(monomial, factor, [name]) for name in names] if bare else [(monomial, factor, names)]
+        plain = not monomial and abs(factor) == 1.0
+        terms += [(monomial, factor, [name]) for name in names] if plain else [(monomial, factor, names)]
     terms.sort(key=lambda term: _factors(term[0], term[2][0])[::-1])
     text = "".join(_term(*term) for term in terms)
     return ("-" if text.startswith(" -") else "") + text[3:]

@@ -29,7 +29,7 @@ def base_parameters(robot: Robot, seed: int = 0) -> BaseParameters:
 
 
 def base_parameters_of(columns: tuple[str, ...], W: Array) -> BaseParameters:
-    """Base parameters that an observation matrix shows.
+    """Find the base parameters that an observation matrix shows.
 
     Args:
         columns: names of the columns of ``W``, N_s.
@@ -58,7 +58,7 @@ def random_states(robot: Robot, count: int, seed: int) -> tuple[Array, Array, Ar
 
 
 def stacked_regressor(robot: Robot, q: Array, qd: Array, qdd: Array) -> Array:
-    """Standard regressor on all states, one below the other: (count * n) x N_s."""
+    """Evaluate the standard regressor on all states, one below the other: (count * n) x N_s."""
     # So few states are not worth a kernel, which must be compiled once.
     phi, states = standard_regressor(robot), [q.T, qd.T, qdd.T]
     if phi.n_in() > len(states):  # friction that depends on load, which any parameters may cause
@@ -74,12 +74,12 @@ def stacked_regressor(robot: Robot, q: Array, qd: Array, qdd: Array) -> Array:
 
 
 def leftmost_independent(W: Array, tolerance: float = RANK_TOLERANCE) -> list[int]:
-    """Columns of ``W`` that do not depend on those to their left."""
+    """Indices of the columns of ``W`` that do not depend on those to their left."""
     return [int(k) for k in np.flatnonzero(left_residuals(W, tolerance) > tolerance)]
 
 
 def left_residuals(W: Array, tolerance: float = RANK_TOLERANCE) -> Array:
-    """What is left of each column without those to its left, relative to the largest column.
+    """Residual of each column without those to its left, relative to the largest column.
 
     A column is dependent if that is below the tolerance.
     Every residual is orthogonalised twice, so that the decision does not hang on rounding.

@@ -19,11 +19,11 @@ _FAR = 20.0  # m: no arm is as large
 _DIGITS = 1e-3  # of the largest moment of inertia: what rounding in a file may do to the others
 _MOVES = ("revolute", "continuous", "prismatic")
 _FLANGES = (r"(.*[_-])?tool0", r"(.*[_-])?flange", r"(panda|fer|fr3|fp3)_link8")
-"""How descriptions call the maker's flange: ROS-Industrial's names, then Franka's; the first that fits counts."""
+"""Patterns of the names of the maker's flange: ROS-Industrial's, then Franka's; the first that fits counts."""
 
 
 _Link = tuple[UrdfJoint, Pose]
-"""A moving link: its joint, and where that joint's frame stands in the base at the zero position."""
+"""Moving link: its joint, and where that joint's frame stands in the base at the zero position."""
 
 
 def load_urdf(path: str | Path | Source, base: str | None = None, tip: str | None = None) -> Robot:
@@ -114,7 +114,7 @@ def _base(tree: UrdfTree, base: str | None) -> str:
 def _tip(
     tree: UrdfTree, children: Mapping[str, list[UrdfJoint]], base: str, tip: str | None
 ) -> tuple[str, tuple[str, ...]]:
-    """The flange's link, and a note where it was one of several by its name."""
+    """Find the flange's link, and note where it was one of several by its name."""
     if tip is not None:
         return _known(tree, tip, "chain = BASE:TIP"), ()
     moved: list[str] = []
@@ -143,7 +143,7 @@ def _tip(
 
 
 def _frame(tip: str) -> str:
-    """The payload's frame in words. The axes of a link "flange" are not the controller's: its x points out."""
+    """Name the payload's frame. The axes of a link "flange" are not the controller's: its x points out."""
     flange = any(re.fullmatch(pattern, tip) for pattern in (_FLANGES[0], _FLANGES[2]))
     return f"flange: link {tip}" if flange else f"link {tip}"
 
@@ -159,7 +159,7 @@ def _list(names: Sequence[str]) -> str:
 
 
 def _down(tree: UrdfTree, base: str, tip: str) -> tuple[list[_Link], Pose]:
-    """Moving links between base and tip, and the tip, all in the base at the zero position."""
+    """Find the moving links between base and tip, and the tip, all in the base at the zero position."""
     above = {joint.child: joint for joint in tree.joints}
     path: list[UrdfJoint] = []
     link = tip
@@ -195,7 +195,7 @@ def _named(
     frames: Reframed,
     ends: tuple[str, str],
 ) -> Links:
-    """Names, frames and looks of the links; ``ends``: the first link and the flange's."""
+    """Collect names, frames and looks of the links; ``ends``: the first link and the flange's."""
     names = tuple(joint.child for joint, _ in links)
     poses = tuple(frame.inverse() @ pose for frame, (_, pose) in zip(frames.frames, links, strict=True))
     looks = tuple(
@@ -210,7 +210,7 @@ def _named(
 
 
 def _fixed_to(children: Mapping[str, list[UrdfJoint]], link: str, pose: Pose) -> Iterator[tuple[str, Pose]]:
-    """A link and all that is fixed to it, with their frames where the link's is at ``pose``."""
+    """Go through a link and all that is fixed to it, with their frames where the link's is at ``pose``."""
     waiting = [(link, pose)]
     while waiting:
         name, at = waiting.pop()
@@ -219,7 +219,7 @@ def _fixed_to(children: Mapping[str, list[UrdfJoint]], link: str, pose: Pose) ->
 
 
 def _impossible(name: str, body: InertialParameters) -> list[str]:
-    """What no body can have; a link without mass and inertia only carries others."""
+    """Name what no body can have; a link without mass and inertia only carries others."""
     if body.mass < 0.0 or (body.mass == 0.0 and body.vector.any()):
         return [f"link {name!r}: no body has a mass of {body.mass:g} kg and this inertia: correct the file"]
     moments = np.linalg.eigvalsh(body.inertia_com) if body.mass else np.zeros(3)
@@ -235,7 +235,7 @@ def _impossible(name: str, body: InertialParameters) -> list[str]:
 def _parameters(
     tree: UrdfTree, children: Mapping[str, list[UrdfJoint]], links: Sequence[_Link], frames: Reframed
 ) -> tuple[dict[str, float], list[str]]:
-    """Standard parameters of the links whose bodies the file gives, and what is left out."""
+    """Collect standard parameters of the links whose bodies the file gives, and note what is left out."""
     values: dict[str, float] = {}
     notes: list[str] = []
     own = {joint.name for joint, _ in links}

@@ -14,11 +14,11 @@ from typing import Any, NamedTuple
 from ...common.errors import InputError
 
 ENDING = "_description"
-"""How the names of robot_descriptions end: ``panda_description``."""
+"""Ending of the names of robot_descriptions: ``panda_description``."""
 
 
 class Source(NamedTuple):
-    """A description's file; of a xacro file its arguments, and where packages are that it names beside its own."""
+    """File of a description; of a xacro file its arguments, and packages that it names besides its own."""
 
     path: Path
     arguments: Mapping[str, str] = {}
@@ -26,7 +26,7 @@ class Source(NamedTuple):
 
 
 def described(name: str) -> Source:
-    """The URDF or xacro file of a name of robot_descriptions, in the cache of that package; nothing is fetched.
+    """Find the URDF or xacro file of a name of robot_descriptions in the cache of that package; fetch nothing.
 
     Raises:
         InputError: if the package is not installed, has no such URDF, or the file is not in its cache.
@@ -50,13 +50,13 @@ def described(name: str) -> Source:
 
     def cached(repository: str, commit: str | None = None) -> str:
         own = _repositories.REPOSITORIES[repository].cache_path
-        place = cache / (own if commit is None else f"{own}-{commit}/{own}")
-        if not place.is_dir():
+        folder = cache / (own if commit is None else f"{own}-{commit}/{own}")
+        if not folder.is_dir():
             raise InputError(
-                f"{name}: not in the cache of robot_descriptions, {place} is missing: run 'robot_descriptions pull "
-                f"{name}' once, where there is a network, or give the path of a URDF"
+                f"{name}: not in the cache of robot_descriptions, {folder} is missing: run "
+                f"'robot_descriptions pull {name}' once, where there is a network, or give the path of a URDF"
             )
-        return str(place)
+        return str(folder)
 
     # A description's module tells where its files are, and clones them as it is imported: not here.
     module = f"robot_descriptions.{name}"
@@ -74,7 +74,7 @@ def described(name: str) -> Source:
 
 
 def expanded(source: Source) -> str:
-    """A xacro file as URDF.
+    """Expand a xacro file to URDF.
 
     Raises:
         InputError: if the package xacro is not installed or does not take the file.
@@ -88,12 +88,12 @@ def expanded(source: Source) -> str:
         ) from None
 
     def find(package: str) -> str:
-        places = (
+        candidates = (
             (Path(packages[package]),) if package in packages else package_places(package, path.resolve().parent)
         )
-        for place in places:
-            if place.is_dir():
-                return str(place)
+        for candidate in candidates:
+            if candidate.is_dir():
+                return str(candidate)
         raise LookupError(f"package {package!r} is not found above the file, nor by ROS_PACKAGE_PATH")
 
     try:
@@ -101,14 +101,14 @@ def expanded(source: Source) -> str:
         with finding, redirect_stdout(StringIO()), redirect_stderr(StringIO()):
             return str(xacro.process_file(str(path), mappings=dict(arguments)).toxml())
     except Exception as error:  # it evaluates Python of the file's own: anything may come
-        words = " ".join(str(error).split()) or type(error).__name__
+        message = " ".join(str(error).split()) or type(error).__name__
         raise InputError(
-            f"{path}: xacro does not take it ({words}): expand it first (xacro FILE ARGUMENT:=VALUE > robot.urdf)"
+            f"{path}: xacro does not take it ({message}): expand it first (xacro FILE ARGUMENT:=VALUE > robot.urdf)"
         ) from None
 
 
 def package_places(package: str, folder: Path) -> Iterator[Path]:
-    """Where a ROS package may be: in the folders above a file, and in those that ROS names by its environment."""
+    """List where a ROS package may be: in the folders above a file, and in those of ROS's environment."""
     for above in (folder, *folder.parents):
         yield above / package
         if above.name == package:
@@ -121,7 +121,7 @@ def package_places(package: str, folder: Path) -> Iterator[Path]:
 
 @contextmanager
 def _standing_in(name: str, **functions: Any) -> Iterator[None]:
-    """Have a module of a name that holds these functions alone, within the block."""
+    """Replace a module by one that holds these functions only, within the block."""
     made, before = ModuleType(name), sys.modules.get(name)
     vars(made).update(functions)
     sys.modules[name] = made

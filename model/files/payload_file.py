@@ -19,18 +19,18 @@ TenTable = cast(
     type[Table],
     defstruct("TenTable", [(kind, _Bounded, 0.0) for kind in INERTIAL], bases=(Table,), frozen=True),
 )
-"""Khalil's ten about the frame's origin."""
+"""Table of Khalil's ten about the frame's origin."""
 
 
 class BodyTable(Table, frozen=True):
-    """A body by its centre of mass, and the entries Ixx, Ixy, Ixz, Iyy, Iyz, Izz of its inertia about it."""
+    """Table of a body: centre of mass, and the entries Ixx, Ixy, Ixz, Iyy, Iyz, Izz of its inertia about it."""
 
     mass: _Bounded = 0.0
     com: Three | None = None
     inertia_com: Six | None = None
 
     def body(self) -> InertialParameters:
-        """What is missing is zero."""
+        """Make the body; what is missing is zero."""
         return InertialParameters.from_com(self.mass, self.com or (0.0,) * 3, self.inertia_com or (0.0,) * 6)
 
 

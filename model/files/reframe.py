@@ -52,7 +52,7 @@ class Reframed(NamedTuple):
 
 
 _Frame = tuple[Array, Array, Array]
-"""Directions x and z, and origin."""
+"""Frame as its directions x and z, and its origin."""
 
 
 def modified_dh(axes: Sequence[JointAxis], flange: Pose) -> Reframed:
@@ -98,12 +98,12 @@ def _line(axis: JointAxis) -> tuple[Array, Array]:
 
 
 def _foot(origin: Array, direction: Array, point: Array) -> Array:
-    """The point of an axis nearest to ``origin``."""
+    """Point of an axis nearest to ``origin``."""
     return np.asarray(point + ((origin - point) @ direction) * direction)
 
 
 def _frame_zero(direction: Array, point: Array) -> _Frame:
-    """The base itself if its x axis meets the first joint's at a right angle, else on the first axis."""
+    """Choose frame 0: the base if its x axis meets the first joint's at a right angle, else on the first axis."""
     x = np.array([1.0, 0.0, 0.0])
     origin = np.zeros(3)
     foot = _foot(origin, direction, point)
@@ -114,7 +114,7 @@ def _frame_zero(direction: Array, point: Array) -> _Frame:
 
 
 def _perpendicular(direction: Array, wish: Array) -> Array:
-    """A unit vector at a right angle to ``direction``, near ``wish`` where that is possible."""
+    """Unit vector at a right angle to ``direction``, near ``wish`` where that is possible."""
     across = wish - (wish @ direction) * direction
     if np.linalg.norm(across) < SNAP_ANGLE:
         across = np.eye(3)[int(np.argmin(np.abs(direction)))]
@@ -152,7 +152,7 @@ def _turned(normal: Array, x: Array, direction: Array, apart: float) -> Array:
 
 
 def _last(x: Array, direction: Array, foot: Array, flange: Pose) -> _Frame:
-    """Frame n: the flange itself where its z axis lies on the last joint's, as near as can be elsewhere."""
+    """Choose frame n: the flange where its z axis lies on the last joint's, as near as can be elsewhere."""
     wish = flange.R[:, 0]
     x = x if np.linalg.norm(np.cross(wish, direction)) < SNAP_ANGLE else _perpendicular(direction, wish)
     return x, direction, _foot(flange.p, direction, foot)

@@ -55,12 +55,12 @@ def load_robot(name: str | Path, base: str | None = None, tip: str | None = None
 
 @cache
 def _read_shipped(name: str) -> Robot:
-    """A shipped robot, read once a process: a search over all of them asks again and again."""
+    """Read a shipped robot, once a process: a search over all of them asks again and again."""
     return toml_table((_ROBOTS / f"{name}.toml").read_text(encoding="utf-8"), RobotTable, name).robot()
 
 
 def _no_robot(text: str) -> str:
-    """What is wrong with a name that is none: a missing file, or a robot that is not shipped."""
+    """Say what is wrong with a name that is none: a missing file, or a robot that is not shipped."""
     if Path(text).is_dir():
         return f"no robot {text!r}: it is a folder; give the path of a TOML or URDF file"
     if Path(text).suffix or "/" in text or "\\" in text:
@@ -74,7 +74,7 @@ def _no_robot(text: str) -> str:
 
 
 def robot_toml(robot: Robot, source: str = "") -> str:
-    """A robot's description as the text of a TOML file, as ``load_robot`` reads it.
+    """Write a robot's description as the text of a TOML file, as ``load_robot`` reads it.
 
     Args:
         robot: the robot; frames of a URDF it came from are not kept.

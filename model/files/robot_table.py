@@ -1,4 +1,4 @@
-"""What a robot's TOML file holds, read and written: angles in degrees, everything else in SI units."""
+"""Tables of a robot's TOML file, read and written: angles in degrees, everything else in SI units."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -19,28 +19,28 @@ _TREES = "trees are not supported: give the joints of one chain, base to tip"
 _UNITS = {"revolute": "deg", "prismatic": "m"}
 _LIMITS = {"position": "position_{}", "speed": "speed_{}_s", "acceleration": "acceleration_{}_s2"}
 Pair = tuple[Real, Real]
-"""Two numbers."""
+"""Pair of numbers."""
 
 
 class PoseTable(Table, frozen=True):
-    """A frame in another one."""
+    """Table of a frame in another one."""
 
     xyz: Triple = (0.0, 0.0, 0.0)
     rpy_deg: Triple = (0.0, 0.0, 0.0)
 
     @staticmethod
     def of(pose: Pose) -> "PoseTable":
-        """Table of a frame."""
+        """Make the table of a frame."""
         roll, pitch, yaw = map(degrees, pose.rpy)
         return PoseTable(xyz=pose.origin, rpy_deg=(roll, pitch, yaw))
 
     def pose(self) -> Pose:
-        """The frame."""
+        """Make the frame."""
         return Pose.from_rpy(self.xyz, [math.radians(angle) for angle in self.rpy_deg])
 
 
 class JointTable(Table, frozen=True):
-    """A joint; ``d`` and ``r`` are lengths or names of lengths, the limits' units go by the joint's kind."""
+    """Table of a joint; ``d`` and ``r`` are lengths or names of lengths, units of limits go by the kind."""
 
     advice: ClassVar[Mapping[str, str]] = {
         "parent": _TREES,
@@ -63,7 +63,7 @@ class JointTable(Table, frozen=True):
 
     @staticmethod
     def of(joint: Joint, number: int) -> "JointTable":
-        """Table of a joint; limits that are infinite are left out."""
+        """Make the table of a joint; limits that are infinite are left out."""
         shown = degrees if joint.revolute else float
         values: dict[str, Any] = {}
         for name, key in _LIMITS.items():
@@ -83,7 +83,7 @@ class JointTable(Table, frozen=True):
         )
 
     def joint(self, lengths: Mapping[str, float]) -> Joint:
-        """The joint."""
+        """Make the joint."""
         unit, other_unit = ("deg", "m") if self.kind == "revolute" else ("m", "deg")
         scale = math.pi / 180.0 if unit == "deg" else 1.0
         limits: dict[str, Any] = {} if self.torque is None else {"torque": self.torque}
@@ -107,7 +107,7 @@ class JointTable(Table, frozen=True):
 
 
 def length_names(joint: Joint, number: int) -> tuple[str, str]:
-    """What the lengths d and r of a joint (from 1) are called."""
+    """Names of the lengths d and r of a joint (from 1)."""
     return joint.names[0] or f"D{number}", joint.names[1] or f"R{number}"
 
 
@@ -121,14 +121,14 @@ def degrees(angle: float) -> float:
 
 
 class CouplingTable(Table, frozen=True):
-    """Two coupled drives."""
+    """Table of two coupled drives."""
 
     joints: tuple[int, int]
     coulomb: Literal["sum", "paper"] = "sum"
 
 
 class SpringTable(Table, frozen=True):
-    """A gravity spring, by its law or by a table of [angle in degrees, torque in N·m]."""
+    """Table of a gravity spring, by its law or by a table of [angle in degrees, torque in N·m]."""
 
     advice: ClassVar[Mapping[str, str]] = {"table": "must be a list of [angle in degrees, torque in N·m]"}
 
@@ -141,18 +141,18 @@ class SpringTable(Table, frozen=True):
 
     @staticmethod
     def of(spring: Spring) -> "SpringTable":
-        """Table of a spring."""
+        """Make the table of a spring."""
         rows = tuple((degrees(angle), torque) for angle, torque in spring.table)
         return SpringTable(spring.joint, spring.stiffness, spring.length, spring.arms, degrees(spring.zero), rows)
 
     def spring(self) -> Spring:
-        """The spring."""
+        """Make the spring."""
         rows = tuple((math.radians(angle), torque) for angle, torque in self.table)
         return Spring(self.joint, self.stiffness, self.length, self.arms, math.radians(self.zero_deg), rows)
 
 
 class DrivesTable(Table, frozen=True):
-    """What the model has of each drive; keys that are left out go by the side where torque is measured."""
+    """Table of drives' parameters; keys that are left out go by the side where torque is measured."""
 
     side: Literal["motor", "link"] = "motor"
     rotor_inertia: bool | None = None
@@ -163,7 +163,7 @@ class DrivesTable(Table, frozen=True):
 
     @staticmethod
     def of(drives: Drives) -> "DrivesTable":
-        """Table of the drives."""
+        """Make the table of the drives."""
         usual, coupling = _usual(drives.side), drives.coupling
         values = {name: getattr(drives, name) for name in ("rotor_inertia", "friction", "offsets")}
         if drives.friction not in ((), PAPER):
@@ -180,7 +180,7 @@ class DrivesTable(Table, frozen=True):
         )
 
     def drives(self) -> Drives:
-        """The drives."""
+        """Make the drives."""
         for key in ("rotor_inertia", "coupling"):
             if self.side == "link" and getattr(self, key):
                 raise WrongKeyError(key, "sensors on the link side do not see it: leave it out")
@@ -201,7 +201,7 @@ class DrivesTable(Table, frozen=True):
 
 
 class ProcessingTable(Table, frozen=True):
-    """How recordings are treated."""
+    """Table of the settings of recordings' processing."""
 
     rate: Real | None = field(default=Processing.rate, name="rate_hz")
     cutoff: Real | None = field(default=Processing.cutoff, name="cutoff_hz")
@@ -213,14 +213,14 @@ class ProcessingTable(Table, frozen=True):
     max_mismatch: Real = Processing.max_mismatch
 
     def processing(self, turning: Sequence[bool]) -> Processing:
-        """The settings; where nothing is said of slow rows, the usual speed of joints that turn or slide."""
+        """Make the settings; where nothing is said of slow rows, the usual speed of joints that turn or slide."""
         slow = usual_slow_speed(turning) if self.slow_fraction is None else 0.0
         values = {**structs.asdict(self), "slow_fraction": self.slow_fraction or 0.0}
         return Processing(**values | {"slow_speed": slow if self.slow_speed is None else self.slow_speed})
 
 
 class RobotTable(Table, frozen=True, kw_only=True):
-    """A robot."""
+    """Table of a robot."""
 
     advice: ClassVar[Mapping[str, str]] = {"joints": "give one [[joints]] table for each joint"}
 
@@ -244,7 +244,7 @@ class RobotTable(Table, frozen=True, kw_only=True):
 
     @staticmethod
     def of(robot: Robot, source: str) -> "RobotTable":
-        """Table of a robot; ``source`` says where its numbers come from."""
+        """Make the table of a robot; ``source`` says where its numbers come from."""
         named = [(length_names(joint, number), joint) for number, joint in enumerate(robot.joints, start=1)]
         lengths = ((name, value) for (d, r), joint in named for name, value in ((d, joint.d), (r, joint.r)))
         return RobotTable(
@@ -268,7 +268,7 @@ class RobotTable(Table, frozen=True, kw_only=True):
         )
 
     def robot(self) -> Robot:
-        """The robot.
+        """Make the robot.
 
         Raises:
             WrongKeyError: names the key.

@@ -17,18 +17,18 @@ from ..robot import SNAP_ANGLE, SNAP_LENGTH, Limits, Mesh
 from .described import Source, expanded, package_places
 
 _LARGEST_FILE = 5_000_000
-"""Bytes; a description without its meshes comes nowhere near."""
+"""Largest file that is read, in bytes; a description without its meshes comes nowhere near."""
 _LARGEST = 1e9  # no length, angle or mass of an arm comes near
 _UNKNOWN_EFFORT = 1e5  # N·m or N: no arm's joint comes near
 _Three = tuple[float, float, float]
 _ZEROS = (0.0, 0.0, 0.0)
 _Notes = dict[str, list[str]]
-"""What was made exact or left out, and where."""
+"""Notes on what was made exact or left out, and where."""
 
 
 @dataclass(frozen=True)
 class UrdfJoint:
-    """One joint as the file gives it.
+    """Joint of a URDF file, as the file gives it.
 
     Attributes:
         name, kind, parent, child: as written.
@@ -100,7 +100,7 @@ def read_urdf(source: str | Path | Source) -> UrdfTree:
         str(path),
         bodies,
         joints,
-        tuple(f"{', '.join(places)}: {note}" for note, places in notes.items()),
+        tuple(f"{', '.join(spots)}: {note}" for note, spots in notes.items()),
         {name: tuple(_meshes(link, path.resolve().parent)) for name, link in links.items()},
     )
 
@@ -117,13 +117,13 @@ def _parsed(path: Path, text: str) -> ElementTree.Element:
 
 
 def _of_xacro(element: ElementTree.Element) -> bool:
-    """Whether an element waits for xacro. Comments are not among the elements: expanded files keep the source's."""
-    words = (element.text or "", *element.attrib.values())
-    return (element.tag.startswith("{") and "xacro" in element.tag) or any("${" in word for word in words)
+    """True if an element waits for xacro. Comments are no elements: expanded files keep the source's."""
+    texts = (element.text or "", *element.attrib.values())
+    return (element.tag.startswith("{") and "xacro" in element.tag) or any("${" in text for text in texts)
 
 
 def _named(root: ElementTree.Element, tag: str) -> dict[str, ElementTree.Element]:
-    """Elements of a tag by their names."""
+    """Map names to the elements of a tag."""
     named: dict[str, ElementTree.Element] = {}
     for element in root.findall(tag):
         name = element.get("name")
@@ -136,7 +136,7 @@ def _named(root: ElementTree.Element, tag: str) -> dict[str, ElementTree.Element
 
 
 def _meshes(link: ElementTree.Element, folder: Path) -> Iterator[Mesh]:
-    """Meshes of a link's visuals, in its frame; a visual that cannot be understood is passed over.
+    """Read the meshes of a link's visuals, in its frame; a visual that cannot be understood is passed over.
 
     ``package://NAME/..`` is sought in the folders above the URDF and in those that ROS names by its environment; a
     file that is not found keeps its name as written.
@@ -148,7 +148,7 @@ def _meshes(link: ElementTree.Element, folder: Path) -> Iterator[Mesh]:
             continue
         with suppress(ValueError):  # looks are no reason to refuse a robot
             pose = Pose.from_rpy(_triple(origin, "xyz", _ZEROS, ""), _triple(origin, "rpy", _ZEROS, ""))
-            file = next((str(place) for place in _places(name, folder) if place.is_file()), name)
+            file = next((str(path) for path in _places(name, folder) if path.is_file()), name)
             yield Mesh(file, pose, _triple(element, "scale", (1.0, 1.0, 1.0), ""))
 
 
@@ -160,7 +160,7 @@ def _places(name: str, folder: Path) -> Iterator[Path]:
         yield Path(rest)
     elif scheme in ("package", "model"):
         package, _, inside = rest.partition("/")
-        yield from (place / inside for place in package_places(package, folder))
+        yield from (root / inside for root in package_places(package, folder))
 
 
 def _joint(name: str, element: ElementTree.Element, notes: _Notes) -> UrdfJoint:
@@ -202,7 +202,7 @@ def _body(link: ElementTree.Element, where: str, notes: _Notes) -> InertialParam
 
 
 def _limits(element: ElementTree.Element | None, kind: str, where: str, notes: _Notes) -> Limits:
-    """Limits, infinite where the file gives none; many write 0 for what they do not know, or a torque none has."""
+    """Read limits, infinite where the file gives none; many write 0 for an unknown limit, or a torque none has."""
     if element is None:
         return Limits()
     keys = ("velocity", "effort", "lower", "upper")
@@ -216,7 +216,7 @@ def _limits(element: ElementTree.Element | None, kind: str, where: str, notes: _
 
 
 def _pose(element: ElementTree.Element | None, where: str, notes: _Notes) -> Pose:
-    """A frame, with angles near a multiple of 90 degrees as that multiple and tiny lengths as zero."""
+    """Read a frame, with angles near a multiple of 90 degrees as that multiple and tiny lengths as zero."""
     exact: dict[str, list[float]] = {}
     for key, tolerance in (("xyz", SNAP_LENGTH), ("rpy", SNAP_ANGLE)):
         exact[key] = list(_triple(element, key, _ZEROS, where))
@@ -232,10 +232,10 @@ def _pose(element: ElementTree.Element | None, where: str, notes: _Notes) -> Pos
 
 
 def _note(notes: _Notes, where: str, text: str) -> None:
-    """Say a thing once of all places that it holds for."""
-    places = notes.setdefault(text, [])
-    if where not in places:
-        places.append(where)
+    """Note a thing once for all places that it holds for."""
+    spots = notes.setdefault(text, [])
+    if where not in spots:
+        spots.append(where)
 
 
 def _optional(element: ElementTree.Element | None, key: str, where: str) -> float | None:

@@ -1,4 +1,4 @@
-"""Writes a program as C: for several samples at once, with the call of the compiled result, or readably for one."""
+"""Writes a program as C: for several samples at once, with the call of the compiled result, or readably."""
 
 import ctypes
 import math
@@ -146,11 +146,11 @@ void chain(const double *const *in, const long long *step, const long long *ahea
 
 
 def c_source(program: Program) -> str:
-    """The program as one C file that exports ``tiles``, ``rows`` and ``chain``."""
+    """Write the program as one C file that exports ``tiles``, ``rows`` and ``chain``."""
     lines = ["", "static void samples(const double *const *in, const long long *step, long long i, double *out) {"]
-    places = [(k, row) for k, size in enumerate(program.input_sizes) for row in range(size)]
+    entries = [(k, row) for k, size in enumerate(program.input_sizes) for row in range(size)]
     load = "vload(in[{0}] + i * step[{0}] + {1}, step[{0}])"
-    lines += [f"  reals x{k} = {load.format(*places[row])};" for k, row in program.inputs.items()]
+    lines += [f"  reals x{k} = {load.format(*entries[row])};" for k, row in program.inputs.items()]
     lines += [f"  reals x{k} = vsplat({c_number(value)});" for k, value in program.constants.items()]
     for step in program.steps:
         expression = OPERATIONS[step.name].c.format(*(f"x{k}" for k in step.arguments))
@@ -167,7 +167,7 @@ def c_source(program: Program) -> str:
 
 
 def c_number(value: float) -> str:
-    """A C constant that is exactly ``value``."""
+    """Write a C constant that is exactly ``value``."""
     if math.isnan(value):
         return "NAN"
     return repr(value) if math.isfinite(value) else ("INFINITY" if value > 0 else "-INFINITY")
@@ -218,7 +218,7 @@ class CPath:
 
 
 def aligned_empty(shape: tuple[int, ...]) -> Array:
-    """An empty array that begins at a multiple of 64 bytes: a store of eight numbers then fills one cache line."""
+    """Make an empty array that begins at a multiple of 64 bytes: a store of eight numbers fills a cache line."""
     size = math.prod(shape)
     room = np.empty(size + 8)
     start = -(room.ctypes.data // 8) % 8
@@ -230,12 +230,12 @@ _Pointers = ctypes.POINTER(_Pointer)
 
 
 def _address(array: Array) -> int:
-    """A number: a typed pointer takes longer to make than few samples take to evaluate."""
+    """Address of an array as a number: a typed pointer takes longer to make than few samples take to evaluate."""
     return int(array.ctypes.data)
 
 
 def _addresses(inputs: Sequence[Array]) -> tuple[object, object]:
-    """Where each input begins, and how far apart its samples are."""
+    """Addresses at which each input begins, and distances of its samples."""
     steps = [x.shape[1] if x.ndim == 2 else 0 for x in inputs]
     return (_Pointer * len(inputs))(*map(_address, inputs)), (ctypes.c_longlong * len(steps))(*steps)
 
@@ -245,9 +245,9 @@ def _samples(inputs: Sequence[Array]) -> int:
 
 
 _WIDTH = 90
-"""Expressions up to this length are written where they are used, if only once."""
+"""Largest length of expressions that are written where they are used, if only once."""
 _PLAIN = r"[\w.]+(\[\d+\])?"
-"""A name, an entry of an array or a plain number: an operand that needs no parentheses."""
+"""Pattern of operands that need no parentheses: a name, an entry of an array or a plain number."""
 
 _SCALAR = (  # how the vector expressions read for a single number
     (r"v(?:each|pair)\((\w+), ", r"\1("),
@@ -259,7 +259,7 @@ _SCALAR = (  # how the vector expressions read for a single number
 
 
 def c_body(function: ca.Function) -> list[str]:
-    """Statements of a C function that computes the function's one output from its inputs.
+    """Write the statements of a C function that computes the function's one output from its inputs.
 
     Inputs and output are arrays called as in the function, the output dense and row-major. What is used more than
     once is declared, the rest written where it is used.
@@ -272,8 +272,8 @@ def c_body(function: ca.Function) -> list[str]:
     inputs = [(name, i) for name, size in zip(names, program.input_sizes, strict=True) for i in range(size)]
     uses = Counter(program.outputs)
     for step in program.steps:
-        for place, argument in enumerate(step.arguments):
-            uses[argument] += OPERATIONS[step.name].c.count(f"{{{place}}}")
+        for index, argument in enumerate(step.arguments):
+            uses[argument] += OPERATIONS[step.name].c.count(f"{{{index}}}")
     values = {k: "{}[{}]".format(*inputs[row]) for k, row in program.inputs.items()}
     values |= {k: c_number(number) for k, number in program.constants.items()}
     lines: list[str] = []
@@ -290,10 +290,10 @@ def c_body(function: ca.Function) -> list[str]:
         values[step.result] = text
     output, (rows, columns) = function.name_out(0), function.size_out(0)
     sparsity = function.sparsity_out(0).get_triplet()
-    places = sorted((row * columns + column, k) for k, (row, column) in enumerate(zip(*sparsity, strict=True)))
+    entries = sorted((row * columns + column, k) for k, (row, column) in enumerate(zip(*sparsity, strict=True)))
     read = {argument for step in program.steps for argument in step.arguments} | set(program.outputs)
     used = {inputs[row][0] for value, row in program.inputs.items() if value in read}
     head = [f"(void){name};" for name in names if name not in used]
-    if len(places) < rows * columns:
+    if len(entries) < rows * columns:
         head.append(f"for (int k = 0; k < {rows * columns}; ++k) {output}[k] = 0.0;")
-    return [*head, *lines, *(f"{output}[{place}] = {values[program.outputs[k]]};" for place, k in places)]
+    return [*head, *lines, *(f"{output}[{index}] = {values[program.outputs[k]]};" for index, k in entries)]

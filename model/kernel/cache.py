@@ -27,7 +27,7 @@ _NATIVE = "-march=native"
 _PATIENCE = 20.0  # s: for a program of one line
 _TIMEOUT = 120.0  # s
 _problems: dict[str, str] = {}
-"""What was wrong with the compilers that this process asked, empty if nothing: nobody waits for one twice."""
+"""Faults of the compilers that this process asked, empty if there were none: nobody waits for one twice."""
 
 
 class CompilerUnavailable(RuntimeError):  # noqa: N818
@@ -48,14 +48,14 @@ def compiled_library(source: str, *functions: str) -> ctypes.CDLL:
     # The second folder serves where the first one is full or does not allow code to be loaded.
     for folder in (cache_folder, _temporary_folder):
         try:
-            place = folder()
-            for path in place.glob(f"{key}-*{_suffix()}"):
+            cache = folder()
+            for path in cache.glob(f"{key}-*{_suffix()}"):
                 # Verified before it is mapped: the first use of a truncated library would kill the process.
                 if path.stem == f"{key}-{_digest(path.read_bytes())}":
                     with contextlib.suppress(OSError):
                         return _loaded(path, functions)
                 path.unlink(missing_ok=True)
-            return _loaded(_compile(compiler, source, place, key), functions)
+            return _loaded(_compile(compiler, source, cache, key), functions)
         except OSError as error:
             problem = error
     raise CompilerUnavailable(f"loading compiled code failed: {problem}")
@@ -93,7 +93,7 @@ def _temporary_folder() -> Path:
 
 
 def _loaded(path: Path, functions: Sequence[str]) -> ctypes.CDLL:
-    """A library that has all functions.
+    """Load a library that has all functions.
 
     Raises:
         OSError: if it cannot be loaded, or lacks one.
@@ -123,7 +123,7 @@ def _compiler(chosen: str) -> Path:
 
 
 def _identity(compiler: Path) -> str:
-    """Which compiler this is, without starting it."""
+    """Identify the compiler without starting it."""
     state = compiler.stat()
     return f"{compiler} {state.st_size} {state.st_mtime_ns}"
 
@@ -140,13 +140,13 @@ def _compile(compiler: Path, source: str, folder: Path, key: str) -> Path:
         for flags in ((*_FLAGS, _NATIVE), _FLAGS) if not _problems[identity] else ():
             problem = _asked(compiler, flags, source, name, _TIMEOUT)
             if not problem:
-                place = folder / f"{key}-{_digest(Path(name).read_bytes())}{_suffix()}"
+                library = folder / f"{key}-{_digest(Path(name).read_bytes())}{_suffix()}"
                 try:
-                    return Path(name).replace(place)
+                    return Path(name).replace(library)
                 except PermissionError:
                     # Windows keeps a library that another process has loaded; its name holds the checksum.
-                    if place.is_file():
-                        return place
+                    if library.is_file():
+                        return library
                     raise
         raise CompilerUnavailable(f"the C compiler failed {_problems[identity] or problem}")
     finally:
@@ -170,13 +170,13 @@ def _asked(compiler: Path, flags: Sequence[str], source: str, target: str, patie
             process.wait()
             return f"to finish within {patience:g} s"
         messages.seek(0)
-        words = messages.read().decode(errors="replace").strip()[:200]
-        return f"({words or process.returncode})" if process.returncode else ""
+        message = messages.read().decode(errors="replace").strip()[:200]
+        return f"({message or process.returncode})" if process.returncode else ""
 
 
 @functools.cache
 def _processor() -> str:
-    """The processor's features: compiled code may use all of them."""
+    """Name the processor's features: compiled code may use all of them."""
     try:
         lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
         return next(line for line in lines if line.startswith(("flags", "Features")))

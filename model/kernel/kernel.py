@@ -1,4 +1,4 @@
-"""The kernel: one CasADi function on N samples, structure of arrays."""
+"""Evaluation of one CasADi function on N samples, structure of arrays."""
 
 import warnings
 
@@ -19,7 +19,7 @@ class Kernel:
     cached; without one, NumPy runs the same list over blocks of samples.
 
     Attributes:
-        rows, columns: place of each non-zero entry in the function's first output.
+        rows, columns: index of each non-zero entry in the function's first output.
         compiled: whether compiled code does the work.
     """
 
@@ -44,7 +44,7 @@ class Kernel:
 
     @property
     def compiled(self) -> bool:
-        """Whether compiled code does the work."""
+        """True if compiled code does the work."""
         return isinstance(self._path, CPath)
 
     def __call__(self, *inputs: Array, out: Array | None = None) -> Array:
@@ -73,7 +73,7 @@ class Kernel:
         Arguments and errors as above.
 
         Returns:
-            Tiles of eight samples, shape (ceil(N / 8), entries, 8); spare places of the last tile repeat the
+            Tiles of eight samples, shape (ceil(N / 8), entries, 8); surplus entries of the last tile repeat the
             last sample.
         """
         ready, samples = self._checked(inputs)
@@ -111,14 +111,14 @@ class Kernel:
             )
         ready = [np.asarray(x, dtype=np.float64) for x in inputs]
         # Copied where the values of a step do not lie side by side.
-        beside = [(x[:1] if x.ndim == 3 else x).flags.c_contiguous for x in ready]
-        ready = [x if side else np.ascontiguousarray(x) for x, side in zip(ready, beside, strict=True)]
+        contiguous = [(x[:1] if x.ndim == 3 else x).flags.c_contiguous for x in ready]
+        ready = [x if fine else np.ascontiguousarray(x) for x, fine in zip(ready, contiguous, strict=True)]
         out = np.empty((steps.pop(), self._outputs, len(state)))
         self._path.chain(np.array(state, dtype=np.float64), ready, out)
         return out
 
     def _checked(self, inputs: tuple[Array, ...]) -> tuple[list[Array], int]:
-        """The inputs as contiguous arrays, and the number of samples."""
+        """Make the inputs contiguous arrays, and count the samples."""
         sizes = [x.shape[-1] for x in inputs if x.ndim in (1, 2)]
         counts = {len(x) for x in inputs if x.ndim == 2}
         if sizes != self._sizes or len(counts) > 1:

@@ -11,7 +11,7 @@ from .program import OPERATIONS, Program
 BLOCK = 4096
 """Samples per block: the working set stays in the processor's cache."""
 _KEPT = 2
-"""Blocks of so many sizes stay ready: a search asks for two grids in turn."""
+"""Number of block sizes that stay ready: a search asks for two grids in turn."""
 _Block = tuple[Array, Array, list[tuple[Callable[..., Any], tuple[Array, ...]]]]
 """Inputs and outputs of one number of samples, and the operations on them, to be called one after the other."""
 
@@ -60,7 +60,7 @@ class NumpyPath:
             self._blocks.pop(samples, None)
 
     def tiles(self, inputs: Sequence[Array], out: Array) -> None:
-        """Fill ``out`` (tiles x entries x 8); spare places repeat the last sample."""
+        """Fill ``out`` (tiles x entries x 8); surplus entries repeat the last sample."""
         samples = max((len(x) for x in inputs if x.ndim == 2), default=1)
         flat = np.empty((out.shape[1], samples))
         self.rows(inputs, flat)
@@ -68,7 +68,7 @@ class NumpyPath:
         out[...] = padded.reshape(len(flat), -1, 8).swapaxes(0, 1)
 
     def _block(self, samples: int) -> _Block:
-        """Place every value of one number of samples.
+        """Allocate every value for one number of samples.
 
         To look up each operation and its arrays anew takes longer than to compute a few hundred samples.
         """

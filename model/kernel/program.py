@@ -11,7 +11,7 @@ from ...common.arrays import Array
 
 
 class Operation(NamedTuple):
-    """One operation on arrays: ``numpy(*args, out)`` and the same in C on vectors ``{0}``, ``{1}``."""
+    """Operation on arrays: ``numpy(*args, out)`` and the same in C on vectors ``{0}``, ``{1}``."""
 
     numpy: Callable[..., Any]
     c: str
@@ -72,7 +72,7 @@ BY_CODE: dict[int, str] = {getattr(ca, f"OP_{name}"): name for name in OPERATION
 
 @dataclass(frozen=True)
 class Step:
-    """One operation: ``values[result] = name(*values[arguments])``."""
+    """Step of a program: ``values[result] = name(*values[arguments])``."""
 
     name: str
     result: int
@@ -81,7 +81,7 @@ class Step:
 
 @dataclass(frozen=True)
 class Program:
-    """What a function computes, one sample at a time.
+    """Operations that compute a function's outputs, one sample at a time.
 
     Attributes:
         inputs: value index -> row of the stacked inputs (all inputs one below the other).
@@ -108,20 +108,20 @@ def read_program(function: ca.Function) -> Program:
         raise TypeError(f"{function.name()} is not an SX function: expand() it first")
     sizes = tuple(function.nnz_in(k) for k in range(function.n_in()))
     rows = [sum(sizes[:k]) for k in range(len(sizes))]
-    places = [0]
+    offsets = [0]
     for k in range(function.n_out()):
-        places.append(places[-1] + function.nnz_out(k))
+        offsets.append(offsets[-1] + function.nnz_out(k))
     register: dict[int, int] = {}
     inputs: dict[int, int] = {}
     constants: dict[int, float] = {}
     steps: list[Step] = []
-    outputs = [-1] * places[-1]
+    outputs = [-1] * offsets[-1]
     size = 0
     for k in range(function.n_instructions()):
         code = function.instruction_id(k)
         source, target = function.instruction_input(k), function.instruction_output(k)
         if code == ca.OP_OUTPUT:
-            outputs[places[target[0]] + target[1]] = register[source[0]]
+            outputs[offsets[target[0]] + target[1]] = register[source[0]]
             continue
         if code == ca.OP_INPUT:
             inputs[size] = rows[source[0]] + source[1]

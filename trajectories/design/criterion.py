@@ -1,4 +1,4 @@
-"""What makes a motion informative: criteria on the information matrix, with their spectral gradients.
+"""Criteria of the information that a motion gives, on its information matrix, with their spectral gradients.
 
 G is W' diag(w) W, c x c. Each criterion is a number to be made small, with the symmetric M = dC/dG. The condition
 number is not smooth where eigenvalues meet; its surrogate of order p,
@@ -23,15 +23,15 @@ _SINGULAR = 1e-15  # of the largest eigenvalue: smaller ones are rounding
 
 
 ValueSlope = tuple[float, Array]
-"""A criterion's value and M = dC/dG, c x c."""
+"""Value of a criterion, and M = dC/dG, c x c."""
 
 
 class Criterion(NamedTuple):
-    """What is to be made small.
+    """Criterion that is to be made small.
 
     Attributes:
         reference: values that standard deviations are relative to, shape (c,); for "a".
-        interest: positions of the parameters that count for "d" and "a", the others being estimated beside
+        interest: indices of the parameters that count for "d" and "a", the others being estimated besides
             them; None for all.
     """
 
@@ -41,16 +41,16 @@ class Criterion(NamedTuple):
 
     @property
     def weighted(self) -> bool:
-        """Whether the joints' torque noise weights the rows of W."""
+        """True if the joints' torque noise weights the rows of W."""
         return CRITERIA[self.kind].weighted
 
     def __call__(self, G: Array, order: float = 1.0) -> ValueSlope:
-        """Value and slope; ``order`` p of the surrogate. The value is inf where G is not positive definite."""
+        """Evaluate value and slope; ``order`` p of the surrogate. Value inf if G is not positive definite."""
         return CRITERIA[self.kind].measure(self, G, order)
 
 
 class Measure(NamedTuple):
-    """How a criterion is computed and searched for.
+    """Rules by which a criterion is computed and searched for.
 
     Attributes:
         measure: value and slope by the criterion, G and the order p.
@@ -76,6 +76,8 @@ def determinant(criterion: Criterion, G: Array, _: float) -> ValueSlope:
     inverse, log_det = found
     if criterion.interest is None:
         return -log_det / len(G), inverse / -len(G)
+    # The others estimated as well, the covariance of interest is its block of the inverse: value log det of it, and
+    # by d(G^-1) = -G^-1 dG G^-1 the slope.
     own = list(criterion.interest)
     part = inverse[np.ix_(own, own)]
     scale = np.sqrt(np.diag(part))
@@ -99,7 +101,7 @@ def relative_sigma(criterion: Criterion, G: Array, _: float) -> ValueSlope:
 
 
 def _inverted(G: Array) -> tuple[Array, float] | None:
-    """Inverse and log of the determinant; None of a matrix that is not positive definite."""
+    """Inverse, and log of the determinant; None of a matrix that is not positive definite."""
     scale = np.sqrt(np.diag(G))
     if not ((scale > 0.0) & (scale < np.inf)).all():
         return None
@@ -123,6 +125,7 @@ def scaled_condition(_: Criterion, G: Array, order: float) -> ValueSlope:
         return np.inf, np.zeros_like(G)
     D = np.outer(scale, scale)
     value, M = schatten_condition(G / D, order)
+    # The chain rule through D, whose entries are those of G's diagonal.
     slope = M / D
     slope[np.diag_indices_from(slope)] -= np.einsum("ij,ij->i", M, G / D) / np.diag(G)
     return value, slope
@@ -139,19 +142,19 @@ def schatten_condition(G: Array, order: float) -> ValueSlope:
 
 
 SURROGATE = (1.0, 8.0, 24.0)
-"""Orders p, one after the other: the last is near the condition number itself."""
+"""Orders p of the surrogate, one after the other: the last is near the condition number itself."""
 CRITERIA = {
     "d": Measure(determinant, weighted=True, orders=(1.0,), starts=6),
     "a": Measure(relative_sigma, weighted=True, orders=(1.0,), starts=6),
     "cond": Measure(condition, weighted=False, orders=SURROGATE, starts=3),
     "cond-scaled": Measure(scaled_condition, weighted=False, orders=SURROGATE, starts=3),
 }
-"""Every criterion by its name: d: log det; a: relative standard deviations; cond: condition number of W in SI
+"""Criteria by name: d: log det; a: relative standard deviations; cond: condition number of W in SI
 units; cond-scaled: of W with its columns scaled to norm 1. To add one, add a row."""
 
 
 def condition_numbers(W: Array) -> tuple[float, float]:
-    """Condition number of W as it is, and with its columns scaled to norm 1; inf where W has not full rank.
+    """Condition numbers of W: as it is, and with its columns scaled to norm 1; inf where W has not full rank.
 
     By singular values of W itself: those of W'W lose half of the digits.
     """

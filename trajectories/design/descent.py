@@ -1,4 +1,4 @@
-"""How a search descends to the nearest minimum, and keeps the limits on its way.
+"""Descents of a search to the nearest minimum, and the limits that they keep on their way.
 
 Descent: BFGS from the curvature that it has learnt (Nocedal and Wright, Numerical Optimization, chapter 6), with a
 line search for the weak Wolfe conditions by bisection (Lewis and Overton, Nonsmooth optimization via quasi-Newton
@@ -18,9 +18,9 @@ from .problem import DesignProblem
 from .score import FINER, TOLERANCE
 
 Smooth = Callable[[Array], tuple[float, Array]]
-"""A smooth number of a motion, and its gradient; inf where there is none."""
+"""Smooth function of a motion, with its gradient; inf where it has no value."""
 WIDTH, FINE_WIDTH = 0.05, 0.01
-"""rad/s or m/s: width of the smoothed sign while optimising, and at the end."""
+"""Width of the smoothed sign while optimising, and at the end [rad/s or m/s]."""
 _MEMORY = 40  # pairs of steps and slopes that L-BFGS keeps
 _LARGE = 1e6  # stands for inf: the line search then goes back
 _FLAT, _STILL = 1e-6, 1e-8  # slope, and a step's relative gain, at which a descent ends
@@ -33,7 +33,7 @@ _STIFFER, _STIFFEST = 4.0, 1e4
 
 
 def by_steps(function: Smooth, x: Array, family: Family, iterations: int) -> Array:
-    """Where a descent within a family's bounds ends that knows its last steps alone (L-BFGS)."""
+    """Descend within a family's bounds by the last steps alone (L-BFGS)."""
     from scipy.optimize import minimize
 
     def finite(y: Array) -> tuple[float, Array]:
@@ -48,7 +48,7 @@ def by_steps(function: Smooth, x: Array, family: Family, iterations: int) -> Arr
 def by_matrix(
     function: Smooth, x: Array, family: Family, iterations: int, H: Array | None = None
 ) -> tuple[Array, Array | None]:
-    """Where a descent within a family's bounds ends, and the curvature learnt on the way (BFGS).
+    """Descend within a family's bounds by all curvature learnt on the way (BFGS), which is returned.
 
     Args:
         H: inverse of the second derivatives, as the steps of an earlier descent showed them whose minimum is near.
@@ -74,21 +74,22 @@ def by_matrix(
         x, value, slope = x + s, new, new_slope
         if s @ y > 0.0:
             H = np.eye(len(x)) * ((s @ y) / (y @ y)) if H is None else H
-            share, Hy = 1.0 / (s @ y), H @ y
-            cross = np.outer(s, share * Hy)
-            H = H - cross - cross.T + np.outer(s, s * (share * (1.0 + share * (y @ Hy))))
+            # Nocedal and Wright (6.17), multiplied out; the first H by (6.20).
+            inverse, Hy = 1.0 / (s @ y), H @ y
+            cross = np.outer(s, inverse * Hy)
+            H = H - cross - cross.T + np.outer(s, s * (inverse * (1.0 + inverse * (y @ Hy))))
         if gain <= _STILL * max(abs(value), 1.0):
             break
     return x, H
 
 
 def _free(x: Array, slope: Array, family: Family) -> NDArray[np.bool_]:
-    """Numbers that a step may change: not those at a bound that the slope pushes them against."""
+    """Mark the numbers that a step may change: not those at a bound that the slope pushes them against."""
     return ~(((x <= family.low) & (slope > 0.0)) | ((x >= family.high) & (slope < 0.0)))
 
 
 def _within(way: Array, x: Array, slope: Array, family: Family) -> Array | None:
-    """A step cut at the family's bounds; None if it then leads up."""
+    """Cut a step at the family's bounds; None if it then leads up."""
     way = np.where(_free(x, slope, family), np.clip(x + way, family.low, family.high) - x, 0.0)
     return way if slope @ way < 0.0 else None
 
@@ -96,7 +97,7 @@ def _within(way: Array, x: Array, slope: Array, family: Family) -> Array | None:
 def _step(
     function: Smooth, x: Array, value: float, fall: float, way: Array, longest: float
 ) -> tuple[float, float, Array]:
-    """A step along ``way`` that gains enough and leaves less slope: step, value, slope.
+    """Find a step along ``way`` that gains enough and leaves less slope: step, value, slope.
 
     Args:
         value, fall: at x, the number and its slope along ``way``, negative.
@@ -130,7 +131,7 @@ class Lagrangian:
     """
 
     def __init__(self, problem: DesignProblem, x: Array, stiffness: float, margin: float) -> None:
-        """All multipliers zero, all intervals drawn in by the same ``margin``."""
+        """Set all multipliers to zero, and draw all intervals in by the same ``margin``."""
         self.problem, self.x, self.stiffness = problem, x, stiffness
         self.curvature: Array | None = None
         state = problem.state(x, WIDTH)
@@ -140,7 +141,7 @@ class Lagrangian:
         self._last = 0.0
 
     def __call__(self, state: State, into: State) -> float:
-        """Value of the terms; their slopes are added to ``into``."""
+        """Evaluate the terms; their slopes are added to ``into``."""
         total = 0.0
         for limit, old, new in zip(self.problem.limits, self._values, self._next(state), strict=True):
             total += float((new**2).sum() - (old**2).sum()) / (2.0 * self.stiffness)
@@ -149,7 +150,7 @@ class Lagrangian:
         return total
 
     def update(self, width: float) -> None:
-        """First-order update at a minimum; violations that do not shrink are weighted more from then on."""
+        """Update multipliers to first order at a minimum; violations that do not shrink gain weight."""
         state = self.problem.state(self.x, width)
         self._values = self._next(state)
         violation = self.violation(state)
@@ -163,7 +164,7 @@ class Lagrangian:
         return max(0.0, *(float((excess(y, y.values(state)) + drawn).max()) for y, drawn in pairs))
 
     def settle(self) -> bool:
-        """Whether the fine grid shows every limit kept; if not, intervals are drawn in around where it is not."""
+        """Draw intervals in around where a limit is not kept on the fine grid; true if all are kept."""
         fine, coarse = self.problem.state(self.x, 0.0, FINER), self.problem.state(self.x, FINE_WIDTH)
         # The coarse sample within whose time each fine one lies.
         middle = np.cumsum(fine.samples.weight) - 0.5 * fine.samples.weight

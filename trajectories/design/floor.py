@@ -1,4 +1,4 @@
-"""The floor: how small a criterion can get within the limits if a motion could be in any state at any time.
+"""Floor of a criterion: how small it can get within the limits if a motion could be in any state at any time.
 
 A motion visits states (q, qd, qdd) and its information matrix is a weighted mean over them. The best weighted set
 of states within the limits, continuity ignored, is an optimal experimental design; no motion is better. States and
@@ -29,7 +29,7 @@ class FreeStates:
     """
 
     def __init__(self, bounds: JointBounds, count: int) -> None:
-        """``count`` states that share one second."""
+        """Draw ``count`` states that share one second."""
         self._bounds, self.reach, self._shape = bounds, (bounds.low, bounds.high), (3, count, len(bounds.low))
         self._linear = 3 * count * len(bounds.low)
         self.size = self._linear + count
@@ -37,7 +37,7 @@ class FreeStates:
         self.low[self._linear :], self.high[self._linear :] = -8.0, 8.0
 
     def random(self, draw: np.random.Generator, clear: Clear = everywhere) -> Array:
-        """Random poses; speeds and accelerations mostly large."""
+        """Draw random poses; speeds and accelerations mostly large."""
         x = np.zeros(self.size)
         states = x[: self._linear].reshape(self._shape)
         states[...] = draw.uniform(-1.0, 1.0, states.shape)
@@ -50,24 +50,24 @@ class FreeStates:
         return x
 
     def sample(self, x: Array, finer: int = 1) -> Samples:
-        """The states; there is nothing between them."""
+        """Take the states; there is nothing between them."""
         q, qd, qdd = x[: self._linear].reshape(self._shape)
         b = self._bounds
         return Samples(self._weight(x), b.middle + b.half * q, b.speed * qd, b.acceleration * qdd)
 
     def pullback(self, x: Array, slope: Samples) -> Array:
-        """The Jacobian transposed times the slopes."""
+        """Apply the Jacobian transposed to the slopes."""
         b, w = self._bounds, self._weight(x)
         states = np.stack([slope.q * b.half, slope.qd * b.speed, slope.qdd * b.acceleration])
         by_weight = w * (slope.weight - w @ slope.weight)
         return np.concatenate([states.ravel(), by_weight])
 
     def plan(self, x: Array) -> Plan:
-        """There is none: states without order are no motion."""
+        """Refuse a plan: states without order are no motion."""
         raise TypeError("a set of states is no motion")
 
     def eased(self, x: Array, slower: float, smaller: float) -> Array:
-        """States as they are: each keeps its limits by itself."""
+        """Keep states as they are: each keeps its limits by itself."""
         return x
 
     def _weight(self, x: Array) -> Array:
@@ -78,7 +78,7 @@ class FreeStates:
 
 @dataclass(frozen=True)
 class Floor:
-    """The least value of a criterion that was found over weighted states within the limits.
+    """Least value of a criterion that was found over weighted states within the limits.
 
     Attributes:
         value: of the criterion, as in ``Score.value``.

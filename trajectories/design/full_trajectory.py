@@ -1,7 +1,7 @@
-"""A motion's full trajectory, as a controller runs it: what it misses between the samples that a search looks at.
+"""Full trajectory of a motion, as a controller runs it: what it misses between the samples that a search looks at.
 
 Dry friction turns its sign with a joint's speed, so that a torque may leap between two samples. The run is looked
-at on a dense grid, just before and after each turn, and just beside each rest. Slower runs of a ladder are judged
+at on a dense grid, just before and after each turn, and close to each rest. Slower runs of a ladder are judged
 by it too.
 """
 
@@ -21,11 +21,11 @@ from .problem import DesignProblem
 from .score import TOLERANCE, Score, score_of
 
 REHEARSAL = 0.1
-"""Of the speed: a motion near a pose is watched that slowly before it is run."""
+"""Fraction of the speed at which a motion near a pose is watched before it is run."""
 RUN_RATE = 500.0  # Hz: at which a run at full speed is looked at
 _BLOCK = 20_000  # samples at a time
 _NEWTON = 4  # steps to the moment of a turn
-_BESIDE = 1e-7  # s: before and after a turn
+_NEAR_TURN = 1e-7  # s: before and after a turn
 _FROM_REST = 1e-4  # of a step: a speed that grows with the square of the time has its sign there
 _BETWEEN = 0.05  # of a torque limit: what a search may miss between its samples, where friction leaps
 _EASES = 6  # each twice as much as the last
@@ -48,7 +48,7 @@ Missed = tuple[tuple[LimitCheck, ...], tuple[LimitCheck, ...]]
 def missed_on_run(
     problem: DesignProblem, plan: Plan, rate: float = RUN_RATE, further: Sequence[Limit] = ()
 ) -> tuple[LimitCheck, ...]:
-    """Torque and clearance limits that a run misses, the ways between two poses included; the worst first.
+    """List torque and clearance limits that a run misses, ways between two poses included; the worst first.
 
     Args:
         problem: whose limits count.
@@ -69,7 +69,7 @@ def missed_on_run(
 
 
 def missed_on_replay(problem: DesignProblem, plan: Plan, rate: float) -> tuple[LimitCheck, ...]:
-    """Limits that a run misses whose curves are a controller's own: positions and speeds too; the worst first."""
+    """List limits that a run by a controller's own curves misses, positions and speeds too; the worst first."""
     low, high = (np.atleast_2d(reach) for reach in problem.family.reach)
     speed = problem.bounds.speed
     states = state_limit("position", low.min(axis=0), high.max(axis=0)), state_limit("speed", -speed, speed)
@@ -77,7 +77,7 @@ def missed_on_replay(problem: DesignProblem, plan: Plan, rate: float) -> tuple[L
 
 
 def kept_throughout(problem: DesignProblem, x: Array, score: Score) -> tuple[Array, Score, Missed]:
-    """The motion if it keeps all limits throughout, or one slower or smaller by what torques miss if that one does.
+    """Keep a motion that keeps all limits throughout, or one slower or smaller by what torques miss that does.
 
     Args:
         score: of the motion x; one that misses a limit on its own samples is left as it is.
@@ -93,7 +93,7 @@ def kept_throughout(problem: DesignProblem, x: Array, score: Score) -> tuple[Arr
 
 
 def harder(problem: DesignProblem, missed: Missed) -> DesignProblem | None:
-    """The problem to go on with where a run misses torque limits; None where it misses what a search sees itself.
+    """Pose the problem to go on with where a run misses torque limits; None where a search sees what is missed.
 
     What a run misses between samples is taken off the limits, and some more; a rehearsal's torques become limits
     of their own.
@@ -113,7 +113,7 @@ def _missed(problem: DesignProblem, x: Array) -> Missed:
 
 
 def _by_torques(missed: tuple[LimitCheck, ...], most: float) -> bool:
-    """Whether torque limits alone are missed, and by less than ``most`` of them."""
+    """True if torque limits alone are missed, and by less than ``most`` of them."""
     return all(limit.name.startswith("torque") and limit.relative < most for limit in missed)
 
 
@@ -122,7 +122,7 @@ def _most(missed: tuple[LimitCheck, ...]) -> float:
 
 
 def _turns(robot: Robot, plan: Plan, t: Array) -> Array:
-    """Moments beside a rest, and beside those at which a speed changes its sign, between times of a grid [s]."""
+    """Moments next to a rest, and next to those at which a speed changes its sign, between times of a grid [s]."""
     speeds = _friction_speeds(robot, plan.at(t)[1])
     k, column = np.nonzero(speeds[:-1] * speeds[1:] < 0.0)
     low, high = t[k], t[k + 1]
@@ -132,13 +132,13 @@ def _turns(robot: Robot, plan: Plan, t: Array) -> Array:
         speed, bend = (_friction_speeds(robot, x)[np.arange(len(turn)), column] for x in states)
         step = np.divide(speed, bend, out=np.zeros_like(speed), where=bend != 0.0)
         turn = np.clip(turn - step, low, high)
-    beside = np.maximum(turn - _BESIDE, low), np.minimum(turn + _BESIDE, high)
+    around = np.maximum(turn - _NEAR_TURN, low), np.minimum(turn + _NEAR_TURN, high)
     still = speeds == 0.0
     leaves, comes = (
         (first & ~second).any(axis=1) for first, second in ((still[:-1], still[1:]), (still[1:], still[:-1]))
     )
     near = _FROM_REST * np.diff(t)
-    return np.concatenate([*beside, (t[:-1] + near)[leaves], (t[1:] - near)[comes]])
+    return np.concatenate([*around, (t[:-1] + near)[leaves], (t[1:] - near)[comes]])
 
 
 def _friction_speeds(robot: Robot, qd: Array) -> Array:
@@ -150,11 +150,11 @@ def _friction_speeds(robot: Robot, qd: Array) -> Array:
 
 
 class Rung(NamedTuple):
-    """One run of the ladder.
+    """Run of the ladder of speeds.
 
     Attributes:
         speed: of the full speed, above 0 and at most 1.
-        mass: largest mass for which the run keeps the torque limits, by what the run before has told [kg].
+        mass: largest mass for which the run keeps the torque limits, by what the run before has shown [kg].
         bound: largest mass after the run, if the payload is the one expected [kg].
         motion: the run.
     """
@@ -172,7 +172,7 @@ def speed_ladder(
     expected: float,
     sigma: Callable[[NearMotion], float],
 ) -> tuple[Rung, ...]:
-    """Runs of a motion, from the first that every payload allows to full speed.
+    """List runs of a motion, from the first that every payload allows to full speed.
 
     Slow runs bound a payload that is not known, which faster ones on the same way need.
 

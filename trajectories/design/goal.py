@@ -1,6 +1,6 @@
-"""What a motion is to teach: which parameters, by which criterion, beside what is known already.
+"""Goal of a motion: which parameters it is to teach, by which criterion, and what is known already.
 
-A motion near a pose is to tell of a payload, beside constant torques and friction that change by the day.
+A motion near a pose is to tell of a payload, together with constant torques and friction that change by the day.
 """
 
 from collections.abc import Mapping, Sequence
@@ -28,7 +28,7 @@ from .information import RegressorKernel, regressor_kernel
 Shape = ViaPointShape | FourierShape | NearShape
 """Kinds of motion among which a design chooses: each is a small value that stands for a family."""
 
-_SHARES = {"M": 0.01, "MX": 1e-3, "MY": 1e-3, "MZ": 1e-3}
+_ALIKE = {"M": 0.01, "MX": 1e-3, "MY": 1e-3, "MZ": 1e-3}
 """Standard deviations that count alike: of the mass 10 g, of the first moments 1 mm times the mass expected; of
 inertias ``_INERTIA``."""
 _INERTIA = 0.02  # kg m^2
@@ -42,7 +42,7 @@ _HELPS = 0.75  # of the uncertainty with one pose: above it a second pose is not
 
 @dataclass(frozen=True)
 class Earlier:
-    """Information from earlier recordings: R of a QR decomposition of their observation matrix.
+    """Information of earlier recordings: R of a QR decomposition of their observation matrix.
 
     For "d" and "a" the rows of W are divided by the joints' torque noise, for condition numbers they are not.
 
@@ -57,13 +57,13 @@ class Earlier:
 
 @dataclass(frozen=True)
 class Goal:
-    """What is to be learnt.
+    """Parameters to be learnt, and how their uncertainty is measured.
 
     Attributes:
         criterion: "d", "a", "cond" or "cond-scaled"; see criterion.py.
         columns: names of the parameters that will be estimated; None for all base parameters.
         payload_only: the last link's ten inertial parameters instead, the robot being known.
-        interest: the parameters that count ("d" and "a"), the others being estimated beside them; None for all.
+        interest: the parameters that count ("d" and "a"), the others being estimated besides; None for all.
         reference: values that standard deviations are relative to, by name; "a" needs them.
         noise: standard deviation of the torque noise per joint [N·m or N], shape (n,); None for 1 everywhere, inf
             for a joint whose torque is not used.
@@ -84,7 +84,7 @@ class Goal:
     offsets: bool = False
 
     def __post_init__(self) -> None:
-        """Refuse what contradicts itself."""
+        """Refuse goals that contradict themselves."""
         if self.criterion not in CRITERIA:
             raise InputError(f"criterion {self.criterion!r} is not one of {', '.join(CRITERIA)}")
         if self.payload_only and self.columns is not None:
@@ -97,7 +97,7 @@ class Goal:
             raise InputError("with earlier recordings the data length to come must be given")
 
     def model(self, robot: Robot) -> Robot:
-        """The robot with all columns that the goal may name."""
+        """Robot with all columns that the goal may name."""
         return robot.with_offsets(True) if self.offsets else robot
 
     def names(self, robot: Robot) -> tuple[str, ...]:
@@ -118,7 +118,7 @@ class Goal:
 
 @dataclass(frozen=True, eq=False)
 class NearGoal:
-    """A payload seen through noisy torques of the joints that a ``NearShape`` moves.
+    """Goal of a motion near a pose: a payload seen in noisy torques of the joints that a ``NearShape`` moves.
 
     Attributes:
         noise: standard deviation of a torque sample per joint [N·m or N], shape (n,).
@@ -132,8 +132,8 @@ class NearGoal:
     expected: InertialParameters
     mass_sigma: float | None = None
 
-    def beside_friction(self, robot: Robot, shape: Shape, family: Family) -> Goal:
-        """The goal with the names of all that such motions tell apart: of the payload, and of friction beside it.
+    def with_friction(self, robot: Robot, shape: Shape, family: Family) -> Goal:
+        """Extend the goal to all that such motions tell apart: of the payload, and of friction.
 
         Raises:
             InputError: "mass not visible" where the mass is neither visible nor known.
@@ -149,8 +149,8 @@ class NearGoal:
         names = tuple(kernel.columns[indices[k]] for k in leftmost_independent(W[:, indices]))
         interest = tuple(name for name in names if name in payload)
         mass = self.expected.mass
-        shares = {name: _SHARES.get(parameter_kind(name), _INERTIA / mass) for name in interest}
-        alike = {name: share * (1.0 if name == payload[9] else mass) for name, share in shares.items()}
+        scales = {name: _ALIKE.get(parameter_kind(name), _INERTIA / mass) for name in interest}
+        alike = {name: scale * (1.0 if name == payload[9] else mass) for name, scale in scales.items()}
         noise, earlier = np.full(robot.n, np.inf), None
         noise[moving] = self.noise[moving]
         if self.mass_sigma is not None and payload[9] in names:
@@ -182,17 +182,17 @@ class NearGoal:
         W = _payload_kernel(robot).matrix(samples).reshape(robot.n, count, -1)
         for joint in joints:
             own = W[joint - 1][np.abs(motion.qd[:, joint - 1]) >= _SLOW]
-            share = np.sqrt(self.rate / motion.rate) / self.noise[joint - 1]
-            rows.append(share * without(own[:, :10], own[:, 10:]))
+            scale = np.sqrt(self.rate / motion.rate) / self.noise[joint - 1]
+            rows.append(scale * without(own[:, :10], own[:, 10:]))
         A = np.vstack(rows)
         visibility = visibility_of(A, joints)
-        places, T, b = visibility.resolved(self.mass_sigma is not None)
+        indices, T, b = visibility.resolved(self.mass_sigma is not None)
         known, W = np.array(visibility.chosen) == 9, A[:, list(visibility.chosen)]
         if self.mass_sigma is not None and known.any():
             W = np.vstack([W, known[None] / self.mass_sigma])  # the scale is one more equation
         C = decomposed(W).covariance
         total = T @ C @ T.T + (0.0 if self.mass_sigma is None else np.outer(b, b) * self.mass_sigma**2)
-        return payload_spread(self.expected.vector, total, places)
+        return payload_spread(self.expected.vector, total, indices)
 
 
 def check_mass_visible(visibility: PayloadVisibility, mass_known: bool, when: str) -> None:
@@ -211,7 +211,7 @@ def check_mass_visible(visibility: PayloadVisibility, mass_known: bool, when: st
 def second_pose(
     robot: Robot, shape: NearShape, goal: NearGoal, bounds: JointBounds | None = None, seed: int = 0
 ) -> Array | None:
-    """A second pose that would tell clearly more, the moving wrist joints turned by 90 degrees; None without one.
+    """Find a second pose that would tell clearly more, moving wrist joints turned by 90 degrees; None without one.
 
     Judged on a few random motions each, before any design.
     """
@@ -234,7 +234,7 @@ def second_pose(
         draw, rate = np.random.default_rng(seed), min(_LOOKED / shape.duration, 2.0 * goal.rate)
         plans = [family.plan(family.random(draw)) for _ in range(looks)]
         spreads = [goal.predicted(robot, plan, shape.joints, rate) for plan in plans]
-        numbers = [[spread.mass / _SHARES["M"], *(spread.com / _SHARES["MX"])] for spread in spreads]
+        numbers = [[spread.mass / _ALIKE["M"], *(spread.com / _ALIKE["MX"])] for spread in spreads]
         return min(max((x for x in each if np.isfinite(x)), default=np.inf) for each in numbers)
 
     glances = [least([pose, candidate], _GLANCES) for candidate in candidates]
@@ -244,5 +244,5 @@ def second_pose(
 
 
 def _payload_kernel(robot: Robot) -> RegressorKernel:
-    """The payload's ten columns, then constant torques and Coulomb friction."""
+    """Kernel of the payload's ten columns, then constant torques and Coulomb friction."""
     return regressor_kernel(robot.with_offsets(True), (*payload_columns(robot), *friction_columns(robot)))

@@ -1,4 +1,4 @@
-"""The observation matrix on samples of a motion, its Gram matrix, and one adjoint for all gradients.
+"""Observation matrix on samples of a motion, its Gram matrix, and one adjoint for all gradients.
 
 For criterion C with spectral gradient M = dC/dG and G = W' diag(w) W, dC/dW = 2 w W M. Torques are linear in W as
 well, so that the slopes of torque limits join the same seed; reverse mode of the regressor then gives the slopes
@@ -23,7 +23,7 @@ SPRING = "SPRING"
 
 
 class RegressorKernel:
-    """Non-zero entries of the regressor, joint by joint, and their adjoint.
+    """Evaluates the non-zero entries of the regressor, joint by joint, and their adjoint.
 
     Attributes:
         columns: names of the columns, c.
@@ -52,12 +52,12 @@ class RegressorKernel:
         self._blocks = tuple(np.ix_(own, own) for _, own in self.parts)
 
     def entries(self, samples: Samples, width: float) -> Array:
-        """Non-zero entries on N samples, (entries, N); ``width`` 0 for the exact sign."""
+        """Evaluate the non-zero entries on N samples, (entries, N); ``width`` 0 for the exact sign."""
         states = (samples.q, samples.qd, samples.qdd)
         return self._smooth(*states, np.array([width])) if width > 0.0 else self._exact(*states)
 
     def gram(self, entries: Array, weights: Array) -> Array:
-        """W' diag(w) W, c x c, with ``weights`` (n, N)."""
+        """Gram matrix W' diag(w) W, c x c, with ``weights`` (n, N)."""
         G = np.zeros((len(self.columns), len(self.columns)))
         for (part, _), block, w in zip(self.parts, self._blocks, weights, strict=True):
             W = entries[part]
@@ -74,7 +74,7 @@ class RegressorKernel:
         return seed, by_weight
 
     def torque(self, entries: Array, chi: Array) -> Array:
-        """W chi, shape (N, n)."""
+        """Torques W chi, shape (N, n)."""
         return np.stack([chi[own] @ entries[part] for part, own in self.parts], axis=1)
 
     def torque_slope(self, slope: Array, chi: Array, seed: Array) -> None:
@@ -89,11 +89,11 @@ class RegressorKernel:
         return q, qd, qdd
 
     def matrix(self, samples: Samples, width: float = 0.0) -> Array:
-        """W itself, (n * N) x c, joint after joint."""
+        """Matrix W, (n * N) x c, joint after joint."""
         return self.dense(self.entries(samples, width)).reshape(-1, len(self.columns))
 
     def dense(self, entries: Array) -> Array:
-        """W with its zeros, n x N x c."""
+        """Matrix W with its zeros, n x N x c."""
         W = np.zeros((len(self.parts), entries.shape[1], len(self.columns)))
         for rows, (part, columns) in zip(W, self.parts, strict=True):
             rows[:, columns] = entries[part].T
@@ -102,5 +102,5 @@ class RegressorKernel:
 
 @functools.lru_cache(maxsize=16)
 def regressor_kernel(robot: Robot, columns: tuple[str, ...]) -> RegressorKernel:
-    """The kernel of a robot and its columns, made once."""
+    """Make the kernel of a robot and its columns, once."""
     return RegressorKernel(robot, columns)

@@ -29,12 +29,12 @@ class State(NamedTuple):
 
 _Value = TypeVar("_Value")
 Penalty = Callable[[State, State], float]
-"""Terms that limits add to a criterion: their value in a state; their slopes are added to the second one."""
+"""Function that evaluates terms which limits add to a criterion in a state; slopes are added to the second one."""
 
 
 @dataclass(frozen=True, eq=False)
 class Limit:
-    """One kind of limit.
+    """Limit of one kind.
 
     Attributes:
         kind: what it takes to know it: one state by itself, torques, the whole motion, or where bodies are.
@@ -57,17 +57,17 @@ class Limit:
 
 
 def joint_labels(n: int) -> tuple[str, ...]:
-    """What the columns of n joints are called in messages."""
+    """Names of the columns of n joints in messages."""
     return tuple(f"joint {j + 1}" for j in range(n))
 
 
 def state_limit(name: Literal["position", "speed", "acceleration"], low: Array, high: Array) -> Limit:
-    """Position, speed or acceleration of each joint; 1 at the limit.
+    """Limit the position, speed or acceleration of each joint; 1 at the limit.
 
     Args:
         low, high: in SI units, each (n,), or (k, n) for k equal parts of the samples.
     """
-    place = ("position", "speed", "acceleration").index(name) + 1
+    index = ("position", "speed", "acceleration").index(name) + 1
     low, high = np.atleast_2d(low, high)
     middle, half = 0.5 * (low + high), 0.5 * (high - low)
 
@@ -75,11 +75,11 @@ def state_limit(name: Literal["position", "speed", "acceleration"], low: Array, 
         return parts if len(parts) == 1 else np.repeat(parts, samples // len(parts), axis=0)
 
     def values(state: State) -> Array:
-        x = state.samples[place]
+        x = state.samples[index]
         return np.asarray((x - each(middle, len(x))) / each(half, len(x)))
 
     def pullback(_: State, slope: Array, into: State) -> None:
-        into.samples[place][...] += slope / each(half, len(slope))
+        into.samples[index][...] += slope / each(half, len(slope))
 
     unit = np.ones(low.shape[1])
     # In messages the first part stands for all; each sample is judged by its own.
@@ -87,12 +87,12 @@ def state_limit(name: Literal["position", "speed", "acceleration"], low: Array, 
 
 
 def torque_limit(kernel: RegressorKernel, chi: Array, torque: Array, load: str = "") -> Limit:
-    """Torque of each joint over its limit, tau = W chi, for one load.
+    """Limit the torque of each joint, over its limit, tau = W chi, for one load.
 
     Args:
         chi: in the kernel's columns, shape (c,).
         torque: [N·m or N], shape (n,), infinite where there is none.
-        load: what the robot carries, in words.
+        load: what the robot carries, as text.
     """
     unit, high = np.where(np.isfinite(torque), torque, 1.0), np.where(np.isfinite(torque), 1.0, np.inf)
 
@@ -106,7 +106,7 @@ def torque_limit(kernel: RegressorKernel, chi: Array, torque: Array, load: str =
 
 
 def duration_limit(duration: float) -> Limit:
-    """Time that the whole motion may take [s]."""
+    """Limit the time that the whole motion may take [s]."""
     low, high, unit = np.array([-np.inf]), np.array([1.0]), np.array([duration])
 
     def values(state: State) -> Array:
@@ -119,7 +119,7 @@ def duration_limit(duration: float) -> Limit:
 
 
 class LimitCheck(NamedTuple):
-    """How near a motion comes to one limit on a fine grid.
+    """Result of a check: how near a motion comes to one limit on a fine grid.
 
     Attributes:
         name: of the limit.
@@ -139,18 +139,18 @@ class LimitCheck(NamedTuple):
     room: float
 
     def __str__(self) -> str:
-        """One line."""
+        """Write the check in one line."""
         state = f"violated by {self.violation:.4g}" if self.violation > 0.0 else "met"
         return f"{self.name} of {self.worst}: {self.value:.4g} against {self.limit:.4g}, {state}"
 
 
 def excess(limit: Limit, values: Array) -> Array:
-    """By how much each value lies outside its interval, in the limit's units; negative inside."""
+    """Distance of each value outside its interval, in the limit's units; negative inside."""
     return np.maximum(values - limit.high, limit.low - values)
 
 
 def check(limit: Limit, state: State) -> LimitCheck:
-    """The place where a motion comes nearest to a limit, or misses it most."""
+    """Find where a motion comes nearest to a limit, or misses it most."""
     values = limit.values(state)
     over = excess(limit, values)
     row, column = np.unravel_index(int(np.argmax(over)), over.shape)
@@ -164,7 +164,7 @@ def check(limit: Limit, state: State) -> LimitCheck:
 
 
 def latest(compute: Callable[[State], _Value]) -> Callable[[State], _Value]:
-    """A function of a state that keeps its last value until another state comes, for slopes follow values."""
+    """Keep a function's last value until another state comes: slopes are asked for after values."""
     last: list[tuple[State, _Value]] = []
 
     def kept(state: State) -> _Value:
@@ -176,7 +176,7 @@ def latest(compute: Callable[[State], _Value]) -> Callable[[State], _Value]:
 
 
 def slow_limit(kernel: RegressorKernel, limit: Limit, speed: float) -> Limit:
-    """A torque limit at a fraction of the speed: speeds shrink by it, accelerations by its square.
+    """Limit the torque at a fraction of the speed: speeds shrink by it, accelerations by its square.
 
     What dynamic forces help to lift has to be held without them: a limit may be active in the slow run alone.
     """

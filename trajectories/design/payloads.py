@@ -1,4 +1,4 @@
-"""Payloads that are not known yet: every body of at most a mass within a region at the flange, down to none.
+"""Sets of payloads not known yet: every body of at most a mass within a region at the flange, down to none.
 
 A joint's torque is linear in a body's mass distribution, and the distribution is a mixture of points of the region.
 So the largest torque over all bodies is the larger of zero and the mass times the largest torque of a unit point:
@@ -37,12 +37,12 @@ _LEAST = 1e-300
 _SIGMAS = 2.0  # standard deviations of the robot's own torque that count
 
 Region = Literal["ball", "cube"]
-"""An ellipsoid or a box, before its axes."""
+"""Region that holds a body: an ellipsoid or a box along its axes."""
 
 
 @dataclass(frozen=True, eq=False)
 class PayloadSet:
-    """Every body of at most a mass within an ellipsoid or a box, and no body at all.
+    """Set of every body of at most a mass within an ellipsoid or a box, and of no body at all.
 
     Attributes:
         mass: largest mass [kg].
@@ -67,7 +67,7 @@ class PayloadSet:
     def within(
         mass: float, half: ArrayLike, centre: ArrayLike = (0.0, 0.0, 0.0), box: bool = False
     ) -> "PayloadSet":
-        """Bodies in a region along the frame's axes.
+        """Make the set of bodies in a region along the frame's axes.
 
         Args:
             mass: largest [kg].
@@ -97,7 +97,7 @@ class PayloadSet:
         return PayloadSet(min(mass, self.mass), self.centre, self.axes, self.region)
 
     def extremes(self, columns: Array) -> Array:
-        """Largest and smallest torque over all bodies of the set, each with a point mass that has it.
+        """Compute largest and smallest torque over all bodies of the set, each with a point mass that has it.
 
         Args:
             columns: k rows of a payload's regressor in the set's frame, shape (k, 10), XX XY .. MZ M.
@@ -110,13 +110,13 @@ class PayloadSet:
 
 
 def unit_point(x: Any, y: Any, z: Any) -> list[Any]:
-    """Ten parameters of a unit point mass, of numbers, arrays or expressions."""
+    """Compute the ten parameters of a unit point mass, of numbers, arrays or expressions."""
     return [y * y + z * z, -x * y, -x * z, x * x + z * z, -y * z, x * x + y * y, x, y, z, 1.0 + 0.0 * x]
 
 
 @functools.cache
 def _kernel(region: Region) -> Kernel:
-    """Largest torque, its body, smallest torque, its body, from a regressor's row and the set's numbers."""
+    """Kernel of largest torque, its body, smallest torque, its body, from a regressor's row and a set's numbers."""
     row, bounds = ca.SX.sym("row", 10), ca.SX.sym("bounds", 13)
     mass, centre, axes = bounds[0], bounds[1:4], ca.reshape(bounds[4:], 3, 3)
     # The torque of a unit point mass at r is r' Q r + (MX MY MZ columns)' r + (M column).
@@ -132,10 +132,10 @@ def _kernel(region: Region) -> Kernel:
     else:
         extremes = [_largest_in_cube(Q, slope), _largest_in_cube(-Q, -slope)]
     rows = []
-    for sign, (largest, place) in zip((1.0, -1.0), extremes, strict=True):
+    for sign, (largest, point) in zip((1.0, -1.0), extremes, strict=True):
         value = mass * (at_centre + sign * largest)
         worse = sign * value > 0.0
-        body = unit_point(*ca.vertsplit(centre + ca.mtimes(axes, ca.vertcat(*place))))
+        body = unit_point(*ca.vertsplit(centre + ca.mtimes(axes, ca.vertcat(*point))))
         rows += [ca.if_else(worse, x, 0.0) for x in (value, *(mass * number for number in body))]
     return Kernel(ca.Function("payload_extremes", [row, bounds], [ca.cse(ca.densify(ca.vertcat(*rows)))]))
 
@@ -162,7 +162,7 @@ def _eigen(Q: ca.SX) -> tuple[list[ca.SX], ca.SX]:
 
 
 def _largest_in_ball(values: list[ca.SX], V: ca.SX, b: ca.SX) -> tuple[ca.SX, list[ca.SX]]:
-    """Largest value over the unit ball, and never less than it; and where it is taken."""
+    """Compute the largest value over the unit ball, and never less than it; and where it is taken."""
     eigenvalues = ca.vertcat(*values)
     beta = 0.5 * ca.mtimes(V.T, b)
     top, ends = functools.reduce(ca.fmax, values), eigenvalues + ca.fabs(beta)
@@ -179,22 +179,22 @@ def _largest_in_ball(values: list[ca.SX], V: ca.SX, b: ca.SX) -> tuple[ca.SX, li
     value = mu + ca.dot(beta, s)
     # It is taken on the sphere unless mu is 0. In the hard case s is too short, and the direction of the largest
     # eigenvalue makes up for what it lacks.
-    outside, place = mu > 0.0, ca.vertsplit(s)
+    outside, point = mu > 0.0, ca.vertsplit(s)
     free = outside
     for i in range(3):
         largest = values[i] >= top
-        lacking = ca.sqrt(ca.fmax(1.0 - sum(place[j] ** 2 for j in range(3) if j != i), 0.0))
-        filled = ca.if_else(place[i] < 0.0, -lacking, lacking)
-        place[i] = ca.if_else(ca.logic_and(free, largest), filled, place[i])
+        lacking = ca.sqrt(ca.fmax(1.0 - sum(point[j] ** 2 for j in range(3) if j != i), 0.0))
+        filled = ca.if_else(point[i] < 0.0, -lacking, lacking)
+        point[i] = ca.if_else(ca.logic_and(free, largest), filled, point[i])
         free = ca.logic_and(free, ca.logic_not(largest))
-    length = ca.sqrt(sum(x * x for x in place))
-    place = [ca.if_else(outside, x / (length + _LEAST), x) for x in place]
-    return value, ca.vertsplit(ca.mtimes(V, ca.vertcat(*place)))
+    length = ca.sqrt(sum(x * x for x in point))
+    point = [ca.if_else(outside, x / (length + _LEAST), x) for x in point]
+    return value, ca.vertsplit(ca.mtimes(V, ca.vertcat(*point)))
 
 
 def _largest_in_cube(Q: ca.SX, b: ca.SX) -> tuple[ca.SX, list[ca.SX]]:
-    """Largest value over |s_i| <= 1, and where it is taken."""
-    value, place = ca.SX(-ca.inf), [ca.SX(0.0)] * 3
+    """Compute the largest value over |s_i| <= 1, and where it is taken."""
+    value, point = ca.SX(-ca.inf), [ca.SX(0.0)] * 3
     for pattern in product((-1.0, 1.0, 0.0), repeat=3):
         s = [ca.SX(side) for side in pattern]
         free, fixed = ([i for i in range(3) if (pattern[i] == 0.0) == inside] for inside in (True, False))
@@ -209,14 +209,14 @@ def _largest_in_cube(Q: ca.SX, b: ca.SX) -> tuple[ca.SX, list[ca.SX]]:
         here = sum(s[i] * (b[i] + sum(Q[i, j] * s[j] for j in range(3))) for i in range(3))
         better = here > value
         value = ca.if_else(better, here, value)
-        place = [ca.if_else(better, new, old) for new, old in zip(s, place, strict=True)]
-    return value, place
+        point = [ca.if_else(better, new, old) for new, old in zip(s, point, strict=True)]
+    return value, point
 
 
 def payload_limit(
     kernel: RegressorKernel, chi: Array, root: Array, torque: Array, payloads: PayloadSet, columns: Sequence[str]
 ) -> Limit:
-    """Largest and smallest torque of each joint over its limit, of all payloads of a set.
+    """Limit largest and smallest torque of each joint, over its limit, of all payloads of a set.
 
     Where the worst body is unique, the slope of the largest torque is that of the worst body's torque (Danskin's
     envelope theorem). The first n values are the largest torques, bounded above alone, the others the smallest,
@@ -233,10 +233,10 @@ def payload_limit(
     n, finite = len(torque), np.isfinite(torque)
     unit = np.tile(np.where(finite, torque, 1.0), 2)
     none, bound = np.full(n, np.inf), np.where(finite, 1.0, np.inf)
-    place = {kernel.columns.index(name): k for k, name in enumerate(columns)}
+    index = {kernel.columns.index(name): k for k, name in enumerate(columns)}
     rows: list[tuple[NDArray[np.intp], NDArray[np.intp]]] = []  # per joint: entries, and numbers of the ten
     for part, names in kernel.parts:
-        pairs = [(part.start + i, place[name]) for i, name in enumerate(names) if name in place]
+        pairs = [(part.start + i, index[name]) for i, name in enumerate(names) if name in index]
         entries, numbers = np.array(pairs, dtype=np.intp).reshape(-1, 2).T
         rows.append((entries, numbers))
 
@@ -250,7 +250,7 @@ def payload_limit(
     @latest
     def doubt(state: State) -> tuple[Array, list[Array]]:
         spread = [root[names].T @ state.entries[part] for part, names in kernel.parts]
-        return np.stack([np.sqrt((share**2).sum(axis=0)) for share in spread], axis=1), spread
+        return np.stack([np.sqrt((part**2).sum(axis=0)) for part in spread], axis=1), spread
 
     def values(state: State) -> Array:
         own, doubtful = kernel.torque(state.entries, chi), _SIGMAS * doubt(state)[0]
@@ -265,11 +265,11 @@ def payload_limit(
             for j, (part, names) in enumerate(kernel.parts):
                 size = np.where(sizes[:, j] > 0.0, sizes[:, j], 1.0) / _SIGMAS
                 into.entries[part] += root[names] @ spread[j] * ((up - down)[:, j] / size)
-        for share, extreme in zip((up, down), extremes(state)[:, 1:], strict=True):
+        for weight, extreme in zip((up, down), extremes(state)[:, 1:], strict=True):
             bodies = extreme.reshape(10, n, -1)
             for j, (entries, numbers) in enumerate(rows):
-                if share[:, j].any():
-                    into.entries[entries] += bodies[numbers, j] * share[:, j]
+                if weight[:, j].any():
+                    into.entries[entries] += bodies[numbers, j] * weight[:, j]
 
     name, labels = f"torque with any payload up to {payloads.mass:g} kg", joint_labels(n) * 2
     low, high = np.concatenate([-none, -bound]), np.concatenate([bound, none])

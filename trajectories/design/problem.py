@@ -43,7 +43,7 @@ _WRIST = 3  # links before the flange that the ball of the payloads may overlap
 
 @dataclass(frozen=True, eq=False, repr=False)
 class DesignProblem(Brief):
-    """What ``solve_design`` solves; made by ``build_design``.
+    """Problem that ``solve_design`` solves; made by ``build_design``.
 
     Attributes:
         robot, bounds: the robot and the limits of its joints.
@@ -87,7 +87,7 @@ class DesignProblem(Brief):
 
     @cached_property
     def places(self) -> NDArray[np.intp]:
-        """Columns of the regressor that are ``names``."""
+        """Indices of the regressor's columns that are ``names``."""
         return np.array([self.kernel.columns.index(name) for name in self.names])
 
     @cached_property
@@ -101,7 +101,7 @@ class DesignProblem(Brief):
 
     @cached_property
     def earlier(self) -> Array:
-        """R of earlier recordings, in the criterion's weights, k x c; k = 0 without."""
+        """R of the earlier recordings, in the criterion's weights, k x c; k = 0 without."""
         known = self.goal.earlier
         if known is None:
             return np.zeros((0, len(self.names)))
@@ -119,42 +119,42 @@ class DesignProblem(Brief):
 
     @property
     def torque_limited(self) -> bool:
-        """Whether a motion has to keep torque limits."""
+        """True if a motion has to keep torque limits."""
         return bool(self.of_kind("torque"))
 
-    def with_torque_share(self, share: float) -> "DesignProblem":
-        """Ask the same of a motion with only a share of the torque limits."""
+    def with_torque_share(self, part: float) -> "DesignProblem":
+        """Pose the same problem with only a part of the torque limits."""
         limits = (
-            replace(limit, low=share * limit.low, high=share * limit.high) if limit.kind == "torque" else limit
+            replace(limit, low=part * limit.low, high=part * limit.high) if limit.kind == "torque" else limit
             for limit in self.limits
         )
         return replace(self, limits=tuple(limits))
 
     def with_slow_torques(self, speed: float) -> "DesignProblem":
-        """Ask besides that the same way keeps the torque limits at a fraction of the speed."""
+        """Require besides that the same way keeps the torque limits at a fraction of the speed."""
         slow = (slow_limit(self.kernel, limit, speed) for limit in self.of_kind("torque"))
         return replace(self, limits=(*self.limits, *slow))
 
     def exact(self, samples: Samples) -> State:
-        """Samples and regressor with the exact sign."""
+        """Evaluate samples and regressor with the exact sign."""
         return State(samples, self.kernel.entries(samples, 0.0))
 
     def state(self, x: Array, width: float, finer: int = 1) -> State:
-        """Samples and regressor; ``width`` 0 for the exact sign."""
+        """Evaluate samples and regressor; ``width`` 0 for the exact sign."""
         samples = self.family.sample(x, finer)
         return State(samples, self.kernel.entries(samples, width), width)
 
     def at_rest(self, poses: Array) -> State:
-        """The arm held at poses (N, n)."""
+        """Evaluate the arm held at poses (N, n)."""
         still = np.zeros_like(poses)
         return self.exact(Samples(np.ones(len(poses)), poses, still, still))
 
     def clear(self, poses: Array) -> bool:
-        """Whether poses (N, n) keep clear of obstacles and of each other's bodies."""
+        """True if all poses (N, n) keep clear of obstacles and of each other's bodies."""
         return all(nearest.room >= 0.0 for nearest in self.clearances(poses))
 
     def clearances(self, poses: Array) -> list[LimitCheck]:
-        """How near poses (N, n) come to what is in the scene."""
+        """Check poses (N, n) against what is in the scene."""
         return [check(limit, self.at_rest(poses)) for limit in self.of_kind("clearance")]
 
     def row_weights(self, samples: Samples, weighted: bool, duration: float | None = None) -> Array:
@@ -169,11 +169,11 @@ class DesignProblem(Brief):
         return np.asarray(joints[:, None] * (samples.weight * (recorded / samples.weight.sum())))
 
     def information(self, entries: Array, weights: Array) -> Array:
-        """G = W' diag(w) W of the parameters, c x c, with that of the earlier recordings; ``weights`` (n, N)."""
+        """Information W' diag(w) W of the parameters, c x c, earlier recordings included; ``weights`` (n, N)."""
         return self.kernel.gram(entries, weights)[np.ix_(self.places, self.places)] + self.earlier.T @ self.earlier
 
     def evaluate(self, x: Array, order: float, width: float, limits: Penalty | None = None) -> tuple[float, Array]:
-        """Criterion, with the terms of the limits if given, and the exact gradient in x.
+        """Evaluate criterion, with the terms of the limits if given, and the exact gradient in x.
 
         While optimising, information counts per second of motion, so that a longer motion is not better for its
         length alone.
@@ -193,6 +193,7 @@ class DesignProblem(Brief):
             return np.inf, np.zeros(len(x))
         M = np.zeros((len(self.kernel.columns),) * 2)
         M[own] = part
+        # Weights are times over their sum, so that their slopes lose the mean.
         seed, by_weight = self.kernel.gram_slope(state.entries, weights, M)
         by_time = np.einsum("jk,jk->k", by_weight, weights) / samples.weight
         slopes = State(Samples.zeros(samples), seed)
@@ -202,14 +203,14 @@ class DesignProblem(Brief):
         return value, self._pulled_back(x, width, state, slopes)
 
     def trespass(self, x: Array, width: float, limits: Penalty) -> tuple[float, Array]:
-        """Terms of the limits alone, with their gradient: zero where all are met."""
+        """Evaluate the terms of the limits alone, with their gradient: zero where all are met."""
         state = self.state(x, width)
         slopes = State(Samples.zeros(state.samples), np.zeros_like(state.entries))
         value = limits(state, slopes)
         return value, self._pulled_back(x, width, state, slopes)
 
     def _pulled_back(self, x: Array, width: float, state: State, slopes: State) -> Array:
-        """Gradient in x: one adjoint of the regressor, then the family's."""
+        """Compute the gradient in x: one adjoint of the regressor, then the family's."""
         states = self.kernel.state_slope(state.samples, width, slopes.entries)
         for into, slope in zip(slopes.samples[1:], states, strict=True):
             into += slope
@@ -238,7 +239,7 @@ class DesignProblem(Brief):
 
 @dataclass(frozen=True)
 class Loads:
-    """Parameters that torque limits are computed from.
+    """Loads: parameters that torque limits are computed from.
 
     Attributes:
         parameters: standard or base parameters of the robot by name.
@@ -246,7 +247,7 @@ class Loads:
             with it. A set: they hold for each of its bodies, and without any.
         covariance: of ``parameters`` in their order; None where they are taken as exact. It counts for a set, by
             two standard deviations of the robot's own torque.
-        margin: share of the torque limits that stays free.
+        margin: fraction of the torque limits that stays free.
     """
 
     parameters: Mapping[str, float]
@@ -284,7 +285,7 @@ def build_design(
     shape, goal, bounds = shape or ViaPointShape(), goal or Goal(), bounds or JointBounds.of(robot)
     family = shape.family(robot, bounds)
     if isinstance(goal, NearGoal):
-        goal = goal.beside_friction(robot, shape, family)
+        goal = goal.with_friction(robot, shape, family)
     model, base = goal.model(robot), base_parameters(robot) if np.isfinite(bounds.torque).any() else None
     names, around, payloads = goal.names(robot), scene, None
     if loads is not None and isinstance(loads.heaviest, PayloadSet):
@@ -326,7 +327,7 @@ def build_design(
 def _torque_limits(
     robot: Robot, base: BaseParameters, kernel: RegressorKernel, bounds: JointBounds, loads: Loads
 ) -> Iterator[Limit]:
-    """Torque limits for each load."""
+    """Make the torque limits for each load."""
     known, torque = loads.parameters, (1.0 - loads.margin) * bounds.torque
     if all(name in known for name in base.standard):
         values = base.value(known)

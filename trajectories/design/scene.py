@@ -1,4 +1,4 @@
-"""What stands in the way of a motion: bodies, floor and walls, as values, as a TOML file, and as a limit.
+"""Scenes: bodies, floor and walls in the way of a motion, as values, as a TOML file, and as a limit.
 
 Bodies are capsules fixed to link frames (a sphere is a capsule whose ends are the same). Frame 0 stands in the
 world, so that a capsule fixed to it is an obstacle; floor and walls are half-spaces. Distances are continuous and
@@ -31,7 +31,7 @@ _Pairs = tuple[tuple[str, str], ...]
 
 
 class Capsule(Table, frozen=True):
-    """All points within ``radius`` of the line from ``start`` to ``end``, in the frame of a link.
+    """Capsule: all points within ``radius`` of the line from ``start`` to ``end``, in the frame of a link.
 
     Attributes:
         name: for messages.
@@ -58,7 +58,7 @@ class Capsule(Table, frozen=True):
 
     @property
     def sphere(self) -> bool:
-        """Whether both ends are the same."""
+        """True if both ends are the same."""
         return self.end is None or self.end == self.start
 
 
@@ -82,7 +82,7 @@ class HalfSpace(Table, frozen=True):
 
 
 class Scene(Table, frozen=True):
-    """Bodies, surfaces and the pairs that must stay apart.
+    """Scene of bodies, surfaces and the pairs that must stay apart.
 
     Attributes:
         bodies: on the links and in the world.
@@ -129,7 +129,7 @@ def read_scene(path: str | Path) -> Scene:
 
 
 def clearance(robot: Robot, scene: Scene) -> Limit:
-    """Distances in the scene as a limit on the motion, a column per pair; values in units of 0.1 m.
+    """Limit the distances in the scene, a column per pair; values in units of 0.1 m.
 
     Raises:
         InputError: if the scene names a link that the robot does not have, or nothing could collide.
@@ -149,7 +149,7 @@ def clearance(robot: Robot, scene: Scene) -> Limit:
 
 @functools.lru_cache(maxsize=16)
 def _functions(robot: Robot, scene: Scene) -> tuple[ca.Function, ca.Function, tuple[str, ...]]:
-    """Distances (one per pair), their adjoint, and the pairs' names."""
+    """Make functions of distances (one per pair) and of their adjoint, and name the pairs."""
     if any(body.link > robot.n for body in scene.bodies):
         raise InputError(f"the scene names a link that robot {robot.name!r} does not have: it has {robot.n}")
     q = ca.SX.sym("q", robot.n)
@@ -185,7 +185,7 @@ def _functions(robot: Robot, scene: Scene) -> tuple[ca.Function, ca.Function, tu
 
 
 def _segments_apart(first: tuple[Capsule, ca.SX, ca.SX], second: tuple[Capsule, ca.SX, ca.SX]) -> ca.SX:
-    """Distance of two axes (Ericson, Real-Time Collision Detection, 5.1.9), zero-length ones included."""
+    """Distance of two segments (Ericson, Real-Time Collision Detection, 5.1.9), zero-length ones included."""
     (body, p1, q1), (second_body, p2, q2) = first, second
     u, v, r = q1 - p1, q2 - p2, p1 - p2
     a, e = ca.dot(u, u), ca.dot(v, v)

@@ -1,4 +1,4 @@
-"""How much a motion would teach, and how near it comes to its limits: exact sign, fine grid."""
+"""Score of a motion: how much it would teach, and how near it comes to its limits: exact sign, fine grid."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -18,13 +18,13 @@ from .limits import LimitCheck, State, check, excess
 from .problem import DesignProblem
 
 FINER = 10
-"""The final check's grid is so many times finer than the optimisation's."""
+"""Ratio of the final check's grid to the optimisation's."""
 TOLERANCE = 1e-9
-"""A limit missed by less than this, in its own units, is met."""
+"""Miss of a limit, in its own units, up to which it is met."""
 
 
 class Learnt(NamedTuple):
-    """What data would teach.
+    """Information that data give of a goal's parameters.
 
     Attributes:
         log_det: log det of the information matrix (d); -inf if it is singular.
@@ -43,7 +43,7 @@ class Learnt(NamedTuple):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Score(Brief):
-    """A motion judged, whatever the criterion it was designed for.
+    """Score of a motion, whatever the criterion it was designed for.
 
     Attributes:
         value: of the goal's criterion without surrogate, for one second of data or the goal's data length: small
@@ -63,7 +63,7 @@ class Score(Brief):
 
     @cached_property
     def learnt(self) -> Learnt:
-        """By the motion and the earlier recordings together; computed when first asked for.
+        """Information of the motion and the earlier recordings together; computed when first asked for.
 
         Earlier recordings count where they are in the weights needed.
         """
@@ -86,12 +86,12 @@ class Score(Brief):
 
     @property
     def feasible(self) -> bool:
-        """Whether all limits are met."""
+        """True if all limits are met."""
         return self.max_violation <= TOLERANCE
 
     @property
     def violations(self) -> tuple[str, ...]:
-        """One line for each limit that is not met."""
+        """Describe each limit that is not met, one line each."""
         return tuple(str(limit) for limit in self.limits if limit.relative > TOLERANCE)
 
     def relative_sigma(self, reference: dict[str, float]) -> dict[str, float]:
@@ -128,7 +128,7 @@ def check_held(problem: DesignProblem, poses: Array) -> None:
 
 
 def room_over_time(problem: DesignProblem, motion: Motion) -> Array:
-    """What each joint leaves of its nearest limit, (N, n), in units of the limit; positions: of half the range."""
+    """Room of each joint to its nearest limit, (N, n), in units of the limit; positions: of half the range."""
     b, n = problem.bounds, problem.robot.n
     rooms = [
         np.minimum(motion.q - b.low, b.high - motion.q) / b.half,
@@ -142,7 +142,7 @@ def room_over_time(problem: DesignProblem, motion: Motion) -> Array:
 
 
 def taught_over_time(problem: DesignProblem, motion: Motion) -> Array:
-    """What each sample of a motion teaches: its rows' share of the information, summing to the rank; shape (N,).
+    """Fraction of the information in each sample of a motion, summing to the rank; shape (N,).
 
     It is the trace of the hat matrix, sample by sample.
     """

@@ -33,8 +33,8 @@ _EASES, _MORE = 14, 1.5  # each so many times as much as the last
 
 
 Progress = Callable[[str, float | None, int], None]
-"""Called after each stage: what was done, the criterion of the best motion so far that keeps all limits (None
-before there is one), and evaluations of criterion and gradient."""
+"""Function called after each stage: what was done, the criterion of the best motion so far that keeps all limits
+(None before there is one), and evaluations of criterion and gradient."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -48,7 +48,7 @@ class Design(Speaks):
         evaluations: of criterion and gradient.
         cpu_s: processor time of the search [s].
         interrupted: whether it was stopped before its end.
-        missed: limits that the whole run misses, between the samples of ``score`` and on the ways between poses.
+        missed: limits that the full trajectory misses, between samples of ``score`` and on ways between poses.
     """
 
     problem: DesignProblem
@@ -63,9 +63,9 @@ class Design(Speaks):
 
     @property
     def headline(self) -> str:
-        """The robot, how long the motion takes, and whether it keeps its limits, in a line."""
-        words = "keeps every limit" if self.feasible else "does not keep every limit"
-        return f"motion of {self.problem.robot.name}, {self.score.duration:.4g} s, {words}"
+        """State robot, duration of the motion, and whether it keeps its limits, in a line."""
+        kept = "keeps every limit" if self.feasible else "does not keep every limit"
+        return f"motion of {self.problem.robot.name}, {self.score.duration:.4g} s, {kept}"
 
     def motion(self, rate: float) -> Motion:
         """Sample the motion at ``rate`` [Hz]."""
@@ -73,12 +73,12 @@ class Design(Speaks):
 
     @property
     def learnt(self) -> Learnt:
-        """log det, both condition numbers and predicted standard deviations."""
+        """Information of the motion: log det, both condition numbers and predicted standard deviations."""
         return self.score.learnt
 
     @property
     def feasible(self) -> bool:
-        """Whether all limits are met; ``score.violations`` and ``missed`` name those that are not."""
+        """True if all limits are met; ``score.violations`` and ``missed`` name those that are not."""
         return self.score.feasible and not self.missed
 
 
@@ -122,7 +122,7 @@ def solve_design(
 
 
 class Effort(NamedTuple):
-    """How long a search goes on.
+    """Effort of a search: when it ends.
 
     Attributes:
         first: iterations from a start, shared by the surrogate's orders.
@@ -145,12 +145,12 @@ class Effort(NamedTuple):
 
 _NEAR, _VIA = Effort(150, 50, 40, 3, 8, True, 2e-3), Effort(100, 100, 50, 2, 14, True)
 _FRESH = Effort(160, 150, 60, 4, 8, False)
-"""Where each descent learns the curvature anew: many numbers, many minima, or a surrogate that changes."""
+"""Effort where each descent learns the curvature anew: many numbers, many minima, or a changing surrogate."""
 
 
 @dataclass
 class _Search:
-    """The best motion so far and its score, and the way to better ones; ``begin`` is where another search ended."""
+    """Search from one begin: the best motion so far and its score, and the way to better ones."""
 
     problem: DesignProblem
     draw: np.random.Generator
@@ -162,7 +162,7 @@ class _Search:
 
     @property
     def found(self) -> tuple[Array, Score]:
-        """The best motion and its score; a random start if the search was interrupted before its first look."""
+        """Best motion and its score; a random start if the search was interrupted before its first look."""
         if self.best is None:
             self.consider(self._first(), "random start")
         assert self.best is not None
@@ -170,7 +170,7 @@ class _Search:
 
     @cached_property
     def effort(self) -> Effort:
-        """The effort with which motions of the problem's family come out best for the time it takes."""
+        """Effort with which motions of the problem's family come out best for the time it takes."""
         family = self.problem.family
         if family.size <= _SMALL and isinstance(family, FreeNear):
             return _NEAR
@@ -181,7 +181,7 @@ class _Search:
     def run(self, starts: int) -> None:
         """Improve random starts for a while, the best of them to the end, unless it is interrupted.
 
-        A search that goes on from another one's end has that start alone.
+        A search that goes on from another one's end has only that start.
         """
         try:
             self._finish(self._best_start(starts) if self.begin is None else self._begun(1))
@@ -194,7 +194,7 @@ class _Search:
         last: float | None = None
 
         def gains(width: float, iterations: int, text: str) -> bool:
-            """Improve; whether this motion or the last one misses a limit, or this one is clearly better."""
+            """Improve; true if this motion or the last one misses a limit, or this one is clearly better."""
             nonlocal last
             score = self._improved(course, order, width, iterations, text)
             before, last = last, score.value if score.feasible else None
@@ -213,7 +213,7 @@ class _Search:
             self.consider(drawn_back(self.problem, x), "drawn back")
 
     def _best_start(self, starts: int) -> Lagrangian:
-        """The most promising of some random starts, improved for a while.
+        """Find the most promising of some random starts, improved for a while.
 
         All are improved for half of that, the best third of them for the other half.
         """
@@ -224,7 +224,7 @@ class _Search:
             return courses[0][1]
 
         def promise(start: tuple[int, Lagrangian]) -> tuple[bool, float, int]:
-            """Starts near their limits come first, by their value; the first of equal ones."""
+            """Rank starts near their limits first, by their value; the first of equal ones."""
             number, course = start
             merit, _ = self.problem.evaluate(course.x, last, WIDTH, course)
             return course.violation(self.problem.state(course.x, WIDTH)) > _ASTRAY, merit, number
@@ -238,11 +238,11 @@ class _Search:
         return courses[0][1]
 
     def _first(self) -> Array:
-        """Where another search ended, or a random motion."""
+        """Start where another search ended, or at a random motion."""
         return self.problem.family.random(self.draw, self.problem.clear) if self.begin is None else self.begin
 
     def _begun(self, number: int) -> Lagrangian:
-        """A start brought within the limits at its samples, if a descent finds the way."""
+        """Bring a start within the limits at its samples, if a descent finds the way."""
         problem, x = self.problem, self._first()
         for _ in range(3):
             limits = Lagrangian(problem, x, 1.0, 2.0 * _MARGIN)
@@ -293,7 +293,7 @@ class _Search:
 
 
 def drawn_back(problem: DesignProblem, x: Array) -> Array:
-    """The motion slower and smaller by more and more until it keeps all limits; as it is where that never does."""
+    """Make the motion slower and smaller until it keeps all limits; as it is where that never does."""
     slower, smaller = _overstepped(score_of(problem, x))
     for ease in range(_EASES):
         times = _MORE**ease
@@ -304,7 +304,7 @@ def drawn_back(problem: DesignProblem, x: Array) -> Array:
 
 
 def _overstepped(score: Score) -> tuple[float, float]:
-    """How many times slower and smaller a motion would have to be if all that it misses went with its size."""
+    """Ratio by which a motion would have to be slower and smaller if all that it misses went with its size."""
     slower, smaller = 1.0, 1.0
     for limit in score.limits:
         if limit.room >= _ROOM:

@@ -1,4 +1,4 @@
-"""What every kind of motion offers: a plan to run, and a family to choose from within the joints' bounds."""
+"""Interface of every kind of motion: a plan to run, and a family to choose from within the joints' bounds."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -11,20 +11,20 @@ from ...common.errors import InputError
 from ...model import Motion, Robot
 
 Clear = Callable[[Array], bool]
-"""Whether the robot may take all of some poses, (N, n) [rad or m]."""
+"""Function that is true if the robot may take all of some poses, (N, n) [rad or m]."""
 _END = 1e-12  # of the duration: what rounding may keep the last sample from falling on the end
 LONGEST = 3600.0
-"""s: a motion that is designed takes no longer."""
+"""Longest duration of a motion that is designed [s]."""
 _MOST = 10_000_000  # samples of a motion: eleven hours at 250 Hz; memory would not hold much more
 
 
 def everywhere(poses: Array) -> bool:
-    """Nothing stands in the way."""
+    """Allow every pose."""
     return True
 
 
 def sample_count(duration: float, rate: float) -> int:
-    """Samples of a motion of so many seconds at ``rate`` [Hz], its end included where one falls on it.
+    """Count samples of a motion of so many seconds at ``rate`` [Hz], its end included where one falls on it.
 
     Raises:
         InputError: if there are too many to be held.
@@ -61,7 +61,7 @@ class JointBounds:
         acceleration: Sequence[float] | None = None,
         torque: Sequence[float] | None = None,
     ) -> "JointBounds":
-        """Limits of a robot.
+        """Collect the limits of a robot.
 
         Args:
             robot: its description holds positions and speeds; a design needs both.
@@ -108,7 +108,7 @@ class JointBounds:
 
 
 def checked_start(bounds: JointBounds, start: Sequence[float] | None) -> Array | None:
-    """Start pose [rad or m], shape (n,), within the limits; None for anywhere."""
+    """Check a start pose [rad or m], shape (n,), against the limits; None for anywhere."""
     if start is None:
         return None
     pose = np.asarray(start, dtype=float)
@@ -130,12 +130,12 @@ class Samples(NamedTuple):
 
     @staticmethod
     def zeros(like: "Samples") -> "Samples":
-        """Samples of the same shapes, all zero."""
+        """Make samples of the same shapes, all zero."""
         return Samples(*(np.zeros_like(x) for x in like))
 
     @staticmethod
     def of(motion: Motion) -> "Samples":
-        """A motion's samples, each for its share of the time by the trapezoidal rule."""
+        """Take a motion's samples, each for its part of the time by the trapezoidal rule."""
         weight, step = np.zeros(len(motion.t)), np.diff(motion.t)
         weight[:-1] += 0.5 * step
         weight[1:] += 0.5 * step
@@ -143,7 +143,7 @@ class Samples(NamedTuple):
 
 
 class Plan(Protocol):
-    """A motion to be run: it starts and ends at rest, and says how long it takes."""
+    """Motion to be run: it starts and ends at rest, and has a duration."""
 
     @property
     def duration(self) -> float:
@@ -159,7 +159,7 @@ class Plan(Protocol):
 
 
 class Family(Protocol):
-    """Motions that depend smoothly on a vector x whose entries are of the order of 1.
+    """Family of motions that depend smoothly on a vector x whose entries are of the order of 1.
 
     Attributes:
         low, high: bounds of x, shape (size,).
@@ -172,16 +172,16 @@ class Family(Protocol):
     reach: tuple[Array, Array]
 
     def random(self, draw: np.random.Generator, clear: Clear = everywhere) -> Array:
-        """A random x to start from, within position and speed limits, through ``clear`` poses if it can."""
+        """Draw a random x to start from, within position and speed limits, through ``clear`` poses if it can."""
 
     def sample(self, x: Array, finer: int = 1) -> Samples:
-        """States on the grid of the optimisation, or on one ``finer`` times as dense."""
+        """Evaluate states on the grid of the optimisation, or on one ``finer`` times as dense."""
 
     def pullback(self, x: Array, slope: Samples) -> Array:
         """Gradient in x of a number whose gradient in the samples is ``slope``: the Jacobian transposed."""
 
     def plan(self, x: Array) -> Plan:
-        """The motion."""
+        """Make the motion."""
 
     def eased(self, x: Array, slower: float, smaller: float) -> Array:
         """Make a motion ``slower`` times slower, where the duration is free, and ``smaller`` times smaller."""

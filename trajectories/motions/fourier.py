@@ -23,7 +23,7 @@ _SAMPLES = 24  # per period of the highest harmonic while optimising
 
 @dataclass(frozen=True, repr=False)
 class Fourier(Plan, Brief):
-    """One period of a Fourier series.
+    """Motion along one period of a Fourier series.
 
     Attributes:
         offset: q0 [rad or m], shape (n,).
@@ -47,7 +47,7 @@ class Fourier(Plan, Brief):
 
     @property
     def duration(self) -> float:
-        """One period [s]."""
+        """Duration of one period [s]."""
         return self.period
 
     def at(self, t: Array) -> tuple[Array, Array, Array]:
@@ -58,21 +58,21 @@ class Fourier(Plan, Brief):
 
 
 def fourier_basis(t: Array, harmonics: int, period: float) -> tuple[Array, Array, Array]:
-    """What multiplies a_1 ... a_H, b_1 ... b_H in q, qd and qdd, each (N, 2 H)."""
+    """Basis of a_1 ... a_H, b_1 ... b_H in q, qd and qdd, each (N, 2 H)."""
     wl = 2.0 * np.pi / period * np.arange(1, harmonics + 1)
     s, c = np.sin(wl * t[:, None]), np.cos(wl * t[:, None])
     return np.hstack([s / wl, -c / wl]), np.hstack([c, s]), np.hstack([-s * wl, c * wl])
 
 
 class RestingSeries:
-    """A family of Fourier series of a fixed period about poses, at rest and without acceleration at both ends.
+    """Family of Fourier series of a fixed period about poses, at rest and without acceleration at both ends.
 
     q, qd and qdd are linear in x.
 
     Attributes:
         null: coefficients a_1 ... a_H, b_1 ... b_H of each of the basis functions, 2 H x functions.
         first: what multiplies the coefficients in q at t = 0, shape (2 H,).
-        moving: the joints that move; the others are held.
+        moving: the joints that move; the others stay at rest.
     """
 
     moving: slice | list[int] = slice(None)
@@ -80,7 +80,7 @@ class RestingSeries:
     def __init__(
         self, harmonics: int, period: float, samples: int, poses: Array, scale: Array, half: Array | None = None
     ) -> None:
-        """At least two ``harmonics`` in a ``period`` [s].
+        """Set up at least two ``harmonics`` in a ``period`` [s].
 
         Args:
             samples: of a period while optimising.
@@ -102,7 +102,7 @@ class RestingSeries:
         self.low, self.high = np.full(self.size, -np.inf), np.full(self.size, np.inf)
 
     def sample(self, x: Array, finer: int = 1) -> Samples:
-        """States at even times of one period at each pose."""
+        """Evaluate states at even times of one period at each pose."""
         about, c = self._unpacked(x)
         grid = self._grid(finer)
         poses, n, count = *about.shape, len(grid[0])
@@ -114,7 +114,7 @@ class RestingSeries:
         return Samples(weight, *(states.reshape(-1, n) for states in (q, qd, qdd)))
 
     def pullback(self, x: Array, slope: Samples) -> Array:
-        """The Jacobian transposed times the slopes."""
+        """Apply the Jacobian transposed to the slopes."""
         gradient, (B, Bd, Bdd) = np.empty(self._shape), self._grid(1)
         for own, q, qd, qdd in zip(gradient, *self._at_poses(slope), strict=True):
             by_weights = (q.T @ B + qd.T @ Bd + qdd.T @ Bdd) @ self.null
@@ -124,11 +124,11 @@ class RestingSeries:
         return gradient.ravel()
 
     def eased(self, x: Array, slower: float, smaller: float) -> Array:
-        """Smaller about what q counts from; the period stays."""
+        """Shrink the motion about what q counts from; the period stays."""
         return np.asarray(x * (smaller / slower))
 
     def _grid(self, finer: int) -> tuple[Array, Array, Array]:
-        """What multiplies the coefficients in q, qd and qdd at even times of one period, each (N, 2 H)."""
+        """Basis of the coefficients in q, qd and qdd at even times of one period, each (N, 2 H)."""
         if finer not in self._grids:
             count = self._samples * finer
             B, Bd, Bdd = fourier_basis(np.arange(count) / count * self._period, self._harmonics, self._period)
@@ -136,20 +136,20 @@ class RestingSeries:
         return self._grids[finer]
 
     def _unpacked(self, x: Array) -> tuple[Array, Array]:
-        """What q counts from, poses x n, and a, b of the joints that move, poses x moving x 2 H."""
+        """Unpack what q counts from, poses x n, and a, b of the joints that move, poses x moving x 2 H."""
         weights = x.reshape(self._shape)
         c = (weights[..., : self.null.shape[1]] @ self.null.T) * self._scale[:, None]
         return self._poses if self._half is None else self._poses + self._half * weights[..., -1], c
 
     def _at_poses(self, samples: Samples) -> list[Array]:
-        """States of the joints that move, pose by pose, each poses x N x moving."""
+        """Evaluate states of the joints that move, pose by pose, each poses x N x moving."""
         states = (x.reshape(len(self._poses), -1, x.shape[1]) for x in samples[1:])
         return [x[..., self.moving] for x in states]
 
 
 @dataclass(frozen=True)
 class FourierShape:
-    """A Fourier series of a fixed duration.
+    """Shape of a Fourier series of a fixed duration.
 
     Attributes:
         duration: period [s].
@@ -163,12 +163,12 @@ class FourierShape:
     start: tuple[float, ...] | None = None
 
     def family(self, robot: Robot, bounds: JointBounds) -> "FreeFourier":
-        """Motions of this shape."""
+        """Make the family of motions of this shape."""
         return FreeFourier(bounds, self)
 
 
 class FreeFourier(RestingSeries):
-    """Fourier series of all joints about a middle that is free, or from a given start."""
+    """Family of Fourier series of all joints about a middle that is free, or from a given start."""
 
     def __init__(self, bounds: JointBounds, shape: FourierShape) -> None:
         """Lay out x.
@@ -189,7 +189,7 @@ class FreeFourier(RestingSeries):
         self._bounds, self.reach = bounds, (bounds.low, bounds.high)
 
     def random(self, draw: np.random.Generator, clear: Clear = everywhere) -> Array:
-        """Random coefficients, as large as position and speed limits allow by half."""
+        """Draw random coefficients, as large as position and speed limits allow by half."""
         bounds, (_, n, _), size = self._bounds, self._shape, self.null.shape[1]
         c = np.zeros(self._shape[1:])
         c[:, :size] = draw.standard_normal((n, size))
@@ -209,7 +209,7 @@ class FreeFourier(RestingSeries):
         return np.asarray(c.ravel())
 
     def plan(self, x: Array) -> Fourier:
-        """The motion."""
+        """Make the motion."""
         (about,), (c,) = self._unpacked(x)
         a, b = np.hsplit(c, 2)
         return Fourier(about if self._half is not None else about - c @ self.first, a, b, self._period)

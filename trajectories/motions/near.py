@@ -1,4 +1,4 @@
-"""Motions about a pose: a Fourier series of some joints, the others held, perhaps once more about a second pose."""
+"""Motions about a pose: a Fourier series of some joints, the others at rest, perhaps again about a second pose."""
 
 from dataclasses import dataclass, replace
 
@@ -55,7 +55,7 @@ class NearMotion(Plan, Brief):
 
     @property
     def duration(self) -> float:
-        """From rest to rest, transfers included [s]."""
+        """Duration from rest to rest, transfers included [s]."""
         count = len(self.poses)
         return count * (self.repeats * self.period + self.transfer)
 
@@ -63,11 +63,11 @@ class NearMotion(Plan, Brief):
         """Position, speed and acceleration at times [s], each (N, n); at rest before 0 and after the end."""
         t = np.clip(t, 0.0, self.duration)
         stay, count = self.repeats * self.period, len(self.poses)
-        place = np.minimum((t / (stay + self.transfer)).astype(int), count - 1)
-        own = t - place * (stay + self.transfer)
+        index = np.minimum((t / (stay + self.transfer)).astype(int), count - 1)
+        own = t - index * (stay + self.transfer)
         q, qd, qdd = (np.empty((len(t), self.poses.shape[1])) for _ in range(3))
         for p, pose in enumerate(self.poses):
-            here, away = (place == p) & (own <= stay), (place == p) & (own > stay)
+            here, away = (index == p) & (own <= stay), (index == p) & (own > stay)
             B, Bd, Bdd = fourier_basis(own[here], self.a.shape[2], self.period)
             c = np.hstack([self.a[p], self.b[p]]).T
             first = fourier_basis(np.zeros(1), self.a.shape[2], self.period)[0]
@@ -78,14 +78,14 @@ class NearMotion(Plan, Brief):
         return q, qd, qdd
 
     def slowed(self, speed: float) -> "NearMotion":
-        """One slow period at a fraction of the speed, the same way: to be watched before the real run."""
+        """Slow one period down to a fraction of the speed, the same way: to be watched before the real run."""
         slow = replace(self, a=self.a * speed, b=self.b * speed, period=self.period / speed)
         return replace(slow, repeats=1, transfer=self.transfer / speed)
 
 
 @dataclass(frozen=True, eq=False)
 class NearShape:
-    """A motion about one pose or two.
+    """Shape of a motion about one pose or two.
 
     Attributes:
         poses: where the robot stands [rad or m], shape (1 or 2, n).
@@ -115,7 +115,7 @@ class NearShape:
                 raise InputError(f"the pose {shown} must be {robot.n} positions within the limits of {robot.name}")
 
     def family(self, robot: Robot, bounds: JointBounds) -> "FreeNear":
-        """Motions of this shape.
+        """Make the family of motions of this shape.
 
         Raises:
             InputError: if the duration leaves no time beside the way between two poses.
@@ -124,15 +124,15 @@ class NearShape:
         return FreeNear(bounds, self)
 
     def visibility(self, robot: Robot) -> PayloadVisibility:
-        """What torques near the poses will show of a payload, before any motion."""
+        """Visibility of the payload in torques near the poses, before any motion."""
         return payload_visibility(robot, list(self.poses), self.joints, self.ranges.tolist())
 
 
 class FreeNear(RestingSeries):
-    """Fourier series of some joints about given poses."""
+    """Family of Fourier series of some joints about given poses."""
 
     def __init__(self, bounds: JointBounds, shape: NearShape) -> None:
-        """Share out the duration among poses, periods and the ways between poses."""
+        """Divide the duration among poses, periods and the ways between poses."""
         self.moving = moving = [joint - 1 for joint in shape.joints]
         self._transfer = 0.0
         if len(shape.poses) > 1:
@@ -150,14 +150,14 @@ class FreeNear(RestingSeries):
         scale = np.minimum(bounds.speed[moving], 2.0 * np.pi / period * shape.ranges)
         super().__init__(_HARMONICS, period, _SAMPLES * _HARMONICS, shape.poses, scale)
         self._most = (shape.ranges, bounds.speed[moving], bounds.acceleration[moving])
-        # The range of each moving joint about each pose, within its limits; any for joints that are held.
+        # The range of each moving joint about each pose, within its limits; any for joints at rest.
         low, high = shape.poses - 1.0, shape.poses + 1.0
         low[:, moving] = np.maximum(shape.poses[:, moving] - shape.ranges, bounds.low[moving])
         high[:, moving] = np.minimum(shape.poses[:, moving] + shape.ranges, bounds.high[moving])
         self.reach = low, high
 
     def random(self, draw: np.random.Generator, clear: Clear = everywhere) -> Array:
-        """Random coefficients as large as range, speed and acceleration allow."""
+        """Draw random coefficients as large as range, speed and acceleration allow."""
         c = draw.standard_normal(self._shape)
         states = self._at_poses(self.sample(c.ravel()))
         for own, pose, q, qd, qdd in zip(c, self._poses, *states, strict=True):
@@ -171,7 +171,7 @@ class FreeNear(RestingSeries):
         return x
 
     def plan(self, x: Array) -> NearMotion:
-        """The motion."""
+        """Make the motion."""
         c = np.zeros((*self._poses.shape, len(self.null)))
         c[:, self.moving] = self._unpacked(x)[1]
         a, b = np.split(c, 2, axis=2)

@@ -1,4 +1,4 @@
-"""Motions as a robot controller plans them: synchronised moves with trapezoidal speed that blend at via points.
+"""Motions that a robot controller plans: synchronised moves with trapezoidal speed that blend at via points.
 
 Every move turns all joints by the same law: a ramp to constant speed, and a ramp down. A ramp's acceleration rises
 and falls linearly over part of its time, so that torques do not jump. At a via point the next move starts before
@@ -20,7 +20,7 @@ _STRETCH = 1.02  # steps in which moves too short for their ramps are made longe
 
 @dataclass(frozen=True, repr=False)
 class PointToPoint(Plan, Brief):
-    """Moves from point to point.
+    """Motion through points by synchronised moves.
 
     Attributes:
         points: positions [rad or m], shape (K, n).
@@ -54,14 +54,14 @@ class PointToPoint(Plan, Brief):
 
     @property
     def _up_and_down(self) -> tuple[Array, Array]:
-        """Ramps of each move, (K - 1,) each."""
+        """Times of the ramps of each move, (K - 1,) each."""
         if self.ramps.ndim == 2:
             return self.ramps[:, 0], self.ramps[:, 1]
         return self.ramps[:-1], self.ramps[1:]
 
     @property
     def duration(self) -> float:
-        """From rest to rest [s]."""
+        """Duration from rest to rest [s]."""
         return float(self._pieces[0][-1])
 
     def at(self, t: Array) -> tuple[Array, Array, Array]:
@@ -98,7 +98,7 @@ class PointToPoint(Plan, Brief):
 
 
 def _ramp(x: Array, s: float) -> tuple[Array, Array, Array]:
-    """A ramp of unit time and height: its integral, itself and its slope (a trapezoid of height 1 / (1 - s))."""
+    """Ramp of unit time and height: its integral, itself and its slope (a trapezoid of height 1 / (1 - s))."""
 
     def power(m: int) -> Array:
         inside = np.clip(x, 0.0, 1.0)
@@ -116,7 +116,7 @@ def plan_point_to_point(
     blend: float = 1.0,
     smoothing: float = 0.25,
 ) -> PointToPoint:
-    """The quickest such motion through points that keeps the speed and acceleration limits.
+    """Plan the quickest such motion through points that keeps the speed and acceleration limits.
 
     Args:
         robot: its joints' limits; a joint without limits sets no bound.
@@ -151,7 +151,7 @@ def plan_stops(
     acceleration: float | Array = 0.5,
     smoothing: float = 0.25,
 ) -> PointToPoint:
-    """The quickest such motion that stops at every point, each move by its own speed and acceleration.
+    """Plan the quickest such motion that stops at every point, each move by its own speed and acceleration.
 
     Arguments as of ``plan_point_to_point``, but the acceleration may be one for each move, shape (K - 1, 1).
 

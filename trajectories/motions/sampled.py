@@ -1,4 +1,4 @@
-"""A reference between the samples of a trajectory that somebody else planned."""
+"""References between the samples of a trajectory that somebody else planned."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -58,7 +58,7 @@ class SampledTrajectory(Plan, Brief):
 
     @property
     def duration(self) -> float:
-        """From rest to rest [s]."""
+        """Duration from rest to rest [s]."""
         return float(self.t[-1])
 
     def at(self, t: Array) -> tuple[Array, Array, Array]:
@@ -70,7 +70,7 @@ class SampledTrajectory(Plan, Brief):
         return q, qd * moves, qdd * moves
 
     def check_limits(self, robot: Robot) -> None:
-        """Refuse what the robot's joints may not do."""
+        """Refuse a trajectory that the robot's joints may not run."""
         q, qd, qdd = self.at(self.t)
         for j, joint in enumerate(robot.joints):
             low, high = joint.limits.position
@@ -104,12 +104,12 @@ class SampledTrajectory(Plan, Brief):
 
 
 def joined(motion: Motion, rate: float) -> Motion:
-    """Samples at no less than ``rate`` [Hz]: where they lie farther apart, more on the quintics through them."""
+    """Refine samples to no less than ``rate`` [Hz]: more on the quintics through those that lie farther apart."""
     parts = np.ceil(np.diff(motion.t) * rate * (1.0 - _ROUNDING)).astype(int)
     if (parts <= 1).all():
         return motion
     k = np.repeat(np.arange(len(parts)), parts)  # the sample before
-    share = (np.arange(len(k)) - np.repeat(np.cumsum(parts) - parts, parts)) / parts[k]
-    t, last = motion.t[k] + share * np.diff(motion.t)[k], (motion.q, motion.qd, motion.qdd)
+    fraction = (np.arange(len(k)) - np.repeat(np.cumsum(parts) - parts, parts)) / parts[k]
+    t, last = motion.t[k] + fraction * np.diff(motion.t)[k], (motion.q, motion.qd, motion.qdd)
     between = ViaPoints(motion.q, np.diff(motion.t), motion.qd, motion.qdd).at(t - motion.t[0])
     return Motion(np.append(t, motion.t[-1]), *(np.vstack([x, y[-1]]) for x, y in zip(between, last, strict=True)))

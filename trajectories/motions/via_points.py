@@ -36,21 +36,21 @@ _HERMITE = np.array(
 )
 
 Basis = tuple[Array, Array, Array]
-"""What multiplies the ends' states: in q, in T qd and in T^2 qdd, each (N, 6)."""
+"""Factors of the ends' states: in q, in T qd and in T^2 qdd, each (N, 6)."""
 Grid = tuple[Array, Basis]
-"""Samples of a segment: the share of its time that each stands for, shape (N,), and the basis there."""
+"""Samples of a segment: the fraction of its time that each stands for, shape (N,), and the basis there."""
 
 
 def _even(parts: int) -> Array:
     """Weights of the trapezoidal rule over unit time in even parts, shape (parts + 1,)."""
-    share = np.full(parts + 1, 1.0 / parts)
-    share[[0, -1]] *= 0.5
-    return share
+    weights = np.full(parts + 1, 1.0 / parts)
+    weights[[0, -1]] *= 0.5
+    return weights
 
 
 @dataclass(frozen=True)
 class Quintic:
-    """A quintic between position, speed and acceleration at both ends."""
+    """Quintic segment between position, speed and acceleration at both ends."""
 
     name = "quintic"
     passes = True
@@ -58,7 +58,7 @@ class Quintic:
     peak_acceleration = 10.0 / 3.0**0.5
 
     def basis(self, s: Array) -> Basis:
-        """The Hermite polynomials."""
+        """Evaluate the Hermite polynomials."""
         powers = s[:, None] ** np.arange(6)
         k = np.arange(1, 6)
         first = np.hstack([np.zeros((len(s), 1)), k * powers[:, :5]])
@@ -66,7 +66,7 @@ class Quintic:
         return powers @ _HERMITE.T, first @ _HERMITE.T, second @ _HERMITE.T
 
     def grid(self, parts: int) -> Grid:
-        """Even parts."""
+        """Divide the segment into even parts."""
         return _even(parts), self.basis(np.linspace(0.0, 1.0, parts + 1))
 
 
@@ -75,13 +75,13 @@ QUINTIC = Quintic()
 
 @dataclass(frozen=True)
 class Trapezoid:
-    """A ramp to constant speed and a ramp down, as a controller runs a synchronised joint move.
+    """Trapezoidal segment: a ramp to constant speed and a ramp down, as in a controller's synchronised joint move.
 
     It rests at both ends. All joints follow one law q0 + (q1 - q0) f(t / T). Its acceleration is constant in each
     phase and steps between them.
 
     Attributes:
-        ramp: share of the time that each of the two ramps takes, above 0, at most 0.5 (no constant speed then).
+        ramp: fraction of the time that each of the two ramps takes, above 0, at most 0.5 (no constant speed then).
 
     Raises:
         InputError: if the ramp is out of range.
@@ -99,31 +99,31 @@ class Trapezoid:
 
     @property
     def peak_speed(self) -> float:
-        """Reached over the whole constant phase."""
+        """Peak speed, reached over the whole constant phase."""
         return 1.0 / (1.0 - self.ramp)
 
     @property
     def peak_acceleration(self) -> float:
-        """Held over the whole ramps."""
+        """Peak acceleration, held over the whole ramps."""
         return 1.0 / (self.ramp * (1.0 - self.ramp))
 
     def basis(self, s: Array) -> Basis:
-        """At a step of the acceleration its value after the step, at s = 1 that before."""
+        """Evaluate the basis: at a step of the acceleration its value after the step, at s = 1 that before."""
         return self._in_phase(s, np.searchsorted([self.ramp, 1.0 - self.ramp], s, side="right"))
 
     def grid(self, parts: int) -> Grid:
-        """Even parts of each phase; both sides of every step of the acceleration are sampled."""
-        s, phase, share = [], [], []
+        """Divide each phase into even parts; both sides of every step of the acceleration are sampled."""
+        s, phase, weights = [], [], []
         for k, (begin, end) in enumerate(pairwise((0.0, self.ramp, 1.0 - self.ramp, 1.0))):
             if end > begin:
                 count = max(round(parts * (end - begin)), 2)
                 s.append(np.linspace(begin, end, count + 1))
                 phase.append(np.full(count + 1, k))
-                share.append(_even(count) * (end - begin))
-        return np.concatenate(share), self._in_phase(np.concatenate(s), np.concatenate(phase))
+                weights.append(_even(count) * (end - begin))
+        return np.concatenate(weights), self._in_phase(np.concatenate(s), np.concatenate(phase))
 
     def _in_phase(self, s: Array, phase: NDArray[np.int_]) -> Basis:
-        """f, f' and f'' in the ramp up (0), at constant speed (1) and in the ramp down (2)."""
+        """Values f, f' and f'' in the ramp up (0), at constant speed (1) and in the ramp down (2)."""
         v, a, left = self.peak_speed, self.peak_acceleration, 1.0 - s
         up, down = phase == 0, phase == 2
         f = np.select([up, down], [0.5 * a * s**2, 1.0 - 0.5 * a * left**2], v * (s - 0.5 * self.ramp))
@@ -135,13 +135,13 @@ class Trapezoid:
 
 
 Segment = Quintic | Trapezoid
-"""A way from point to point: its name, whether it ``passes`` points in motion, and the peak speed and acceleration
+"""Segment between points: its name, whether it ``passes`` points in motion, and the peak speed and acceleration
 of a step of 1 in unit time, at rest at both ends."""
 
 
 @dataclass(frozen=True, repr=False)
 class ViaPoints(Plan, Brief):
-    """Points to pass, the durations between them, and the speeds and accelerations there.
+    """Motion through via points: the durations between them, and the speeds and accelerations there.
 
     Attributes:
         points: positions [rad or m], shape (points, n).
@@ -177,7 +177,7 @@ class ViaPoints(Plan, Brief):
 
     @property
     def rests(self) -> bool:
-        """Whether the robot rests in every point."""
+        """True if the robot rests in every point."""
         return not any(x is not None and x.any() for x in (self.speeds, self.accelerations))
 
     def at(self, t: Array) -> tuple[Array, Array, Array]:
@@ -200,14 +200,14 @@ class ViaPoints(Plan, Brief):
 
 
 def _ends(p: Array, v: Array, a: Array, T: Array) -> Array:
-    """p0, T v0, T^2 a0, T^2 a1, T v1, p1 of each segment, (count - 1, 6, n)."""
+    """States p0, T v0, T^2 a0, T^2 a1, T v1, p1 at the ends of each segment, (count - 1, 6, n)."""
     t = T[:, None]
     return np.stack([p[:-1], t * v[:-1], t**2 * a[:-1], t**2 * a[1:], t * v[1:], p[1:]], axis=1)
 
 
 @dataclass(frozen=True)
 class ViaPointShape:
-    """A motion through via points.
+    """Shape of a motion through via points.
 
     Attributes:
         passing: whether it passes the inner points, or rests in each.
@@ -229,12 +229,12 @@ class ViaPointShape:
     start: tuple[float, ...] | None = None
 
     def family(self, robot: Robot, bounds: JointBounds) -> "FreeViaPoints":
-        """Motions of this shape."""
+        """Make the family of motions of this shape."""
         return FreeViaPoints(bounds, self)
 
 
 class FreeViaPoints:
-    """Segments whose q, qd and qdd are linear in the points' states for given durations.
+    """Family of segments whose q, qd and qdd are linear in the points' states for given durations.
 
     x holds (p - middle) / half range of the points, v / speed limit and a / acceleration limit of the inner ones,
     then log(T / 1 s) of the segments unless their durations are fixed. A given start is the first point and is not
@@ -279,7 +279,7 @@ class FreeViaPoints:
         self._grids: dict[int, Grid] = {}
 
     def random(self, draw: np.random.Generator, clear: Clear = everywhere) -> Array:
-        """Random points, at rest in each, somewhat slower than the limits allow.
+        """Draw random points, at rest in each, somewhat slower than the limits allow.
 
         Each is reached from the one before on a straight line if ``_TRIES`` points contain one.
         """
@@ -296,8 +296,8 @@ class FreeViaPoints:
                     T, step = self._fixed[k - 1] / _SLOWER, np.abs(points[k] - before)
                     by_speed = bounds.speed * T / (self.segment.peak_speed * step)
                     by_acceleration = bounds.acceleration * T**2 / (self.segment.peak_acceleration * step)
-                    share = min(1.0, float(by_speed.min()), float(by_acceleration.min()))
-                    points[k] = before + share * (points[k] - before)
+                    fraction = min(1.0, float(by_speed.min()), float(by_acceleration.min()))
+                    points[k] = before + fraction * (points[k] - before)
                 if clear(before + on_line * (points[k] - before)):
                     break
         x = np.zeros(self.size)
@@ -308,25 +308,25 @@ class FreeViaPoints:
         return np.asarray(np.clip(x, self.low, self.high))
 
     def sample(self, x: Array, finer: int = 1) -> Samples:
-        """States at times of each segment, its ends included: accelerations have corners there."""
+        """Evaluate states at times of each segment, its ends included: accelerations have corners there."""
         p, v, a, T = self._unpacked(x)
         ends = _ends(p, v, a, T)
-        share, (B, Bd, Bdd) = self._grid(finer)
+        weights, (B, Bd, Bdd) = self._grid(finer)
         step = T[:, None, None]
         q, qd, qdd = B @ ends, (Bd @ ends) / step, (Bdd @ ends) / step**2
         n = ends.shape[2]
-        weight = T[:, None] * share
+        weight = T[:, None] * weights
         return Samples(weight.ravel(), q.reshape(-1, n), qd.reshape(-1, n), qdd.reshape(-1, n))
 
     def pullback(self, x: Array, slope: Samples) -> Array:
-        """The Jacobian transposed times the slopes."""
+        """Apply the Jacobian transposed to the slopes."""
         p, v, a, T = self._unpacked(x)
         ends = _ends(p, v, a, T)
-        share, (B, Bd, Bdd) = self._grid(1)
-        shape, step = (len(T), len(share), ends.shape[2]), T[:, None, None]
+        weights, (B, Bd, Bdd) = self._grid(1)
+        shape, step = (len(T), len(weights), ends.shape[2]), T[:, None, None]
         q, qd, qdd = slope.q.reshape(shape), slope.qd.reshape(shape) / step, slope.qdd.reshape(shape) / step**2
         by_ends = B.T @ q + Bd.T @ qd + Bdd.T @ qdd
-        by_T = slope.weight.reshape(len(T), -1) @ share
+        by_T = slope.weight.reshape(len(T), -1) @ weights
         by_T -= np.einsum("kij,kij->k", Bd.T @ qd + 2.0 * (Bdd.T @ qdd), ends) / T
         by_T += np.einsum("kij,kij,i->k", by_ends, ends, _POWERS) / T
         t, gradient = T[:, None], np.empty(self.size)
@@ -344,20 +344,20 @@ class FreeViaPoints:
         return gradient
 
     def plan(self, x: Array) -> ViaPoints:
-        """The motion."""
+        """Make the motion."""
         p, v, a, T = self._unpacked(x)
         return ViaPoints(p, T, v, a) if self._passing else ViaPoints(p, T, segment=self.segment)
 
     def eased(self, x: Array, slower: float, smaller: float) -> Array:
-        """Slower by longer durations, smaller about the start or the middle of the range; smaller at fixed ones."""
-        eased, share = x.copy(), smaller if self.free_duration else smaller / slower
+        """Slow the motion by longer durations, shrink it about start or middle; at fixed durations shrink it."""
+        eased, ratio = x.copy(), smaller if self.free_duration else smaller / slower
         first, second, third = self._ends[:3]
-        eased[:first] = share * x[:first]
+        eased[:first] = ratio * x[:first]
         if self._start is not None:
             start = (self._start - self._bounds.middle) / self._bounds.half
-            eased[:first] += (1.0 - share) * np.tile(start, self._count - 1)
+            eased[:first] += (1.0 - ratio) * np.tile(start, self._count - 1)
         eased[first:second] *= smaller / slower
-        eased[second:third] *= smaller / slower**2 if self.free_duration else share
+        eased[second:third] *= smaller / slower**2 if self.free_duration else ratio
         eased[third:] += np.log(slower)
         return np.asarray(np.clip(eased, self.low, self.high)) if self.free_duration else eased
 
@@ -367,7 +367,7 @@ class FreeViaPoints:
         return self._grids[finer]
 
     def _unpacked(self, x: Array) -> tuple[Array, Array, Array, Array]:
-        """Points, speeds and accelerations there (count, n), durations (count - 1,)."""
+        """Unpack points, speeds and accelerations there (count, n), durations (count - 1,)."""
         first, second, third = self._ends[:3]
         bounds, n = self._bounds, len(self._bounds.low)
         p = np.empty((self._count, n))
@@ -382,11 +382,12 @@ class FreeViaPoints:
 
 
 def quickest(step: Array, speed: Array, acceleration: Array, segment: Segment = QUINTIC) -> Array:
-    """Durations in which steps (K, n) at rest at both ends keep speeds and accelerations (n,), shape (K,).
+    """Compute durations in which steps (K, n) at rest at both ends keep speeds and accelerations (n,), shape (K,).
 
     Raises:
         ValueError: if no limit bounds a step.
     """
+    # In a time T speeds fall as 1/T and accelerations as 1/T^2.
     by_speed = segment.peak_speed * np.abs(step) / speed
     by_acceleration = np.sqrt(segment.peak_acceleration * np.abs(step) / acceleration)
     durations = np.maximum(by_speed, by_acceleration).max(axis=1)
@@ -401,7 +402,7 @@ def _check_count(count: int) -> None:
 
 
 def random_points(robot: Robot, count: int, seed: int, span: float = 0.8) -> Array:
-    """Random positions within the limits, shape (count, n).
+    """Draw random positions within the limits, shape (count, n).
 
     Args:
         robot: its joints need position limits.
@@ -427,7 +428,7 @@ def random_via_points(
     span: float = 0.8,
     segment: Segment = QUINTIC,
 ) -> ViaPoints:
-    """Random points within the position limits, with the shortest durations.
+    """Draw random points within the position limits, with the shortest durations.
 
     Args:
         robot: its joints need position and speed limits.

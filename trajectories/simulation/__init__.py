@@ -1,1 +1,1 @@
-"""A robot whose parameters are known, under its controller, with what disturbs its recordings."""
+"""Simulation of a robot with known parameters under its controller, and of what disturbs its recordings."""

@@ -1,4 +1,4 @@
-"""A robot under its joint controller: forward dynamics in closed loop, many runs side by side in one batch.
+"""Robots under their joint controllers: forward dynamics in closed loop, many runs side by side in one batch.
 
 The controller has a position and a speed loop in cascade, with feed-forward.
 """
@@ -47,8 +47,8 @@ class Controller:
 
     motor torque = J (kv (v - qd) + ki z) + feed-forward, with v = qd_r + kp (q_r - q) and z' = v - qd.
 
-    The feed-forward is the model's torque on the reference motion: the bare robot's, without dry friction, for a
-    controller knows neither the payload nor how stiff the gears are today. Without an integral nothing takes up
+    The feed-forward is the model's torque on the reference motion: the unloaded robot's, without dry friction, for
+    a controller knows neither the payload nor how stiff the gears are today. Without an integral nothing takes up
     what the payload adds: the arm sags until the position error holds it, by its torque / (J kp kv). The loops
     see the exact positions and speeds: a step of the encoder of 1e-5 rad changes the torque by far less than the
     recorded noise.
@@ -57,7 +57,7 @@ class Controller:
         position: kp [1/s].
         speed: kv [1/s].
         integral: ki [1/s^2].
-        feed_forward: share of the model's torque that is fed forward.
+        feed_forward: fraction of the model's torque that is fed forward.
         compensates: whether that is the torque of the whole motion, or only what holds the reference pose at rest.
         rate: samples a second that it records [Hz].
     """
@@ -79,7 +79,7 @@ class Controller:
     def sagging(
         self, robot: Robot, payload: InertialParameters, references: Sequence[Plan], sag: float
     ) -> "Controller":
-        """Position and speed gains changed alike until a payload pulls the arm off its path by as much as told.
+        """Weaken the loop until a payload pulls the arm off its path by as much as asked for.
 
         Args:
             payload: given in the robot's payload frame.
@@ -93,14 +93,14 @@ class Controller:
             raise InputError("a controller with integral action does not sag: choose one without")
         if not sag > 0.0:
             raise InputError(f"a sag of {sag:g} rad: give a positive one")
-        simulator, pulls = Simulator(robot), []
+        simulator, differences = Simulator(robot), []
         for reference in references:
             t = np.linspace(0.0, reference.duration, _TIMES)
             motion = Motion(t, *reference.at(t))
-            pulls.append(simulator.measure(motion, payload).torque - simulator.measure(motion).torque)
-        pull = np.sqrt(np.mean(np.concatenate(pulls) ** 2, axis=0)) / mean_inertia(robot)
-        share = np.sqrt(float(pull.max()) / sag / (self.position * self.speed))
-        return replace(self, position=share * self.position, speed=share * self.speed)
+            differences.append(simulator.measure(motion, payload).torque - simulator.measure(motion).torque)
+        acceleration = np.sqrt(np.mean(np.concatenate(differences) ** 2, axis=0)) / mean_inertia(robot)
+        ratio = np.sqrt(float(acceleration.max()) / sag / (self.position * self.speed))
+        return replace(self, position=ratio * self.position, speed=ratio * self.speed)
 
 
 CONTROLLERS = {
@@ -108,15 +108,15 @@ CONTROLLERS = {
     "proportional": Controller(integral=0.0),
     "gravity": Controller(integral=0.0, compensates="gravity"),
 }
-"""Loops as most industrial arms have them; without integral action; and those that know of gravity alone."""
+"""Controllers: loops of most industrial arms; without integral action; and those that know gravity alone."""
 
 
 class Task(NamedTuple):
-    """A run to be simulated.
+    """Run to be simulated.
 
     Attributes:
         name: of the recording.
-        reference: what the robot is told to do.
+        reference: what the robot is to do.
         payload: fixed to the last link, in the robot's payload frame.
         friction: dry friction at each sample [N·m or N], at least (samples, names) with the columns of
             ``dry_friction_names``; the last row holds on. None for the robot's own at all times.
@@ -129,7 +129,7 @@ class Task(NamedTuple):
 
 
 class ClosedLoop:
-    """A robot with known parameters, its controller and its gears.
+    """Simulates a robot with known parameters, its controller and its gears.
 
     Attributes:
         rate: of the samples [Hz].
@@ -177,7 +177,7 @@ class ClosedLoop:
     def run(
         self, tasks: Sequence[Task], progress: Callable[[float], None] | None = None
     ) -> list[tuple[Measurement, Array]]:
-        """Simulate all tasks in lockstep; each comes out as if it were alone.
+        """Simulate all tasks in lockstep; no task has an effect on another.
 
         Returns:
             For each task the exact motion with the motor torques, and the reference positions (N, n).
@@ -229,7 +229,7 @@ class ClosedLoop:
         return finished
 
     def _wanted(self, references: Sequence[Plan], start: int, stop: int) -> Array:
-        """Reference positions, speeds and feed-forward at every half step, (half steps, runs, 3 n)."""
+        """Evaluate reference positions, speeds and feed-forward at every half step, (half steps, runs, 3 n)."""
         halves = 2 * self.steps
         t = np.arange(start * halves, stop * halves + 1) / (self.rate * halves)
         known: dict[int, Array] = {}
@@ -242,7 +242,7 @@ class ClosedLoop:
         return np.stack([known[id(reference)] for reference in references], axis=1)
 
     def _parameters(self, payload: InertialParameters | None) -> Array:
-        """Base parameters, dry friction left out."""
+        """Values of the base parameters, dry friction left out."""
         vector = parameter_vector(self._plant, self._plant.parameters, payload)
         values = dict(zip(standard_columns(self._plant), vector, strict=True)) | dict.fromkeys(self._dry, 0.0)
         return self._base.value(values)
@@ -293,7 +293,7 @@ def integration_step(robot: Robot, base: BaseParameters, waves: int) -> ca.Funct
 
 
 def steps_per_sample(robot: Robot, controller: Controller, inertia: Array) -> int:
-    """So many that the stiffest mode, dry friction about rest, is integrated stably.
+    """Count the steps by which the stiffest mode, dry friction about rest, is integrated stably.
 
     Raises:
         InputError: if the robot's links cannot exist or its friction is too stiff.
@@ -311,6 +311,7 @@ def steps_per_sample(robot: Robot, controller: Controller, inertia: Array) -> in
                 f"robot {robot.name!r} cannot move: its parameters give an inertia matrix that is not positive "
                 "definite: correct the inertias in its description"
             )
+        # Rates of A qdd = -D qd: the eigenvalues of A^-1 D.
         fastest = max(fastest, float(np.abs(np.linalg.eigvals(np.linalg.solve(matrix, damping))).max()))
     steps = max(_FEWEST, stable_steps(fastest, 1.0 / controller.rate))
     if steps > _FINEST:
@@ -329,7 +330,7 @@ def mean_inertia(robot: Robot) -> Array:
 
 
 def random_positions(robot: Robot, count: int) -> Array:
-    """Positions spread over the joints' ranges (one turn or metre where there is no limit), always the same."""
+    """Draw positions over the joints' ranges (one turn or metre where there is no limit), always the same."""
     ranges = np.array([joint.limits.position for joint in robot.joints])
     bound = np.array([np.pi if joint.revolute else 0.5 for joint in robot.joints])
     ranges = np.clip(ranges, -bound[:, None], bound[:, None])

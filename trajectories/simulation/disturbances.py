@@ -1,4 +1,4 @@
-"""What a simulated robot's recordings suffer from: every level a parameter, every draw by a seed."""
+"""Disturbances of a simulated robot's recordings: every level a parameter, every draw by a seed."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -55,7 +55,7 @@ class Disturbances:
 
 
 def no_disturbances(n: int) -> Disturbances:
-    """Recordings exactly as the robot moves."""
+    """Make levels of zero: recordings exactly as the robot moves."""
     return Disturbances((0.0,) * n, (0.0,) * n, (0.0,) * n)
 
 
@@ -66,7 +66,7 @@ RX90_DISTURBANCES = Disturbances(
     friction=0.12,
     encoder=1e-5,
 )
-"""Levels as noisy as the paper's robot: (17)-(19) come out like Table 2's.
+"""Make levels as noisy as the paper's robot: (17)-(19) come out like Table 2's.
 
 Its printed deviations need a relative residual of 7 to 8 % in all and of 20 to 25 % on joints 5 and 6: residuals of
 4 to 5 % would give deviations that are too small, both cannot be had. How the residual is shared out between white
@@ -76,7 +76,7 @@ noise, ripple and friction is not published; it is assumed here, as are the enco
 RX90_SLOW_NOISE = replace(
     RX90_DISTURBANCES, white=(0.0,) * 6, slow=tuple(_AFTER_DECIMATION * x for x in RX90_DISTURBANCES.white)
 )
-"""The paper's levels with noise that remembers 0.8 s in the place of white noise.
+"""Make the paper's levels with noise that remembers 0.8 s instead of white noise.
 
 What decimation by 10 leaves of white noise at 250 Hz it leaves of this noise whole: residuals are as large, but say
 far less about the robot.
@@ -84,11 +84,11 @@ far less about the robot.
 
 
 def relative_disturbances(torque: Array, share: float) -> Disturbances:
-    """Disturbances of a robot about which nothing is known: shares of each joint's torque.
+    """Make levels for a robot about which nothing is known: fractions of each joint's torque.
 
     Args:
         torque: root mean square torque of each joint on the motion [N·m or N], shape (n,).
-        share: of the torque that becomes white noise; half of it each is ripple and change of friction.
+        share: fraction of the torque that becomes white noise; half of it each is ripple and change of friction.
     """
     joints = tuple(float(x) for x in share * torque)
     half = tuple(0.5 * x for x in joints)
@@ -96,7 +96,7 @@ def relative_disturbances(torque: Array, share: float) -> Disturbances:
 
 
 def draw_robot_errors(disturbances: Disturbances, seed: int) -> tuple[Array, Array]:
-    """Draw what stays the same in all recordings of a robot.
+    """Draw the errors that are alike in all recordings of a robot.
 
     Returns:
         Phases of the ripple [rad], n x waves, and the drives' gains, measured over true torque, shape (n,).
@@ -107,7 +107,7 @@ def draw_robot_errors(disturbances: Disturbances, seed: int) -> tuple[Array, Arr
 
 
 def draw_friction(robot: Robot, disturbances: Disturbances, count: int, rate: float, seed: Sequence[int]) -> Array:
-    """Dry friction of one run, one row a sample [N·m or N], columns as ``dry_friction_names``."""
+    """Draw dry friction of one run, one row a sample [N·m or N], columns as ``dry_friction_names``."""
     names = dry_friction_names(robot)
     mean = np.array([robot.parameters[name] for name in names])
     draw = np.random.default_rng([*seed, _RUN])
@@ -123,7 +123,7 @@ def record(
     seed: Sequence[int],
     source: str = "simulated",
 ) -> Recording:
-    """What the controller writes down of a motion and its motor torques.
+    """Record a motion and its motor torques as the controller writes them down.
 
     Args:
         torque: exact motor torques [N·m or N], shape (N, n).
@@ -139,7 +139,8 @@ def record(
 
 
 def _exponential(draw: np.random.Generator, shape: tuple[int, ...], memory: float) -> Array:
-    """Noise of unit variance whose correlation falls by e in ``memory`` samples, column by column."""
+    """Draw noise of unit variance whose correlation falls by e in ``memory`` samples, column by column."""
+    # A first-order autoregression, its first sample of the same variance as all others.
     decay = float(np.exp(-1.0 / memory))
     fresh = draw.standard_normal(shape)
     fresh[1:] *= np.sqrt(1.0 - decay**2)

@@ -17,7 +17,7 @@ from .disturbances import Disturbances, draw_friction, draw_robot_errors, record
 
 @dataclass(frozen=True, eq=False, repr=False)
 class SimulatedRun(Brief):
-    """One run: what was recorded, and what is known of it.
+    """Simulated run: what was recorded, and what is known of it.
 
     Attributes:
         exact: the motion and the motor torques without errors of measurement.
@@ -51,7 +51,7 @@ class Experiment(Brief):
     runs: tuple[SimulatedRun, ...]
 
     def again(self, disturbances: Disturbances) -> "Experiment":
-        """Runs as they were, recorded with other errors of measurement.
+        """Record the same runs again with other errors of measurement.
 
         Raises:
             ValueError: if the robot itself would move otherwise.
@@ -102,7 +102,7 @@ def run_experiment(
 
 
 def mean_friction(runs: Sequence[SimulatedRun]) -> dict[str, float]:
-    """Dry friction averaged over the motion of several runs, by parameter [N·m or N]."""
+    """Average dry friction over the motion of several runs, by parameter [N·m or N]."""
     weights = [len(run.exact.motion.t) for run in runs]
     return {
         name: float(np.average([run.friction[name] for run in runs], weights=weights)) for name in runs[0].friction

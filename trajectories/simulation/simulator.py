@@ -18,12 +18,12 @@ RX90_NOISE = (24.0, 30.0, 10.8, 5.1, 6.6, 2.3)
 
 @lru_cache(maxsize=16)
 def _torque_code(robot: Robot) -> Kernel:
-    """Generated code of the torques, kept: fleets and trials simulate one robot many times."""
+    """Generate the code of the torques, once: fleets and trials simulate one robot many times."""
     return Kernel(inverse_dynamics(robot))
 
 
 class Simulator:
-    """Inverse dynamics of one robot with known parameters, evaluated on whole motions."""
+    """Simulates recordings by the inverse dynamics of one robot with known parameters."""
 
     def __init__(self, robot: Robot) -> None:
         """Generate the code.
@@ -41,7 +41,7 @@ class Simulator:
         payload: InertialParameters | None = None,
         parameters: Mapping[str, float] | None = None,
     ) -> Measurement:
-        """Exact joint torques [N·m or N] on a motion; ``parameters``: of a twin, the robot's own by default."""
+        """Compute exact joint torques [N·m or N] on a motion; ``parameters``: of a twin, else the robot's own."""
         chi = parameter_vector(self.robot, parameters or self.robot.parameters, payload)
         torque = np.zeros(motion.q.shape)
         torque[:, self._kernel.rows] = self._kernel(motion.q, motion.qd, motion.qdd, chi).T
@@ -56,7 +56,7 @@ class Simulator:
         source: str = "simulated",
         parameters: Mapping[str, float] | None = None,
     ) -> Recording:
-        """Positions and torques on a motion, torques with white noise and to an exact scale.
+        """Record positions and torques on a motion, torques with white noise and to an exact scale.
 
         Args:
             motion: what the robot does, exactly.
@@ -86,7 +86,7 @@ def check_parameters(robot: Robot) -> None:
 def parameter_vector(
     robot: Robot, parameters: Mapping[str, float], payload: InertialParameters | None = None
 ) -> Array:
-    """Standard parameters in the order of ``standard_columns``, a payload added to the last link's.
+    """Order standard parameters as ``standard_columns``, a payload added to the last link's.
 
     The payload is given in the robot's payload frame.
     """
