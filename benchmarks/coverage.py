@@ -48,6 +48,8 @@ from dynident.model.friction import is_friction
 from dynident.model.motion import Measurement
 from dynident.trajectories import RX90_NOISE, Simulator, ViaPoints, random_via_points
 
+AS_DESCRIBED = estimation.Settings(friction=estimation.Candidates(()))
+"""Friction as the robot's description has it, so that its parameters are the true ones'."""
 NOTHING: Mapping[str, float] = {}
 
 
@@ -130,7 +132,7 @@ def repeated(memory: float, trajectories: int, name: str, seed: int) -> Iterator
     upper, body = np.triu_indices(3), BODIES[name]
     problem, bares = repeated_problem(name, memory, trajectories, seed)
     if name == "disc":
-        estimate = estimation.identify(problem.robot, bares).estimate
+        estimate = estimation.identify(problem.robot, bares, AS_DESCRIBED).estimate
         truth = problem.base.value(problem.robot.parameters)
         for kind, ends in (("formula", estimate.interval95), ("jackknife", estimate.robust_interval95)):
             assert ends is not None
@@ -374,7 +376,7 @@ def whole_robot(_: str, run: int) -> Iterator[Stated]:
         span = 0.3 if name.startswith("ur") else 0.8  # where ranges are several turns, less of them
         motion = random_via_points(robot, 14, int(draw.integers(1_000_000)), 0.6, span).motion(200.0)
         estimate = estimation.identify(
-            robot, [invented.recorded(name, motion, None, 100 * run + k, noise, memory, simulator)]
+            robot, [invented.recorded(name, motion, None, 100 * run + k, noise, memory, simulator)], AS_DESCRIBED
         ).estimate
         ends = estimate.interval95 if estimate.robust_interval95 is None else estimate.robust_interval95
         inside = held(ends, truth)
@@ -400,7 +402,7 @@ TORQUE_NOISE = np.array([5.0, 5.0, 3.0, 1.5, 1.5, 1.0])
 WEIGHT = model.InertialParameters.from_com(6.0, [0.03, 0.12, 0.06], np.diag([0.03, 0.04, 0.02]))
 OTHER = model.InertialParameters.from_com(4.0, [-0.05, 0.08, 0.09], np.diag([0.02, 0.025, 0.015]))
 LOADS = {"none": None, "weight": WEIGHT, "other": OTHER}
-BY_FOUR = estimation.Settings(model.Processing(decimate=4))
+BY_FOUR = estimation.Settings(model.Processing(decimate=4), friction=model.PAPER)
 
 
 def described(name: str) -> model.Robot:

@@ -45,7 +45,7 @@ from dynident.common.arrays import Array
 from dynident.estimation import Settings, identify
 from dynident.estimation.possible.prior import robot_prior
 from dynident.estimation.signals.filtering import measurement
-from dynident.model import Processing, Recording, Robot, load_robot
+from dynident.model import PAPER, Processing, Recording, Robot, load_robot
 from dynident.model.motion import Measurement
 from dynident.model.regressors import _terms as regressor_terms
 from dynident.trajectories import Goal, ViaPointShape, build_design, solve_design
@@ -82,7 +82,7 @@ def figaroh(arguments: argparse.Namespace) -> None:
 
     def ours(arm: Robot, processing: Processing) -> Answer:
         regressor_terms.cache_clear()  # as at the first call: the robot's symbolic terms are built anew
-        result = identify(arm, [recording], Settings(processing, robust=False))
+        result = identify(arm, [recording], Settings(processing, robust=False, friction=PAPER))
         return len(result.estimate.sigma), result.problem.equations, f"{100 * result.estimate.fit.relative:.2f}"
 
     ways: dict[str, Callable[[], Callable[[], Answer]]] = {

@@ -134,7 +134,13 @@ def roll_out_all(
         InputError: if a recording is too short for the shortest horizon, or the parameters cannot be integrated.
     """
     settings.progress("the robot's equations of motion")
-    arm = IdentifiedArm(robot, base_parameters(robot), values)
+    base = base_parameters(robot)
+    if len(values) != len(base.columns):
+        raise InputError(
+            f"{len(values)} values for {len(base.columns)} base parameters: give the robot as it was identified "
+            "(Identification.robot), for its recordings chose its friction"
+        )
+    arm = IdentifiedArm(robot, base, values)
     models, processing = {IDENTIFIED: arm, **(others or {})}, settings.processing_of(robot)
     return tuple(
         _rolled(arm, recording, processing, horizons, models, settings.progress) for recording in recordings

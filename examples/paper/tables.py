@@ -27,7 +27,7 @@ from dynident.estimation.fit.estimate import Fit, fit
 from dynident.estimation.payload.problem import long_motion
 from dynident.estimation.payload.result import PayloadEstimate
 from dynident.estimation.signals.filtering import measurement
-from dynident.model import INERTIAL
+from dynident.model import INERTIAL, PAPER
 from dynident.trajectories import Experiment
 
 from .analysis import essential_joint, robust_joint, true_values
@@ -193,7 +193,7 @@ def compared(experiment: Experiment, progress: Progress) -> list[Table | Notes]:
     robot, paper, problem = experiment.robot, paper_tables(), reduced_experiment(experiment, progress)
     bare, loaded = (run.recording for run in experiment.runs[-2:])
     used = [run.recording for run in experiment.runs[:-2:2]]
-    alone = identify(robot, used, Settings(progress=progress), validation=[bare])
+    alone = identify(robot, used, Settings(friction=PAPER, progress=progress), validation=[bare])
     answer = answer_payload(problem, held_out=[bare])
     joint, essential = robust_joint(problem), essential_joint(problem)
     measured = measurement(loaded, robot.processing)

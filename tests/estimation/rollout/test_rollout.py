@@ -157,7 +157,7 @@ def test_a_real_arm(recordings: Path) -> None:
         read_recording(folder / f"{name}.csv.gz", robot, gains) for name in ("unloaded", "validation_unloaded")
     )
     result = identify(robot, [training])
-    (rollout,) = roll_out_all(robot, result.estimate.values, [unseen], horizons=(0.5, 1.0))
+    (rollout,) = roll_out_all(result.robot, result.estimate.values, [unseen], horizons=(0.5, 1.0))
     for seconds, most in ((0.5, 1.0), (1.0, 3.0)):
         error, constant = (rollout.spread(by, seconds) for by in (IDENTIFIED, CONSTANT))
         assert error is not None
