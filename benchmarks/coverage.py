@@ -44,12 +44,9 @@ from dynident.estimation.payload.result import constrain_payload, widened
 from dynident.estimation.possible.intervals import profile_intervals
 from dynident.estimation.signals.filtering import measurement
 from dynident.model.drives import parameter_kind
-from dynident.model.friction import is_friction
 from dynident.model.motion import Measurement
 from dynident.trajectories import RX90_NOISE, Simulator, ViaPoints, random_via_points
 
-AS_DESCRIBED = estimation.Settings(friction=estimation.Candidates(()))
-"""Friction as the robot's description has it, so that its parameters are the true ones'."""
 NOTHING: Mapping[str, float] = {}
 
 
@@ -132,7 +129,7 @@ def repeated(memory: float, trajectories: int, name: str, seed: int) -> Iterator
     upper, body = np.triu_indices(3), BODIES[name]
     problem, bares = repeated_problem(name, memory, trajectories, seed)
     if name == "disc":
-        estimate = estimation.identify(problem.robot, bares, AS_DESCRIBED).estimate
+        estimate = estimation.identify(problem.robot, bares, estimation.Settings(friction=model.PAPER)).estimate
         truth = problem.base.value(problem.robot.parameters)
         for kind, ends in (("formula", estimate.interval95), ("jackknife", estimate.robust_interval95)):
             assert ends is not None
@@ -250,7 +247,7 @@ def lacking(other_path: bool, name: str, run: int) -> Iterator[Stated]:
     Intervals without what joints that disagree add to them, gains exact; noise of 1 to 5 %.
     """
     robot = invented.robot(name)
-    rigid = {key: 0.0 if is_friction(key) else value for key, value in robot.parameters.items()}
+    rigid = {key: 0.0 if model.friction.is_friction(key) else value for key, value in robot.parameters.items()}
     static = [robot.parameters.get(f"FS{j}", robot.parameters.get(f"FSM{j}", 0.0)) for j in range(1, robot.n + 1)]
     for kind in ("Stribeck", "load", "ripple"):
         draw, n = np.random.default_rng([run, 33]), robot.n
@@ -375,9 +372,9 @@ def whole_robot(_: str, run: int) -> Iterator[Stated]:
         noise, memory = float(draw.uniform(0.05, 0.25)), 20.0 * (k % 2)
         span = 0.3 if name.startswith("ur") else 0.8  # where ranges are several turns, less of them
         motion = random_via_points(robot, 14, int(draw.integers(1_000_000)), 0.6, span).motion(200.0)
-        estimate = estimation.identify(
-            robot, [invented.recorded(name, motion, None, 100 * run + k, noise, memory, simulator)], AS_DESCRIBED
-        ).estimate
+        recording = invented.recorded(name, motion, None, 100 * run + k, noise, memory, simulator)
+        own = estimation.Settings(friction=robot.drives.friction)
+        estimate = estimation.identify(robot, [recording], own).estimate
         ends = estimate.interval95 if estimate.robust_interval95 is None else estimate.robust_interval95
         inside = held(ends, truth)
         yield Stated("all", inside)
