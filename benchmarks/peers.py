@@ -127,7 +127,7 @@ def figaroh_problem(robot: Robot, recording: Recording, bare: bool = False) -> A
     from figaroh.identification.base_identification import BaseIdentification
     from figaroh.tools.robot import Robot as FigarohRobot
 
-    class Tx40(BaseIdentification):  # type: ignore[misc]
+    class Tx40(BaseIdentification):  # type: ignore[misc]  # FIGAROH has no types
         def load_trajectory_data(self, data_source: str | None = None) -> dict[str, Array | None]:
             data = {"timestamps": recording.t, "positions": recording.q, "torques": recording.torque}
             return {**data, "velocities": None, "accelerations": None}

@@ -18,6 +18,11 @@ def parameter_kind(name: str) -> str:
     return name.rstrip("0123456789")
 
 
+def joint_of(name: str) -> int:
+    """Index of the joint or link, from 0, of a parameter such as "FS2"."""
+    return int(name.removeprefix(parameter_kind(name))) - 1
+
+
 SPRING = "SPRING"
 """Kind of the parameter that is 1 where a spring's torque is a column."""
 

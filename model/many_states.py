@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from ..common.arrays import Array
-from .drives import DriveState, drive_terms, parameter_kind
+from .drives import DriveState, drive_terms, joint_of, parameter_kind
 from .pose import cos_sin
 from .robot import INERTIAL, Joint, Robot
 
@@ -51,7 +51,7 @@ def regressor_at(
     indices: list[list[int]] = [[] for _ in robot.joints]
     for k, name in enumerate(columns):
         if parameter_kind(name) in INERTIAL:
-            link = int(name.removeprefix(parameter_kind(name))) - 1
+            link = joint_of(name)
             kinds[link].append(INERTIAL.index(parameter_kind(name)))
             indices[link].append(k)
     for start in range(0, len(q), _TOGETHER):

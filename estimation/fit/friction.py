@@ -9,7 +9,7 @@ from ...common.arrays import Array
 from ...common.errors import InputError
 from ...common.linear import without
 from ...model import Robot
-from ...model.drives import parameter_kind
+from ...model.drives import joint_of, parameter_kind
 from ...model.friction import Friction, terms_of
 from ..equations.equations import Equations
 from ..equations.observer import Observer
@@ -21,8 +21,8 @@ _PASSES = 10
 _SETTLED = 1e-3
 """Fraction of a standard deviation: a smaller change of every parameter ends the passes."""
 _SURE = 2.0
-"""Standard errors by which the error on held-out blocks must fall: of 705 joints of simulated arms without such
-friction none kept a term by 2, one in fifty did by 1."""
+"""Standard errors by which the error on held-out blocks must fall: of 750 joints of simulated arms without such
+friction 3 kept a term by 2; by 1 every fiftieth did."""
 _OWN = 0.02
 """Part of a term's column that no other column can imitate, below which the data do not tell it apart."""
 
@@ -109,7 +109,7 @@ def chosen_terms(
         tried = [name for name in names if _apart(equations, name, others) > _OWN]
         before, after = (_held_out(equations, columns, weights) for columns in (others, [*others, *tried]))
         for name in names:
-            joint = int(name.removeprefix(term.kind)) - 1
+            joint = joint_of(name)
             falls = before[0][:, joint] - after[0][:, joint]
             total, error = float(falls.sum()), float(np.sqrt(len(falls)) * falls.std(ddof=1))
             size = max(float(before[0][:, joint].sum()), np.finfo(float).tiny)
@@ -134,7 +134,7 @@ def _padded(equations: Equations, names: Sequence[str]) -> Array:
 def _apart(equations: Equations, name: str, others: Sequence[str]) -> float:
     """Fraction of a column that its joint's other columns cannot imitate."""
     place, rest = equations.columns.index(name), [equations.columns.index(other) for other in others]
-    j = int(name.removeprefix(parameter_kind(name))) - 1
+    j = joint_of(name)
     column = equations.factors[j][:, [place]]
     size = float(np.linalg.norm(column))
     return float(np.linalg.norm(without(column, equations.factors[j][:, rest]))) / size if size else 0.0

@@ -16,12 +16,12 @@ from scipy.special import chdtrc
 from ...common.arrays import Array
 from ...common.brief import Brief
 from ...common.linear import decomposed, least_squares, without
+from ...model.drives import joint_of
 from ..equations.equations import PAYLOAD, Anchor, Equations, merged
 from ..equations.observer import Observation
 from ..equations.reduction import reduced
 from ..fit.blocks import inflation
 from ..fit.linear_problem import Known, SoftPrior
-from .under_load import joint_of
 
 FREE = "free "
 """Beginning of the names of what is estimated anew in each recording, besides the payload."""

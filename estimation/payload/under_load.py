@@ -19,7 +19,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from ...common.arrays import Array
-from ...model.drives import parameter_kind
+from ...model.drives import joint_of, parameter_kind
 from ...model.friction import is_friction
 from ..equations.equations import PAYLOAD, Equations
 from ..equations.observer import PATH
@@ -91,11 +91,6 @@ def friction_changes(robot: Estimate, inflation: Sequence[float], ratio: float) 
     """
     sigmas = friction_sigmas(robot, ratio)
     return {name: SoftPrior(sigma, inflation[joint_of(name)]) for name, sigma in sigmas.items()}
-
-
-def joint_of(name: str) -> int:
-    """Index of the joint, from 0, of a friction such as "OFF2"."""
-    return int(name.removeprefix(parameter_kind(name))) - 1
 
 
 def with_changes(equations: Equations, roles: Mapping[str, SoftPrior]) -> tuple[Equations, dict[str, SoftPrior]]:
