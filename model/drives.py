@@ -10,7 +10,7 @@ import numpy as np
 
 from ..common.arrays import Array
 from ..common.errors import InputError
-from .friction import PAPER, Friction, in_order
+from .friction import LAWS, PAPER, Friction
 
 
 def parameter_kind(name: str) -> str:
@@ -148,18 +148,17 @@ class Drives:
 
     def __post_init__(self) -> None:
         """Put the terms of friction in their order."""
-        object.__setattr__(self, "friction", in_order(self.friction))
+        order = [*LAWS, *sorted(term.kind for term in self.friction)]
+        object.__setattr__(self, "friction", tuple(sorted(self.friction, key=lambda term: order.index(term.kind))))
 
     def check(self, n: int) -> None:
         """Refuse drives that name joints which a robot of ``n`` joints lacks."""
-        named = list(self.coupling.joints) if self.coupling else []
+        named = [joint for term in self.friction for joint in term.joints]
+        named += self.coupling.joints if self.coupling else ()
         named += [self.spring.joint] if self.spring else []
         for joint in named:
             if not 1 <= joint <= n:
-                raise ValueError(f"drives name joint {joint}, the robot has joints 1 to {n}")
-        for term in self.friction:
-            if any(not 1 <= joint <= n for joint in term.joints):
-                raise InputError(f"friction {term.kind} names joints {term.joints}, the robot has joints 1 to {n}")
+                raise InputError(f"drives name joint {joint}, the robot has joints 1 to {n}")
         for joint in range(1, n + 1):
             kinds = [term.kind for term in self.friction if term.at(joint)]
             if len(set(kinds)) < len(kinds):
@@ -182,9 +181,9 @@ class Drives:
         return self.rotor_inertia and set(PAPER) <= set(self.friction)
 
     @property
-    def loaded(self) -> bool:
-        """True if some friction depends on the torque that a gear carries."""
-        return any(term.loaded for term in self.friction)
+    def loaded(self) -> tuple[str, ...]:
+        """Kinds of friction that depend on the torque that a gear carries."""
+        return tuple(term.kind for term in self.friction if term.loaded)
 
     def names(self, joint: int) -> tuple[str, ...]:
         """Names of one joint's drive parameters, in the order of (6), the offset last."""
@@ -223,14 +222,11 @@ def smooth_sign(width: Any) -> Sign:
     return lambda speed: ca.tanh(speed / width)
 
 
-def drive_terms(
-    drives: Drives, state: DriveState, sign: Sign = ca.sign, lib: Any = ca
-) -> dict[str, dict[int, Any]]:
+def drive_terms(drives: Drives, state: DriveState, sign: Sign = ca.sign) -> dict[str, dict[int, Any]]:
     """Factors of each drive parameter, row by row: {"FV2": {1: qd2}}.
 
     Args:
-        sign: what stands for the sign in Coulomb friction.
-        lib: NumPy where the state is of arrays.
+        sign: what stands for the sign in dry friction; NumPy's where the state is of arrays.
 
     Source: (2), (3) and, for coupled drives, (10) and (11). Of these, terms other than the paper's are of
     the motors' gears: motor j turns with joint j and carries its torque less joint k's (9), motor k turns with both
@@ -251,7 +247,7 @@ def drive_terms(
                     carried = load[j] - load[k]
                 else:
                     speed, rows = qd[j] + qd[k], pair
-            value = term.value(lib, speed, sign(speed), q[row], carried)
+            value = term.value(speed, sign(speed), q[row], carried)
             terms[f"{term.kind}{row + 1}"] = dict.fromkeys(rows, value)
         if drives.offsets:
             terms[f"OFF{row + 1}"] = {row: 1.0}

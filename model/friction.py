@@ -5,6 +5,7 @@ The paper's terms are Coulomb and viscous friction (2). Gears also rub in propor
 IROS 2010), and lubricated contacts grow more slowly than their speed.
 """
 
+import math
 import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -20,30 +21,31 @@ from ..common.errors import InputError
 class Law(NamedTuple):
     """Factor of the parameter of a built-in term.
 
-    ``value`` of a library (NumPy or CasADi), speed, its sign, load and the term's own speed; ``loaded``: whether
-    the load counts.
+    ``value`` of speed, its sign, load and the term's own speed, NumPy arrays or CasADi expressions; ``loaded``:
+    whether the load counts.
     """
 
     title: str
     unit: str
-    value: Callable[[Any, Any, Any, Any, float], Any]
+    value: Callable[[Any, Any, Any, float], Any]
     loaded: bool = False
 
 
 _TINY = 1e-16
 """Added to a speed under a root, whose derivative at rest is infinite."""
 LAWS = {
-    "FS": Law("Coulomb", "N·m or N", lambda lib, v, sign, load, own: sign),
-    "FV": Law("viscous", "N·m·s or N·s/m", lambda lib, v, sign, load, own: v),
-    "FL": Law("load", "1", lambda lib, v, sign, load, own: lib.fabs(load) * sign, loaded=True),
-    "FR": Law(
-        "root", "N·m/(rad/s)^.5 or N/(m/s)^.5", lambda lib, v, sign, load, own: lib.sqrt(lib.fabs(v) + _TINY) * sign
-    ),
-    "FB": Law("Stribeck", "N·m or N", lambda lib, v, sign, load, own: lib.exp(-((v / own) ** 2)) * sign),
-    "FA": Law("asymmetric Coulomb", "N·m or N", lambda lib, v, sign, load, own: lib.fabs(sign)),
+    "FS": Law("Coulomb", "N·m or N", lambda v, sign, load, own: sign),
+    "FV": Law("viscous", "N·m·s or N·s/m", lambda v, sign, load, own: v),
+    "FL": Law("load", "1", lambda v, sign, load, own: abs(load) * sign, loaded=True),
+    "FR": Law("root", "N·m/(rad/s)^.5 or N/(m/s)^.5", lambda v, sign, load, own: (abs(v) + _TINY) ** 0.5 * sign),
+    "FB": Law("Stribeck", "N·m or N", lambda v, sign, load, own: math.e ** (-((v / own) ** 2)) * sign),
+    "FA": Law("asymmetric Coulomb", "N·m or N", lambda v, sign, load, own: abs(sign)),
 }
 """The built-in terms: (2), then load FL |tau| sign(qd), root FR sqrt|qd| sign(qd), Stribeck FB exp(-(qd/speed)^2)
 sign(qd), and FA |sign(qd)|, by which Coulomb friction differs from one direction to the other."""
+_KNOWN = (
+    f"give terms such as FS,FV,FL1,FB@0.1, of {', '.join(f'{kind} ({law.title})' for kind, law in LAWS.items())}"
+)
 _NAME = re.compile(r"(F[A-Z]+)([1-9]\d*)?(?:@(\d*\.?\d+(?:[eE][+-]?\d+)?))?(?:=(.*):([a-z]+))?")
 
 
@@ -70,7 +72,7 @@ class Friction:
         if not re.fullmatch(r"F[A-Z]+", self.kind) or self.kind in ("FSM", "FVM"):
             raise InputError(f"friction {self.kind!r}: its name must be F and more capitals, and not FSM or FVM")
         if (self.kind in LAWS) == bool(self.code):
-            raise InputError(f"friction {self.kind!r}: give one of {', '.join(LAWS)}, or a law of your own")
+            raise InputError(f"friction {self.kind!r}: {_KNOWN}, or a law of your own")
         if (self.speed > 0.0) != (self.kind == "FB"):
             raise InputError(f"friction {self.kind!r}: FB needs a speed, FB@0.1; no other term has one")
 
@@ -96,20 +98,18 @@ class Friction:
     @property
     def loaded(self) -> bool:
         """True if the term depends on the torque that the gear carries."""
-        if not self.code:
-            return LAWS[self.kind].loaded
-        return bool(_law(self.code).jac_sparsity(0, 2).nnz())
+        return bool(_law(self.code).jac_sparsity(0, 2).nnz()) if self.code else LAWS[self.kind].loaded
 
     def at(self, joint: int) -> bool:
         """True if a joint (from 1) has the term."""
         return not self.joints or joint in self.joints
 
-    def value(self, lib: Any, speed: Any, sign: Any, position: Any, load: Any) -> Any:
-        """Factor of the term's parameter, by NumPy or CasADi."""
+    def value(self, speed: Any, sign: Any, position: Any, load: Any) -> Any:
+        """Factor of the term's parameter, of NumPy arrays or CasADi expressions."""
         if not self.code:
-            return LAWS[self.kind].value(lib, speed, sign, load, self.speed)
+            return LAWS[self.kind].value(speed, sign, load, self.speed)
         law = _law(self.code)
-        if lib is ca:
+        if not isinstance(speed, np.ndarray):
             return law(speed, position, load)
         rows = (np.broadcast_to(x, speed.shape)[None] for x in (speed, position, load))
         return law.map(len(speed))(*rows).full()[0]
@@ -133,9 +133,8 @@ def friction_terms(names: Sequence[str]) -> tuple[Friction, ...]:
     terms: dict[tuple[str, float, str, str], set[int]] = {}
     for name in names:
         found = _NAME.fullmatch(name.strip())
-        if not found or (found[1] in LAWS) == bool(found[5]):
-            kinds = ", ".join(f"{kind} ({law.title})" for kind, law in LAWS.items())
-            raise InputError(f"friction {name.strip()[:40]!r}: give terms such as FS,FV,FL1,FB@0.1, of {kinds}")
+        if not found:
+            raise InputError(f"friction {name.strip()[:40]!r}: {_KNOWN}")
         key = (found[1], float(found[3] or 0.0), found[4] or "", found[5] or "")
         terms.setdefault(key, set()).add(int(found[2] or 0))
     return tuple(
@@ -153,14 +152,6 @@ def term_names(terms: Sequence[Friction]) -> tuple[str, ...]:
     return tuple(names)
 
 
-def in_order(terms: Sequence[Friction]) -> tuple[Friction, ...]:
-    """Sort terms as their parameters stand in a model: the built-in ones, then others by name."""
-    builtin = list(LAWS)
-    return tuple(
-        sorted(terms, key=lambda term: (builtin.index(term.kind) if term.kind in LAWS else len(LAWS), term.kind))
-    )
-
-
 def terms_of(names: Sequence[str], own: Sequence[Friction], joints: int) -> tuple[Friction, ...]:
     """Read the friction of a model from the names of its parameters.
 
@@ -169,14 +160,13 @@ def terms_of(names: Sequence[str], own: Sequence[Friction], joints: int) -> tupl
         own: terms of the robot's description, which tell what no name does: a Stribeck speed, a law of one's own.
         joints: number of joints.
     """
-    named = {term.kind for term in own if term.speed or term.code}
-    known = [Friction(kind) for kind in LAWS if kind != "FB"] + [term for term in own if term.kind in named]
+    described = [term for term in own if term.speed or term.code]
     terms = []
-    for term in known:
+    for term in (*(Friction(kind) for kind in LAWS if kind != "FB"), *described):
         there = tuple(j for j in range(1, joints + 1) if term.at(j) and f"{term.kind}{j}" in names)
         if there:
             terms.append(replace(term, joints=there if len(there) < joints else ()))
-    return in_order(terms)
+    return tuple(terms)
 
 
 @lru_cache(maxsize=64)

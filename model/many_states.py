@@ -59,7 +59,7 @@ def regressor_at(
         _rigid(robot, kinds, indices, (q[part].T, qd[part].T, qdd[part].T), W[:, :, part])
     drives = replace(robot.drives, offsets=True)
     state = DriveState(q.T, qd.T, qdd.T, np.zeros(q.T.shape) if load is None else load.T)
-    for name, rows in drive_terms(drives, state, np.sign, np).items():
+    for name, rows in drive_terms(drives, state, np.sign).items():
         for row, values in rows.items() if name in columns else ():
             W[row, columns.index(name)] = values
     return W

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 
 import casadi as ca
 
-from .drives import DriveState, drive_terms, parameter_kind, smooth_sign
+from .drives import DriveState, Sign, drive_terms, parameter_kind
 from .kinematics import LinkMotion, base_motion, joint_axis, joint_transform, next_motion, spin_matrix
 from .robot import INERTIAL, Robot
 
@@ -77,35 +77,17 @@ def load_expression(robot: Robot, state: DriveState, columns: Sequence[str], chi
     return load
 
 
-def smooth_regressor(robot: Robot, columns: Sequence[str]) -> ca.Function:
-    """``smooth_regressor(q, qd, qdd, width) -> Phi``: sign(v) in dry friction replaced by ``smooth_sign``.
+def own_regressor(robot: Robot, columns: Sequence[str], sign: Sign = ca.sign) -> tuple[DriveState, ca.SX]:
+    """Symbols and the regressor's matrix under the load of the robot's own parameters; as ``regressor_expression``.
 
-    Everywhere differentiable, for optimisation; arguments and errors as ``regressor``, ``width`` a number
-    [rad/s or m/s]. Friction that depends on load is that of the robot's own parameters.
+    Args:
+        sign: what stands for the sign in dry friction; by ``smooth_sign`` the matrix has a slope everywhere.
     """
     state, terms = _terms(robot)
-    width = ca.SX.sym("width")
-    smooth = drive_terms(robot.drives, state, smooth_sign(width))
-    phi = _under_own_load(robot, state, _matrix(robot, columns, terms | smooth))
-    inputs = [state.q, state.qd, state.qdd, width]
-    return ca.Function("smooth_regressor", inputs, [ca.cse(phi)], ["q", "qd", "qdd", "width"], ["Phi"])
-
-
-def own_regressor(robot: Robot, columns: Sequence[str]) -> ca.Function:
-    """``own_regressor(q, qd, qdd) -> Phi``: ``regressor`` under the load of the robot's own parameters."""
-    state, phi = regressor_expression(robot, columns)
-    inputs = [state.q, state.qd, state.qdd]
-    return ca.Function(
-        "own_regressor", inputs, [ca.cse(_under_own_load(robot, state, phi))], ["q", "qd", "qdd"], ["Phi"]
-    )
-
-
-def _under_own_load(robot: Robot, state: DriveState, phi: ca.SX) -> ca.SX:
-    if not ca.depends_on(phi, state.load):
-        return phi
+    phi = _matrix(robot, columns, terms | drive_terms(robot.drives, state, sign))
     known = {name: value for name, value in robot.parameters.items() if parameter_kind(name) in INERTIAL}
     load = load_expression(robot, state, list(known), ca.SX(list(known.values())))
-    return ca.substitute(phi, state.load, load)
+    return state, ca.substitute(phi, state.load, load)
 
 
 def _matrix(robot: Robot, columns: Sequence[str], terms: dict[str, dict[int, ca.SX]]) -> ca.SX:

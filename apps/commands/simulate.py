@@ -71,15 +71,12 @@ class _Simulate(Options):
         if not self.friction:
             return robot
         values = {name.partition("@")[0]: level for name, level in self.friction.items()}
-        there = model.standard_columns(robot)
-        more = [name for name in self.friction if name.partition("@")[0] not in there]
-        terms = model.friction_terms((*term_names(robot.drives.friction), *more))
-        if wrong := [name for name, level in values.items() if level < 0.0 or (name[:2] == "FL" and level >= 1.0)]:
-            raise InputError(f"--friction: {wrong[0]}={values[wrong[0]]:g}: no drive rubs so; FL is below 1")
-        if joints := [name for name in values if not name[-1].isdigit()]:
-            raise InputError(
-                f"--friction: {joints[0]} needs the number of a joint: {joints[0]}1={values[joints[0]]:g}"
-            )
+        for name, level in values.items():
+            if level < 0.0 or (name[:2] == "FL" and level >= 1.0):
+                raise InputError(f"--friction: {name}={level:g}: no drive rubs so; FL is below 1")
+            if not name[-1].isdigit():
+                raise InputError(f"--friction: {name} needs the number of a joint: {name}1={level:g}")
+        terms = model.friction_terms((*term_names(robot.drives.friction), *self.friction))
         return replace(robot.with_friction(terms), parameters={**robot.parameters, **values})
 
 

@@ -187,7 +187,7 @@ def check_log(
         return check
     # What the robot's model says of the log; the size of currents of unknown gain tells no weight.
     robot = dataclasses.replace(robot, mass=None) if currents else robot
-    robot = robot if currents else _rubbing(robot, recording, processing)
+    robot = robot if currents else with_friction(robot, [recording], Settings(processing))[0]
     try:
         recording, equations = _reduced(robot, recording, processing, currents)
         estimate = weighted(equations)
@@ -280,14 +280,6 @@ def _mistake(robot: Robot, recording: Recording, currents: bool) -> str | None:
     """Say why the recording would be refused by any command; the size of a current says nothing."""
     scaled = dataclasses.replace(recording, torque=_GAIN * recording.torque) if currents else recording
     return next(implausible(robot, scaled), None)
-
-
-def _rubbing(robot: Robot, recording: Recording, processing: Processing) -> Robot:
-    """The robot with the friction that the recording shows, as it would be identified."""
-    try:
-        return with_friction(robot, [recording], Settings(processing)).robot
-    except InputError:  # joints that stand still, among others, which the report tells of
-        return robot
 
 
 def _reduced(

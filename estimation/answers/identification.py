@@ -44,7 +44,6 @@ from ..results.parts import (
     ResidualDocument,
     RobustDocument,
     RolloutDocument,
-    TermDocument,
     VerdictDocument,
 )
 from ..results.robot import RobotData, RobotResult
@@ -356,7 +355,7 @@ def robot_result(
         ),
         elimination=EliminationDocument.made(result.elimination, result.warnings, labels),
         constrained=PossibleRobotDocument.made(constrained, base) if constrained is not None else None,
-        friction=TermDocument.rows(result.choices),
+        friction=result.choices or UNSET,
         chi2_by="formula" if estimate.robust is None else "jackknife",
         condition_number=raw,
         condition_number_scaled=scaled,

@@ -36,7 +36,6 @@ from ..results.parts import (
     ProcessingDocument,
     ResidualDocument,
     RobustDocument,
-    TermDocument,
     VerdictDocument,
 )
 from ..results.payload import (
@@ -349,7 +348,7 @@ def _of_long(answer: PayloadAnswer, long: LongMotion) -> dict[str, Any]:
             base_parameters=len(long.base.columns),
             friction="may differ" if differs else "own",
         ),
-        "friction": TermDocument.rows(long.source.choices),
+        "friction": long.source.choices or UNSET,
         "essential": EliminationDocument.made(steps, answer.warnings, names) if steps else None,
         "left_out": {str(method): reason for method, reason in answer.left_out.items()},
     }

@@ -1,13 +1,15 @@
 """Friction of the drives as the data ask for it, and the equations of friction that grows with load."""
 
 from collections.abc import Callable, Sequence
-from typing import NamedTuple, TypeVar
+from typing import TypeVar
 
 import numpy as np
+from msgspec import UNSET, UnsetType
 
 from ...common.arrays import Array
 from ...common.errors import InputError
 from ...common.linear import without
+from ...common.schema import Document
 from ...model import Robot
 from ...model.drives import joint_of, parameter_kind
 from ...model.friction import Friction, terms_of
@@ -30,23 +32,18 @@ _OWN = 0.02
 Held = TypeVar("Held")
 
 
-class TermChoice(NamedTuple):
-    """Term of friction at a joint that was tried on held-out blocks of time.
+class TermChoice(Document, frozen=True):
+    """Term of friction at a joint that was tried, and what held-out blocks of time say of it.
 
-    ``fall``: of the joint's squared error on them, as a fraction of it; ``error``: its standard error;
-    ``why_not``: why the term is left out, empty where it is kept.
+    ``fall``: of the joint's squared error on them, as a fraction; ``error``: its standard error; both null, and the
+    term of no joint, where none could be held out.
     """
 
     name: str
-    fall: float
-    error: float
-    why_not: str = ""
-
-
-def loaded_friction(robot: Robot) -> tuple[str, ...]:
-    """Parameters of friction that depends on the torque that a gear carries."""
-    loaded = [term for term in robot.drives.friction if term.loaded]
-    return tuple(f"{term.kind}{j}" for term in loaded for j in range(1, robot.n + 1) if term.at(j))
+    kept: bool
+    fall: float | None = None
+    error: float | None = None
+    why_not: str | UnsetType = UNSET
 
 
 def under_own_load(
@@ -74,17 +71,13 @@ def under_own_load(
         own = result[0].minus(observer.columns[: len(known)], known)
         found = np.concatenate([known, weighted_solution(own)])
         moved, values = (found - values)[len(known) :], found
-        if (np.abs(moved) <= _SETTLED * _sigma(own)).all():
+        try:
+            sigma = LinearProblem(own, own.columns).estimate().sigma
+        except InputError:  # a parameter that is not determined may still move
+            sigma = np.zeros(len(moved))
+        if (np.abs(moved) <= _SETTLED * sigma).all():
             break
     return result, values
-
-
-def _sigma(equations: Equations) -> Array:
-    """Standard deviations by the formula; zero where the parameters are not determined."""
-    try:
-        return LinearProblem(equations, equations.columns).estimate().sigma
-    except InputError:
-        return np.zeros(len(equations.columns))
 
 
 def chosen_terms(
@@ -97,16 +90,16 @@ def chosen_terms(
         candidates: tried one after the other.
         equations: in its base parameters, in blocks of time.
     """
-    every, kept = equations.columns, dict[str, list[str]]()
-    kinds = [term.kind for term in candidates]
-    own = [name for name in every if parameter_kind(name) not in kinds]
-    weights, choices = equations.joint_weights(_padded(equations, own)), dict[str, TermChoice]()
+    kinds, kept, choices = [term.kind for term in candidates], dict[str, list[str]](), dict[str, TermChoice]()
+    own = [name for name in equations.columns if parameter_kind(name) not in kinds]
+    without = equations.whole.select(own)
+    weights = without.joint_weights(weighted_solution(without))
     for term in (*candidates, *candidates):  # the second time beside the others that were kept
         others = [*own, *(name for kind, names in kept.items() if kind != term.kind for name in names)]
         if term.kind in kept and len(others) == len(own):
             continue
-        names = [name for name in every if parameter_kind(name) == term.kind]
-        tried = [name for name in names if _apart(equations, name, others) > _OWN]
+        names = [name for name in equations.columns if parameter_kind(name) == term.kind]
+        tried = [name for name in names if _own_fraction(equations, name, others) > _OWN]
         before, after = (_held_out(equations, columns, weights) for columns in (others, [*others, *tried]))
         for name in names:
             joint = joint_of(name)
@@ -118,26 +111,18 @@ def chosen_terms(
                 why_not = "not told apart from the others"
             elif not why_not and term.loaded and after[1][name] <= 0.0:
                 why_not = "would be negative"
-            choices[name] = TermChoice(name, total / size, error / size, why_not)
-        kept[term.kind] = [name for name in names if not choices[name].why_not]
+            choices[name] = TermChoice(name, not why_not, total / size, error / size, why_not or UNSET)
+        kept[term.kind] = [name for name in names if choices[name].kept]
     found = terms_of([name for names in kept.values() for name in names], candidates, robot.n)
     return tuple(term for term in found if term.kind in kinds), tuple(choices.values())
 
 
-def _padded(equations: Equations, names: Sequence[str]) -> Array:
-    """Fit some of the columns; zero for the others."""
-    values = np.zeros(len(equations.columns))
-    values[[equations.columns.index(name) for name in names]] = weighted_solution(equations.whole.select(names))
-    return values
-
-
-def _apart(equations: Equations, name: str, others: Sequence[str]) -> float:
+def _own_fraction(equations: Equations, name: str, others: Sequence[str]) -> float:
     """Fraction of a column that its joint's other columns cannot imitate."""
-    place, rest = equations.columns.index(name), [equations.columns.index(other) for other in others]
-    j = joint_of(name)
-    column = equations.factors[j][:, [place]]
-    size = float(np.linalg.norm(column))
-    return float(np.linalg.norm(without(column, equations.factors[j][:, rest]))) / size if size else 0.0
+    factor = equations.factors[joint_of(name)]
+    column = factor[:, [equations.columns.index(name)]]
+    own = without(column, factor[:, [equations.columns.index(other) for other in others]])
+    return float(np.linalg.norm(own)) / max(float(np.linalg.norm(column)), np.finfo(float).tiny)
 
 
 def _held_out(equations: Equations, names: Sequence[str], weights: Array) -> tuple[Array, dict[str, float]]:

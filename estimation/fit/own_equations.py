@@ -1,7 +1,6 @@
 """Equations of the robot itself: recordings without payload, checked, filtered and reduced."""
 
 from collections.abc import Sequence
-from typing import NamedTuple
 
 import numpy as np
 
@@ -12,6 +11,7 @@ from ...common.progress import Progress, each, silent
 from ...model import BaseParameters, Processing, Recording, Robot, base_parameters
 from ...model.base.rank import leftmost_independent, random_states, stacked_regressor
 from ...model.motion import Measurement
+from ...model.regressors import standard_columns
 from ..equations.equations import Equations, merged
 from ..equations.observer import Observer, used
 from ..equations.reduction import Recorded, recorded, reduced_measurement
@@ -41,7 +41,6 @@ def base_problem(
     check_recordings(robot, recordings)
     if check:
         check_moving(robot, base, recordings)
-    check_lengths(recordings, processing)
     measured = filtered(recordings, processing, settings.progress)
     observer = Observer(robot, base.columns)
 
@@ -61,48 +60,41 @@ def base_problem(
     return in_own_blocks(equations, opened)
 
 
-class Described(NamedTuple):
-    """Robot with the friction that was asked for or that recordings show, and the terms that were tried."""
+def with_friction(
+    robot: Robot, recordings: Sequence[Recording], settings: Settings
+) -> tuple[Robot, tuple[TermChoice, ...]]:
+    """Give a robot the friction that the settings ask for, and tell which terms were tried.
 
-    robot: Robot
-    choices: tuple[TermChoice, ...] = ()
-
-
-def with_friction(robot: Robot, recordings: Sequence[Recording], settings: Settings) -> Described:
-    """Give a robot the friction that the settings ask for.
-
-    Of candidates those are kept that recordings without payload, in blocks of time, show; none where blocks are few
-    or no gear's friction is measured.
+    Of candidates those are kept that recordings without payload, in blocks of time, show; none where that cannot be
+    judged or no gear's friction is measured.
 
     Args:
         recordings: of one and the same load.
     """
     asked, own = settings.friction, robot.drives.friction
     if not isinstance(asked, Candidates):
-        return Described(robot.with_friction(asked))
+        return robot.with_friction(asked), ()
     kinds = [term.kind for term in own]
     candidates = tuple(term for term in asked.terms if term.kind not in kinds)
     if not candidates or not own:
-        return Described(robot)
+        return robot, ()
     settings.progress("choosing the friction's terms")
-    check_recordings(robot, recordings)
-    check_moving(robot, base_parameters(robot), recordings)
-    check_lengths(recordings, settings.processing_of(robot))
-    wide = robot.with_friction((*own, *candidates))
-    base, processing = base_parameters(wide), settings.processing_of(robot)
-    measured = [used(data, processing) for data in filtered(recordings, processing)]
-    observer = Observer(wide, base.columns)
-    values = weighted_solution(recorded(observer, measured)[0].select(base_parameters(robot).columns))
-    padded = np.zeros(len(base.columns))
-    padded[[base.columns.index(name) for name in base_parameters(robot).columns]] = values
-    equations = in_own_blocks(*recorded(observer.at(padded), measured))
+    base, wide = base_parameters(robot), robot.with_friction((*own, *candidates))
+    processing = settings.processing_of(robot)
+    tried = [name for name in standard_columns(wide) if name not in standard_columns(robot)]
+    observer = Observer(wide, (*base.columns, *tried))
     try:
+        check_recordings(robot, recordings)
+        check_moving(robot, base, recordings)
+        measured = [used(data, processing) for data in filtered(recordings, processing)]
+        values = weighted_solution(recorded(observer.only(base.columns), measured)[0])
+        equations = in_own_blocks(*recorded(observer.at(values), measured))
         if len(equations.blocks) < FEWEST:
             raise InputError(f"{len(equations.blocks)} blocks of time are too few to hold some out: record longer")
         terms, choices = chosen_terms(wide, candidates, equations)
-    except InputError as error:  # too little motion is left where a block is held out
-        return Described(robot, tuple(TermChoice(term.kind, np.nan, np.nan, f"{error}") for term in candidates))
-    return Described(robot.with_friction((*own, *terms)), choices)
+    except InputError as error:  # what no estimate can do with either is refused there
+        return robot, tuple(TermChoice(term.kind, False, why_not=f"{error}") for term in candidates)
+    return robot.with_friction((*own, *terms)), choices
 
 
 def in_own_blocks(equations: Equations, recordings: Sequence[Recorded]) -> Equations:
@@ -115,7 +107,8 @@ def in_own_blocks(equations: Equations, recordings: Sequence[Recorded]) -> Equat
 def filtered(
     recordings: Sequence[Recording], processing: Processing, progress: Progress = silent
 ) -> list[Measurement]:
-    """Make recordings even in time, positions and speeds filtered."""
+    """Make recordings even in time, positions and speeds filtered; refuse what decimation leaves nothing of."""
+    check_lengths(recordings, processing)
     worked_on = each(recordings, lambda recording: f"filtering {recording.source}", progress)
     return [measurement(recording, processing) for recording in worked_on]
 

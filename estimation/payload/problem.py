@@ -11,6 +11,7 @@ import numpy as np
 from ...common.errors import InputError
 from ...common.linear import decomposed
 from ...model import INERTIAL, BaseParameters, Processing, Recording, Robot, base_parameters
+from ...model.drives import parameter_kind
 from ...model.friction import is_friction
 from ...model.motion import Measurement
 from ...model.regressors import payload_columns
@@ -28,7 +29,7 @@ from ..fit.blocks import (
     weighted_solution,
 )
 from ..fit.estimate import Estimate
-from ..fit.friction import TermChoice, loaded_friction, under_own_load
+from ..fit.friction import TermChoice, under_own_load
 from ..fit.own_equations import check_lengths, check_moving, filtered, with_friction
 from ..fit.settings import DEFAULTS, Settings
 from ..signals.alignment import AlignedPair, aligned, best_aligned, check_mismatch
@@ -325,8 +326,8 @@ def _changes(
     Friction's columns, of the loaded path, stand behind the payload's.
     """
     friction = [name for name in base.columns if is_friction(name)]
-    own, chi, loaded_terms = weighted_solution(unloaded), robot_of(unloaded), loaded_friction(observer.robot)
-    grows = [k for k, name in enumerate(base.columns) if name in loaded_terms]
+    own, chi = weighted_solution(unloaded), robot_of(unloaded)
+    grows = [k for k, name in enumerate(base.columns) if parameter_kind(name) in observer.robot.drives.loaded]
     chi[grows] = own[grows]  # by which the payload's load makes friction differ
     with_load, without = observer.only(base.columns), observer.only(base.columns).at(own)
 

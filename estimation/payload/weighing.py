@@ -50,7 +50,6 @@ def known_robot_weighing(
     processing, progress = settings.processing_of(robot), settings.progress
     robot = robot.of_parameters(known.names)
     check_recordings(robot, loaded)
-    check_lengths(loaded, processing)
     progress("base parameters")
     base, sources = base_parameters(robot), [recording.source for recording in loaded]
     measured = filtered(loaded, processing, progress)

@@ -11,7 +11,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from ...common.arrays import Array
-from ...common.linear import decomposed
+from ...common.linear import decomposed, least_squares
 from ...model import INERTIAL, BaseParameters, InertialParameters, Robot
 from ...model.drives import parameter_kind
 from ...model.frames import bodies_in_link_frames
@@ -226,19 +226,17 @@ def _plain_friction(robot: Robot, parameters: Mapping[str, float]) -> list[dict[
     Under the ``typical_load``, over speeds up to the joint's limit (1 without one) and, for a law of one's own, in
     the middle of its range.
     """
-    rows, load = list[dict[str, tuple[float, float]]](), typical_load(robot, parameters)
-    for j, joint in enumerate(robot.joints):
+    rows = []
+    for j, (joint, load) in enumerate(zip(robot.joints, typical_load(robot, parameters), strict=True), 1):
         top = joint.limits.speed if np.isfinite(joint.limits.speed) else 1.0
-        speed, middle = (
-            np.linspace(0.02, 1.0, 50) * top,
-            float(np.mean(np.clip(joint.limits.position, -10.0, 10.0))),
-        )
-        plain = {}
+        speed, one = np.linspace(0.02, 1.0, 50) * top, np.ones(50)
+        middle = one * np.mean(np.clip(joint.limits.position, -10.0, 10.0))
+        plain = dict[str, tuple[float, float]]()
         for term in robot.drives.friction:
-            if term not in PAPER and f"{term.kind}{j + 1}" in parameters:
-                law = term.value(np, speed, np.sign(speed), np.full(50, middle), np.full(50, load[j]))
-                dry, viscous = np.linalg.lstsq(np.column_stack([np.ones(50), speed]), law, rcond=None)[0]
-                plain[f"{term.kind}{j + 1}"] = float(dry), float(viscous)
+            if term not in PAPER and f"{term.kind}{j}" in parameters:
+                law = term.value(speed, one, middle, load * one)
+                dry, viscous = least_squares(np.column_stack([one, speed]), law)
+                plain[f"{term.kind}{j}"] = float(dry), float(viscous)
         rows.append(plain)
     return rows
 

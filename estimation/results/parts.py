@@ -18,7 +18,6 @@ from ..fit.covariance import RobustCovariance
 from ..fit.drive_gains import Fingerprints, Gains
 from ..fit.essential import Elimination, SigmaBound, SigmaRatio
 from ..fit.estimate import Estimate
-from ..fit.friction import TermChoice
 from ..possible.prior import PriorRobot
 from ..possible.robot import PossibleRobot
 
@@ -100,25 +99,6 @@ class RobustDocument(Document, frozen=True):
         if robust is None:
             return cls(None, unavailable=reason or None)
         return cls.of(robust, warning=robust.warning or None, by_memory=robust.by_memory or UNSET)
-
-
-class TermDocument(Document, frozen=True):
-    """Term of friction that was tried, and what held-out blocks of time say of it.
-
-    ``fall``: of its joint's squared error there, as a fraction; ``error``: the standard error of that.
-    """
-
-    name: str
-    kept: bool
-    fall: Number = None
-    error: Number = None
-    why_not: str | UnsetType = UNSET
-
-    @staticmethod
-    def rows(choices: Sequence[TermChoice]) -> "tuple[TermDocument, ...] | UnsetType":
-        """Collect the terms that were tried; unset where none were."""
-        rows = (TermDocument(name, not why, fall, error, why or UNSET) for name, fall, error, why in choices)
-        return tuple(rows) or UNSET
 
 
 class VerdictDocument(Document, frozen=True):

@@ -14,6 +14,7 @@ from ...common.schema import LARGEST, Document, Matrix, Vector, WrongKeyError, p
 from ...common.speech import Speaks
 from ...model import INERTIAL, InertialParameters, Pose
 from ..fit.drive_gains import Gains
+from ..fit.friction import TermChoice
 from ..payload.by_joints import ByJoints, JointShare, JointsMass
 from ..payload.methods import PREFERRED
 from ..payload.repeats import Repeats
@@ -30,7 +31,6 @@ from .parts import (
     Result,
     RobustDocument,
     Ten,
-    TermDocument,
     VerdictDocument,
 )
 
@@ -344,7 +344,7 @@ class PayloadResult(Result, frozen=True, kw_only=True, dict=True):
     gain_sigma: GainErrorsDocument | UnsetType | None = UNSET
     mass_by_joints: tuple[JointsMassDocument, ...] | UnsetType = UNSET
     joint_that_agrees_least: str | UnsetType | None = UNSET
-    friction: tuple[TermDocument, ...] | UnsetType = UNSET
+    friction: tuple[TermChoice, ...] | UnsetType = UNSET
     essential: EliminationDocument | UnsetType | None = UNSET
     left_out: dict[str, str] | UnsetType = UNSET
     verdict: VerdictDocument

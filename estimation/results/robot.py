@@ -14,6 +14,7 @@ from ...model.friction import friction_terms
 from ..fit.covariance import RobustCovariance
 from ..fit.drive_gains import Fingerprints, Gains
 from ..fit.estimate import Estimate, Fit
+from ..fit.friction import TermChoice
 from .parts import (
     EliminationDocument,
     GainErrorsDocument,
@@ -26,7 +27,6 @@ from .parts import (
     RobustDocument,
     RolloutDocument,
     Ten,
-    TermDocument,
     VerdictDocument,
 )
 
@@ -119,7 +119,7 @@ class RobotResult(Result, frozen=True, kw_only=True, dict=True):
     base_parameters: tuple[ParameterDocument, ...]
     elimination: EliminationDocument | UnsetType = UNSET
     constrained: PossibleRobotDocument | None = None
-    friction: tuple[TermDocument, ...] | UnsetType = UNSET
+    friction: tuple[TermChoice, ...] | UnsetType = UNSET
     chi2_by: str | UnsetType = UNSET
     condition_number: Number | UnsetType = UNSET
     condition_number_scaled: Number | UnsetType = UNSET

@@ -136,7 +136,7 @@ def test_a_short_recording_says_why_no_term_was_tried() -> None:
     short = Simulator(robot).record(random_via_points(robot, 8, seed=1).motion(200.0), None, [0.1] * 6, 1)
     result = identify(load_robot("tx40"), [short])
     assert result.robot.drives == robot.drives
-    assert [choice.why_not for choice in result.choices if "record longer" not in choice.why_not] == []
+    assert [choice.why_not for choice in result.choices if "record longer" not in f"{choice.why_not}"] == []
     assert len(result.choices) == 2
 
 

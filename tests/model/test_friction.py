@@ -21,11 +21,11 @@ from dynident.model import (
     standard_regressor,
 )
 from dynident.model.base.rank import random_states
-from dynident.model.drives import DriveState, parameter_kind
+from dynident.model.drives import DriveState, parameter_kind, smooth_sign
 from dynident.model.files.robot_file import robot_toml
 from dynident.model.friction import LAWS, PAPER, Friction, friction_terms, is_friction, term_names, terms_of
 from dynident.model.many_states import regressor_at
-from dynident.model.regressors import own_regressor, smooth_regressor
+from dynident.model.regressors import own_regressor
 
 STATES = 12
 
@@ -185,7 +185,7 @@ def test_a_law_that_is_no_number_somewhere_is_refused() -> None:
 def test_robots_refuse_what_joints_cannot_have() -> None:
     robot = load_robot("ur10e")
     for terms, message in (
-        (friction_terms(["FS", "FL7"]), r"names joints \(7,\)"),
+        (friction_terms(["FS", "FL7"]), "name joint 7, the robot has joints 1 to 6"),
         ((*PAPER, Friction("FS", (2,))), "joint 2 has a term of friction twice"),
         (friction_terms(["FS", "FA"]), "FA and the offsets are one column"),
     ):
@@ -202,17 +202,20 @@ def test_smoothed_terms_near_the_exact_ones(rubbing: Robot) -> None:
     q, qd, qdd = random_states(robot, STATES, seed=6)
     qd = np.abs(qd) + 1.0  # of coupled drives the sum too
     kinds = [k for k, name in enumerate(columns) if not name.startswith("FX")]  # its own sign is not smoothed
-    exact, smooth = own_regressor(robot, columns), smooth_regressor(robot, columns)
+    exact, smooth = (
+        ca.Function("regressor", [*state[:3]], [phi])
+        for state, phi in (own_regressor(robot, columns), own_regressor(robot, columns, smooth_sign(1e-3)))
+    )
     for k in range(STATES):
         W = np.array(exact(q[k], qd[k], qdd[k]))[:, kinds]
-        np.testing.assert_allclose(np.array(smooth(q[k], qd[k], qdd[k], 1e-3))[:, kinds], W, atol=1e-9)
+        np.testing.assert_allclose(np.array(smooth(q[k], qd[k], qdd[k]))[:, kinds], W, atol=1e-9)
 
 
 def test_smoothed_terms_have_a_slope_at_rest(rubbing: Robot) -> None:
     columns = standard_columns(rubbing)
     robot = replace(rubbing, parameters=dict(zip(columns, drawn(rubbing).tolist(), strict=True)))
-    q, qd, qdd = (ca.SX.sym(name, robot.n) for name in ("q", "qd", "qdd"))
-    torque = smooth_regressor(robot, columns)(q, qd, qdd, 1e-3) @ drawn(rubbing)
+    (q, qd, qdd, _), phi = own_regressor(robot, columns, smooth_sign(1e-3))
+    torque = phi @ drawn(rubbing)
     slope = ca.Function("slope", [q, qd, qdd], [ca.jacobian(torque, qd)])
     still = np.zeros(robot.n)
     assert np.isfinite(slope(still + 0.3, still, still).full()).all()

@@ -1,11 +1,13 @@
 """Criteria and the design's regressor: values against NumPy's own and the model's, slopes against differences."""
 
+import casadi as ca
 import numpy as np
 import pytest
 from dynident.common.arrays import Array
 from dynident.model import Robot, base_parameters, load_robot, regressor
 from dynident.model.base.rank import random_states
-from dynident.model.regressors import smooth_regressor
+from dynident.model.drives import smooth_sign
+from dynident.model.regressors import own_regressor
 from dynident.tests.conftest import CROOKED, SCARA
 from dynident.trajectories.design.criterion import Criterion, Kind, condition_numbers
 from dynident.trajectories.design.information import SPRING, RegressorKernel, regressor_kernel
@@ -146,8 +148,11 @@ def test_the_smooth_sign_becomes_the_sign() -> None:
     names = base_parameters(robot).columns
     q, qd, qdd = (x[0] for x in random_states(robot, 1, 3))
     exact = np.asarray(regressor(robot, names)(q, qd, qdd))
-    assert np.allclose(np.asarray(smooth_regressor(robot, names)(q, qd, qdd, 1e-3)), exact, atol=1e-12)
-    wide = np.asarray(smooth_regressor(robot, names)(q, qd, qdd, 2.0))
+    near, wide = (
+        np.asarray(ca.Function("smooth", [*state[:3]], [phi])(q, qd, qdd))
+        for state, phi in (own_regressor(robot, names, smooth_sign(width)) for width in (1e-3, 2.0))
+    )
+    assert np.allclose(near, exact, atol=1e-12)
     place = names.index("FS2")
     assert wide[1, place] == pytest.approx(np.tanh(qd[1] / 2.0))
     place = names.index("FSM6")

@@ -14,8 +14,9 @@ import numpy as np
 
 from ...common.arrays import Array
 from ...model import Robot
+from ...model.drives import smooth_sign
 from ...model.kernel.kernel import Kernel
-from ...model.regressors import own_regressor, smooth_regressor
+from ...model.regressors import own_regressor
 from ..motions.family import Samples
 
 SPRING = "SPRING"
@@ -34,13 +35,13 @@ class RegressorKernel:
         """Generate and compile the code; ``SPRING`` may be one of the columns."""
         self.columns = tuple(columns)
         own = [name for name in columns if name != SPRING]
-        q, qd, qdd = (ca.SX.sym(symbol, robot.n) for symbol in ("q", "qd", "qdd"))
         width, spring = ca.SX.sym("width"), ca.SX(robot.n, 1)
+        (q, qd, qdd, _), exact = own_regressor(robot, own)
+        _, smooth = own_regressor(robot, own, smooth_sign(width))
         if robot.spring is not None:
             spring[robot.spring.joint - 1] = robot.spring.torque_symbol(q[robot.spring.joint - 1])
         order = [[*own, SPRING].index(name) for name in columns]
-        smooth = ca.horzcat(smooth_regressor(robot, own)(q, qd, qdd, width), spring)[:, order].T
-        exact = ca.horzcat(own_regressor(robot, own)(q, qd, qdd), spring)[:, order].T
+        smooth, exact = (ca.horzcat(phi, spring)[:, order].T for phi in (smooth, exact))
         seed, state = ca.SX.sym("seed", smooth.nnz()), ca.vertcat(q, qd, qdd)
         slope = ca.cse(ca.densify(ca.jtimes(smooth.nz[:], state, seed, True)))
         self._smooth = Kernel(ca.Function("smooth_entries", [q, qd, qdd, width], [ca.cse(smooth)]))

@@ -1,6 +1,6 @@
 """Parts that several reports share: verdict, errors of the gains, torques, joints."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from msgspec import UnsetType
@@ -9,7 +9,8 @@ from ....common.schema import present
 from ....estimation import Gains
 from ....estimation.answers.system import TorquePrediction
 from ....estimation.fit.estimate import Fit
-from ....estimation.results.parts import ProcessingDocument, ResidualDocument, TermDocument, VerdictDocument
+from ....estimation.fit.friction import TermChoice
+from ....estimation.results.parts import ProcessingDocument, ResidualDocument, VerdictDocument
 from ....estimation.results.payload import JointsMassDocument, PayloadData, array
 from ....estimation.results.robot import RobotResult
 from ...numbers import percent, with_interval
@@ -59,33 +60,18 @@ def gain_error_notes(processing: ProcessingDocument, gains: Gains | None) -> lis
     return [line, *gains.notes]
 
 
-_NONE: Mapping[str, str] = {}
-
-
-def friction_notes(terms: Sequence[TermDocument], values: Mapping[str, str] = _NONE) -> list[str]:
-    """Line on the friction beside Coulomb and viscous: what it is, and by how much it lowers the error."""
-    falls = {
-        term.name: f"({100.0 * float(array(term.fall)):.0f} ± {100.0 * float(array(term.error)):.0f} %)"
+def friction_notes(terms: Sequence[TermChoice]) -> list[str]:
+    """Line on friction beside Coulomb and viscous and by how much it lowers the error, or why none was tried."""
+    kept = [
+        f"{term.name} ({100.0 * term.fall:.0f} ± {100.0 * term.error:.0f} %)"
         for term in terms
-        if term.kept
-    }
-    if falls or values:
-        parts = (" ".join((name, *filter(None, (values.get(name), falls.get(name))))) for name in falls or values)
-        why = "; by so much a joint's squared error falls on blocks of time that were held out" if falls else ""
-        return [f"Friction beside Coulomb and viscous: {', '.join(parts)}{why} (--friction)."]
-    untried = [term for term in terms if term.fall is None or not np.isfinite(array(term.fall))]
+        if term.kept and term.fall is not None and term.error is not None
+    ]
+    if kept:
+        falls = "by so much a joint's squared error falls on blocks of time that were held out (--friction)"
+        return [f"Friction beside Coulomb and viscous: {', '.join(kept)}; {falls}."]
+    untried = [term for term in terms if term.fall is None]
     return [f"Friction by load or root of speed was not tried: {present(untried[0].why_not)}."] if untried else []
-
-
-def friction_table(terms: Sequence[TermDocument]) -> list[Table]:
-    """Tabulate the terms of friction that were tried; none where none were."""
-    rows = [
-        (term.name, f"{100 * float(array(term.fall)):.1f}", f"{100 * float(array(term.error)):.1f}",
-         "kept" if term.kept else present(term.why_not) or "")
-        for term in terms
-    ]  # fmt: skip
-    headings = ("", "error falls by, %", "its standard error, %", "")
-    return [Table("Terms of friction, on blocks of time that were held out", headings, rows)] if rows else []
 
 
 def residual_text(fit: Fit | ResidualDocument) -> str:

@@ -7,7 +7,6 @@ import numpy as np
 from msgspec import UnsetType
 
 from ....common.schema import present
-from ....estimation.fit.estimate import Estimate
 from ....estimation.possible.payload import CONFLICT
 from ....estimation.results.parts import PossibleParameter
 from ....estimation.results.payload import array
@@ -24,7 +23,6 @@ from .evidence import (
     MEND,
     conditioning,
     friction_notes,
-    friction_table,
     gain_error_notes,
     reason_blocks,
     residual_text,
@@ -114,10 +112,9 @@ def robot_report(result: RobotResult, rollouts: Sequence[Rollout] = (), document
     following = MEND if verdict.reasons else f"Next: {ask}{after}."
     labels = dict(zip(made.base.columns, made.base.names, strict=True)) if made else {}
     count = len(made.held_out or made.recordings) if made else 0
-    terms = present(result.friction) or ()
     notes = [
         *verdict_notes(verdict),
-        *friction_notes(terms, _further_friction(result.estimate)),
+        *friction_notes(present(result.friction) or ()),
         *gain_error_notes(result.processing, result.gains),
     ]
     estimate, held_out, constrained = result.estimate, result.validation, result.constrained
@@ -156,16 +153,6 @@ def robot_report(result: RobotResult, rollouts: Sequence[Rollout] = (), document
     ]
     title, more = f"Dynamic parameters of the {result.title}", "every base parameter, residuals, what is essential"
     return Report(title, first, sections, more, "Identified from recordings without payload", data)
-
-
-def _further_friction(estimate: Estimate) -> dict[str, str]:
-    """Friction beside Coulomb and viscous, with its standard deviation, by name."""
-    paper = ("FS", "FV", "FSM", "FVM")
-    return {
-        name: with_sigma(value, sigma)
-        for name, value, sigma in zip(estimate.names, estimate.values, estimate.total_sigma, strict=True)
-        if name.startswith("F") and parameter_kind(name) not in paper
-    }
 
 
 def joint_table(result: RobotResult) -> Table:
@@ -275,5 +262,4 @@ def robot_section(result: RobotResult) -> Section:
     tables, nearest = [robot_table(result)], result.constrained
     if nearest is not None and nearest.parameters:
         tables.append(standard_table(nearest.parameters, result.title))
-    tables += friction_table(present(result.friction) or ())
     return Section("parameters", "Base parameters of the robot", [*tables, Notes(constrained_notes(result))])
