@@ -13,8 +13,8 @@ import casadi as ca
 
 from .base.parameters import BaseParameters
 from .drives import DriveState, Sign, drive_terms, parameter_kind, smooth_sign
-from .kinematics import base_motion, joint_axis, joint_transform, next_motion
-from .regressors import link_wrench, standard_columns
+from .kinematics import ZERO, FrameChange, Vector, add, cross
+from .regressors import link_wrenches, standard_columns
 from .robot import INERTIAL, Robot
 
 _STEPS = 5
@@ -192,20 +192,19 @@ def _drive_torque(robot: Robot, state: DriveState, value: Mapping[str, ca.SX], s
 
 def _rigid_body_torque(robot: Robot, q: ca.SX, qd: ca.SX, qdd: ca.SX, value: Mapping[str, ca.SX]) -> ca.SX:
     """Torques that move the links, without drives, n x 1 [N·m or N]."""
-    motion = base_motion(robot)
-    steps = []
-    for j, joint in enumerate(robot.joints):
-        rotation, origin = joint_transform(joint, q[j])
-        axes = joint_axis(joint)
-        motion = next_motion(motion, rotation, origin, axes, qd[j], qdd[j])
-        body = ca.vertcat(*(value[f"{kind}{j + 1}"] for kind in INERTIAL))
-        force, moment = (wrench @ body for wrench in link_wrench(motion))
-        steps.append((rotation, origin, axes, force, moment))
+    changes = [FrameChange.of(joint, q[j]) for j, joint in enumerate(robot.joints)]
+    wrenches = list(link_wrenches(robot, changes, DriveState(q, qd, qdd, None)))
     torque = ca.SX.zeros(robot.n)
-    force, moment = ca.SX.zeros(3), ca.SX.zeros(3)
-    for j, (rotation, origin, (turn, slide), own_force, own_moment) in reversed(list(enumerate(steps))):
-        force, moment = force + own_force, moment + own_moment
-        torque[j] = ca.dot(turn, moment) + ca.dot(slide, force)
-        force = rotation @ force
-        moment = rotation @ moment + ca.cross(origin, force)
+    force = moment = ZERO
+    for j in reversed(range(robot.n)):
+        for kind, (unit_force, unit_moment) in zip(INERTIAL, wrenches[j], strict=True):
+            force = _added(force, unit_force, value[f"{kind}{j + 1}"])
+            moment = _added(moment, unit_moment, value[f"{kind}{j + 1}"])
+        torque[j] = moment[2] if robot.joints[j].revolute else force[2]
+        force = changes[j].out_of(force)
+        moment = add(changes[j].out_of(moment), cross(changes[j].origin, force))
     return torque
+
+
+def _added(total: Vector, unit: Vector, amount: ca.SX) -> Vector:
+    return add(total, (unit[0] * amount, unit[1] * amount, unit[2] * amount))

@@ -1,78 +1,114 @@
-"""Frame changes and link motion of the chain, as CasADi expressions."""
+"""Frame changes of the chain and the places they lead to, at one symbolic state or at many states of numbers.
 
-from typing import NamedTuple
+Vectors are triples of entries: numbers, CasADi's scalars, or arrays whose last axis counts states. So the same
+formulas make the symbolic model, and evaluate it by NumPy for a robot that is tried once, where generated code does
+not pay.
+"""
+
+from typing import Any, NamedTuple
 
 import casadi as ca
+import numpy as np
 
+from ..common.arrays import Array
 from .pose import cos_sin
 from .robot import Joint, Robot
 
+Vector = tuple[Any, Any, Any]
+ZERO: Vector = (0.0, 0.0, 0.0)
+"""Zero vector, with which ``dot`` takes no operations."""
 
-class LinkMotion(NamedTuple):
-    """Motion of a link's frame, in its own axes; each 3 x 1.
 
-    ``acceleration`` is that of the origin minus gravity, so that a robot at rest accelerates upwards.
+class FrameChange(NamedTuple):
+    """Frame j in frame j-1.
+
+    Attributes:
+        c, s: cosine and sine of the angle about z.
+        alpha: cosine and sine of the angle about x.
+        origin: origin of frame j in frame j-1 [m].
     """
 
-    speed: ca.SX
-    angular_acceleration: ca.SX
-    acceleration: ca.SX
+    c: Any
+    s: Any
+    alpha: tuple[float, float]
+    origin: Vector
+
+    @staticmethod
+    def of(joint: Joint, q: Any, lib: Any = ca) -> "FrameChange":
+        """Make the change before a joint at position ``q`` [rad or m], by CasADi or NumPy."""
+        c, s = cos_sin(joint.theta)
+        along = joint.r
+        if joint.revolute:
+            # The offset is taken out of the cosine, so that special offsets stay exact.
+            cq, sq = lib.cos(q), lib.sin(q)
+            c, s = cq * c - sq * s, sq * c + cq * s
+        else:
+            along = q + along
+        ca_, sa = cos_sin(joint.alpha)
+        return FrameChange(c, s, (ca_, sa), (joint.d, -sa * along, ca_ * along))
+
+    def into(self, x: Vector) -> Vector:
+        """Rotate a vector of frame j-1 into the axes of frame j."""
+        ca_, sa = self.alpha
+        across = ca_ * x[1] + sa * x[2]
+        return self.c * x[0] + self.s * across, self.c * across - self.s * x[0], ca_ * x[2] - sa * x[1]
+
+    def out_of(self, x: Vector) -> Vector:
+        """Rotate a vector of frame j into the axes of frame j-1."""
+        ca_, sa = self.alpha
+        across = self.s * x[0] + self.c * x[1]
+        return self.c * x[0] - self.s * x[1], ca_ * across - sa * x[2], sa * across + ca_ * x[2]
 
 
-def joint_transform(joint: Joint, q: ca.SX) -> tuple[ca.SX, ca.SX]:
-    """Rotation (3 x 3) and origin (3 x 1 [m]) of frame j in frame j-1 at position ``q``."""
-    ca_, sa = cos_sin(joint.alpha)
-    co, so = cos_sin(joint.theta)
-    if joint.revolute:
-        # The offset is taken out of the cosine, so that special offsets stay exact.
-        c, s = ca.cos(q), ca.sin(q)
-        ct, st, r = c * co - s * so, s * co + c * so, ca.SX(joint.r)
-    else:
-        ct, st, r = ca.SX(co), ca.SX(so), q + joint.r
-    rotation = ca.SX(3, 3)
-    entries: list[list[ca.SX | float]] = [[ct, -st, 0.0], [ca_ * st, ca_ * ct, -sa], [sa * st, sa * ct, ca_]]
-    for i, row in enumerate(entries):
-        for k, entry in enumerate(row):
-            rotation[i, k] = entry
-    return rotation, ca.vertcat(ca.SX(joint.d), -sa * r, ca_ * r)
+def add(a: Vector, b: Vector) -> Vector:
+    """Sum of two vectors."""
+    return a[0] + b[0], a[1] + b[1], a[2] + b[2]
 
 
-def joint_axis(joint: Joint) -> tuple[ca.SX, ca.SX]:
-    """Turning and sliding direction of the joint in its own frame, each 3 x 1."""
-    z, zero = ca.SX([0, 0, 1]), ca.SX([0, 0, 0])
-    return (z, zero) if joint.revolute else (zero, z)
+def dot(a: Vector, b: Vector) -> Any:
+    """Scalar product of two vectors."""
+    return 0.0 if b is ZERO else a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
-def spin_matrix(motion: LinkMotion) -> ca.SX:
-    """U = alpha^ + w^ w^, 3 x 3: a point at p of the link accelerates by U p more than its origin."""
-    w = ca.skew(motion.speed)
-    return ca.skew(motion.angular_acceleration) + w @ w
+def cross(a: Vector, b: Vector) -> Vector:
+    """Cross product of two vectors."""
+    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
 
 
-def base_motion(robot: Robot) -> LinkMotion:
-    """Motion of frame 0: at rest, gravity taken as an upward acceleration."""
-    return LinkMotion(ca.SX([0, 0, 0]), ca.SX([0, 0, 0]), -ca.SX(list(robot.gravity)))
-
-
-def next_motion(
-    before: LinkMotion, rotation: ca.SX, origin: ca.SX, axes: tuple[ca.SX, ca.SX], qd: ca.SX, qdd: ca.SX
-) -> LinkMotion:
-    """Motion of frame j from that of frame j-1 (Khalil and Dombre 2002, forward recursion)."""
-    turn, slide = axes
-    w0, a0 = before.speed, before.angular_acceleration
-    acceleration = before.acceleration + spin_matrix(before) @ origin
-    w = rotation.T @ w0
-    speed = w + turn * qd
-    angular = rotation.T @ a0 + turn * qdd + ca.cross(w, turn * qd)
-    linear = rotation.T @ acceleration + slide * qdd + 2 * ca.cross(w, slide * qd)
-    return LinkMotion(speed, angular, linear)
+def link_frames(robot: Robot, q: ca.SX) -> list[tuple[ca.SX, ca.SX]]:
+    """Axes (3 x 3) and origins (3 x 1 [m]) of frames 0 to n in frame 0, as expressions of ``q``, n x 1."""
+    frames = [(ca.SX.eye(3), ca.SX.zeros(3))]
+    for joint, position in zip(robot.joints, ca.vertsplit(q), strict=True):
+        change = FrameChange.of(joint, position)
+        axes = ca.horzcat(*(ca.vertcat(*change.out_of((x, y, z))) for x, y, z in np.eye(3).tolist()))
+        R, p = frames[-1]
+        frames.append((R @ axes, p + R @ ca.vertcat(*change.origin)))
+    return frames
 
 
 def forward_kinematics(robot: Robot) -> ca.Function:
     """``forward_kinematics(q) -> (R, p)``: axes (3 x 3) and origin [m] of frame n in frame 0."""
     q = ca.SX.sym("q", robot.n)
-    R, p = ca.SX.eye(3), ca.SX([0, 0, 0])
-    for j, joint in enumerate(robot.joints):
-        rotation, origin = joint_transform(joint, q[j])
-        R, p = R @ rotation, p + R @ origin
-    return ca.Function("forward_kinematics", [q], [R, p], ["q"], ["R", "p"])
+    return ca.Function("forward_kinematics", [q], [*link_frames(robot, q)[-1]], ["q"], ["R", "p"])
+
+
+def point_at(robot: Robot, point: Array, q: Array) -> tuple[Array, Array]:
+    """Position of a point of the last link at N states, in frame 0 [m], and its Jacobian; 3 x (n x) N.
+
+    Args:
+        robot: the robot, n joints.
+        point: in frame n [m].
+        q: positions [rad or m], N x n.
+    """
+    x, y, z = point[:, None] + np.zeros(len(q))
+    position: Vector = (x, y, z)
+    x, y, z = np.zeros((3, *q.T.shape))
+    moved: Vector = (x, y, z)
+    for j in reversed(range(robot.n)):
+        if robot.joints[j].revolute:
+            moved[0][j], moved[1][j] = -position[1], position[0]
+        else:
+            moved[2][j] = 1.0
+        change = FrameChange.of(robot.joints[j], q[:, j], np)
+        moved, position = change.out_of(moved), add(change.out_of(position), change.origin)
+    return np.array(position), np.array(moved)

@@ -1,13 +1,20 @@
 """The regressor Phi_s of (4): torque is linear in the standard parameters."""
 
 import functools
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from typing import Any
 
 import casadi as ca
+import numpy as np
 
+from ..common.arrays import Array
 from .drives import DriveState, Sign, drive_terms, parameter_kind
-from .kinematics import LinkMotion, base_motion, joint_axis, joint_transform, next_motion, spin_matrix
+from .kinematics import ZERO, FrameChange, Vector, add, cross, dot
 from .robot import INERTIAL, Robot
+
+_TOGETHER = 1024
+"""States that are treated together by NumPy: their wrenches stay near the processor."""
 
 
 def standard_columns(robot: Robot) -> tuple[str, ...]:
@@ -22,6 +29,19 @@ def standard_columns(robot: Robot) -> tuple[str, ...]:
 def payload_columns(robot: Robot) -> tuple[str, ...]:
     """Names of the last link's ten inertial parameters: a payload fixed to it has the same columns."""
     return tuple(f"{kind}{robot.n}" for kind in INERTIAL)
+
+
+def own_columns(robot: Robot) -> tuple[str, ...]:
+    """Standard parameters whose columns span what all of them do; of the last link all ten come last.
+
+    Links that turn pass three of their ten to the link before, links that slide their inertia.
+    """
+    names: list[str] = []
+    for link, joint in enumerate(robot.joints, start=1):
+        passed = ("YY", "MZ", "M") if joint.revolute else INERTIAL[:6]
+        names += [f"{kind}{link}" for kind in INERTIAL if kind not in passed]
+    drives = [name for joint in range(1, robot.n + 1) for name in robot.drives.names(joint)]
+    return (*names, *drives, *robot.drives.coupling_names())
 
 
 def standard_regressor(robot: Robot) -> ca.Function:
@@ -90,7 +110,32 @@ def own_regressor(robot: Robot, columns: Sequence[str], sign: Sign = ca.sign) ->
     return state, ca.substitute(phi, state.load, load)
 
 
-def _matrix(robot: Robot, columns: Sequence[str], terms: dict[str, dict[int, ca.SX]]) -> ca.SX:
+def regressor_at(
+    robot: Robot, columns: Sequence[str], q: Array, qd: Array, qdd: Array, load: Array | None = None
+) -> Array:
+    """Columns of the standard regressor at N states, n x ``len(columns)`` x N.
+
+    Args:
+        robot: the robot, n joints.
+        columns: standard parameters; offsets whether the robot has them or not.
+        q: positions [rad or m], N x n.
+        qd: speeds, N x n.
+        qdd: accelerations, N x n.
+        load: torques that the gears carry [N·m or N], N x n, for friction that depends on them; zero by default.
+    """
+    W = np.zeros((robot.n, len(columns), len(q)))
+    drives, carried = replace(robot.drives, offsets=True), np.zeros(q.shape) if load is None else load
+    for start in range(0, len(q), _TOGETHER):
+        part = slice(start, start + _TOGETHER)
+        state = DriveState(q[part].T, qd[part].T, qdd[part].T, carried[part].T)
+        terms = inertial_terms(robot, state, np) | drive_terms(drives, state, np.sign)
+        for k, name in enumerate(columns):
+            for row, values in terms[name].items():
+                W[row, k, part] = values
+    return W
+
+
+def _matrix(robot: Robot, columns: Sequence[str], terms: dict[str, dict[int, Any]]) -> ca.SX:
     phi = ca.SX(robot.n, len(columns))
     for k, column in enumerate(columns):
         for row, entry in terms[column].items():
@@ -100,52 +145,74 @@ def _matrix(robot: Robot, columns: Sequence[str], terms: dict[str, dict[int, ca.
 
 
 @functools.lru_cache(maxsize=16)
-def _terms(robot: Robot) -> tuple[DriveState, dict[str, dict[int, ca.SX]]]:
+def _terms(robot: Robot) -> tuple[DriveState, dict[str, dict[int, Any]]]:
     """Symbols q, qd, qdd, load, and the factors of each standard parameter; built once for a robot."""
     state = DriveState(*(ca.SX.sym(symbol, robot.n) for symbol in DriveState._fields))
-    q, qd, qdd, _ = state
-    terms = _rigid_body_terms(robot, q, qd, qdd) | drive_terms(robot.drives, state)
+    terms = inertial_terms(robot, state) | drive_terms(robot.drives, state)
     if robot.spring is not None:
         row = robot.spring.joint - 1
-        terms |= {name: {row: -robot.spring.torque_symbol(q[row])} for name in robot.drives.spring_names(row + 1)}
+        torque = robot.spring.torque_symbol(state.q[row])
+        terms |= {name: {row: -torque} for name in robot.drives.spring_names(row + 1)}
     return state, terms
 
 
-def _rigid_body_terms(robot: Robot, q: ca.SX, qd: ca.SX, qdd: ca.SX) -> dict[str, dict[int, ca.SX]]:
-    """Factors of each inertial parameter in each joint's torque.
+def inertial_terms(robot: Robot, state: DriveState, lib: Any = ca) -> dict[str, dict[int, Any]]:
+    """Factors of each inertial parameter in the joints' torques, row by row; by CasADi or, of arrays, by NumPy.
 
     The wrench of link j is projected on the axis of joint i seen from frame j (virtual power), which needs
     fewer operations than carrying ten wrenches back to the base.
     """
-    terms: dict[str, dict[int, ca.SX]] = {}
-    motion = base_motion(robot)
-    axes: list[tuple[ca.SX, ca.SX]] = []
-    for j, joint in enumerate(robot.joints):
-        rotation, origin = joint_transform(joint, q[j])
-        axes = [(rotation.T @ a, rotation.T @ (b + ca.cross(a, origin))) for a, b in axes]
-        axes.append(joint_axis(joint))
-        motion = next_motion(motion, rotation, origin, axes[-1], qd[j], qdd[j])
-        force, moment = link_wrench(motion)
-        for k, kind in enumerate(INERTIAL):
-            terms[f"{kind}{j + 1}"] = {
-                i: ca.dot(turn, moment[:, k]) + ca.dot(slide, force[:, k]) for i, (turn, slide) in enumerate(axes)
-            }
+    terms: dict[str, dict[int, Any]] = {}
+    changes = [FrameChange.of(joint, state.q[j], lib) for j, joint in enumerate(robot.joints)]
+    # What the link turns and its origin moves by where each joint has unit speed, all joints at once.
+    turn = slide = (0.0 * state.q,) * 3
+    for j, (change, wrenches) in enumerate(zip(changes, link_wrenches(robot, changes, state), strict=True)):
+        slide = change.into(add(slide, cross(turn, change.origin)))
+        turn = change.into(turn)
+        (turn if robot.joints[j].revolute else slide)[2][j] = 1.0
+        for kind, (force, moment) in zip(INERTIAL, wrenches, strict=True):
+            torque = dot(turn, moment) + dot(slide, force)
+            terms[f"{kind}{j + 1}"] = {i: torque[i] for i in range(j + 1)}
     return terms
 
 
-def link_wrench(motion: LinkMotion) -> tuple[ca.SX, ca.SX]:
-    """Force and moment at the link's origin per unit inertial parameter, each 3 x 10 (Newton, Euler)."""
-    w, alpha, a = motion
-    spin = spin_matrix(motion)
-    inertia = _inertia_times(alpha) + ca.skew(w) @ _inertia_times(w)
-    force = ca.horzcat(ca.SX(3, 6), spin, a)
-    moment = ca.horzcat(inertia, -ca.skew(a), ca.SX(3, 1))
-    return force, moment
+def link_wrenches(
+    robot: Robot, changes: Sequence[FrameChange], state: DriveState
+) -> Iterator[list[tuple[Vector, Vector]]]:
+    """Force and moment of each link at its origin, for each of its ten parameters (Newton, Euler).
 
-
-def _inertia_times(v: ca.SX) -> ca.SX:
-    """Matrix K, 3 x 6, with J v = K [XX XY XZ YY YZ ZZ]'."""
-    x, y, z = v[0], v[1], v[2]
-    zero = ca.SX(0)
-    rows = [[x, y, z, zero, zero, zero], [zero, x, zero, y, z, zero], [zero, zero, x, zero, y, z]]
-    return ca.vertcat(*(ca.horzcat(*row) for row in rows))
+    Accelerations are less gravity, so that a robot at rest accelerates upwards. Source of the recursion: Khalil and
+    Dombre 2002.
+    """
+    w = angular = ZERO
+    a: Vector = (-robot.gravity[0], -robot.gravity[1], -robot.gravity[2])
+    spin = (ZERO, ZERO, ZERO)
+    for j, (joint, change) in enumerate(zip(robot.joints, changes, strict=True)):
+        speed, pace = state.qd[j], state.qdd[j]
+        a = change.into(
+            add(a, (dot(spin[0], change.origin), dot(spin[1], change.origin), dot(spin[2], change.origin)))
+        )
+        w, angular = change.into(w), change.into(angular)
+        aside = w[1] * speed, -w[0] * speed  # w x speed along the axis
+        if joint.revolute:
+            angular = add(angular, (*aside, pace))
+            w = (w[0], w[1], w[2] + speed)
+        else:
+            a = add(a, (2.0 * aside[0], 2.0 * aside[1], pace))
+        (x, y, z), (p, q, r) = w, angular
+        xx, yy, zz, xy, xz, yz = x * x, y * y, z * z, x * y, x * z, y * z
+        # A point at p of the link accelerates by spin p more than its origin: angular^ + w^ w^.
+        spin = (-(yy + zz), xy - r, xz + q), (xy + r, -(xx + zz), yz - p), (xz - q, yz + p, -(xx + yy))
+        by_x, by_y, by_z = zip(*spin, strict=True)
+        yield [
+            (ZERO, (p, xz, -xy)),
+            (ZERO, (q - xz, p + yz, xx - yy)),
+            (ZERO, (r + xy, zz - xx, p - yz)),
+            (ZERO, (-yz, q, xy)),
+            (ZERO, (yy - zz, r - xy, q + xz)),
+            (ZERO, (yz, -xz, r)),
+            (by_x, (0.0, -a[2], a[1])),
+            (by_y, (a[2], 0.0, -a[0])),
+            (by_z, (-a[1], a[0], 0.0)),
+            (a, ZERO),
+        ]

@@ -11,7 +11,7 @@ from ...common.errors import InputError
 from ...estimation import PayloadResult
 from ...model import Motion, Pose, Recording, Robot
 from ...model.frames import frames_at, step
-from ...model.many_states import point_at
+from ...model.kinematics import point_at
 from ...model.stand_in import cylinder_radius
 from ...trajectories import DesignProblem, Scene
 from ...trajectories.design.scene import HalfSpace

@@ -16,8 +16,7 @@ from scipy.linalg import solve_triangular
 from ...common.arrays import Array
 from ...model import INERTIAL, Robot
 from ...model.drives import parameter_kind
-from ...model.many_states import own_columns, regressor_at
-from ...model.regressors import payload_columns
+from ...model.regressors import own_columns, payload_columns, regressor_at
 from ..equations.equations import PAYLOAD
 from ..fit.linear_problem import Known
 from ..payload.result import frame_change

@@ -14,8 +14,8 @@ import numpy as np
 from ...common.arrays import Array
 from ...model import INERTIAL, Robot
 from ...model.drives import parameter_kind
-from ...model.many_states import point_at, regressor_at
-from ...model.regressors import payload_columns
+from ...model.kinematics import point_at
+from ...model.regressors import payload_columns, regressor_at
 from ..payload.result import frame_change
 from .engine import Added, Effect, System
 from .evidence import Evidence

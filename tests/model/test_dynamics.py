@@ -31,8 +31,8 @@ from dynident.model import (
 )
 from dynident.model.dynamics import drive_torque, dry_friction_names, smooth_dry_friction
 from dynident.model.kernel.program import read_program
-from dynident.model.kinematics import forward_kinematics
-from dynident.model.many_states import own_columns, point_at, regressor_at
+from dynident.model.kinematics import forward_kinematics, point_at
+from dynident.model.regressors import own_columns, regressor_at
 from dynident.tests.conftest import CROOKED
 from dynident.tests.model.random_robots import random_robot
 

@@ -24,8 +24,7 @@ from dynident.model.base.rank import random_states
 from dynident.model.drives import DriveState, parameter_kind, smooth_sign
 from dynident.model.files.robot_file import robot_toml
 from dynident.model.friction import LAWS, PAPER, Friction, friction_terms, is_friction, term_names, terms_of
-from dynident.model.many_states import regressor_at
-from dynident.model.regressors import own_regressor
+from dynident.model.regressors import own_regressor, regressor_at
 
 STATES = 12
 

@@ -13,9 +13,8 @@ from dynident.model.base.grouping import moves
 from dynident.model.base.parameters import BaseParameters
 from dynident.model.base.rank import STATES_PER_JOINT, base_parameters_of, left_residuals, random_states
 from dynident.model.inertia import InertialParameters, skew
-from dynident.model.many_states import regressor_at
 from dynident.model.pose import cos_sin
-from dynident.model.regressors import standard_columns
+from dynident.model.regressors import regressor_at, standard_columns
 from dynident.model.robot import Joint, Robot
 
 _ZERO = 1e-8

@@ -20,7 +20,7 @@ from ...common.errors import InputError
 from ...common.schema import Real, Table, Triple, read_toml
 from ...model import Robot
 from ...model.kernel.kernel import Kernel
-from ...model.kinematics import joint_transform
+from ...model.kinematics import link_frames
 from .limits import Limit, State
 
 _TINY = 1e-12  # m^2: keeps slopes finite where two axes touch
@@ -153,11 +153,7 @@ def _functions(robot: Robot, scene: Scene) -> tuple[ca.Function, ca.Function, tu
     if any(body.link > robot.n for body in scene.bodies):
         raise InputError(f"the scene names a link that robot {robot.name!r} does not have: it has {robot.n}")
     q = ca.SX.sym("q", robot.n)
-    frames = [(ca.SX.eye(3), ca.SX([0, 0, 0]))]
-    for j, joint in enumerate(robot.joints):
-        R, p = frames[-1]
-        rotation, origin = joint_transform(joint, q[j])
-        frames.append((R @ rotation, p + R @ origin))
+    frames = link_frames(robot, q)
     bodies, distances = {}, dict[str, ca.SX]()
     for body in scene.bodies:
         R, p = frames[body.link]

@@ -17,7 +17,7 @@ from dynident.common.arrays import Array
 from dynident.common.errors import InputError
 from dynident.model import InertialParameters, Motion, Pose, Robot, load_robot, robot_names
 from dynident.model.frames import frames_at
-from dynident.model.kinematics import joint_transform
+from dynident.model.kinematics import link_frames
 from dynident.tests.conftest import PRISMATIC
 from dynident.trajectories import Scene, random_via_points
 from dynident.trajectories.design.scene import HalfSpace
@@ -49,12 +49,9 @@ def ends(shape: Shape) -> tuple[Array, Array]:
 def positions(robot: Robot, q: Array) -> list[Array]:
     """Origins of frames 0 to n and of the payload's, by the symbolic chain of the dynamics."""
     base = robot.base.inverse()
-    R, p, places = base.R, base.p, [base.p]
-    for joint, value in zip(robot.joints, q, strict=True):
-        turn, origin = (np.array(ca.DM(x)) for x in joint_transform(joint, ca.SX(float(value))))
-        R, p = R @ turn, p + R @ origin.ravel()
-        places.append(p)
-    return [*places, p + R @ robot.flange.p]
+    frames = [(np.array(ca.DM(R)), np.array(ca.DM(p)).ravel()) for R, p in link_frames(robot, ca.SX(q.tolist()))]
+    places = [base.p + base.R @ p for _, p in frames]
+    return [*places, places[-1] + base.R @ frames[-1][0] @ robot.flange.p]
 
 
 @pytest.mark.parametrize(
