@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from dynident.common.arrays import Array
 from dynident.model import (
+    INERTIAL,
     Drives,
     Robot,
     Spring,
@@ -29,7 +30,8 @@ from dynident.model import (
     standard_columns,
     standard_regressor,
 )
-from dynident.model.dynamics import drive_torque, dry_friction_names, smooth_dry_friction
+from dynident.model.drives import parameter_kind
+from dynident.model.dynamics import dry_friction_names, smooth_dry_friction
 from dynident.model.kernel.program import read_program
 from dynident.model.kinematics import forward_kinematics, point_at
 from dynident.model.regressors import own_columns, regressor_at
@@ -45,7 +47,6 @@ MAKERS: dict[str, Callable[[Robot], ca.Function]] = {
     "coriolis": coriolis,
     "coriolis_matrix": coriolis_matrix,
     "gravity": gravity,
-    "drive_torque": drive_torque,
     "forward_dynamics": forward_dynamics,
     "standard_regressor": standard_regressor,
     "base_regressor": lambda robot: base_regressor(robot, base_parameters(robot)),
@@ -100,9 +101,11 @@ def test_torque_is_the_sum_of_its_parts(robot: Robot, chi: Array) -> None:
     torque, still, weight = inverse_dynamics(robot), np.zeros(robot.n), dense(gravity(robot)(q, chi))
     C = dense(coriolis_matrix(robot)(q, qd, chi))
     np.testing.assert_allclose(C @ qd, dense(coriolis(robot)(q, qd, chi)), rtol=1e-11, atol=1e-11)
-    parts = dense(mass_matrix(robot)(q, chi)) @ qdd + C @ qd + weight + dense(drive_torque(robot)(q, qd, chi))
+    of_drives = np.where([parameter_kind(name) in INERTIAL for name in standard_columns(robot)], 0.0, chi)
+    rubbing = dense(torque(q, qd, still, of_drives))
+    parts = dense(mass_matrix(robot)(q, chi)) @ qdd + C @ qd + weight + rubbing
     np.testing.assert_allclose(dense(torque(q, qd, qdd, chi)), parts, rtol=1e-10, atol=1e-10)
-    resting = weight + dense(drive_torque(robot)(q, still, chi))
+    resting = weight + dense(torque(q, still, still, of_drives))
     np.testing.assert_allclose(dense(torque(q, still, still, chi)), resting, rtol=1e-10, atol=1e-10)
     place, speed = ca.SX.sym("q", robot.n), ca.SX.sym("qd", robot.n)
     A = ca.densify(ca.vec(mass_matrix(robot)(place, chi)))
@@ -164,7 +167,7 @@ def test_smooth_dry_friction_nears_the_sign(robot: Robot) -> None:
     level, qd = draw.uniform(1.0, 2.0, len(names)), draw.uniform(0.5, 1.0, robot.n) * draw.choice([-1, 1], robot.n)
     values = dict.fromkeys(standard_columns(robot), 0.0) | dict(zip(names, level, strict=True))
     bare = replace(robot, drives=replace(robot.drives, spring=None))
-    sharp = dense(drive_torque(bare)(still, qd, list(values.values())))
+    sharp = dense(inverse_dynamics(bare)(still, qd, still, list(values.values())))
     smooth = smooth_dry_friction(robot, 1e-3)
     np.testing.assert_allclose(dense(smooth(qd, level)), sharp, atol=1e-12)
     assert not dense(smooth(still, level)).any()
