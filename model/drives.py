@@ -153,7 +153,7 @@ class Drives:
 
     def check(self, n: int) -> None:
         """Refuse drives that name joints which a robot of ``n`` joints lacks."""
-        named = [joint for term in self.friction for joint in term.joints]
+        named = [term.joint for term in self.friction if term.joint]
         named += self.coupling.joints if self.coupling else ()
         named += [self.spring.joint] if self.spring else []
         for joint in named:

@@ -51,18 +51,18 @@ _NAME = re.compile(r"(F[A-Z]+)([1-9]\d*)?(?:@(\d*\.?\d+(?:[eE][+-]?\d+)?))?(?:=(
 
 @dataclass(frozen=True)
 class Friction:
-    """Term of the friction of all joints or of some.
+    """Term of the friction of a joint or of all.
 
     Attributes:
         kind: what its parameters are called, "FL" of FL2: one of ``LAWS``, or another that begins with F.
-        joints: numbers of the joints that have it; empty for all.
+        joint: number of the joint that has it; 0 for all.
         speed: at which the Stribeck term has fallen to 1/e [rad/s or m/s]; of no other term.
         unit: of the parameter of a law of one's own.
         code: such a law, as ``Friction.of`` writes it.
     """
 
     kind: str
-    joints: tuple[int, ...] = ()
+    joint: int = 0
     speed: float = 0.0
     unit: str = ""
     code: str = ""
@@ -77,7 +77,7 @@ class Friction:
             raise InputError(f"friction {self.kind!r}: FB needs a speed, FB@0.1; no other term has one")
 
     @staticmethod
-    def of(kind: str, unit: str, law: ca.Function, joints: Sequence[int] = ()) -> "Friction":
+    def of(kind: str, unit: str, law: ca.Function, joint: int = 0) -> "Friction":
         """Make a term of one's own.
 
         Args:
@@ -85,7 +85,7 @@ class Friction:
             unit: of the parameter.
             law: function of the joint's speed [rad/s or m/s], position [rad or m] and load, the torque of links,
                 payload and spring that the gear carries [N·m or N], to what multiplies the parameter.
-            joints: numbers of the joints that have it; all by default.
+            joint: number of the joint that has it; all by default.
 
         Raises:
             InputError: if it is a function of something else.
@@ -93,7 +93,7 @@ class Friction:
         sizes = [law.numel_in(k) for k in range(law.n_in())] + [law.numel_out(k) for k in range(law.n_out())]
         if law.n_in() != 3 or sizes != [1, 1, 1, 1]:
             raise InputError(f"friction {kind!r}: its law must take speed, position and load and give one number")
-        return Friction(kind, tuple(joints), unit=unit, code=law.serialize())
+        return Friction(kind, joint, unit=unit, code=law.serialize())
 
     @property
     def loaded(self) -> bool:
@@ -102,7 +102,7 @@ class Friction:
 
     def at(self, joint: int) -> bool:
         """True if a joint (from 1) has the term."""
-        return not self.joints or joint in self.joints
+        return self.joint in (0, joint)
 
     def value(self, speed: Any, sign: Any, position: Any, load: Any) -> Any:
         """Factor of the term's parameter, of NumPy arrays or CasADi expressions."""
@@ -130,26 +130,24 @@ def friction_terms(names: Sequence[str]) -> tuple[Friction, ...]:
     Raises:
         InputError: for a name that stands for no term.
     """
-    terms: dict[tuple[str, float, str, str], set[int]] = {}
+    terms = []
     for name in names:
         found = _NAME.fullmatch(name.strip())
         if not found:
             raise InputError(f"friction {name.strip()[:40]!r}: {_KNOWN}")
-        key = (found[1], float(found[3] or 0.0), found[4] or "", found[5] or "")
-        terms.setdefault(key, set()).add(int(found[2] or 0))
-    return tuple(
-        Friction(kind, () if 0 in joints else tuple(sorted(joints)), speed, unit, code)
-        for (kind, speed, unit, code), joints in terms.items()
-    )
+        kind, joint, speed, unit, code = found.groups()
+        terms.append(Friction(kind, int(joint or 0), float(speed or 0.0), unit or "", code or ""))
+    return tuple(dict.fromkeys(terms))
 
 
 def term_names(terms: Sequence[Friction]) -> tuple[str, ...]:
     """Name terms as ``friction_terms`` reads them."""
-    names = []
-    for term in terms:
-        law = (f"@{term.speed}" if term.speed else "") + (f"={term.unit}:{term.code}" if term.code else "")
-        names += [f"{term.kind}{joint or ''}{law}" for joint in term.joints or (0,)]
-    return tuple(names)
+    return tuple(
+        f"{term.kind}{term.joint or ''}"
+        + (f"@{term.speed}" if term.speed else "")
+        + (f"={term.unit}:{term.code}" if term.code else "")
+        for term in terms
+    )
 
 
 def terms_of(names: Sequence[str], own: Sequence[Friction], joints: int) -> tuple[Friction, ...]:
@@ -165,7 +163,7 @@ def terms_of(names: Sequence[str], own: Sequence[Friction], joints: int) -> tupl
     for term in (*(Friction(kind) for kind in LAWS if kind != "FB"), *described):
         there = tuple(j for j in range(1, joints + 1) if term.at(j) and f"{term.kind}{j}" in names)
         if there:
-            terms.append(replace(term, joints=there if len(there) < joints else ()))
+            terms += [replace(term, joint=j) for j in (there if len(there) < joints else (0,))]
     return tuple(terms)
 
 

@@ -21,7 +21,6 @@ from ... import __version__, model, trajectories
 from ...common.arrays import Array
 from ...common.errors import InputError
 from ...common.files import made_folder
-from ...model.friction import term_names
 from .. import logs, report
 from .. import view as views
 from . import ANSWERED
@@ -76,7 +75,8 @@ class _Simulate(Options):
                 raise InputError(f"--friction: {name}={level:g}: no drive rubs so; FL is below 1")
             if not name[-1].isdigit():
                 raise InputError(f"--friction: {name} needs the number of a joint: {name}1={level:g}")
-        terms = model.friction_terms((*term_names(robot.drives.friction), *self.friction))
+        more = [name for name in self.friction if name.partition("@")[0] not in model.standard_columns(robot)]
+        terms = (*robot.drives.friction, *model.friction_terms(more))
         return replace(robot.with_friction(terms), parameters={**robot.parameters, **values})
 
 

@@ -109,7 +109,7 @@ def test_a_term_of_ones_own() -> None:
     """Friction that differs over a turn is found in a recording that has it."""
     speed, position, load = (ca.SX.sym(name) for name in ("speed", "position", "load"))
     law = ca.Function("law", [speed, position, load], [ca.sin(position) * ca.sign(speed)])
-    term = Friction.of("FX", "N·m", law, joints=(2,))
+    term = Friction.of("FX", "N·m", law, joint=2)
     plain = with_stand_in(load_robot("ur10e"))
     robot = replace(plain.with_friction((*PAPER, term)), parameters={**plain.parameters, "FX2": 6.0})
     result = identify(load_robot("ur10e"), [recorded(robot, 5)], Settings(friction=(*PAPER, term)))

@@ -176,7 +176,7 @@ def test_a_law_of_other_inputs_is_refused() -> None:
 
 def test_a_law_that_is_no_number_somewhere_is_refused() -> None:
     speed, position, load = (ca.SX.sym(name) for name in ("speed", "position", "load"))
-    term = Friction.of("FN", "N·m", ca.Function("law", [speed, position, load], [ca.log(speed)]), (2,))
+    term = Friction.of("FN", "N·m", ca.Function("law", [speed, position, load], [ca.log(speed)]), 2)
     with pytest.raises(InputError, match="FN2: the law is no number"):
         base_parameters(load_robot("ur10e").with_friction((*PAPER, term)))
 
@@ -185,7 +185,7 @@ def test_robots_refuse_what_joints_cannot_have() -> None:
     robot = load_robot("ur10e")
     for terms, message in (
         (friction_terms(["FS", "FL7"]), "name joint 7, the robot has joints 1 to 6"),
-        ((*PAPER, Friction("FS", (2,))), "joint 2 has a term of friction twice"),
+        ((*PAPER, Friction("FS", 2)), "joint 2 has a term of friction twice"),
         (friction_terms(["FS", "FA"]), "FA and the offsets are one column"),
     ):
         with pytest.raises(InputError, match=message):

@@ -28,7 +28,7 @@ PROCESSING = Processing(101.0, 11.0, 7, still_speed=0.003, slow_fraction=0.04, s
 FIT = Fit(np.array([1.1, 1.2, 1.3]), np.array([21.0, 22.0, 23.0]), (31, 32, 33))
 CHECK = Fit(np.array([1.4, 1.5, 1.6]), np.array([24.0, 25.0, 26.0]), (34, 35, 36))
 CHOICES = (TermChoice("FL2", True, 0.75, 0.125), TermChoice("FR1", False, 0.25, 0.5, "explains no more"))
-DRIVES = SimpleNamespace(offsets=True, friction=(Friction("FL", (2,)),), side="link")
+DRIVES = SimpleNamespace(offsets=True, friction=(Friction("FL", 2),), side="link")
 ROBOT = SimpleNamespace(
     n=2,
     name="arm",
