@@ -5,7 +5,6 @@ estimated anew, weights unchanged. No step solves least squares again: with R of
 weighted, T = R^-1 holds the covariance as T T', and cancelling a parameter projects T's rows along its own.
 """
 
-from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -47,21 +46,7 @@ class EliminationPath:
 
 
 @dataclass(frozen=True)
-class StopRule(ABC):
-    """Rule that ends elimination."""
-
-    @property
-    @abstractmethod
-    def description(self) -> str:
-        """Describe the rule in one line."""
-
-    @abstractmethod
-    def eliminated(self, path: EliminationPath) -> int:
-        """Count the parameters of a path that go."""
-
-
-@dataclass(frozen=True)
-class SigmaRatio(StopRule):
+class SigmaRatio:
     """The paper's rule: end before the error's standard deviation reaches ``limit`` times the first one.
 
     Attributes:
@@ -87,7 +72,7 @@ class SigmaRatio(StopRule):
 
 
 @dataclass(frozen=True)
-class SigmaBound(StopRule):
+class SigmaBound:
     """End at the first set whose relative standard deviations are all within ``limit``.
 
     Attributes:
@@ -109,6 +94,10 @@ class SigmaBound(StopRule):
     def eliminated(self, path: EliminationPath) -> int:
         """Count the steps to the first set within the bound."""
         return int(np.flatnonzero(path.largest_relative_sigma <= self.limit)[0])
+
+
+StopRule = SigmaRatio | SigmaBound
+"""Rule that ends elimination."""
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,7 @@ from ...model.friction import term_names
 from ..diagnosis.finding import Verdict
 from ..fit.covariance import RobustCovariance
 from ..fit.drive_gains import Fingerprints, Gains
-from ..fit.essential import Elimination, SigmaBound, SigmaRatio
+from ..fit.essential import Elimination, SigmaRatio
 from ..fit.estimate import Estimate
 from ..possible.prior import PriorRobot
 from ..possible.robot import PossibleRobot
@@ -218,7 +218,7 @@ class EliminationDocument(Document, frozen=True):
                 for k, name in enumerate(["", *path.order])
             ),
             warnings=tuple(warnings),
-            limit=rule.limit if isinstance(rule, SigmaRatio | SigmaBound) else UNSET,
+            limit=rule.limit,
         )
 
 
