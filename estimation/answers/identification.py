@@ -19,7 +19,6 @@ from ..diagnosis.finding import Verdict
 from ..diagnosis.verdict import robot_verdict
 from ..equations.equations import PAYLOAD, Equations
 from ..equations.observer import Observer
-from ..fit.covariance import jackknife, naming_blocks
 from ..fit.drive_gains import Gains, usual_gains
 from ..fit.essential import Elimination, eliminate
 from ..fit.estimate import Estimate, Fit, error_model, fit
@@ -29,8 +28,7 @@ from ..fit.linear_problem import LinearProblem
 from ..fit.own_equations import base_problem, with_friction
 from ..fit.settings import DEFAULTS, Settings
 from ..payload.long_motion import LongMotion, Source, check_blocks
-from ..payload.methods import selected
-from ..payload.robust import with_robust
+from ..payload.methods import jackknifed, selected, with_robust
 from ..possible.cone import SolverError
 from ..possible.payload import rise_p_value, solve_constrained
 from ..possible.prior import has_prior, robot_prior, solve_constrained_prior
@@ -261,8 +259,14 @@ def identify(
     part = replace(elimination.estimate, gain_covariance=covariance)
     if settings.robust:
         settings.progress("leaving out blocks")
+        blocks = range(len(problem.blocks))
         try:
-            estimate, part = (_with_robust(problem, one) for one in (estimate, part))
+            check_blocks(len(blocks))
+            estimate, part = (
+                replace(one, robust=jackknifed(posed, one, [[(b, -1) for b in blocks]], problem.blocks.length))
+                for one in (estimate, part)
+                for posed in [LinearProblem(problem.select(one.names), one.names)]
+            )
         except InputError as error:
             reason = str(error)
     check = None
@@ -284,20 +288,6 @@ def identify(
         held_out=tuple(validation),
         choices=choices,
     )
-
-
-def _with_robust(problem: Equations, estimate: Estimate) -> Estimate:
-    """Add the robust covariance to a weighted estimate of all or some of the parameters, weights fixed.
-
-    Raises:
-        InputError: if the data without one block do not determine the parameters.
-    """
-    part = LinearProblem(problem.select(estimate.names), estimate.names)
-    check_blocks(len(problem.blocks))
-    pairs = [(b, -1) for b in range(len(problem.blocks))]
-    with naming_blocks(problem.blocks.length):
-        values = part.without_blocks(estimate.weights, pairs)
-    return replace(estimate, robust=jackknife([values], estimate.values, problem.blocks.length))
 
 
 def identification_system(

@@ -1,33 +1,301 @@
-"""Answers on a payload: every method that can be used, judged."""
+"""Answers on a payload: estimates by every method that can be used, quantities with intervals, and a verdict."""
 
 from collections.abc import Sequence
-from dataclasses import replace
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
 
+import numpy as np
+from msgspec import UNSET
+
+from ...common.arrays import Array
 from ...common.errors import InputError
-from ...model import Recording, Robot
-from ..diagnosis.evidence import Agreement, Diagnosis, Evidence, Weighed
+from ...common.speech import Speaks
+from ...model import InertialParameters, Recording, Robot
+from ...model.inertia import PayloadSpread, payload_spread
+from ..diagnosis.checks import allowing, judge_com, judge_inertia, judge_mass
+from ..diagnosis.evidence import Agreement, Diagnosis, Evidence, Judged, Weighed
 from ..diagnosis.finding import Verdict
+from ..diagnosis.joints import worst_joint
 from ..diagnosis.verdict import allowing as allowing_for
 from ..diagnosis.verdict import by_all_recordings, diagnose, judge
-from ..equations.equations import PAYLOAD, merged
+from ..equations.equations import PAYLOAD, Equations, merged
+from ..fit.covariance import NORMAL95, student95
 from ..fit.drive_gains import Gains, usual_gains
-from ..fit.estimate import Estimate, fit
-from ..fit.least_squares import weighted
+from ..fit.essential import Elimination
+from ..fit.estimate import Estimate, Fit, error_model, fit
+from ..fit.least_squares import Excitation, excitation, weighted
 from ..fit.own_equations import base_problem
 from ..fit.settings import DEFAULTS, Settings
-from ..payload.long_motion import LongMotion
-from ..payload.methods import METHODS, PayloadProblem, payload_estimate, usable_methods
-from ..payload.problem import payload_problem
-from ..payload.repeats import repeats_of
-from ..payload.result import ConstrainedPayload, PayloadEstimate, constrain_payload, in_payload_frame, widened
-from ..payload.short_motion import ShortMotion
-from ..payload.weighing import difference_weighing, known_robot_weighing
+from ..payload.by_joints import ByJoints
+from ..payload.long_motion import LongMotion, payload_problem
+from ..payload.methods import (
+    METHODS,
+    PayloadProblem,
+    combined,
+    essential_combined,
+    payload_estimate,
+    recommended_method,
+    usable_methods,
+)
+from ..payload.repeats import Repeats, repeats_of
+from ..payload.result import (
+    ConstrainedPayload,
+    PayloadEstimate,
+    StandIn,
+    constrain_payload,
+    in_payload_frame,
+    widened,
+)
+from ..payload.short_motion import ShortMotion, difference_weighing, known_robot_weighing
 from ..possible.cone import SolverError
 from ..possible.constraints import Constraint, KnownMass
-from ..possible.payload import POSSIBLE
-from ..results.payload import PayloadResult
+from ..possible.payload import POSSIBLE, Weighing
+from ..results.parts import (
+    EliminationDocument,
+    GainErrorsDocument,
+    ProcessingDocument,
+    ResidualDocument,
+    RobustDocument,
+    TermDocument,
+    VerdictDocument,
+)
+from ..results.payload import (
+    AgreementDocument,
+    Assumed,
+    ConstantTorques,
+    FlangeDocument,
+    FreeEstimate,
+    PayloadData,
+    PayloadResult,
+    PossibleEstimate,
+    Quantity,
+    Recommended,
+    VisibilityDocument,
+    WeighedDocument,
+    mass_by_joints,
+    named,
+)
 from ..results.robot import RobotResult
-from .payload_answer import PayloadAnswer
+from .identification import elimination_warnings
+from .system import DRAWN, TorquePrediction, payload_prediction, robot_prediction
+
+_VAGUE = "not measured well enough"
+_BY_LEVEL = {
+    "use": ("use", "use", "use"),
+    "mass_and_com_only": ("use", "use", _VAGUE),
+    "do_not_use": ("do not use",) * 3,
+}
+"""Most that may be done with mass, centre of mass and inertia, by the verdict."""
+
+
+@dataclass(frozen=True, repr=False)
+class PayloadAnswer(Speaks):
+    """Payload estimates with what is needed to judge them; of a short motion as far as it shows the payload.
+
+    Attributes:
+        estimates: one per method, in the order of the methods; methods for which no possible payload was found are
+            left out.
+        constrained: for each complete one of ``estimates`` the nearest payload that holds the constraints, with
+            intervals.
+        left_out: method -> why it gave no estimate.
+        validation: fit of the robot's own parameters on recordings that were held out.
+        held_out: recordings without payload of ``validation``.
+        agreement: other ways to the numbers of a short motion.
+        repeats: of several recordings of a short motion, each of them alone.
+        stand_in: an assumed inertia, where it was asked for and none was measured well enough.
+    """
+
+    problem: PayloadProblem
+    estimates: tuple[PayloadEstimate, ...]
+    constrained: tuple[ConstrainedPayload, ...]
+    left_out: dict[int, str]
+    by_joints: ByJoints
+    verdict: Verdict = Verdict("use")
+    scale: KnownMass | None = None
+    gains: Gains | None = None
+    validation: Fit | None = None
+    held_out: tuple[Recording, ...] = ()
+    agreement: tuple[Agreement, ...] = ()
+    repeats: Repeats | None = None
+    stand_in: StandIn | None = None
+
+    @property
+    def headline(self) -> str:
+        """State mass, interval and verdict in a line."""
+        return self.result.headline
+
+    @cached_property
+    def result(self) -> PayloadResult:
+        """Result that ``--json`` writes: ``answer.result.mass.low``."""
+        return payload_result(self).made_by(self)
+
+    @cached_property
+    def recommendation(self) -> tuple[int, str]:
+        """Method to use, of those that found a payload that can exist, and the reason."""
+        return recommended_method(self.problem, [payload.method for payload in self.constrained or self.estimates])
+
+    @cached_property
+    def possible(self) -> ConstrainedPayload | None:
+        """Possible estimate of the method to use; None where not all ten are determined."""
+        return next((payload for payload in self.constrained if payload.method == self.recommendation[0]), None)
+
+    @property
+    def recommended(self) -> ConstrainedPayload:
+        """Possible estimate of the method to use, where all ten are determined."""
+        assert self.possible is not None
+        return self.possible
+
+    @cached_property
+    def free(self) -> PayloadEstimate:
+        """Free estimate of the method to use."""
+        return next(estimate for estimate in self.estimates if estimate.method == self.recommendation[0])
+
+    @cached_property
+    def model(self) -> Estimate:
+        """Free estimate with the covariance that its errors really have, gains included."""
+        return error_model(self.free.estimate, self.gains)
+
+    @cached_property
+    def _with_scale(self) -> tuple[Array, Array]:
+        """Free values and their covariance, the scale counted once."""
+        values, C = self.model.values, self.model.covariance
+        if self.scale is None or self.free.from_scale:
+            return values, C
+        k = self.free.indices.index(9)
+        # The scale is one more measurement, of x[k] alone: Kalman's update.
+        gain = C[:, k] / (C[k, k] + self.scale.sigma**2)
+        return values + gain * (self.scale.mass - values[k]), C - np.outer(gain, C[k])
+
+    @cached_property
+    def ten(self) -> Array:
+        """Reported ten parameters, nan where not determined, shape (10,)."""
+        if self.possible is not None:
+            return self.possible.body.vector
+        values = np.full(10, np.nan)
+        values[list(self.free.indices)] = self._with_scale[0]
+        return values
+
+    @property
+    def mass(self) -> float:
+        """Mass [kg]."""
+        return float(self.ten[9])
+
+    @property
+    def com(self) -> Array:
+        """Centre of mass [m], nan where not determined, shape (3,)."""
+        return np.asarray(self.ten[6:9] / self.ten[9])
+
+    @cached_property
+    def spread(self) -> PayloadSpread:
+        """Standard deviations of the reported payload, that of the scale counted."""
+        return payload_spread(self.ten, self._with_scale[1], self.free.indices)
+
+    @cached_property
+    def intervals(self) -> Array:
+        """95 % intervals of mass [kg] and centre of mass [m], 4 x 2; nan where there is none."""
+        if self.possible is not None:
+            return np.vstack([self.possible.intervals.parameters[9], self.possible.intervals.com])
+        half = student95(self.model.degrees_of_freedom) * np.append(self.spread.mass, self.spread.com)
+        half[~np.isfinite(half)] = np.nan
+        return np.asarray(np.append(self.mass, self.com)[:, None] + np.outer(half, [-1.0, 1.0]))
+
+    @cached_property
+    def reported_spread(self) -> PayloadSpread:
+        """Half the reported 95 % intervals over 1.96; constraints may make the mass's shorter."""
+        spread, half = allowing(self.spread, self.model.degrees_of_freedom), 0.5 * np.ptp(self.intervals[0])
+        return replace(spread, mass=min(spread.mass, half / NORMAL95)) if np.isfinite(half) else spread
+
+    @cached_property
+    def measured(self) -> dict[str, Judged]:
+        """Quantities ("mass", "centre of mass", "inertia") mapped to whether they were measured well enough."""
+        wide, best = self.reported_spread, self.possible
+        moments = np.diag(best.body.inertia_com) if best is not None else np.full(3, np.nan)
+        return {
+            "mass": judge_mass(self.mass, wide, self.free.from_scale),
+            "centre of mass": judge_com(self.ten, wide),
+            "inertia": judge_inertia(moments, wide),
+        }
+
+    @property
+    def judged(self) -> dict[str, Judged]:
+        """Quantities as of ``measured``, mapped to what to do with them."""
+        if self.stand_in is None:
+            return self.measured
+        return self.measured | {"inertia": Judged("assumed", self.stand_in.description)}
+
+    @property
+    def assumed(self) -> InertialParameters | None:
+        """Payload with the assumed inertia, where there is one."""
+        return None if self.stand_in is None else self.stand_in.body(self.mass, self.com)
+
+    def assuming(self, stand_in: StandIn) -> "PayloadAnswer":
+        """Assume an inertia, unless one was measured well enough.
+
+        Raises:
+            InputError: if there is no place to put it.
+        """
+        if self.judged["inertia"].use == "use" and self.verdict.level != "mass_and_com_only":
+            return self
+        if not np.isfinite(self.com).all():
+            raise InputError(
+                f"an inertia cannot be assumed about a centre of mass that is not known: "
+                f"{self.judged['centre of mass'].why}"
+            )
+        return replace(self, stand_in=stand_in)
+
+    @property
+    def weighing(self) -> Weighing | None:
+        """Weighed mass beside the identified one; None where the scale gave the mass, or nothing was weighed."""
+        if self.scale is None or self.free.from_scale:
+            return None
+        if self.possible is not None:
+            return self.possible.weighings[0]
+        mass, sigma = self.model["M_L"], float(self.model.sigma[self.model.names.index("M_L")])
+        return Weighing(self.scale.mass, self.scale.sigma, mass, sigma, self.model.degrees_of_freedom)
+
+    @cached_property
+    def elimination(self) -> Elimination | None:
+        """Essential parameters of robot and payload together, where method 4 was used."""
+        if not isinstance(self.problem, LongMotion) or all(payload.method != 4 for payload in self.constrained):
+            return None
+        return essential_combined(self.problem, self.problem.settings.essential)
+
+    @cached_property
+    def warnings(self) -> tuple[str, ...]:
+        """Reasons against a robot or payload with the eliminated parameters zero."""
+        if not isinstance(self.problem, LongMotion) or self.elimination is None:
+            return ()
+        return elimination_warnings(self.problem, self.elimination)
+
+    @cached_property
+    def excitation(self) -> Excitation | None:
+        """Excitation of robot and payload together (30); None without the robot's own equations."""
+        if not isinstance(self.problem, LongMotion) or self.problem.unloaded is None:
+            return None
+        return excitation(self.problem.both, combined(self.problem))
+
+    @cached_property
+    def predictions(self) -> tuple[TorquePrediction, ...]:
+        """Torques of a few held-out recordings without payload, then of loaded ones, which were used.
+
+        Empty where the robot's own parameters are not known.
+        """
+        problem, settings = self.problem, self.problem.source.processing
+        if problem.robot_estimate is None:
+            return ()
+        values, body = problem.robot_estimate.values, self.recommended.body
+        return (
+            *(
+                robot_prediction(problem.robot, problem.base, values, recording, settings, True)
+                for recording in self.held_out[:DRAWN]
+            ),
+            *(
+                payload_prediction(problem, body, recording, settings, False)
+                for recording in problem.source.loaded[:DRAWN]
+            ),
+        )
 
 
 def identify_payload(
@@ -92,6 +360,21 @@ def weigh(
     return answer_payload(first, constraints=constraints, gains=settings.gains, others=others).result
 
 
+def check_lists(*groups: Sequence[Recording]) -> None:
+    """Refuse a recording where a list of them is meant."""
+    if any(isinstance(group, Recording) for group in groups):
+        raise InputError("a single recording: give a list of recordings, [recording]")
+
+
+def _described(robot: Robot, known: RobotResult | Estimate | None) -> tuple[Robot, Estimate | None]:
+    """Describe the robot as an earlier identification did, which must be of this one, and take its parameters."""
+    if isinstance(known, RobotResult):
+        return known.applied_to(robot), known.estimate
+    if known is not None and not isinstance(known, Estimate):
+        raise InputError(f"known: give the result or the estimate of an identification, not {type(known).__name__}")
+    return robot, known
+
+
 def answer_payload(
     problem: PayloadProblem,
     methods: Sequence[int] | None = None,
@@ -144,11 +427,6 @@ def answer_payload(
                 constrained.append(constrain_payload(estimate, hard, gains))
         except SolverError as error:
             failures[estimate.method] = error
-    agreement = _without_friction(problem)
-    for other in others:
-        ten = payload_estimate(other, other.method, scale=scale).ten
-        name = "robot's parameters (method 1)" if other.method == 1 else "torque difference (method 3)"
-        agreement.append(Agreement(name, float(ten[9]), ten[6:9] / ten[9]))
     answer = PayloadAnswer(
         problem=problem,
         # Where no method found a possible payload, all are shown.
@@ -156,12 +434,11 @@ def answer_payload(
         constrained=tuple(constrained),
         left_out=left_out | {method: str(error) for method, error in failures.items()},
         by_joints=diagnosis.by_joints,
-        verdict=Verdict("use"),  # until what speaks against it is known
         scale=scale,
         gains=gains,
         validation=validation,
         held_out=tuple(held_out),
-        agreement=tuple(agreement),
+        agreement=_other_ways(problem, others, scale),
         repeats=repeats,
     )
     verdict = judge(_evidence(answer, free, diagnosis))
@@ -192,6 +469,24 @@ def _identified(
     if not estimates:
         raise InputError(next(iter(left_out.values()), "no recordings without payload and no robot parameters"))
     return estimates, left_out
+
+
+def _other_ways(
+    problem: PayloadProblem, others: Sequence[ShortMotion], scale: KnownMass | None
+) -> tuple[Agreement, ...]:
+    """Weigh in other ways: with friction as it is without payload, where that is determined, and by ``others``."""
+    ways = list[Agreement]()
+    if isinstance(problem, ShortMotion) and problem.method == 3 and problem.visibility.rank == len(PAYLOAD):
+        with suppress(InputError):
+            ten = weighted(
+                merged(in_payload_frame(problem.robot, run.equations).select(PAYLOAD) for run in problem.runs)
+            ).values
+            ways.append(Agreement("friction not freed", float(ten[9]), ten[6:9] / ten[9], counts=False))
+    for other in others:
+        ten = payload_estimate(other, other.method, scale=scale).ten
+        name = "robot's parameters (method 1)" if other.method == 1 else "torque difference (method 3)"
+        ways.append(Agreement(name, float(ten[9]), ten[6:9] / ten[9]))
+    return tuple(ways)
 
 
 def _evidence(answer: PayloadAnswer, free: Sequence[PayloadEstimate], diagnosis: Diagnosis) -> Evidence:
@@ -227,30 +522,135 @@ def _evidence(answer: PayloadAnswer, free: Sequence[PayloadEstimate], diagnosis:
     )
 
 
-def _without_friction(problem: PayloadProblem) -> list[Agreement]:
-    """Extend a short motion by its friction without payload; left out where that is not determined."""
-    if not isinstance(problem, ShortMotion) or problem.method != 3:
-        return []
-    if not problem.visibility.mass_visible or problem.visibility.rank < 10:
-        return []
-    frictional = merged(in_payload_frame(problem.robot, run.frictional) for run in problem.runs).select(PAYLOAD)
-    try:
-        values = weighted(frictional).values
-    except InputError:
-        return []
-    return [Agreement("friction not freed", float(values[9]), values[6:9] / values[9], counts=False)]
+def payload_result(answer: PayloadAnswer) -> PayloadResult:
+    """Collect what ``payload`` and ``weigh`` answer; a number that was not determined is nan or None."""
+    problem, source, robot, gains = answer.problem, answer.problem.source, answer.problem.robot, answer.gains
+    flange, worst, scale = robot.flange_pose, worst_joint(answer.by_joints, answer.mass), answer.scale
+    told, (method, reason) = robot.sources.get("flange", ""), answer.recommendation
+    return PayloadResult(
+        robot=robot.name,
+        robot_title=robot.title or UNSET,
+        frame=robot.payload_frame,
+        flange_in_payload_frame=FlangeDocument.of_pose(flange, told) if flange else UNSET,
+        rated_payload_kg=robot.rated_payload,
+        processing=ProcessingDocument.made(robot, source.processing, source.loaded[0].gains),
+        estimates=_estimates(answer),
+        recommended=Recommended(method, "constrained" if answer.constrained else "wls", reason),
+        gain_sigma=GainErrorsDocument.made(gains) if gains is not None else UNSET,
+        mass_by_joints=mass_by_joints(answer.by_joints),
+        joint_that_agrees_least=worst.text if worst else None,
+        quantities=_quantities(answer),
+        verdict=VerdictDocument.made(answer.verdict),
+        scale=(scale.mass, scale.sigma) if scale is not None else UNSET,
+        **(_of_long(answer, problem) if isinstance(problem, LongMotion) else _of_short(answer, problem)),
+    )
 
 
-def check_lists(*groups: Sequence[Recording]) -> None:
-    """Refuse a recording where a list of them is meant."""
-    if any(isinstance(group, Recording) for group in groups):
-        raise InputError("a single recording: give a list of recordings, [recording]")
+def _of_long(answer: PayloadAnswer, long: LongMotion) -> dict[str, Any]:
+    """Keys of a long motion's result: the residual is that of the robot's own parameters."""
+    robot, check, steps = long.robot_estimate, answer.validation, answer.elimination
+    differing = {3, 4} | ({1} if long.corrected and not long.settings.free_friction else set())
+    differs = bool(long.friction) and any(estimate.method in differing for estimate in answer.estimates)
+    # Of robot and payload together, as in Table 2, where method 4 was used.
+    names = dict(zip(long.base.columns, long.base.names, strict=True))
+    return {
+        "relative_residual": ResidualDocument(
+            robot.fit.relative if robot else None,
+            robot.fit.relative_per_joint if robot else None,
+            ResidualDocument.of(check) if check else None,
+        ),
+        "data": _data(
+            long,
+            long.unloaded,
+            equations=(long.unloaded or long.loaded).equations,
+            equations_loaded=long.loaded.equations,
+            base_parameters=len(long.base.columns),
+            friction="may differ" if differs else "own",
+        ),
+        "friction": TermDocument.rows(long.source.choices),
+        "essential": EliminationDocument.made(steps, answer.warnings, names) if steps else None,
+        "left_out": {str(method): reason for method, reason in answer.left_out.items()},
+    }
 
 
-def _described(robot: Robot, known: RobotResult | Estimate | None) -> tuple[Robot, Estimate | None]:
-    """Describe the robot as an earlier identification did, which must be of this one, and take its parameters."""
-    if isinstance(known, RobotResult):
-        return known.applied_to(robot), known.estimate
-    if known is not None and not isinstance(known, Estimate):
-        raise InputError(f"known: give the result or the estimate of an identification, not {type(known).__name__}")
-    return robot, known
+def _of_short(answer: PayloadAnswer, short: ShortMotion) -> dict[str, Any]:
+    """Keys of a short motion's result: the residual is the payload's."""
+    body, stand_in, loaded = answer.assumed, answer.stand_in, short.loaded
+    friction = "free" if short.known is None else "may differ" if short.held.held else "own"
+    unexplained = answer.free.unexplained(short.torque_rms)
+    return {
+        "relative_residual": ResidualDocument(answer.free.estimate.fit.relative, unexplained, None),
+        "data": _data(short, loaded.select(PAYLOAD), equations=loaded.equations, friction=friction),
+        "joints": tuple(short.joints),
+        "visibility": VisibilityDocument.of(short.visibility),
+        "constant_torques": ConstantTorques(tuple(j + 1 for j in short.held.joints), short.held.sigma),
+        "ripple": tuple(wave for run in short.runs for wave in run.ripple),
+        "mass_from_scale": answer.free.from_scale,
+        "agreement": tuple(map(AgreementDocument.of, answer.agreement)),
+        "repeats": answer.repeats,
+        "assumed": Assumed(stand_in.description, body.named()) if stand_in and body else None,
+    }
+
+
+def _data(problem: PayloadProblem, solved: Equations | None, **more: Any) -> PayloadData:
+    """Summarise the equations of the robot; of a short motion, of the payload."""
+    pairs = problem.pairs
+    worst = max(pairs, key=lambda pair: pair.max_mismatch, default=None)
+    raw, scaled = solved.condition_numbers() if solved else (None, None)
+    return PayloadData(
+        rate=problem.source.rate,
+        cutoff=problem.source.processing.cutoff,
+        lag_s=pairs[0].lag if pairs else None,
+        lags_s=tuple(pair.lag for pair in pairs),
+        max_position_mismatch_rad=worst.max_mismatch if worst else None,
+        rms_position_mismatch_rad=worst.rms_mismatch if worst else None,
+        condition_number=raw,
+        condition_number_scaled=scaled,
+        **more,
+    )
+
+
+def _estimates(answer: PayloadAnswer) -> tuple[FreeEstimate | PossibleEstimate, ...]:
+    """List free estimates, then possible ones; of a payload that is visible in part what was determined."""
+    if answer.constrained:
+        return (*map(FreeEstimate.made, answer.estimates), *map(PossibleEstimate.made, answer.constrained))
+    free, estimate, weighing = answer.free, answer.free.estimate, answer.weighing
+    robust = estimate.sigma_robust
+    return (
+        FreeEstimate(
+            method=free.method,
+            parameters=named(answer.ten),
+            sigma=named(estimate.sigma, free.indices),
+            sigma_robust=named(robust, free.indices) if robust is not None else None,
+            interval95=None,
+            robust=RobustDocument.made(estimate.robust, free.without_robust),
+            com=answer.com,
+            com_sigma=answer.spread.com,
+            inertia_com=None,
+            physically_consistent=None,
+            sigma_with_gains=named(answer.model.sigma, free.indices) if answer.gains else UNSET,
+            from_scale=free.from_scale or UNSET,
+            weighed=(WeighedDocument.of(weighing),) if weighing is not None else UNSET,
+        ),
+    )
+
+
+def _quantities(answer: PayloadAnswer) -> dict[str, Quantity]:
+    """Make mass, centre of mass and inertia with intervals, and their use; of a long motion by the verdict."""
+    possible, spread, ends = answer.possible, answer.spread, answer.intervals
+    inertia: tuple[Any, Any, Any] = None, None, None
+    if answer.assumed is not None:
+        inertia = answer.assumed.inertia_com, None, None
+    elif possible is not None:
+        inertia = possible.body.inertia_com, possible.intervals.inertia_com, spread.inertia_com
+    values = (answer.mass, ends[0], spread.mass), (answer.com, ends[1:], spread.com), inertia
+    allowed = _BY_LEVEL[answer.verdict.level]
+    uses = [(use, "") for use in allowed]
+    if isinstance(answer.problem, ShortMotion):  # quantity by quantity, as far as the verdict on all allows
+        every = zip(answer.judged.values(), allowed, strict=True)
+        uses = [(most, "") if own.use == "use" else (own.use, own.why) for own, most in every]
+    names = ("mass", "centre_of_mass", "inertia")
+    return {
+        name: Quantity(use, why or None, *entry)
+        for name, entry, (use, why) in zip(names, values, uses, strict=True)
+    }

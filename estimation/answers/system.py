@@ -1,6 +1,6 @@
 """Systems of recordings: measured and predicted torques, and W and Y held whole, with names."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -9,13 +9,13 @@ from numpy.typing import NDArray
 from ...common.arrays import Array
 from ...common.brief import Brief
 from ...model import BaseParameters, InertialParameters, Processing, Recording, Robot
+from ...model.regressors import payload_columns
 from ..equations.equations import PAYLOAD, Equations
-from ..equations.observer import Observation, Observer
+from ..equations.observer import Observer
 from ..fit.blocks import autocorrelation
 from ..fit.own_equations import filtered
 from ..payload.long_motion import LongMotion
 from ..payload.methods import PayloadProblem, combined, from_robot
-from ..payload.problem import loaded_observer
 from ..signals.filtering import measurement
 
 DRAWN = 3
@@ -94,8 +94,8 @@ def robot_prediction(
         values: of ``base.columns``.
         recording: without payload.
     """
-    pieces = Observer(robot, base.columns).at(values).pieces(measurement(recording, processing), processing)
-    return _prediction(recording.source, pieces, {"predicted": values}, False, held_out)
+    curves = {"predicted": values}
+    return _prediction(Observer(robot, base.columns), curves, recording, processing, False, held_out)
 
 
 def payload_prediction(
@@ -111,29 +111,36 @@ def payload_prediction(
     assert problem.robot_estimate is not None
     robot_values, flange = problem.robot_estimate.values, problem.robot.flange
     moved = body.moved(flange.R, flange.p).vector
-    observer, data = loaded_observer(problem.robot, problem.base), measurement(recording, processing)
-    with_payload, without = (np.concatenate([robot_values, ten]) for ten in (moved, np.zeros(len(moved))))
-    own = observer.at(with_payload).pieces(data, processing)
-    prediction = _prediction(recording.source, own, {"predicted with payload": with_payload}, True, held_out)
-    empty = observer.at(without).pieces(data, processing)
-    other = _prediction(recording.source, empty, {"predicted without payload": without}, True, held_out)
-    return replace(prediction, curves=prediction.curves | other.curves)
+    curves = {
+        "predicted with payload": np.append(robot_values, moved),
+        "predicted without payload": np.append(robot_values, 0.0 * moved),
+    }
+    return _prediction(_loaded_observer(problem), curves, recording, processing, True, held_out)
 
 
 def _prediction(
-    source: str,
-    pieces: Iterable[Observation],
+    observer: Observer,
     curves: Mapping[str, Array],
+    recording: Recording,
+    processing: Processing,
     loaded: bool,
     held_out: bool,
 ) -> TorquePrediction:
-    """Predict by equations in consecutive pieces: their torques are kept, W is not."""
-    columns = [(p.t, p.Y, *(tuple(W @ chi for W in p.W) for chi in curves.values())) for p in pieces]
-    t, measured, *predictions = (
-        tuple(np.concatenate(joint) for joint in zip(*arrays, strict=True)) for arrays in zip(*columns, strict=True)
-    )
-    predicted = dict(zip(curves, predictions, strict=True))
-    return TorquePrediction(source, loaded, held_out, t, measured, predicted)
+    """Predict by parameters of each curve, in consecutive pieces: their torques are kept, W is not."""
+    data, predicted = measurement(recording, processing), dict[str, tuple[Array, ...]]()
+    for label, chi in curves.items():
+        pieces = [(p.t, p.Y, [W @ chi for W in p.W]) for p in observer.at(chi).pieces(data, processing)]
+        t, measured, predicted[label] = (
+            tuple(np.concatenate(joint) for joint in zip(*arrays, strict=True))
+            for arrays in zip(*pieces, strict=True)
+        )
+    return TorquePrediction(recording.source, loaded, held_out, t, measured, predicted)
+
+
+def _loaded_observer(problem: PayloadProblem) -> Observer:
+    """Make the observer of [W W_L], columns base, then ``PAYLOAD``."""
+    columns = problem.base.columns
+    return Observer(problem.robot, (*columns, *payload_columns(problem.robot)), (*columns, *PAYLOAD))
 
 
 Integers = NDArray[np.int64]
@@ -171,14 +178,6 @@ class ObservationSystem(Brief):
     reduced: Equations
     known: Array | None = None
 
-    def __post_init__(self) -> None:
-        """Refuse rows that lack a part."""
-        rows = len(self.Y)
-        if self.W.shape != (rows, len(self.columns)) or rows != self.reduced.equations:
-            raise ValueError(f"W is {self.W.shape}, for {rows} rows and {len(self.columns)} columns")
-        if any(len(part) != rows for part in (self.joint, self.recording, self.t, self.loaded)):
-            raise ValueError("joint, recording, t and loaded need one entry for each row")
-
 
 def payload_system(
     problem: LongMotion, loaded: Sequence[Recording], unloaded: Sequence[Recording], processing: Processing
@@ -191,17 +190,13 @@ def payload_system(
         problem: of ``payload_problem`` with these recordings and settings.
         unloaded: recordings without; their rows have zeros in the payload's columns.
     """
-    reduced, known = problem.loaded, problem.known
     if problem.unloaded is not None:
-        weights, known = combined(problem).weights, None
-        reduced = problem.both
+        weights, reduced, known = combined(problem).weights, problem.both, None
     else:
-        weights = from_robot(problem).weights()
-    observer = loaded_observer(problem.robot, problem.base)
+        weights, reduced, known = from_robot(problem).weights(), problem.loaded, problem.known
+    observer, robot = _loaded_observer(problem), problem.robot_estimate
     recordings, flags = [*unloaded, *loaded], [False] * len(unloaded) + [True] * len(loaded)
-    own = (
-        problem.robot_estimate.values if problem.robot_estimate is not None else np.zeros(len(problem.base.columns))
-    )
+    own = robot.values if robot is not None else np.zeros(len(problem.base.columns))
     observers = [observer.at(np.append(own, problem.carried * flag)) for flag in flags]
     system = joined(observers, recordings, flags, weights, reduced, processing)
     return replace(system, known=known.values if known is not None else None)

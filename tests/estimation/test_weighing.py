@@ -23,8 +23,7 @@ from dynident.estimation import (
 )
 from dynident.estimation.fit.estimate import error_model
 from dynident.estimation.payload.constant_torques import OFFSET_SHARE, HeldFriction
-from dynident.estimation.payload.short_motion import telling_rows
-from dynident.estimation.payload.weighing import difference_weighing, known_robot_weighing
+from dynident.estimation.payload.short_motion import difference_weighing, known_robot_weighing, telling_rows
 from dynident.estimation.signals.filtering import measurement
 from dynident.model import InertialParameters, Recording, Robot, load_robot
 from dynident.model.friction import Friction
@@ -102,9 +101,9 @@ def test_coverage_of_the_mass(record: Record, simulator: Simulator) -> None:
     hits, places = 0, np.zeros(3)
     for seed in range(20):
         answer = weighed(simulator.robot, record((2, 3, 5, 6), seed))
-        low, high = answer.mass_interval
+        low, high = answer.intervals[0]
         hits += low <= LOAD.mass <= high
-        places += (answer.com_interval[:, 0] <= LOAD.com) & (LOAD.com <= answer.com_interval[:, 1])
+        places += (answer.intervals[1:, 0] <= LOAD.com) & (LOAD.com <= answer.intervals[1:, 1])
     assert hits >= 17  # of 95 %: fewer once in 60
     assert (places >= 16).all()
 
@@ -122,7 +121,7 @@ def test_few_blocks_count(record: Record, simulator: Simulator, seed: int) -> No
     pair = Pair(*(cut(recording, 2.0, 5.0) for recording in record((2, 3, 5, 6), seed)))
     answer = weighed(simulator.robot, pair)
     assert answer.model.degrees_of_freedom == 1
-    low, high = answer.mass_interval
+    low, high = answer.intervals[0]
     assert (high - low) / 2.0 > 0.1 * answer.mass
     assert answer.spread.mass < 0.05 * answer.mass
     assert answer.judged["mass"].use == "not measured well enough"
@@ -186,8 +185,8 @@ def test_a_constant_torque_and_coulomb_friction_that_changed_do_not_matter(
     changed = pair.loaded.torque + np.array([0, 9, 5, 0, 3, 1]) + np.array([0, 6, 3, 0, 2, 1]) * np.sign(qd)
     changed_pair = Pair(pair.bare, replace(pair.loaded, torque=changed))
     first, second = (weighed(simulator.robot, each_pair) for each_pair in (pair, changed_pair))
-    assert first.short.held.joints == (1, 2)  # counted from 0
-    assert second.short.held.joints == ()  # told by the recordings themselves
+    assert short(first.problem).held.joints == (1, 2)  # counted from 0
+    assert short(second.problem).held.joints == ()  # told by the recordings themselves
     assert second.mass == pytest.approx(first.mass, abs=2.0 * first.spread.mass)
     assert np.abs(second.com - first.com).max() < 2.0 * first.spread.com.max()
     assert second.mass == pytest.approx(LOAD.mass, abs=4.0 * second.spread.mass)
@@ -308,13 +307,13 @@ def test_ripple_that_comes_with_the_payload_is_found(record: Record, simulator: 
     pair = record((2, 3, 5, 6))
     size = sizes(pair)
     plain, rippled = weighed(simulator.robot, pair), weighed(simulator.robot, shaken(pair))
-    ripples = rippled.short.runs[0].ripple
+    ripples = short(rippled.problem).runs[0].ripple
     assert {ripple.joint for ripple in ripples} >= {2, 3}
     clear = [ripple for ripple in ripples if ripple.joint in (2, 3)]
     assert all(ripple.waves == pytest.approx(36.0, abs=1.5) for ripple in clear)
     assert all(ripple.amplitude == pytest.approx(size[ripple.joint - 1], rel=0.3) for ripple in clear)
     assert rippled.mass == pytest.approx(plain.mass, abs=plain.spread.mass)
-    low, high = rippled.mass_interval
+    low, high = rippled.intervals[0]
     assert low < LOAD.mass < high
 
 
