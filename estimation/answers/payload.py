@@ -52,31 +52,9 @@ from ..payload.short_motion import ShortMotion, difference_weighing, known_robot
 from ..possible.cone import SolverError
 from ..possible.constraints import Constraint, KnownMass
 from ..possible.payload import POSSIBLE, Weighing
-from ..results.parts import (
-    EliminationDocument,
-    GainErrorsDocument,
-    ProcessingDocument,
-    ResidualDocument,
-    RobustDocument,
-    TermDocument,
-    VerdictDocument,
-)
-from ..results.payload import (
-    AgreementDocument,
-    Assumed,
-    ConstantTorques,
-    FlangeDocument,
-    FreeEstimate,
-    PayloadData,
-    PayloadResult,
-    PossibleEstimate,
-    Quantity,
-    Recommended,
-    VisibilityDocument,
-    WeighedDocument,
-    mass_by_joints,
-    named,
-)
+from ..results import parts
+from ..results import payload as documents
+from ..results.payload import PayloadResult
 from ..results.robot import RobotResult
 from .identification import elimination_warnings
 from .system import DRAWN, TorquePrediction, payload_prediction, robot_prediction
@@ -244,16 +222,6 @@ class PayloadAnswer(Speaks):
                 f"{self.judged['centre of mass'].why}"
             )
         return replace(self, stand_in=stand_in)
-
-    @property
-    def weighing(self) -> Weighing | None:
-        """Weighed mass beside the identified one; None where the scale gave the mass, or nothing was weighed."""
-        if self.scale is None or self.free.from_scale:
-            return None
-        if self.possible is not None:
-            return self.possible.weighings[0]
-        mass, sigma = self.model["M_L"], float(self.model.sigma[self.model.names.index("M_L")])
-        return Weighing(self.scale.mass, self.scale.sigma, mass, sigma, self.model.degrees_of_freedom)
 
     @cached_property
     def elimination(self) -> Elimination | None:
@@ -531,16 +499,16 @@ def payload_result(answer: PayloadAnswer) -> PayloadResult:
         robot=robot.name,
         robot_title=robot.title or UNSET,
         frame=robot.payload_frame,
-        flange_in_payload_frame=FlangeDocument.of_pose(flange, told) if flange else UNSET,
+        flange_in_payload_frame=documents.FlangeDocument.of_pose(flange, told) if flange else UNSET,
         rated_payload_kg=robot.rated_payload,
-        processing=ProcessingDocument.made(robot, source.processing, source.loaded[0].gains),
+        processing=parts.ProcessingDocument.made(robot, source.processing, source.loaded[0].gains),
         estimates=_estimates(answer),
-        recommended=Recommended(method, "constrained" if answer.constrained else "wls", reason),
-        gain_sigma=GainErrorsDocument.made(gains) if gains is not None else UNSET,
-        mass_by_joints=mass_by_joints(answer.by_joints),
+        recommended=documents.Recommended(method, "constrained" if answer.constrained else "wls", reason),
+        gain_sigma=parts.GainErrorsDocument.made(gains) if gains is not None else UNSET,
+        mass_by_joints=documents.mass_by_joints(answer.by_joints),
         joint_that_agrees_least=worst.text if worst else None,
         quantities=_quantities(answer),
-        verdict=VerdictDocument.made(answer.verdict),
+        verdict=parts.VerdictDocument.made(answer.verdict),
         scale=(scale.mass, scale.sigma) if scale is not None else UNSET,
         **(_of_long(answer, problem) if isinstance(problem, LongMotion) else _of_short(answer, problem)),
     )
@@ -554,10 +522,10 @@ def _of_long(answer: PayloadAnswer, long: LongMotion) -> dict[str, Any]:
     # Of robot and payload together, as in Table 2, where method 4 was used.
     names = dict(zip(long.base.columns, long.base.names, strict=True))
     return {
-        "relative_residual": ResidualDocument(
+        "relative_residual": parts.ResidualDocument(
             robot.fit.relative if robot else None,
             robot.fit.relative_per_joint if robot else None,
-            ResidualDocument.of(check) if check else None,
+            parts.ResidualDocument.of(check) if check else None,
         ),
         "data": _data(
             long,
@@ -567,8 +535,8 @@ def _of_long(answer: PayloadAnswer, long: LongMotion) -> dict[str, Any]:
             base_parameters=len(long.base.columns),
             friction="may differ" if differs else "own",
         ),
-        "friction": TermDocument.rows(long.source.choices),
-        "essential": EliminationDocument.made(steps, answer.warnings, names) if steps else None,
+        "friction": parts.TermDocument.rows(long.source.choices),
+        "essential": parts.EliminationDocument.made(steps, answer.warnings, names) if steps else None,
         "left_out": {str(method): reason for method, reason in answer.left_out.items()},
     }
 
@@ -579,25 +547,25 @@ def _of_short(answer: PayloadAnswer, short: ShortMotion) -> dict[str, Any]:
     friction = "free" if short.known is None else "may differ" if short.held.held else "own"
     unexplained = answer.free.unexplained(short.torque_rms)
     return {
-        "relative_residual": ResidualDocument(answer.free.estimate.fit.relative, unexplained, None),
+        "relative_residual": parts.ResidualDocument(answer.free.estimate.fit.relative, unexplained, None),
         "data": _data(short, loaded.select(PAYLOAD), equations=loaded.equations, friction=friction),
         "joints": tuple(short.joints),
-        "visibility": VisibilityDocument.of(short.visibility),
-        "constant_torques": ConstantTorques(tuple(j + 1 for j in short.held.joints), short.held.sigma),
+        "visibility": documents.VisibilityDocument.of(short.visibility),
+        "constant_torques": documents.ConstantTorques(tuple(j + 1 for j in short.held.joints), short.held.sigma),
         "ripple": tuple(wave for run in short.runs for wave in run.ripple),
         "mass_from_scale": answer.free.from_scale,
-        "agreement": tuple(map(AgreementDocument.of, answer.agreement)),
+        "agreement": tuple(map(documents.AgreementDocument.of, answer.agreement)),
         "repeats": answer.repeats,
-        "assumed": Assumed(stand_in.description, body.named()) if stand_in and body else None,
+        "assumed": documents.Assumed(stand_in.description, body.named()) if stand_in and body else None,
     }
 
 
-def _data(problem: PayloadProblem, solved: Equations | None, **more: Any) -> PayloadData:
+def _data(problem: PayloadProblem, solved: Equations | None, **more: Any) -> documents.PayloadData:
     """Summarise the equations of the robot; of a short motion, of the payload."""
     pairs = problem.pairs
     worst = max(pairs, key=lambda pair: pair.max_mismatch, default=None)
     raw, scaled = solved.condition_numbers() if solved else (None, None)
-    return PayloadData(
+    return documents.PayloadData(
         rate=problem.source.rate,
         cutoff=problem.source.processing.cutoff,
         lag_s=pairs[0].lag if pairs else None,
@@ -610,32 +578,37 @@ def _data(problem: PayloadProblem, solved: Equations | None, **more: Any) -> Pay
     )
 
 
-def _estimates(answer: PayloadAnswer) -> tuple[FreeEstimate | PossibleEstimate, ...]:
+def _estimates(answer: PayloadAnswer) -> tuple[documents.FreeEstimate | documents.PossibleEstimate, ...]:
     """List free estimates, then possible ones; of a payload that is visible in part what was determined."""
     if answer.constrained:
-        return (*map(FreeEstimate.made, answer.estimates), *map(PossibleEstimate.made, answer.constrained))
-    free, estimate, weighing = answer.free, answer.free.estimate, answer.weighing
-    robust = estimate.sigma_robust
+        possible = map(documents.PossibleEstimate.made, answer.constrained)
+        return (*map(documents.FreeEstimate.made, answer.estimates), *possible)
+    free, own, model, scale = answer.free, answer.free.estimate, answer.model, answer.scale
+    weighed: Any = UNSET
+    if scale is not None and not free.from_scale:
+        sigma = float(model.sigma[model.names.index("M_L")])
+        weighing = Weighing(scale.mass, scale.sigma, model["M_L"], sigma, model.degrees_of_freedom)
+        weighed = (documents.WeighedDocument.of(weighing),)
     return (
-        FreeEstimate(
+        documents.FreeEstimate(
             method=free.method,
-            parameters=named(answer.ten),
-            sigma=named(estimate.sigma, free.indices),
-            sigma_robust=named(robust, free.indices) if robust is not None else None,
+            parameters=documents.named(answer.ten),
+            sigma=documents.named(own.sigma, free.indices),
+            sigma_robust=documents.named(own.robust.sigma, free.indices) if own.robust else None,
             interval95=None,
-            robust=RobustDocument.made(estimate.robust, free.without_robust),
+            robust=parts.RobustDocument.made(own.robust, free.without_robust),
             com=answer.com,
             com_sigma=answer.spread.com,
             inertia_com=None,
             physically_consistent=None,
-            sigma_with_gains=named(answer.model.sigma, free.indices) if answer.gains else UNSET,
+            sigma_with_gains=documents.named(model.sigma, free.indices) if answer.gains else UNSET,
             from_scale=free.from_scale or UNSET,
-            weighed=(WeighedDocument.of(weighing),) if weighing is not None else UNSET,
+            weighed=weighed,
         ),
     )
 
 
-def _quantities(answer: PayloadAnswer) -> dict[str, Quantity]:
+def _quantities(answer: PayloadAnswer) -> dict[str, documents.Quantity]:
     """Make mass, centre of mass and inertia with intervals, and their use; of a long motion by the verdict."""
     possible, spread, ends = answer.possible, answer.spread, answer.intervals
     inertia: tuple[Any, Any, Any] = None, None, None
@@ -651,6 +624,6 @@ def _quantities(answer: PayloadAnswer) -> dict[str, Quantity]:
         uses = [(most, "") if own.use == "use" else (own.use, own.why) for own, most in every]
     names = ("mass", "centre_of_mass", "inertia")
     return {
-        name: Quantity(use, why or None, *entry)
+        name: documents.Quantity(use, why or None, *entry)
         for name, entry, (use, why) in zip(names, values, uses, strict=True)
     }

@@ -270,7 +270,7 @@ def weighing(possible: bool) -> Any:
         problem=problem, free=payload, estimates=(payload,), possible=best,
         constrained=(best,) if possible else (), by_joints=by_joints(),
         repeats=repeats if possible else None, ten=ten, judged=judged, **quantities(),
-        gains=None, scale=SimpleNamespace(mass=3.1, sigma=0.05), weighing=None, model=None,
+        gains=None, scale=SimpleNamespace(mass=3.1, sigma=0.05), model=None,
         agreement=(SimpleNamespace(name="difference", mass=3.06, com=numbers(3)),), validation=None,
         assumed=None if possible else body(3.05),
         stand_in=None if possible else SimpleNamespace(description="a box"),
