@@ -26,21 +26,14 @@ POINTS = 2000
 
 @dataclass(frozen=True, repr=False)
 class TorquePrediction(Brief):
-    """Measured and predicted torques of one recording.
-
-    Attributes:
-        source: name of the recording.
-        t: for each joint the time of its rows [s], shapes (r_j,); slow rows are left out.
-        measured: for each joint its torques [N·m or N], shapes (r_j,).
-        curves: predictions by what they are, joint by joint as ``measured``; residuals are those of the first.
-    """
+    """Measured and predicted torques of one recording, joint by joint."""
 
     source: str
     loaded: bool
     held_out: bool
-    t: tuple[Array, ...]
-    measured: tuple[Array, ...]
-    curves: dict[str, tuple[Array, ...]]
+    t: tuple[Array, ...]  # time of the joint's rows [s], (r_j,); slow rows are left out
+    measured: tuple[Array, ...]  # its torques [N·m or N], (r_j,)
+    curves: dict[str, tuple[Array, ...]]  # predictions by what they are; residuals are those of the first
 
     def residual(self, joint: int) -> Array:
         """Measured less predicted torque of one joint, counted from 0."""
@@ -151,32 +144,19 @@ class ObservationSystem(Brief):
     """System Y = W chi + rho as an estimator sees it: filtered, decimated, without the rows that are not used.
 
     Rows stand recording by recording, in each joint by joint, in each by time.
-
-    Attributes:
-        columns: names of the columns of W, c.
-        W: observation matrix, SI units, r x c.
-        Y: torques [N·m or N], known ones (a spring) moved there, shape (r,).
-        joint: number of each row's joint, from 1, shape (r,).
-        recording: number of each row's recording in ``sources``, from 0, shape (r,).
-        t: time of each row in its recording [s], shape (r,).
-        loaded: whether each row's recording is with payload, shape (r,).
-        sources: names of the recordings.
-        weights: per joint, the weights of the weighted least squares [1/(N·m) or 1/N], shape (n,).
-        reduced: the same equations as triangular factors.
-        known: values of the first columns that are known from an earlier identification, where they are.
     """
 
-    columns: tuple[str, ...]
-    W: Array
-    Y: Array
-    joint: Integers
-    recording: Integers
-    t: Array
-    loaded: NDArray[np.bool_]
-    sources: tuple[str, ...]
-    weights: Array
-    reduced: Equations
-    known: Array | None = None
+    columns: tuple[str, ...]  # names of the columns of W, c
+    W: Array  # observation matrix, SI units, r x c
+    Y: Array  # torques [N·m or N], known ones (a spring) moved there, (r,)
+    joint: Integers  # number of each row's joint, from 1, (r,)
+    recording: Integers  # number of each row's recording in ``sources``, from 0, (r,)
+    t: Array  # time of each row in its recording [s], (r,)
+    loaded: NDArray[np.bool_]  # whether each row's recording is with payload, (r,)
+    sources: tuple[str, ...]  # names of the recordings
+    weights: Array  # per joint, of the weighted least squares [1/(N·m) or 1/N], (n,)
+    reduced: Equations  # the same equations as triangular factors
+    known: Array | None = None  # values of the first columns that are known from an earlier identification
 
 
 def payload_system(

@@ -31,20 +31,12 @@ too small."""
 
 @dataclass(frozen=True, repr=False)
 class JointsMass(Brief):
-    """Mass by the equations of some joints alone, all ten parameters of the payload unknown.
-
-    Attributes:
-        joints: their numbers.
-        mass: [kg]; None where their torques leave it undetermined, alone or together with other parameters.
-        sigma: standard deviation [kg], the larger of the formula's and the block jackknife's, or ``WITHOUT_BLOCKS``
-            times the formula's; gains as exact.
-        degrees_of_freedom: of Student's t for the interval.
-    """
+    """Mass by the equations of some joints alone, all ten parameters of the payload unknown; gains as exact."""
 
     joints: tuple[int, ...]
-    mass: float | None
-    sigma: float = float("nan")
-    degrees_of_freedom: float = float("inf")
+    mass: float | None  # kg; None where their torques leave it undetermined, alone or together with others
+    sigma: float = float("nan")  # kg, the larger of the formula's, widened without blocks, and the jackknife's
+    degrees_of_freedom: float = float("inf")  # of Student's t for the interval
 
     @cached_property
     def interval95(self) -> tuple[float, float] | None:
@@ -66,52 +58,20 @@ class JointsMass(Brief):
 
 @dataclass(frozen=True)
 class JointShare:
-    """Payload ratio of a joint: 1 where its torque is what the other joints' payload demands.
-
-    Attributes:
-        share: factor on the torque that the payload identified by all other joints causes there; None where they
-            determine it too badly.
-        sigma: standard deviation, the larger of the formula's and the block jackknife's.
-    """
+    """Payload ratio of a joint: 1 where its torque is what the other joints' payload demands."""
 
     joint: int
-    share: float | None
+    share: float | None  # on the torque that the others' payload causes there; None where they tell it too badly
     sigma: float = float("nan")
 
 
 @dataclass(frozen=True, repr=False)
 class ByJoints(Brief):
-    """Mass and payload ratio by single joints.
+    """Mass and payload ratio by single joints."""
 
-    Attributes:
-        masses: by every joint alone, then by the arm's and by the wrist's joints together.
-        shares: of every joint against the others.
-        without: the masses by all joints but one.
-    """
-
-    masses: tuple[JointsMass, ...]
-    shares: tuple[JointShare, ...]
-    without: tuple[JointsMass, ...] = ()
-
-
-def joint_groups(n: int) -> tuple[tuple[int, ...], ...]:
-    """List every joint alone, and the arm's and the wrist's together (all but the last three, the last three)."""
-    single = tuple((joint,) for joint in range(1, n + 1))
-    if n <= 3:
-        return single
-    return (*single, tuple(range(1, n - 2)), tuple(range(n - 2, n + 1)))
-
-
-def moving_groups(joints: Sequence[int]) -> tuple[tuple[int, ...], ...]:
-    """List every moving joint alone; then the arm's, those from the elbow on, the wrist's, and all together."""
-    single = [(joint,) for joint in joints]
-    parts = [
-        tuple(j for j in joints if j <= 3),
-        tuple(j for j in joints if j >= 3),
-        tuple(j for j in joints if j >= 4),
-        tuple(joints),
-    ]
-    return tuple(dict.fromkeys([*single, *(part for part in parts if len(part) > 1)]))
+    masses: tuple[JointsMass, ...]  # by every joint alone, then by the arm's and by the wrist's joints together
+    shares: tuple[JointShare, ...]  # of every joint against the others
+    without: tuple[JointsMass, ...] = ()  # by all joints but one
 
 
 def payload_by_joints(problem: PayloadProblem, weights: Array) -> ByJoints:
@@ -123,13 +83,18 @@ def payload_by_joints(problem: PayloadProblem, weights: Array) -> ByJoints:
         weights: per joint, shape (n,); they matter within a group only.
     """
     if isinstance(problem, ShortMotion):
-        joints, groups, whole = problem.joints, moving_groups(problem.joints), problem.posed(PAYLOAD)
+        joints, whole = problem.joints, problem.posed(PAYLOAD)
+        # The arm's joints together, those from the elbow on, the wrist's, and all.
+        together = [[j for j in joints if low <= j <= high] for low, high in ((1, 3), (3, 99), (4, 99), (1, 99))]
     else:
-        joints, groups = tuple(range(1, problem.robot.n + 1)), joint_groups(problem.robot.n)
+        joints = tuple(range(1, problem.robot.n + 1))
         whole = from_difference(problem) if problem.difference is not None else from_robot(problem)
+        together = [list(joints[:-3]), list(joints[-3:])] if len(joints) > 3 else []  # arm and wrist
     # What one joint shows does not correct the robot: its parameters stay as they are.
     whole = replace(whole, fixed=whole.given, prior=None)
-    groups = (*groups, *(tuple(other for other in joints if other != joint) for joint in joints if len(joints) > 1))
+    listed = dict.fromkeys([*((joint,) for joint in joints), *(tuple(own) for own in together if len(own) > 1)])
+    without = [tuple(other for other in joints if other != joint) for joint in joints if len(joints) > 1]
+    groups = [*listed, *without]
     values, variance, lasting = _numbers(whole, weights, groups, joints).T
 
     def again(part: LinearProblem) -> Array:
@@ -151,11 +116,11 @@ def payload_by_joints(problem: PayloadProblem, weights: Array) -> ByJoints:
     except InputError:  # too few blocks
         variance = WITHOUT_BLOCKS**2 * variance
     numbers = [None if np.isnan(value) else float(value) for value in values]
-    sigmas, count = np.sqrt(variance).tolist(), len(groups) - len(joints) * (len(joints) > 1)
+    sigmas = np.sqrt(variance).tolist()
     every = zip(groups, numbers, sigmas, strict=False)
     masses = [JointsMass(*row, dof) if row[1] is not None else JointsMass(row[0], None) for row in every]
-    own = zip(joints, numbers[len(groups) :], sigmas[len(groups) :], strict=True)
-    return ByJoints(tuple(masses[:count]), tuple(JointShare(*row) for row in own), tuple(masses[count:]))
+    shares = tuple(map(JointShare, joints, numbers[len(groups) :], sigmas[len(groups) :]))
+    return ByJoints(tuple(masses[: len(listed)]), shares, tuple(masses[len(listed) :]))
 
 
 def _numbers(

@@ -52,17 +52,11 @@ def free_columns(columns: Sequence[str]) -> list[str]:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class HeldFriction(Brief):
-    """Prior near zero on what is free in each recording.
+    """Prior near zero on what is free in each recording."""
 
-    Attributes:
-        held: priors of constant torques and frictions; the others are wholly free.
-        noise: of each joint's rows [N·m or N], shape (n,); 0 where too few rows tell it.
-        memory: by how much the memory of each joint's errors raises variances, shape (n,).
-    """
-
-    held: Mapping[str, SoftPrior]
-    noise: Array
-    memory: Array
+    held: Mapping[str, SoftPrior]  # of constant torques and frictions; the others are wholly free
+    noise: Array  # of each joint's rows [N·m or N], shape (n,); 0 where too few rows tell it
+    memory: Array  # by how much the memory of each joint's errors raises variances, shape (n,)
 
     @cached_property
     def sigma(self) -> Array:

@@ -45,22 +45,15 @@ from .under_load import friction_changes, robot_of, with_changes, with_scale
 
 
 class Source(NamedTuple):
-    """Recordings with and without payload, their processing, and both side by side.
-
-    Attributes:
-        compared: recordings of one trajectory, those that method 3 refuses among them.
-        why_no_pair: why method 3 cannot be used, if it cannot.
-        rate: at which the (first) loaded recording was processed [Hz].
-        choices: terms of friction that were tried on the recordings without payload.
-    """
+    """Recordings with and without payload, their processing, and both side by side."""
 
     loaded: tuple[Recording, ...]
     unloaded: tuple[Recording, ...]
     processing: Processing
-    compared: tuple[AlignedPair, ...] = ()
-    why_no_pair: str = ""
-    rate: float | None = None
-    choices: tuple[TermChoice, ...] = ()
+    compared: tuple[AlignedPair, ...] = ()  # of one trajectory, those that method 3 refuses among them
+    why_no_pair: str = ""  # why method 3 cannot be used, if it cannot
+    rate: float | None = None  # Hz, at which the first loaded recording was processed
+    choices: tuple[TermChoice, ...] = ()  # terms of friction that were tried on those without payload
 
 
 @dataclass(frozen=True, repr=False)

@@ -75,20 +75,14 @@ class ChangeOfParameters(Brief):
     Wanted: chi_L. G_L (N_b x 10) holds the last link's columns of the grouping matrix; on the RX90 its rows are
     (25)-(28). Solved by least squares weighted by the covariance of chi_T - chi. Drive parameters take no part:
     friction may change under load.
-
-    Attributes:
-        before: chi, by the equations ``unloaded``.
-        loaded: equations W chi_T; ``both``: the same in chi and chi_L.
-        indices: of the inertial parameters among chi.
-        G: their rows of G_L, the payload in its frame.
     """
 
-    before: Estimate
+    before: Estimate  # chi, by the equations ``unloaded``
     unloaded: Equations
-    loaded: Equations
-    both: Equations
-    indices: list[int]
-    G: Array
+    loaded: Equations  # in chi_T
+    both: Equations  # the same in chi and chi_L
+    indices: list[int]  # of the inertial parameters among chi
+    G: Array  # their rows of G_L, the payload in its frame
 
     def solved(self, weights: Array | None = None) -> Estimate:
         """Estimate the payload's ten parameters."""
@@ -118,7 +112,7 @@ class ChangeOfParameters(Brief):
 
     def lasting(self, weights: Array) -> Array:
         """Between-session covariance: none, blocks of time hold all recordings that it uses."""
-        return np.zeros((len(PAYLOAD), len(PAYLOAD)))
+        return np.zeros((10, 10))
 
     def sandwich(self, weights: Array, inflation: Sequence[float]) -> Array:
         """HAC (sandwich) covariance: the formula's, by the middle joint's memory."""

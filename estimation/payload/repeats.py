@@ -1,13 +1,12 @@
 """Repeats: several recordings of one payload, their spread, their drift, and what both mean for the answer."""
 
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import replace
 from typing import Self
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ...common.arrays import Array
 from ...common.errors import InputError
 from ...common.linear import decomposed
 from ...common.schema import Document
@@ -49,7 +48,13 @@ class Repeats(Document, frozen=True):
         """Compute from the mass of each recording and its standard deviation."""
         k = np.flatnonzero(np.isfinite(masses))
         seen, own = np.array(masses)[k], np.array(sigmas)[k]
-        step, sigma = _drift(k, seen, own) if len(k) > 2 else (None, None)
+        step = sigma = None
+        if len(k) > 2:  # slope over the recordings' numbers, and its standard deviation by their scatter
+            A = np.column_stack([np.ones(len(k)), k]) / own[:, None]
+            parts = decomposed(A)
+            slope = parts.solution(seen / own)
+            left = float(np.sum((seen / own - A @ slope) ** 2)) / (len(k) - 2)
+            step, sigma = float(slope[1]), float(np.sqrt((parts.covariance * max(left, 1.0))[1, 1]))
         return cls(
             tuple(sources),
             tuple(masses),
@@ -62,30 +67,15 @@ class Repeats(Document, frozen=True):
         )
 
 
-def _drift(k: NDArray[np.intp], masses: Array, sigmas: Array) -> tuple[float, float]:
-    """Slope of masses over the recordings' numbers, and its standard deviation by their scatter."""
-    A = np.column_stack([np.ones(len(k)), k]) / sigmas[:, None]
-    parts = decomposed(A)
-    slope = parts.solution(masses / sigmas)
-    left = float(np.sum((masses / sigmas - A @ slope) ** 2)) / max(len(k) - 2, 1)
-    return float(slope[1]), float(np.sqrt((parts.covariance * max(left, 1.0))[1, 1]))
-
-
 def repeats_of(problem: PayloadProblem, scale: KnownMass | None) -> Repeats | None:
     """Identify each recording of a short motion singly; None of one recording, or if the mass is the scale's."""
     if not isinstance(problem, ShortMotion) or len(problem.runs) < 2 or not problem.visibility.mass_visible:
         return None
-    masses, sigmas = [], []
-    for run in problem.runs:
-        mass, sigma = float("nan"), float("nan")
-        try:
+    masses, sigmas = ([float("nan")] * len(problem.runs) for _ in range(2))
+    for k, run in enumerate(problem.runs):
+        with suppress(InputError):  # one recording alone may not do
             estimate = payload_estimate(replace(problem, runs=(run,)), problem.method, scale=scale)
-        except InputError:
-            pass  # one recording alone may not do
-        else:
             if not estimate.from_scale and 9 in estimate.indices:
                 model = error_model(estimate.estimate)
-                mass, sigma = model["M_L"], float(model.sigma[model.names.index("M_L")])
-        masses.append(mass)
-        sigmas.append(sigma)
+                masses[k], sigmas[k] = model["M_L"], float(model.sigma[model.names.index("M_L")])
     return Repeats.made([run.source for run in problem.runs], masses, sigmas)

@@ -28,21 +28,13 @@ _FORM = re.compile(rf"(box|cylinder):({_SIZE}(?:x{_SIZE})*)")
 
 @dataclass(frozen=True, repr=False)
 class PayloadEstimate(Brief):
-    """Payload estimated by one method: all ten parameters, or those that a short motion determines.
+    """Payload estimated by one method: all ten parameters, or those that a short motion determines."""
 
-    Attributes:
-        method: 1 to 4.
-        estimate: the parameters of ``PAYLOAD`` about the origin of ``frame``, with covariance.
-        frame: name of the frame.
-        without_robust: why there are no robust standard deviations although they were asked for.
-        from_scale: whether the mass is a scale's, not the torques'.
-    """
-
-    method: int
-    estimate: Estimate
+    method: int  # 1 to 4
+    estimate: Estimate  # of ``PAYLOAD``, about the origin of ``frame``
     frame: str
-    without_robust: str = ""
-    from_scale: bool = False
+    without_robust: str = ""  # why there are no robust standard deviations although they were asked for
+    from_scale: bool = False  # whether the mass is a scale's, not the torques'
 
     @cached_property
     def indices(self) -> tuple[int, ...]:
@@ -120,20 +112,14 @@ def reaching(estimate: PayloadEstimate, change: Array) -> PayloadEstimate:
 class ConstrainedPayload(Brief):
     """Payload nearest to one method's estimate among those that keep the constraints.
 
-    Attributes:
-        free: the method's own estimate.
-        result: the constrained one. Its ``free`` holds the same values with the covariance and the degrees of
-            freedom by which distance, p-value and intervals go: those of ``error_model``.
-        intervals: 95 %; nan where a constraint contradicts the data.
-        gains: uncertainty of the drive gains that is part of the covariance; None where they are taken as exact.
-        tested: active constraints with the probability of what each costs.
+    Distance, p-value and intervals go by the covariance of ``error_model``, that of ``result.free``.
     """
 
-    free: PayloadEstimate
+    free: PayloadEstimate  # the method's own estimate
     result: Possible
-    intervals: Intervals
-    gains: Gains | None
-    tested: tuple[Active, ...]
+    intervals: Intervals  # 95 %; nan where a constraint contradicts the data
+    gains: Gains | None  # errors that are part of the covariance; None where gains are taken as exact
+    tested: tuple[Active, ...]  # active constraints with the probability of what each costs
 
     @property
     def method(self) -> int:
@@ -210,7 +196,7 @@ class StandIn:
 
     Attributes:
         kind: "box" or "cylinder".
-        sizes: of a box along x, y, z [m]; diameter, and length along z, of a cylinder [m].
+        sizes: along x, y, z; of a cylinder diameter and length along z [m].
     """
 
     kind: str

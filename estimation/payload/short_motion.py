@@ -52,13 +52,10 @@ _AT_REST = 5e-3  # rad or m: a joint at rest's positions spread no more; a wider
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Run(Brief):
-    """Recording with payload, reduced.
+    """Recording with payload, reduced: equations in blocks of time.
 
-    Attributes:
-        source: of the recording with payload.
-        equations: in the robot's base parameters (none where the unloaded torque was subtracted), what is free in
-            this recording, and ``PAYLOAD``; in blocks of time.
-        ripple: waves that are estimated with the payload.
+    Columns are the robot's base parameters (none where the unloaded torque was subtracted), what is free in this
+    recording, waves of ``ripple`` among it, and ``PAYLOAD``.
     """
 
     source: str
