@@ -33,18 +33,7 @@ from ..possible.cone import SolverError
 from ..possible.payload import rise_p_value, solve_constrained
 from ..possible.prior import has_prior, robot_prior, solve_constrained_prior
 from ..possible.robot import PossibleRobot, solve_constrained_base
-from ..results.parts import (
-    EliminationDocument,
-    GainErrorsDocument,
-    ParameterDocument,
-    PossibleRobotDocument,
-    ProcessingDocument,
-    ResidualDocument,
-    RobustDocument,
-    RolloutDocument,
-    TermDocument,
-    VerdictDocument,
-)
+from ..results import parts
 from ..results.robot import RobotData, RobotResult
 from .system import DRAWN, ObservationSystem, TorquePrediction, joined, robot_prediction
 
@@ -259,14 +248,15 @@ def identify(
     part = replace(elimination.estimate, gain_covariance=covariance)
     if settings.robust:
         settings.progress("leaving out blocks")
-        blocks = range(len(problem.blocks))
+        each = [(b, -1) for b in range(len(problem.blocks))]
+
+        def over_blocks(one: Estimate) -> Estimate:
+            posed = LinearProblem(problem.select(one.names), one.names)
+            return replace(one, robust=jackknifed(posed, one, [each], problem.blocks.length))
+
         try:
-            check_blocks(len(blocks))
-            estimate, part = (
-                replace(one, robust=jackknifed(posed, one, [[(b, -1) for b in blocks]], problem.blocks.length))
-                for one in (estimate, part)
-                for posed in [LinearProblem(problem.select(one.names), one.names)]
-            )
+            check_blocks(len(each))
+            estimate, part = over_blocks(estimate), over_blocks(part)
         except InputError as error:
             reason = str(error)
     check = None
@@ -305,7 +295,7 @@ def identification_system(
 
 
 def robot_result(
-    result: Identification, constrained: PossibleRobot | None = None, rollouts: Sequence[RolloutDocument] = ()
+    result: Identification, constrained: PossibleRobot | None = None, rollouts: Sequence[parts.RolloutDocument] = ()
 ) -> RobotResult:
     """Collect what ``identify`` answers.
 
@@ -322,20 +312,13 @@ def robot_result(
         robot_title=robot.title or UNSET,
         joints=tuple(joint.kind for joint in robot.joints),
         fingerprint=robot.fingerprint,
-        processing=ProcessingDocument.made(robot, result.processing, used),
-        data=RobotData(
-            rows_per_joint=problem.rows,
-            degrees_of_freedom=estimate.degrees_of_freedom,
-            error_norms=estimate.fit.error_norms,
-            torque_norms=estimate.fit.torque_norms,
-            weights=estimate.weights,
-            equations=problem.equations,
-        ),
+        processing=parts.ProcessingDocument.made(robot, result.processing, used),
+        data=RobotData.of(estimate, estimate.fit, problem, rows_per_joint=problem.rows),
         columns=estimate.names,
         covariance=estimate.covariance,
         covariance_robust=estimate.robust.covariance if estimate.robust else None,
-        robust=RobustDocument.made(estimate.robust, result.without_robust),
-        base_parameters=ParameterDocument.rows(
+        robust=parts.RobustDocument.made(estimate.robust, result.without_robust),
+        base_parameters=parts.ParameterDocument.rows(
             estimate,
             name=base.names,
             grouping=base.groupings(),
@@ -344,17 +327,17 @@ def robot_result(
             interval95_with_gains=estimate.interval95_with_gains,
             essential=[name in result.essential for name in estimate.names],
         ),
-        elimination=EliminationDocument.made(result.elimination, result.warnings, labels),
-        constrained=PossibleRobotDocument.made(constrained, base) if constrained is not None else None,
-        friction=TermDocument.rows(result.choices),
+        elimination=parts.EliminationDocument.made(result.elimination, result.warnings, labels),
+        constrained=parts.PossibleRobotDocument.made(constrained, base) if constrained is not None else None,
+        friction=parts.TermDocument.rows(result.choices),
         chi2_by="formula" if estimate.robust is None else "jackknife",
         condition_number=raw,
         condition_number_scaled=scaled,
         gain_sensitivity=estimate.gain_sensitivity,
-        gain_sigma=GainErrorsDocument.made(result.gains) if result.gains else None,
-        relative_residual=ResidualDocument.of(estimate.fit),
-        validation=ResidualDocument.of(result.validation) if result.validation else None,
+        gain_sigma=parts.GainErrorsDocument.made(result.gains) if result.gains else None,
+        relative_residual=parts.ResidualDocument.of(estimate.fit),
+        validation=parts.ResidualDocument.of(result.validation) if result.validation else None,
         rollouts=tuple(rollouts) or UNSET,
         reasons_against_use=result.verdict.reasons,
-        verdict=VerdictDocument.made(result.verdict),
+        verdict=parts.VerdictDocument.made(result.verdict),
     ).made_by(result)
