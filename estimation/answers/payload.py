@@ -594,7 +594,7 @@ def _estimates(answer: PayloadAnswer) -> tuple[documents.FreeEstimate | document
             method=free.method,
             parameters=documents.named(answer.ten),
             sigma=documents.named(own.sigma, free.indices),
-            sigma_robust=documents.named(own.robust.sigma, free.indices) if own.robust else None,
+            sigma_robust=documents.named(own.sigma_robust, free.indices),
             interval95=None,
             robust=parts.RobustDocument.made(own.robust, free.without_robust),
             com=answer.com,
