@@ -78,6 +78,13 @@ class PayloadAnswer(Speaks):
         constrained: for each complete one of ``estimates`` the nearest payload that holds the constraints, with
             intervals.
         left_out: method -> why it gave no estimate.
+        recommendation: method to use, and the reason.
+        free: free estimate of that method.
+        possible: its possible one; None where not all ten are determined.
+        model: the free one with the covariance that its errors really have, gains included.
+        ten: reported parameters, nan where not determined, shape (10,).
+        spread: their standard deviations, that of the scale counted.
+        intervals: 95 % of mass [kg] and centre of mass [m], 4 x 2; nan where there is none.
         validation: fit of the robot's own parameters on recordings that were held out.
         held_out: recordings without payload of ``validation``.
         agreement: other ways to the numbers of a short motion.
@@ -90,13 +97,20 @@ class PayloadAnswer(Speaks):
     constrained: tuple[ConstrainedPayload, ...]
     left_out: dict[int, str]
     by_joints: ByJoints
+    recommendation: tuple[int, str]
+    free: PayloadEstimate
+    possible: ConstrainedPayload | None
+    model: Estimate
+    ten: Array
+    spread: PayloadSpread
+    intervals: Array
+    scale: KnownMass | None
+    gains: Gains | None
+    validation: Fit | None
+    held_out: tuple[Recording, ...]
+    agreement: tuple[Agreement, ...]
+    repeats: Repeats | None
     verdict: Verdict = Verdict("use")
-    scale: KnownMass | None = None
-    gains: Gains | None = None
-    validation: Fit | None = None
-    held_out: tuple[Recording, ...] = ()
-    agreement: tuple[Agreement, ...] = ()
-    repeats: Repeats | None = None
     stand_in: StandIn | None = None
 
     @property
@@ -109,51 +123,11 @@ class PayloadAnswer(Speaks):
         """Result that ``--json`` writes: ``answer.result.mass.low``."""
         return payload_result(self).made_by(self)
 
-    @cached_property
-    def recommendation(self) -> tuple[int, str]:
-        """Method to use, of those that found a payload that can exist, and the reason."""
-        return recommended_method(self.problem, [payload.method for payload in self.constrained or self.estimates])
-
-    @cached_property
-    def possible(self) -> ConstrainedPayload | None:
-        """Possible estimate of the method to use; None where not all ten are determined."""
-        return next((payload for payload in self.constrained if payload.method == self.recommendation[0]), None)
-
     @property
     def recommended(self) -> ConstrainedPayload:
         """Possible estimate of the method to use, where all ten are determined."""
         assert self.possible is not None
         return self.possible
-
-    @cached_property
-    def free(self) -> PayloadEstimate:
-        """Free estimate of the method to use."""
-        return next(estimate for estimate in self.estimates if estimate.method == self.recommendation[0])
-
-    @cached_property
-    def model(self) -> Estimate:
-        """Free estimate with the covariance that its errors really have, gains included."""
-        return error_model(self.free.estimate, self.gains)
-
-    @cached_property
-    def _with_scale(self) -> tuple[Array, Array]:
-        """Free values and their covariance, the scale counted once."""
-        values, C = self.model.values, self.model.covariance
-        if self.scale is None or self.free.from_scale:
-            return values, C
-        k = self.free.indices.index(9)
-        # The scale is one more measurement, of x[k] alone: Kalman's update.
-        gain = C[:, k] / (C[k, k] + self.scale.sigma**2)
-        return values + gain * (self.scale.mass - values[k]), C - np.outer(gain, C[k])
-
-    @cached_property
-    def ten(self) -> Array:
-        """Reported ten parameters, nan where not determined, shape (10,)."""
-        if self.possible is not None:
-            return self.possible.body.vector
-        values = np.full(10, np.nan)
-        values[list(self.free.indices)] = self._with_scale[0]
-        return values
 
     @property
     def mass(self) -> float:
@@ -164,20 +138,6 @@ class PayloadAnswer(Speaks):
     def com(self) -> Array:
         """Centre of mass [m], nan where not determined, shape (3,)."""
         return np.asarray(self.ten[6:9] / self.ten[9])
-
-    @cached_property
-    def spread(self) -> PayloadSpread:
-        """Standard deviations of the reported payload, that of the scale counted."""
-        return payload_spread(self.ten, self._with_scale[1], self.free.indices)
-
-    @cached_property
-    def intervals(self) -> Array:
-        """95 % intervals of mass [kg] and centre of mass [m], 4 x 2; nan where there is none."""
-        if self.possible is not None:
-            return np.vstack([self.possible.intervals.parameters[9], self.possible.intervals.com])
-        half = student95(self.model.degrees_of_freedom) * np.append(self.spread.mass, self.spread.com)
-        half[~np.isfinite(half)] = np.nan
-        return np.asarray(np.append(self.mass, self.com)[:, None] + np.outer(half, [-1.0, 1.0]))
 
     @cached_property
     def reported_spread(self) -> PayloadSpread:
@@ -253,17 +213,11 @@ class PayloadAnswer(Speaks):
         problem, settings = self.problem, self.problem.source.processing
         if problem.robot_estimate is None:
             return ()
-        values, body = problem.robot_estimate.values, self.recommended.body
-        return (
-            *(
-                robot_prediction(problem.robot, problem.base, values, recording, settings, True)
-                for recording in self.held_out[:DRAWN]
-            ),
-            *(
-                payload_prediction(problem, body, recording, settings, False)
-                for recording in problem.source.loaded[:DRAWN]
-            ),
-        )
+        robot, base, values = problem.robot, problem.base, problem.robot_estimate.values
+        drawn = [robot_prediction(robot, base, values, one, settings, True) for one in self.held_out[:DRAWN]]
+        for recording in problem.source.loaded[:DRAWN]:
+            drawn.append(payload_prediction(problem, self.recommended.body, recording, settings, False))
+        return tuple(drawn)
 
 
 def identify_payload(
@@ -395,19 +349,29 @@ def answer_payload(
                 constrained.append(constrain_payload(estimate, hard, gains))
         except SolverError as error:
             failures[estimate.method] = error
+    # Where no method found a possible payload, all are shown.
+    shown = [estimate for estimate in free if estimate.method not in failures] or free
+    method, reason = recommended_method(problem, [payload.method for payload in constrained or shown])
+    best = next(estimate for estimate in shown if estimate.method == method)
+    possible = next((payload for payload in constrained if payload.method == method), None)
+    model = error_model(best.estimate, gains)
     answer = PayloadAnswer(
-        problem=problem,
-        # Where no method found a possible payload, all are shown.
-        estimates=tuple(estimate for estimate in free if estimate.method not in failures) or tuple(free),
-        constrained=tuple(constrained),
-        left_out=left_out | {method: str(error) for method, error in failures.items()},
-        by_joints=diagnosis.by_joints,
-        scale=scale,
-        gains=gains,
-        validation=validation,
-        held_out=tuple(held_out),
-        agreement=_other_ways(problem, others, scale),
-        repeats=repeats,
+        problem,
+        tuple(shown),
+        tuple(constrained),
+        left_out | {failed: str(error) for failed, error in failures.items()},
+        diagnosis.by_joints,
+        (method, reason),
+        best,
+        possible,
+        model,
+        *_reported(best, possible, model, scale),
+        scale,
+        gains,
+        validation,
+        tuple(held_out),
+        _other_ways(problem, others, scale),
+        repeats,
     )
     verdict = judge(_evidence(answer, free, diagnosis))
     if failures and not constrained:
@@ -439,6 +403,27 @@ def _identified(
     return estimates, left_out
 
 
+def _reported(
+    free: PayloadEstimate, possible: ConstrainedPayload | None, model: Estimate, scale: KnownMass | None
+) -> tuple[Array, PayloadSpread, Array]:
+    """Ten parameters as they are reported, their spread, and the intervals of mass and centre of mass."""
+    values, C = model.values, model.covariance
+    if scale is not None and not free.from_scale:
+        # The scale is one more measurement, of x[k] alone: Kalman's update. It counts once.
+        k = free.indices.index(9)
+        gain = C[:, k] / (C[k, k] + scale.sigma**2)
+        values, C = values + gain * (scale.mass - values[k]), C - np.outer(gain, C[k])
+    if possible is not None:
+        ends = np.vstack([possible.intervals.parameters[9], possible.intervals.com])
+        return possible.body.vector, payload_spread(possible.body.vector, C, free.indices), ends
+    ten = np.full(10, np.nan)
+    ten[list(free.indices)] = values
+    spread = payload_spread(ten, C, free.indices)
+    half = student95(model.degrees_of_freedom) * np.append(spread.mass, spread.com)
+    half[~np.isfinite(half)] = np.nan
+    return ten, spread, np.append(ten[9], ten[6:9] / ten[9])[:, None] + np.outer(half, [-1.0, 1.0])
+
+
 def _other_ways(
     problem: PayloadProblem, others: Sequence[ShortMotion], scale: KnownMass | None
 ) -> tuple[Agreement, ...]:
@@ -459,31 +444,26 @@ def _other_ways(
 
 def _evidence(answer: PayloadAnswer, free: Sequence[PayloadEstimate], diagnosis: Diagnosis) -> Evidence:
     """Collect evidence for the verdict; ``free``: by all methods, those without a possible payload among them."""
-    problem = answer.problem
+    problem, model = answer.problem, answer.model
     evidence = Evidence(
         problem.robot,
         source=problem.source,
         diagnosis=diagnosis,
         compared=problem.source.compared,
+        parameters=problem.robot_estimate,
         constrained=answer.constrained,
         spread=answer.reported_spread,
         judged=answer.measured,
     )
     if isinstance(problem, ShortMotion):
-        weighed = Weighed(
-            mass=answer.model["M_L"],
-            sigma=float(answer.model.sigma[answer.model.names.index("M_L")]),
-            from_scale=answer.free.from_scale,
-            unexplained=answer.free.unexplained(problem.torque_rms),
-            repeats=answer.repeats,
-            agreement=answer.agreement,
-        )
-        return replace(evidence, parameters=problem.known, weighed=weighed)
+        sigma, unexplained = model.sigma[model.names.index("M_L")], answer.free.unexplained(problem.torque_rms)
+        ways = answer.repeats, answer.agreement
+        weighed = Weighed(model["M_L"], float(sigma), answer.free.from_scale, unexplained, *ways)
+        return replace(evidence, weighed=weighed)
     return replace(
         evidence,
         pairs=problem.pairs,
         condition=problem.unloaded.condition_numbers()[1] if problem.unloaded else None,
-        parameters=problem.robot_estimate,
         validation=answer.validation,
         estimates=tuple(free),
         recommended=answer.possible,
