@@ -74,12 +74,7 @@ class TorquePrediction(Brief):
 
 
 def robot_prediction(
-    robot: Robot,
-    base: BaseParameters,
-    values: Array,
-    recording: Recording,
-    processing: Processing,
-    held_out: bool,
+    robot: Robot, base: BaseParameters, values: Array, recording: Recording, processing: Processing, held_out: bool
 ) -> TorquePrediction:
     """Predict a recording without payload by the robot's parameters.
 

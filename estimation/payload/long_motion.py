@@ -61,30 +61,20 @@ class LongMotion(Brief):
     """Reduced equations of recordings in which every joint moves.
 
     With blocks of time, those of a pair of recordings are the same stretches of one motion.
-
-    Attributes:
-        base: the robot's base parameters; their columns make up W.
-        loaded: equations [W W_L] of (22) with payload in frame n; columns base, then ``PAYLOAD``.
-        source: the recordings themselves, in which the verdict looks for causes.
-        unloaded: equations W without payload, for methods 1, 2 and 4.
-        difference: equations W_L of (29) for method 3, if a pair on one trajectory is there.
-        known: the robot's parameters from an earlier identification, for method 1, beside ``unloaded`` too.
-        carried: payload under whose load friction is, its ten in frame n; zero where none grows with load.
-        inflation: by how much the memory of each joint's errors under load raises variances; none without blocks.
-        few: whether blocks as long as that memory asks for would be too few, so that shorter ones were cut.
     """
 
     robot: Robot
-    base: BaseParameters
-    loaded: Equations
-    source: Source
-    unloaded: Equations | None = None
-    difference: Equations | None = None
-    known: Estimate | None = None
+    base: BaseParameters  # their columns make up W
+    loaded: Equations  # [W W_L] of (22) with payload in frame n; columns base, then ``PAYLOAD``
+    source: Source  # the recordings themselves, in which the verdict looks for causes
+    unloaded: Equations | None = None  # W without payload, for methods 1, 2 and 4
+    difference: Equations | None = None  # W_L of (29) for method 3, if a pair on one trajectory is there
+    known: Estimate | None = None  # the robot, identified earlier: for method 1, beside ``unloaded`` too
     settings: Settings = DEFAULTS
+    # Payload under whose load friction is, its ten in frame n; zero where none grows with load.
     carried: Array = field(default_factory=lambda: np.zeros(len(PAYLOAD)))
-    inflation: tuple[float, ...] = ()
-    few: bool = False
+    inflation: tuple[float, ...] = ()  # of variances by the memory of each joint's errors under load
+    few: bool = False  # blocks as long as that memory asks for would be too few, so that shorter ones were cut
 
     def __post_init__(self) -> None:
         """Refuse another model's robot, and blocks of one motion that are not as many."""

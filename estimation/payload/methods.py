@@ -87,7 +87,8 @@ class ChangeOfParameters(Brief):
     def solved(self, weights: Array | None = None) -> Estimate:
         """Estimate the payload's ten parameters."""
         after = weighted(self.loaded, weights)
-        x, covariance, inverse = self._step(after)
+        C = (self.before.covariance + after.covariance)[np.ix_(self.indices, self.indices)]
+        x, covariance, inverse = _generalised(self.G, (after.values - self.before.values)[self.indices], C)
         return Estimate(
             names=PAYLOAD,
             values=x,
@@ -116,11 +117,7 @@ class ChangeOfParameters(Brief):
 
     def sandwich(self, weights: Array, inflation: Sequence[float]) -> Array:
         """HAC (sandwich) covariance: the formula's, by the middle joint's memory."""
-        return np.asarray(float(np.median(inflation)) * self._step(weighted(self.loaded, weights))[1])
-
-    def _step(self, after: Estimate) -> tuple[Array, Array, Array]:
-        C = (self.before.covariance + after.covariance)[np.ix_(self.indices, self.indices)]
-        return _generalised(self.G, (after.values - self.before.values)[self.indices], C)
+        return np.asarray(float(np.median(inflation)) * self.solved(weights).covariance)
 
     def _change_by_gains(self, after: Estimate, x: Array) -> Array:
         """Derivatives of chi_T - chi by the motors' errors, joints' weights fixed.
@@ -224,10 +221,7 @@ def usable_methods(problem: PayloadProblem) -> tuple[int, ...]:
 
 
 def payload_estimate(
-    problem: PayloadProblem,
-    method: int,
-    scale: KnownMass | None = None,
-    covariance: Rule | None = None,
+    problem: PayloadProblem, method: int, scale: KnownMass | None = None, covariance: Rule | None = None
 ) -> PayloadEstimate:
     """Estimate the payload by one method; with robust standard deviations if the problem has blocks of time.
 

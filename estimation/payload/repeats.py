@@ -22,26 +22,16 @@ _DRIFTS = 0.05
 
 
 class Repeats(Document, frozen=True):
-    """Masses [kg] of single recordings, how much more they scatter than they should, and how they drift.
+    """Masses [kg] of single recordings, how much more they scatter than they should, and how they drift."""
 
-    Attributes:
-        sources: of the recordings, in the order they were given.
-        masses: nan where a recording alone does not show it.
-        sigmas: their standard deviations.
-        spread: standard deviation from recording to recording; nan with fewer than two.
-        excess: by how much they scatter more than their own standard deviations say (Birge ratio), at least 1.
-        drift_per_recording: change from one recording to the next; None with fewer than three.
-        drifts: whether the mass changes steadily, which a payload does not: the drives warm up, or a gain drifts.
-    """
-
-    sources: tuple[str, ...]
-    masses: tuple[float | None, ...]
+    sources: tuple[str, ...]  # in the order they were given
+    masses: tuple[float | None, ...]  # nan where a recording alone does not show it
     sigmas: tuple[float | None, ...]
-    spread: float | None
-    excess: float
-    drift_per_recording: float | None
+    spread: float | None  # standard deviation from recording to recording; nan with fewer than two
+    excess: float  # by how much they scatter more than their own sigmas say (Birge ratio), at least 1
+    drift_per_recording: float | None  # from one to the next; None with fewer than three
     drift_sigma: float | None
-    drifts: bool
+    drifts: bool  # steadily, which a payload does not: the drives warm up, or a gain drifts
 
     @classmethod
     def made(cls, sources: Sequence[str], masses: Sequence[float], sigmas: Sequence[float]) -> Self:

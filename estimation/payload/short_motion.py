@@ -30,14 +30,7 @@ from ..signals.alignment import AlignedPair, aligned
 from ..signals.filtering import grid_rate, measurement
 from ..signals.plausibility import check_apart, check_recordings
 from ..signals.rows import Mask, inner_samples, least_speed, moving_parts
-from .constant_torques import (
-    FREE,
-    HeldFriction,
-    coulomb_friction,
-    free_columns,
-    friction_prior,
-    offset_prior,
-)
+from .constant_torques import FREE, HeldFriction, coulomb_friction, free_columns, friction_prior, offset_prior
 from .long_motion import Source, check_blocks, check_known, prior_of, stored_robot
 from .pairs import torque_change
 from .result import in_payload_frame
@@ -69,25 +62,16 @@ class ShortMotion(Brief):
 
     Method 3, (29), where the torque without payload was subtracted; else method 1, (22) and (23), with a robot
     that was identified earlier.
-
-    Attributes:
-        base: the robot's base parameters.
-        source: the recordings themselves.
-        joints: numbers of the joints that move; the rows of the others are left out.
-        runs: one a recording with payload.
-        held: prior of constant torques and friction, the same in all recordings.
-        torque_rms: root mean square of each joint's torque with payload in the rows used [N·m or N], shape (n,).
-        known: the robot, where no torque was subtracted.
     """
 
     robot: Robot
     base: BaseParameters
     source: Source
-    joints: tuple[int, ...]
-    runs: tuple[Run, ...]
-    held: HeldFriction
-    torque_rms: Array
-    known: Estimate | None = None
+    joints: tuple[int, ...]  # numbers of those that move; the rows of the others are left out
+    runs: tuple[Run, ...]  # one a recording with payload
+    held: HeldFriction  # prior of constant torques and friction, the same in all recordings
+    torque_rms: Array  # of each joint's torque with payload in the rows used [N·m or N], (n,)
+    known: Estimate | None = None  # the robot, where no torque was subtracted
 
     def __post_init__(self) -> None:
         """Refuse another model's robot."""

@@ -317,11 +317,7 @@ class PossibleRobotDocument(Document, frozen=True):
             every = ((name, value, prior.origins[name]) for name, value in prior.parameters.items())
             more["parameters"] = tuple(
                 PossibleParameter.of(
-                    origin,
-                    name=name,
-                    value=value,
-                    decided_by=origin.decided_by(),
-                    prior=reported.get(name, UNSET),
+                    origin, name=name, value=value, decided_by=origin.decided_by(), prior=reported.get(name, UNSET)
                 )
                 for name, value, origin in every
             )
