@@ -54,9 +54,6 @@ def impossible_payload(elimination: Elimination) -> tuple[str, ...]:
 
     Without XX, YY, ZZ or M no body of any thickness is left, whatever the data say. Else the nearest possible
     payload with these zeros must lie within the accuracy of the data.
-
-    Args:
-        elimination: of parameters among which are some or all of ``PAYLOAD``.
     """
     gone = tuple(name for name in elimination.eliminated if name in PAYLOAD)
     left = tuple(name for name in elimination.essential if name in PAYLOAD)
@@ -98,8 +95,7 @@ def impossible_robot(
     must lie within the accuracy of the data: by robust standard deviations where the estimates have them.
 
     Args:
-        estimate: of all parameters, before elimination.
-        elimination: of them; parameters of a payload are left aside.
+        estimate: of all parameters, before elimination; those of a payload are left aside.
     """
     gone = tuple(name for name in elimination.eliminated if name in base.columns)
     left = tuple(name for name in elimination.essential if name in base.columns)
@@ -283,12 +279,7 @@ def identify(
 def identification_system(
     result: Identification, recordings: Sequence[Recording], processing: Processing
 ) -> ObservationSystem:
-    """Build the system behind an identification, in the robot's base parameters.
-
-    Args:
-        result: of ``identify`` with these recordings and settings.
-        recordings: without payload.
-    """
+    """Build the system behind an identification of these recordings, in the robot's base parameters."""
     observer = Observer(result.robot, result.base.columns).at(result.estimate.values)
     observers, loaded = [observer] * len(recordings), [False] * len(recordings)
     return joined(observers, recordings, loaded, result.estimate.weights, result.problem, processing)

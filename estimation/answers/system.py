@@ -76,12 +76,7 @@ class TorquePrediction(Brief):
 def robot_prediction(
     robot: Robot, base: BaseParameters, values: Array, recording: Recording, processing: Processing, held_out: bool
 ) -> TorquePrediction:
-    """Predict a recording without payload by the robot's parameters.
-
-    Args:
-        values: of ``base.columns``.
-        recording: without payload.
-    """
+    """Predict a recording without payload by values of the robot's base parameters."""
     curves = {"predicted": values}
     return _prediction(Observer(robot, base.columns), curves, recording, processing, False, held_out)
 
@@ -89,13 +84,7 @@ def robot_prediction(
 def payload_prediction(
     problem: PayloadProblem, body: InertialParameters, recording: Recording, processing: Processing, held_out: bool
 ) -> TorquePrediction:
-    """Predict a recording with payload by a payload, and by the unloaded robot.
-
-    Args:
-        problem: the reduced recordings, with the robot's parameters.
-        body: the payload, in the payload's frame.
-        recording: with payload.
-    """
+    """Predict a recording with payload by a body in the payload's frame, and by the unloaded robot."""
     assert problem.robot_estimate is not None
     robot_values, flange = problem.robot_estimate.values, problem.robot.flange
     moved = body.moved(flange.R, flange.p).vector
@@ -159,11 +148,8 @@ def payload_system(
 ) -> ObservationSystem:
     """Build the system of method 4, (30): base parameters, then the payload's ten in ``robot.last_frame``.
 
-    Without unloaded recordings that of method 1, (22), with the robot's stored values as ``known``.
-
-    Args:
-        problem: of ``payload_problem`` with these recordings and settings.
-        unloaded: recordings without; their rows have zeros in the payload's columns.
+    Rows of unloaded recordings have zeros in the payload's columns; without any it is the system of method 1, (22),
+    with the robot's stored values as ``known``.
     """
     if problem.unloaded is not None:
         weights, reduced, known = combined(problem).weights, problem.both, None

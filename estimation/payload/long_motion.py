@@ -230,11 +230,8 @@ def stored_robot(robot: Estimate) -> Known:
 def prior_of(known: Estimate | None, inflation: tuple[float, ...], loaded: Equations) -> Known:
     """Prior of a robot known earlier, by the covariance that its errors really have.
 
-    The jackknife's has no more rank than blocks, and no inverse; its standard deviations scale the formula's.
-
-    Args:
-        inflation: by how much the memory of each joint's errors raises variances.
-        loaded: the equations that it is a prior of.
+    The jackknife's has no more rank than blocks, and no inverse; its standard deviations scale the formula's. The
+    memory of errors, ``inflation``, is the middle one of the joints that have equations.
     """
     assert known is not None
     factors = [factor for factor, rows in zip(inflation, loaded.rows, strict=True) if rows]

@@ -257,7 +257,6 @@ def recommended_method(problem: PayloadProblem, methods: Iterable[int]) -> tuple
     with the shortest interval: that would choose too short ones.
 
     Args:
-        problem: the recordings.
         methods: those that gave a payload, one at least.
     """
     there = sorted(methods, key=PREFERRED.index)

@@ -171,10 +171,9 @@ class ConstrainedPayload(Brief):
 def constrain_payload(
     free: PayloadEstimate, constraints: Sequence[Constraint] = POSSIBLE, gains: Gains | None = None
 ) -> ConstrainedPayload:
-    """Find the nearest payload that keeps the constraints, with intervals.
+    """Find the nearest payload that keeps the constraints, with intervals; all ten must be determined.
 
     Args:
-        free: a method's result, all ten determined.
         constraints: what is known beforehand; that the body can exist is always demanded.
         gains: uncertainty of the drive gains; taken as exact by default.
 
@@ -243,12 +242,7 @@ class StandIn:
 
 
 def in_payload_frame(robot: Robot, equations: Equations) -> Equations:
-    """Transform equations whose payload stands in frame n to the ten parameters about ``robot.payload_frame``.
-
-    Args:
-        robot: its payload frame stands at ``robot.flange`` in frame n.
-        equations: ``PAYLOAD`` among their columns.
-    """
+    """Transform equations whose payload stands in frame n to the ten parameters about ``robot.payload_frame``."""
     if robot.flange.is_identity:
         return equations
     indices, M = [equations.columns.index(name) for name in PAYLOAD], np.eye(len(equations.columns))
@@ -258,10 +252,6 @@ def in_payload_frame(robot: Robot, equations: Equations) -> Equations:
 
 @lru_cache(maxsize=64)
 def frame_change(pose: Pose) -> Array:
-    """Matrix that changes the frame of a body's ten parameters, 10 x 10.
-
-    Args:
-        pose: of the frame they are given in, in the frame they are wanted in.
-    """
+    """Matrix that changes the frame of a body's ten parameters, 10 x 10; ``pose``: of theirs in the one wanted."""
     columns = [InertialParameters(unit).moved(pose.R, pose.p).vector for unit in np.eye(10)]
     return frozen_array(np.column_stack(columns), (10, 10), "change of frame")

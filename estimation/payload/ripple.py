@@ -48,14 +48,11 @@ class Wave(Document, frozen=True):
 def ripple_of(
     source: str, recording: Observation, data: Measurement, keep: Mask, decimate: int
 ) -> tuple[tuple[Wave, ...], tuple[Array, ...]]:
-    """Find waves that the equations hold besides the payload and what is free.
+    """Find waves that the equations of a difference of torques hold besides the payload and what is free.
 
     Args:
-        source: name of the recording.
-        recording: the equations of a difference of torques.
         data: the measurement they come from.
         keep: its rows that were used, N x n.
-        decimate: its parallel decimation.
 
     Returns:
         The waves, and for each joint their columns, r_j x 4 times the largest number of waves of a joint.

@@ -373,10 +373,6 @@ def moving_joints(
 ) -> tuple[int, ...]:
     """Find the joints that move, or check those asked for; one that changes its pose between motions is at rest.
 
-    Args:
-        measured: of one session.
-        joints: asked for; all that move by default.
-
     Raises:
         InputError: if none moves, or one asked for does not.
     """
