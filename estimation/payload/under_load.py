@@ -50,7 +50,9 @@ def robot_of(unloaded: Equations) -> Array:
     W, Y = factor[:, :-1], factor[:, -1]
     scale = np.linalg.norm(W, axis=0)
     scale[scale == 0.0] = 1.0
-    values = np.linalg.lstsq(W / scale, Y, rcond=_SMALL)[0] / scale
+    U, singular, V = np.linalg.svd(W / scale, full_matrices=False)
+    significant = singular > _SMALL * singular.max(initial=0.0)
+    values = (V[significant].T @ ((U[:, significant].T @ Y) / singular[significant])) / scale
     return np.where([is_friction(name) for name in unloaded.columns], 0.0, values)
 
 
