@@ -55,8 +55,7 @@ def impossible_payload(elimination: Elimination) -> tuple[str, ...]:
     Without XX, YY, ZZ or M no body of any thickness is left, whatever the data say. Else the nearest possible
     payload with these zeros must lie within the accuracy of the data.
     """
-    gone = tuple(name for name in elimination.eliminated if name in PAYLOAD)
-    left = tuple(name for name in elimination.essential if name in PAYLOAD)
+    gone, left = _parted(elimination, PAYLOAD)
     if not gone:
         return ()
     if not left:
@@ -97,17 +96,15 @@ def impossible_robot(
     Args:
         estimate: of all parameters, before elimination; those of a payload are left aside.
     """
-    gone = tuple(name for name in elimination.eliminated if name in base.columns)
-    left = tuple(name for name in elimination.essential if name in base.columns)
+    gone, left = _parted(elimination, base.columns)
     if not gone or not left:
         return ()
     # All base parameters: the essential ones as estimated, the others zero and next to certain.
-    full, essential = error_model(estimate), error_model(elimination.estimate)
-    indices, values = [base.columns.index(name) for name in left], np.zeros(len(base.columns))
-    covariance = np.diag((_ZERO * np.sqrt(np.diag(full.select(base.columns)[1]))) ** 2)
-    values[indices], part = essential.select(left)
-    covariance[np.ix_(indices, indices)] = part
-    zeroed = Estimate(base.columns, values, covariance, essential.degrees_of_freedom, full.fit, full.weights)
+    there = np.array([[name == own for own in left] for name in base.columns], dtype=float)
+    zeroed = error_model(elimination.estimate).part(left).mapped(there, base.columns)
+    variances = np.diag(error_model(estimate).part(base.columns).covariance)
+    narrow = np.diag(np.where(there.any(axis=1), 0.0, _ZERO**2 * variances))
+    zeroed = replace(zeroed, covariance=zeroed.covariance + narrow)
     try:
         result = solve_constrained_base(robot, base, zeroed)
     except SolverError as error:
@@ -116,6 +113,12 @@ def impossible_robot(
     lines = _too_far(robot.name, gone, result.chi2_rise, p_value)
     at_fault = [holding.description for holding in result.active[:3]]
     return tuple(f"{line}; in conflict: {', '.join(at_fault)}" for line in lines)
+
+
+def _parted(elimination: Elimination, names: Sequence[str]) -> tuple[list[str], list[str]]:
+    """Eliminated and essential ones of some parameters."""
+    gone = [name for name in elimination.eliminated if name in names]
+    return gone, [name for name in elimination.essential if name in names]
 
 
 def _too_far(body: str, gone: Sequence[str], chi2: float, p_value: float) -> tuple[str, ...]:

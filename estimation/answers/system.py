@@ -172,25 +172,13 @@ def joined(
     processing: Processing,
 ) -> ObservationSystem:
     """Join recordings to one system, each held whole; ``loaded``: whether each is with payload."""
-    every = zip(observers, filtered(recordings, processing), strict=True)
-    observations = [observer.observe(data, processing) for observer, data in every]
     robot_only = np.array([name not in PAYLOAD for name in reduced.columns], dtype=float)
-    W = [
-        part if under_load else part * robot_only
-        for observation, under_load in zip(observations, loaded, strict=True)
-        for part in observation.W
-    ]
-    counts = [[len(Y) for Y in observation.Y] for observation in observations]
-    totals = [sum(rows) for rows in counts]
-    return ObservationSystem(
-        columns=reduced.columns,
-        W=np.concatenate(W),
-        Y=np.concatenate([Y for observation in observations for Y in observation.Y]),
-        joint=np.concatenate([np.repeat(np.arange(1, len(rows) + 1), rows) for rows in counts]),
-        recording=np.repeat(np.arange(len(totals)), totals),
-        t=np.concatenate([t for observation in observations for t in observation.t]),
-        loaded=np.repeat(np.array(loaded, dtype=bool), totals),
-        sources=tuple(recording.source for recording in recordings),
-        weights=weights,
-        reduced=reduced,
-    )
+    rows = []
+    for k, data in enumerate(filtered(recordings, processing)):
+        one, columns = observers[k].observe(data, processing), 1.0 if loaded[k] else robot_only
+        for j, (W, Y, t) in enumerate(zip(one.W, one.Y, one.t, strict=True), start=1):
+            places = np.full(len(Y), j), np.full(len(Y), k), t, np.full(len(Y), loaded[k])
+            rows.append((W * columns, Y, *places))
+    W, Y, joint, number, t, flags = (np.concatenate(arrays) for arrays in zip(*rows, strict=True))
+    sources = tuple(recording.source for recording in recordings)
+    return ObservationSystem(reduced.columns, W, Y, joint, number, t, flags, sources, weights, reduced)
