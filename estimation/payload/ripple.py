@@ -15,8 +15,7 @@ from scipy.special import fdtrc
 from ...common.arrays import Array
 from ...common.linear import decomposed
 from ...common.schema import Document
-from ...model.motion import Measurement
-from ..equations.observer import Observation
+from ..equations.observer import Observation, Used
 from ..fit.blocks import inflation
 from ..signals.decimation import decimated
 from ..signals.rows import Mask
@@ -45,19 +44,16 @@ class Wave(Document, frozen=True):
     probability_by_noise: float = RIPPLE_CHANCE
 
 
-def ripple_of(
-    source: str, recording: Observation, data: Measurement, keep: Mask, decimate: int
-) -> tuple[tuple[Wave, ...], tuple[Array, ...]]:
+def ripple_of(source: str, recording: Observation, used: Used) -> tuple[tuple[Wave, ...], tuple[Array, ...]]:
     """Find waves that the equations of a difference of torques hold besides the payload and what is free.
 
     Args:
-        data: the measurement they come from.
-        keep: its rows that were used, N x n.
+        used: the measurement they come from.
 
     Returns:
         The waves, and for each joint their columns, r_j x 4 times the largest number of waves of a joint.
     """
-    waves, columns = list[Wave](), list[Array]()
+    (data, keep, decimate), waves, columns = used, list[Wave](), list[Array]()
     for j, (W, Y) in enumerate(zip(recording.W, recording.Y, strict=True)):
         position = data.motion.q[:, j] - data.motion.q[:, j].mean()
         span, speed = float(np.ptp(position)), float(np.abs(data.motion.qd[keep[:, j], j]).max(initial=0.0))

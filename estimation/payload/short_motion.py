@@ -3,7 +3,6 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 
@@ -17,7 +16,7 @@ from ...model.motion import Measurement
 from ...model.regressors import payload_columns
 from ...model.visibility import PayloadVisibility, friction_columns, visibility_of
 from ..equations.equations import PAYLOAD, Equations, merged
-from ..equations.observer import PATH, Observation, Observer
+from ..equations.observer import PATH, Observation, Observer, Used
 from ..equations.reduction import reduced
 from ..fit.blocks import block_edges, block_length, in_blocks, remembered
 from ..fit.estimate import Estimate
@@ -232,12 +231,14 @@ def known_robot_weighing(
     measured = filtered(loaded, processing, progress)
     moving = moving_joints(measured, processing, settings.joints, robot)
     still = [at_rest(data, moving) for data in measured]
-    masks = [telling_rows(data.motion, moving, processing) for data in still]
-    rms = _torque_rms(sources, still, masks)
+    rows = [
+        Used(data, telling_rows(data.motion, moving, processing), processing.thinning(data.motion.rate))
+        for data in still
+    ]
+    rms = _torque_rms(sources, rows)
 
     def observed(observer: Observer) -> tuple[Equations, list[Observation]]:
-        every = zip(still, masks, strict=True)
-        each_one = [_observed(observer, data, keep, processing) for data, keep in every]
+        each_one = [observer.observe_rows(*one) for one in rows]
         return merged(map(reduced, each_one)), each_one
 
     observer = _observer(robot, base, settings.friction_change > 0.0)
@@ -283,33 +284,30 @@ def difference_weighing(
     ]
     measured = [(measurement(p.unloaded, processing), measurement(p.loaded, processing)) for p in pairs]
     moving = moving_joints([under_load for _, under_load in measured], processing, settings.joints, robot)
-    still = [(at_rest(without, moving), at_rest(under_load, moving)) for without, under_load in measured]
-    # The filter's error at cut ends is alike in both, and a short motion needs its ends.
-    masks = [
-        np.logical_and(*(telling_rows(data.motion, moving, processing, ends=True) for data in pair))
-        for pair in still
-    ]
-    sources = [pair.loaded.source for pair in pairs]
-    rms = _torque_rms(sources, [under_load for _, under_load in measured], masks)
+    sources, rows = [pair.loaded.source for pair in pairs], list[tuple[Used, Used]]()
+    for both in measured:
+        # The filter's error at cut ends is alike in both, and a short motion needs its ends.
+        without, under_load = (at_rest(data, moving) for data in both)
+        keep = telling_rows(without.motion, moving, processing, ends=True)
+        keep &= telling_rows(under_load.motion, moving, processing, ends=True)
+        factor = processing.thinning(under_load.motion.rate)
+        rows.append((Used(without, keep, factor), Used(under_load, keep, factor)))
+    rms = _torque_rms(sources, [used for _, used in rows])
     progress("the robot without payload")
     free = robot.with_offsets(True)
     whole, observer = Observer(free, base_parameters(free).columns), _observer(robot, None)
-    without_payload = merged(
-        reduced(_observed(whole, without, keep, processing))
-        for (without, _), keep in zip(still, masks, strict=True)
-    )
+    without_payload = merged(reduced(whole.observe_rows(*used)) for used, _ in rows)
     own, resting = robot_of(without_payload), [j for j in range(robot.n) if j + 1 not in moving]
     observations, ripples = list[Observation](), list[tuple[Wave, ...]]()
-    for source, (without, under_load), keep in zip(sources, still, masks, strict=True):
+    for source, ((without, *_), used) in zip(sources, rows, strict=True):
         # No motion shows how torques change with a joint at rest, so that it stays where it was before.
-        q = np.array(under_load.motion.q)
+        motion, q = used.data.motion, np.array(used.data.motion.q)
         q[:, resting] = without.motion.q[:, resting]
-        after = Motion(under_load.motion.t, q, under_load.motion.qd, under_load.motion.qdd)
-        path = whole.torques(after, own) - whole.torques(without.motion, own)
-        change = replace(torque_change(robot, without, under_load), path=path)
-        plain = _observed(observer, change, keep, processing)
+        path = whole.torques(Motion(motion.t, q, motion.qd, motion.qdd), own) - whole.torques(without.motion, own)
+        used = used._replace(data=replace(torque_change(robot, without, used.data), path=path))
+        plain = observer.observe_rows(*used)
         less_path = replace(plain, columns=plain.columns[:-1], W=tuple(W[:, :-1] for W in plain.W))
-        waves, columns = ripple_of(source, less_path, change, keep, processing.thinning(change.motion.rate))
+        waves, columns = ripple_of(source, less_path, used)
         if waves:  # free beside the payload
             names = tuple(f"{FREE}{k}" for k in range(columns[0].shape[1]))
             W = tuple(np.column_stack(both) for both in zip(plain.W, columns, strict=True))
@@ -338,10 +336,6 @@ def _observer(robot: Robot, base: BaseParameters | None, frees: bool = True) -> 
     return Observer(free, columns, (*own, *(f"{FREE}{name}" for name in friction), *PAYLOAD, *path))
 
 
-def _observed(observer: Observer, data: Measurement, keep: Mask, processing: Processing) -> Observation:
-    return observer.observe_rows(data, keep, processing.thinning(data.motion.rate))
-
-
 def _runs(
     sources: Sequence[str], observations: Sequence[Observation], ripples: Sequence[tuple[Wave, ...]]
 ) -> tuple[Run, ...]:
@@ -354,18 +348,17 @@ def _runs(
     )
 
 
-def _torque_rms(sources: Sequence[str], measured: Sequence[Measurement], masks: Sequence[Mask]) -> Array:
+def _torque_rms(sources: Sequence[str], rows: Sequence[Used]) -> Array:
     """Root mean square torque of each joint over the rows that are used; 0 where there are none.
 
     Raises:
         InputError: if a recording has no such row.
     """
-    squares: Any = 0.0
-    for source, data, keep in zip(sources, measured, masks, strict=True):
-        if not keep.any():
+    for source, used in zip(sources, rows, strict=True):
+        if not used.keep.any():
             raise InputError(f"{source}: no joint moves fast enough: nothing can be compared")
-        squares = squares + np.where(keep, data.torque**2, 0.0).sum(axis=0)
-    return np.asarray(np.sqrt(squares / np.maximum(sum(keep.sum(axis=0) for keep in masks), 1)))
+    squares, keep = np.vstack([used.data.torque**2 for used in rows]), np.vstack([used.keep for used in rows])
+    return np.asarray(np.sqrt(np.where(keep, squares, 0.0).sum(axis=0) / np.maximum(keep.sum(axis=0), 1)))
 
 
 def moving_joints(
