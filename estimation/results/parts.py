@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 from typing import Annotated, Any, Literal, Self
 
 from msgspec import UNSET, Meta, UnsetType, field
+from msgspec.structs import asdict
 
 from ...common.schema import Document, Vector, present
 from ...common.speech import Speaks
@@ -154,8 +155,7 @@ class GainErrorsDocument(Document, frozen=True, omit_defaults=True):
     @property
     def gains(self) -> Gains:
         """Errors of the gains as estimators take them."""
-        own = self.per_joint, self.common, self.identified, self.recordings, self.mass, self.notes
-        return Gains(*own, assumed=self.assumed)
+        return Gains(**asdict(self))
 
 
 class ParameterDocument(Document, frozen=True):

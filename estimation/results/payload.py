@@ -14,7 +14,7 @@ from ...common.schema import LARGEST, Document, Matrix, Vector, WrongKeyError, p
 from ...common.speech import Speaks
 from ...model import INERTIAL, InertialParameters, Pose
 from ..fit.drive_gains import Gains
-from ..payload.by_joints import ByJoints, JointShare, JointsMass
+from ..payload.by_joints import ByJoints, JointsMass
 from ..payload.methods import PREFERRED
 from ..payload.repeats import Repeats
 from ..payload.result import ConstrainedPayload, PayloadEstimate
@@ -228,13 +228,13 @@ class JointsMassDocument(Document, frozen=True):
 
 def mass_by_joints(by_joints: ByJoints) -> tuple[JointsMassDocument, ...]:
     """Collect the mass by some joints' torques; null where they do not see it."""
-    shares: dict[tuple[int, ...], JointShare] = {(share.joint,): share for share in by_joints.shares}
-    rows = []
-    for mass in by_joints.masses:
-        share = shares.get(mass.joints)
-        ratio = {"share": share.share, "share_sigma": None if share.share is None else share.sigma} if share else {}
-        rows.append(JointsMassDocument.of(mass, visible=mass.mass is not None, **ratio))
-    return tuple(rows)
+    shares: dict[tuple[int, ...], dict[str, Number]] = {
+        (of.joint,): {"share": of.share, "share_sigma": of.sigma} for of in by_joints.shares
+    }
+    return tuple(
+        JointsMassDocument.of(mass, visible=mass.mass is not None, **shares.get(mass.joints, {}))
+        for mass in by_joints.masses
+    )
 
 
 class Recommended(Document, frozen=True):
@@ -435,13 +435,9 @@ class PayloadResult(Result, frozen=True, kw_only=True, dict=True):
         return self._quantity("inertia", 3, 3)
 
     def _quantity(self, name: str, *shape: int) -> Quantity:
-        reported = (present(self.quantities) or {}).get(name, Quantity("", None, None, None, None))
-        value, ends, sigma = (
-            array(reported.value, *shape),
-            array(reported.interval95, *shape, 2),
-            array(reported.sigma, *shape),
-        )
-        return Quantity(reported.use, reported.why, value, ends, sigma)
+        told = (present(self.quantities) or {}).get(name, Quantity("", None, None, None, None))
+        value, ends = array(told.value, *shape), array(told.interval95, *shape, 2)
+        return Quantity(told.use, told.why, value, ends, array(told.sigma, *shape))
 
     def export(self, to: str, despite_verdict: bool = False) -> str:
         """Write the payload in the format of a controller or simulator; see ``dynident export --to``.
