@@ -41,12 +41,6 @@ _UNLIKELY = 0.01
 """Largest p-value at which the data contradict everything possible with these zeros."""
 _ZERO = 1e-2
 """Fraction of its own standard deviation within which an eliminated base parameter is kept at zero."""
-_OFF_AXIS = {
-    "XX": ("XY_L", "XZ_L", "YZ_L", "MY_L", "MZ_L"),
-    "YY": ("XY_L", "XZ_L", "YZ_L", "MX_L", "MZ_L"),
-    "ZZ": ("XY_L", "XZ_L", "YZ_L", "MX_L", "MY_L"),
-}
-"""Parameters that are zero if all mass lies on an axis, by the moment that vanishes."""
 
 
 def impossible_payload(elimination: Elimination) -> tuple[str, ...]:
@@ -63,11 +57,12 @@ def impossible_payload(elimination: Elimination) -> tuple[str, ...]:
     if "M_L" in gone:
         return (f"M_L is eliminated, {', '.join(left)} remain: a body without mass has none of them",)
     on_axis = []
-    for kind, off_axis in _OFF_AXIS.items():
-        if f"{kind}_L" in gone:
-            line = f"{kind}_L is eliminated, which only a payload on its frame's {kind[0].lower()} axis has zero"
-            remaining = ", ".join(name for name in left if name in off_axis)
-            on_axis.append(f"{line}: {remaining} must then be zero too, and remain" if remaining else line)
+    for axis in (axis for axis in "XYZ" if f"{axis}{axis}_L" in gone):
+        # Of a body on that axis all products and the other first moments are zero too.
+        off_axis = {"XY_L", "XZ_L", "YZ_L", "MX_L", "MY_L", "MZ_L"} - {f"M{axis}_L"}
+        remaining = ", ".join(name for name in left if name in off_axis)
+        line = f"{axis}{axis}_L is eliminated, which only a payload on its frame's {axis.lower()} axis has zero"
+        on_axis.append(f"{line}: {remaining} must then be zero too, and remain" if remaining else line)
     if on_axis:
         return tuple(on_axis)
     try:
