@@ -38,8 +38,9 @@ from dynident.estimation.fit.estimate import error_model
 from dynident.estimation.gains.known_load import known_mass
 from dynident.estimation.gains.problem import gain_problem
 from dynident.estimation.payload.by_joints import payload_by_joints
+from dynident.estimation.payload.long_motion import long_motion
 from dynident.estimation.payload.methods import METHODS, recommended_method, usable_methods
-from dynident.estimation.payload.problem import PairedMeasurement, long_motion
+from dynident.estimation.payload.pairs import PairedMeasurement
 from dynident.estimation.payload.result import constrain_payload, widened
 from dynident.estimation.possible.intervals import profile_intervals
 from dynident.estimation.signals.filtering import measurement

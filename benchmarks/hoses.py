@@ -19,7 +19,7 @@ from dynident.estimation.diagnosis.hypotheses import effects_of
 from dynident.estimation.diagnosis.states import states_of
 from dynident.estimation.diagnosis.verdict import system_of
 from dynident.estimation.payload.methods import PayloadProblem
-from dynident.estimation.payload.weighing import known_robot_weighing
+from dynident.estimation.payload.short_motion import known_robot_weighing
 from dynident.model import InertialParameters, robot_names
 from dynident.tests.estimation.diagnosis.hung import ABOVE, BESIDE, first, pulled
 from dynident.trajectories import random_via_points

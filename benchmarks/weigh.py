@@ -128,7 +128,7 @@ def coverage(seeds: int, title: str, ripple: float | None) -> None:
         simulator, motion = trajectories.Simulator(robot), solved(case)[0].motion(RATES[case.robot])
         clean = [simulator.record(motion, load, None, source=str(k)) for k, load in enumerate((None, BODY))]
         answers = [weighed_once(robot, clean, noise, seed, ripple) for seed in range(seeds)]
-        hits = [low <= BODY.mass <= high for low, high in (answer.mass_interval for answer in answers)]
+        hits = [low <= BODY.mass <= high for low, high in (answer.intervals[0] for answer in answers)]
         errors = [answer.free.ten[9] - BODY.mass for answer in answers]
         sigma = f"{np.mean([answer.model.sigma[9] for answer in answers]):.3f}"
         error = f"{np.mean(errors):+.3f} +- {np.std(errors):.3f}"

@@ -19,7 +19,6 @@ from ..diagnosis.finding import Verdict
 from ..diagnosis.verdict import robot_verdict
 from ..equations.equations import PAYLOAD, Equations
 from ..equations.observer import Observer
-from ..fit.covariance import jackknife, naming_blocks
 from ..fit.drive_gains import Gains, usual_gains
 from ..fit.essential import Elimination, eliminate
 from ..fit.estimate import Estimate, Fit, error_model, fit
@@ -29,23 +28,12 @@ from ..fit.linear_problem import LinearProblem
 from ..fit.own_equations import base_problem, with_friction
 from ..fit.settings import DEFAULTS, Settings
 from ..payload.long_motion import LongMotion, Source, check_blocks
-from ..payload.methods import selected
-from ..payload.robust import with_robust
+from ..payload.methods import jackknifed, selected, with_robust
 from ..possible.cone import SolverError
 from ..possible.payload import rise_p_value, solve_constrained
 from ..possible.prior import has_prior, robot_prior, solve_constrained_prior
 from ..possible.robot import PossibleRobot, solve_constrained_base
-from ..results.parts import (
-    EliminationDocument,
-    GainErrorsDocument,
-    ParameterDocument,
-    PossibleRobotDocument,
-    ProcessingDocument,
-    ResidualDocument,
-    RobustDocument,
-    RolloutDocument,
-    VerdictDocument,
-)
+from ..results import parts
 from ..results.robot import RobotData, RobotResult
 from .system import DRAWN, ObservationSystem, TorquePrediction, joined, robot_prediction
 
@@ -53,12 +41,6 @@ _UNLIKELY = 0.01
 """Largest p-value at which the data contradict everything possible with these zeros."""
 _ZERO = 1e-2
 """Fraction of its own standard deviation within which an eliminated base parameter is kept at zero."""
-_OFF_AXIS = {
-    "XX": ("XY_L", "XZ_L", "YZ_L", "MY_L", "MZ_L"),
-    "YY": ("XY_L", "XZ_L", "YZ_L", "MX_L", "MZ_L"),
-    "ZZ": ("XY_L", "XZ_L", "YZ_L", "MX_L", "MY_L"),
-}
-"""Parameters that are zero if all mass lies on an axis, by the moment that vanishes."""
 
 
 def impossible_payload(elimination: Elimination) -> tuple[str, ...]:
@@ -66,12 +48,8 @@ def impossible_payload(elimination: Elimination) -> tuple[str, ...]:
 
     Without XX, YY, ZZ or M no body of any thickness is left, whatever the data say. Else the nearest possible
     payload with these zeros must lie within the accuracy of the data.
-
-    Args:
-        elimination: of parameters among which are some or all of ``PAYLOAD``.
     """
-    gone = tuple(name for name in elimination.eliminated if name in PAYLOAD)
-    left = tuple(name for name in elimination.essential if name in PAYLOAD)
+    gone, left = _parted(elimination, PAYLOAD)
     if not gone:
         return ()
     if not left:
@@ -79,11 +57,12 @@ def impossible_payload(elimination: Elimination) -> tuple[str, ...]:
     if "M_L" in gone:
         return (f"M_L is eliminated, {', '.join(left)} remain: a body without mass has none of them",)
     on_axis = []
-    for kind, off_axis in _OFF_AXIS.items():
-        if f"{kind}_L" in gone:
-            line = f"{kind}_L is eliminated, which only a payload on its frame's {kind[0].lower()} axis has zero"
-            remaining = ", ".join(name for name in left if name in off_axis)
-            on_axis.append(f"{line}: {remaining} must then be zero too, and remain" if remaining else line)
+    for axis in (axis for axis in "XYZ" if f"{axis}{axis}_L" in gone):
+        # Of a body on that axis all products and the other first moments are zero too.
+        off_axis = {"XY_L", "XZ_L", "YZ_L", "MX_L", "MY_L", "MZ_L"} - {f"M{axis}_L"}
+        remaining = ", ".join(name for name in left if name in off_axis)
+        line = f"{axis}{axis}_L is eliminated, which only a payload on its frame's {axis.lower()} axis has zero"
+        on_axis.append(f"{line}: {remaining} must then be zero too, and remain" if remaining else line)
     if on_axis:
         return tuple(on_axis)
     try:
@@ -110,20 +89,17 @@ def impossible_robot(
     must lie within the accuracy of the data: by robust standard deviations where the estimates have them.
 
     Args:
-        estimate: of all parameters, before elimination.
-        elimination: of them; parameters of a payload are left aside.
+        estimate: of all parameters, before elimination; those of a payload are left aside.
     """
-    gone = tuple(name for name in elimination.eliminated if name in base.columns)
-    left = tuple(name for name in elimination.essential if name in base.columns)
+    gone, left = _parted(elimination, base.columns)
     if not gone or not left:
         return ()
     # All base parameters: the essential ones as estimated, the others zero and next to certain.
-    full, essential = error_model(estimate), error_model(elimination.estimate)
-    indices, values = [base.columns.index(name) for name in left], np.zeros(len(base.columns))
-    covariance = np.diag((_ZERO * np.sqrt(np.diag(full.select(base.columns)[1]))) ** 2)
-    values[indices], part = essential.select(left)
-    covariance[np.ix_(indices, indices)] = part
-    zeroed = Estimate(base.columns, values, covariance, essential.degrees_of_freedom, full.fit, full.weights)
+    there = np.array([[name == own for own in left] for name in base.columns], dtype=float)
+    zeroed = error_model(elimination.estimate).part(left).mapped(there, base.columns)
+    variances = np.diag(error_model(estimate).part(base.columns).covariance)
+    narrow = np.diag(np.where(there.any(axis=1), 0.0, _ZERO**2 * variances))
+    zeroed = replace(zeroed, covariance=zeroed.covariance + narrow)
     try:
         result = solve_constrained_base(robot, base, zeroed)
     except SolverError as error:
@@ -132,6 +108,12 @@ def impossible_robot(
     lines = _too_far(robot.name, gone, result.chi2_rise, p_value)
     at_fault = [holding.description for holding in result.active[:3]]
     return tuple(f"{line}; in conflict: {', '.join(at_fault)}" for line in lines)
+
+
+def _parted(elimination: Elimination, names: Sequence[str]) -> tuple[list[str], list[str]]:
+    """Eliminated and essential ones of some parameters."""
+    gone = [name for name in elimination.eliminated if name in names]
+    return gone, [name for name in elimination.essential if name in names]
 
 
 def _too_far(body: str, gone: Sequence[str], chi2: float, p_value: float) -> tuple[str, ...]:
@@ -260,8 +242,15 @@ def identify(
     part = replace(elimination.estimate, gain_covariance=covariance)
     if settings.robust:
         settings.progress("leaving out blocks")
+        each = [(b, -1) for b in range(len(problem.blocks))]
+
+        def over_blocks(one: Estimate) -> Estimate:
+            posed = LinearProblem(problem.select(one.names), one.names)
+            return replace(one, robust=jackknifed(posed, one, [each], problem.blocks.length))
+
         try:
-            estimate, part = (_with_robust(problem, one) for one in (estimate, part))
+            check_blocks(len(each))
+            estimate, part = over_blocks(estimate), over_blocks(part)
         except InputError as error:
             reason = str(error)
     check = None
@@ -285,36 +274,17 @@ def identify(
     )
 
 
-def _with_robust(problem: Equations, estimate: Estimate) -> Estimate:
-    """Add the robust covariance to a weighted estimate of all or some of the parameters, weights fixed.
-
-    Raises:
-        InputError: if the data without one block do not determine the parameters.
-    """
-    part = LinearProblem(problem.select(estimate.names), estimate.names)
-    check_blocks(len(problem.blocks))
-    pairs = [(b, -1) for b in range(len(problem.blocks))]
-    with naming_blocks(problem.blocks.length):
-        values = part.without_blocks(estimate.weights, pairs)
-    return replace(estimate, robust=jackknife([values], estimate.values, problem.blocks.length))
-
-
 def identification_system(
     result: Identification, recordings: Sequence[Recording], processing: Processing
 ) -> ObservationSystem:
-    """Build the system behind an identification, in the robot's base parameters.
-
-    Args:
-        result: of ``identify`` with these recordings and settings.
-        recordings: without payload.
-    """
+    """Build the system behind an identification of these recordings, in the robot's base parameters."""
     observer = Observer(result.robot, result.base.columns).at(result.estimate.values)
     observers, loaded = [observer] * len(recordings), [False] * len(recordings)
     return joined(observers, recordings, loaded, result.estimate.weights, result.problem, processing)
 
 
 def robot_result(
-    result: Identification, constrained: PossibleRobot | None = None, rollouts: Sequence[RolloutDocument] = ()
+    result: Identification, constrained: PossibleRobot | None = None, rollouts: Sequence[parts.RolloutDocument] = ()
 ) -> RobotResult:
     """Collect what ``identify`` answers.
 
@@ -331,20 +301,13 @@ def robot_result(
         robot_title=robot.title or UNSET,
         joints=tuple(joint.kind for joint in robot.joints),
         fingerprint=robot.fingerprint,
-        processing=ProcessingDocument.made(robot, result.processing, used),
-        data=RobotData(
-            rows_per_joint=problem.rows,
-            degrees_of_freedom=estimate.degrees_of_freedom,
-            error_norms=estimate.fit.error_norms,
-            torque_norms=estimate.fit.torque_norms,
-            weights=estimate.weights,
-            equations=problem.equations,
-        ),
+        processing=parts.ProcessingDocument.made(robot, result.processing, used),
+        data=RobotData.of(estimate, estimate.fit, problem, rows_per_joint=problem.rows),
         columns=estimate.names,
         covariance=estimate.covariance,
         covariance_robust=estimate.robust.covariance if estimate.robust else None,
-        robust=RobustDocument.made(estimate.robust, result.without_robust),
-        base_parameters=ParameterDocument.rows(
+        robust=parts.RobustDocument.made(estimate.robust, result.without_robust),
+        base_parameters=parts.ParameterDocument.rows(
             estimate,
             name=base.names,
             grouping=base.groupings(),
@@ -353,17 +316,17 @@ def robot_result(
             interval95_with_gains=estimate.interval95_with_gains,
             essential=[name in result.essential for name in estimate.names],
         ),
-        elimination=EliminationDocument.made(result.elimination, result.warnings, labels),
-        constrained=PossibleRobotDocument.made(constrained, base) if constrained is not None else None,
+        elimination=parts.EliminationDocument.made(result.elimination, result.warnings, labels),
+        constrained=parts.PossibleRobotDocument.made(constrained, base) if constrained is not None else None,
         friction=result.choices or UNSET,
         chi2_by="formula" if estimate.robust is None else "jackknife",
         condition_number=raw,
         condition_number_scaled=scaled,
         gain_sensitivity=estimate.gain_sensitivity,
-        gain_sigma=GainErrorsDocument.made(result.gains) if result.gains else None,
-        relative_residual=ResidualDocument.of(estimate.fit),
-        validation=ResidualDocument.of(result.validation) if result.validation else None,
+        gain_sigma=parts.GainErrorsDocument.made(result.gains) if result.gains else None,
+        relative_residual=parts.ResidualDocument.of(estimate.fit),
+        validation=parts.ResidualDocument.of(result.validation) if result.validation else None,
         rollouts=tuple(rollouts) or UNSET,
         reasons_against_use=result.verdict.reasons,
-        verdict=VerdictDocument.made(result.verdict),
+        verdict=parts.VerdictDocument.made(result.verdict),
     ).made_by(result)

@@ -1,33 +1,223 @@
-"""Answers on a payload: every method that can be used, judged."""
+"""Answers on a payload: estimates by every method that can be used, quantities with intervals, and a verdict."""
 
 from collections.abc import Sequence
-from dataclasses import replace
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
 
+import numpy as np
+from msgspec import UNSET
+
+from ...common.arrays import Array
 from ...common.errors import InputError
-from ...model import Recording, Robot
-from ..diagnosis.evidence import Agreement, Diagnosis, Evidence, Weighed
+from ...common.speech import Speaks
+from ...model import InertialParameters, Recording, Robot
+from ...model.inertia import PayloadSpread, payload_spread
+from ..diagnosis.checks import allowing, judge_com, judge_inertia, judge_mass
+from ..diagnosis.evidence import Agreement, Diagnosis, Evidence, Judged, Weighed
 from ..diagnosis.finding import Verdict
+from ..diagnosis.joints import worst_joint
 from ..diagnosis.verdict import allowing as allowing_for
 from ..diagnosis.verdict import by_all_recordings, diagnose, judge
-from ..equations.equations import PAYLOAD, merged
+from ..equations.equations import PAYLOAD, Equations, merged
+from ..fit.covariance import NORMAL95, student95
 from ..fit.drive_gains import Gains, usual_gains
-from ..fit.estimate import Estimate, fit
-from ..fit.least_squares import weighted
+from ..fit.essential import Elimination
+from ..fit.estimate import Estimate, Fit, error_model, fit
+from ..fit.least_squares import Excitation, excitation, weighted
 from ..fit.own_equations import base_problem
 from ..fit.settings import DEFAULTS, Settings
-from ..payload.long_motion import LongMotion
-from ..payload.methods import METHODS, PayloadProblem, payload_estimate, usable_methods
-from ..payload.problem import payload_problem
-from ..payload.repeats import repeats_of
-from ..payload.result import ConstrainedPayload, PayloadEstimate, constrain_payload, in_payload_frame, widened
-from ..payload.short_motion import ShortMotion
-from ..payload.weighing import difference_weighing, known_robot_weighing
+from ..payload.by_joints import ByJoints
+from ..payload.long_motion import LongMotion, payload_problem
+from ..payload.methods import (
+    METHODS,
+    PayloadProblem,
+    combined,
+    essential_combined,
+    payload_estimate,
+    recommended_method,
+    usable_methods,
+)
+from ..payload.repeats import Repeats, repeats_of
+from ..payload.result import (
+    ConstrainedPayload,
+    PayloadEstimate,
+    StandIn,
+    constrain_payload,
+    in_payload_frame,
+    widened,
+)
+from ..payload.short_motion import ShortMotion, difference_weighing, known_robot_weighing
 from ..possible.cone import SolverError
 from ..possible.constraints import Constraint, KnownMass
-from ..possible.payload import POSSIBLE
+from ..possible.payload import POSSIBLE, Weighing
+from ..results import parts
+from ..results import payload as documents
 from ..results.payload import PayloadResult
 from ..results.robot import RobotResult
-from .payload_answer import PayloadAnswer
+from .identification import elimination_warnings
+from .system import DRAWN, TorquePrediction, payload_prediction, robot_prediction
+
+_VAGUE = "not measured well enough"
+_BY_LEVEL = {
+    "use": ("use", "use", "use"),
+    "mass_and_com_only": ("use", "use", _VAGUE),
+    "do_not_use": ("do not use",) * 3,
+}
+"""Most that may be done with mass, centre of mass and inertia, by the verdict."""
+
+
+@dataclass(frozen=True, repr=False)
+class PayloadAnswer(Speaks):
+    """Payload estimates with what is needed to judge them; of a short motion as far as it shows the payload.
+
+    Attributes:
+        estimates: one per method, in the order of the methods; methods for which no possible payload was found are
+            left out.
+        constrained: for each complete one of ``estimates`` the nearest payload that holds the constraints, with
+            intervals.
+        left_out: method -> why it gave no estimate.
+        recommendation: method to use, and the reason.
+        free: free estimate of that method.
+        possible: its possible one; None where not all ten are determined.
+        model: the free one with the covariance that its errors really have, gains included.
+        ten: reported parameters, nan where not determined, shape (10,).
+        spread: their standard deviations, that of the scale counted.
+        intervals: 95 % of mass [kg] and centre of mass [m], 4 x 2; nan where there is none.
+        validation: fit of the robot's own parameters on recordings that were held out.
+        held_out: recordings without payload of ``validation``.
+        agreement: other ways to the numbers of a short motion.
+        repeats: of several recordings of a short motion, each of them alone.
+        stand_in: an assumed inertia, where it was asked for and none was measured well enough.
+    """
+
+    problem: PayloadProblem
+    estimates: tuple[PayloadEstimate, ...]
+    constrained: tuple[ConstrainedPayload, ...]
+    left_out: dict[int, str]
+    by_joints: ByJoints
+    recommendation: tuple[int, str]
+    free: PayloadEstimate
+    possible: ConstrainedPayload | None
+    model: Estimate
+    ten: Array
+    spread: PayloadSpread
+    intervals: Array
+    scale: KnownMass | None
+    gains: Gains | None
+    validation: Fit | None
+    held_out: tuple[Recording, ...]
+    agreement: tuple[Agreement, ...]
+    repeats: Repeats | None
+    verdict: Verdict = Verdict("use")
+    stand_in: StandIn | None = None
+
+    @property
+    def headline(self) -> str:
+        """State mass, interval and verdict in a line."""
+        return self.result.headline
+
+    @cached_property
+    def result(self) -> PayloadResult:
+        """Result that ``--json`` writes: ``answer.result.mass.low``."""
+        return payload_result(self).made_by(self)
+
+    @property
+    def recommended(self) -> ConstrainedPayload:
+        """Possible estimate of the method to use, where all ten are determined."""
+        assert self.possible is not None
+        return self.possible
+
+    @property
+    def mass(self) -> float:
+        """Mass [kg]."""
+        return float(self.ten[9])
+
+    @property
+    def com(self) -> Array:
+        """Centre of mass [m], nan where not determined, shape (3,)."""
+        return np.asarray(self.ten[6:9] / self.ten[9])
+
+    @cached_property
+    def reported_spread(self) -> PayloadSpread:
+        """Half the reported 95 % intervals over 1.96; constraints may make the mass's shorter."""
+        spread, half = allowing(self.spread, self.model.degrees_of_freedom), 0.5 * np.ptp(self.intervals[0])
+        return replace(spread, mass=min(spread.mass, half / NORMAL95)) if np.isfinite(half) else spread
+
+    @cached_property
+    def measured(self) -> dict[str, Judged]:
+        """Quantities ("mass", "centre of mass", "inertia") mapped to whether they were measured well enough."""
+        wide, best = self.reported_spread, self.possible
+        moments = np.diag(best.body.inertia_com) if best is not None else np.full(3, np.nan)
+        return {
+            "mass": judge_mass(self.mass, wide, self.free.from_scale),
+            "centre of mass": judge_com(self.ten, wide),
+            "inertia": judge_inertia(moments, wide),
+        }
+
+    @property
+    def judged(self) -> dict[str, Judged]:
+        """Quantities as of ``measured``, mapped to what to do with them."""
+        if self.stand_in is None:
+            return self.measured
+        return self.measured | {"inertia": Judged("assumed", self.stand_in.description)}
+
+    @property
+    def assumed(self) -> InertialParameters | None:
+        """Payload with the assumed inertia, where there is one."""
+        return None if self.stand_in is None else self.stand_in.body(self.mass, self.com)
+
+    def assuming(self, stand_in: StandIn) -> "PayloadAnswer":
+        """Assume an inertia, unless one was measured well enough.
+
+        Raises:
+            InputError: if there is no place to put it.
+        """
+        if self.judged["inertia"].use == "use" and self.verdict.level != "mass_and_com_only":
+            return self
+        if not np.isfinite(self.com).all():
+            raise InputError(
+                f"an inertia cannot be assumed about a centre of mass that is not known: "
+                f"{self.judged['centre of mass'].why}"
+            )
+        return replace(self, stand_in=stand_in)
+
+    @cached_property
+    def elimination(self) -> Elimination | None:
+        """Essential parameters of robot and payload together, where method 4 was used."""
+        if not isinstance(self.problem, LongMotion) or all(payload.method != 4 for payload in self.constrained):
+            return None
+        return essential_combined(self.problem, self.problem.settings.essential)
+
+    @cached_property
+    def warnings(self) -> tuple[str, ...]:
+        """Reasons against a robot or payload with the eliminated parameters zero."""
+        if not isinstance(self.problem, LongMotion) or self.elimination is None:
+            return ()
+        return elimination_warnings(self.problem, self.elimination)
+
+    @cached_property
+    def excitation(self) -> Excitation | None:
+        """Excitation of robot and payload together (30); None without the robot's own equations."""
+        if not isinstance(self.problem, LongMotion) or self.problem.unloaded is None:
+            return None
+        return excitation(self.problem.both, combined(self.problem))
+
+    @cached_property
+    def predictions(self) -> tuple[TorquePrediction, ...]:
+        """Torques of a few held-out recordings without payload, then of loaded ones, which were used.
+
+        Empty where the robot's own parameters are not known.
+        """
+        problem, settings = self.problem, self.problem.source.processing
+        if problem.robot_estimate is None:
+            return ()
+        robot, base, values = problem.robot, problem.base, problem.robot_estimate.values
+        drawn = [robot_prediction(robot, base, values, one, settings, True) for one in self.held_out[:DRAWN]]
+        for recording in problem.source.loaded[:DRAWN]:
+            drawn.append(payload_prediction(problem, self.recommended.body, recording, settings, False))
+        return tuple(drawn)
 
 
 def identify_payload(
@@ -92,6 +282,21 @@ def weigh(
     return answer_payload(first, constraints=constraints, gains=settings.gains, others=others).result
 
 
+def check_lists(*groups: Sequence[Recording]) -> None:
+    """Refuse a recording where a list of them is meant."""
+    if any(isinstance(group, Recording) for group in groups):
+        raise InputError("a single recording: give a list of recordings, [recording]")
+
+
+def _described(robot: Robot, known: RobotResult | Estimate | None) -> tuple[Robot, Estimate | None]:
+    """Describe the robot as an earlier identification did, which must be of this one, and take its parameters."""
+    if isinstance(known, RobotResult):
+        return known.applied_to(robot), known.estimate
+    if known is not None and not isinstance(known, Estimate):
+        raise InputError(f"known: give the result or the estimate of an identification, not {type(known).__name__}")
+    return robot, known
+
+
 def answer_payload(
     problem: PayloadProblem,
     methods: Sequence[int] | None = None,
@@ -144,25 +349,29 @@ def answer_payload(
                 constrained.append(constrain_payload(estimate, hard, gains))
         except SolverError as error:
             failures[estimate.method] = error
-    agreement = _without_friction(problem)
-    for other in others:
-        ten = payload_estimate(other, other.method, scale=scale).ten
-        name = "robot's parameters (method 1)" if other.method == 1 else "torque difference (method 3)"
-        agreement.append(Agreement(name, float(ten[9]), ten[6:9] / ten[9]))
+    # Where no method found a possible payload, all are shown.
+    shown = [estimate for estimate in free if estimate.method not in failures] or free
+    method, reason = recommended_method(problem, [payload.method for payload in constrained or shown])
+    best = next(estimate for estimate in shown if estimate.method == method)
+    possible = next((payload for payload in constrained if payload.method == method), None)
+    model = error_model(best.estimate, gains)
     answer = PayloadAnswer(
-        problem=problem,
-        # Where no method found a possible payload, all are shown.
-        estimates=tuple(estimate for estimate in free if estimate.method not in failures) or tuple(free),
-        constrained=tuple(constrained),
-        left_out=left_out | {method: str(error) for method, error in failures.items()},
-        by_joints=diagnosis.by_joints,
-        verdict=Verdict("use"),  # until what speaks against it is known
-        scale=scale,
-        gains=gains,
-        validation=validation,
-        held_out=tuple(held_out),
-        agreement=tuple(agreement),
-        repeats=repeats,
+        problem,
+        tuple(shown),
+        tuple(constrained),
+        left_out | {failed: str(error) for failed, error in failures.items()},
+        diagnosis.by_joints,
+        (method, reason),
+        best,
+        possible,
+        model,
+        *_reported(best, possible, model, scale),
+        scale,
+        gains,
+        validation,
+        tuple(held_out),
+        _other_ways(problem, others, scale),
+        repeats,
     )
     verdict = judge(_evidence(answer, free, diagnosis))
     if failures and not constrained:
@@ -194,63 +403,207 @@ def _identified(
     return estimates, left_out
 
 
+def _reported(
+    free: PayloadEstimate, possible: ConstrainedPayload | None, model: Estimate, scale: KnownMass | None
+) -> tuple[Array, PayloadSpread, Array]:
+    """Ten parameters as they are reported, their spread, and the intervals of mass and centre of mass."""
+    values, C = model.values, model.covariance
+    if scale is not None and not free.from_scale:
+        # The scale is one more measurement, of x[k] alone: Kalman's update. It counts once.
+        k = free.indices.index(9)
+        gain = C[:, k] / (C[k, k] + scale.sigma**2)
+        values, C = values + gain * (scale.mass - values[k]), C - np.outer(gain, C[k])
+    if possible is not None:
+        ends = np.vstack([possible.intervals.parameters[9], possible.intervals.com])
+        return possible.body.vector, payload_spread(possible.body.vector, C, free.indices), ends
+    ten = np.full(10, np.nan)
+    ten[list(free.indices)] = values
+    spread = payload_spread(ten, C, free.indices)
+    half = student95(model.degrees_of_freedom) * np.append(spread.mass, spread.com)
+    half[~np.isfinite(half)] = np.nan
+    return ten, spread, np.append(ten[9], ten[6:9] / ten[9])[:, None] + np.outer(half, [-1.0, 1.0])
+
+
+def _other_ways(
+    problem: PayloadProblem, others: Sequence[ShortMotion], scale: KnownMass | None
+) -> tuple[Agreement, ...]:
+    """Weigh in other ways: with friction as it is without payload, where that is determined, and by ``others``."""
+    ways = list[Agreement]()
+    if isinstance(problem, ShortMotion) and problem.method == 3 and problem.visibility.rank == len(PAYLOAD):
+        with suppress(InputError):
+            ten = weighted(
+                merged(in_payload_frame(problem.robot, run.equations).select(PAYLOAD) for run in problem.runs)
+            ).values
+            ways.append(Agreement("friction not freed", float(ten[9]), ten[6:9] / ten[9], counts=False))
+    for other in others:
+        ten = payload_estimate(other, other.method, scale=scale).ten
+        name = "robot's parameters (method 1)" if other.method == 1 else "torque difference (method 3)"
+        ways.append(Agreement(name, float(ten[9]), ten[6:9] / ten[9]))
+    return tuple(ways)
+
+
 def _evidence(answer: PayloadAnswer, free: Sequence[PayloadEstimate], diagnosis: Diagnosis) -> Evidence:
     """Collect evidence for the verdict; ``free``: by all methods, those without a possible payload among them."""
-    problem = answer.problem
+    problem, model = answer.problem, answer.model
     evidence = Evidence(
         problem.robot,
         source=problem.source,
         diagnosis=diagnosis,
         compared=problem.source.compared,
+        parameters=problem.robot_estimate,
         constrained=answer.constrained,
         spread=answer.reported_spread,
         judged=answer.measured,
     )
     if isinstance(problem, ShortMotion):
-        weighed = Weighed(
-            mass=answer.model["M_L"],
-            sigma=float(answer.model.sigma[answer.model.names.index("M_L")]),
-            from_scale=answer.free.from_scale,
-            unexplained=answer.free.unexplained(problem.torque_rms),
-            repeats=answer.repeats,
-            agreement=answer.agreement,
-        )
-        return replace(evidence, parameters=problem.known, weighed=weighed)
+        sigma, unexplained = model.sigma[model.names.index("M_L")], answer.free.unexplained(problem.torque_rms)
+        ways = answer.repeats, answer.agreement
+        weighed = Weighed(model["M_L"], float(sigma), answer.free.from_scale, unexplained, *ways)
+        return replace(evidence, weighed=weighed)
     return replace(
         evidence,
         pairs=problem.pairs,
         condition=problem.unloaded.condition_numbers()[1] if problem.unloaded else None,
-        parameters=problem.robot_estimate,
         validation=answer.validation,
         estimates=tuple(free),
         recommended=answer.possible,
     )
 
 
-def _without_friction(problem: PayloadProblem) -> list[Agreement]:
-    """Extend a short motion by its friction without payload; left out where that is not determined."""
-    if not isinstance(problem, ShortMotion) or problem.method != 3:
-        return []
-    if not problem.visibility.mass_visible or problem.visibility.rank < 10:
-        return []
-    frictional = merged(in_payload_frame(problem.robot, run.frictional) for run in problem.runs).select(PAYLOAD)
-    try:
-        values = weighted(frictional).values
-    except InputError:
-        return []
-    return [Agreement("friction not freed", float(values[9]), values[6:9] / values[9], counts=False)]
+def payload_result(answer: PayloadAnswer) -> PayloadResult:
+    """Collect what ``payload`` and ``weigh`` answer; a number that was not determined is nan or None."""
+    problem, source, robot, gains = answer.problem, answer.problem.source, answer.problem.robot, answer.gains
+    flange, worst, scale = robot.flange_pose, worst_joint(answer.by_joints, answer.mass), answer.scale
+    told, (method, reason) = robot.sources.get("flange", ""), answer.recommendation
+    return PayloadResult(
+        robot=robot.name,
+        robot_title=robot.title or UNSET,
+        frame=robot.payload_frame,
+        flange_in_payload_frame=documents.FlangeDocument.of_pose(flange, told) if flange else UNSET,
+        rated_payload_kg=robot.rated_payload,
+        processing=parts.ProcessingDocument.made(robot, source.processing, source.loaded[0].gains),
+        estimates=_estimates(answer),
+        recommended=documents.Recommended(method, "constrained" if answer.constrained else "wls", reason),
+        gain_sigma=parts.GainErrorsDocument.made(gains) if gains is not None else UNSET,
+        mass_by_joints=documents.mass_by_joints(answer.by_joints),
+        joint_that_agrees_least=worst.text if worst else None,
+        quantities=_quantities(answer),
+        verdict=parts.VerdictDocument.made(answer.verdict),
+        scale=(scale.mass, scale.sigma) if scale is not None else UNSET,
+        **(_of_long(answer, problem) if isinstance(problem, LongMotion) else _of_short(answer, problem)),
+    )
 
 
-def check_lists(*groups: Sequence[Recording]) -> None:
-    """Refuse a recording where a list of them is meant."""
-    if any(isinstance(group, Recording) for group in groups):
-        raise InputError("a single recording: give a list of recordings, [recording]")
+def _of_long(answer: PayloadAnswer, long: LongMotion) -> dict[str, Any]:
+    """Keys of a long motion's result: the residual is that of the robot's own parameters."""
+    robot, check, steps = long.robot_estimate, answer.validation, answer.elimination
+    differing = {3, 4} | ({1} if long.corrected and not long.settings.free_friction else set())
+    differs = bool(long.friction) and any(estimate.method in differing for estimate in answer.estimates)
+    # Of robot and payload together, as in Table 2, where method 4 was used.
+    names = dict(zip(long.base.columns, long.base.names, strict=True))
+    return {
+        "relative_residual": parts.ResidualDocument(
+            robot.fit.relative if robot else None,
+            robot.fit.relative_per_joint if robot else None,
+            parts.ResidualDocument.of(check) if check else None,
+        ),
+        "data": _data(
+            long,
+            long.unloaded,
+            equations=(long.unloaded or long.loaded).equations,
+            equations_loaded=long.loaded.equations,
+            base_parameters=len(long.base.columns),
+            friction="may differ" if differs else "own",
+        ),
+        "friction": long.source.choices or UNSET,
+        "essential": parts.EliminationDocument.made(steps, answer.warnings, names) if steps else None,
+        "left_out": {str(method): reason for method, reason in answer.left_out.items()},
+    }
 
 
-def _described(robot: Robot, known: RobotResult | Estimate | None) -> tuple[Robot, Estimate | None]:
-    """Describe the robot as an earlier identification did, which must be of this one, and take its parameters."""
-    if isinstance(known, RobotResult):
-        return known.applied_to(robot), known.estimate
-    if known is not None and not isinstance(known, Estimate):
-        raise InputError(f"known: give the result or the estimate of an identification, not {type(known).__name__}")
-    return robot, known
+def _of_short(answer: PayloadAnswer, short: ShortMotion) -> dict[str, Any]:
+    """Keys of a short motion's result: the residual is the payload's."""
+    body, stand_in, loaded = answer.assumed, answer.stand_in, short.loaded
+    friction = "free" if short.known is None else "may differ" if short.held.held else "own"
+    unexplained = answer.free.unexplained(short.torque_rms)
+    return {
+        "relative_residual": parts.ResidualDocument(answer.free.estimate.fit.relative, unexplained, None),
+        "data": _data(short, loaded.select(PAYLOAD), equations=loaded.equations, friction=friction),
+        "joints": tuple(short.joints),
+        "visibility": documents.VisibilityDocument.of(short.visibility),
+        "constant_torques": documents.ConstantTorques(tuple(j + 1 for j in short.held.joints), short.held.sigma),
+        "ripple": tuple(wave for run in short.runs for wave in run.ripple),
+        "mass_from_scale": answer.free.from_scale,
+        "agreement": tuple(map(documents.AgreementDocument.of, answer.agreement)),
+        "repeats": answer.repeats,
+        "assumed": documents.Assumed(stand_in.description, body.named()) if stand_in and body else None,
+    }
+
+
+def _data(problem: PayloadProblem, solved: Equations | None, **more: Any) -> documents.PayloadData:
+    """Summarise the equations of the robot; of a short motion, of the payload."""
+    pairs = problem.pairs
+    worst = max(pairs, key=lambda pair: pair.max_mismatch, default=None)
+    raw, scaled = solved.condition_numbers() if solved else (None, None)
+    return documents.PayloadData(
+        rate=problem.source.rate,
+        cutoff=problem.source.processing.cutoff,
+        lag_s=pairs[0].lag if pairs else None,
+        lags_s=tuple(pair.lag for pair in pairs),
+        max_position_mismatch_rad=worst.max_mismatch if worst else None,
+        rms_position_mismatch_rad=worst.rms_mismatch if worst else None,
+        condition_number=raw,
+        condition_number_scaled=scaled,
+        **more,
+    )
+
+
+def _estimates(answer: PayloadAnswer) -> tuple[documents.FreeEstimate | documents.PossibleEstimate, ...]:
+    """List free estimates, then possible ones; of a payload that is visible in part what was determined."""
+    if answer.constrained:
+        possible = map(documents.PossibleEstimate.made, answer.constrained)
+        return (*map(documents.FreeEstimate.made, answer.estimates), *possible)
+    free, own, model, scale = answer.free, answer.free.estimate, answer.model, answer.scale
+    weighed: Any = UNSET
+    if scale is not None and not free.from_scale:
+        sigma = float(model.sigma[model.names.index("M_L")])
+        weighing = Weighing(scale.mass, scale.sigma, model["M_L"], sigma, model.degrees_of_freedom)
+        weighed = (documents.WeighedDocument.of(weighing),)
+    return (
+        documents.FreeEstimate(
+            method=free.method,
+            parameters=documents.named(answer.ten),
+            sigma=documents.named(own.sigma, free.indices),
+            sigma_robust=documents.named(own.sigma_robust, free.indices),
+            interval95=None,
+            robust=parts.RobustDocument.made(own.robust, free.without_robust),
+            com=answer.com,
+            com_sigma=answer.spread.com,
+            inertia_com=None,
+            physically_consistent=None,
+            sigma_with_gains=documents.named(model.sigma, free.indices) if answer.gains else UNSET,
+            from_scale=free.from_scale or UNSET,
+            weighed=weighed,
+        ),
+    )
+
+
+def _quantities(answer: PayloadAnswer) -> dict[str, documents.Quantity]:
+    """Make mass, centre of mass and inertia with intervals, and their use; of a long motion by the verdict."""
+    possible, spread, ends = answer.possible, answer.spread, answer.intervals
+    inertia: tuple[Any, Any, Any] = None, None, None
+    if answer.assumed is not None:
+        inertia = answer.assumed.inertia_com, None, None
+    elif possible is not None:
+        inertia = possible.body.inertia_com, possible.intervals.inertia_com, spread.inertia_com
+    values = (answer.mass, ends[0], spread.mass), (answer.com, ends[1:], spread.com), inertia
+    allowed = _BY_LEVEL[answer.verdict.level]
+    uses = [(use, "") for use in allowed]
+    if isinstance(answer.problem, ShortMotion):  # quantity by quantity, as far as the verdict on all allows
+        every = zip(answer.judged.values(), allowed, strict=True)
+        uses = [(most, "") if own.use == "use" else (own.use, own.why) for own, most in every]
+    names = ("mass", "centre_of_mass", "inertia")
+    return {
+        name: documents.Quantity(use, why or None, *entry)
+        for name, entry, (use, why) in zip(names, values, uses, strict=True)
+    }

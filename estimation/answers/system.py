@@ -1,6 +1,6 @@
 """Systems of recordings: measured and predicted torques, and W and Y held whole, with names."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -9,13 +9,13 @@ from numpy.typing import NDArray
 from ...common.arrays import Array
 from ...common.brief import Brief
 from ...model import BaseParameters, InertialParameters, Processing, Recording, Robot
+from ...model.regressors import payload_columns
 from ..equations.equations import PAYLOAD, Equations
-from ..equations.observer import Observation, Observer
+from ..equations.observer import Observer
 from ..fit.blocks import autocorrelation
 from ..fit.own_equations import filtered
 from ..payload.long_motion import LongMotion
 from ..payload.methods import PayloadProblem, combined, from_robot
-from ..payload.problem import loaded_observer
 from ..signals.filtering import measurement
 
 DRAWN = 3
@@ -26,21 +26,14 @@ POINTS = 2000
 
 @dataclass(frozen=True, repr=False)
 class TorquePrediction(Brief):
-    """Measured and predicted torques of one recording.
-
-    Attributes:
-        source: name of the recording.
-        t: for each joint the time of its rows [s], shapes (r_j,); slow rows are left out.
-        measured: for each joint its torques [N·m or N], shapes (r_j,).
-        curves: predictions by what they are, joint by joint as ``measured``; residuals are those of the first.
-    """
+    """Measured and predicted torques of one recording, joint by joint."""
 
     source: str
     loaded: bool
     held_out: bool
-    t: tuple[Array, ...]
-    measured: tuple[Array, ...]
-    curves: dict[str, tuple[Array, ...]]
+    t: tuple[Array, ...]  # time of the joint's rows [s], (r_j,); slow rows are left out
+    measured: tuple[Array, ...]  # its torques [N·m or N], (r_j,)
+    curves: dict[str, tuple[Array, ...]]  # predictions by what they are; residuals are those of the first
 
     def residual(self, joint: int) -> Array:
         """Measured less predicted torque of one joint, counted from 0."""
@@ -81,59 +74,50 @@ class TorquePrediction(Brief):
 
 
 def robot_prediction(
-    robot: Robot,
-    base: BaseParameters,
-    values: Array,
-    recording: Recording,
-    processing: Processing,
-    held_out: bool,
+    robot: Robot, base: BaseParameters, values: Array, recording: Recording, processing: Processing, held_out: bool
 ) -> TorquePrediction:
-    """Predict a recording without payload by the robot's parameters.
-
-    Args:
-        values: of ``base.columns``.
-        recording: without payload.
-    """
-    pieces = Observer(robot, base.columns).at(values).pieces(measurement(recording, processing), processing)
-    return _prediction(recording.source, pieces, {"predicted": values}, False, held_out)
+    """Predict a recording without payload by values of the robot's base parameters."""
+    curves = {"predicted": values}
+    return _prediction(Observer(robot, base.columns), curves, recording, processing, False, held_out)
 
 
 def payload_prediction(
     problem: PayloadProblem, body: InertialParameters, recording: Recording, processing: Processing, held_out: bool
 ) -> TorquePrediction:
-    """Predict a recording with payload by a payload, and by the unloaded robot.
-
-    Args:
-        problem: the reduced recordings, with the robot's parameters.
-        body: the payload, in the payload's frame.
-        recording: with payload.
-    """
+    """Predict a recording with payload by a body in the payload's frame, and by the unloaded robot."""
     assert problem.robot_estimate is not None
     robot_values, flange = problem.robot_estimate.values, problem.robot.flange
     moved = body.moved(flange.R, flange.p).vector
-    observer, data = loaded_observer(problem.robot, problem.base), measurement(recording, processing)
-    with_payload, without = (np.concatenate([robot_values, ten]) for ten in (moved, np.zeros(len(moved))))
-    own = observer.at(with_payload).pieces(data, processing)
-    prediction = _prediction(recording.source, own, {"predicted with payload": with_payload}, True, held_out)
-    empty = observer.at(without).pieces(data, processing)
-    other = _prediction(recording.source, empty, {"predicted without payload": without}, True, held_out)
-    return replace(prediction, curves=prediction.curves | other.curves)
+    curves = {
+        "predicted with payload": np.append(robot_values, moved),
+        "predicted without payload": np.append(robot_values, 0.0 * moved),
+    }
+    return _prediction(_loaded_observer(problem), curves, recording, processing, True, held_out)
 
 
 def _prediction(
-    source: str,
-    pieces: Iterable[Observation],
+    observer: Observer,
     curves: Mapping[str, Array],
+    recording: Recording,
+    processing: Processing,
     loaded: bool,
     held_out: bool,
 ) -> TorquePrediction:
-    """Predict by equations in consecutive pieces: their torques are kept, W is not."""
-    columns = [(p.t, p.Y, *(tuple(W @ chi for W in p.W) for chi in curves.values())) for p in pieces]
-    t, measured, *predictions = (
-        tuple(np.concatenate(joint) for joint in zip(*arrays, strict=True)) for arrays in zip(*columns, strict=True)
-    )
-    predicted = dict(zip(curves, predictions, strict=True))
-    return TorquePrediction(source, loaded, held_out, t, measured, predicted)
+    """Predict by parameters of each curve, in consecutive pieces: their torques are kept, W is not."""
+    data, predicted = measurement(recording, processing), dict[str, tuple[Array, ...]]()
+    for label, chi in curves.items():
+        pieces = [(p.t, p.Y, [W @ chi for W in p.W]) for p in observer.at(chi).pieces(data, processing)]
+        t, measured, predicted[label] = (
+            tuple(np.concatenate(joint) for joint in zip(*arrays, strict=True))
+            for arrays in zip(*pieces, strict=True)
+        )
+    return TorquePrediction(recording.source, loaded, held_out, t, measured, predicted)
+
+
+def _loaded_observer(problem: PayloadProblem) -> Observer:
+    """Make the observer of [W W_L], columns base, then ``PAYLOAD``."""
+    columns = problem.base.columns
+    return Observer(problem.robot, (*columns, *payload_columns(problem.robot)), (*columns, *PAYLOAD))
 
 
 Integers = NDArray[np.int64]
@@ -144,40 +128,19 @@ class ObservationSystem(Brief):
     """System Y = W chi + rho as an estimator sees it: filtered, decimated, without the rows that are not used.
 
     Rows stand recording by recording, in each joint by joint, in each by time.
-
-    Attributes:
-        columns: names of the columns of W, c.
-        W: observation matrix, SI units, r x c.
-        Y: torques [N·m or N], known ones (a spring) moved there, shape (r,).
-        joint: number of each row's joint, from 1, shape (r,).
-        recording: number of each row's recording in ``sources``, from 0, shape (r,).
-        t: time of each row in its recording [s], shape (r,).
-        loaded: whether each row's recording is with payload, shape (r,).
-        sources: names of the recordings.
-        weights: per joint, the weights of the weighted least squares [1/(N·m) or 1/N], shape (n,).
-        reduced: the same equations as triangular factors.
-        known: values of the first columns that are known from an earlier identification, where they are.
     """
 
-    columns: tuple[str, ...]
-    W: Array
-    Y: Array
-    joint: Integers
-    recording: Integers
-    t: Array
-    loaded: NDArray[np.bool_]
-    sources: tuple[str, ...]
-    weights: Array
-    reduced: Equations
-    known: Array | None = None
-
-    def __post_init__(self) -> None:
-        """Refuse rows that lack a part."""
-        rows = len(self.Y)
-        if self.W.shape != (rows, len(self.columns)) or rows != self.reduced.equations:
-            raise ValueError(f"W is {self.W.shape}, for {rows} rows and {len(self.columns)} columns")
-        if any(len(part) != rows for part in (self.joint, self.recording, self.t, self.loaded)):
-            raise ValueError("joint, recording, t and loaded need one entry for each row")
+    columns: tuple[str, ...]  # names of the columns of W, c
+    W: Array  # observation matrix, SI units, r x c
+    Y: Array  # torques [N·m or N], known ones (a spring) moved there, (r,)
+    joint: Integers  # number of each row's joint, from 1, (r,)
+    recording: Integers  # number of each row's recording in ``sources``, from 0, (r,)
+    t: Array  # time of each row in its recording [s], (r,)
+    loaded: NDArray[np.bool_]  # whether each row's recording is with payload, (r,)
+    sources: tuple[str, ...]  # names of the recordings
+    weights: Array  # per joint, of the weighted least squares [1/(N·m) or 1/N], (n,)
+    reduced: Equations  # the same equations as triangular factors
+    known: Array | None = None  # values of the first columns that are known from an earlier identification
 
 
 def payload_system(
@@ -185,23 +148,16 @@ def payload_system(
 ) -> ObservationSystem:
     """Build the system of method 4, (30): base parameters, then the payload's ten in ``robot.last_frame``.
 
-    Without unloaded recordings that of method 1, (22), with the robot's stored values as ``known``.
-
-    Args:
-        problem: of ``payload_problem`` with these recordings and settings.
-        unloaded: recordings without; their rows have zeros in the payload's columns.
+    Rows of unloaded recordings have zeros in the payload's columns; without any it is the system of method 1, (22),
+    with the robot's stored values as ``known``.
     """
-    reduced, known = problem.loaded, problem.known
     if problem.unloaded is not None:
-        weights, known = combined(problem).weights, None
-        reduced = problem.both
+        weights, reduced, known = combined(problem).weights, problem.both, None
     else:
-        weights = from_robot(problem).weights()
-    observer = loaded_observer(problem.robot, problem.base)
+        weights, reduced, known = from_robot(problem).weights(), problem.loaded, problem.known
+    observer, robot = _loaded_observer(problem), problem.robot_estimate
     recordings, flags = [*unloaded, *loaded], [False] * len(unloaded) + [True] * len(loaded)
-    own = (
-        problem.robot_estimate.values if problem.robot_estimate is not None else np.zeros(len(problem.base.columns))
-    )
+    own = robot.values if robot is not None else np.zeros(len(problem.base.columns))
     observers = [observer.at(np.append(own, problem.carried * flag)) for flag in flags]
     system = joined(observers, recordings, flags, weights, reduced, processing)
     return replace(system, known=known.values if known is not None else None)
@@ -216,25 +172,13 @@ def joined(
     processing: Processing,
 ) -> ObservationSystem:
     """Join recordings to one system, each held whole; ``loaded``: whether each is with payload."""
-    every = zip(observers, filtered(recordings, processing), strict=True)
-    observations = [observer.observe(data, processing) for observer, data in every]
     robot_only = np.array([name not in PAYLOAD for name in reduced.columns], dtype=float)
-    W = [
-        part if under_load else part * robot_only
-        for observation, under_load in zip(observations, loaded, strict=True)
-        for part in observation.W
-    ]
-    counts = [[len(Y) for Y in observation.Y] for observation in observations]
-    totals = [sum(rows) for rows in counts]
-    return ObservationSystem(
-        columns=reduced.columns,
-        W=np.concatenate(W),
-        Y=np.concatenate([Y for observation in observations for Y in observation.Y]),
-        joint=np.concatenate([np.repeat(np.arange(1, len(rows) + 1), rows) for rows in counts]),
-        recording=np.repeat(np.arange(len(totals)), totals),
-        t=np.concatenate([t for observation in observations for t in observation.t]),
-        loaded=np.repeat(np.array(loaded, dtype=bool), totals),
-        sources=tuple(recording.source for recording in recordings),
-        weights=weights,
-        reduced=reduced,
-    )
+    rows = []
+    for k, data in enumerate(filtered(recordings, processing)):
+        one, columns = observers[k].observe(data, processing), 1.0 if loaded[k] else robot_only
+        for j, (W, Y, t) in enumerate(zip(one.W, one.Y, one.t, strict=True), start=1):
+            places = np.full(len(Y), j), np.full(len(Y), k), t, np.full(len(Y), loaded[k])
+            rows.append((W * columns, Y, *places))
+    W, Y, joint, number, t, flags = (np.concatenate(arrays) for arrays in zip(*rows, strict=True))
+    sources = tuple(recording.source for recording in recordings)
+    return ObservationSystem(reduced.columns, W, Y, joint, number, t, flags, sources, weights, reduced)

@@ -17,8 +17,7 @@ from ...model.kernel.kernel import Kernel
 from ...model.regressors import regressor
 from ..equations.equations import Equations, merged
 from ..fit.settings import DEFAULTS, Candidates, Settings
-from ..payload.long_motion import LongMotion, Source, check_blocks
-from ..payload.problem import payload_problem
+from ..payload.long_motion import LongMotion, Source, check_blocks, payload_problem
 from ..payload.result import in_payload_frame
 from .current_side import CurrentFit, current_weights, gauss_newton
 from .known_load import KnownLoad, Mountings, known_mass, known_values, payload_columns

@@ -3,10 +3,9 @@
 By torque differences (29) where there are pairs, otherwise by the loaded torques less the robot's (23).
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property, partial
-from typing import NamedTuple
+from functools import cached_property
 
 import numpy as np
 from scipy.linalg import block_diag
@@ -32,20 +31,12 @@ too small."""
 
 @dataclass(frozen=True, repr=False)
 class JointsMass(Brief):
-    """Mass by the equations of some joints alone, all ten parameters of the payload unknown.
-
-    Attributes:
-        joints: their numbers.
-        mass: [kg]; None where their torques leave it undetermined, alone or together with other parameters.
-        sigma: standard deviation [kg], the larger of the formula's and the block jackknife's, or ``WITHOUT_BLOCKS``
-            times the formula's; gains as exact.
-        degrees_of_freedom: of Student's t for the interval.
-    """
+    """Mass by the equations of some joints alone, all ten parameters of the payload unknown; gains as exact."""
 
     joints: tuple[int, ...]
-    mass: float | None
-    sigma: float = float("nan")
-    degrees_of_freedom: float = float("inf")
+    mass: float | None  # kg; None where their torques leave it undetermined, alone or together with others
+    sigma: float = float("nan")  # kg, the larger of the formula's, widened without blocks, and the jackknife's
+    degrees_of_freedom: float = float("inf")  # of Student's t for the interval
 
     @cached_property
     def interval95(self) -> tuple[float, float] | None:
@@ -67,69 +58,20 @@ class JointsMass(Brief):
 
 @dataclass(frozen=True)
 class JointShare:
-    """Payload ratio of a joint: 1 where its torque is what the other joints' payload demands.
-
-    Attributes:
-        share: factor on the torque that the payload identified by all other joints causes there; None where they
-            determine it too badly.
-        sigma: standard deviation, the larger of the formula's and the block jackknife's.
-    """
+    """Payload ratio of a joint: 1 where its torque is what the other joints' payload demands."""
 
     joint: int
-    share: float | None
+    share: float | None  # on the torque that the others' payload causes there; None where they tell it too badly
     sigma: float = float("nan")
 
 
 @dataclass(frozen=True, repr=False)
 class ByJoints(Brief):
-    """Mass and payload ratio by single joints.
+    """Mass and payload ratio by single joints."""
 
-    Attributes:
-        masses: by every joint alone, then by the arm's and by the wrist's joints together.
-        shares: of every joint against the others.
-        without: the masses by all joints but one.
-    """
-
-    masses: tuple[JointsMass, ...]
-    shares: tuple[JointShare, ...]
-    without: tuple[JointsMass, ...] = ()
-
-
-def joint_groups(n: int) -> tuple[tuple[int, ...], ...]:
-    """List every joint alone, and the arm's and the wrist's together (all but the last three, the last three)."""
-    single = tuple((joint,) for joint in range(1, n + 1))
-    if n <= 3:
-        return single
-    return (*single, tuple(range(1, n - 2)), tuple(range(n - 2, n + 1)))
-
-
-def moving_groups(joints: Sequence[int]) -> tuple[tuple[int, ...], ...]:
-    """List every moving joint alone; then the arm's, those from the elbow on, the wrist's, and all together."""
-    single = [(joint,) for joint in joints]
-    parts = [
-        tuple(j for j in joints if j <= 3),
-        tuple(j for j in joints if j >= 3),
-        tuple(j for j in joints if j >= 4),
-        tuple(joints),
-    ]
-    return tuple(dict.fromkeys([*single, *(part for part in parts if len(part) > 1)]))
-
-
-class _JointEquations(NamedTuple):
-    """Weighted factors [W_L Y] of the payload per joint, and W of what was taken off.
-
-    ``covariance`` of the parameters taken off; ``lasting``: of them, what no block of time shows.
-    """
-
-    payload: tuple[Array, ...]
-    taken: tuple[Array, ...]
-    covariance: Array
-    lasting: Array
-    rows: tuple[float, ...]
-
-
-_Number = tuple[float, float, float] | None
-"""Number: value, variance by the formula, and the between-session part of it; None where undetermined."""
+    masses: tuple[JointsMass, ...]  # by every joint alone, then by the arm's and by the wrist's joints together
+    shares: tuple[JointShare, ...]  # of every joint against the others
+    without: tuple[JointsMass, ...] = ()  # by all joints but one
 
 
 def payload_by_joints(problem: PayloadProblem, weights: Array) -> ByJoints:
@@ -141,106 +83,86 @@ def payload_by_joints(problem: PayloadProblem, weights: Array) -> ByJoints:
         weights: per joint, shape (n,); they matter within a group only.
     """
     if isinstance(problem, ShortMotion):
-        joints, groups, whole = problem.joints, moving_groups(problem.joints), problem.posed(PAYLOAD)
+        joints, whole = problem.joints, problem.posed(PAYLOAD)
+        # The arm's joints together, those from the elbow on, the wrist's, and all.
+        together = [[j for j in joints if low <= j <= high] for low, high in ((1, 3), (3, 99), (4, 99), (1, 99))]
     else:
-        joints, groups = tuple(range(1, problem.robot.n + 1)), joint_groups(problem.robot.n)
+        joints = tuple(range(1, problem.robot.n + 1))
         whole = from_difference(problem) if problem.difference is not None else from_robot(problem)
+        together = [list(joints[:-3]), list(joints[-3:])] if len(joints) > 3 else []  # arm and wrist
     # What one joint shows does not correct the robot: its parameters stay as they are.
     whole = replace(whole, fixed=whole.given, prior=None)
-
+    listed = dict.fromkeys([*((joint,) for joint in joints), *(tuple(own) for own in together if len(own) > 1)])
     without = [tuple(other for other in joints if other != joint) for joint in joints if len(joints) > 1]
-    sought: list[Callable[[_JointEquations], _Number]] = [partial(_mass, group) for group in (*groups, *without)]
-    sought += [partial(_share, joint) for joint in joints]
-    equations = _equations(whole, weights)
-    numbers = [number(equations) for number in sought]
-    variance, dof = _variances(sought, numbers, whole, weights)
-    pairs = [(number and number[0], float(sigma)) for number, sigma in zip(numbers, np.sqrt(variance), strict=True)]
-    masses = [
-        JointsMass(group, mass, sigma, dof) if mass is not None else JointsMass(group, None)
-        for group, (mass, sigma) in zip((*groups, *without), pairs, strict=False)
-    ]
-    shares = [JointShare(joint, *pair) for joint, pair in zip(joints, pairs[len(masses) :], strict=True)]
-    return ByJoints(tuple(masses[: len(groups)]), tuple(shares), tuple(masses[len(groups) :]))
-
-
-def _equations(problem: LinearProblem, weights: Array) -> _JointEquations:
-    """Take the payload's ten alone, for weights of the joints."""
-    unknown = problem.unknown.select(PAYLOAD)
-    factors = problem.equations.whole.select([name for group in problem.fixed for name in group.names]).factors
-    none, lasting = np.zeros((0, 0)), [group.lasting for group in problem.fixed]
-    # What an earlier identification's jackknife says counts instead of its formula.
-    covariance = [group.lasting if group.lasting.any() else group.covariance for group in problem.fixed]
-    return _JointEquations(
-        tuple(w * factor for w, factor in zip(weights, unknown.factors, strict=True)),
-        tuple(w * factor[:, :-1] for w, factor in zip(weights, factors, strict=True)),
-        np.asarray(block_diag(none, *covariance)),
-        np.asarray(block_diag(none, *lasting)),
-        unknown.effective_rows,
-    )
-
-
-def _mass(joints: Sequence[int], equations: _JointEquations) -> _Number:
-    """Estimate the mass by the equations of some joints (from 1)."""
-    indices = [joint - 1 for joint in joints]
-    factor = np.vstack([equations.payload[j] for j in indices])
-    parts, Y = decomposed(factor[:, :-1]), factor[:, -1]
-    if parts.hidden[-1] > _HIDDEN:
-        return None
-    row, error = parts.inverse[-1], Y - factor[:, :-1] @ parts.solution(Y)
-    spare = max(sum(equations.rows[j] for j in indices) - parts.rank, 1.0)
-    # Errors of the parameters that were taken off carry over.
-    gain = row @ np.vstack([equations.taken[j] for j in indices])
-    own = float(error @ error) / spare * float(row @ row)
-    return float(row @ Y), own + float(gain @ equations.covariance @ gain), float(gain @ equations.lasting @ gain)
-
-
-def _share(joint: int, equations: _JointEquations) -> _Number:
-    """Estimate the payload ratio of a joint (from 1); None where the others determine it too badly."""
-    factor = np.vstack([equations.payload[j] for j in range(len(equations.payload)) if j != joint - 1])
-    parts = decomposed(factor[:, :-1])
-    if parts.hidden.max() > _HIDDEN:
-        return None
-    inverse = parts.inverse
-    A, y = equations.payload[joint - 1][:, :-1], equations.payload[joint - 1][:, -1]
-    predicted = A @ (inverse @ factor[:, -1])
-    # Errors of the others' payload are part of the error of what is predicted; large ones bias the ratio.
-    noise = A @ inverse @ inverse.T @ A.T
-    if not np.trace(noise) < _BLURRED * float(predicted @ predicted):
-        return None
-    # Generalised least squares of y = ratio predicted, errors of covariance 1 + noise.
-    whitened = np.linalg.solve(np.eye(len(A)) + noise, predicted)
-    size = float(whitened @ predicted)
-    return float(whitened @ y) / size, 1.0 / size, 0.0
-
-
-def _variances(
-    sought: Sequence[Callable[[_JointEquations], _Number]],
-    numbers: Sequence[_Number],
-    whole: LinearProblem,
-    weights: Array,
-) -> tuple[Array, float]:
-    """Estimate variances of the numbers, nan where there is none, and their degrees of freedom.
-
-    The larger of the formula's and the jackknife's; without blocks the formula's, widened.
-    """
-    values, variance, lasting = np.array([number or (0.0, np.nan, np.nan) for number in numbers]).T
+    groups = [*listed, *without]
+    values, variance, lasting = _numbers(whole, weights, groups, joints).T
 
     def again(part: LinearProblem) -> Array:
-        """Estimate the numbers by what is left; one that it leaves undetermined counts as unchanged."""
-        left, anew = _equations(part, weights), np.array(values)
-        for k, known in enumerate(numbers):
-            if known is not None and (number := sought[k](left)) is not None:
-                anew[k] = number[0]
-        return anew
+        """Estimate by what is left; a number that it leaves undetermined counts as unchanged."""
+        anew = _numbers(part, weights, groups, joints)[:, 0]
+        return np.nan_to_num(np.where(np.isnan(anew), values, anew))
 
+    dof = float("inf")
     try:
         # Without each block with payload; then without each of those that the robot's parameters come from.
-        groups = [whole.without_each()]
-        for k, group in enumerate(whole.fixed):
-            if (left := group.left_out()) is not None:
+        parts = [whole.without_each()]
+        for k, known in enumerate(whole.fixed):
+            if (left := known.left_out()) is not None:
                 before, after = whole.fixed[:k], whole.fixed[k + 1 :]
-                groups.append([replace(whole, fixed=(*before, group._replace(values=x), *after)) for x in left])
-        robust = jackknife([map(again, group) for group in groups], values, 0.0)
+                parts.append([replace(whole, fixed=(*before, known._replace(values=x), *after)) for x in left])
+        robust = jackknife([map(again, part) for part in parts], np.nan_to_num(values), 0.0)
+        variance = np.maximum(variance, np.diag(robust.covariance) + lasting)
+        dof = max(float(robust.degrees_of_freedom), 1.0)
     except InputError:  # too few blocks
-        return WITHOUT_BLOCKS**2 * variance, float("inf")
-    return np.maximum(variance, np.diag(robust.covariance) + lasting), max(float(robust.degrees_of_freedom), 1.0)
+        variance = WITHOUT_BLOCKS**2 * variance
+    numbers = [None if np.isnan(value) else float(value) for value in values]
+    sigmas = np.sqrt(variance).tolist()
+    every = zip(groups, numbers, sigmas, strict=False)
+    masses = [JointsMass(*row, dof) if row[1] is not None else JointsMass(row[0], None) for row in every]
+    shares = tuple(map(JointShare, joints, numbers[len(groups) :], sigmas[len(groups) :]))
+    return ByJoints(tuple(masses[: len(listed)]), shares, tuple(masses[len(listed) :]))
+
+
+def _numbers(
+    problem: LinearProblem, weights: Array, groups: Sequence[Sequence[int]], joints: Sequence[int]
+) -> Array:
+    """Estimate the mass by the equations of groups of joints, then the payload ratio of joints, all from 1.
+
+    Returns:
+        A row a number: value, variance by the formula, and the between-session part of it; nan where undetermined.
+    """
+    unknown, given = problem.unknown.select(PAYLOAD), problem.fixed
+    taken = problem.equations.whole.select([name for group in given for name in group.names]).factors
+    W_L = [w * factor for w, factor in zip(weights, unknown.factors, strict=True)]
+    W = [w * factor[:, :-1] for w, factor in zip(weights, taken, strict=True)]
+    # What an earlier identification's jackknife says counts instead of its formula.
+    none, counted = np.zeros((0, 0)), [one.lasting if one.lasting.any() else one.covariance for one in given]
+    covariance, between_sessions = block_diag(none, *counted), block_diag(none, *(one.lasting for one in given))
+    rows = np.full((len(groups) + len(joints), 3), np.nan)
+    for k, group in enumerate(groups):
+        factor = np.vstack([W_L[j - 1] for j in group])
+        parts, Y = decomposed(factor[:, :-1]), factor[:, -1]
+        if parts.hidden[-1] > _HIDDEN:
+            continue
+        row, error = parts.inverse[-1], Y - factor[:, :-1] @ parts.solution(Y)
+        spare = max(sum(unknown.effective_rows[j - 1] for j in group) - parts.rank, 1.0)
+        # Errors of the parameters that were taken off carry over.
+        gain = row @ np.vstack([W[j - 1] for j in group])
+        own = float(error @ error) / spare * float(row @ row)
+        rows[k] = row @ Y, own + gain @ covariance @ gain, gain @ between_sessions @ gain
+    for k, joint in enumerate(joints, start=len(groups)):
+        factor = np.vstack([other for j, other in enumerate(W_L, start=1) if j != joint])
+        parts = decomposed(factor[:, :-1])
+        if parts.hidden.max() > _HIDDEN:
+            continue
+        inverse, A, y = parts.inverse, W_L[joint - 1][:, :-1], W_L[joint - 1][:, -1]
+        predicted = A @ (inverse @ factor[:, -1])
+        # Errors of the others' payload are part of the error of what is predicted; large ones bias the ratio.
+        noise = A @ inverse @ inverse.T @ A.T
+        if not np.trace(noise) < _BLURRED * float(predicted @ predicted):
+            continue
+        # Generalised least squares of y = ratio predicted, errors of covariance 1 + noise.
+        whitened = np.linalg.solve(np.eye(len(A)) + noise, predicted)
+        size = float(whitened @ predicted)
+        rows[k] = float(whitened @ y) / size, 1.0 / size, 0.0
+    return rows

@@ -7,7 +7,7 @@ arm, and what the change may be widens the intervals; where the recordings say t
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -15,12 +15,12 @@ from scipy.special import chdtrc
 
 from ...common.arrays import Array
 from ...common.brief import Brief
-from ...common.linear import decomposed, least_squares, without
+from ...common.linear import decomposed, least_squares
 from ...model.drives import joint_of
 from ..equations.equations import PAYLOAD, Anchor, Equations, merged
 from ..equations.observer import Observation
 from ..equations.reduction import reduced
-from ..fit.blocks import inflation
+from ..fit.blocks import Remembered
 from ..fit.linear_problem import Known, SoftPrior
 
 FREE = "free "
@@ -45,19 +45,18 @@ _HIDDEN = 1e-6
 """Fraction of a friction in undetermined directions above which it is not known."""
 
 
+def free_columns(columns: Sequence[str]) -> list[str]:
+    """Columns that are wholly free in each recording."""
+    return [name for name in columns if name.startswith(FREE)]
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class HeldFriction(Brief):
-    """Prior near zero on what is free in each recording.
+    """Prior near zero on what is free in each recording."""
 
-    Attributes:
-        held: priors of constant torques and frictions; the others are wholly free.
-        noise: of each joint's rows [N·m or N], shape (n,); 0 where too few rows tell it.
-        memory: by how much the memory of each joint's errors raises variances, shape (n,).
-    """
-
-    held: Mapping[str, SoftPrior]
-    noise: Array
-    memory: Array
+    held: Mapping[str, SoftPrior]  # of constant torques and frictions; the others are wholly free
+    noise: Array  # of each joint's rows [N·m or N], shape (n,); 0 where too few rows tell it
+    memory: Array  # by how much the memory of each joint's errors raises variances, shape (n,)
 
     @cached_property
     def sigma(self) -> Array:
@@ -68,35 +67,48 @@ class HeldFriction(Brief):
     @property
     def joints(self) -> tuple[int, ...]:
         """Indices of the joints whose constant torques have a prior, from 0."""
-        return tuple(int(j) for j in np.flatnonzero(self.sigma))
-
-    @property
-    def anchors(self) -> tuple[Anchor, ...]:
-        """Equations of the prior: each is the constant torque's own value."""
-        noise = {name: float(self.noise[joint_of(name)] * role.weight) for name, role in self.held.items()}
-        return tuple(Anchor(f"{FREE}{name}", joint_of(name), own, f"{_LEVEL}{name}") for name, own in noise.items())
+        return tuple(np.flatnonzero(self.sigma).tolist())
 
     @property
     def known(self) -> Known:
         """Values of the prior: zero, as far as sigma says; alike in all recordings, to be safe."""
         k, n = len(self.held), len(self.noise)
-        lasting = np.diag([role.sigma**2 for role in self.held.values()]) if k else np.zeros((0, 0))
-        names = tuple(anchor.level for anchor in self.anchors)
+        lasting = np.diag([role.sigma**2 for role in self.held.values()])
+        names = tuple(f"{_LEVEL}{name}" for name in self.held)
         return Known(names, np.zeros(k), np.zeros((k, k)), lasting, gain_sensitivity=lambda: np.zeros((k, n)))
 
     def friction_free(self, equations: Equations) -> Equations:
-        """Take off all that constant torques, friction and ripple of one recording can explain."""
-        return equations.eliminate([name for name in equations.columns if name.startswith(FREE)], self.anchors)
+        """Take off all that constant torques, friction and ripple of one recording can explain.
+
+        Each prior is one more equation: the friction is its own ``known`` value, as sure as noise and memory allow.
+        """
+        anchors = []
+        for name, role in self.held.items():
+            stiffness = float(self.noise[joint_of(name)] * role.weight)
+            anchors.append(Anchor(f"{FREE}{name}", joint_of(name), stiffness, f"{_LEVEL}{name}"))
+        return equations.eliminate(free_columns(equations.columns), anchors)
 
 
 def friction_prior(observations: Sequence[Observation], sigmas: Mapping[str, float]) -> HeldFriction:
     """Make the prior of friction near zero; an equation counts as much as the joint's noise and memory allow.
 
     Args:
-        observations: with free columns of each joint, ``PAYLOAD`` and no other.
+        observations: with free columns of each joint, ``PAYLOAD`` and no other, or ``PATH`` besides.
         sigmas: standard deviations by name [N·m or N, or per speed].
     """
-    return _prior(sigmas, *_errors(observations, [_plain(part) for part in map(reduced, observations)]))
+    left = [one.eliminate(free_columns(one.columns)) for one in observations]
+    problem = merged(map(reduced, left)).select(PAYLOAD)
+    weights = problem.joint_weights(_shortest(problem, np.ones(len(problem.rows)))[0])
+    values, _ = _shortest(problem, weights)
+    noise, spare = problem.error_norms(values) / np.sqrt(np.maximum(problem.rows, 1)), np.array(problem.rows)
+    for one in observations:
+        free = [one.columns.index(name) for name in free_columns(one.columns)]
+        spare = spare - [int(W[:, free].any(axis=0).sum()) for W in one.W]
+    noise[spare < _FEWEST_LEFT] = 0.0  # too few rows, beyond the free columns that act on them, to tell it
+    memory = np.array(Remembered.of([one.residuals(values) for one in left]).inflation)
+    held = {name: joint_of(name) for name, sigma in sigmas.items() if sigma > 0.0}
+    roles = {name: SoftPrior(sigmas[name], float(memory[j])) for name, j in held.items() if noise[j] > 0.0}
+    return HeldFriction(roles, noise, memory)
 
 
 def offset_prior(observations: Sequence[Observation], coulomb: Array) -> HeldFriction:
@@ -107,57 +119,18 @@ def offset_prior(observations: Sequence[Observation], coulomb: Array) -> HeldFri
         coulomb: Coulomb friction of each joint without payload [N·m or N], shape (n,); 0 where it is not known: the
             joint's constant torque is free then.
     """
-    factors = [reduced(recording) for recording in observations]
-    plain = [_plain(part) for part in factors]
-    noise, memory = _errors(observations, plain)
-    arm = coulomb[: max(len(coulomb) - _WRIST, 1)]
-    friction = _prior({f"OFF{j + 1}": OFFSET_SHARE * float(level) for j, level in enumerate(arm)}, noise, memory)
-    weighty = noise * np.sqrt(memory)
-    weights = np.divide(1.0, weighty, out=np.zeros_like(noise), where=weighty > 0.0)
-    free = merged(plain).select(PAYLOAD)
-    bound = merged(friction.friction_free(part) for part in factors).select(PAYLOAD)
-    rise = _shortest(bound, weights)[1] - _shortest(free, weights)[1]
-    count = len(friction.joints)
-    contradicted = count > 0 and chdtrc(count, max(rise, 0.0)) < _CONTRADICTED
-    return HeldFriction({}, 0.0 * noise, np.ones(len(noise))) if contradicted else friction
-
-
-def _errors(observations: Sequence[Observation], plain: Sequence[Equations]) -> tuple[Array, Array]:
-    """Measure size [N·m or N] and inflation by memory of each joint's errors, less all that is free, shapes (n,).
-
-    The size is 0 where a joint has too few rows, beyond the free columns that act on it, to tell it.
-    """
-    problem = merged(plain).select(PAYLOAD)
-    weights = problem.joint_weights(_shortest(problem, np.ones(len(problem.rows)))[0])
-    values, _ = _shortest(problem, weights)
-    noise, count = problem.error_norms(values) / np.sqrt(np.maximum(problem.rows, 1)), np.zeros(len(problem.rows))
-    series: list[list[tuple[Array, Array]]] = [[] for _ in count]
-    for recording in observations:
-        free, payload = _free(recording.columns), [recording.columns.index(name) for name in PAYLOAD]
-        for j, (W, Y) in enumerate(zip(recording.W, recording.Y, strict=True)):
-            # What a payload of these values and all that is free leave of the torques.
-            left = without((Y - W[:, payload] @ values)[:, None], W[:, free])[:, 0] if len(Y) else Y
-            series[j].append((recording.t[j], left))
-            count[j] += len(W) - int(np.any(W[:, free] != 0.0, axis=0).sum())
-    noise[count < _FEWEST_LEFT] = 0.0
-    return noise, np.array(list(map(inflation, series)))
-
-
-def _plain(factors: Equations) -> Equations:
-    """Take off all that the free columns can explain; equations count as many rows as before."""
-    left = factors.eliminate([factors.columns[k] for k in _free(factors.columns)])
-    return replace(left, rows=factors.rows, effective_rows=factors.effective_rows)
-
-
-def _free(columns: Sequence[str]) -> list[int]:
-    """Find the columns that are wholly free in each recording."""
-    return [k for k, name in enumerate(columns) if name.startswith(FREE)]
-
-
-def _prior(sigmas: Mapping[str, float], noise: Array, memory: Array) -> HeldFriction:
-    joints = {name: joint_of(name) for name, sigma in sigmas.items() if sigma > 0.0}
-    roles = {name: SoftPrior(sigmas[name], float(memory[j])) for name, j in joints.items() if noise[j] > 0.0}
-    return HeldFriction(roles, noise, memory)
+    arm = coulomb[: max(len(coulomb) - _WRIST, 1)].tolist()
+    prior = friction_prior(observations, {f"OFF{j}": OFFSET_SHARE * level for j, level in enumerate(arm, start=1)})
+    weighty, n = prior.noise * np.sqrt(prior.memory), len(prior.noise)
+    weights = np.divide(1.0, weighty, out=np.zeros(n), where=weighty > 0.0)
+    free = HeldFriction({}, np.zeros(n), np.ones(n))
+    factors = [reduced(one) for one in observations]
+    squares = [
+        _shortest(merged(map(each.friction_free, factors)).select(PAYLOAD), weights)[1] for each in (prior, free)
+    ]
+    count = len(prior.joints)
+    contradicted = count > 0 and chdtrc(count, max(squares[0] - squares[1], 0.0)) < _CONTRADICTED
+    return free if contradicted else prior
 
 
 def _shortest(problem: Equations, weights: Array) -> tuple[Array, float]:
@@ -176,12 +149,10 @@ def coulomb_friction(problem: Equations) -> Array:
         problem: recordings without payload in all base parameters, constant torques among them.
     """
     n = len(problem.rows)
-    weights, levels = np.ones(n), np.zeros(n)
-    hidden = decomposed(problem.stacked(weights)[:, :-1]).hidden
-    for _ in range(2):
-        factor = problem.stacked(weights)
-        values = decomposed(factor[:, :-1]).solution(factor[:, -1])
-        weights = problem.joint_weights(values)
+    hidden = decomposed(problem.stacked()[:, :-1]).hidden
+    weights = problem.joint_weights(_shortest(problem, np.ones(n))[0])
+    values, _ = _shortest(problem, weights)
+    levels = np.zeros(n)
     for j in range(n):
         name = f"FS{j + 1}"
         if name in problem.columns and hidden[problem.columns.index(name)] < _HIDDEN:

@@ -1,53 +1,60 @@
-"""A payload moved by every joint: the equations that the four methods of section V take, and what they are of."""
+"""A payload moved by every joint: recordings reduced to the equations that the methods of section V take.
 
-from collections.abc import Mapping
+[W W_L] of (22) with payload, W without, and W_L of (29) for pairs on one trajectory, all cut in blocks of time.
+"""
+
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from ...common.arrays import Array
 from ...common.brief import Brief
 from ...common.errors import InputError
-from ...model import BaseParameters, Processing, Recording, Robot
+from ...common.linear import decomposed
+from ...model import INERTIAL, BaseParameters, Processing, Recording, Robot, base_parameters
+from ...model.drives import parameter_kind
+from ...model.friction import is_friction
+from ...model.motion import Measurement
+from ...model.regressors import payload_columns
 from ..equations.equations import PAYLOAD, Equations, merged
+from ..equations.observer import PATH, Observer, Used, used
+from ..equations.reduction import Recorded, recorded
+from ..fit.blocks import (
+    FEWEST,
+    SHORTEST,
+    Remembered,
+    block_edges,
+    block_length,
+    in_blocks,
+    remembered,
+    weighted_solution,
+)
 from ..fit.estimate import Estimate, error_model
-from ..fit.friction import TermChoice
+from ..fit.friction import TermChoice, under_own_load
 from ..fit.least_squares import weighted
 from ..fit.linear_problem import Known, SoftPrior, left_out
+from ..fit.own_equations import check_lengths, check_moving, filtered, with_friction
 from ..fit.settings import DEFAULTS, Settings
 from ..signals.alignment import AlignedPair
+from ..signals.plausibility import check_apart, check_recordings
+from .pairs import PairedMeasurement, cut_alike, side_by_side, torque_change
 from .result import in_payload_frame
-from .under_load import friction_changes, with_changes, with_scale
-
-FORMULA_ONLY = (
-    "the stored robot parameters have the formula's standard deviations only: identify the robot again, by a "
-    "longer recording"
-)
-
-FREE_SCALE = (
-    "the scale of the loaded torques is free (--scale-sigma), of which a difference of torques knows nothing"
-)
+from .under_load import friction_changes, robot_of, with_changes, with_scale
 
 
 class Source(NamedTuple):
-    """Recordings with and without payload, their processing, and both side by side.
-
-    Attributes:
-        compared: recordings of one trajectory, those that method 3 refuses among them.
-        why_no_pair: why method 3 cannot be used, if it cannot.
-        rate: at which the (first) loaded recording was processed [Hz].
-        choices: terms of friction that were tried on the recordings without payload.
-    """
+    """Recordings with and without payload, their processing, and both side by side."""
 
     loaded: tuple[Recording, ...]
     unloaded: tuple[Recording, ...]
     processing: Processing
-    compared: tuple[AlignedPair, ...] = ()
-    why_no_pair: str = ""
-    rate: float | None = None
-    choices: tuple[TermChoice, ...] = ()
+    compared: tuple[AlignedPair, ...] = ()  # of one trajectory, those that method 3 refuses among them
+    why_no_pair: str = ""  # why method 3 cannot be used, if it cannot
+    rate: float | None = None  # Hz, at which the first loaded recording was processed
+    choices: tuple[TermChoice, ...] = ()  # terms of friction that were tried on those without payload
 
 
 @dataclass(frozen=True, repr=False)
@@ -55,35 +62,24 @@ class LongMotion(Brief):
     """Reduced equations of recordings in which every joint moves.
 
     With blocks of time, those of a pair of recordings are the same stretches of one motion.
-
-    Attributes:
-        base: the robot's base parameters; their columns make up W.
-        loaded: equations [W W_L] of (22) with payload in frame n; columns base, then ``PAYLOAD``.
-        source: the recordings themselves, in which the verdict looks for causes.
-        unloaded: equations W without payload, for methods 1, 2 and 4.
-        difference: equations W_L of (29) for method 3, if a pair on one trajectory is there.
-        known: the robot's parameters from an earlier identification, for method 1, beside ``unloaded`` too.
-        carried: payload under whose load friction is, its ten in frame n; zero where none grows with load.
-        inflation: by how much the memory of each joint's errors under load raises variances; none without blocks.
-        few: whether blocks as long as that memory asks for would be too few, so that shorter ones were cut.
     """
 
     robot: Robot
-    base: BaseParameters
-    loaded: Equations
-    source: Source
-    unloaded: Equations | None = None
-    difference: Equations | None = None
-    known: Estimate | None = None
+    base: BaseParameters  # their columns make up W
+    loaded: Equations  # [W W_L] of (22) with payload in frame n; columns base, then ``PAYLOAD``
+    source: Source  # the recordings themselves, in which the verdict looks for causes
+    unloaded: Equations | None = None  # W without payload, for methods 1, 2 and 4
+    difference: Equations | None = None  # W_L of (29) for method 3, if a pair on one trajectory is there
+    known: Estimate | None = None  # the robot, identified earlier: for method 1, beside ``unloaded`` too
     settings: Settings = DEFAULTS
+    # Payload under whose load friction is, its ten in frame n; zero where none grows with load.
     carried: Array = field(default_factory=lambda: np.zeros(len(PAYLOAD)))
-    inflation: tuple[float, ...] = ()
-    few: bool = False
+    inflation: tuple[float, ...] = ()  # of variances by the memory of each joint's errors under load
+    few: bool = False  # blocks as long as that memory asks for would be too few, so that shorter ones were cut
 
     def __post_init__(self) -> None:
         """Refuse another model's robot, and blocks of one motion that are not as many."""
-        if self.known is not None:
-            check_known(self.robot, self.base, self.known)
+        check_known(self.robot, self.base, self.known)
         counts = {len(part.blocks) for part in (self.loaded, self.unloaded, self.difference) if part}
         if self.paired and self.loaded.blocks and len(counts) > 1:
             raise ValueError("paired blocks must be as many without and with payload")
@@ -101,7 +97,10 @@ class LongMotion(Brief):
     @property
     def why_no_pair(self) -> str:
         """Reason why method 3 cannot be used, if it cannot."""
-        return FREE_SCALE if self.settings.scale_sigma > 0.0 else self.source.why_no_pair
+        if self.settings.scale_sigma > 0.0:
+            free = "the scale of the loaded torques is free (--scale-sigma)"
+            return f"{free}, of which a difference of torques knows nothing"
+        return self.source.why_no_pair
 
     @cached_property
     def bare(self) -> Estimate | None:
@@ -116,21 +115,20 @@ class LongMotion(Brief):
     @cached_property
     def robot_known(self) -> Known:
         """Robot's parameters for method 1: from an earlier identification, else without payload."""
-        if self.known is not None:
-            return known_robot(self.known)
         own, unloaded = self.bare, self.unloaded
+        if self.known is not None:
+            return stored_robot(self.known)
         if own is None or unloaded is None:
             raise InputError(
                 "method 1 needs the robot's parameters: give a recording without payload or --robot-parameters"
             )
-        return Known(
-            own.names,
-            own.values,
-            own.covariance,
-            0.0 * own.covariance,  # blocks of time hold the recording they come from
-            own.degrees_of_freedom,
-            lambda: own.gain_sensitivity,
-            lambda: left_out(unloaded, own.names, own.weights).values[:-1, :, 0] if unloaded.blocks else None,
+        return stored_robot(
+            own
+        )._replace(
+            lasting=0.0 * own.covariance,  # blocks of time hold the recording they come from
+            left_out=lambda: (
+                left_out(unloaded, own.names, own.weights).values[:-1, :, 0] if unloaded.blocks else None
+            ),
         )
 
     @property
@@ -141,7 +139,6 @@ class LongMotion(Brief):
     @property
     def robot_prior(self) -> Known:
         """Prior of a robot known earlier, by the covariance that its errors really have."""
-        assert self.known is not None
         return prior_of(self.known, self.inflation, self.loaded)
 
     @cached_property
@@ -155,22 +152,17 @@ class LongMotion(Brief):
             return {}
         return friction_changes(robot, self.inflation, self.settings.friction_change)
 
-    @cached_property
-    def scaled(self) -> tuple[Equations, dict[str, SoftPrior]]:
-        """[W W_L], where the scale of the loaded torques may be another one with a column for it, and its role."""
-        if not self.settings.scale_sigma > 0.0:
-            return self.loaded, {}
-        role = SoftPrior(self.settings.scale_sigma, max(self.inflation, default=1.0))
-        return with_scale(self.loaded, self.robot_known, role)
-
     def under_load(self, friction: bool = True) -> tuple[Equations, dict[str, SoftPrior]]:
         """[W W_L], the payload in its frame, and columns near zero for all that may be another one under load.
 
         Args:
-            friction: with the changes of friction; else of the scale alone.
+            friction: with the changes of friction; else of the torques' scale alone, where that may be another.
         """
-        scaled, near = self.scaled
-        loaded, changes = with_changes(in_payload_frame(self.robot, scaled), self.friction if friction else {})
+        loaded, near = self.loaded, dict[str, SoftPrior]()
+        if self.settings.scale_sigma > 0.0:
+            role = SoftPrior(self.settings.scale_sigma, max(self.inflation, default=1.0))
+            loaded, near = with_scale(loaded, self.robot_known, role)
+        loaded, changes = with_changes(in_payload_frame(self.robot, loaded), self.friction if friction else {})
         return loaded, near | changes
 
     @cached_property
@@ -219,46 +211,182 @@ def check_blocks(*counts: int) -> None:
         raise InputError("robust standard deviations need two blocks of time at least: record longer")
 
 
-def known_robot(robot: Estimate) -> Known:
-    """Parameters of an earlier identification, with their between-session covariance."""
-    lasting = robot.robust.covariance if robot.robust is not None else robot.covariance
-    return Known(
-        robot.names,
-        robot.values,
-        robot.covariance,
-        lasting,
-        robot.degrees_of_freedom,
-        lambda: robot.gain_sensitivity,
-    )
-
-
-def prior_of(known: Estimate, inflation: tuple[float, ...], loaded: Equations) -> Known:
-    """Prior of a robot known earlier, by the covariance that its errors really have.
-
-    The jackknife's has no more rank than blocks, and no inverse; its standard deviations scale the formula's.
-
-    Args:
-        inflation: by how much the memory of each joint's errors raises variances.
-        loaded: the equations that it is a prior of.
-    """
-    factors = [factor for factor, rows in zip(inflation, loaded.rows, strict=True) if rows]
-    model = error_model(replace(known, gain_covariance=None))
-    return Known(
-        known.names,
-        known.values,
-        model.covariance,
-        model.covariance,
-        model.degrees_of_freedom,
-        lambda: known.gain_sensitivity,
-        inflation=float(np.median(factors)),
-    )
-
-
-def check_known(robot: Robot, base: BaseParameters, known: Estimate) -> None:
-    """Refuse a robot whose parameters are not those of this model."""
-    if known.names != base.columns:
+def check_known(robot: Robot, base: BaseParameters, known: Estimate | None) -> None:
+    """Refuse a robot known earlier whose parameters are not those of this model."""
+    if known is not None and known.names != base.columns:
         missing = sorted(set(known.names) ^ set(base.columns)) or ["their order"]
         raise InputError(
             f"the stored robot parameters are of another model of {robot.name}: they differ in "
             f"{', '.join(missing[:8])}: identify the robot again with the same options"
         )
+
+
+def stored_robot(robot: Estimate) -> Known:
+    """Parameters of an earlier identification; no block of time shows their error, robust where it is known."""
+    C = robot.covariance
+    lasting, sensitivity = robot.robust.covariance if robot.robust else C, robot.gain_sensitivity
+    return Known(robot.names, robot.values, C, lasting, robot.degrees_of_freedom, lambda: sensitivity)
+
+
+def prior_of(known: Estimate | None, inflation: tuple[float, ...], loaded: Equations) -> Known:
+    """Prior of a robot known earlier, by the covariance that its errors really have.
+
+    The jackknife's has no more rank than blocks, and no inverse; its standard deviations scale the formula's. The
+    memory of errors, ``inflation``, is the middle one of the joints that have equations.
+    """
+    assert known is not None
+    factors = [factor for factor, rows in zip(inflation, loaded.rows, strict=True) if rows]
+    model = error_model(replace(known, gain_covariance=None))
+    return stored_robot(model)._replace(inflation=float(np.median(factors)))
+
+
+def payload_problem(
+    robot: Robot,
+    loaded: Sequence[Recording],
+    unloaded: Sequence[Recording] = (),
+    known: Estimate | None = None,
+    settings: Settings = DEFAULTS,
+) -> LongMotion:
+    """Process recordings with and without payload and reduce them.
+
+    Args:
+        unloaded: recordings without; for method 3 the k-th file is the same trajectory as the k-th of ``loaded``.
+        known: the robot's identified parameters, instead of or beside ``unloaded``; without robust standard
+            deviations of its own there are none of the payload.
+
+    Raises:
+        InputError: if a recording cannot be used.
+    """
+    processing, progress, choices = settings.processing_of(robot), settings.progress, tuple[TermChoice, ...]()
+    if known is not None:
+        robot = robot.of_parameters(known.names)
+    elif unloaded:
+        robot, choices = with_friction(robot, unloaded, settings)
+    progress("base parameters")
+    base = base_parameters(robot)
+    hidden = decomposed(base.effect_of(payload_columns(robot))).null
+    if hidden.size:
+        names = [kind for kind, size in zip(INERTIAL, np.abs(hidden).max(axis=1), strict=True) if size > 1e-6]
+        raise InputError(
+            f"no motion of {robot.name} shows {hidden.shape[1]} of a payload's ten directions "
+            f"({', '.join(names)}): its joints do not turn the payload in enough ways"
+        )
+    for recordings in filter(None, (loaded, unloaded)):
+        check_recordings(robot, recordings)
+        check_lengths(recordings, processing)
+        check_moving(robot, base, recordings)
+    check_apart(loaded, unloaded)
+    loaded, unloaded, lags = cut_alike(loaded, unloaded, processing)
+    without, under_load = filtered(unloaded, processing, progress), filtered(loaded, processing, progress)
+    progress("aligning recordings with and without payload")
+    compared, together, reason = side_by_side(loaded, unloaded, lags, under_load, processing)
+    progress("cutting into blocks" if settings.robust else "reducing")
+    robust = settings.robust and not (known is not None and known.robust is None)
+    motion = long_motion(robot, under_load, without, together, replace(settings, robust=robust), known)
+    if motion.unloaded and motion.unloaded.equations == 0:
+        raise InputError(f"{unloaded[0].source}: no joint moves: nothing can be compared")
+    rate = under_load[0].motion.rate
+    source = Source(tuple(loaded), tuple(unloaded), processing, compared, reason, rate, choices)
+    return replace(motion, source=source, settings=settings)
+
+
+def long_motion(
+    robot: Robot,
+    loaded: Sequence[Measurement],
+    unloaded: Sequence[Measurement] = (),
+    pairs: Sequence[PairedMeasurement] = (),
+    settings: Settings = DEFAULTS,
+    known: Estimate | None = None,
+) -> LongMotion:
+    """Reduce measurements, in blocks of time where robust; those of a pair at the same points of the motion.
+
+    Args:
+        loaded: with payload, each on its own time.
+        unloaded: without; where there are pairs, the k-th is that of the k-th pair.
+        pairs: for method 3.
+        known: the robot's parameters; without unloaded measurements the errors are those that they leave.
+    """
+    base, processing = base_parameters(robot), settings.processing_of(robot)
+    observer = Observer(robot, (*base.columns, *payload_columns(robot), PATH))
+    both = observer.only((*base.columns, *payload_columns(robot)), (*base.columns, *PAYLOAD))
+    loads, chi = dict[str, tuple[Equations, list[Recorded]]](), np.zeros(len(base.columns))
+    if unloaded:
+        loads["unloaded"], chi = under_own_load(
+            observer.only(base.columns), lambda own: recorded(own, (used(data, processing) for data in unloaded))
+        )
+    elif known is not None:
+        chi = known.values
+    loads["loaded"], values = under_own_load(
+        both, lambda own: recorded(own, (used(data, processing) for data in loaded)), chi
+    )
+    if pairs:
+        loads["difference"] = _changes(observer.at(values), base, pairs, loads["unloaded"][0], processing)
+    parts: dict[str, Any] = {name: equations for name, (equations, _) in loads.items()}
+    source, carried = Source((), (), processing), values[len(base.columns) :]
+    motion = LongMotion(robot, base, **parts, source=source, known=known, settings=settings, carried=carried)
+    if not settings.robust:
+        return motion
+    # Memory is judged by what W alone leaves; of a difference, by what is left without friction.
+    judged = {"loaded": base.columns, "unloaded": base.columns, "difference": (*PAYLOAD, PATH)}
+    memory = {
+        name: remembered(recordings, equations.select(judged[name]))
+        for name, (equations, recordings) in loads.items()
+    }
+    spans, length = memory["loaded"].spans, block_length(list(memory.values()))
+    # Where blocks that are as long as memory asks for are too few under load, shorter ones are cut.
+    few = sum(len(block_edges(ends, length)) - 1 for ends in spans) < FEWEST
+    length = SHORTEST if few else length
+    edges = {name: [block_edges(ends, length) for ends in load.spans] for name, load in memory.items()}
+    if pairs:  # where their partners are, on the clock without payload
+        edges["difference"] = edges["loaded"]
+        edges["unloaded"] = [ends - pair.lag for ends, pair in zip(edges["loaded"], pairs, strict=True)]
+    parts = {name: in_blocks(*load, edges[name], length) for name, load in loads.items()}
+    inflation = memory["loaded"].inflation
+    if known is not None and not unloaded:
+        inflation = _inflation_of_known(known, *loads["loaded"])
+    return replace(motion, **parts, inflation=inflation, few=few)
+
+
+def _inflation_of_known(known: Estimate, equations: Equations, recordings: Sequence[Recorded]) -> tuple[float, ...]:
+    """Inflation by memory of each joint's errors where the robot is known.
+
+    By what it leaves of the loaded recordings, payload and friction found with it: all of its parameters, found
+    anew in a few seconds, would take up the slow errors for themselves. A few seconds of load show less memory than
+    the robot's own recordings did.
+    """
+    rigid = [k for k, name in enumerate(known.names) if not is_friction(name)]
+    rest = equations.minus([known.names[k] for k in rigid], known.values[rigid])
+    values = dict(zip(known.names, known.values, strict=True))
+    values |= zip(rest.columns, weighted_solution(rest), strict=True)
+    chi = np.array([values[name] for name in equations.columns])
+    own = Remembered.of([recording.residuals(chi) for recording in recordings]).inflation
+    if known.robust is None:
+        return own
+    before = float(np.median((known.robust.sigma / np.maximum(known.sigma, 1e-300)) ** 2))
+    return tuple(max(factor, before) for factor in own)
+
+
+def _changes(
+    observer: Observer,
+    base: BaseParameters,
+    pairs: Sequence[PairedMeasurement],
+    unloaded: Equations,
+    processing: Processing,
+) -> tuple[Equations, list[Recorded]]:
+    """Equations (29) of pairs, Y_T - Y_wL, the torque that the robot needs more on the loaded path taken off.
+
+    Friction's columns, of the loaded path, stand behind the payload's.
+    """
+    friction = [name for name in base.columns if is_friction(name)]
+    own, chi = weighted_solution(unloaded), robot_of(unloaded)
+    grows = [k for k, name in enumerate(base.columns) if parameter_kind(name) in observer.robot.drives.loaded]
+    chi[grows] = own[grows]  # by which the payload's load makes friction differ
+    with_load, without = observer.only(base.columns), observer.only(base.columns).at(own)
+
+    def change(pair: PairedMeasurement) -> Used:
+        loaded = used(pair.loaded, processing, pair.unloaded.motion)
+        path = with_load.torques(pair.loaded.motion, chi) - without.torques(pair.unloaded.motion, chi)
+        return loaded._replace(data=replace(torque_change(observer.robot, pair.unloaded, pair.loaded), path=path))
+
+    columns = (*payload_columns(observer.robot), PATH, *friction)
+    return recorded(observer.only(columns, (*PAYLOAD, PATH, *friction)), map(change, pairs))

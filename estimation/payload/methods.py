@@ -5,7 +5,9 @@ chi are the robot's base parameters, W their columns; chi_L the payload's ten, W
 """
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from itertools import chain
+from typing import Protocol
 
 import numpy as np
 
@@ -18,7 +20,7 @@ from ...model.friction import is_friction
 from ...model.regressors import payload_columns
 from ..equations.equations import PAYLOAD, Equations
 from ..equations.observer import PATH
-from ..fit.covariance import Rule
+from ..fit.covariance import FEW, RobustCovariance, Rule, jackknife, naming_blocks
 from ..fit.essential import Elimination, StopRule, eliminate
 from ..fit.estimate import Estimate, fit
 from ..fit.least_squares import weighted
@@ -26,11 +28,26 @@ from ..fit.linear_problem import LinearProblem, left_out
 from ..possible.constraints import KnownMass
 from .long_motion import LongMotion
 from .result import PayloadEstimate, frame_change, in_payload_frame
-from .robust import Posed, with_robust
 from .short_motion import ShortMotion
 from .under_load import known_path
 
 PayloadProblem = LongMotion | ShortMotion
+
+
+class Posed(Protocol):
+    """A problem of the payload that is solved for given weights of the joints."""
+
+    def solved(self, weights: Array | None = None) -> Estimate:
+        """Estimate the parameters asked for; weights are estimated unless they are given."""
+
+    def without_blocks(self, weights: Array, pairs: Sequence[tuple[int, int]]) -> Array:
+        """Estimate without blocks of time with and without payload, one row for each of ``left_out``."""
+
+    def lasting(self, weights: Array) -> Array:
+        """Between-session covariance, which no block of time shows."""
+
+    def sandwich(self, weights: Array, inflation: Sequence[float]) -> Array:
+        """HAC (sandwich) covariance: errors of each joint remember."""
 
 
 def from_robot(motion: LongMotion) -> LinearProblem:
@@ -58,25 +75,20 @@ class ChangeOfParameters(Brief):
     Wanted: chi_L. G_L (N_b x 10) holds the last link's columns of the grouping matrix; on the RX90 its rows are
     (25)-(28). Solved by least squares weighted by the covariance of chi_T - chi. Drive parameters take no part:
     friction may change under load.
-
-    Attributes:
-        before: chi, by the equations ``unloaded``.
-        loaded: equations W chi_T; ``both``: the same in chi and chi_L.
-        indices: of the inertial parameters among chi.
-        G: their rows of G_L, the payload in its frame.
     """
 
-    before: Estimate
+    before: Estimate  # chi, by the equations ``unloaded``
     unloaded: Equations
-    loaded: Equations
-    both: Equations
-    indices: list[int]
-    G: Array
+    loaded: Equations  # in chi_T
+    both: Equations  # the same in chi and chi_L
+    indices: list[int]  # of the inertial parameters among chi
+    G: Array  # their rows of G_L, the payload in its frame
 
     def solved(self, weights: Array | None = None) -> Estimate:
         """Estimate the payload's ten parameters."""
         after = weighted(self.loaded, weights)
-        x, covariance, inverse = self._step(after)
+        C = (self.before.covariance + after.covariance)[np.ix_(self.indices, self.indices)]
+        x, covariance, inverse = _generalised(self.G, (after.values - self.before.values)[self.indices], C)
         return Estimate(
             names=PAYLOAD,
             values=x,
@@ -101,15 +113,11 @@ class ChangeOfParameters(Brief):
 
     def lasting(self, weights: Array) -> Array:
         """Between-session covariance: none, blocks of time hold all recordings that it uses."""
-        return np.zeros((len(PAYLOAD), len(PAYLOAD)))
+        return np.zeros((10, 10))
 
     def sandwich(self, weights: Array, inflation: Sequence[float]) -> Array:
         """HAC (sandwich) covariance: the formula's, by the middle joint's memory."""
-        return np.asarray(float(np.median(inflation)) * self._step(weighted(self.loaded, weights))[1])
-
-    def _step(self, after: Estimate) -> tuple[Array, Array, Array]:
-        C = (self.before.covariance + after.covariance)[np.ix_(self.indices, self.indices)]
-        return _generalised(self.G, (after.values - self.before.values)[self.indices], C)
+        return np.asarray(float(np.median(inflation)) * self.solved(weights).covariance)
 
     def _change_by_gains(self, after: Estimate, x: Array) -> Array:
         """Derivatives of chi_T - chi by the motors' errors, joints' weights fixed.
@@ -151,8 +159,8 @@ def from_change(motion: LongMotion) -> ChangeOfParameters:
         raise InputError("method 2 needs a recording without payload")
     columns, flange = motion.base.columns, motion.robot.flange
     indices = [k for k, name in enumerate(columns) if not is_friction(name) and parameter_kind(name) != "IA"]
-    G, both = payload_map(motion)[indices], in_payload_frame(motion.robot, motion.loaded)
-    G = G if flange.is_identity else G @ frame_change(flange)
+    G = motion.base.effect_of(payload_columns(motion.robot))[indices]
+    G, both = G if flange.is_identity else G @ frame_change(flange), in_payload_frame(motion.robot, motion.loaded)
     return ChangeOfParameters(motion.bare, motion.unloaded, motion.loaded.select(columns), both, indices, G)
 
 
@@ -180,6 +188,10 @@ def global_fit(motion: LongMotion) -> LinearProblem:
     return LinearProblem(motion.with_unloaded(loaded), PAYLOAD, soft=changes, shown=loaded)
 
 
+_FORMULA_ONLY = (
+    "the stored robot parameters have the formula's standard deviations only: identify the robot again, by a "
+    "longer recording"
+)
 PREFERRED = (3, 4, 1, 2)
 """Methods in the order of their expected errors, where each can be used and a pair ran one path."""
 ONE_PATH = 2e-3
@@ -209,10 +221,7 @@ def usable_methods(problem: PayloadProblem) -> tuple[int, ...]:
 
 
 def payload_estimate(
-    problem: PayloadProblem,
-    method: int,
-    scale: KnownMass | None = None,
-    covariance: Rule | None = None,
+    problem: PayloadProblem, method: int, scale: KnownMass | None = None, covariance: Rule | None = None
 ) -> PayloadEstimate:
     """Estimate the payload by one method; with robust standard deviations if the problem has blocks of time.
 
@@ -248,7 +257,6 @@ def recommended_method(problem: PayloadProblem, methods: Iterable[int]) -> tuple
     with the shortest interval: that would choose too short ones.
 
     Args:
-        problem: the recordings.
         methods: those that gave a payload, one at least.
     """
     there = sorted(methods, key=PREFERRED.index)
@@ -280,6 +288,77 @@ def essential_combined(motion: LongMotion, rule: StopRule | None = None) -> Elim
     return eliminate(motion.both, combined(motion), rule)
 
 
-def payload_map(motion: LongMotion) -> Array:
-    """Map G_L of the payload's ten in frame n to base parameters; N_b x 10."""
-    return motion.base.effect_of(payload_columns(motion.robot))
+def with_robust(
+    problem: PayloadProblem, posed: Posed, estimate: Estimate | None = None, rule: Rule | None = None
+) -> tuple[Estimate, str]:
+    """Add the robust covariance to the estimate of a posed problem; without, and why, where there is none.
+
+    Args:
+        estimate: its result, where it is there already; its weights are kept.
+        rule: for the covariance; by default the jackknife where there are blocks enough, else the sandwich.
+    """
+    estimate = posed.solved() if estimate is None else estimate
+    if rule == "formula":
+        return estimate, ""
+    if isinstance(problem, LongMotion) and not problem.loaded.blocks:
+        known = problem.known  # of which no robust covariance is known, nothing was cut into blocks
+        formula_only = problem.settings.robust and known is not None and known.robust is None
+        return estimate, _FORMULA_ONLY if formula_only else ""
+    try:
+        return replace(estimate, robust=_robust(problem, posed, estimate, rule)), ""
+    except InputError as error:
+        return estimate, str(error)
+
+
+def _robust(problem: PayloadProblem, posed: Posed, estimate: Estimate, rule: Rule | None) -> RobustCovariance:
+    """Compute by the rule asked for, weights fixed at those of the result."""
+    weights, length, known, robust = estimate.weights, problem.block_length, problem.known, None
+    if rule != "sandwich":
+        try:
+            robust = jackknifed(posed, estimate, problem.left_out, length)
+        except InputError:
+            if rule == "jackknife" or isinstance(problem, ShortMotion) or not problem.inflation:
+                raise
+    blocks = robust.blocks if robust is not None else 0
+    if robust is not None:
+        few = isinstance(problem, LongMotion) and problem.few
+        few = few or (problem.corrected and robust.degrees_of_freedom + 1 < FEW)
+        lasting = posed.lasting(weights)  # what no block shows; none where the method does without anything known
+        if lasting.any():
+            # A robot that was identified earlier adds its own robust covariance, propagated: its blocks were left
+            # out one at a time as well.
+            own = known.robust if known is not None else None
+            if known is not None and own is None and isinstance(problem, LongMotion):
+                raise InputError(_FORMULA_ONLY)
+            robust = RobustCovariance(
+                robust.covariance + lasting,
+                blocks + (own.blocks if own else 0),
+                min(robust.degrees_of_freedom, own.degrees_of_freedom) if own else robust.degrees_of_freedom,
+                max(length, own.block_length) if own else length,
+            )
+        if rule == "jackknife" or not few:
+            return robust
+    # By how much each joint's errors remember; the jackknife's standard deviations count where they are larger.
+    if not problem.inflation:
+        raise InputError("a sandwich needs recordings in blocks of time: how long errors remember is not known")
+    covariance = posed.sandwich(weights, problem.inflation)
+    # Of a robot that the recordings correct a few seconds say next to nothing: its jackknife is left out.
+    if robust is not None and not problem.corrected:
+        wider = np.maximum(robust.sigma / np.sqrt(np.diag(covariance)), 1.0)
+        covariance = covariance * np.outer(wider, wider)
+    degrees = max(int(estimate.degrees_of_freedom), 1)
+    return RobustCovariance(covariance, blocks, degrees, length, by_memory=True)
+
+
+def jackknifed(
+    posed: Posed, estimate: Estimate, groups: Sequence[Sequence[tuple[int, int]]], length: float
+) -> RobustCovariance:
+    """Solve without each block of time, group by group, weights fixed; ``length``: the shortest of a block [s].
+
+    Raises:
+        InputError: if the data without one block do not determine the parameters.
+    """
+    with naming_blocks(length):
+        values = posed.without_blocks(estimate.weights, list(chain.from_iterable(groups)))
+    ends = np.cumsum([len(group) for group in groups])[:-1]
+    return jackknife(np.split(values, ends), estimate.values, length)

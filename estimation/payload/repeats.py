@@ -1,13 +1,12 @@
 """Repeats: several recordings of one payload, their spread, their drift, and what both mean for the answer."""
 
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import replace
 from typing import Self
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ...common.arrays import Array
 from ...common.errors import InputError
 from ...common.linear import decomposed
 from ...common.schema import Document
@@ -23,33 +22,29 @@ _DRIFTS = 0.05
 
 
 class Repeats(Document, frozen=True):
-    """Masses [kg] of single recordings, how much more they scatter than they should, and how they drift.
+    """Masses [kg] of single recordings, how much more they scatter than they should, and how they drift."""
 
-    Attributes:
-        sources: of the recordings, in the order they were given.
-        masses: nan where a recording alone does not show it.
-        sigmas: their standard deviations.
-        spread: standard deviation from recording to recording; nan with fewer than two.
-        excess: by how much they scatter more than their own standard deviations say (Birge ratio), at least 1.
-        drift_per_recording: change from one recording to the next; None with fewer than three.
-        drifts: whether the mass changes steadily, which a payload does not: the drives warm up, or a gain drifts.
-    """
-
-    sources: tuple[str, ...]
-    masses: tuple[float | None, ...]
+    sources: tuple[str, ...]  # in the order they were given
+    masses: tuple[float | None, ...]  # nan where a recording alone does not show it
     sigmas: tuple[float | None, ...]
-    spread: float | None
-    excess: float
-    drift_per_recording: float | None
+    spread: float | None  # standard deviation from recording to recording; nan with fewer than two
+    excess: float  # by how much they scatter more than their own sigmas say (Birge ratio), at least 1
+    drift_per_recording: float | None  # from one to the next; None with fewer than three
     drift_sigma: float | None
-    drifts: bool
+    drifts: bool  # steadily, which a payload does not: the drives warm up, or a gain drifts
 
     @classmethod
     def made(cls, sources: Sequence[str], masses: Sequence[float], sigmas: Sequence[float]) -> Self:
         """Compute from the mass of each recording and its standard deviation."""
         k = np.flatnonzero(np.isfinite(masses))
         seen, own = np.array(masses)[k], np.array(sigmas)[k]
-        step, sigma = _drift(k, seen, own) if len(k) > 2 else (None, None)
+        step = sigma = None
+        if len(k) > 2:  # slope over the recordings' numbers, and its standard deviation by their scatter
+            A = np.column_stack([np.ones(len(k)), k]) / own[:, None]
+            parts = decomposed(A)
+            slope = parts.solution(seen / own)
+            left = float(np.sum((seen / own - A @ slope) ** 2)) / (len(k) - 2)
+            step, sigma = float(slope[1]), float(np.sqrt((parts.covariance * max(left, 1.0))[1, 1]))
         return cls(
             tuple(sources),
             tuple(masses),
@@ -62,30 +57,15 @@ class Repeats(Document, frozen=True):
         )
 
 
-def _drift(k: NDArray[np.intp], masses: Array, sigmas: Array) -> tuple[float, float]:
-    """Slope of masses over the recordings' numbers, and its standard deviation by their scatter."""
-    A = np.column_stack([np.ones(len(k)), k]) / sigmas[:, None]
-    parts = decomposed(A)
-    slope = parts.solution(masses / sigmas)
-    left = float(np.sum((masses / sigmas - A @ slope) ** 2)) / max(len(k) - 2, 1)
-    return float(slope[1]), float(np.sqrt((parts.covariance * max(left, 1.0))[1, 1]))
-
-
 def repeats_of(problem: PayloadProblem, scale: KnownMass | None) -> Repeats | None:
     """Identify each recording of a short motion singly; None of one recording, or if the mass is the scale's."""
     if not isinstance(problem, ShortMotion) or len(problem.runs) < 2 or not problem.visibility.mass_visible:
         return None
-    masses, sigmas = [], []
-    for run in problem.runs:
-        mass, sigma = float("nan"), float("nan")
-        try:
+    masses, sigmas = ([float("nan")] * len(problem.runs) for _ in range(2))
+    for k, run in enumerate(problem.runs):
+        with suppress(InputError):  # one recording alone may not do
             estimate = payload_estimate(replace(problem, runs=(run,)), problem.method, scale=scale)
-        except InputError:
-            pass  # one recording alone may not do
-        else:
             if not estimate.from_scale and 9 in estimate.indices:
                 model = error_model(estimate.estimate)
-                mass, sigma = model["M_L"], float(model.sigma[model.names.index("M_L")])
-        masses.append(mass)
-        sigmas.append(sigma)
+                masses[k], sigmas[k] = model["M_L"], float(model.sigma[model.names.index("M_L")])
     return Repeats.made([run.source for run in problem.runs], masses, sigmas)

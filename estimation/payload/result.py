@@ -22,26 +22,19 @@ from ..possible.payload import CONFLICT, POSSIBLE, Active, Possible, Weighing, s
 
 METHOD_NAMES = {1: "known-robot", 2: "change", 3: "difference", 4: "global"}
 """Short names of the paper's methods, by number."""
-_FORM = re.compile(r"(box|cylinder):([0-9.]+(?:x[0-9.]+)*)")
+_SIZE = r"(?:[0-9]+\.?[0-9]*|\.[0-9]+)"
+_FORM = re.compile(rf"(box|cylinder):({_SIZE}(?:x{_SIZE})*)")
 
 
 @dataclass(frozen=True, repr=False)
 class PayloadEstimate(Brief):
-    """Payload estimated by one method: all ten parameters, or those that a short motion determines.
+    """Payload estimated by one method: all ten parameters, or those that a short motion determines."""
 
-    Attributes:
-        method: 1 to 4.
-        estimate: the parameters of ``PAYLOAD`` about the origin of ``frame``, with covariance.
-        frame: name of the frame.
-        without_robust: why there are no robust standard deviations although they were asked for.
-        from_scale: whether the mass is a scale's, not the torques'.
-    """
-
-    method: int
-    estimate: Estimate
+    method: int  # 1 to 4
+    estimate: Estimate  # of ``PAYLOAD``, about the origin of ``frame``
     frame: str
-    without_robust: str = ""
-    from_scale: bool = False
+    without_robust: str = ""  # why there are no robust standard deviations although they were asked for
+    from_scale: bool = False  # whether the mass is a scale's, not the torques'
 
     @cached_property
     def indices(self) -> tuple[int, ...]:
@@ -93,47 +86,40 @@ class PayloadEstimate(Brief):
         return self.estimate.larger_sigma
 
 
-def moved(estimate: PayloadEstimate, change: Array, more: Array, factor: float = 1.0) -> PayloadEstimate:
+def moved(
+    estimate: PayloadEstimate, change: Array | None = None, more: Array | None = None, factor: float = 1.0
+) -> PayloadEstimate:
     """Change the values, multiply sigmas by ``factor`` and add ``more`` covariance; of the ten, (10,), 10 x 10."""
     indices, own = list(estimate.indices), estimate.estimate
-
-    def larger(covariance: Array) -> Array:
-        return np.asarray(covariance * factor**2 + more[np.ix_(indices, indices)])
-
-    robust = own.robust and replace(own.robust, covariance=larger(own.robust.covariance))
-    values, covariance = own.values + change[indices], larger(own.covariance)
+    wider = 0.0 if more is None else more[np.ix_(indices, indices)]
+    robust = own.robust and replace(own.robust, covariance=factor**2 * own.robust.covariance + wider)
+    values = own.values if change is None else own.values + change[indices]
+    covariance = factor**2 * own.covariance + wider
     return replace(estimate, estimate=replace(own, values=values, covariance=covariance, robust=robust))
 
 
 def widened(estimate: PayloadEstimate, factor: float) -> PayloadEstimate:
     """Multiply standard deviations by ``factor``."""
-    return estimate if factor == 1.0 else moved(estimate, np.zeros(10), np.zeros((10, 10)), factor)
+    return estimate if factor == 1.0 else moved(estimate, factor=factor)
 
 
 def reaching(estimate: PayloadEstimate, change: Array) -> PayloadEstimate:
     """Widen intervals until they reach values moved by a change of the ten, shape (10,)."""
-    step = change / NORMAL95
-    return moved(estimate, 0.0 * change, np.outer(step, step))
+    return moved(estimate, more=np.outer(change, change) / NORMAL95**2)
 
 
 @dataclass(frozen=True, repr=False)
 class ConstrainedPayload(Brief):
     """Payload nearest to one method's estimate among those that keep the constraints.
 
-    Attributes:
-        free: the method's own estimate.
-        result: the constrained one. Its ``free`` holds the same values with the covariance and the degrees of
-            freedom by which distance, p-value and intervals go: those of ``error_model``.
-        intervals: 95 %; nan where a constraint contradicts the data.
-        gains: uncertainty of the drive gains that is part of the covariance; None where they are taken as exact.
-        tested: active constraints with the probability of what each costs.
+    Distance, p-value and intervals go by the covariance of ``error_model``, that of ``result.free``.
     """
 
-    free: PayloadEstimate
+    free: PayloadEstimate  # the method's own estimate
     result: Possible
-    intervals: Intervals
-    gains: Gains | None
-    tested: tuple[Active, ...]
+    intervals: Intervals  # 95 %; nan where a constraint contradicts the data
+    gains: Gains | None  # errors that are part of the covariance; None where gains are taken as exact
+    tested: tuple[Active, ...]  # active constraints with the probability of what each costs
 
     @property
     def method(self) -> int:
@@ -185,10 +171,9 @@ class ConstrainedPayload(Brief):
 def constrain_payload(
     free: PayloadEstimate, constraints: Sequence[Constraint] = POSSIBLE, gains: Gains | None = None
 ) -> ConstrainedPayload:
-    """Find the nearest payload that keeps the constraints, with intervals.
+    """Find the nearest payload that keeps the constraints, with intervals; all ten must be determined.
 
     Args:
-        free: a method's result, all ten determined.
         constraints: what is known beforehand; that the body can exist is always demanded.
         gains: uncertainty of the drive gains; taken as exact by default.
 
@@ -210,7 +195,7 @@ class StandIn:
 
     Attributes:
         kind: "box" or "cylinder".
-        sizes: of a box along x, y, z [m]; diameter, and length along z, of a cylinder [m].
+        sizes: along x, y, z; of a cylinder diameter and length along z [m].
     """
 
     kind: str
@@ -233,13 +218,9 @@ class StandIn:
             InputError: for anything else.
         """
         match = _FORM.fullmatch(text.strip().lower())
-        try:
-            sizes = tuple(1e-3 * float(size) for size in match[2].split("x")) if match else ()
-        except ValueError:
-            sizes = ()
-        if match is None or not sizes:
+        if match is None:
             raise InputError(f"--inertia {text!r}: write box:60x60x350 or cylinder:80x200, in mm")
-        return StandIn(match[1], sizes)
+        return StandIn(match[1], tuple(1e-3 * float(size) for size in match[2].split("x")))
 
     @property
     def description(self) -> str:
@@ -248,27 +229,20 @@ class StandIn:
         along = "along x, y, z" if self.kind == "box" else "(diameter, length along z)"
         return f"evenly filled {self.kind} of {sizes} mm {along} about the centre of mass"
 
-    def inertia(self, mass: float) -> Array:
-        """Inertia at the centre of mass of that mass [kg m^2], 3 x 3."""
-        if self.kind == "box":
-            squares = np.square(self.sizes)
-            return np.diag(mass / 12.0 * (squares.sum() - squares))
-        diameter, length = self.sizes
-        across = mass * (3.0 * (diameter / 2.0) ** 2 + length**2) / 12.0
-        return np.diag([across, across, mass * diameter**2 / 8.0])
-
     def body(self, mass: float, com: Array) -> InertialParameters:
-        """Give the payload this inertia."""
-        return InertialParameters.from_com(mass, com, self.inertia(mass))
+        """Give the payload this inertia, its mass spread evenly."""
+        # A box's moment is m/12 of the squares of both other sides, a cylinder's across m/12 (3 r^2 + h^2).
+        if self.kind == "box":
+            a, b, c = np.square(self.sizes)
+            moments = np.array([b + c, a + c, a + b])
+        else:
+            d, h = np.square(self.sizes)
+            moments = np.array([0.75 * d + h, 0.75 * d + h, 1.5 * d])
+        return InertialParameters.from_com(mass, com, np.diag(mass / 12.0 * moments))
 
 
 def in_payload_frame(robot: Robot, equations: Equations) -> Equations:
-    """Transform equations whose payload stands in frame n to the ten parameters about ``robot.payload_frame``.
-
-    Args:
-        robot: its payload frame stands at ``robot.flange`` in frame n.
-        equations: ``PAYLOAD`` among their columns.
-    """
+    """Transform equations whose payload stands in frame n to the ten parameters about ``robot.payload_frame``."""
     if robot.flange.is_identity:
         return equations
     indices, M = [equations.columns.index(name) for name in PAYLOAD], np.eye(len(equations.columns))
@@ -278,10 +252,6 @@ def in_payload_frame(robot: Robot, equations: Equations) -> Equations:
 
 @lru_cache(maxsize=64)
 def frame_change(pose: Pose) -> Array:
-    """Matrix that changes the frame of a body's ten parameters, 10 x 10.
-
-    Args:
-        pose: of the frame they are given in, in the frame they are wanted in.
-    """
+    """Matrix that changes the frame of a body's ten parameters, 10 x 10; ``pose``: of theirs in the one wanted."""
     columns = [InertialParameters(unit).moved(pose.R, pose.p).vector for unit in np.eye(10)]
     return frozen_array(np.column_stack(columns), (10, 10), "change of frame")

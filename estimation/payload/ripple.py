@@ -15,9 +15,8 @@ from scipy.special import fdtrc
 from ...common.arrays import Array
 from ...common.linear import decomposed
 from ...common.schema import Document
-from ...model.motion import Measurement
-from ..equations.observer import Observation
-from ..fit.blocks import autocorrelation_time
+from ..equations.observer import Observation, Used
+from ..fit.blocks import inflation
 from ..signals.decimation import decimated
 from ..signals.rows import Mask
 
@@ -45,49 +44,44 @@ class Wave(Document, frozen=True):
     probability_by_noise: float = RIPPLE_CHANCE
 
 
-def ripple_of(
-    source: str, recording: Observation, data: Measurement, keep: Mask, decimate: int
-) -> tuple[tuple[Wave, ...], tuple[Array, ...]]:
-    """Find waves that the equations hold besides the payload and what is free.
+def ripple_of(source: str, recording: Observation, used: Used) -> tuple[tuple[Wave, ...], tuple[Array, ...]]:
+    """Find waves that the equations of a difference of torques hold besides the payload and what is free.
 
     Args:
-        source: name of the recording.
-        recording: the equations of a difference of torques.
-        data: the measurement they come from.
-        keep: its rows that were used, N x n.
-        decimate: its parallel decimation.
+        used: the measurement they come from.
 
     Returns:
         The waves, and for each joint their columns, r_j x 4 times the largest number of waves of a joint.
     """
-    waves, columns = list[Wave](), list[list[Array]]()
+    (data, keep, decimate), waves, columns = used, list[Wave](), list[Array]()
     for j, (W, Y) in enumerate(zip(recording.W, recording.Y, strict=True)):
         position = data.motion.q[:, j] - data.motion.q[:, j].mean()
-        speed = float(np.abs(data.motion.qd[keep[:, j], j]).max(initial=0.0))
-        found = _Search(position, keep[::decimate, j], decimate, speed / data.motion.rate).waves(
-            W, Y, recording.t[j]
-        )
-        columns.append([np.zeros((len(Y), 0)), *(own for *_, own in found)])
+        span, speed = float(np.ptp(position)), float(np.abs(data.motion.qd[keep[:, j], j]).max(initial=0.0))
+        candidates = np.zeros(0)
+        if span > 0.0 and speed > 0.0:  # from one wave over the range to the most that the samples resolve
+            candidates = 2.0 * np.pi / span * (1.0 + np.arange(_FINER * (_FURTHEST - 1) + 1) / _FINER)
+            candidates = candidates[candidates * speed / data.motion.rate < np.pi]
+        found = _Search(position, keep[::decimate, j], decimate, candidates).found(W, Y, recording.t[j])
+        columns.append(np.hstack([np.zeros((len(Y), 0)), *(own for *_, own in found)]))
         waves += [Wave(source, j + 1, wave, float(np.sqrt(2.0 * gain / len(Y)))) for wave, gain, _ in found]
-    wide = list(map(np.hstack, columns))
-    most = max(own.shape[1] for own in wide)
-    return tuple(waves), tuple(np.pad(own, ((0, 0), (0, most - own.shape[1]))) for own in wide)
+    most = max(own.shape[1] for own in columns)
+    return tuple(waves), tuple(np.pad(own, ((0, 0), (0, most - own.shape[1]))) for own in columns)
 
 
 class _Search(NamedTuple):
-    """Joint's positions about their middle, rows to use, decimation, largest step from sample to sample."""
+    """Joint's positions about their middle, rows to use, decimation, and waves to try [rad per rad]."""
 
     position: Array
     keep: Mask
     decimate: int
-    step: float
+    waves: Array
 
-    def waves(self, W: Array, torque: Array, t: Array) -> list[tuple[float, float, Array]]:
+    def found(self, W: Array, torque: Array, t: Array) -> list[tuple[float, float, Array]]:
         """Find the clearest wave, its gain and its columns, then the clearest besides it, ..
 
         Those are left out that may be the autocorrelated rest.
         """
-        waves, most = self._candidates(), min(_MOST, len(torque) // _ROWS_EACH)
+        waves, most = self.waves, min(_MOST, len(torque) // _ROWS_EACH)
         if not len(waves) or not most:
             return []
         group = max(1, _AT_ONCE // len(self.position))  # at once, so that memory does not grow by their number
@@ -98,8 +92,8 @@ class _Search(NamedTuple):
                 [self._gains(waves[k : k + group], Q, left) for k in range(0, len(waves), group)]
             )
             best = int(np.argmax(gains))
-            gain = float(gains[best])
-            if _chance(gain, float(left @ left - gain), len(torque) - Q.shape[1] - 2) * len(waves) > RIPPLE_CHANCE:
+            gain, spare = float(gains[best]), len(torque) - Q.shape[1] - 2
+            if _chance(gain, float(left @ left - gain), spare) * len(waves) > RIPPLE_CHANCE:
                 break
             # Sine and cosine of a wave, and their slopes by the wavelength, which is not known exactly.
             turns = float(waves[best]) * self.position
@@ -108,22 +102,12 @@ class _Search(NamedTuple):
             found.append((float(waves[best]), gain, columns))
             Q = decomposed(np.column_stack([Q, columns])).range
             left = _less(torque, Q)
-        step = float(np.diff(t).min(initial=np.inf)) if len(t) > 1 else 0.0
-        memory = max(1.0, 2.0 * autocorrelation_time([(t, left)], step) / step) if step else 1.0
-        rest, spare = memory * float(left @ left), len(torque) - Q.shape[1]
+        rest, spare = inflation([(t, left)]) * float(left @ left), len(torque) - Q.shape[1]
         return [wave for wave in found if _chance(wave[1], rest, spare) * len(waves) <= RIPPLE_CHANCE]
 
     def _seen(self, signals: Array) -> Array:
         """Filter signals on all samples, k x N, as the equations see them, rows x k."""
         return np.asarray(decimated(signals, self.decimate)[:, self.keep].T)
-
-    def _candidates(self) -> Array:
-        """List waves from one over the range to the most that the samples resolve [rad per rad]."""
-        span = float(np.ptp(self.position))
-        if span <= 0.0 or self.step <= 0.0:
-            return np.zeros(0)
-        waves = 2.0 * np.pi / span * (1.0 + np.arange(_FINER * (_FURTHEST - 1) + 1) / _FINER)
-        return np.asarray(waves[waves * self.step < np.pi])
 
     def _gains(self, waves: Array, Q: Array, left: Array) -> Array:
         """Fall of the sum of squares ``left`` by each wave, with the columns of Q taken out.
@@ -139,19 +123,13 @@ class _Search(NamedTuple):
         sines, cosines = self._seen(turning.imag), self._seen(turning.real)
         passed = np.sum(sines**2 + cosines**2, axis=0) > _PASSED**2 * len(left)
         s, c = _less(sines, Q), _less(cosines, Q)
-        ss, cc, sc, a, b = (
-            np.sum(s * s, axis=0),
-            np.sum(c * c, axis=0),
-            np.sum(s * c, axis=0),
-            s.T @ left,
-            c.T @ left,
-        )
+        ss, cc, sc = (np.sum(product, axis=0) for product in (s * s, c * c, s * c))
+        a, b = s.T @ left, c.T @ left
         # The normal equations of sine and cosine by Cramer's rule: what both take off is (a, b) N^-1 (a, b)'.
         determinant = ss * cc - sc**2
         independent = determinant > (_DEPENDENT * 0.5 * len(left)) ** 2
         raised = a**2 * cc - 2.0 * a * b * sc + b**2 * ss
-        gains: Array = np.divide(raised, determinant, out=np.zeros_like(raised), where=independent & passed)
-        return gains
+        return np.asarray(np.divide(raised, determinant, out=np.zeros_like(raised), where=independent & passed))
 
 
 def _chance(gain: float, rest: float, spare: int) -> float:

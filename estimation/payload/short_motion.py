@@ -9,20 +9,32 @@ import numpy as np
 from ...common.arrays import Array
 from ...common.brief import Brief
 from ...common.errors import InputError
-from ...model import BaseParameters, Motion, Processing, Robot
+from ...common.progress import each
+from ...model import BaseParameters, Motion, Processing, Recording, Robot, base_parameters
+from ...model.drives import parameter_kind
 from ...model.motion import Measurement
-from ...model.visibility import PayloadVisibility, visibility_of
+from ...model.regressors import payload_columns
+from ...model.visibility import PayloadVisibility, friction_columns, visibility_of
 from ..equations.equations import PAYLOAD, Equations, merged
+from ..equations.observer import PATH, Observation, Observer, Used
+from ..equations.reduction import reduced
+from ..fit.blocks import block_edges, block_length, in_blocks, remembered
 from ..fit.estimate import Estimate
+from ..fit.friction import under_own_load
 from ..fit.linear_problem import Known, LinearProblem
+from ..fit.own_equations import check_lengths, filtered
+from ..fit.settings import DEFAULTS, Settings
 from ..possible.constraints import KnownMass
-from ..signals.alignment import AlignedPair
+from ..signals.alignment import AlignedPair, aligned
+from ..signals.filtering import grid_rate, measurement
+from ..signals.plausibility import check_apart, check_recordings
 from ..signals.rows import Mask, inner_samples, least_speed, moving_parts
-from .constant_torques import FREE, HeldFriction
-from .long_motion import Source, check_blocks, check_known, known_robot, prior_of
+from .constant_torques import FREE, HeldFriction, coulomb_friction, free_columns, friction_prior, offset_prior
+from .long_motion import Source, check_blocks, check_known, prior_of, stored_robot
+from .pairs import torque_change
 from .result import in_payload_frame
-from .ripple import Wave
-from .under_load import known_path
+from .ripple import Wave, ripple_of
+from .under_load import friction_sigmas, known_path, robot_of
 
 SLOW = 0.03
 """Speed [rad/s or m/s] of a joint below which rows are not used; the sign of its friction is not sure there."""
@@ -32,23 +44,15 @@ _AT_REST = 5e-3  # rad or m: a joint at rest's positions spread no more; a wider
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Run(Brief):
-    """Recording with payload, reduced.
+    """Recording with payload, reduced: equations in blocks of time.
 
-    Attributes:
-        source: of the recording with payload.
-        equations: in the robot's base parameters (none where the unloaded torque was subtracted), what is free in
-            this recording, and ``PAYLOAD``; in blocks of time.
-        ripple: waves that are estimated with the payload.
+    Columns are the robot's base parameters (none where the unloaded torque was subtracted), what is free in this
+    recording, waves of ``ripple`` among it, and ``PAYLOAD``.
     """
 
     source: str
     equations: Equations
     ripple: tuple[Wave, ...] = ()
-
-    @cached_property
-    def frictional(self) -> Equations:
-        """Restore friction as it was: only robot and payload are separated."""
-        return self.equations.select([name for name in self.equations.columns if not name.startswith(FREE)])
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -57,30 +61,20 @@ class ShortMotion(Brief):
 
     Method 3, (29), where the torque without payload was subtracted; else method 1, (22) and (23), with a robot
     that was identified earlier.
-
-    Attributes:
-        base: the robot's base parameters.
-        source: the recordings themselves.
-        joints: numbers of the joints that move; the rows of the others are left out.
-        runs: one a recording with payload.
-        held: prior of constant torques and friction, the same in all recordings.
-        torque_rms: root mean square of each joint's torque with payload in the rows used [N·m or N], shape (n,).
-        known: the robot, where no torque was subtracted.
     """
 
     robot: Robot
     base: BaseParameters
     source: Source
-    joints: tuple[int, ...]
-    runs: tuple[Run, ...]
-    held: HeldFriction
-    torque_rms: Array
-    known: Estimate | None = None
+    joints: tuple[int, ...]  # numbers of those that move; the rows of the others are left out
+    runs: tuple[Run, ...]  # one a recording with payload
+    held: HeldFriction  # prior of constant torques and friction, the same in all recordings
+    torque_rms: Array  # of each joint's torque with payload in the rows used [N·m or N], (n,)
+    known: Estimate | None = None  # the robot, where no torque was subtracted
 
     def __post_init__(self) -> None:
         """Refuse another model's robot."""
-        if self.known is not None:
-            check_known(self.robot, self.base, self.known)
+        check_known(self.robot, self.base, self.known)
 
     @cached_property
     def loaded(self) -> Equations:
@@ -115,7 +109,6 @@ class ShortMotion(Brief):
     @property
     def robot_prior(self) -> Known:
         """Prior of a robot known earlier, by the covariance that its errors really have."""
-        assert self.known is not None
         return prior_of(self.known, self.inflation, self.loaded)
 
     @cached_property
@@ -145,7 +138,7 @@ class ShortMotion(Brief):
         if self.known is None:
             fixed = (*fixed, *known_path(equations.columns, self.robot.n))
         elif not self.corrected:
-            robot = known_robot(self.known)
+            robot = stored_robot(self.known)
             fixed = (robot._replace(covariance=robot.lasting), *fixed)
         return LinearProblem(
             equations,
@@ -212,21 +205,165 @@ class ShortMotion(Brief):
         indices, A, by_mass = self.visibility.resolved(scale is not None)
         mass, variance = (scale.mass, scale.sigma**2) if scale is not None else (0.0, 0.0)
         payload = estimate.mapped(A, [PAYLOAD[k] for k in indices], by_mass * mass)
-        shared = variance * np.outer(by_mass, by_mass)
-        robust = payload.robust
+        shared, robust = variance * np.outer(by_mass, by_mass), payload.robust
         if robust is not None:
             robust = replace(robust, covariance=robust.covariance + shared)
         return replace(payload, covariance=payload.covariance + shared, robust=robust)
+
+
+def known_robot_weighing(
+    robot: Robot, loaded: Sequence[Recording], known: Estimate, settings: Settings = DEFAULTS
+) -> ShortMotion:
+    """Weigh by torques less those of the robot itself, (22)-(23); other arguments as of ``difference_weighing``.
+
+    Args:
+        known: the robot's parameters, identified earlier.
+
+    Raises:
+        InputError: if recordings cannot be used, or the parameters are another model's.
+    """
+    processing, progress = settings.processing_of(robot), settings.progress
+    robot = robot.of_parameters(known.names)
+    check_recordings(robot, loaded)
+    progress("base parameters")
+    base, sources = base_parameters(robot), [recording.source for recording in loaded]
+    measured = filtered(loaded, processing, progress)
+    moving = moving_joints(measured, processing, settings.joints, robot)
+    still = [at_rest(data, moving) for data in measured]
+    rows = [
+        Used(data, telling_rows(data.motion, moving, processing), processing.thinning(data.motion.rate))
+        for data in still
+    ]
+    rms = _torque_rms(sources, rows)
+
+    def observed(observer: Observer) -> tuple[Equations, list[Observation]]:
+        each_one = [observer.observe_rows(*one) for one in rows]
+        return merged(map(reduced, each_one)), each_one
+
+    observer = _observer(robot, base, settings.friction_change > 0.0)
+    (_, observations), _ = under_own_load(observer, observed, known.values)
+    k, sigmas = len(known.values), friction_sigmas(known, settings.friction_change)
+    payload_only = [  # less the torque of the robot, whose columns come first
+        replace(one, columns=one.columns[k:], W=tuple(W[:, k:] for W in one.W), Y=tuple(one.errors(known.values)))
+        for one in observations
+    ]
+    own = {name: sigma for name, sigma in sigmas.items() if parameter_kind(name) in ("FS", "FV", "OFF")}
+    source = Source(tuple(loaded), (), processing, rate=measured[0].motion.rate)
+    # Of a single recording the robot's own ripple is what would be found: it takes weight along.
+    runs = _runs(sources, observations, [() for _ in loaded])
+    return ShortMotion(robot, base, source, moving, runs, friction_prior(payload_only, own), rms, known)
+
+
+def difference_weighing(
+    robot: Robot, loaded: Sequence[Recording], unloaded: Sequence[Recording], settings: Settings = DEFAULTS
+) -> ShortMotion:
+    """Weigh by torque differences (29) on one and the same motion.
+
+    Args:
+        loaded: recordings of the motion with the payload.
+        unloaded: without it; one for all, or one for each of ``loaded`` in the same order.
+
+    Raises:
+        InputError: if recordings cannot be used, or do not show the same motion.
+    """
+    processing, progress = settings.processing_of(robot), settings.progress
+    check_recordings(robot, [*loaded, *unloaded])
+    check_lengths([*loaded, *unloaded], processing)
+    check_apart(loaded, unloaded)
+    if len(unloaded) not in (1, len(loaded)):
+        raise InputError(
+            f"{len(unloaded)} recordings without and {len(loaded)} with payload: give one without for all, or one "
+            "for each in the same order"
+        )
+    partners = list(unloaded) * (len(loaded) if len(unloaded) == 1 else 1)
+    together = each(list(zip(partners, loaded, strict=True)), lambda pair: f"aligning {pair[1].source}", progress)
+    pairs = [
+        aligned(without, recording, grid_rate(recording, processing), processing.max_mismatch)
+        for without, recording in together
+    ]
+    measured = [(measurement(p.unloaded, processing), measurement(p.loaded, processing)) for p in pairs]
+    moving = moving_joints([under_load for _, under_load in measured], processing, settings.joints, robot)
+    sources, rows = [pair.loaded.source for pair in pairs], list[tuple[Used, Used]]()
+    for both in measured:
+        # The filter's error at cut ends is alike in both, and a short motion needs its ends.
+        without, under_load = (at_rest(data, moving) for data in both)
+        keep = telling_rows(without.motion, moving, processing, ends=True)
+        keep &= telling_rows(under_load.motion, moving, processing, ends=True)
+        factor = processing.thinning(under_load.motion.rate)
+        rows.append((Used(without, keep, factor), Used(under_load, keep, factor)))
+    rms = _torque_rms(sources, [used for _, used in rows])
+    progress("the robot without payload")
+    free = robot.with_offsets(True)
+    whole, observer = Observer(free, base_parameters(free).columns), _observer(robot, None)
+    without_payload = merged(reduced(whole.observe_rows(*used)) for used, _ in rows)
+    own, resting = robot_of(without_payload), [j for j in range(robot.n) if j + 1 not in moving]
+    observations, ripples = list[Observation](), list[tuple[Wave, ...]]()
+    for source, ((without, *_), used) in zip(sources, rows, strict=True):
+        # No motion shows how torques change with a joint at rest, so that it stays where it was before.
+        motion, q = used.data.motion, np.array(used.data.motion.q)
+        q[:, resting] = without.motion.q[:, resting]
+        path = whole.torques(Motion(motion.t, q, motion.qd, motion.qdd), own) - whole.torques(without.motion, own)
+        used = used._replace(data=replace(torque_change(robot, without, used.data), path=path))
+        plain = observer.observe_rows(*used)
+        less_path = replace(plain, columns=plain.columns[:-1], W=tuple(W[:, :-1] for W in plain.W))
+        waves, columns = ripple_of(source, less_path, used)
+        if waves:  # free beside the payload
+            names = tuple(f"{FREE}{k}" for k in range(columns[0].shape[1]))
+            W = tuple(np.column_stack(both) for both in zip(plain.W, columns, strict=True))
+            plain = replace(plain, columns=(*plain.columns, *names), W=W)
+        observations.append(plain)
+        ripples.append(waves)
+    return ShortMotion(
+        robot,
+        base_parameters(robot),
+        Source(tuple(loaded), tuple(unloaded), processing, tuple(pairs), rate=measured[0][1].motion.rate),
+        moving,
+        _runs(sources, observations, ripples),
+        offset_prior(observations, coulomb_friction(without_payload)),
+        rms,
+    )
+
+
+def _observer(robot: Robot, base: BaseParameters | None, frees: bool = True) -> Observer:
+    """Make the observer of [W, free columns, W_L]; of torque differences [free columns, W_L, ``PATH``]."""
+    free = robot.with_offsets(True)
+    own, path = (base.columns, ()) if base is not None else ((), (PATH,))
+    friction = (*friction_columns(robot), *(name for name in own if parameter_kind(name) == "FV")) if frees else ()
+    # FA gives way to offsets, which rows of a moving joint do not tell from it.
+    known = (name.replace("FA", "OFF") if parameter_kind(name) == "FA" else name for name in own)
+    columns = (*known, *friction, *payload_columns(free), *path)
+    return Observer(free, columns, (*own, *(f"{FREE}{name}" for name in friction), *PAYLOAD, *path))
+
+
+def _runs(
+    sources: Sequence[str], observations: Sequence[Observation], ripples: Sequence[tuple[Wave, ...]]
+) -> tuple[Run, ...]:
+    """Cut each recording's equations in blocks as long as the memory of all of them asks for, with its ripple."""
+    rest = [one.eliminate(free_columns(one.columns)) for one in observations]
+    length = block_length([remembered([one], reduced(one)) for one in rest])
+    return tuple(
+        Run(source, in_blocks(reduced(one), [one], [block_edges(one, length)], length), waves)
+        for source, one, waves in zip(sources, observations, ripples, strict=True)
+    )
+
+
+def _torque_rms(sources: Sequence[str], rows: Sequence[Used]) -> Array:
+    """Root mean square torque of each joint over the rows that are used; 0 where there are none.
+
+    Raises:
+        InputError: if a recording has no such row.
+    """
+    for source, used in zip(sources, rows, strict=True):
+        if not used.keep.any():
+            raise InputError(f"{source}: no joint moves fast enough: nothing can be compared")
+    squares, keep = np.vstack([used.data.torque**2 for used in rows]), np.vstack([used.keep for used in rows])
+    return np.asarray(np.sqrt(np.where(keep, squares, 0.0).sum(axis=0) / np.maximum(keep.sum(axis=0), 1)))
 
 
 def moving_joints(
     measured: Sequence[Measurement], processing: Processing, joints: Sequence[int] | None, robot: Robot
 ) -> tuple[int, ...]:
     """Find the joints that move, or check those asked for; one that changes its pose between motions is at rest.
-
-    Args:
-        measured: of one session.
-        joints: asked for; all that move by default.
 
     Raises:
         InputError: if none moves, or one asked for does not.
@@ -250,12 +387,11 @@ def at_rest(data: Measurement, moving: Sequence[int]) -> Measurement:
 
     A joint at rest that goes to another pose on the way keeps what was measured.
     """
-    motion = data.motion
-    q, qd, qdd = (np.array(x) for x in (motion.q, motion.qd, motion.qdd))
-    for j in range(motion.n):
+    q, qd, qdd = (np.array(x) for x in (data.motion.q, data.motion.qd, data.motion.qdd))
+    for j in range(data.motion.n):
         if j + 1 not in moving and np.ptp(q[:, j]) < _AT_REST:
             q[:, j], qd[:, j], qdd[:, j] = q[:, j].mean(), 0.0, 0.0
-    return Measurement(Motion(motion.t, q, qd, qdd), data.torque)
+    return Measurement(Motion(data.motion.t, q, qd, qdd), data.torque)
 
 
 def telling_rows(motion: Motion, moving: Sequence[int], processing: Processing, ends: bool = False) -> Mask:

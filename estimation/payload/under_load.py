@@ -68,11 +68,7 @@ def friction_sigmas(robot: Estimate, ratio: float) -> dict[str, float]:
     """Standard deviations by which frictions may change; those that there are none of cannot.
 
     Coulomb and viscous friction change with the day and the oil's temperature. What grows with load changes by the
-    payload's torque, and is known; free as well, it would take weight along.
-
-    Args:
-        robot: its own parameters, friction among them.
-        ratio: standard deviation over friction; 0 for none at all.
+    payload's torque, and is known; free as well, it would take weight along. Without a ``ratio`` none changes.
     """
     kinds = {name: parameter_kind(name) for name in robot.names}
     largest = max((abs(robot[name]) for name, kind in kinds.items() if kind == "FS"), default=0.0)
@@ -84,11 +80,7 @@ def friction_sigmas(robot: Estimate, ratio: float) -> dict[str, float]:
 
 
 def friction_changes(robot: Estimate, inflation: Sequence[float], ratio: float) -> dict[str, SoftPrior]:
-    """Priors that keep frictions near the robot's own; arguments as of ``friction_sigmas``.
-
-    Args:
-        inflation: of each joint's errors, by their memory.
-    """
+    """Priors that keep frictions near the robot's own, by ``friction_sigmas`` and the memory of errors."""
     sigmas = friction_sigmas(robot, ratio)
     return {name: SoftPrior(sigma, inflation[joint_of(name)]) for name, sigma in sigmas.items()}
 
@@ -104,11 +96,7 @@ def with_scale(loaded: Equations, robot: Known, role: SoftPrior) -> tuple[Equati
     """Add one column for the scale under load, and its prior.
 
     It scales the torque of robot and payload, without friction; the payload's own is therefore found first.
-
-    Args:
-        loaded: equations with payload, in frame n.
-        robot: its parameters.
-        role: prior of the scale's difference from 1.
+    ``role`` is the prior of its difference from 1.
     """
 
     def scaled_by(scaled: Mapping[str, float]) -> Equations:

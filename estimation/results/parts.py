@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 from typing import Annotated, Any, Literal, Self
 
 from msgspec import UNSET, Meta, UnsetType, field
+from msgspec.structs import asdict
 
 from ...common.schema import Document, Vector, present
 from ...common.speech import Speaks
@@ -134,8 +135,7 @@ class GainErrorsDocument(Document, frozen=True, omit_defaults=True):
     @property
     def gains(self) -> Gains:
         """Errors of the gains as estimators take them."""
-        own = self.per_joint, self.common, self.identified, self.recordings, self.mass, self.notes
-        return Gains(*own, assumed=self.assumed)
+        return Gains(**asdict(self))
 
 
 class ParameterDocument(Document, frozen=True):
@@ -156,17 +156,13 @@ class ParameterDocument(Document, frozen=True):
     @classmethod
     def rows(cls, estimate: Estimate, **columns: Any) -> tuple[Self, ...]:
         """Make one row a parameter, with further columns."""
-        every: dict[str, Any] = columns | {
-            "value": estimate.values,
-            "sigma": estimate.sigma,
-            "relative_sigma_percent": estimate.relative_sigma_percent,
-            "sigma_robust": estimate.sigma_robust,
-            "sigma_by_gains": estimate.sigma_by_gains,
-        }
-        return tuple(
-            cls(**dict[str, Any]({key: None if column is None else column[k] for key, column in every.items()}))
+        own = ("sigma", "relative_sigma_percent", "sigma_robust", "sigma_by_gains")
+        every = columns | {"value": estimate.values, **{name: getattr(estimate, name) for name in own}}
+        rows: list[dict[str, Any]] = [
+            {key: None if column is None else column[k] for key, column in every.items()}
             for k in range(len(estimate.names))
-        )
+        ]
+        return tuple(cls(**row) for row in rows)
 
 
 class EliminationStep(Document, frozen=True):
@@ -199,26 +195,22 @@ class EliminationDocument(Document, frozen=True):
         Args:
             labels: name of a column -> name of the parameter ("MX2" -> "MX2R").
         """
-        path, rule, estimate = elimination.path, elimination.rule, elimination.estimate
-        return cls(
-            rule="ratio" if isinstance(rule, SigmaRatio) else "sigma",
-            description=rule.description,
+        path, estimate = elimination.path, elimination.estimate
+        numbers = zip(path.sigma_ratio.tolist(), (100.0 * path.largest_relative_sigma).tolist(), strict=True)
+        names = [None, *(labels.get(name, name) for name in path.order)]
+        return cls.of(
+            elimination,
+            elimination.rule,
+            rule="ratio" if isinstance(elimination.rule, SigmaRatio) else "sigma",
             essential=len(elimination.essential),
-            sigma_ratio=elimination.sigma_ratio,
             largest_relative_sigma_percent=100.0 * elimination.largest_relative_sigma,
             relative_residual=estimate.fit.relative,
             parameters=ParameterDocument.rows(estimate, name=[labels.get(name, name) for name in estimate.names]),
             path=tuple(
-                EliminationStep(
-                    labels.get(name, name) if name else None,
-                    len(path.order) - k,
-                    path.sigma_ratio[k],
-                    100.0 * path.largest_relative_sigma[k],
-                )
-                for k, name in enumerate(["", *path.order])
+                EliminationStep(name, len(path.order) - k, *pair)
+                for k, (name, pair) in enumerate(zip(names, numbers, strict=True))
             ),
             warnings=tuple(warnings),
-            limit=rule.limit,
         )
 
 
@@ -294,38 +286,28 @@ class PossibleRobotDocument(Document, frozen=True):
     @classmethod
     def made(cls, result: PossibleRobot, base: BaseParameters) -> Self:
         """Collect base parameters, and with a prior the standard ones with who decides each."""
-        free = result.free
+        free, prior = result.free, result if isinstance(result, PriorRobot) else None
         moved = (result.values - free.values) / free.sigma
-        more: dict[str, Any] = {}
-        if isinstance(result, PriorRobot):
-            prior = result.prior
-            reported = {
-                f"{kind}{link}": value
-                for link, body in enumerate(prior.bodies, start=1)
-                for kind, value in body.named().items()
-            }
-            more["prior"] = PriorDocument(
-                prior.source, result.budget, result.weight, result.distances, result.nearest.chi2_rise
-            )
+        more: dict[str, Any] = {"prior": UNSET, "parameters": UNSET}
+        if prior is not None:
+            bodies = enumerate(prior.prior.bodies, start=1)
+            reported = {f"{kind}{link}": x for link, body in bodies for kind, x in body.named().items()}
+            source, rise = prior.prior.source, prior.nearest.chi2_rise
+            more["prior"] = PriorDocument.of(prior, source=source, nearest_chi2_rise=rise)
+            every = ((name, value, prior.origins[name]) for name, value in prior.parameters.items())
             more["parameters"] = tuple(
-                PossibleParameter(
-                    name,
-                    value,
-                    kind=result.origins[name].kind,
-                    base=result.origins[name].base,
-                    share=result.origins[name].share,
-                    decided_by=result.origins[name].decided_by(),
-                    prior=reported.get(name, UNSET),
+                PossibleParameter.of(
+                    origin, name=name, value=value, decided_by=origin.decided_by(), prior=reported.get(name, UNSET)
                 )
-                for name, value in result.parameters.items()
+                for name, value, origin in every
             )
         return cls.of(
             result,
-            gauge="prior" if more else "base",
+            gauge="base" if prior is None else "prior",
             active=tuple(ActiveDocument(holding.multiplier, holding.description) for holding in result.active),
             min_eigenvalues={str(link): value for link, value in enumerate(result.min_eigenvalues, start=1)},
             base_parameters=tuple(map(PossibleParameter, base.names, result.values, free.values, moved)),
-            **({"prior": UNSET, "parameters": UNSET} | more),
+            **more,
         )
 
     @property

@@ -15,7 +15,7 @@ from ...common.speech import Speaks
 from ...model import INERTIAL, InertialParameters, Pose
 from ..fit.drive_gains import Gains
 from ..fit.friction import TermChoice
-from ..payload.by_joints import ByJoints, JointShare, JointsMass
+from ..payload.by_joints import ByJoints, JointsMass
 from ..payload.methods import PREFERRED
 from ..payload.repeats import Repeats
 from ..payload.result import ConstrainedPayload, PayloadEstimate
@@ -54,17 +54,13 @@ def array(values: Any, *shape: int) -> Array:
     return np.full(shape, np.nan) if present(values) is None else np.array(values, dtype=float)
 
 
-def named(values: Array, indices: Sequence[int] = range(10)) -> dict[str, float]:
-    """Name some of the ten, nan for the others."""
-    ten = np.full(len(INERTIAL), np.nan)
+def named(values: Array | None, indices: Sequence[int] = range(10)) -> Any:
+    """Name numbers or intervals of some of the ten, nan for the others; None stays None."""
+    if values is None:
+        return None
+    ten = np.full((len(INERTIAL), *values.shape[1:]), np.nan)
     ten[list(indices)] = values
     return dict(zip(INERTIAL, ten.tolist(), strict=True))
-
-
-def _intervals(interval95: Array | None) -> dict[str, tuple[float, float]] | None:
-    if interval95 is None:
-        return None
-    return {kind: (low, high) for kind, (low, high) in zip(INERTIAL, interval95.tolist(), strict=True)}
 
 
 class WeighedDocument(Document, frozen=True):
@@ -115,23 +111,23 @@ class FreeEstimate(MethodEstimate, frozen=True, tag="wls"):
     @classmethod
     def made(cls, result: PayloadEstimate) -> Self:
         """Collect all ten by a method; positive definite inertia is not enough for a body that exists."""
-        estimate, body = result.estimate, result.body
-        spread, robust, there = result.spread, result.robust_spread, body.mass != 0.0
+        estimate, spread, robust = result.estimate, result.spread, result.robust_spread
+        there = {
+            "com_sigma": spread.com,
+            "com_sigma_robust": robust and robust.com,
+            "inertia_com_sigma": spread.inertia_com,
+            "inertia_com_sigma_robust": robust and robust.inertia_com,
+        }
         return cls.of(
-            body,
+            result.body,
+            **(there if result.mass != 0.0 else dict.fromkeys((*there, "com", "inertia_com"))),
             method=result.method,
             parameters=named(estimate.values),
             sigma=named(estimate.sigma),
-            sigma_robust=named(estimate.sigma_robust) if estimate.sigma_robust is not None else None,
-            interval95=_intervals(estimate.interval95),
-            interval95_robust=_intervals(estimate.robust_interval95),
+            sigma_robust=named(estimate.sigma_robust),
+            interval95=named(estimate.interval95),
+            interval95_robust=named(estimate.robust_interval95),
             robust=RobustDocument.made(estimate.robust, result.without_robust),
-            com=body.com if there else None,
-            com_sigma=spread.com if there else None,
-            com_sigma_robust=robust.com if robust and there else None,
-            inertia_com=body.inertia_com if there else None,
-            inertia_com_sigma=spread.inertia_com if there else None,
-            inertia_com_sigma_robust=robust.inertia_com if robust and there else None,
             relative_residual=estimate.fit.relative,
             from_scale=result.from_scale or UNSET,
         )
@@ -173,10 +169,10 @@ class PossibleEstimate(MethodEstimate, frozen=True, tag="constrained"):
             payload,
             parameters=named(result.values),
             sigma=named(free.sigma),
-            sigma_robust=named(free.sigma_robust) if free.sigma_robust is not None else None,
+            sigma_robust=named(free.sigma_robust),
             sigma_with_gains=named(payload.sigma) if payload.gains else None,
             gain_sigma=GainErrorsDocument.made(payload.gains) if payload.gains else None,
-            interval95=_intervals(intervals.parameters),
+            interval95=named(intervals.parameters),
             interval95_by="formula" if free.robust is None else "memory" if free.robust.by_memory else "jackknife",
             com_interval95=intervals.com,
             inertia_com_interval95=tuple(intervals.inertia_com),
@@ -232,13 +228,13 @@ class JointsMassDocument(Document, frozen=True):
 
 def mass_by_joints(by_joints: ByJoints) -> tuple[JointsMassDocument, ...]:
     """Collect the mass by some joints' torques; null where they do not see it."""
-    shares: dict[tuple[int, ...], JointShare] = {(share.joint,): share for share in by_joints.shares}
-    rows = []
-    for mass in by_joints.masses:
-        share = shares.get(mass.joints)
-        ratio = {"share": share.share, "share_sigma": None if share.share is None else share.sigma} if share else {}
-        rows.append(JointsMassDocument.of(mass, visible=mass.mass is not None, **ratio))
-    return tuple(rows)
+    shares: dict[tuple[int, ...], dict[str, Number]] = {
+        (of.joint,): {"share": of.share, "share_sigma": of.sigma} for of in by_joints.shares
+    }
+    return tuple(
+        JointsMassDocument.of(mass, visible=mass.mass is not None, **shares.get(mass.joints, {}))
+        for mass in by_joints.masses
+    )
 
 
 class Recommended(Document, frozen=True):
@@ -313,6 +309,11 @@ class FlangeDocument(Document, frozen=True):
     xyz: Vector
     rpy_deg: Vector
     source: str
+
+    @classmethod
+    def of_pose(cls, pose: Pose, source: str) -> Self:
+        """State a pose, and who says so."""
+        return cls(pose.p, np.degrees(pose.rpy) + 0.0, source)
 
     def __post_init__(self) -> None:
         """Refuse a flange without a finite pose."""
@@ -434,13 +435,9 @@ class PayloadResult(Result, frozen=True, kw_only=True, dict=True):
         return self._quantity("inertia", 3, 3)
 
     def _quantity(self, name: str, *shape: int) -> Quantity:
-        reported = (present(self.quantities) or {}).get(name, Quantity("", None, None, None, None))
-        value, ends, sigma = (
-            array(reported.value, *shape),
-            array(reported.interval95, *shape, 2),
-            array(reported.sigma, *shape),
-        )
-        return Quantity(reported.use, reported.why, value, ends, sigma)
+        told = (present(self.quantities) or {}).get(name, Quantity("", None, None, None, None))
+        value, ends = array(told.value, *shape), array(told.interval95, *shape, 2)
+        return Quantity(told.use, told.why, value, ends, array(told.sigma, *shape))
 
     def export(self, to: str, despite_verdict: bool = False) -> str:
         """Write the payload in the format of a controller or simulator; see ``dynident export --to``.

@@ -14,7 +14,7 @@ from dynident.common.errors import InputError
 from dynident.common.schema import Table, chosen, json_text, toml_text
 from dynident.estimation import GainsResult, PayloadResult, RobotResult, robot_result
 from dynident.estimation.answers.gains import gains_result
-from dynident.estimation.answers.payload_answer import payload_result
+from dynident.estimation.answers.payload import payload_result
 from dynident.estimation.gains.known_load import KnownLoad, read_known_load
 from dynident.model import load_robot, read_payload
 from dynident.model.files import payload_file

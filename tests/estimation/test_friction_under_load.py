@@ -22,8 +22,8 @@ from dynident.estimation.fit.covariance import student95
 from dynident.estimation.fit.estimate import Fit
 from dynident.estimation.fit.linear_problem import SoftPrior
 from dynident.estimation.payload.methods import METHODS, combined, from_robot, global_fit
+from dynident.estimation.payload.short_motion import known_robot_weighing
 from dynident.estimation.payload.under_load import friction_changes, with_scale
-from dynident.estimation.payload.weighing import known_robot_weighing
 from dynident.model import InertialParameters, Recording
 from dynident.trajectories import Simulator, random_via_points
 from scipy.signal import lfilter

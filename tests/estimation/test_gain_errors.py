@@ -25,7 +25,7 @@ from dynident.estimation.fit.estimate import error_model
 from dynident.estimation.fit.least_squares import weighted
 from dynident.estimation.payload.methods import METHODS as SOLVERS
 from dynident.estimation.payload.result import constrain_payload
-from dynident.estimation.payload.weighing import difference_weighing
+from dynident.estimation.payload.short_motion import difference_weighing
 from dynident.model import InertialParameters, Motion, Processing, Recording, Robot, Spring, load_robot, robot_names
 from dynident.model.friction import PAPER
 from dynident.trajectories import Simulator

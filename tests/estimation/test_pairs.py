@@ -13,8 +13,8 @@ from dynident.estimation.equations.observer import PATH
 from dynident.estimation.fit.settings import FRICTION_CHANGE
 from dynident.estimation.payload.long_motion import LongMotion
 from dynident.estimation.payload.methods import ONE_PATH, from_difference, payload_estimate, recommended_method
-from dynident.estimation.payload.problem import cut_alike
-from dynident.estimation.payload.weighing import difference_weighing
+from dynident.estimation.payload.pairs import cut_alike
+from dynident.estimation.payload.short_motion import difference_weighing
 from dynident.estimation.signals.alignment import aligned
 from dynident.estimation.signals.rows import cut, pieces
 from dynident.model import InertialParameters, Motion, Processing, Recording, Robot

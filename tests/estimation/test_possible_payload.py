@@ -27,8 +27,8 @@ from dynident.estimation import (
 )
 from dynident.estimation.equations.equations import merged
 from dynident.estimation.fit.estimate import Fit, error_model
+from dynident.estimation.payload.long_motion import long_motion
 from dynident.estimation.payload.methods import combined
-from dynident.estimation.payload.problem import long_motion
 from dynident.estimation.possible import payload as possible_payload
 from dynident.estimation.possible.cone import ConeProgram, solve_cone
 from dynident.estimation.possible.constraints import Constraint

@@ -17,7 +17,7 @@ from dynident.estimation import (
     payload_estimate,
     payload_problem,
 )
-from dynident.estimation.payload.weighing import difference_weighing
+from dynident.estimation.payload.short_motion import difference_weighing
 from dynident.estimation.signals.alignment import aligned
 from dynident.model import Processing, Recording, load_robot
 from dynident.model.friction import PAPER
@@ -181,5 +181,5 @@ def test_windows(
     answers = windows(windowed, length, starts)
     off = np.array([answer.mass / MASS - 1.0 for answer in answers])
     assert np.abs(off).max() <= within
-    hits = [answer.mass_interval[0] <= MASS <= answer.mass_interval[1] for answer in answers]
+    hits = [answer.intervals[0, 0] <= MASS <= answer.intervals[0, 1] for answer in answers]
     assert sum(hits) >= len(hits) - 1

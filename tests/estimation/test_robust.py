@@ -17,8 +17,9 @@ from dynident.estimation.fit import blocks
 from dynident.estimation.fit.blocks import autocorrelation_time, block_edges
 from dynident.estimation.fit.covariance import Rule, jackknife
 from dynident.estimation.fit.least_squares import weighted
+from dynident.estimation.payload.long_motion import long_motion
 from dynident.estimation.payload.methods import METHODS
-from dynident.estimation.payload.problem import PairedMeasurement, long_motion
+from dynident.estimation.payload.pairs import PairedMeasurement
 from dynident.model import InertialParameters, Motion, Processing, base_parameters, load_robot
 from dynident.model.motion import Measurement
 from dynident.trajectories import RX90_NOISE, Simulator

@@ -221,11 +221,12 @@ def payload() -> Any:
         friction={},
         base=base(),
         pairs=pairs(),
+        robot_estimate=SimpleNamespace(fit=FIT),
         unloaded=SimpleNamespace(equations=120, condition_numbers=lambda: (42.5, 4.5)),
         loaded=SimpleNamespace(equations=130),
     )
     return SimpleNamespace(
-        problem=problem, validation=CHECK, robot_fit=FIT, estimates=(free,), constrained=(best,), possible=best,
+        problem=problem, validation=CHECK, estimates=(free,), constrained=(best,), possible=best,
         recommended=SimpleNamespace(method=3), free=SimpleNamespace(method=3), gains=GAINS, scale=None,
         recommendation=(3, "one path"),
         assumed=None, stand_in=None, **quantities(), by_joints=by_joints(),
@@ -237,7 +238,7 @@ def payload() -> Any:
 def quantities() -> dict[str, Any]:
     """Mass, centre of mass and their spread."""
     return {
-        "mass": 3.05, "mass_interval": (2.9, 3.2), "com": numbers(3), "com_interval": numbers(3, 2),
+        "mass": 3.05, "com": numbers(3), "intervals": np.vstack([[2.9, 3.2], numbers(3, 2)]),
         "spread": SimpleNamespace(mass=0.07, com=numbers(3), inertia_com=numbers(3, 3)),
     }  # fmt: skip
 
@@ -266,11 +267,11 @@ def weighing(possible: bool) -> Any:
     names = ("mass", "centre of mass", "inertia")
     judged = {name: SimpleNamespace(use=f"use {name}", why=f"why {name}") for name in names}
     return SimpleNamespace(
-        problem=problem, short=problem, free=payload, estimates=(payload,), possible=best,
+        problem=problem, free=payload, estimates=(payload,), possible=best,
         constrained=(best,) if possible else (), by_joints=by_joints(),
         repeats=repeats if possible else None, ten=ten, judged=judged, **quantities(),
-        gains=None, scale=SimpleNamespace(mass=3.1, sigma=0.05), weighing=None, model=None,
-        agreement=(SimpleNamespace(name="difference", mass=3.06, com=numbers(3)),), validation=None, robot_fit=None,
+        gains=None, scale=SimpleNamespace(mass=3.1, sigma=0.05), model=None,
+        agreement=(SimpleNamespace(name="difference", mass=3.06, com=numbers(3)),), validation=None,
         assumed=None if possible else body(3.05),
         stand_in=None if possible else SimpleNamespace(description="a box"),
         verdict=SimpleNamespace(level="use", reasons=(), notes=()),

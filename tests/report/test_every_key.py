@@ -15,7 +15,7 @@ from dynident.common.errors import InputError
 from dynident.common.schema import Document, convert, write_json
 from dynident.estimation import PayloadResult, RobotResult, Verdict, robot_result
 from dynident.estimation.answers.gains import gains_result
-from dynident.estimation.answers.payload_answer import payload_result
+from dynident.estimation.answers.payload import payload_result
 from dynident.estimation.diagnosis.evidence import Evidence
 from dynident.estimation.diagnosis.finding import error
 from dynident.estimation.diagnosis.verdict import judge
@@ -315,7 +315,7 @@ def test_payload() -> None:
             "quantities": {
                 "mass": {"use": "use", "why": None, "value": 3.05, "interval95": [2.9, 3.2], "sigma": 0.07},
                 "centre_of_mass": {"use": "use", "why": None, "value": answer.com,
-                                   "interval95": answer.com_interval, "sigma": answer.spread.com},
+                                   "interval95": answer.intervals[1:], "sigma": answer.spread.com},
                 "inertia": {
                     "use": "not measured well enough", "why": None, "value": answer.possible.body.inertia_com,
                     "interval95": answer.possible.intervals.inertia_com, "sigma": answer.spread.inertia_com,
@@ -352,7 +352,7 @@ def test_weigh(possible: bool) -> None:
             "joints": [1, 2],
             "processing": PROCESSING,
             "relative_residual": {
-                "all": estimate.fit.relative, "per_joint": answer.free.unexplained(answer.short.torque_rms),
+                "all": estimate.fit.relative, "per_joint": answer.free.unexplained(answer.problem.torque_rms),
                 "validation": None,
             },
             "data": {
@@ -371,7 +371,7 @@ def test_weigh(possible: bool) -> None:
                 "mass": {"use": "use mass", "why": "why mass", "value": 3.05, "interval95": [2.9, 3.2],
                          "sigma": 0.07},
                 "centre_of_mass": {"use": "use centre of mass", "why": "why centre of mass", "value": answer.com,
-                                   "interval95": answer.com_interval, "sigma": answer.spread.com},
+                                   "interval95": answer.intervals[1:], "sigma": answer.spread.com},
                 "inertia": {
                     "use": "use inertia", "why": "why inertia", "value": shown.inertia_com,
                     "interval95": answer.possible.intervals.inertia_com if possible else None,

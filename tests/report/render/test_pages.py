@@ -33,7 +33,7 @@ from dynident.estimation import (
 )
 from dynident.estimation.answers.system import TorquePrediction
 from dynident.estimation.diagnosis.finding import Finding
-from dynident.estimation.payload.weighing import difference_weighing
+from dynident.estimation.payload.short_motion import difference_weighing
 from dynident.estimation.results.payload import FlangeDocument
 from dynident.model import InertialParameters, Recording, Robot, load_robot
 from dynident.model.pose import Pose

@@ -1,0 +1,152 @@
+"""Recordings of one trajectory without and with payload: cut alike, aligned, filtered side by side for (29)."""
+
+from collections.abc import Sequence
+from contextlib import suppress
+from itertools import groupby, pairwise, product
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from ...common.errors import InputError
+from ...model import Processing, Recording, Robot
+from ...model.motion import Measurement
+from ..equations.observer import known_spring
+from ..signals.alignment import AlignedPair, aligned, best_aligned, check_mismatch
+from ..signals.filtering import grid_rate, measurement
+from ..signals.rows import Pieces, cut, origin, shortest_piece
+
+_TRIED = 12
+"""Number of combinations of pieces that are aligned in search of the lag."""
+_Recordings = tuple[Recording, ...]
+_Pair = tuple[Recording, Recording, float | None]
+"""Recordings without and with payload, and the lag where it is known [s]."""
+
+
+class PairedMeasurement(NamedTuple):
+    """Measurements of one trajectory without and with payload, on the loaded recording's time.
+
+    ``lag`` [s]: what the loaded recording's clock shows more than the unloaded one's own.
+    """
+
+    unloaded: Measurement
+    loaded: Measurement
+    lag: float = 0.0
+
+
+def torque_change(robot: Robot, unloaded: Measurement, loaded: Measurement) -> Measurement:
+    """Difference of torques Y_T - Y_wL on the loaded motion.
+
+    The observer moves the spring's torque into Y; in a difference it is there twice, and the first goes along.
+    """
+    torque, spring = loaded.torque - unloaded.torque, known_spring(robot)
+    if spring is None:
+        return Measurement(loaded.motion, torque)
+    return Measurement(loaded.motion, torque, spring.torque(unloaded.motion.q[:, spring.joint - 1]))
+
+
+def side_by_side(
+    loaded: Sequence[Recording],
+    unloaded: Sequence[Recording],
+    lags: Sequence[float | None],
+    measured: Sequence[Measurement],
+    processing: Processing,
+) -> tuple[tuple[AlignedPair, ...], list[PairedMeasurement], str]:
+    """Align recordings, filter those of one trajectory for method 3; none, and why not.
+
+    Args:
+        measured: the loaded ones, filtered already.
+    """
+    pairs = tuple[AlignedPair, ...]()
+    if not unloaded:
+        return (), [], "no recordings without payload"
+    try:
+        if len(loaded) != len(unloaded):
+            raise InputError(
+                f"{len(unloaded)} recordings without and {len(loaded)} with payload do not form pairs: method 3 "
+                "needs each trajectory once without and once with it, in the same order"
+            )
+        pairs = tuple(
+            best_aligned(a, b, grid_rate(b, processing), lag)
+            for a, b, lag in zip(unloaded, loaded, lags, strict=True)
+        )
+        together = []
+        for pair, under_load in zip(pairs, measured, strict=True):
+            check_mismatch(pair, processing.max_mismatch)
+            # The loaded recording was filtered already, unless it was cut to what both have in common.
+            whole = len(pair.loaded.t) == len(under_load.motion.t)
+            under_load = under_load if whole else measurement(pair.loaded, processing)
+            together.append(PairedMeasurement(measurement(pair.unloaded, processing), under_load, pair.lag))
+        return pairs, together, ""
+    except InputError as error:
+        return pairs, [], str(error)
+
+
+def cut_alike(
+    loaded: Sequence[Recording], unloaded: Sequence[Recording], processing: Processing
+) -> tuple[_Recordings, _Recordings, tuple[float | None, ...]]:
+    """Cut recordings with and without payload alike where gaps split those of one file into more pieces.
+
+    They stay as they are where they form pairs already, or where no pairs can be made of them.
+
+    Args:
+        loaded: with payload, pieces of one file one after the other.
+        unloaded: without; the k-th file is of the same trajectory as the k-th of ``loaded``.
+
+    Returns:
+        Both, and the lag of each pair [s] where it is known.
+    """
+    whole = tuple(loaded), tuple(unloaded), (None,) * len(loaded)
+    loaded_files, unloaded_files = (
+        [tuple(own) for _, own in groupby(files, origin)] for files in (loaded, unloaded)
+    )
+    if len(loaded) == len(unloaded) or len(loaded_files) != len(unloaded_files):
+        return whole
+    try:
+        files = zip(unloaded_files, loaded_files, strict=True)
+        pairs = [pair for a, b in files for pair in _pieces(a, b, processing)]
+    except InputError:  # no pair of one trajectory: method 3 refuses it where it is asked for
+        return whole
+    unloaded_pieces, loaded_pieces, lags = zip(*pairs, strict=True) if pairs else ((), (), ())
+    return (loaded_pieces, unloaded_pieces, lags) if pairs else whole
+
+
+def _pieces(unloaded: _Recordings, loaded: _Recordings, processing: Processing) -> list[_Pair]:
+    """Pair pieces of two files between the gaps of either, on the same stretches of the motion.
+
+    Raises:
+        InputError: if no two are of the same stretch.
+    """
+    if len(unloaded) == len(loaded) == 1:
+        return [(unloaded[0], loaded[0], None)]
+    # The lag of the files' clocks is that of two pieces that are alike, the longest first.
+    longest = sorted(product(unloaded, loaded), key=lambda pair: -min(float(np.ptp(one.t)) for one in pair))
+    for a, b in longest[:_TRIED]:
+        with suppress(InputError):
+            lag = aligned(a, b, grid_rate(b, processing), processing.max_mismatch).lag
+            break
+    else:
+        raise InputError(f"{origin(unloaded[0])} and {origin(loaded[0])} are not the same trajectory")
+    gaps = sorted(
+        0.5 * float(before.t[-1] + after.t[0]) + ahead
+        for pieces, ahead in ((loaded, 0.0), (unloaded, lag))
+        for before, after in pairwise(pieces)
+    )
+    least, pairs = shortest_piece(processing.cutoff), list[_Pair]()
+    for low, high in pairwise([-np.inf, *gaps, np.inf]):
+        without = _within(unloaded, low - lag, high - lag, least, loaded[0])
+        under_load = _within(loaded, low, high, least, unloaded[0])
+        if without is not None and under_load is not None:
+            pairs.append((without, under_load, lag))
+    return pairs
+
+
+def _within(pieces: _Recordings, low: float, high: float, least: float, partner: Recording) -> Recording | None:
+    """Cut out what of a file lies between two times [s] and is long enough; ``partner`` is named in a note."""
+    for piece in pieces:
+        rows = slice(*(int(row) for row in np.searchsorted(piece.t, [low, high])))
+        if rows.stop - rows.start > 1 and piece.t[rows.stop - 1] - piece.t[rows.start] >= least:
+            note = f"cut where {Path(origin(partner)).name} lacks rows, so that method 3 compares what both have"
+            shorter = rows != slice(0, len(piece.t))
+            return next(cut(piece, Pieces((rows,), (note,) if shorter else ())))
+    return None
