@@ -133,7 +133,7 @@ def alternatives(robot: Robot, states: States | None, free_gains: bool = False) 
         return ()
     states, speed = own.states, own.states.qd.T
     rubs = np.eye(robot.n)[:, :, None] * (np.sign(speed) * np.sqrt(np.abs(speed)))[:, None]
-    friction = own.fit.system.with_columns(rubs).effect(*range(robot.n)).fall
+    friction = own.fit.system.with_columns(rubs).effect(range(robot.n)).fall
     found = [Alternative("friction", "", friction, 0.0)]
     for j in range(robot.n):
         turned = Reading.as_recorded(robot.n).turned(j).of(states)

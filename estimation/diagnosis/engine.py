@@ -4,14 +4,13 @@ A hypothesis adds columns, or reads the recordings in another way. Gram matrices
 accurate enough for both, and fast; standard deviations leave out one block of time after another.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
-from scipy.linalg import solve_triangular
 
 from ...common.arrays import Array
 from ...model import INERTIAL, Robot
@@ -163,32 +162,27 @@ class System:
             scales = np.clip(scales + np.clip(step, -_GAIN, _GAIN), _GAIN, 1.0 / _GAIN)
         return min(tried, key=lambda entry: entry[0])[1]
 
-    @cached_property
-    def weighted(self) -> Array:
-        """Weight all columns, torque last, rows that are not used zero; (c + 1) x n x N."""
-        rows = np.concatenate([self.columns, self.torque[:, None]], axis=1)
-        return np.asarray((rows * (self.weights[:, None] * self.keep)[:, None]).transpose(1, 0, 2))
-
-    def grams(self, groups: Index, count: int) -> Array:
-        """Gram matrices of all columns and the torque, group by group; count x (c + 1) x (c + 1)."""
-        return np.array([part @ part.T for part in _parts(self.weighted, groups, count)])
-
-    @cached_property
-    def block_grams(self) -> Array:
-        """Gram matrices of all columns and the torque, block by block."""
-        return self.grams(self.states.block, BLOCKS)
+    def grams(self, groups: Index, added: Array | None = None) -> Array:
+        """Gram matrices of the weighted columns and the torque, group by group of states; added ones (n x m x N)
+        stand before the torque.
+        """
+        rows = [self.columns, *([] if added is None else [added]), self.torque[:, None]]
+        weighted = np.concatenate(rows, axis=1) * (self.weights[:, None] * self.keep)[:, None]
+        stacked, edges = weighted.transpose(1, 0, 2), np.searchsorted(groups, np.arange(groups[-1] + 2))
+        parts = (stacked[:, :, a:b].reshape(len(stacked), -1) for a, b in pairwise(edges))
+        return np.array([part @ part.T for part in parts])
 
     def with_columns(self, columns: Array) -> "Added":
         """Add columns to the equations, n x m x N."""
-        c, m = len(self.prior), columns.shape[1]
-        added = (columns * (self.weights[:, None] * self.keep)[:, None]).transpose(1, 0, 2)
-        rows = np.concatenate([self.weighted[:-1], added, self.weighted[-1:]])
-        cross = [part[c : c + m] @ part.T for part in _parts(rows, self.states.block, BLOCKS)]
-        blocks, own = np.empty((BLOCKS, c + m + 1, c + m + 1)), [*range(c), c + m]
-        blocks[np.ix_(range(BLOCKS), own, own)] = self.block_grams
-        blocks[:, c : c + m] = cross
-        blocks[:, :, c : c + m] = blocks[:, c : c + m].transpose(0, 2, 1)
-        return Added.of(blocks, self.prior, self.payload, self.inflation)
+        return Added.of(self.grams(self.states.block, columns), self.prior, self.payload, self.inflation)
+
+    def as_payload(self, columns: Array) -> Array:
+        """Payload's ten that stand for columns (n x m x N) where the robot is left out, as in method 3; 10 x m."""
+        k, first = len(self.prior) - self.payload.start, self.payload.start
+        rows = np.concatenate([self.columns[:, first:], columns], axis=1)
+        rows = (rows * (self.weights[:, None] * self.keep)[:, None]).transpose(1, 0, 2).reshape(rows.shape[1], -1)
+        root = _whitening(rows[:k] @ rows[:k].T + self.prior[first:, first:])
+        return np.asarray((root @ (root.T @ rows[:k] @ rows[k:].T))[: len(PAYLOAD)])
 
     def without_stretches(self, worse: float) -> tuple[int, int, Array]:
         """Leave out stretches of 3 s whose mean squared residual is ``worse`` times the median.
@@ -202,14 +196,15 @@ class System:
             return np.asarray(root @ (root.T @ gram[:-1, -1]))
 
         stretch = self.states.stretch
-        grams = self.grams(stretch, int(stretch[-1]) + 1)
+        rows = np.bincount(stretch, self.keep.sum(axis=0))
+        grams, rows = self.grams(stretch)[rows > 0], rows[rows > 0]
         whole = grams.sum(axis=0)
         whole[:-1, :-1] += self.prior
         values = solution(whole)
-        error, rows = np.append(-values, 1.0), np.bincount(stretch, self.keep.sum(axis=0), len(grams))
-        means = np.einsum("i,kij,j->k", error, grams, error)[rows > 0] / rows[rows > 0]
+        error = np.append(-values, 1.0)
+        means = np.einsum("i,kij,j->k", error, grams, error) / rows
         high = means > worse * np.median(means)
-        change = solution(whole - grams[rows > 0][high].sum(axis=0)) - values
+        change = solution(whole - grams[high].sum(axis=0)) - values
         return int(high.sum()), len(means), change[self.payload]
 
 
@@ -305,14 +300,12 @@ class Added(NamedTuple):
     """Rest of added columns and of the torque that a system's columns do not explain.
 
     ``whole``: their Gram matrix, torque last; ``left``: the same without each block of time; ``payload``: the
-    payload's ten that stand for each column and the torque, 10 x (m + 1); ``difference``: those without the
-    robot's columns, as in method 3.
+    payload's ten that stand for each column and the torque, 10 x (m + 1).
     """
 
     whole: Array
     left: Array
     payload: Array
-    difference: Array
     inflation: float = 1.0
 
     @staticmethod
@@ -320,56 +313,36 @@ class Added(NamedTuple):
         """Project Gram matrices by block (columns, added columns, torque) off the first columns."""
         c, whole = len(prior), blocks.sum(axis=0)
         whole[:c, :c] += prior
-        loaded = slice(payload.start, c)  # payload and friction under load
-        root, own = _whitening(whole[:c, :c]), _whitening(whole[loaded, loaded])
-        left = np.array([_rest(whole - block, root) for block in blocks])
-        return Added(
-            _rest(whole, root),
-            left,
-            (root @ (root.T @ whole[:c, c:]))[payload],
-            (own @ (own.T @ whole[loaded, c:]))[: payload.stop - payload.start],
-            inflation,
-        )
+        root = _whitening(whole[:c, :c])
+        ten = (root @ (root.T @ whole[:c, c:]))[payload]
+        return Added(_rest(whole, root), _rest(whole - blocks, root), ten, inflation)
 
-    def part(self, own: slice) -> "Added":
-        """Take some of the added columns."""
-        torque = len(self.whole) - 1
-        index = [*range(torque)[own], torque]
-        left = self.left[:, index][:, :, index]
-        whole = self.whole[np.ix_(index, index)]
-        return Added(whole, left, self.payload[:, index], self.difference[:, index], self.inflation)
-
-    def effect(self, *index: int, free: tuple[int, ...] = (), name: str = "", where: str = "") -> Effect:
+    def effect(self, index: Sequence[int], free: Sequence[int] = (), name: str = "", where: str = "") -> Effect:
         """Estimate some of the added columns, others free as far as these are more than rounding."""
         squares, k = np.diag(self.whole), len(index)
-        free = tuple(i for i in free if squares[i] > _RANK * squares[list(index)].max())
+        free = [i for i in free if squares[i] > _RANK * squares[list(index)].max()]
         every = [*index, *free]
         inverse, right = _inverse(self.whole[np.ix_(every, every)]), self.whole[every, -1]
         values = (inverse @ right)[:k]
-        each = [(_inverse(gram[np.ix_(every, every)]) @ gram[every, -1])[:k] - values for gram in self.left]
+        left = self.left[:, every]
+        each = np.einsum("bij,bj->bi", _inverse(left[:, :, every]), left[:, :, -1])[:, :k] - values
         # The jackknife, and the formula where that says more.
-        covariance = (1.0 - 1.0 / len(each)) * np.array(each).T @ np.array(each)
+        covariance = (1.0 - 1.0 / len(each)) * each.T @ each
         variance = self.inflation * np.diag(inverse)[:k]
         sigma, formula = np.sqrt(np.diag(covariance)), np.sqrt(np.where(variance > 0.0, variance, np.nan))
         wider = np.maximum(1.0, formula / np.maximum(sigma, 1e-300))
         without = _inverse(self.whole[np.ix_(free, free)])
-        taken = without @ self.whole[np.ix_(free, index)]
-        effect = self.payload[:, list(free)] @ taken - self.payload[:, list(index)]
+        effect = self.payload[:, free] @ without @ self.whole[np.ix_(free, index)] - self.payload[:, list(index)]
         explained = right @ inverse @ right - right[k:] @ without @ right[k:]
         fall = float(explained) / max(float(self.whole[-1, -1]), 1e-300)
         return Effect(name, where, values, covariance * np.outer(wider, wider), effect, fall)
 
 
-def _parts(rows: Array, groups: Index, count: int) -> Iterator[Array]:
-    """Go through rows of all joints (c x n x N) group by group of states, each c x k."""
-    edges = np.searchsorted(groups, np.arange(count + 1))
-    return (rows[:, :, a:b].reshape(len(rows), -1) for a, b in pairwise(edges))
-
-
 def _norms(gram: Array) -> Array:
-    """Norms of a Gram matrix's columns, infinite where nothing but rounding is left of one."""
-    squares = np.diag(gram)
-    return np.sqrt(np.where(squares > _NOTHING * squares.max(initial=0.0), squares, np.inf))
+    """Norms of the columns of Gram matrices, infinite where nothing but rounding is left of one."""
+    squares = np.diagonal(gram, axis1=-2, axis2=-1)
+    least = _NOTHING * squares.max(axis=-1, initial=0.0, keepdims=True)
+    return np.sqrt(np.where(squares > least, squares, np.inf))
 
 
 def _whitening(gram: Array) -> Array:
@@ -381,24 +354,16 @@ def _whitening(gram: Array) -> Array:
 
 
 def _inverse(gram: Array) -> Array:
-    """Inverse of a small Gram matrix, columns of which nothing is left taken out."""
+    """Inverses of small Gram matrices, columns of which nothing is left taken out."""
     size = _norms(gram)
-    return np.asarray(np.linalg.pinv(gram / np.outer(size, size), 1e-12, hermitian=True) / np.outer(size, size))
+    scale = size[..., :, None] * size[..., None, :]
+    return np.asarray(np.linalg.pinv(gram / scale, 1e-12, hermitian=True) / scale)
 
 
 def _rest(gram: Array, root: Array) -> Array:
-    """Gram matrix of the last columns less all that the first ones explain; ``root`` makes these nearly white."""
+    """Gram matrices of the last columns less all that the first ones explain; ``root`` makes these nearly white."""
     c = len(root)
-    white, right = root.T @ gram[:c, :c] @ root, root.T @ gram[:c, c:]
-    try:
-        L = np.linalg.cholesky(white)
-        clear = bool(np.diag(L).min(initial=1.0) ** 2 > _REMAINS)
-    except np.linalg.LinAlgError:
-        clear = False
-    if clear:
-        explained = solve_triangular(L, right, lower=True)
-    else:  # the others do not determine some direction
-        eigenvalues, V = np.linalg.eigh(white)
-        significant = eigenvalues > _REMAINS
-        explained = (V[:, significant] / np.sqrt(eigenvalues[significant])).T @ right
-    return np.asarray(gram[c:, c:] - explained.T @ explained)
+    white, right = root.T @ gram[..., :c, :c] @ root, root.T @ gram[..., :c, c:]
+    # A direction that the other blocks do not determine explains nothing.
+    explained = right.swapaxes(-1, -2) @ np.linalg.pinv(white, _REMAINS, hermitian=True) @ right
+    return np.asarray(gram[..., c:, c:] - explained)
