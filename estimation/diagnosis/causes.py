@@ -11,11 +11,9 @@ from itertools import combinations, product
 
 import numpy as np
 
-from ...common.arrays import Array
-from ...common.errors import InputError
 from ...model import Coupling, Robot, load_robot, robot_names
 from ..signals.rows import Mask
-from .engine import System, SystemFit
+from .engine import System
 from .evidence import Alternative, Evidence
 from .finding import Finding, Severity, note
 from .hypotheses import HELPFUL, pull_of
@@ -57,11 +55,7 @@ Read = tuple[str, Robot | None, States]
 
 
 class Comparison:
-    """Compares readings with the recordings as described: by every fifth state first.
-
-    Attributes:
-        fit: of all states as described.
-    """
+    """Compares readings with the recordings as described, ``fit``: by every fifth state first."""
 
     def __init__(self, robot: Robot, states: States, free_gains: bool = False) -> None:
         """Fit the recordings as described.
@@ -69,28 +63,13 @@ class Comparison:
         Args:
             free_gains: whether each joint's torque has a scale of its own in every comparison, for gains that were
                 identified with the robot as described favour it; not of coupled drives, nor with a spring.
-
-        Raises:
-            InputError: if a joint leaves the table of the robot's spring.
         """
         self.robot, self.states = robot, states
         self.free_gains = free_gains and robot.coupling is None and robot.spring is None
         systems = [System.of(robot, part) for part in (states.coarser(), states)]
-        self._fits = [self._fitted(system, system.weights) for system in systems]
+        self._fits = [system.fit(system.weights, self.free_gains) for system in systems]
         self._likelihoods = [fit.likelihood() for fit in self._fits]
         self.fit = self._fits[1]
-
-    @staticmethod
-    def of(robot: Robot, states: States | None, free_gains: bool = False) -> "Comparison | None":
-        """Fit the recordings as described; None where there is too little motion, or none that fits the robot."""
-        try:
-            return None if states is None else Comparison(robot, states, free_gains)
-        except InputError:  # a joint leaves the table of its spring
-            return None
-
-    def _fitted(self, system: System, weights: Array) -> SystemFit:
-        """Fit, with gains of their own where they are free."""
-        return system.fit_with_scales(weights) if self.free_gains else system.fit(weights)
 
     def compared(
         self, kind: str, name: str, robot: Robot | None, states: States, worth: float = _FAR
@@ -99,56 +78,52 @@ class Comparison:
         found = None
         for fit, likelihood, part in zip(self._fits, self._likelihoods, (states.coarser(), states), strict=True):
             system = fit.system
-            torque = part.torque.T + system.torque - system.states.torque.T
-            # Where torques alone differ the columns are there.
             same = robot is None and np.array_equal(part.q, system.states.q)
             same = same and np.array_equal(part.keep, system.states.keep)
-            try:
-                changed = replace(system, torque=torque) if same else System.of(robot or self.robot, part)
-            except InputError:  # outside the table of a spring
-                return None
-            if same and not self.free_gains:
-                other = fit.likelihood(torque)
+            if same:  # the columns are there
+                changed = fit.of_torque(part.torque.T + system.torque - system.states.torque.T)
+                changed = changed.system.fit(fit.weights, True) if self.free_gains else changed
             else:
-                other = self._fitted(changed, fit.weights).likelihood()
-            both = system.keep & changed.keep
-            rise = np.bincount(part.block, np.sum((other - likelihood) * both, axis=0), BLOCKS)
+                changed = System.of(robot or self.robot, part).fit(fit.weights, self.free_gains)
+            both = system.keep & changed.system.keep
+            rise = np.bincount(part.block, np.sum((changed.likelihood() - likelihood) * both, axis=0), BLOCKS)
             error = float(np.std(rise, ddof=1)) / np.sqrt(len(rise))
             # By log-likelihoods of -1/2 log(variance) a row: the fraction by which chi2 falls.
             fall = 1.0 - float(np.exp(-2.0 * rise.sum() / max(int(both.sum()), 1)))
             found = Alternative(kind, name, fall, float(rise.mean()) / max(error, 1e-300))
-            if fall < worth:
+            if fall < worth or not both.any():
                 return None
         return found
 
 
 def alternatives(robot: Robot, states: States | None, free_gains: bool = False) -> tuple[Alternative, ...]:
-    """Compare what is always compared: other robots, turned joints, no gravity, and more friction.
+    """Compare what is always compared: joints turned, no gravity, other robots, and more friction.
 
-    Only robots of other geometry are tried, with as many joints and drives as described. None where there is too
-    little motion; other arguments as of ``Comparison``.
+    None where there is too little motion; other arguments as of ``Comparison``.
     """
-    own = Comparison.of(robot, states, free_gains)
-    if own is None:
+    if states is None:
         return ()
-    states, speed = own.states, own.states.qd.T
+    own = Comparison(robot, states, free_gains)
+    speed = own.states.qd.T
     rubs = np.eye(robot.n)[:, :, None] * (np.sign(speed) * np.sqrt(np.abs(speed)))[:, None]
     friction = own.fit.system.with_columns(rubs).effect(range(robot.n)).fall
-    found = [Alternative("friction", "", friction, 0.0)]
+    others = (own.compared(*reading) for reading in _always(own))
+    return (Alternative("friction", "", friction, 0.0), *filter(None, others))
+
+
+def _always(own: Comparison) -> Iterator[tuple[str, str, Robot | None, States]]:
+    """Readings that are always compared; of robots those of other geometry with as many joints."""
+    robot, states = own.robot, own.states
     for j in range(robot.n):
-        turned = Reading.as_recorded(robot.n).turned(j).of(states)
-        found += filter(None, [own.compared("turned", str(j + 1), None, turned)])
+        yield "turned", str(j + 1), None, Reading.as_recorded(robot.n).turned(j).of(states)
     if any(robot.gravity):
-        weightless = replace(robot, gravity=(0.0, 0.0, 0.0))
-        found += filter(None, [own.compared("weightless", "", weightless, states)])
+        yield "weightless", "", replace(robot, gravity=(0.0, 0.0, 0.0)), states
     for name in robot_names():
         other = load_robot(name)
         if other.n == robot.n and _geometry(other) != _geometry(robot):
             coupling = other.drives.coupling if robot.drives.fit_for_coupling else None
             drives = replace(robot.drives, coupling=coupling, spring=other.drives.spring)
-            other = replace(other, gravity=robot.gravity, drives=drives)
-            found += filter(None, [own.compared("robot", name, other, states)])
-    return tuple(found)
+            yield "robot", name, replace(other, gravity=robot.gravity, drives=drives), states
 
 
 def _geometry(robot: Robot) -> list[tuple[str, float, float, float, float]]:
@@ -209,11 +184,9 @@ def likely_causes(
         contradicted: whether something is known to be wrong; if not, only a clear gain counts.
         free_gains: as of ``Comparison``.
     """
-    if states is not None:
-        states = states.taken(slice(None, None, max(1, len(states.t) // _ENOUGH)))
-    described = Comparison.of(robot, states, free_gains)
-    if described is None:
+    if states is None:
         return []
+    described = Comparison(robot, states.taken(slice(None, None, max(1, len(states.t) // _ENOUGH))), free_gains)
     least = HELPFUL if contradicted else CONVINCING
     tried: list[tuple[Alternative, str]] = []
     for family, several in FAMILIES:
@@ -239,7 +212,7 @@ def likely_causes(
 def _parts(own: Comparison) -> list[tuple[str, Mask]]:
     """Divide the recordings, with names: all, those of one kind, and of each kind the one that fits worst."""
     states, names = own.states, own.states.source.split(", ")
-    squares = np.sum(own.fit.errors() ** 2, axis=0)
+    squares = own.fit.weights**2 @ own.fit.errors**2
     kinds = [states.loaded == 0.0, states.loaded > 0.0]
     masks = [np.ones(len(states.t), dtype=bool), *kinds]
     for kind in kinds:
@@ -325,39 +298,36 @@ def descriptions(own: Comparison, mask: Mask) -> Iterator[Read]:
 
 def offsets(own: Comparison, mask: Mask) -> Iterator[Read]:
     """A torque channel with an offset, constant or growing with time."""
-    n, passed, error = own.robot.n, own.states.passed, own.fit.errors()
+    n, passed, square = own.robot.n, own.states.passed, own.fit.weights**2
     for (shape, text), j in product(((passed**0, "holds an offset of"), (passed, "drifts by")), range(n)):
         column = np.zeros((n, len(passed)))
         column[j] = shape * mask
-        left = own.fit.errors(column)
-        square = float(np.sum(left**2))
-        if square > 1e-9 * own.fit.weights[j] ** 2 * float(np.sum(column**2)):
-            size = float(np.sum(left * error)) / square
+        left = own.fit.of_torque(column).errors
+        shown = float(square @ (left**2).sum(axis=1))
+        if shown > 1e-9 * square[j] * float(np.sum(column**2)):
+            size = float(square @ (left * own.fit.errors).sum(axis=1)) / shown
             assumed = f"the torque of joint {j + 1} {text} {size:.3g} (N·m or N)"
             yield assumed, None, replace(own.states, torque=own.states.torque - size * column.T)
 
 
 def channels(own: Comparison, mask: Mask) -> Iterator[Read]:
     """Torque channels with a wrong drive gain, a reversed list of gains, or no common unit."""
-    states, n = own.states, own.robot.n
+    states, n, norms = own.states, own.robot.n, own.fit.system.norms
     if own.free_gains:
         return
-    each = np.eye(n)[:, :, None] * (states.torque * mask[:, None]).T[:, None]
-    scale = own.fit.weights * own.fit.system.norms()
-    left = np.array([own.fit.errors(each[:, j]) / scale[:, None] for j in range(n)])
+    each = np.eye(n)[:, :, None] * (states.torque * mask[:, None]).T
+    left = np.array([own.fit.of_torque(torque).errors / norms[:, None] for torque in each])
     gram = np.einsum("ijn,kjn->ik", left, left)
-    rest = own.fit.errors() / scale[:, None]
-    for j in range(n):
-        ratio = 1.0 - float(np.sum(left[j] * rest)) / max(gram[j, j], 1e-300)
+    shown = np.einsum("ijn,jn->i", left, own.fit.errors / norms[:, None]) / np.maximum(np.diag(gram), 1e-300)
+    for j, ratio in enumerate((1.0 - shown).tolist()):
         if _LEAST < ratio < 1.0 / _LEAST and abs(np.log(ratio)) >= _OFF:
             size = f"{1.0 / ratio:.2g} times too large" if ratio < 1.0 else f"{ratio:.2g} times too small"
-            factors = np.where(np.arange(n) == j, ratio, 1.0)
             text = f"the torque of joint {j + 1} is about {size} (drive gain or unit)"
-            yield text, None, replace(states, torque=states.torque * factors)
+            yield text, None, states.scaled(np.where(np.arange(n) == j, ratio, 1.0))
     if states.gains and states.gains != states.gains[::-1]:
-        factors = np.array(states.gains[::-1]) / np.array(states.gains)
-        yield "the list of drive gains is reversed", None, replace(states, torque=states.torque * factors)
-    fixed, factors = int(np.argmax(own.fit.system.norms())), np.ones(n)
+        reverse = np.array(states.gains[::-1]) / np.array(states.gains)
+        yield "the list of drive gains is reversed", None, states.scaled(reverse)
+    fixed, factors = int(np.argmax(norms)), np.ones(n)
     free = [j for j in range(n) if j != fixed]
     factors[free] = -np.linalg.lstsq(gram[np.ix_(free, free)], gram[free, fixed], rcond=1e-12)[0]
     usable = mask.all() and (factors > _LEAST).all() and (factors < 1.0 / _LEAST).all()
@@ -367,7 +337,7 @@ def channels(own: Comparison, mask: Mask) -> Iterator[Read]:
             f"the torques of the joints share no unit (they are {sizes} times too large, joint by joint), as "
             "motor-side torques or percent of each drive's maximum do"
         )
-        yield text, None, replace(states, torque=states.torque * factors)
+        yield text, None, states.scaled(factors)
 
 
 def stuck_encoders(own: Comparison, _: Mask) -> Iterator[Read]:

@@ -4,8 +4,9 @@ The first line of a docstring says what is checked, the rest from where on and w
 prints them.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from itertools import combinations
+from math import hypot
 
 import numpy as np
 
@@ -14,7 +15,7 @@ from ...model.inertia import PayloadSpread
 from ..fit.covariance import NORMAL95, few_blocks
 from ..fit.estimate import Fit
 from ..possible.constraints import PossibleBody
-from .evidence import KNOWN_WELL, Evidence, Judged, KnownWeight, by
+from .evidence import KNOWN_WELL, Evidence, Judged, by
 from .finding import Finding, error, note, warning
 
 MASS_SIGMA = 0.05
@@ -62,13 +63,12 @@ def allowing(spread: PayloadSpread, degrees_of_freedom: float) -> PayloadSpread:
 
 def judge_mass(mass: float, spread: PayloadSpread, from_scale: bool) -> Judged:
     """Judge the mass."""
-    relative = spread.mass / max(abs(mass), 1e-300)
     if from_scale:
         return Judged("weighed", "the torques of these joints do not contain it")
-    if relative <= MASS_SIGMA:
-        return Judged("use")
+    relative = spread.mass / max(abs(mass), 1e-300)
     advice = "let joint 2 or 3 move, widen the range, record longer, or weigh the payload"
-    return _vague(f"is {_percent(relative)} of it", f"{100 * MASS_SIGMA:.0f} %", advice)
+    vague = "" if relative <= MASS_SIGMA else f"is {_percent(relative)} of it"
+    return _judged((), vague, f"{100 * MASS_SIGMA:.0f} %", advice)
 
 
 def judge_com(ten: Array, spread: PayloadSpread) -> Judged:
@@ -79,32 +79,29 @@ def judge_com(ten: Array, spread: PayloadSpread) -> Judged:
         spread: standard deviations, infinite where the joints show nothing.
     """
     hidden = [axis for axis, sigma in zip("xyz", spread.com, strict=True) if not np.isfinite(sigma)]
-    if hidden:
-        return Judged("not visible", f"these joints do not show {', '.join(hidden)}")
     known = bool(np.isfinite(ten).all() and ten[9] > 0.0)
     size = float(np.sqrt(max(ten[[0, 3, 5]].sum(), 0.0) / 2.0 / ten[9])) if known else 0.0
-    worst, allowed = int(np.argmax(spread.com)), max(COM_FLOOR, COM_SIGMA * size)
-    if spread.com[worst] <= allowed:
-        return Judged("use")
-    sigma = f"along {'xyz'[worst]} is {1e3 * spread.com[worst]:.0f} mm"
-    return _vague(sigma, f"{1e3 * allowed:.0f} mm", "turn the wrist farther, or weigh the payload")
+    sigma, axis = max(zip(spread.com, "xyz", strict=True))
+    allowed = max(COM_FLOOR, COM_SIGMA * size)
+    vague = "" if sigma <= allowed else f"along {axis} is {1e3 * sigma:.0f} mm"
+    return _judged(hidden, vague, f"{1e3 * allowed:.0f} mm", "turn the wrist farther, or weigh the payload")
 
 
 def judge_inertia(moments: Array, spread: PayloadSpread) -> Judged:
     """Judge the inertia at the centre of mass: each moment to 30 %."""
     relative = dict(zip(("XX", "YY", "ZZ"), spread.moments / np.maximum(moments, 1e-300), strict=True))
     hidden = [name for name, s in zip(relative, spread.moments, strict=True) if not np.isfinite(s)]
+    vague = ", ".join(f"{name} {_percent(s)}" for name, s in relative.items() if not s <= INERTIA_SIGMA)
+    advice = "move the wrist faster, or record longer"
+    return _judged(hidden, vague and f"of {vague}", f"{100 * INERTIA_SIGMA:.0f} %", advice)
+
+
+def _judged(hidden: Sequence[str], vague: str, allowed: str, advice: str) -> Judged:
     if hidden:
         return Judged("not visible", f"these joints do not show {', '.join(hidden)}")
-    vague = [f"{name} {_percent(s)}" for name, s in relative.items() if not s <= INERTIA_SIGMA]
     if not vague:
         return Judged("use")
-    advice = "move the wrist faster, or record longer"
-    return _vague(f"of {', '.join(vague)}", f"{100 * INERTIA_SIGMA:.0f} %", advice)
-
-
-def _vague(sigma: str, allowed: str, advice: str) -> Judged:
-    why = f"1 sigma (few blocks of time allowed for) {sigma}, {allowed} at most are allowed: {advice}"
+    why = f"1 sigma (few blocks of time allowed for) {vague}, {allowed} at most are allowed: {advice}"
     return Judged("not measured well enough", why)
 
 
@@ -181,14 +178,10 @@ def friction(evidence: Evidence) -> Iterator[Finding]:
 
     Coulomb and viscous friction of a joint both over {DRIVEN_SIGMAS:g} sigma below zero: spoils all.
     """
-    parameters, driven = evidence.parameters, list[str]()
-    if parameters is None:
-        return
-    for joint in range(1, evidence.robot.n + 1):
-        names = [name for name in (f"FS{joint}", f"FV{joint}") if name in parameters.names]
-        values, C = parameters.select(names) if names else (np.zeros(1), np.eye(1))
-        if (values < -DRIVEN_SIGMAS * np.sqrt(np.diag(C))).all():
-            driven.append(str(joint))
+    parameters = evidence.parameters
+    z = dict(zip(parameters.names, parameters.values / parameters.sigma, strict=True)) if parameters else {}
+    frictions = {j: {f"FS{j}", f"FV{j}"} & z.keys() for j in range(1, evidence.robot.n + 1)}
+    driven = [str(j) for j, own in frictions.items() if own and max(z[name] for name in own) < -DRIVEN_SIGMAS]
     if driven:
         yield error(
             f"the friction of joint {', '.join(driven)} comes out negative, as if it drove the joint: the sign of "
@@ -238,17 +231,16 @@ def methods_apart(evidence: Evidence) -> Iterator[Finding]:
     Spread over {MASS_SPREAD:.0%}, or two by {METHODS_APART:.0%} and {SIGMAS:g} sigma: spoils all.
     """
     masses = [e.mass for e in evidence.estimates] or [0.0]
-    mean = abs(float(np.mean(masses)))
+    mean, pairs = abs(float(np.mean(masses))), combinations(evidence.estimates, 2)
     if np.ptp(masses) > MASS_SPREAD * mean:
         yield error(f"the methods' masses spread from {min(masses):.3g} to {max(masses):.3g} kg", "mass")
         return
-    for a, b in combinations(evidence.estimates, 2):
+    for a, b in pairs:
         sigma = float(np.hypot(a.larger_sigma[9], b.larger_sigma[9]))
         if abs(a.mass - b.mass) > max(METHODS_APART * mean, SIGMAS * sigma):
+            masses_apart = f"{a.mass:.4g} and {b.mass:.4g} kg"
             yield error(
-                f"methods {a.method} and {b.method} disagree beyond their intervals: {a.mass:.4g} and "
-                f"{b.mass:.4g} kg",
-                "mass",
+                f"methods {a.method} and {b.method} disagree beyond their intervals: {masses_apart}", "mass"
             )
             return
 
@@ -363,21 +355,21 @@ def weights_apart(evidence: Evidence) -> Iterator[Finding]:
     By {APART:.0%} and {APART_SIGMAS:g} sigma: spoils all.
     """
 
-    def text(weight: KnownWeight) -> str:
-        mass = f"{weight.mass:.4g} ± {weight.sigma:.2g} kg"
-        return f"mounting {weight.mounting} weighs {mass}, given as {weight.nominal:g} kg"
-
     apart = []
-    for first, second in combinations(evidence.gained.weights if evidence.gained is not None else (), 2):
-        ratio = (first.mass / first.nominal) / (second.mass / second.nominal)
-        sigma = float(np.hypot(first.sigma / first.mass, second.sigma / second.mass))
-        if abs(ratio - 1.0) > max(APART, APART_SIGMAS * sigma):
-            apart.append((abs(ratio - 1.0) / sigma, text(first), text(second)))
+    for weights in combinations(evidence.gained.weights if evidence.gained is not None else (), 2):
+        first, second = (weight.mass / weight.nominal for weight in weights)
+        sigma = hypot(*(weight.sigma / weight.mass for weight in weights))
+        if abs(first / second - 1.0) > max(APART, APART_SIGMAS * sigma):
+            apart.append((abs(first / second - 1.0) / sigma, weights))
     if apart:
-        _, one, other = max(apart)
+        told = " and ".join(
+            f"mounting {weight.mounting} weighs {weight.mass:.4g} ± {weight.sigma:.2g} kg, given as "
+            f"{weight.nominal:g} kg"
+            for weight in max(apart)[1]
+        )
         yield error(
-            f"the weights do not go together: with these gains {one} and {other}: is one mass given wrongly, or "
-            "are recordings of two mountings taken for one?",
+            f"the weights do not go together: with these gains {told}: is one mass given wrongly, or are "
+            "recordings of two mountings taken for one?",
             "mass",
         )
 

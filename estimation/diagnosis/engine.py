@@ -5,7 +5,7 @@ accurate enough for both, and fast; standard deviations leave out one block of t
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
 from typing import NamedTuple
@@ -13,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...common.arrays import Array
+from ...common.errors import InputError
 from ...model import INERTIAL, Robot
 from ...model.drives import parameter_kind
 from ...model.many_states import own_columns, regressor_at
@@ -34,27 +35,17 @@ _FLOOR = 1e-9  # of a joint's torque: data without noise still need finite weigh
 
 @dataclass(frozen=True, eq=False)
 class System:
-    """Equations of robot and payload on subsampled states.
-
-    Attributes:
-        names: of the robot's columns.
-        columns: the robot's, the payload's ten in its frame, and what friction changes by under load, n x c x N.
-        torque: less what is known of the robot [N·m or N], n x N.
-        keep: rows that are used, n x N; none of a joint that has a few only.
-        nominal: values of the robot from an earlier identification, else zero, by ``names``.
-        prior: Gram matrix of the prior rows, c x c.
-        inflation: factor by which memory of the errors raises the variances that these equations leave.
-    """
+    """Equations of robot and payload on subsampled states."""
 
     robot: Robot
     states: States
-    names: tuple[str, ...]
-    columns: Array
-    torque: Array
-    keep: Mask
-    nominal: Array
-    prior: Array
-    inflation: float = 1.0
+    names: tuple[str, ...]  # of the robot's columns
+    columns: Array  # the robot's, the payload's ten in its frame, friction's changes under load, n x c x N
+    torque: Array  # less what is known of the robot [N·m or N], n x N
+    keep: Mask  # rows that are used, n x N; none of a joint that has a few only
+    nominal: Array  # values of the robot from an earlier identification, else zero, by names
+    prior: Array  # Gram matrix of the prior rows, c x c
+    inflation: float = 1.0  # by which memory of the errors raises the variances that these equations leave
 
     @staticmethod
     def of(
@@ -63,22 +54,22 @@ class System:
         """Set up the equations.
 
         Args:
-            robot: as described.
+            robot: as described; rows are not used where a joint leaves the table of its spring.
             states: with payload where any of them is loaded.
             changes: frictions that may differ under load, with the weight of the prior row of each, 0 for none.
             known: parameters of the robot from an earlier identification.
-
-        Raises:
-            InputError: if a joint leaves the table of its spring.
         """
         own = known.names if known is not None else own_columns(robot)
         payload = payload_columns(robot) if states.loaded.any() else ()
         changes = dict(changes or {}) if payload else {}
         names = tuple(dict.fromkeys((*own, *payload, *changes)))
-        spring = np.zeros(states.torque.T.shape)
+        spring, keep = np.zeros(states.torque.T.shape), states.keep.T & (states.keep.sum(axis=0) >= _ROWS)[:, None]
         if robot.spring is not None:
             k = robot.spring.joint - 1
-            spring[k] = robot.spring.torque(states.q[:, k])
+            try:
+                spring[k] = robot.spring.torque(states.q[:, k])
+            except InputError:  # the joint leaves the spring's table: it cannot be so
+                keep = np.zeros_like(keep)
 
         def under(carried: Array) -> System:
             W = regressor_at(robot, names, states.q, states.qd, states.qdd, carried.T)
@@ -95,7 +86,6 @@ class System:
             index = np.arange(len(own) + len(payload), len(prior))
             prior[index, index] = np.square(list(changes.values()))
             inflation = known.inflation if known is not None else 1.0
-            keep = states.keep.T & (states.keep.sum(axis=0) >= _ROWS)[:, None]
             return System(robot, states, tuple(own), columns, torque, keep, nominal, prior, inflation)
 
         system = under(np.zeros(spring.shape))
@@ -109,9 +99,10 @@ class System:
         """Indices of the payload's ten; empty where nothing hangs on the robot."""
         return slice(len(self.names), len(self.names) + (len(PAYLOAD) if self.states.loaded.any() else 0))
 
-    def norms(self, torque: Array | None = None) -> Array:
+    @cached_property
+    def norms(self) -> Array:
         """Norm of each joint's torque over the rows that are used, 1 where it is zero, shape (n,)."""
-        norms = np.linalg.norm((self.torque if torque is None else torque) * self.keep, axis=1)
+        norms = np.linalg.norm(self.torque * self.keep, axis=1)
         return np.asarray(np.where(norms == 0.0, 1.0, norms))
 
     @cached_property
@@ -119,14 +110,14 @@ class System:
         """Weights of the joints by their residuals [1/(N·m) or 1/N], shape (n,)."""
         weights = np.ones(self.robot.n)
         for _ in range(2):
-            fit = self.fit(weights)
-            weights = 1.0 / fit.sizes(fit.errors())[1]
+            weights = 1.0 / self.fit(weights).rms()
         return weights
 
     @cached_property
     def values(self) -> Array:
         """Parameters of robot and payload, shape (c,); those that nothing shows are zero."""
-        values = self.fit(self.weights).values
+        own = self.fit(self.weights).own
+        values = np.append(own, np.zeros(len(self.prior) - len(own)))
         values[: len(self.names)] += self.nominal
         return values
 
@@ -139,24 +130,24 @@ class System:
             grams.append(rows @ rows.T)
         return np.array(grams)
 
-    def fit(self, weights: Array, scales: Array | None = None) -> "SystemFit":
-        """Solve the equations, friction as it is without load, each joint's columns times its scale."""
-        G, right = self.joint_grams[:, :-1, :-1], self.joint_grams[:, :-1, -1]
-        scales = np.ones(self.robot.n) if scales is None else scales
-        root = _whitening(np.einsum("j,jab->ab", (weights * scales) ** 2, G) + self.prior[: len(G[0]), : len(G[0])])
-        return SystemFit(self, weights, scales, root, root @ (root.T @ (weights**2 * scales @ right)))
+    def fit(self, weights: Array, free_gains: bool = False) -> "SystemFit":
+        """Solve the equations, friction as it is without load.
 
-    def fit_with_scales(self, weights: Array) -> "SystemFit":
-        """Solve the equations and a scale of each joint's columns, by Gauss-Newton from 1; the best step."""
+        With free gains each joint's columns have a scale, by Gauss-Newton from 1: the best step.
+        """
         G, right, torque = self.joint_grams[:, :-1, :-1], self.joint_grams[:, :-1, -1], self.joint_grams[:, -1, -1]
-        square, scales, tried = weights**2, np.ones(len(weights)), list[tuple[float, SystemFit]]()
+        square, scales, tried = weights**2, np.ones(self.robot.n), list[tuple[float, SystemFit]]()
+        prior = self.prior[: len(G[0]), : len(G[0])]
         for _ in range(_STEPS):
-            fit = self.fit(weights, scales)
+            root = _whitening(np.einsum("j,jab->ab", square * scales**2, G) + prior)
+            fit = SystemFit(self, weights, scales, root, root @ (root.T @ (square * scales @ right)))
+            if not free_gains:
+                return fit
             # The parameters are eliminated from the normal equations of scales and parameters (Schur complement).
             along = G @ fit.own
             modelled, shown = along @ fit.own, right @ fit.own
             tried.append((float(square @ (torque - 2.0 * scales * shown + scales**2 * modelled)), fit))
-            taken = (square * scales)[:, None] * (along @ fit.root)
+            taken = (square * scales)[:, None] * (along @ root)
             gram = np.diag(square * modelled + 1.0 / _GAIN**2) - taken @ taken.T
             step = np.linalg.solve(gram, square * (shown - scales * modelled) + (1.0 - scales) / _GAIN**2)
             scales = np.clip(scales + np.clip(step, -_GAIN, _GAIN), _GAIN, 1.0 / _GAIN)
@@ -208,78 +199,59 @@ class System:
         return int(high.sum()), len(means), change[self.payload]
 
 
-class SystemFit(NamedTuple):
-    """Solution of a system for some weights of the joints and scales of their columns.
-
-    ``root``: root root' inverts the Gram matrix; ``own``: parameters of robot and payload.
-    """
+@dataclass(frozen=True, eq=False)
+class SystemFit:
+    """Solution of a system for some weights of the joints and scales of their columns."""
 
     system: System
     weights: Array
     scales: Array
-    root: Array
-    own: Array
+    root: Array  # root root' inverts the Gram matrix
+    own: Array  # parameters of robot and payload
 
-    @property
-    def values(self) -> Array:
-        """Parameters, friction as it is without load, shape (c,)."""
-        return np.concatenate([self.own, np.zeros(len(self.system.prior) - len(self.own))])
+    def of_torque(self, torque: Array) -> "SystemFit":
+        """Solve the same equations for another torque, n x N."""
+        weighted = torque * self.system.keep * (self.scales * self.weights**2)[:, None]
+        shown = (self.system.columns[:, : len(self.own)] @ weighted[:, :, None]).sum(axis=0)[:, 0]
+        system = replace(self.system, torque=torque)
+        return replace(self, system=system, own=self.root @ (self.root.T @ shown))
 
-    def errors(self, torque: Array | None = None) -> Array:
-        """Weighted errors that are left of the system's torque, or of another one, n x N."""
-        columns, values = self.system.columns[:, : len(self.own)], self.own
-        if torque is None:
-            torque = self.system.torque
-        else:
-            weighted = torque * self.system.keep * (self.scales * self.weights**2)[:, None]
-            values = self.root @ (self.root.T @ (columns @ weighted[:, :, None]).sum(axis=0)[:, 0])
-        left = torque - self.scales[:, None] * (values @ columns)
-        return np.asarray(left * self.system.keep * self.weights[:, None])
-
-    def sizes(self, errors: Array, torque: Array | None = None) -> tuple[Array, Array]:
-        """Errors of each joint over its torque, and their root mean square [N·m or N], 1 without rows, each (n,).
-
-        Args:
-            errors: as ``errors`` gives them, of the system's torque or of another one.
-            torque: that other one, n x N.
-        """
-        norms, rows = self.system.norms(torque), self.system.keep.sum(axis=1)
-        relative = np.linalg.norm(errors, axis=1) / (self.weights * norms) + _FLOOR
-        return relative, np.where(rows > 0, relative * norms / np.sqrt(np.maximum(rows, 1)), 1.0)
+    @cached_property
+    def errors(self) -> Array:
+        """Torque that is left [N·m or N], n x N, zero where rows are not used."""
+        modelled = self.scales[:, None] * (self.own @ self.system.columns[:, : len(self.own)])
+        return np.asarray((self.system.torque - modelled) * self.system.keep)
 
     def relative(self) -> Array:
         """Errors of each joint over its torque, shape (n,)."""
-        return self.sizes(self.errors())[0]
+        return np.asarray(np.linalg.norm(self.errors, axis=1) / self.system.norms + _FLOOR)
 
-    def likelihood(self, torque: Array | None = None) -> Array:
+    def rms(self) -> Array:
+        """Root mean square of each joint's errors [N·m or N], 1 without rows, shape (n,)."""
+        rows = self.system.keep.sum(axis=1)
+        return np.where(rows > 0, self.relative() * self.system.norms / np.sqrt(np.maximum(rows, 1)), 1.0)
+
+    def likelihood(self) -> Array:
         """Log-likelihood of each row, n x N; each joint's variance by its own errors, over its torque's.
 
         Over the torque's, for a joint's torque may be in another unit.
         """
-        errors = self.errors(torque)
-        relative, rms = self.sizes(errors, torque)
-        terms = -np.log(relative)[:, None] - 0.5 * (errors / (self.weights * rms)[:, None]) ** 2
-        return np.asarray(np.where(self.system.keep, terms, 0.0))
+        terms = -np.log(self.relative())[:, None] - 0.5 * (self.errors / self.rms()[:, None]) ** 2
+        return np.where(self.system.keep, terms, 0.0)
 
 
 class Effect(NamedTuple):
-    """Estimate of the columns that a hypothesis adds.
+    """Estimate of the columns that a hypothesis adds."""
 
-    ``name``: of the hypothesis; ``where``: in which recordings; ``values`` (k,) of the columns with ``covariance``,
-    nan where nothing shows them; ``effect``: on the payload's ten once corrected, 10 x k; ``fall``: fraction of the
-    squared residual that they take off; ``size`` in SI units with its standard deviation ``sigma``;
-    ``by_difference``: the effect on method 3, if that is another one.
-    """
-
-    name: str
-    where: str
-    values: Array
-    covariance: Array
-    effect: Array
-    fall: float = 0.0
-    size: float = 0.0
-    sigma: float = 0.0
-    by_difference: Array | None = None
+    name: str  # of the hypothesis
+    where: str  # in which recordings, or where else
+    values: Array  # of the columns, shape (k,)
+    covariance: Array  # nan where nothing shows them
+    effect: Array  # on the payload's ten once corrected, 10 x k
+    fall: float = 0.0  # fraction of the squared residual that they take off
+    size: float = 0.0  # in SI units
+    sigma: float = 0.0  # its standard deviation
+    by_difference: Array | None = None  # effect on method 3, if that is another one
 
     def z(self, *index: int) -> float:
         """Standard deviations from zero of some of the values together, of all by default; 0 where not shown."""
@@ -297,15 +269,11 @@ class Effect(NamedTuple):
 
 
 class Added(NamedTuple):
-    """Rest of added columns and of the torque that a system's columns do not explain.
+    """Rest of added columns and of the torque that a system's columns do not explain."""
 
-    ``whole``: their Gram matrix, torque last; ``left``: the same without each block of time; ``payload``: the
-    payload's ten that stand for each column and the torque, 10 x (m + 1).
-    """
-
-    whole: Array
-    left: Array
-    payload: Array
+    whole: Array  # their Gram matrix, torque last
+    left: Array  # the same without each block of time
+    payload: Array  # the payload's ten that stand for each column and the torque, 10 x (m + 1)
     inflation: float = 1.0
 
     @staticmethod

@@ -403,6 +403,8 @@ def seen(system: System) -> dict[str, Effect]:
 
 def effects_of(system: System) -> tuple[Effect, ...]:
     """Estimate every hypothesis; a pull only where it takes off clearly more than the others, then no tilt."""
+    if not system.keep.any():
+        return ()
     effects = seen(system)
     others = max((effect.fall for name, effect in effects.items() if name != "pull"), default=0.0)
     hung = _pulls(effects["pull"]) and effects["pull"].fall > CLEARER * others

@@ -5,11 +5,9 @@ A check that is added to the table serves every command whose evidence shows wha
 
 import sys
 from collections.abc import Callable, Iterable, Sequence
-from itertools import chain
 
 import numpy as np
 
-from ...common.errors import InputError
 from ...model import Robot
 from ...model.visibility import friction_columns
 from ..equations.equations import Equations
@@ -62,18 +60,16 @@ BEFOREHAND: tuple[Check, ...] = (checks.rating, checks.conflicts)
 
 def judge(*evidence: Evidence) -> Verdict:
     """Judge numbers made from one set of recordings, or from several together."""
-    findings = [finding for part in evidence for finding in _findings(part)]
+    findings = list[Finding]()
+    for part in evidence:
+        own = [finding for check in CHECKS for finding in check(part)]
+        likely = causes(part, any(finding.severity == "error" for finding in own))
+        # What stands out already must be outdone.
+        explained = max((finding.explains for finding in own if finding.cause), default=0.0)
+        findings += own + [finding for finding in likely if finding.explains > explained]
+        findings += [finding for check in BEFOREHAND for finding in check(part)]
     partly: Level = "mass_and_com_only" if evidence[0].gained is None else "identified_only"
     return verdict_of(findings, evidence[0].best is not None, partly)
-
-
-def _findings(evidence: Evidence) -> list[Finding]:
-    findings = [finding for check in CHECKS for finding in check(evidence)]
-    found = causes(evidence, any(finding.severity == "error" for finding in findings))
-    # What stands out already must be outdone.
-    explained = max((finding.explains for finding in findings if finding.cause), default=0.0)
-    findings += [finding for finding in found if finding.explains > explained]
-    return findings + [finding for check in BEFOREHAND for finding in check(evidence)]
 
 
 def causes(evidence: Evidence, contradicted: bool) -> list[Finding]:
@@ -95,14 +91,10 @@ def causes(evidence: Evidence, contradicted: bool) -> list[Finding]:
 def table() -> list[tuple[str, str]]:
     """List every check: what it looks at, and from where on it says what; the documentation prints it."""
     rows = []
-    described = (
-        [row.finding for row in HYPOTHESES],
-        [check for check in (*CHECKS, *BEFOREHAND) if check != hypotheses],
-    )
-    for check in chain[Callable[..., object]](*described):
+    looks: list[Callable[..., object]] = [row.finding for row in HYPOTHESES]
+    for check in [*looks, *(check for check in (*CHECKS, *BEFOREHAND) if check != hypotheses)]:
         what, _, limits = str(check.__doc__).partition("\n\n")
-        constants = vars(sys.modules[check.__module__])
-        rows.append((what, " ".join(limits.split()).format(**constants)))
+        rows.append((what, " ".join(limits.split()).format(**vars(sys.modules[check.__module__]))))
     return rows
 
 
@@ -149,10 +141,7 @@ def system_of(problem: PayloadProblem, states: States | None) -> System | None:
         changes = dict.fromkeys(names, 0.0) | {name: role.weight for name, role in problem.held.held.items()}
     else:
         changes = {name: role.weight for name, role in problem.friction.items()}
-    try:
-        return System.of(problem.robot, states, changes, None if source.unloaded else problem.robot_prior)
-    except InputError:  # a joint leaves the table of its spring
-        return None
+    return System.of(problem.robot, states, changes, None if source.unloaded else problem.robot_prior)
 
 
 def allowing(estimate: PayloadEstimate, diagnosis: Diagnosis) -> PayloadEstimate:
@@ -182,14 +171,11 @@ def robot_verdict(
         estimate: the parameters.
         free_gains: whether the torques are currents, brought to one unknown scale.
     """
-    states = states_of(source)
-    try:
-        effects = effects_of(System.of(robot, states)) if states is not None else ()
-    except InputError:  # a joint leaves the table of its spring
-        effects = ()
-    signals, length = None, sum(float(recording.t[-1] - recording.t[0]) for recording in source.unloaded)
+    states, length = states_of(source), sum(float(one.t[-1] - one.t[0]) for one in source.unloaded)
     own_drives = robot.coupling is None and robot.spring is None  # every drive gives its own joint's torque
-    if own_drives and not free_gains and length > LONG_ENOUGH:
-        signals = signal_scales(equations)
-    diagnosis = Diagnosis(effects=effects, alternatives=alternatives(robot, states, free_gains), signals=signals)
+    diagnosis = Diagnosis(
+        effects=effects_of(System.of(robot, states)) if states is not None else (),
+        alternatives=alternatives(robot, states, free_gains),
+        signals=signal_scales(equations) if own_drives and not free_gains and length > LONG_ENOUGH else None,
+    )
     return judge(Evidence(robot, source, diagnosis, parameters=estimate))
