@@ -1,6 +1,6 @@
 """The table of checks on fits and answers: each a generator from the evidence to its findings.
 
-The first line of a docstring says what is checked, the rest from where on and what that spoils; docs/verdict.md
+The first sentence of a docstring says what is checked, the rest from where on and what that spoils; docs/verdict.md
 prints them.
 """
 
@@ -190,10 +190,7 @@ def friction(evidence: Evidence) -> Iterator[Finding]:
 
 
 def sign(evidence: Evidence) -> Iterator[Finding]:
-    """Mass that is negative, or none at all.
-
-    Not {SIGMAS:g} sigma above zero: spoils all.
-    """
+    """Mass that is negative, or none at all. Not {SIGMAS:g} sigma above zero: spoils all."""
     weighed = evidence.weighed
     masses = [(by([e]), e.mass, float(e.larger_sigma[9])) for e in evidence.estimates]
     if weighed is not None and not weighed.from_scale:
@@ -231,18 +228,15 @@ def methods_apart(evidence: Evidence) -> Iterator[Finding]:
     Spread over {MASS_SPREAD:.0%}, or two by {METHODS_APART:.0%} and {SIGMAS:g} sigma: spoils all.
     """
     masses = [e.mass for e in evidence.estimates] or [0.0]
-    mean, pairs = abs(float(np.mean(masses))), combinations(evidence.estimates, 2)
+    mean = abs(float(np.mean(masses)))
+    apart = [
+        f"methods {a.method} and {b.method} disagree beyond their intervals: {a.mass:.4g} and {b.mass:.4g} kg"
+        for a, b in combinations(evidence.estimates, 2)
+        if abs(a.mass - b.mass) > max(METHODS_APART * mean, SIGMAS * hypot(a.larger_sigma[9], b.larger_sigma[9]))
+    ]
     if np.ptp(masses) > MASS_SPREAD * mean:
-        yield error(f"the methods' masses spread from {min(masses):.3g} to {max(masses):.3g} kg", "mass")
-        return
-    for a, b in pairs:
-        sigma = float(np.hypot(a.larger_sigma[9], b.larger_sigma[9]))
-        if abs(a.mass - b.mass) > max(METHODS_APART * mean, SIGMAS * sigma):
-            masses_apart = f"{a.mass:.4g} and {b.mass:.4g} kg"
-            yield error(
-                f"methods {a.method} and {b.method} disagree beyond their intervals: {masses_apart}", "mass"
-            )
-            return
+        apart = [f"the methods' masses spread from {min(masses):.3g} to {max(masses):.3g} kg"]
+    yield from (error(text, "mass") for text in apart[:1])
 
 
 def unexplained(evidence: Evidence) -> Iterator[Finding]:
@@ -280,15 +274,15 @@ def arm_weight(evidence: Evidence) -> Iterator[Finding]:
     {LIGHT:g} and above {HEAVY:g}.
     """
     robot, parameters = evidence.robot, evidence.parameters
-    moments = {6: (2, 3), 7: (2, 4, 6)}.get(robot.n, ())
-    names = [(f"MX{j}", f"MY{j}") for j in moments if all(joint.revolute for joint in robot.joints)]
-    known = parameters is not None and {name for pair in names for name in pair} <= set(parameters.names)
-    if parameters is None or not (known and names and robot.mass and any(robot.gravity)) or robot.spring:
+    joints = {6: (2, 3), 7: (2, 4, 6)}.get(robot.n, ()) if all(joint.revolute for joint in robot.joints) else ()
+    names = {f"{kind}{j}" for j in joints for kind in ("MX", "MY")}
+    known = parameters is not None and names and names <= set(parameters.names)
+    if parameters is None or not (known and robot.mass and any(robot.gravity)) or robot.spring:
         return
-    length = sum(float(np.hypot(joint.d, joint.r)) for joint in robot.joints[1:])
-    kappa = sum(float(np.hypot(parameters[x], parameters[y])) for x, y in names) / (robot.mass * length)
-    load = robot.rated_payload / robot.mass if np.isfinite(robot.rated_payload) else 0.0
-    if not LIGHT <= kappa <= HEAVY + load:
+    length = sum(hypot(joint.d, joint.r) for joint in robot.joints[1:])
+    moments = sum(hypot(parameters[f"MX{j}"], parameters[f"MY{j}"]) for j in joints)
+    kappa, load = moments / (robot.mass * length), robot.rated_payload / robot.mass
+    if not LIGHT <= kappa <= HEAVY + (load if np.isfinite(load) else 0.0):
         source = " (assumed)" if robot.assumed("mass") else ""
         yield (error if kappa < WEIGHTLESS else note)(
             f"the arm weighs {kappa:.2f} of its {robot.mass:g} kg{source} times the length of its links, .19 to "
@@ -297,10 +291,7 @@ def arm_weight(evidence: Evidence) -> Iterator[Finding]:
 
 
 def other_ways(evidence: Evidence) -> Iterator[Finding]:
-    """The mass by other ways (`weigh`).
-
-    Over {OTHER_WAY:.0%} off: spoils all.
-    """
+    """The mass by other ways (`weigh`). Over {OTHER_WAY:.0%} off: spoils all."""
     mass = evidence.mass
     for way in evidence.weighed.agreement if evidence.weighed is not None else ():
         if way.counts and abs(way.mass - mass) > OTHER_WAY * abs(mass):
@@ -313,9 +304,9 @@ def drift(evidence: Evidence) -> Iterator[Finding]:
     A trend with p below 0.05 that leaves the mass's interval: spoils all; noted within.
     """
     repeats = evidence.weighed.repeats if evidence.weighed is not None else None
-    step, sigma = (repeats.drift_per_recording, repeats.drift_sigma) if repeats is not None else (None, None)
-    if repeats is None or not repeats.drifts or step is None or sigma is None:
+    if repeats is None or not repeats.drifts:
         return
+    step, sigma = repeats.drift_per_recording or 0.0, repeats.drift_sigma or 0.0
     text = f"the mass drifts by {step:+.3g} ± {sigma:.2g} kg from recording to recording: warm the robot up first"
     across = abs(step) * (len(repeats.masses) - 1)
     if evidence.spread is not None and across <= 2.0 * NORMAL95 * evidence.spread.mass:
@@ -338,10 +329,7 @@ def alignment(evidence: Evidence) -> Iterator[Finding]:
 
 
 def condition(evidence: Evidence) -> Iterator[Finding]:
-    """Nearly dependent equations.
-
-    Condition number over {CONDITION:g} with columns scaled: spoils the inertia.
-    """
+    """Nearly dependent equations. Condition number over {CONDITION:g} with columns scaled: spoils the inertia."""
     if evidence.condition is not None and evidence.condition > CONDITION:
         yield warning(
             f"the equations are nearly dependent (condition number {evidence.condition:.0f} with columns scaled): "
@@ -375,10 +363,7 @@ def weights_apart(evidence: Evidence) -> Iterator[Finding]:
 
 
 def known_gains(evidence: Evidence) -> Iterator[Finding]:
-    """Gains that the recordings do not show well (`gains`).
-
-    None known to {KNOWN_WELL:.0%}: spoils all; some not: those.
-    """
+    """Gains that are hardly shown (`gains`). None known to {KNOWN_WELL:.0%}: spoils all; some not: those."""
     sigma = evidence.gained.sigma if evidence.gained is not None else np.zeros(0)
     vague = [(str(j), f"{100 * s:.2g}") for j, s in enumerate(sigma, 1) if not s <= KNOWN_WELL]
     if not vague:
@@ -392,10 +377,7 @@ def known_gains(evidence: Evidence) -> Iterator[Finding]:
 
 
 def rating(evidence: Evidence) -> Iterator[Finding]:
-    """A mass beyond what the arm carries.
-
-    With all of its interval, and by over {ROUNDED:.0%}: spoils all.
-    """
+    """A mass beyond what the arm carries. With all of its interval, and by over {ROUNDED:.0%}: spoils all."""
     rated, sigma = evidence.robot.rated_payload, evidence.spread.mass if evidence.spread is not None else 0.0
     if evidence.mass - NORMAL95 * sigma > (1.0 + ROUNDED) * rated:
         source = "as is assumed" if evidence.robot.assumed("rated_payload") else "by its data sheet"
@@ -417,14 +399,13 @@ def conflicts(evidence: Evidence) -> Iterator[Finding]:
         for test in payload.conflicts:
             text = f"{data} contradict the constraint: {test.description} (p {test.p_value:.1g})"
             findings.setdefault(test.description, error(text))
-        for weighing in payload.weighings:
+        for scale in (weighing for weighing in payload.weighings if weighing.conflict):
             text = (
-                f"{data} show {weighing.identified:.4g} ± {weighing.identified_sigma:.2g} kg, the scale shows "
-                f"{weighing.mass:g} ± {weighing.sigma:g} kg: {abs(weighing.z):.1f} sigma apart; check the drive "
-                "gains and the scale"
+                f"{data} show {scale.identified:.4g} ± {scale.identified_sigma:.2g} kg, the scale shows "
+                f"{scale.mass:g} ± {scale.sigma:g} kg: {abs(scale.z):.1f} sigma apart; check the drive gains and "
+                "the scale"
             )
-            if weighing.conflict:
-                findings.setdefault(f"weighed {weighing.mass}", error(text, "mass"))
+            findings.setdefault(f"weighed {scale.mass}", error(text, "mass"))
     together = [payload.p_value for payload in evidence.constrained if payload.conflict]
     if together and not findings:
         findings[""] = error(f"the constraints together contradict the data (p {min(together):.1g})")

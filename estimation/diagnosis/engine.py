@@ -249,8 +249,8 @@ class Effect(NamedTuple):
     covariance: Array  # nan where nothing shows them
     effect: Array  # on the payload's ten once corrected, 10 x k
     fall: float = 0.0  # fraction of the squared residual that they take off
-    size: float = 0.0  # in SI units
-    sigma: float = 0.0  # its standard deviation
+    size: float = 0.0  # in SI units: the value of a single column, the length of several
+    sigma: float = 0.0  # its standard deviation, nan where one is not shown
     by_difference: Array | None = None  # effect on method 3, if that is another one
 
     def z(self, *index: int) -> float:
@@ -303,7 +303,9 @@ class Added(NamedTuple):
         effect = self.payload[:, free] @ without @ self.whole[np.ix_(free, index)] - self.payload[:, list(index)]
         explained = right @ inverse @ right - right[k:] @ without @ right[k:]
         fall = float(explained) / max(float(self.whole[-1, -1]), 1e-300)
-        return Effect(name, where, values, covariance * np.outer(wider, wider), effect, fall)
+        covariance *= np.outer(wider, wider)
+        size = float(values[0] if k == 1 else np.linalg.norm(values))
+        return Effect(name, where, values, covariance, effect, fall, size, float(np.sqrt(np.trace(covariance))))
 
 
 def _norms(gram: Array) -> Array:

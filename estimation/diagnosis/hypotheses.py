@@ -62,23 +62,13 @@ _UPRIGHT = 1e-9  # sine of the angle between the first axis and gravity
 _ALONG, _ACROSS = (0, 3), (1, 2)  # stiffness and upward force; the horizontal force
 
 
-def extent(effect: Effect) -> tuple[float, float]:
-    """Value of a single column, length of several, with the standard deviation; nan where one is not shown."""
-    size = effect.values[0] if len(effect.values) == 1 else np.linalg.norm(effect.values)
-    return float(size), float(np.sqrt(np.trace(effect.covariance)))
-
-
 class Sought(NamedTuple):
-    """Columns of torques that a fault adds.
+    """Columns of torques that a fault adds."""
 
-    ``columns``: n x k x N each, by where the fault may be; ``size``: of an effect, with its standard deviation;
-    ``free``: columns that are free beside them; ``by_difference``: their effect on method 3, if another one.
-    """
-
-    columns: Mapping[str, Array]
-    size: Callable[[Effect], tuple[float, float]] = extent
-    free: Sequence[Array] = ()
-    by_difference: Array | None = None
+    columns: Mapping[str, Array]  # n x k x N each, by where the fault may be
+    size: Callable[[Effect], float] | None = None  # of an effect, if it is not its length
+    free: Sequence[Array] = ()  # columns that are free beside them
+    by_difference: Array | None = None  # their effect on method 3, if that is another one
 
 
 class Hypothesis(NamedTuple):
@@ -256,10 +246,9 @@ def pull(system: System) -> Sought:
     columns = np.stack([np.einsum("ajn,an->jn", moved, position), *np.einsum("ajn,ka->kjn", moved, -axes)], axis=1)
     weight = float(np.abs(system.values[system.payload][9:]).sum()) * float(np.linalg.norm(robot.gravity))
 
-    def size(effect: Effect) -> tuple[float, float]:
-        acting = position[:, masks[effect.where] > 0.0]
-        force = (effect.values[1:] @ axes)[:, None] - effect.values[0] * acting
-        return float(np.sqrt(np.mean(np.sum(force**2, axis=0)))) / max(weight, 1e-300), 0.0
+    def size(effect: Effect) -> float:
+        force = (effect.values[1:] @ axes)[:, None] - effect.values[0] * position[:, masks[effect.where] > 0.0]
+        return float(np.sqrt(np.mean(np.sum(force**2, axis=0)))) / max(weight, 1e-300)
 
     return Sought({where: columns * mask for where, mask in masks.items()}, size)
 
@@ -376,28 +365,25 @@ def seen(system: System) -> dict[str, Effect]:
 
     Of several places where a fault may be the one counts where it stands out, and explains most.
     """
-    found = {row: sought for row in HYPOTHESES if (sought := row.sought(system)) is not None}
-    columns = [
-        [*sought.columns.values(), *(column[:, None] for column in sought.free)]
-        for sought in found.values()
-        if isinstance(sought, Sought)
-    ]
+    found = [(row, sought) for row in HYPOTHESES if (sought := row.sought(system)) is not None]
+    effects = {row.name: sought for row, sought in found if isinstance(sought, Effect)}
+    asked = [(row, sought) for row, sought in found if isinstance(sought, Sought)]
+    columns = [[*sought.columns.values(), *(one[:, None] for one in sought.free)] for _, sought in asked]
     added = system.with_columns(np.concatenate([part for own in columns for part in own], axis=1))
-    effects, start = dict[str, Effect](), 0
-    for row, sought in found.items():
-        if isinstance(sought, Effect):
-            effects[row.name] = sought
-            continue
-        edges = start + np.cumsum([0, *(part.shape[1] for part in sought.columns.values())])
-        start = int(edges[-1]) + len(sought.free)
+    end = 0
+    for row, sought in asked:
+        edges = end + np.cumsum([0, *(part.shape[1] for part in sought.columns.values())])
+        end = int(edges[-1]) + len(sought.free)
         read = list[Effect]()
         for where, (a, b) in zip(sought.columns, pairwise(edges), strict=True):
-            effect = added.effect(range(a, b), range(edges[-1], start), row.name, where)
-            size, sigma = sought.size(effect)
-            read.append(effect._replace(size=size, sigma=sigma, by_difference=sought.by_difference))
-        shown = [effect for effect in read if np.isfinite(effect.sigma)]
-        if shown:
-            effects[row.name] = max(shown, key=lambda effect: (row.stands_out(effect), effect.fall))
+            effect = added.effect(range(a, b), range(edges[-1], end), row.name, where)
+            effect = effect._replace(by_difference=sought.by_difference)
+            if sought.size is not None:
+                read.append(effect._replace(size=sought.size(effect)))
+            elif np.isfinite(effect.sigma):
+                read.append(effect)
+        if read:
+            effects[row.name] = max(read, key=lambda effect: (row.stands_out(effect), effect.fall))
     return effects
 
 

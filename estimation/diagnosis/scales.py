@@ -20,7 +20,7 @@ from ..payload.long_motion import LongMotion
 from .engine import Added, Effect, System
 from .evidence import Evidence
 from .finding import Finding, error, note, warning
-from .hypotheses import extent, pull_of, pull_z
+from .hypotheses import pull_of, pull_z
 
 SCALE, SCALE_Z = 0.01, 4.0
 """Difference of the loaded torques' scale from 1, and its standard deviations, above which it is another one."""
@@ -89,12 +89,9 @@ def scales_of_states(system: System) -> tuple[Effect, ...]:
 
 def _scales(added: Added, n: int) -> tuple[Effect, ...]:
     """Differences of the scales from 1: of all torques, then of each joint's."""
-    effects = []
-    for joint in range(n + 1):
-        effect = added.effect([joint], name="scale", where=f"joint {joint}" if joint else "")
-        size, sigma = extent(effect)
-        effects.append(effect._replace(size=size, sigma=sigma if np.isfinite(sigma) else np.inf))
-    return tuple(effects)
+    wheres = ["", *(f"joint {joint}" for joint in range(1, n + 1))]
+    effects = (added.effect([k], name="scale", where=where) for k, where in enumerate(wheres))
+    return tuple(effect._replace(sigma=float(np.nan_to_num(effect.sigma, nan=np.inf))) for effect in effects)
 
 
 def signal_scales(equations: Equations) -> RelativeScales | None:

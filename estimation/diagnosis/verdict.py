@@ -93,8 +93,8 @@ def table() -> list[tuple[str, str]]:
     rows = []
     looks: list[Callable[..., object]] = [row.finding for row in HYPOTHESES]
     for check in [*looks, *(check for check in (*CHECKS, *BEFOREHAND) if check != hypotheses)]:
-        what, _, limits = str(check.__doc__).partition("\n\n")
-        rows.append((what, " ".join(limits.split()).format(**vars(sys.modules[check.__module__]))))
+        what, _, limits = " ".join(str(check.__doc__).split()).partition(". ")
+        rows.append((what, limits.format(**vars(sys.modules[check.__module__]))))
     return rows
 
 
