@@ -334,6 +334,12 @@ def _rest(gram: Array, root: Array) -> Array:
     """Gram matrices of the last columns less all that the first ones explain; ``root`` makes these nearly white."""
     c = len(root)
     white, right = root.T @ gram[..., :c, :c] @ root, root.T @ gram[..., :c, c:]
+    try:
+        L = np.linalg.cholesky(white)
+        remains = float(np.diagonal(L, axis1=-2, axis2=-1).min(initial=1.0)) ** 2
+    except np.linalg.LinAlgError:
+        remains = 0.0
     # A direction that the other blocks do not determine explains nothing.
-    explained = right.swapaxes(-1, -2) @ np.linalg.pinv(white, _REMAINS, hermitian=True) @ right
-    return np.asarray(gram[..., c:, c:] - explained)
+    clear = remains > _REMAINS
+    inverse = np.linalg.inv(white) if clear else np.linalg.pinv(white, _REMAINS, hermitian=True)
+    return np.asarray(gram[..., c:, c:] - right.swapaxes(-1, -2) @ inverse @ right)

@@ -11,11 +11,9 @@ from dataclasses import replace
 import numpy as np
 
 from ...common.arrays import Array
-from ...common.errors import InputError
 from ...model.friction import is_friction
 from ..equations.equations import PAYLOAD, Equations
 from ..fit.covariance import NORMAL95
-from ..gains.current_side import RelativeScales, relative_scales
 from ..payload.long_motion import LongMotion
 from .engine import Added, Effect, System
 from .evidence import Evidence
@@ -92,17 +90,6 @@ def _scales(added: Added, n: int) -> tuple[Effect, ...]:
     wheres = ["", *(f"joint {joint}" for joint in range(1, n + 1))]
     effects = (added.effect([k], name="scale", where=where) for k, where in enumerate(wheres))
     return tuple(effect._replace(sigma=float(np.nan_to_num(effect.sigma, nan=np.inf))) for effect in effects)
-
-
-def signal_scales(equations: Equations) -> RelativeScales | None:
-    """Estimate scales of the joints' signals by links that several joints carry; None where nothing tells them.
-
-    Errors by blocks of time count besides the formula's: errors of the model last, and look certain to a formula.
-    """
-    try:
-        return relative_scales(equations, equations.parts())
-    except InputError:
-        return None
 
 
 def off_scale(evidence: Evidence) -> Iterator[Finding]:

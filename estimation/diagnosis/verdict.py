@@ -8,11 +8,13 @@ from collections.abc import Callable, Iterable, Sequence
 
 import numpy as np
 
+from ...common.errors import InputError
 from ...model import Robot
 from ...model.visibility import friction_columns
 from ..equations.equations import Equations
 from ..fit.drive_gains import Gains
 from ..fit.estimate import Estimate
+from ..gains.current_side import relative_scales
 from ..payload.by_joints import payload_by_joints
 from ..payload.long_motion import LongMotion, Source
 from ..payload.methods import PayloadProblem
@@ -25,7 +27,7 @@ from .evidence import Diagnosis, Evidence
 from .finding import Finding, Level, Verdict, verdict_of
 from .hypotheses import HYPOTHESES, effects_of, hypotheses, matter, tilt_correction
 from .joints import disagreement, joints
-from .scales import LONG_ENOUGH, motors_apart, off_scale, scale, scales, scales_of_states, sensitive, signal_scales
+from .scales import LONG_ENOUGH, motors_apart, off_scale, scale, scales, scales_of_states, sensitive
 from .states import States, states_of
 
 Check = Callable[[Evidence], Iterable[Finding]]
@@ -75,15 +77,12 @@ def judge(*evidence: Evidence) -> Verdict:
 def causes(evidence: Evidence, contradicted: bool) -> list[Finding]:
     """Name what most likely went wrong, where something speaks against the recordings; suggested, never corrected.
 
-    Args:
-        evidence: with the recordings themselves.
-        contradicted: whether some check spoils all; else causes are searched where a joint leaves over 10 %.
+    ``contradicted``: whether some check spoils all; else causes are searched where a joint leaves over 10 %.
     """
-    if evidence.source is None:
-        return []
     fits = [estimate.estimate.fit for estimate in evidence.modelled]
     fits += [evidence.parameters.fit] if evidence.parameters is not None else []
-    if not contradicted and not any(np.nanmax(checks.relative_per_joint(fit)) > SUSPICIOUS for fit in fits):
+    suspicious = any(np.nanmax(checks.relative_per_joint(fit)) > SUSPICIOUS for fit in fits)
+    if evidence.source is None or not (contradicted or suspicious):
         return []
     return likely_causes(evidence.robot, states_of(evidence.source), contradicted, evidence.gained is not None)
 
@@ -110,9 +109,8 @@ def diagnose(
         description: the robot as it was given, where gains are what is asked for: other readings are then compared
             with gains of their own; the problem's robot by default.
     """
-    n, weights = problem.robot.n, best.estimate.weights
     states = states_of(problem.source)
-    system = system_of(problem, states)
+    system, weights = system_of(problem, states), best.estimate.weights
     effects = effects_of(system) if system is not None else ()
     by_joints = payload_by_joints(problem, weights)
     sigma = float(best.estimate.sigma[best.indices.index(9)]) if 9 in best.indices else np.inf
@@ -120,11 +118,10 @@ def diagnose(
         found = scales(problem, weights)
     else:
         found = scales_of_states(system) if system is not None else ()
+    errors = gains.covariance(problem.robot.n) if gains else np.zeros((problem.robot.n,) * 2)
     return Diagnosis(
         by_joints,
-        disagreement(
-            by_joints, gains.covariance(n) if gains else np.zeros((n, n)), isinstance(problem, ShortMotion)
-        ),
+        disagreement(by_joints, errors, isinstance(problem, ShortMotion)),
         tuple(effect for effect in effects if effect.name != "bursts" or matter(effect, best.ten[9], sigma)),
         alternatives(description or problem.robot, states, description is not None),
         found,
@@ -133,15 +130,13 @@ def diagnose(
 
 def system_of(problem: PayloadProblem, states: States | None) -> System | None:
     """Set up the problem on subsampled states; None without them, or where the robot is neither shown nor known."""
-    source = problem.source
     if states is None or (problem.known is not None and not problem.inflation):
         return None
-    if isinstance(problem, ShortMotion):
-        names = friction_columns(problem.robot.with_offsets(True))
-        changes = dict.fromkeys(names, 0.0) | {name: role.weight for name, role in problem.held.held.items()}
-    else:
-        changes = {name: role.weight for name, role in problem.friction.items()}
-    return System.of(problem.robot, states, changes, None if source.unloaded else problem.robot_prior)
+    roles = problem.held.held if isinstance(problem, ShortMotion) else problem.friction
+    changes = {name: role.weight for name, role in roles.items()}
+    if isinstance(problem, ShortMotion):  # there all friction is free
+        changes = dict.fromkeys(friction_columns(problem.robot.with_offsets(True)), 0.0) | changes
+    return System.of(problem.robot, states, changes, None if problem.source.unloaded else problem.robot_prior)
 
 
 def allowing(estimate: PayloadEstimate, diagnosis: Diagnosis) -> PayloadEstimate:
@@ -173,9 +168,12 @@ def robot_verdict(
     """
     states, length = states_of(source), sum(float(one.t[-1] - one.t[0]) for one in source.unloaded)
     own_drives = robot.coupling is None and robot.spring is None  # every drive gives its own joint's torque
-    diagnosis = Diagnosis(
-        effects=effects_of(System.of(robot, states)) if states is not None else (),
-        alternatives=alternatives(robot, states, free_gains),
-        signals=signal_scales(equations) if own_drives and not free_gains and length > LONG_ENOUGH else None,
-    )
+    try:
+        # Errors by blocks of time count besides the formula's: those of the model last, and look certain to it.
+        told = own_drives and not free_gains and length > LONG_ENOUGH
+        signals = relative_scales(equations, equations.parts()) if told else None
+    except InputError:  # nothing tells them
+        signals = None
+    effects = effects_of(System.of(robot, states)) if states is not None else ()
+    diagnosis = Diagnosis(effects=effects, alternatives=alternatives(robot, states, free_gains), signals=signals)
     return judge(Evidence(robot, source, diagnosis, parameters=estimate))
