@@ -195,10 +195,9 @@ def tilt(system: System) -> Sought | None:
     for x, y, z in np.linalg.norm(g) * upright(robot)[:2]:
         leaning = replace(robot, gravity=(float(x), float(y), float(z)))
         W = regressor_at(leaning, names, states.q, still, still)
-        carried.append(np.einsum("jcn,c->jn", W[:, [names.index(name) for name in load]], ten) * states.loaded)
+        carried.append(np.einsum("jcn,c->jn", W[:, list(map(names.index, load))], ten) * states.loaded)
         own.append(np.einsum("jcn,c->jn", W[:, : len(rigid)], system.values[rigid]) + carried[-1])
         free = free or [W[:, names.index(name)] for name in moments]
-
     by_difference = -system.as_payload(np.stack(carried, axis=1)) if load else None
     return Sought({"": np.stack(own, axis=1)}, free=free, by_difference=by_difference)
 
@@ -283,21 +282,14 @@ def _pull(effect: Effect, evidence: Evidence) -> Finding:
     force = [f"{stiffness:.3g} ± {sigma:.1g} N/m"] if abs(stiffness) > sigma else []
     force += [f"{sideways:.2g} N to the side"] if effect.z(*_ACROSS) > 1.0 else []
     force += [f"{up:.2g} ± {up_sigma:.1g} N up"] if abs(up) > up_sigma else []
-    mass_sigma = (
-        float(np.sqrt(effect.effect[9] @ effect.covariance @ effect.effect[9])) if len(effect.effect) else 0.0
-    )
-    mass, left = evidence.mass + (effect.change[9] if len(effect.effect) else 0.0), ""
+    what = f"{effect.where} something pulls at the flange ({', '.join(force)}), a hose or cable?".strip()
+    remedy = "take it off, or fasten it so that it does not pull, and record again"
     if evidence.of_robot:
-        left = ": the robot's parameters hold that"
-    elif np.isfinite(mass) and np.isfinite(mass_sigma):
-        left = f" without it the mass would be {mass:.3g} ± {mass_sigma:.1g} kg"
-    text = (
-        f"{effect.where} something pulls at the flange ({', '.join(force)}), a hose or cable?{left}: take it off, "
-        "or fasten it so that it does not pull, and record again"
-    ).strip()
-    if evidence.of_robot:
-        return note(text)
-    return error(text) if spoils(evidence, effect.change, 2.0 * mass_sigma) else warning(text)
+        return note(f"{what}: the robot's parameters hold that: {remedy}")
+    mass, sigma = evidence.mass + effect.change[9], np.sqrt(effect.effect[9] @ effect.covariance @ effect.effect[9])
+    told = f" without it the mass would be {mass:.3g} ± {sigma:.1g} kg" if np.isfinite([mass, sigma]).all() else ""
+    against = error if spoils(evidence, effect.change, 2.0 * float(sigma)) else warning
+    return against(f"{what}{told}: {remedy}")
 
 
 def upright(robot: Robot) -> Array:
