@@ -114,8 +114,8 @@ class States:
         return replace(self, **arrays)
 
     def coarser(self) -> "States":
-        """Take every fifth state; all of them where few would be left."""
-        return self.taken(slice(None, None, _COARSER if len(self.t) >= 3 * _COARSER * _FEWEST else 1))
+        """Take up to every fifth state, as long as three times the fewest are left."""
+        return self.taken(slice(None, None, max(1, min(_COARSER, len(self.t) // (3 * _FEWEST)))))
 
 
 def states_of(source: Source | None) -> States | None:
