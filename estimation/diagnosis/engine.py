@@ -73,19 +73,17 @@ class System:
 
         def under(carried: Array) -> System:
             W = regressor_at(robot, names, states.q, states.qd, states.qdd, carried.T)
-            load, friction = (
-                W[:, [names.index(name) for name in some]] * states.loaded for some in (payload, changes)
-            )
+            load, friction = (W[:, list(map(names.index, some))] * states.loaded for some in (payload, changes))
             if payload:
                 load = np.einsum("jcn,cd->jdn", load, frame_change(robot.flange))
             columns, torque = np.concatenate([W[:, : len(own)], load, friction], axis=1), states.torque.T + spring
-            prior, nominal = np.zeros((columns.shape[1],) * 2), np.zeros(len(own))
+            without_prior = np.zeros(len(own) + len(payload))
+            prior = np.diag(np.square([*without_prior, *changes.values()]))
+            nominal, inflation = without_prior[: len(own)], 1.0
             if known is not None:
-                prior[: len(own), : len(own)], nominal = known.root.T @ known.root, known.values
+                nominal, inflation = known.values, known.inflation
+                prior[: len(own), : len(own)] = known.root.T @ known.root
                 torque -= np.einsum("jcn,c->jn", W[:, : len(own)], nominal)
-            index = np.arange(len(own) + len(payload), len(prior))
-            prior[index, index] = np.square(list(changes.values()))
-            inflation = known.inflation if known is not None else 1.0
             return System(robot, states, tuple(own), columns, torque, keep, nominal, prior, inflation)
 
         system = under(np.zeros(spring.shape))
@@ -153,50 +151,29 @@ class System:
             scales = np.clip(scales + np.clip(step, -_GAIN, _GAIN), _GAIN, 1.0 / _GAIN)
         return min(tried, key=lambda entry: entry[0])[1]
 
-    def grams(self, groups: Index, added: Array | None = None) -> Array:
-        """Gram matrices of the weighted columns and the torque, group by group of states; added ones (n x m x N)
-        stand before the torque.
-        """
-        rows = [self.columns, *([] if added is None else [added]), self.torque[:, None]]
-        weighted = np.concatenate(rows, axis=1) * (self.weights[:, None] * self.keep)[:, None]
-        stacked, edges = weighted.transpose(1, 0, 2), np.searchsorted(groups, np.arange(groups[-1] + 2))
-        parts = (stacked[:, :, a:b].reshape(len(stacked), -1) for a, b in pairwise(edges))
+    def grams(self, groups: Index, added: Sequence[Array] = ()) -> Array:
+        """Gram matrices of all weighted columns, added ones (n x m x N), and the torque, by group of states."""
+        rows = np.concatenate([self.columns, *added, self.torque[:, None]], axis=1)
+        weighted = (rows * (self.weights[:, None] * self.keep)[:, None]).transpose(1, 0, 2)
+        edges = np.searchsorted(groups, np.arange(groups[-1] + 2))
+        parts = (weighted[:, :, a:b].reshape(len(weighted), -1) for a, b in pairwise(edges))
         return np.array([part @ part.T for part in parts])
 
-    def with_columns(self, columns: Array) -> "Added":
+    def solved(self, gram: Array) -> Array:
+        """Parameters by a Gram matrix of all columns and the torque, beside the prior rows, shape (c,)."""
+        root = _whitening(gram[:-1, :-1] + self.prior)
+        return np.asarray(root @ (root.T @ gram[:-1, -1]))
+
+    def with_columns(self, *columns: Array) -> "Added":
         """Add columns to the equations, n x m x N."""
         return Added.of(self.grams(self.states.block, columns), self.prior, self.payload, self.inflation)
 
     def as_payload(self, columns: Array) -> Array:
         """Payload's ten that stand for columns (n x m x N) where the robot is left out, as in method 3; 10 x m."""
-        k, first = len(self.prior) - self.payload.start, self.payload.start
-        rows = np.concatenate([self.columns[:, first:], columns], axis=1)
-        rows = (rows * (self.weights[:, None] * self.keep)[:, None]).transpose(1, 0, 2).reshape(rows.shape[1], -1)
-        root = _whitening(rows[:k] @ rows[:k].T + self.prior[first:, first:])
-        return np.asarray((root @ (root.T @ rows[:k] @ rows[k:].T))[: len(PAYLOAD)])
-
-    def without_stretches(self, worse: float) -> tuple[int, int, Array]:
-        """Leave out stretches of 3 s whose mean squared residual is ``worse`` times the median.
-
-        Returns:
-            Number left out, number of stretches, change of the payload's ten, shape (10,).
-        """
-
-        def solution(gram: Array) -> Array:
-            root = _whitening(gram[:-1, :-1])
-            return np.asarray(root @ (root.T @ gram[:-1, -1]))
-
-        stretch = self.states.stretch
-        rows = np.bincount(stretch, self.keep.sum(axis=0))
-        grams, rows = self.grams(stretch)[rows > 0], rows[rows > 0]
-        whole = grams.sum(axis=0)
-        whole[:-1, :-1] += self.prior
-        values = solution(whole)
-        error = np.append(-values, 1.0)
-        means = np.einsum("i,kij,j->k", error, grams, error) / rows
-        high = means > worse * np.median(means)
-        change = solution(whole - grams[high].sum(axis=0)) - values
-        return int(high.sum()), len(means), change[self.payload]
+        first, c = self.payload.start, len(self.prior)
+        gram = self.grams(self.states.block, [columns]).sum(axis=0)[first:, first:]
+        root = _whitening(gram[: c - first, : c - first] + self.prior[first:, first:])
+        return np.asarray((root @ (root.T @ gram[: c - first, c - first : -1]))[: len(PAYLOAD)])
 
 
 @dataclass(frozen=True, eq=False)

@@ -314,12 +314,17 @@ def bursts(system: System) -> Effect | None:
 
     None where there are none, or more than half, or few stretches altogether.
     """
-    if not system.states.loaded.any():
+    stretch = system.states.stretch
+    rows = np.bincount(stretch, system.keep.sum(axis=0))
+    grams, rows = system.grams(stretch)[rows > 0], rows[rows > 0]
+    values = system.solved(grams.sum(axis=0))
+    error = np.append(-values, 1.0)
+    means = np.einsum("i,kij,j->k", error, grams, error) / rows
+    high = means > BURST * np.median(means)
+    if not (system.states.loaded.any() and 0 < 2 * high.sum() <= len(means) and len(means) >= FEWEST):
         return None
-    count, stretches, change = system.without_stretches(BURST)
-    if not count or 2 * count > stretches or stretches < FEWEST:
-        return None
-    return Effect("bursts", "", np.ones(1), np.zeros((1, 1)), change[:, None], size=count, sigma=stretches)
+    change = (system.solved(grams[~high].sum(axis=0)) - values)[system.payload, None]
+    return Effect("bursts", "", np.ones(1), np.zeros((1, 1)), change, size=int(high.sum()), sigma=len(means))
 
 
 def matter(bursts: Effect, mass: float, sigma: float) -> bool:
@@ -361,7 +366,7 @@ def seen(system: System) -> dict[str, Effect]:
     effects = {row.name: sought for row, sought in found if isinstance(sought, Effect)}
     asked = [(row, sought) for row, sought in found if isinstance(sought, Sought)]
     columns = [[*sought.columns.values(), *(one[:, None] for one in sought.free)] for _, sought in asked]
-    added = system.with_columns(np.concatenate([part for own in columns for part in own], axis=1))
+    added = system.with_columns(*(part for own in columns for part in own))
     end = 0
     for row, sought in asked:
         edges = end + np.cumsum([0, *(part.shape[1] for part in sought.columns.values())])

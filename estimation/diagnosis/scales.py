@@ -81,8 +81,7 @@ def scales_of_states(system: System) -> tuple[Effect, ...]:
     each = np.eye(len(along))[:, :, None] * along[:, None]
     prior = np.array(system.prior)
     prior[system.payload.stop :, system.payload.stop :] = 0.0  # friction under load is free
-    added = replace(system, prior=prior).with_columns(np.concatenate([along[:, None], each], axis=1))
-    return _scales(added, len(along))
+    return _scales(replace(system, prior=prior).with_columns(along[:, None], each), len(along))
 
 
 def _scales(added: Added, n: int) -> tuple[Effect, ...]:
