@@ -1,6 +1,6 @@
 """Drive gains of a problem: free, of possible bodies, with covariances, and whether to use them."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -12,11 +12,11 @@ from ...common.errors import InputError
 from ...common.speech import Speaks
 from ...model import InertialParameters, Recording, Robot
 from ..diagnosis.causes import likely_causes
-from ..diagnosis.evidence import KNOWN_WELL, Diagnosis, Evidence, Gained, KnownWeight
+from ..diagnosis.evidence import KNOWN_WELL, Evidence, Gained, KnownWeight
 from ..diagnosis.finding import Verdict
 from ..diagnosis.states import states_of
 from ..diagnosis.verdict import diagnose, judge
-from ..equations.equations import PAYLOAD, Equations
+from ..equations.equations import PAYLOAD
 from ..fit.covariance import NORMAL95, RobustCovariance, jackknife
 from ..fit.drive_gains import Fingerprints, fingerprints
 from ..fit.estimate import Estimate, Fit
@@ -27,7 +27,6 @@ from ..gains.problem import GainProblem, free_gains, gain_problem, rests_on
 from ..payload.by_joints import ByJoints
 from ..payload.long_motion import LongMotion, Source
 from ..payload.methods import payload_estimate
-from ..payload.result import PayloadEstimate
 from ..results.parts import ProcessingDocument, ResidualDocument, RobustDocument, VerdictDocument
 from ..results.payload import named
 from ..results.robot import GainsResult, GainsTable, LoadDocument, MountingDocument
@@ -37,40 +36,22 @@ from .system import DRAWN, TorquePrediction, payload_prediction
 
 @dataclass(frozen=True, repr=False)
 class DriveGains(Speaks):
-    """Drive gains: torque per current of each motor, on the joint side.
+    """Drive gains: torque per current of each motor, on the joint side."""
 
-    Attributes:
-        robot: the robot, its equations those of the joints.
-        logarithms: ln K of gains [N·m/A or N/A] for bodies that can exist, its fit that of the currents [A]. Both
-            covariances, by the formula and the robust one, hold the sigma of the mass.
-        free_values: gains without constraints, shape (n,).
-        rests_on: per motor, the torques that its gain rests on, as text.
-        loads: what was known of the payload in each mounting.
-        payloads: its ten in each mounting as identified, known ones as given.
-        without_robust: why there is no robust covariance.
-        recordings: from which they were identified.
-        mountings: which loaded recordings have the weight where.
-        disagreement: factor on every standard deviation by which all joints' payload ratios together disagree; 1
-            where they do not.
-        posed: each mounting's payload problem with the torques that the gains give, where the verdict looked at it.
-        by_joints: the weight in each of them as single joints see it.
-        source: the recordings of currents, and how they were processed.
-    """
-
-    robot: Robot
-    logarithms: Estimate
-    free_values: Array
-    rests_on: tuple[str, ...]
-    loads: tuple[KnownLoad, ...]
-    payloads: tuple[InertialParameters, ...]
-    without_robust: str = ""
+    robot: Robot  # its equations those of the joints
+    logarithms: Estimate  # ln K of possible bodies, its fit that of the currents [A]; covariances hold the mass's
+    free_values: Array  # gains without constraints [N·m/A or N/A], shape (n,)
+    rests_on: tuple[str, ...]  # per motor, the torques that its gain rests on
+    loads: tuple[KnownLoad, ...]  # what was known of the payload in each mounting
+    payloads: tuple[InertialParameters, ...]  # as identified in each mounting, what is known as given
+    without_robust: str = ""  # why there is no robust covariance
     recordings: Fingerprints = field(default_factory=dict)
     mountings: Mountings = Mountings()
-    disagreement: float = 1.0
+    disagreement: float = 1.0  # factor on every standard deviation, by the joints' payload ratios
     verdict: Verdict = Verdict("use")
-    posed: tuple[LongMotion, ...] = ()
-    by_joints: tuple[ByJoints, ...] = ()
-    source: Source | None = None
+    posed: tuple[LongMotion, ...] = ()  # each mounting's payload problem with the torques that the gains give
+    by_joints: tuple[ByJoints, ...] = ()  # the weight in each of them as single joints see it
+    source: Source | None = None  # the recordings of currents, and how they were processed
 
     @property
     def headline(self) -> str:
@@ -92,17 +73,16 @@ class DriveGains(Speaks):
         """The larger of formula's and robust relative standard deviation, times ``disagreement``, shape (n,)."""
         return self.disagreement * self.logarithms.larger_sigma
 
-    @cached_property
+    @property
     def larger_relative_covariance(self) -> Array:
-        """Covariance of ln K with the larger standard deviations and their own correlations, n x n.
+        """Covariance of ln K with the larger standard deviations, n x n.
 
-        The correlations are the robust ones where the robust deviations are the larger.
+        Its correlations are the robust ones where there are some.
         """
-        robust = self.logarithms.robust
+        robust, sigma = self.logarithms.robust, self.larger_relative_sigma
         if robust is None:
             return self.disagreement**2 * self.logarithms.covariance
-        stretch = self.larger_relative_sigma / robust.sigma
-        return np.asarray(robust.covariance * np.outer(stretch, stretch))
+        return np.asarray(robust.covariance * np.outer(sigma / robust.sigma, sigma / robust.sigma))
 
     @cached_property
     def predictions(self) -> tuple[TorquePrediction, ...]:
@@ -163,12 +143,11 @@ def answer_gains(problem: GainProblem, load: KnownLoad | Sequence[KnownLoad]) ->
     robust: RobustCovariance | None = None
     reason = problem.without_blocks
     if problem.deletions:
-
-        def solve(part: Equations) -> Array:
-            return -np.log(possible_gains(problem, part, loads, best, sharpest).k)
-
         try:
-            groups = [map(solve, group) for group in problem.deletions]
+            groups = [
+                [-np.log(possible_gains(problem, part, loads, best, sharpest).k) for part in group]
+                for group in problem.deletions
+            ]
             robust = jackknife(groups, -np.log(best.k), max(each.block_length for each in problem.posed))
         except InputError as error:
             reason = str(error)
@@ -179,29 +158,27 @@ def answer_gains(problem: GainProblem, load: KnownLoad | Sequence[KnownLoad]) ->
         diagnose(each, own, None, problem.description) for each, own in zip(posed, identified, strict=True)
     ]
     # An error of the weighed mass scales all gains alike, and so may a burst of other torques.
-    mass_share = max(load.mass_sigma / load.mass for load in loads) ** 2
-    found = [(own.mass, diagnosis.effect("bursts")) for own, diagnosis in zip(identified, diagnoses, strict=True)]
-    reach = [abs(float(bursts.change[9]) / mass) / NORMAL95 for mass, bursts in found if bursts]
-    burst_share = max(reach, default=0.0) ** 2
+    bursts = [(own.mass, diagnosis.effect("bursts")) for own, diagnosis in zip(identified, diagnoses, strict=True)]
+    reach = max((abs(float(found.change[9]) / mass) / NORMAL95 for mass, found in bursts if found), default=0.0)
+    shared = max(load.mass_sigma / load.mass for load in loads) ** 2 + reach**2
     factors = zip(problem.equations.factors, best.k, strict=True)
     errors = np.array([np.linalg.norm(R[:, -1] - k * R[:, :-1] @ best.x) for R, k in factors])
     logarithms = Estimate(
         names=tuple(f"K{j}" for j in range(1, problem.robot.n + 1)),
         values=-np.log(best.k),
-        covariance=free.covariance + mass_share + burst_share,
+        covariance=free.covariance + shared,
         degrees_of_freedom=free.degrees_of_freedom,
         fit=Fit(errors, problem.equations.torque_norms, problem.equations.rows),
         weights=problem.weights,
-        robust=robust and replace(robust, covariance=robust.covariance + mass_share + burst_share),
+        robust=robust and replace(robust, covariance=robust.covariance + shared),
     )
-    bodies = best.x[len(problem.base.columns) :].reshape(-1, len(PAYLOAD))
     gains = DriveGains(
         robot=problem.description,
         logarithms=logarithms,
         free_values=1.0 / free.k,
         rests_on=rests_on(problem.robot),
         loads=loads,
-        payloads=tuple(map(InertialParameters, bodies)),
+        payloads=tuple(map(InertialParameters, best.x[len(problem.base.columns) :].reshape(-1, len(PAYLOAD)))),
         without_robust=reason,
         recordings=fingerprints(problem.source.unloaded, problem.source.loaded),
         mountings=problem.mountings,
@@ -210,39 +187,33 @@ def answer_gains(problem: GainProblem, load: KnownLoad | Sequence[KnownLoad]) ->
         by_joints=tuple(diagnosis.by_joints for diagnosis in diagnoses),
         source=problem.source,
     )
-    return replace(gains, verdict=judge(*_evidence(gains, identified, diagnoses))) if posed else gains
-
-
-def _evidence(
-    gains: DriveGains, identified: Sequence[PayloadEstimate], diagnoses: Sequence[Diagnosis]
-) -> Iterator[Evidence]:
-    """Collect evidence for the verdict, mounting by mounting; what they have in common in the first."""
     weights = tuple(
-        KnownWeight(name, load.mass, free.mass, float(free.larger_sigma[9]))
-        for name, load, free in zip(gains.mountings.names, gains.loads, identified, strict=True)
+        KnownWeight(name, load.mass, own.mass, float(own.larger_sigma[9]))
+        for name, load, own in zip(gains.mountings.names, loads, identified, strict=True)
     )
-    for k, (problem, free, diagnosis) in enumerate(zip(gains.posed, identified, diagnoses, strict=True)):
-        yield Evidence(
-            robot=gains.robot,
-            source=problem.source,
-            condition=problem.unloaded.condition_numbers()[1] if problem.unloaded else None,
-            parameters=problem.robot_estimate,
-            estimates=(free,),
-            gained=Gained(gains.larger_relative_sigma, weights) if k == 0 else None,
-            compared=problem.source.compared,
-            diagnosis=diagnosis if k == 0 else replace(diagnosis, alternatives=()),
+    # What the mountings have in common stands in the evidence of the first.
+    evidence = [
+        Evidence(
+            robot=problem.description,
+            source=each.source,
+            condition=each.unloaded.condition_numbers()[1] if each.unloaded else None,
+            parameters=each.robot_estimate,
+            estimates=(own,),
+            gained=None if k else Gained(gains.larger_relative_sigma, weights),
+            compared=each.source.compared,
+            diagnosis=replace(diagnosis, alternatives=()) if k else diagnosis,
         )
+        for k, (each, own, diagnosis) in enumerate(zip(posed, identified, diagnoses, strict=True))
+    ]
+    return replace(gains, verdict=judge(*evidence))
 
 
 def gains_result(gains: DriveGains) -> GainsResult:
     """Collect what ``gains`` answers."""
     processing = gains.source.processing if gains.source else gains.robot.processing
-    own, sigma, tens = (
-        gains.logarithms,
-        gains.larger_relative_sigma,
-        [named(body.vector) for body in gains.payloads],
-    )
-    mountings = tuple(MountingDocument(name, ten) for name, ten in zip(gains.mountings.names, tens, strict=True))
+    own, sigma, tens = gains.logarithms, gains.larger_relative_sigma, [named(one.vector) for one in gains.payloads]
+    mountings = tuple(map(MountingDocument, gains.mountings.names, tens))
+    vague = "; too little, known to {:.0f} % only: keep the maker's gain"
     return GainsResult(
         robot=gains.robot.name,
         robot_title=gains.robot.title or UNSET,
@@ -263,7 +234,7 @@ def gains_result(gains: DriveGains) -> GainsResult:
             without_constraints=gains.free_values,
             identified=gains.identified,
             rests_on=tuple(
-                text + ("" if good else f"; too little, known to {100 * one:.0f} % only: keep the maker's gain")
+                text if good else text + vague.format(100 * one)
                 for text, good, one in zip(gains.rests_on, gains.identified, sigma, strict=True)
             ),
         ),

@@ -8,14 +8,13 @@ of the difference of log-likelihoods, over its standard error. What fits better 
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from itertools import combinations, product
+from typing import NamedTuple
 
 import numpy as np
 
-from ...common.arrays import Array
-from ...common.errors import InputError
 from ...model import Coupling, Robot, load_robot, robot_names
 from ..signals.rows import Mask
-from .engine import System, SystemFit
+from .engine import System
 from .evidence import Alternative, Evidence
 from .finding import Finding, Severity, note
 from .hypotheses import HELPFUL, pull_of
@@ -52,16 +51,18 @@ _CLOCKS = 0.2, 0.05  # s: delays at the begin and end of recordings that are tri
 _LEAST = 0.02  # a factor beyond this, or beyond its inverse, is no unit but a channel without content
 _UNIT, _OFF = 0.3, 0.15  # logarithm of a factor that counts as another unit, and as another gain
 
-Read = tuple[str, Robot | None, States]
-"""Reading of the recordings: what is assumed, another robot or None, and the states that it makes."""
+
+class Read(NamedTuple):
+    """Reading of the recordings: what is assumed, and the states that it makes, of another robot or the same."""
+
+    text: str
+    states: States
+    robot: Robot | None = None
+    kind: str = ""
 
 
 class Comparison:
-    """Compares readings with the recordings as described: by every fifth state first.
-
-    Attributes:
-        fit: of all states as described.
-    """
+    """Compares readings with the recordings as described, ``fit``: by every fifth state first."""
 
     def __init__(self, robot: Robot, states: States, free_gains: bool = False) -> None:
         """Fit the recordings as described.
@@ -69,86 +70,66 @@ class Comparison:
         Args:
             free_gains: whether each joint's torque has a scale of its own in every comparison, for gains that were
                 identified with the robot as described favour it; not of coupled drives, nor with a spring.
-
-        Raises:
-            InputError: if a joint leaves the table of the robot's spring.
         """
         self.robot, self.states = robot, states
         self.free_gains = free_gains and robot.coupling is None and robot.spring is None
         systems = [System.of(robot, part) for part in (states.coarser(), states)]
-        self._fits = [self._fitted(system, system.weights) for system in systems]
+        self._fits = [system.fit(system.weights, self.free_gains) for system in systems]
         self._likelihoods = [fit.likelihood() for fit in self._fits]
         self.fit = self._fits[1]
 
-    @staticmethod
-    def of(robot: Robot, states: States | None, free_gains: bool = False) -> "Comparison | None":
-        """Fit the recordings as described; None where there is too little motion, or none that fits the robot."""
-        try:
-            return None if states is None else Comparison(robot, states, free_gains)
-        except InputError:  # a joint leaves the table of its spring
-            return None
-
-    def _fitted(self, system: System, weights: Array) -> SystemFit:
-        """Fit, with gains of their own where they are free."""
-        return system.fit_with_scales(weights) if self.free_gains else system.fit(weights)
-
-    def compared(
-        self, kind: str, name: str, robot: Robot | None, states: States, worth: float = _FAR
-    ) -> Alternative | None:
-        """Compare another reading; None where a few of the states show a fall below ``worth``, or nothing."""
+    def compared(self, reading: Read, worth: float = _FAR) -> Alternative | None:
+        """Compare a reading; None where a few of the states show a fall below ``worth``, or nothing."""
+        robot, states = reading.robot, reading.states
         found = None
         for fit, likelihood, part in zip(self._fits, self._likelihoods, (states.coarser(), states), strict=True):
             system = fit.system
-            torque = part.torque.T + system.torque - system.states.torque.T
-            # Where torques alone differ the columns are there.
             same = robot is None and np.array_equal(part.q, system.states.q)
             same = same and np.array_equal(part.keep, system.states.keep)
-            try:
-                changed = replace(system, torque=torque) if same else System.of(robot or self.robot, part)
-            except InputError:  # outside the table of a spring
-                return None
-            if same and not self.free_gains:
-                other = fit.likelihood(torque)
+            if same:  # the columns are there
+                changed = fit.of_torque(part.torque.T + system.torque - system.states.torque.T)
+                changed = changed.system.fit(fit.weights, True) if self.free_gains else changed
             else:
-                other = self._fitted(changed, fit.weights).likelihood()
-            both = system.keep & changed.keep
-            rise = np.bincount(part.block, np.sum((other - likelihood) * both, axis=0), BLOCKS)
+                changed = System.of(robot or self.robot, part).fit(fit.weights, self.free_gains)
+            both = system.keep & changed.system.keep
+            rise = np.bincount(part.block, np.sum((changed.likelihood() - likelihood) * both, axis=0), BLOCKS)
             error = float(np.std(rise, ddof=1)) / np.sqrt(len(rise))
             # By log-likelihoods of -1/2 log(variance) a row: the fraction by which chi2 falls.
             fall = 1.0 - float(np.exp(-2.0 * rise.sum() / max(int(both.sum()), 1)))
-            found = Alternative(kind, name, fall, float(rise.mean()) / max(error, 1e-300))
-            if fall < worth:
+            found = Alternative(reading.kind, reading.text, fall, float(rise.mean()) / max(error, 1e-300))
+            if fall < worth or not both.any():
                 return None
         return found
 
 
 def alternatives(robot: Robot, states: States | None, free_gains: bool = False) -> tuple[Alternative, ...]:
-    """Compare what is always compared: other robots, turned joints, no gravity, and more friction.
+    """Compare what is always compared: joints turned, no gravity, other robots, and more friction.
 
-    Only robots of other geometry are tried, with as many joints and drives as described. None where there is too
-    little motion; other arguments as of ``Comparison``.
+    None where there is too little motion; other arguments as of ``Comparison``.
     """
-    own = Comparison.of(robot, states, free_gains)
-    if own is None:
+    if states is None:
         return ()
-    states, speed = own.states, own.states.qd.T
+    own = Comparison(robot, states, free_gains)
+    speed = own.states.qd.T
     rubs = np.eye(robot.n)[:, :, None] * (np.sign(speed) * np.sqrt(np.abs(speed)))[:, None]
-    friction = own.fit.system.with_columns(rubs).effect(*range(robot.n)).fall
-    found = [Alternative("friction", "", friction, 0.0)]
+    friction = own.fit.system.with_columns(rubs).effect(range(robot.n)).fall
+    others = map(own.compared, _always(own))
+    return (Alternative("friction", "", friction, 0.0), *filter(None, others))
+
+
+def _always(own: Comparison) -> Iterator[Read]:
+    """Readings that are always compared; of robots those of other geometry with as many joints."""
+    robot, states = own.robot, own.states
     for j in range(robot.n):
-        turned = Reading.as_recorded(robot.n).turned(j).of(states)
-        found += filter(None, [own.compared("turned", str(j + 1), None, turned)])
+        yield Read(str(j + 1), Reading.as_recorded(robot.n).turned(j).of(states), kind="turned")
     if any(robot.gravity):
-        weightless = replace(robot, gravity=(0.0, 0.0, 0.0))
-        found += filter(None, [own.compared("weightless", "", weightless, states)])
+        yield Read("", states, replace(robot, gravity=(0.0, 0.0, 0.0)), "weightless")
     for name in robot_names():
         other = load_robot(name)
         if other.n == robot.n and _geometry(other) != _geometry(robot):
             coupling = other.drives.coupling if robot.drives.fit_for_coupling else None
             drives = replace(robot.drives, coupling=coupling, spring=other.drives.spring)
-            other = replace(other, gravity=robot.gravity, drives=drives)
-            found += filter(None, [own.compared("robot", name, other, states)])
-    return tuple(found)
+            yield Read(name, states, replace(other, gravity=robot.gravity, drives=drives), "robot")
 
 
 def _geometry(robot: Robot) -> list[tuple[str, float, float, float, float]]:
@@ -162,29 +143,24 @@ def other_readings(evidence: Evidence) -> list[Finding]:
     column a joint does on the robot as described; a turned joint {TURNED:.0%} (z > {TURNED_Z:g}), no gravity
     {WEIGHTLESS:.0%}: spoils all. Within {ALIKE:.0%} a note says that the data do not tell two robots apart.
     """
-    found, pull = evidence.diagnosis.alternatives, pull_of(evidence)
+    found, pull = sorted(evidence.diagnosis.alternatives, key=lambda a: -a.fall), pull_of(evidence)
     least = BESIDE_PULL * pull.fall if pull is not None else 0.0
     friction = max((a.fall for a in found if a.kind == "friction"), default=0.0)
 
     def beyond(kind: str, fall: float, z: float) -> list[Alternative]:
-        own = [a for a in found if a.kind == kind and a.fall > max(fall, least) and a.z > z]
-        return sorted(own, key=lambda a: -a.fall)
+        return [a for a in found if a.kind == kind and a.fall > max(fall, least) and a.z > z]
 
-    findings = []
-    for weightless in beyond("weightless", WEIGHTLESS, TURNED_Z):
-        findings.append(_cause("the torques hold no gravity (they are gravity-compensated)", weightless))
-    robots = beyond("robot", max(ROBOT, friction), ROBOT_Z)
-    if robots:
-        findings.append(_cause(f"it is a recording of robot {robots[0].name!r}", robots[0]))
-    alike = [a.name for a in found if a.kind == "robot" and a.fall > -ALIKE]
+    robots, turned = beyond("robot", max(ROBOT, friction), ROBOT_Z), beyond("turned", TURNED, TURNED_Z)
+    weightless = beyond("weightless", WEIGHTLESS, TURNED_Z)
+    findings = [_cause("the torques hold no gravity (they are gravity-compensated)", best) for best in weightless]
+    findings += [_cause(f"it is a recording of robot {best.name!r}", best) for best in robots[:1]]
+    for best in turned[:1]:
+        names = " or ".join(a.name for a in turned if a.fall > best.fall - ALIKE)
+        findings.append(_cause(f"joint {names} is counted the other way, in position and torque", best))
+    alike = " or ".join(repr(a.name) for a in found if a.kind == "robot" and a.fall > -ALIKE)
     if alike and pull is None and not robots:
-        names = " or ".join(map(repr, alike))
-        text = f"the data do not tell {evidence.robot.name!r} from {names}: make sure that it is the right robot"
+        text = f"the data do not tell {evidence.robot.name!r} from {alike}: make sure that it is the right robot"
         findings.append(note(text))
-    turned = beyond("turned", TURNED, TURNED_Z)
-    if turned:
-        names = " or ".join(a.name for a in turned if a.fall > turned[0].fall - ALIKE)
-        findings.append(_cause(f"joint {names} is counted the other way, in position and torque", turned[0]))
     return findings
 
 
@@ -209,20 +185,17 @@ def likely_causes(
         contradicted: whether something is known to be wrong; if not, only a clear gain counts.
         free_gains: as of ``Comparison``.
     """
-    if states is not None:
-        states = states.taken(slice(None, None, max(1, len(states.t) // _ENOUGH)))
-    described = Comparison.of(robot, states, free_gains)
-    if described is None:
+    if states is None:
         return []
+    states = states.taken(slice(None, None, max(1, len(states.t) // _ENOUGH)))
+    described = Comparison(robot, states, free_gains)
     least = HELPFUL if contradicted else CONVINCING
     tried: list[tuple[Alternative, str]] = []
     for family, several in FAMILIES:
         for source, mask in _parts(described):
-            readings = (
-                described.compared("", text, other, described.states.mixed(changed, mask), 0.5 * least)
-                for text, other, changed in family(described, mask)
-            )
-            own = [found for found in readings if found is not None and found.fall > least and found.z > CAUSE_Z]
+            readings = (read._replace(states=states.mixed(read.states, mask)) for read in family(described, mask))
+            compared = (described.compared(read, 0.5 * least) for read in readings)
+            own = [found for found in compared if found is not None and found.fall > least and found.z > CAUSE_Z]
             own.sort(key=lambda found: -found.fall)
             tried += [(found, source) for found in (own if several else own[:1])]
         if any(1.0 - found.fall < SETTLED for found, _ in tried):
@@ -239,7 +212,7 @@ def likely_causes(
 def _parts(own: Comparison) -> list[tuple[str, Mask]]:
     """Divide the recordings, with names: all, those of one kind, and of each kind the one that fits worst."""
     states, names = own.states, own.states.source.split(", ")
-    squares = np.sum(own.fit.errors() ** 2, axis=0)
+    squares = own.fit.weights**2 @ own.fit.errors**2
     kinds = [states.loaded == 0.0, states.loaded > 0.0]
     masks = [np.ones(len(states.t), dtype=bool), *kinds]
     for kind in kinds:
@@ -255,10 +228,10 @@ def _parts(own: Comparison) -> list[tuple[str, Mask]]:
 
 def delays(own: Comparison, _: Mask) -> Iterator[Read]:
     """Torque written later or earlier than position."""
-    for delay in np.arange(-_LONGEST, _LONGEST + 0.5 * _STEP, _STEP):
+    for delay in np.arange(-_LONGEST, _LONGEST + 0.5 * _STEP, _STEP).tolist():
         if abs(delay) >= 0.5 * _STEP:
             late = "lags" if delay > 0.0 else "leads"
-            yield f"torque {late} position by about {abs(delay):.2f} s", None, own.states.later(float(delay))
+            yield Read(f"torque {late} position by about {abs(delay):.2f} s", own.states.later(delay))
 
 
 def clocks(own: Comparison, _: Mask) -> Iterator[Read]:
@@ -269,95 +242,90 @@ def clocks(own: Comparison, _: Mask) -> Iterator[Read]:
         if abs(last - first) > 0.5 * step:
             text = f"torque lags by {first:.2f} s early on and {last:.2f} s late"
             changed = states.later(first + (last - first) * passed)
-            yield f"torque and position ran on two clocks ({text})", None, changed
+            yield Read(f"torque and position ran on two clocks ({text})", changed)
 
 
 def joint_columns(own: Comparison, _: Mask) -> Iterator[Read]:
     """Joints, torques or positions exchanged, of the wrong sign, or with a zero a quarter or half turn away."""
     n, states, plain = own.robot.n, own.states, Reading.as_recorded(own.robot.n)
     for j in range(n):
-        yield f"the sign of the torque of joint {j + 1} is wrong", None, plain.pushed(j).of(states)
+        yield Read(f"the sign of the torque of joint {j + 1} is wrong", plain.pushed(j).of(states))
     for i, j in combinations(range(n), 2):
         changed, names = plain.swapped(i, j).of(states), f"joints {i + 1} and {j + 1} are exchanged"
-        yield f"the torques of {names}", None, replace(states, torque=changed.torque)
-        yield names, None, changed
-        yield f"the positions of {names}", None, replace(changed, torque=states.torque)
+        yield Read(f"the torques of {names}", replace(states, torque=changed.torque))
+        yield Read(names, changed)
+        yield Read(f"the positions of {names}", replace(changed, torque=states.torque))
     for j in range(n):
         changed = plain.turned(j).of(states)
-        yield f"the sign of q{j + 1} is wrong", None, replace(changed, torque=states.torque)
-        yield f"joint {j + 1} is counted the other way, in position and torque", None, changed
+        yield Read(f"the sign of q{j + 1} is wrong", replace(changed, torque=states.torque))
+        yield Read(f"joint {j + 1} is counted the other way, in position and torque", changed)
     for j, quarters in product(range(1, n), (1, 3, 2)):
         text = f"the zero of q{j + 1} is off by {180 if quarters == 2 else 90} degrees"
-        yield text, None, plain.moved(j, quarters).of(states)
+        yield Read(text, plain.moved(j, quarters).of(states))
 
 
 def gravity(own: Comparison, mask: Mask) -> Iterator[Read]:
     """Gravity along another axis."""
     usual = np.array(own.robot.gravity)
     size = float(np.linalg.norm(usual)) or 9.81
-    mounted = [(-usual, "gravity points the other way (the robot is mounted upside down)")]
+    mounted = {"gravity points the other way (the robot is mounted upside down)": -usual}
     for axis, sign in product(range(3), (1.0, -1.0)):
         if abs(usual[axis]) <= 0.9 * size:
-            along = f"{'-' * (sign < 0)}{'xyz'[axis]}"
-            text = f"gravity points along {along} of frame 0 (the robot is mounted on a wall)"
-            mounted.append((sign * size * np.eye(3)[axis], text))
-    for g, text in mounted if mask.all() else ():
-        yield text, replace(own.robot, gravity=(float(g[0]), float(g[1]), float(g[2]))), own.states
+            along = f"{'-' * (sign < 0)}{'xyz'[axis]} of frame 0 (the robot is mounted on a wall)"
+            mounted[f"gravity points along {along}"] = sign * size * np.eye(3)[axis]
+    for text, (x, y, z) in mounted.items() if mask.all() else ():
+        yield Read(text, own.states, replace(own.robot, gravity=(float(x), float(y), float(z))))
 
 
 def descriptions(own: Comparison, mask: Mask) -> Iterator[Read]:
     """Drives coupled that are described as single, and lengths a tenth off."""
-    robot, drives = own.robot, own.robot.drives
+    robot, drives, states = own.robot, own.robot.drives, own.states
     if not mask.all():
         return
     if robot.coupling is None and robot.n > 1 and drives.fit_for_coupling:
-        pair = (robot.n - 1, robot.n)
-        text = f"the drives of joints {pair[0]} and {pair[1]} are coupled, which the description leaves out"
-        yield text, replace(robot, drives=replace(drives, coupling=Coupling(pair))), own.states
+        coupled = Coupling((robot.n - 1, robot.n))
+        text = f"the drives of joints {robot.n - 1} and {robot.n} are coupled, which the description leaves out"
+        yield Read(text, states, replace(robot, drives=replace(drives, coupling=coupled)))
     for (j, joint), name in product(enumerate(robot.joints), ("d", "r")):
         length = getattr(joint, name)
         for factor, word in ((0.9, "shorter"), (1.1, "longer")) if length != 0.0 else ():
-            changed = replace(joint, **{name: factor * length})
-            joints = (*robot.joints[:j], changed, *robot.joints[j + 1 :])
+            joints = (*robot.joints[:j], replace(joint, **{name: factor * length}), *robot.joints[j + 1 :])
             text = f"the length {name}{j + 1} is {word} than the {length:g} m of the description"
-            yield text, replace(robot, joints=joints), own.states
+            yield Read(text, states, replace(robot, joints=joints))
 
 
 def offsets(own: Comparison, mask: Mask) -> Iterator[Read]:
     """A torque channel with an offset, constant or growing with time."""
-    n, passed, error = own.robot.n, own.states.passed, own.fit.errors()
+    n, passed, square = own.robot.n, own.states.passed, own.fit.weights**2
     for (shape, text), j in product(((passed**0, "holds an offset of"), (passed, "drifts by")), range(n)):
         column = np.zeros((n, len(passed)))
         column[j] = shape * mask
-        left = own.fit.errors(column)
-        square = float(np.sum(left**2))
-        if square > 1e-9 * own.fit.weights[j] ** 2 * float(np.sum(column**2)):
-            size = float(np.sum(left * error)) / square
+        left = own.fit.of_torque(column).errors
+        shown = float(square @ (left**2).sum(axis=1))
+        if shown > 1e-9 * square[j] * float(np.sum(column**2)):
+            size = float(square @ (left * own.fit.errors).sum(axis=1)) / shown
             assumed = f"the torque of joint {j + 1} {text} {size:.3g} (N·m or N)"
-            yield assumed, None, replace(own.states, torque=own.states.torque - size * column.T)
+            yield Read(assumed, replace(own.states, torque=own.states.torque - size * column.T))
 
 
 def channels(own: Comparison, mask: Mask) -> Iterator[Read]:
     """Torque channels with a wrong drive gain, a reversed list of gains, or no common unit."""
-    states, n = own.states, own.robot.n
+    states, n, norms = own.states, own.robot.n, own.fit.system.norms
     if own.free_gains:
         return
-    each = np.eye(n)[:, :, None] * (states.torque * mask[:, None]).T[:, None]
-    scale = own.fit.weights * own.fit.system.norms()
-    left = np.array([own.fit.errors(each[:, j]) / scale[:, None] for j in range(n)])
+    each = np.eye(n)[:, :, None] * (states.torque * mask[:, None]).T
+    left = np.array([own.fit.of_torque(torque).errors / norms[:, None] for torque in each])
     gram = np.einsum("ijn,kjn->ik", left, left)
-    rest = own.fit.errors() / scale[:, None]
-    for j in range(n):
-        ratio = 1.0 - float(np.sum(left[j] * rest)) / max(gram[j, j], 1e-300)
+    shown = np.einsum("ijn,jn->i", left, own.fit.errors / norms[:, None]) / np.maximum(np.diag(gram), 1e-300)
+    for j, ratio in enumerate((1.0 - shown).tolist()):
         if _LEAST < ratio < 1.0 / _LEAST and abs(np.log(ratio)) >= _OFF:
             size = f"{1.0 / ratio:.2g} times too large" if ratio < 1.0 else f"{ratio:.2g} times too small"
-            factors = np.where(np.arange(n) == j, ratio, 1.0)
             text = f"the torque of joint {j + 1} is about {size} (drive gain or unit)"
-            yield text, None, replace(states, torque=states.torque * factors)
+            yield Read(text, states.scaled(np.where(np.arange(n) == j, ratio, 1.0)))
     if states.gains and states.gains != states.gains[::-1]:
-        factors = np.array(states.gains[::-1]) / np.array(states.gains)
-        yield "the list of drive gains is reversed", None, replace(states, torque=states.torque * factors)
-    fixed, factors = int(np.argmax(own.fit.system.norms())), np.ones(n)
+        reverse = np.array(states.gains[::-1]) / np.array(states.gains)
+        yield Read("the list of drive gains is reversed", states.scaled(reverse))
+    fixed, factors = int(np.argmax(norms)), np.ones(n)
     free = [j for j in range(n) if j != fixed]
     factors[free] = -np.linalg.lstsq(gram[np.ix_(free, free)], gram[free, fixed], rcond=1e-12)[0]
     usable = mask.all() and (factors > _LEAST).all() and (factors < 1.0 / _LEAST).all()
@@ -367,7 +335,7 @@ def channels(own: Comparison, mask: Mask) -> Iterator[Read]:
             f"the torques of the joints share no unit (they are {sizes} times too large, joint by joint), as "
             "motor-side torques or percent of each drive's maximum do"
         )
-        yield text, None, replace(states, torque=states.torque * factors)
+        yield Read(text, states.scaled(factors))
 
 
 def stuck_encoders(own: Comparison, _: Mask) -> Iterator[Read]:
@@ -378,7 +346,7 @@ def stuck_encoders(own: Comparison, _: Mask) -> Iterator[Read]:
         if 0.0 < still.mean() < 0.8:  # a joint that rests for longer does not move
             start, stop = states.t[still][0], states.t[still][-1]
             text = f"the encoder of joint {j + 1} is stuck from {start:.3g} s to {stop:.3g} s"
-            yield text, None, replace(states, keep=states.keep & ~still[:, None])
+            yield Read(text, replace(states, keep=states.keep & ~still[:, None]))
 
 
 FAMILIES: tuple[tuple[Callable[[Comparison, Mask], Iterator[Read]], bool], ...] = (

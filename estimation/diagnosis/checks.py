@@ -1,11 +1,12 @@
 """The table of checks on fits and answers: each a generator from the evidence to its findings.
 
-The first line of a docstring says what is checked, the rest from where on and what that spoils; docs/verdict.md
+The first sentence of a docstring says what is checked, the rest from where on and what that spoils; docs/verdict.md
 prints them.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from itertools import combinations
+from math import hypot
 
 import numpy as np
 
@@ -14,7 +15,7 @@ from ...model.inertia import PayloadSpread
 from ..fit.covariance import NORMAL95, few_blocks
 from ..fit.estimate import Fit
 from ..possible.constraints import PossibleBody
-from .evidence import KNOWN_WELL, Evidence, Judged, KnownWeight, by
+from .evidence import KNOWN_WELL, Evidence, Judged, by
 from .finding import Finding, error, note, warning
 
 MASS_SIGMA = 0.05
@@ -62,13 +63,12 @@ def allowing(spread: PayloadSpread, degrees_of_freedom: float) -> PayloadSpread:
 
 def judge_mass(mass: float, spread: PayloadSpread, from_scale: bool) -> Judged:
     """Judge the mass."""
-    relative = spread.mass / max(abs(mass), 1e-300)
     if from_scale:
         return Judged("weighed", "the torques of these joints do not contain it")
-    if relative <= MASS_SIGMA:
-        return Judged("use")
+    relative = spread.mass / max(abs(mass), 1e-300)
     advice = "let joint 2 or 3 move, widen the range, record longer, or weigh the payload"
-    return _vague(f"is {_percent(relative)} of it", f"{100 * MASS_SIGMA:.0f} %", advice)
+    vague = "" if relative <= MASS_SIGMA else f"is {_percent(relative)} of it"
+    return _judged((), vague, f"{100 * MASS_SIGMA:.0f} %", advice)
 
 
 def judge_com(ten: Array, spread: PayloadSpread) -> Judged:
@@ -79,32 +79,29 @@ def judge_com(ten: Array, spread: PayloadSpread) -> Judged:
         spread: standard deviations, infinite where the joints show nothing.
     """
     hidden = [axis for axis, sigma in zip("xyz", spread.com, strict=True) if not np.isfinite(sigma)]
-    if hidden:
-        return Judged("not visible", f"these joints do not show {', '.join(hidden)}")
     known = bool(np.isfinite(ten).all() and ten[9] > 0.0)
     size = float(np.sqrt(max(ten[[0, 3, 5]].sum(), 0.0) / 2.0 / ten[9])) if known else 0.0
-    worst, allowed = int(np.argmax(spread.com)), max(COM_FLOOR, COM_SIGMA * size)
-    if spread.com[worst] <= allowed:
-        return Judged("use")
-    sigma = f"along {'xyz'[worst]} is {1e3 * spread.com[worst]:.0f} mm"
-    return _vague(sigma, f"{1e3 * allowed:.0f} mm", "turn the wrist farther, or weigh the payload")
+    sigma, axis = max(zip(spread.com, "xyz", strict=True))
+    allowed = max(COM_FLOOR, COM_SIGMA * size)
+    vague = "" if sigma <= allowed else f"along {axis} is {1e3 * sigma:.0f} mm"
+    return _judged(hidden, vague, f"{1e3 * allowed:.0f} mm", "turn the wrist farther, or weigh the payload")
 
 
 def judge_inertia(moments: Array, spread: PayloadSpread) -> Judged:
     """Judge the inertia at the centre of mass: each moment to 30 %."""
     relative = dict(zip(("XX", "YY", "ZZ"), spread.moments / np.maximum(moments, 1e-300), strict=True))
     hidden = [name for name, s in zip(relative, spread.moments, strict=True) if not np.isfinite(s)]
+    vague = ", ".join(f"{name} {_percent(s)}" for name, s in relative.items() if not s <= INERTIA_SIGMA)
+    advice = "move the wrist faster, or record longer"
+    return _judged(hidden, vague and f"of {vague}", f"{100 * INERTIA_SIGMA:.0f} %", advice)
+
+
+def _judged(hidden: Sequence[str], vague: str, allowed: str, advice: str) -> Judged:
     if hidden:
         return Judged("not visible", f"these joints do not show {', '.join(hidden)}")
-    vague = [f"{name} {_percent(s)}" for name, s in relative.items() if not s <= INERTIA_SIGMA]
     if not vague:
         return Judged("use")
-    advice = "move the wrist faster, or record longer"
-    return _vague(f"of {', '.join(vague)}", f"{100 * INERTIA_SIGMA:.0f} %", advice)
-
-
-def _vague(sigma: str, allowed: str, advice: str) -> Judged:
-    why = f"1 sigma (few blocks of time allowed for) {sigma}, {allowed} at most are allowed: {advice}"
+    why = f"1 sigma (few blocks of time allowed for) {vague}, {allowed} at most are allowed: {advice}"
     return Judged("not measured well enough", why)
 
 
@@ -181,14 +178,10 @@ def friction(evidence: Evidence) -> Iterator[Finding]:
 
     Coulomb and viscous friction of a joint both over {DRIVEN_SIGMAS:g} sigma below zero: spoils all.
     """
-    parameters, driven = evidence.parameters, list[str]()
-    if parameters is None:
-        return
-    for joint in range(1, evidence.robot.n + 1):
-        names = [name for name in (f"FS{joint}", f"FV{joint}") if name in parameters.names]
-        values, C = parameters.select(names) if names else (np.zeros(1), np.eye(1))
-        if (values < -DRIVEN_SIGMAS * np.sqrt(np.diag(C))).all():
-            driven.append(str(joint))
+    parameters = evidence.parameters
+    z = dict(zip(parameters.names, parameters.values / parameters.sigma, strict=True)) if parameters else {}
+    frictions = {j: {f"FS{j}", f"FV{j}"} & z.keys() for j in range(1, evidence.robot.n + 1)}
+    driven = [str(j) for j, own in frictions.items() if own and max(z[name] for name in own) < -DRIVEN_SIGMAS]
     if driven:
         yield error(
             f"the friction of joint {', '.join(driven)} comes out negative, as if it drove the joint: the sign of "
@@ -197,10 +190,7 @@ def friction(evidence: Evidence) -> Iterator[Finding]:
 
 
 def sign(evidence: Evidence) -> Iterator[Finding]:
-    """Mass that is negative, or none at all.
-
-    Not {SIGMAS:g} sigma above zero: spoils all.
-    """
+    """Mass that is negative, or none at all. Not {SIGMAS:g} sigma above zero: spoils all."""
     weighed = evidence.weighed
     masses = [(by([e]), e.mass, float(e.larger_sigma[9])) for e in evidence.estimates]
     if weighed is not None and not weighed.from_scale:
@@ -239,18 +229,14 @@ def methods_apart(evidence: Evidence) -> Iterator[Finding]:
     """
     masses = [e.mass for e in evidence.estimates] or [0.0]
     mean = abs(float(np.mean(masses)))
+    apart = [
+        f"methods {a.method} and {b.method} disagree beyond their intervals: {a.mass:.4g} and {b.mass:.4g} kg"
+        for a, b in combinations(evidence.estimates, 2)
+        if abs(a.mass - b.mass) > max(METHODS_APART * mean, SIGMAS * hypot(a.larger_sigma[9], b.larger_sigma[9]))
+    ]
     if np.ptp(masses) > MASS_SPREAD * mean:
-        yield error(f"the methods' masses spread from {min(masses):.3g} to {max(masses):.3g} kg", "mass")
-        return
-    for a, b in combinations(evidence.estimates, 2):
-        sigma = float(np.hypot(a.larger_sigma[9], b.larger_sigma[9]))
-        if abs(a.mass - b.mass) > max(METHODS_APART * mean, SIGMAS * sigma):
-            yield error(
-                f"methods {a.method} and {b.method} disagree beyond their intervals: {a.mass:.4g} and "
-                f"{b.mass:.4g} kg",
-                "mass",
-            )
-            return
+        apart = [f"the methods' masses spread from {min(masses):.3g} to {max(masses):.3g} kg"]
+    yield from (error(text, "mass") for text in apart[:1])
 
 
 def unexplained(evidence: Evidence) -> Iterator[Finding]:
@@ -288,15 +274,15 @@ def arm_weight(evidence: Evidence) -> Iterator[Finding]:
     {LIGHT:g} and above {HEAVY:g}.
     """
     robot, parameters = evidence.robot, evidence.parameters
-    moments = {6: (2, 3), 7: (2, 4, 6)}.get(robot.n, ())
-    names = [(f"MX{j}", f"MY{j}") for j in moments if all(joint.revolute for joint in robot.joints)]
-    known = parameters is not None and {name for pair in names for name in pair} <= set(parameters.names)
-    if parameters is None or not (known and names and robot.mass and any(robot.gravity)) or robot.spring:
+    joints = {6: (2, 3), 7: (2, 4, 6)}.get(robot.n, ()) if all(joint.revolute for joint in robot.joints) else ()
+    names = {f"{kind}{j}" for j in joints for kind in ("MX", "MY")}
+    known = parameters is not None and names and names <= set(parameters.names)
+    if parameters is None or not (known and robot.mass and any(robot.gravity)) or robot.spring:
         return
-    length = sum(float(np.hypot(joint.d, joint.r)) for joint in robot.joints[1:])
-    kappa = sum(float(np.hypot(parameters[x], parameters[y])) for x, y in names) / (robot.mass * length)
-    load = robot.rated_payload / robot.mass if np.isfinite(robot.rated_payload) else 0.0
-    if not LIGHT <= kappa <= HEAVY + load:
+    length = sum(hypot(joint.d, joint.r) for joint in robot.joints[1:])
+    moments = sum(hypot(parameters[f"MX{j}"], parameters[f"MY{j}"]) for j in joints)
+    kappa, load = moments / (robot.mass * length), robot.rated_payload / robot.mass
+    if not LIGHT <= kappa <= HEAVY + (load if np.isfinite(load) else 0.0):
         source = " (assumed)" if robot.assumed("mass") else ""
         yield (error if kappa < WEIGHTLESS else note)(
             f"the arm weighs {kappa:.2f} of its {robot.mass:g} kg{source} times the length of its links, .19 to "
@@ -305,10 +291,7 @@ def arm_weight(evidence: Evidence) -> Iterator[Finding]:
 
 
 def other_ways(evidence: Evidence) -> Iterator[Finding]:
-    """The mass by other ways (`weigh`).
-
-    Over {OTHER_WAY:.0%} off: spoils all.
-    """
+    """The mass by other ways (`weigh`). Over {OTHER_WAY:.0%} off: spoils all."""
     mass = evidence.mass
     for way in evidence.weighed.agreement if evidence.weighed is not None else ():
         if way.counts and abs(way.mass - mass) > OTHER_WAY * abs(mass):
@@ -321,9 +304,9 @@ def drift(evidence: Evidence) -> Iterator[Finding]:
     A trend with p below 0.05 that leaves the mass's interval: spoils all; noted within.
     """
     repeats = evidence.weighed.repeats if evidence.weighed is not None else None
-    step, sigma = (repeats.drift_per_recording, repeats.drift_sigma) if repeats is not None else (None, None)
-    if repeats is None or not repeats.drifts or step is None or sigma is None:
+    if repeats is None or not repeats.drifts:
         return
+    step, sigma = repeats.drift_per_recording or 0.0, repeats.drift_sigma or 0.0
     text = f"the mass drifts by {step:+.3g} ± {sigma:.2g} kg from recording to recording: warm the robot up first"
     across = abs(step) * (len(repeats.masses) - 1)
     if evidence.spread is not None and across <= 2.0 * NORMAL95 * evidence.spread.mass:
@@ -346,10 +329,7 @@ def alignment(evidence: Evidence) -> Iterator[Finding]:
 
 
 def condition(evidence: Evidence) -> Iterator[Finding]:
-    """Nearly dependent equations.
-
-    Condition number over {CONDITION:g} with columns scaled: spoils the inertia.
-    """
+    """Nearly dependent equations. Condition number over {CONDITION:g} with columns scaled: spoils the inertia."""
     if evidence.condition is not None and evidence.condition > CONDITION:
         yield warning(
             f"the equations are nearly dependent (condition number {evidence.condition:.0f} with columns scaled): "
@@ -363,30 +343,27 @@ def weights_apart(evidence: Evidence) -> Iterator[Finding]:
     By {APART:.0%} and {APART_SIGMAS:g} sigma: spoils all.
     """
 
-    def text(weight: KnownWeight) -> str:
-        mass = f"{weight.mass:.4g} ± {weight.sigma:.2g} kg"
-        return f"mounting {weight.mounting} weighs {mass}, given as {weight.nominal:g} kg"
-
     apart = []
-    for first, second in combinations(evidence.gained.weights if evidence.gained is not None else (), 2):
-        ratio = (first.mass / first.nominal) / (second.mass / second.nominal)
-        sigma = float(np.hypot(first.sigma / first.mass, second.sigma / second.mass))
-        if abs(ratio - 1.0) > max(APART, APART_SIGMAS * sigma):
-            apart.append((abs(ratio - 1.0) / sigma, text(first), text(second)))
+    for weights in combinations(evidence.gained.weights if evidence.gained is not None else (), 2):
+        first, second = (weight.mass / weight.nominal for weight in weights)
+        sigma = hypot(*(weight.sigma / weight.mass for weight in weights))
+        if abs(first / second - 1.0) > max(APART, APART_SIGMAS * sigma):
+            apart.append((abs(first / second - 1.0) / sigma, weights))
     if apart:
-        _, one, other = max(apart)
+        told = " and ".join(
+            f"mounting {weight.mounting} weighs {weight.mass:.4g} ± {weight.sigma:.2g} kg, given as "
+            f"{weight.nominal:g} kg"
+            for weight in max(apart)[1]
+        )
         yield error(
-            f"the weights do not go together: with these gains {one} and {other}: is one mass given wrongly, or "
-            "are recordings of two mountings taken for one?",
+            f"the weights do not go together: with these gains {told}: is one mass given wrongly, or are "
+            "recordings of two mountings taken for one?",
             "mass",
         )
 
 
 def known_gains(evidence: Evidence) -> Iterator[Finding]:
-    """Gains that the recordings do not show well (`gains`).
-
-    None known to {KNOWN_WELL:.0%}: spoils all; some not: those.
-    """
+    """Gains that are hardly shown (`gains`). None known to {KNOWN_WELL:.0%}: spoils all; some not: those."""
     sigma = evidence.gained.sigma if evidence.gained is not None else np.zeros(0)
     vague = [(str(j), f"{100 * s:.2g}") for j, s in enumerate(sigma, 1) if not s <= KNOWN_WELL]
     if not vague:
@@ -400,10 +377,7 @@ def known_gains(evidence: Evidence) -> Iterator[Finding]:
 
 
 def rating(evidence: Evidence) -> Iterator[Finding]:
-    """A mass beyond what the arm carries.
-
-    With all of its interval, and by over {ROUNDED:.0%}: spoils all.
-    """
+    """A mass beyond what the arm carries. With all of its interval, and by over {ROUNDED:.0%}: spoils all."""
     rated, sigma = evidence.robot.rated_payload, evidence.spread.mass if evidence.spread is not None else 0.0
     if evidence.mass - NORMAL95 * sigma > (1.0 + ROUNDED) * rated:
         source = "as is assumed" if evidence.robot.assumed("rated_payload") else "by its data sheet"
@@ -425,14 +399,13 @@ def conflicts(evidence: Evidence) -> Iterator[Finding]:
         for test in payload.conflicts:
             text = f"{data} contradict the constraint: {test.description} (p {test.p_value:.1g})"
             findings.setdefault(test.description, error(text))
-        for weighing in payload.weighings:
+        for scale in (weighing for weighing in payload.weighings if weighing.conflict):
             text = (
-                f"{data} show {weighing.identified:.4g} ± {weighing.identified_sigma:.2g} kg, the scale shows "
-                f"{weighing.mass:g} ± {weighing.sigma:g} kg: {abs(weighing.z):.1f} sigma apart; check the drive "
-                "gains and the scale"
+                f"{data} show {scale.identified:.4g} ± {scale.identified_sigma:.2g} kg, the scale shows "
+                f"{scale.mass:g} ± {scale.sigma:g} kg: {abs(scale.z):.1f} sigma apart; check the drive gains and "
+                "the scale"
             )
-            if weighing.conflict:
-                findings.setdefault(f"weighed {weighing.mass}", error(text, "mass"))
+            findings.setdefault(f"weighed {scale.mass}", error(text, "mass"))
     together = [payload.p_value for payload in evidence.constrained if payload.conflict]
     if together and not findings:
         findings[""] = error(f"the constraints together contradict the data (p {min(together):.1g})")

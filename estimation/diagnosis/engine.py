@@ -4,16 +4,16 @@ A hypothesis adds columns, or reads the recordings in another way. Gram matrices
 accurate enough for both, and fast; standard deviations leave out one block of time after another.
 """
 
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
-from scipy.linalg import solve_triangular
 
 from ...common.arrays import Array
+from ...common.errors import InputError
 from ...model import INERTIAL, Robot
 from ...model.drives import parameter_kind
 from ...model.regressors import own_columns, payload_columns, regressor_at
@@ -34,27 +34,17 @@ _FLOOR = 1e-9  # of a joint's torque: data without noise still need finite weigh
 
 @dataclass(frozen=True, eq=False)
 class System:
-    """Equations of robot and payload on subsampled states.
-
-    Attributes:
-        names: of the robot's columns.
-        columns: the robot's, the payload's ten in its frame, and what friction changes by under load, n x c x N.
-        torque: less what is known of the robot [N·m or N], n x N.
-        keep: rows that are used, n x N; none of a joint that has a few only.
-        nominal: values of the robot from an earlier identification, else zero, by ``names``.
-        prior: Gram matrix of the prior rows, c x c.
-        inflation: factor by which memory of the errors raises the variances that these equations leave.
-    """
+    """Equations of robot and payload on subsampled states."""
 
     robot: Robot
     states: States
-    names: tuple[str, ...]
-    columns: Array
-    torque: Array
-    keep: Mask
-    nominal: Array
-    prior: Array
-    inflation: float = 1.0
+    names: tuple[str, ...]  # of the robot's columns
+    columns: Array  # the robot's, the payload's ten in its frame, friction's changes under load, n x c x N
+    torque: Array  # less what is known of the robot [N·m or N], n x N
+    keep: Mask  # rows that are used, n x N; none of a joint that has a few only
+    nominal: Array  # values of the robot from an earlier identification, else zero, by names
+    prior: Array  # Gram matrix of the prior rows, c x c
+    inflation: float = 1.0  # by which memory of the errors raises the variances that these equations leave
 
     @staticmethod
     def of(
@@ -63,39 +53,36 @@ class System:
         """Set up the equations.
 
         Args:
-            robot: as described.
+            robot: as described; rows are not used where a joint leaves the table of its spring.
             states: with payload where any of them is loaded.
             changes: frictions that may differ under load, with the weight of the prior row of each, 0 for none.
             known: parameters of the robot from an earlier identification.
-
-        Raises:
-            InputError: if a joint leaves the table of its spring.
         """
         own = known.names if known is not None else own_columns(robot)
         payload = payload_columns(robot) if states.loaded.any() else ()
         changes = dict(changes or {}) if payload else {}
         names = tuple(dict.fromkeys((*own, *payload, *changes)))
-        spring = np.zeros(states.torque.T.shape)
+        spring, keep = np.zeros(states.torque.T.shape), states.keep.T & (states.keep.sum(axis=0) >= _ROWS)[:, None]
         if robot.spring is not None:
             k = robot.spring.joint - 1
-            spring[k] = robot.spring.torque(states.q[:, k])
+            try:
+                spring[k] = robot.spring.torque(states.q[:, k])
+            except InputError:  # the joint leaves the spring's table: it cannot be so
+                keep = np.zeros_like(keep)
 
         def under(carried: Array) -> System:
             W = regressor_at(robot, names, states.q, states.qd, states.qdd, carried.T)
-            load, friction = (
-                W[:, [names.index(name) for name in some]] * states.loaded for some in (payload, changes)
-            )
+            load, friction = (W[:, list(map(names.index, some))] * states.loaded for some in (payload, changes))
             if payload:
                 load = np.einsum("jcn,cd->jdn", load, frame_change(robot.flange))
             columns, torque = np.concatenate([W[:, : len(own)], load, friction], axis=1), states.torque.T + spring
-            prior, nominal = np.zeros((columns.shape[1],) * 2), np.zeros(len(own))
+            without_prior = np.zeros(len(own) + len(payload))
+            prior = np.diag(np.square([*without_prior, *changes.values()]))
+            nominal, inflation = without_prior[: len(own)], 1.0
             if known is not None:
-                prior[: len(own), : len(own)], nominal = known.root.T @ known.root, known.values
+                nominal, inflation = known.values, known.inflation
+                prior[: len(own), : len(own)] = known.root.T @ known.root
                 torque -= np.einsum("jcn,c->jn", W[:, : len(own)], nominal)
-            index = np.arange(len(own) + len(payload), len(prior))
-            prior[index, index] = np.square(list(changes.values()))
-            inflation = known.inflation if known is not None else 1.0
-            keep = states.keep.T & (states.keep.sum(axis=0) >= _ROWS)[:, None]
             return System(robot, states, tuple(own), columns, torque, keep, nominal, prior, inflation)
 
         system = under(np.zeros(spring.shape))
@@ -109,9 +96,10 @@ class System:
         """Indices of the payload's ten; empty where nothing hangs on the robot."""
         return slice(len(self.names), len(self.names) + (len(PAYLOAD) if self.states.loaded.any() else 0))
 
-    def norms(self, torque: Array | None = None) -> Array:
+    @cached_property
+    def norms(self) -> Array:
         """Norm of each joint's torque over the rows that are used, 1 where it is zero, shape (n,)."""
-        norms = np.linalg.norm((self.torque if torque is None else torque) * self.keep, axis=1)
+        norms = np.linalg.norm(self.torque * self.keep, axis=1)
         return np.asarray(np.where(norms == 0.0, 1.0, norms))
 
     @cached_property
@@ -119,14 +107,14 @@ class System:
         """Weights of the joints by their residuals [1/(N·m) or 1/N], shape (n,)."""
         weights = np.ones(self.robot.n)
         for _ in range(2):
-            fit = self.fit(weights)
-            weights = 1.0 / fit.sizes(fit.errors())[1]
+            weights = 1.0 / self.fit(weights).rms()
         return weights
 
     @cached_property
     def values(self) -> Array:
         """Parameters of robot and payload, shape (c,); those that nothing shows are zero."""
-        values = self.fit(self.weights).values
+        own = self.fit(self.weights).own
+        values = np.append(own, np.zeros(len(self.prior) - len(own)))
         values[: len(self.names)] += self.nominal
         return values
 
@@ -139,151 +127,107 @@ class System:
             grams.append(rows @ rows.T)
         return np.array(grams)
 
-    def fit(self, weights: Array, scales: Array | None = None) -> "SystemFit":
-        """Solve the equations, friction as it is without load, each joint's columns times its scale."""
-        G, right = self.joint_grams[:, :-1, :-1], self.joint_grams[:, :-1, -1]
-        scales = np.ones(self.robot.n) if scales is None else scales
-        root = _whitening(np.einsum("j,jab->ab", (weights * scales) ** 2, G) + self.prior[: len(G[0]), : len(G[0])])
-        return SystemFit(self, weights, scales, root, root @ (root.T @ (weights**2 * scales @ right)))
+    def fit(self, weights: Array, free_gains: bool = False) -> "SystemFit":
+        """Solve the equations, friction as it is without load.
 
-    def fit_with_scales(self, weights: Array) -> "SystemFit":
-        """Solve the equations and a scale of each joint's columns, by Gauss-Newton from 1; the best step."""
+        With free gains each joint's columns have a scale, by Gauss-Newton from 1: the best step.
+        """
         G, right, torque = self.joint_grams[:, :-1, :-1], self.joint_grams[:, :-1, -1], self.joint_grams[:, -1, -1]
-        square, scales, tried = weights**2, np.ones(len(weights)), list[tuple[float, SystemFit]]()
+        square, scales, tried = weights**2, np.ones(self.robot.n), list[tuple[float, SystemFit]]()
+        prior = self.prior[: len(G[0]), : len(G[0])]
         for _ in range(_STEPS):
-            fit = self.fit(weights, scales)
+            root = _whitening(np.einsum("j,jab->ab", square * scales**2, G) + prior)
+            fit = SystemFit(self, weights, scales, root, root @ (root.T @ (square * scales @ right)))
+            if not free_gains:
+                return fit
             # The parameters are eliminated from the normal equations of scales and parameters (Schur complement).
             along = G @ fit.own
             modelled, shown = along @ fit.own, right @ fit.own
             tried.append((float(square @ (torque - 2.0 * scales * shown + scales**2 * modelled)), fit))
-            taken = (square * scales)[:, None] * (along @ fit.root)
+            taken = (square * scales)[:, None] * (along @ root)
             gram = np.diag(square * modelled + 1.0 / _GAIN**2) - taken @ taken.T
             step = np.linalg.solve(gram, square * (shown - scales * modelled) + (1.0 - scales) / _GAIN**2)
             scales = np.clip(scales + np.clip(step, -_GAIN, _GAIN), _GAIN, 1.0 / _GAIN)
         return min(tried, key=lambda entry: entry[0])[1]
 
-    @cached_property
-    def weighted(self) -> Array:
-        """Weight all columns, torque last, rows that are not used zero; (c + 1) x n x N."""
-        rows = np.concatenate([self.columns, self.torque[:, None]], axis=1)
-        return np.asarray((rows * (self.weights[:, None] * self.keep)[:, None]).transpose(1, 0, 2))
+    def grams(self, groups: Index, added: Sequence[Array] = ()) -> Array:
+        """Gram matrices of all weighted columns, added ones (n x m x N), and the torque, by group of states."""
+        rows = np.concatenate([self.columns, *added, self.torque[:, None]], axis=1)
+        weighted = (rows * (self.weights[:, None] * self.keep)[:, None]).transpose(1, 0, 2)
+        edges = np.searchsorted(groups, np.arange(groups[-1] + 2))
+        parts = (weighted[:, :, a:b].reshape(len(weighted), -1) for a, b in pairwise(edges))
+        return np.array([part @ part.T for part in parts])
 
-    def grams(self, groups: Index, count: int) -> Array:
-        """Gram matrices of all columns and the torque, group by group; count x (c + 1) x (c + 1)."""
-        return np.array([part @ part.T for part in _parts(self.weighted, groups, count)])
+    def solved(self, gram: Array) -> Array:
+        """Parameters by a Gram matrix of all columns and the torque, beside the prior rows, shape (c,)."""
+        root = _whitening(gram[:-1, :-1] + self.prior)
+        return np.asarray(root @ (root.T @ gram[:-1, -1]))
 
-    @cached_property
-    def block_grams(self) -> Array:
-        """Gram matrices of all columns and the torque, block by block."""
-        return self.grams(self.states.block, BLOCKS)
-
-    def with_columns(self, columns: Array) -> "Added":
+    def with_columns(self, *columns: Array) -> "Added":
         """Add columns to the equations, n x m x N."""
-        c, m = len(self.prior), columns.shape[1]
-        added = (columns * (self.weights[:, None] * self.keep)[:, None]).transpose(1, 0, 2)
-        rows = np.concatenate([self.weighted[:-1], added, self.weighted[-1:]])
-        cross = [part[c : c + m] @ part.T for part in _parts(rows, self.states.block, BLOCKS)]
-        blocks, own = np.empty((BLOCKS, c + m + 1, c + m + 1)), [*range(c), c + m]
-        blocks[np.ix_(range(BLOCKS), own, own)] = self.block_grams
-        blocks[:, c : c + m] = cross
-        blocks[:, :, c : c + m] = blocks[:, c : c + m].transpose(0, 2, 1)
-        return Added.of(blocks, self.prior, self.payload, self.inflation)
+        return Added.of(self.grams(self.states.block, columns), self.prior, self.payload, self.inflation)
 
-    def without_stretches(self, worse: float) -> tuple[int, int, Array]:
-        """Leave out stretches of 3 s whose mean squared residual is ``worse`` times the median.
-
-        Returns:
-            Number left out, number of stretches, change of the payload's ten, shape (10,).
-        """
-
-        def solution(gram: Array) -> Array:
-            root = _whitening(gram[:-1, :-1])
-            return np.asarray(root @ (root.T @ gram[:-1, -1]))
-
-        stretch = self.states.stretch
-        grams = self.grams(stretch, int(stretch[-1]) + 1)
-        whole = grams.sum(axis=0)
-        whole[:-1, :-1] += self.prior
-        values = solution(whole)
-        error, rows = np.append(-values, 1.0), np.bincount(stretch, self.keep.sum(axis=0), len(grams))
-        means = np.einsum("i,kij,j->k", error, grams, error)[rows > 0] / rows[rows > 0]
-        high = means > worse * np.median(means)
-        change = solution(whole - grams[rows > 0][high].sum(axis=0)) - values
-        return int(high.sum()), len(means), change[self.payload]
+    def as_payload(self, columns: Array) -> Array:
+        """Payload's ten that stand for columns (n x m x N) where the robot is left out, as in method 3; 10 x m."""
+        first, c = self.payload.start, len(self.prior)
+        gram = self.grams(self.states.block, [columns]).sum(axis=0)[first:, first:]
+        root = _whitening(gram[: c - first, : c - first] + self.prior[first:, first:])
+        return np.asarray((root @ (root.T @ gram[: c - first, c - first : -1]))[: len(PAYLOAD)])
 
 
-class SystemFit(NamedTuple):
-    """Solution of a system for some weights of the joints and scales of their columns.
-
-    ``root``: root root' inverts the Gram matrix; ``own``: parameters of robot and payload.
-    """
+@dataclass(frozen=True, eq=False)
+class SystemFit:
+    """Solution of a system for some weights of the joints and scales of their columns."""
 
     system: System
     weights: Array
     scales: Array
-    root: Array
-    own: Array
+    root: Array  # root root' inverts the Gram matrix
+    own: Array  # parameters of robot and payload
 
-    @property
-    def values(self) -> Array:
-        """Parameters, friction as it is without load, shape (c,)."""
-        return np.concatenate([self.own, np.zeros(len(self.system.prior) - len(self.own))])
+    def of_torque(self, torque: Array) -> "SystemFit":
+        """Solve the same equations for another torque, n x N."""
+        weighted = torque * self.system.keep * (self.scales * self.weights**2)[:, None]
+        shown = (self.system.columns[:, : len(self.own)] @ weighted[:, :, None]).sum(axis=0)[:, 0]
+        system = replace(self.system, torque=torque)
+        return replace(self, system=system, own=self.root @ (self.root.T @ shown))
 
-    def errors(self, torque: Array | None = None) -> Array:
-        """Weighted errors that are left of the system's torque, or of another one, n x N."""
-        columns, values = self.system.columns[:, : len(self.own)], self.own
-        if torque is None:
-            torque = self.system.torque
-        else:
-            weighted = torque * self.system.keep * (self.scales * self.weights**2)[:, None]
-            values = self.root @ (self.root.T @ (columns @ weighted[:, :, None]).sum(axis=0)[:, 0])
-        left = torque - self.scales[:, None] * (values @ columns)
-        return np.asarray(left * self.system.keep * self.weights[:, None])
-
-    def sizes(self, errors: Array, torque: Array | None = None) -> tuple[Array, Array]:
-        """Errors of each joint over its torque, and their root mean square [N·m or N], 1 without rows, each (n,).
-
-        Args:
-            errors: as ``errors`` gives them, of the system's torque or of another one.
-            torque: that other one, n x N.
-        """
-        norms, rows = self.system.norms(torque), self.system.keep.sum(axis=1)
-        relative = np.linalg.norm(errors, axis=1) / (self.weights * norms) + _FLOOR
-        return relative, np.where(rows > 0, relative * norms / np.sqrt(np.maximum(rows, 1)), 1.0)
+    @cached_property
+    def errors(self) -> Array:
+        """Torque that is left [N·m or N], n x N, zero where rows are not used."""
+        modelled = self.scales[:, None] * (self.own @ self.system.columns[:, : len(self.own)])
+        return np.asarray((self.system.torque - modelled) * self.system.keep)
 
     def relative(self) -> Array:
         """Errors of each joint over its torque, shape (n,)."""
-        return self.sizes(self.errors())[0]
+        return np.asarray(np.linalg.norm(self.errors, axis=1) / self.system.norms + _FLOOR)
 
-    def likelihood(self, torque: Array | None = None) -> Array:
+    def rms(self) -> Array:
+        """Root mean square of each joint's errors [N·m or N], 1 without rows, shape (n,)."""
+        rows = self.system.keep.sum(axis=1)
+        return np.where(rows > 0, self.relative() * self.system.norms / np.sqrt(np.maximum(rows, 1)), 1.0)
+
+    def likelihood(self) -> Array:
         """Log-likelihood of each row, n x N; each joint's variance by its own errors, over its torque's.
 
         Over the torque's, for a joint's torque may be in another unit.
         """
-        errors = self.errors(torque)
-        relative, rms = self.sizes(errors, torque)
-        terms = -np.log(relative)[:, None] - 0.5 * (errors / (self.weights * rms)[:, None]) ** 2
-        return np.asarray(np.where(self.system.keep, terms, 0.0))
+        terms = -np.log(self.relative())[:, None] - 0.5 * (self.errors / self.rms()[:, None]) ** 2
+        return np.where(self.system.keep, terms, 0.0)
 
 
 class Effect(NamedTuple):
-    """Estimate of the columns that a hypothesis adds.
+    """Estimate of the columns that a hypothesis adds."""
 
-    ``name``: of the hypothesis; ``where``: in which recordings; ``values`` (k,) of the columns with ``covariance``,
-    nan where nothing shows them; ``effect``: on the payload's ten once corrected, 10 x k; ``fall``: fraction of the
-    squared residual that they take off; ``size`` in SI units with its standard deviation ``sigma``;
-    ``by_difference``: the effect on method 3, if that is another one.
-    """
-
-    name: str
-    where: str
-    values: Array
-    covariance: Array
-    effect: Array
-    fall: float = 0.0
-    size: float = 0.0
-    sigma: float = 0.0
-    by_difference: Array | None = None
+    name: str  # of the hypothesis
+    where: str  # in which recordings, or where else
+    values: Array  # of the columns, shape (k,)
+    covariance: Array  # nan where nothing shows them
+    effect: Array  # on the payload's ten once corrected, 10 x k
+    fall: float = 0.0  # fraction of the squared residual that they take off
+    size: float = 0.0  # in SI units: the value of a single column, the length of several
+    sigma: float = 0.0  # its standard deviation, nan where one is not shown
+    by_difference: Array | None = None  # effect on method 3, if that is another one
 
     def z(self, *index: int) -> float:
         """Standard deviations from zero of some of the values together, of all by default; 0 where not shown."""
@@ -301,17 +245,11 @@ class Effect(NamedTuple):
 
 
 class Added(NamedTuple):
-    """Rest of added columns and of the torque that a system's columns do not explain.
+    """Rest of added columns and of the torque that a system's columns do not explain."""
 
-    ``whole``: their Gram matrix, torque last; ``left``: the same without each block of time; ``payload``: the
-    payload's ten that stand for each column and the torque, 10 x (m + 1); ``difference``: those without the
-    robot's columns, as in method 3.
-    """
-
-    whole: Array
-    left: Array
-    payload: Array
-    difference: Array
+    whole: Array  # their Gram matrix, torque last
+    left: Array  # the same without each block of time
+    payload: Array  # the payload's ten that stand for each column and the torque, 10 x (m + 1)
     inflation: float = 1.0
 
     @staticmethod
@@ -319,56 +257,38 @@ class Added(NamedTuple):
         """Project Gram matrices by block (columns, added columns, torque) off the first columns."""
         c, whole = len(prior), blocks.sum(axis=0)
         whole[:c, :c] += prior
-        loaded = slice(payload.start, c)  # payload and friction under load
-        root, own = _whitening(whole[:c, :c]), _whitening(whole[loaded, loaded])
-        left = np.array([_rest(whole - block, root) for block in blocks])
-        return Added(
-            _rest(whole, root),
-            left,
-            (root @ (root.T @ whole[:c, c:]))[payload],
-            (own @ (own.T @ whole[loaded, c:]))[: payload.stop - payload.start],
-            inflation,
-        )
+        root = _whitening(whole[:c, :c])
+        ten = (root @ (root.T @ whole[:c, c:]))[payload]
+        return Added(_rest(whole, root), _rest(whole - blocks, root), ten, inflation)
 
-    def part(self, own: slice) -> "Added":
-        """Take some of the added columns."""
-        torque = len(self.whole) - 1
-        index = [*range(torque)[own], torque]
-        left = self.left[:, index][:, :, index]
-        whole = self.whole[np.ix_(index, index)]
-        return Added(whole, left, self.payload[:, index], self.difference[:, index], self.inflation)
-
-    def effect(self, *index: int, free: tuple[int, ...] = (), name: str = "", where: str = "") -> Effect:
+    def effect(self, index: Sequence[int], free: Sequence[int] = (), name: str = "", where: str = "") -> Effect:
         """Estimate some of the added columns, others free as far as these are more than rounding."""
         squares, k = np.diag(self.whole), len(index)
-        free = tuple(i for i in free if squares[i] > _RANK * squares[list(index)].max())
+        free = [i for i in free if squares[i] > _RANK * squares[list(index)].max()]
         every = [*index, *free]
         inverse, right = _inverse(self.whole[np.ix_(every, every)]), self.whole[every, -1]
         values = (inverse @ right)[:k]
-        each = [(_inverse(gram[np.ix_(every, every)]) @ gram[every, -1])[:k] - values for gram in self.left]
+        left = self.left[:, every]
+        each = np.einsum("bij,bj->bi", _inverse(left[:, :, every]), left[:, :, -1])[:, :k] - values
         # The jackknife, and the formula where that says more.
-        covariance = (1.0 - 1.0 / len(each)) * np.array(each).T @ np.array(each)
+        covariance = (1.0 - 1.0 / len(each)) * each.T @ each
         variance = self.inflation * np.diag(inverse)[:k]
         sigma, formula = np.sqrt(np.diag(covariance)), np.sqrt(np.where(variance > 0.0, variance, np.nan))
         wider = np.maximum(1.0, formula / np.maximum(sigma, 1e-300))
         without = _inverse(self.whole[np.ix_(free, free)])
-        taken = without @ self.whole[np.ix_(free, index)]
-        effect = self.payload[:, list(free)] @ taken - self.payload[:, list(index)]
+        effect = self.payload[:, free] @ without @ self.whole[np.ix_(free, index)] - self.payload[:, list(index)]
         explained = right @ inverse @ right - right[k:] @ without @ right[k:]
         fall = float(explained) / max(float(self.whole[-1, -1]), 1e-300)
-        return Effect(name, where, values, covariance * np.outer(wider, wider), effect, fall)
-
-
-def _parts(rows: Array, groups: Index, count: int) -> Iterator[Array]:
-    """Go through rows of all joints (c x n x N) group by group of states, each c x k."""
-    edges = np.searchsorted(groups, np.arange(count + 1))
-    return (rows[:, :, a:b].reshape(len(rows), -1) for a, b in pairwise(edges))
+        covariance *= np.outer(wider, wider)
+        size = float(values[0] if k == 1 else np.linalg.norm(values))
+        return Effect(name, where, values, covariance, effect, fall, size, float(np.sqrt(np.trace(covariance))))
 
 
 def _norms(gram: Array) -> Array:
-    """Norms of a Gram matrix's columns, infinite where nothing but rounding is left of one."""
-    squares = np.diag(gram)
-    return np.sqrt(np.where(squares > _NOTHING * squares.max(initial=0.0), squares, np.inf))
+    """Norms of the columns of Gram matrices, infinite where nothing but rounding is left of one."""
+    squares = np.diagonal(gram, axis1=-2, axis2=-1)
+    least = _NOTHING * squares.max(axis=-1, initial=0.0, keepdims=True)
+    return np.sqrt(np.where(squares > least, squares, np.inf))
 
 
 def _whitening(gram: Array) -> Array:
@@ -380,24 +300,22 @@ def _whitening(gram: Array) -> Array:
 
 
 def _inverse(gram: Array) -> Array:
-    """Inverse of a small Gram matrix, columns of which nothing is left taken out."""
+    """Inverses of small Gram matrices, columns of which nothing is left taken out."""
     size = _norms(gram)
-    return np.asarray(np.linalg.pinv(gram / np.outer(size, size), 1e-12, hermitian=True) / np.outer(size, size))
+    scale = size[..., :, None] * size[..., None, :]
+    return np.asarray(np.linalg.pinv(gram / scale, 1e-12, hermitian=True) / scale)
 
 
 def _rest(gram: Array, root: Array) -> Array:
-    """Gram matrix of the last columns less all that the first ones explain; ``root`` makes these nearly white."""
+    """Gram matrices of the last columns less all that the first ones explain; ``root`` makes these nearly white."""
     c = len(root)
-    white, right = root.T @ gram[:c, :c] @ root, root.T @ gram[:c, c:]
+    white, right = root.T @ gram[..., :c, :c] @ root, root.T @ gram[..., :c, c:]
     try:
         L = np.linalg.cholesky(white)
-        clear = bool(np.diag(L).min(initial=1.0) ** 2 > _REMAINS)
+        remains = float(np.diagonal(L, axis1=-2, axis2=-1).min(initial=1.0)) ** 2
     except np.linalg.LinAlgError:
-        clear = False
-    if clear:
-        explained = solve_triangular(L, right, lower=True)
-    else:  # the others do not determine some direction
-        eigenvalues, V = np.linalg.eigh(white)
-        significant = eigenvalues > _REMAINS
-        explained = (V[:, significant] / np.sqrt(eigenvalues[significant])).T @ right
-    return np.asarray(gram[c:, c:] - explained.T @ explained)
+        remains = 0.0
+    # A direction that the other blocks do not determine explains nothing.
+    clear = remains > _REMAINS
+    inverse = np.linalg.inv(white) if clear else np.linalg.pinv(white, _REMAINS, hermitian=True)
+    return np.asarray(gram[..., c:, c:] - right.swapaxes(-1, -2) @ inverse @ right)

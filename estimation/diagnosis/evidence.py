@@ -18,6 +18,8 @@ from .engine import Effect
 
 Use = Literal["use", "not measured well enough", "not visible", "weighed", "assumed"]
 """Use of a quantity; ``weighed``: not by torques, by a scale."""
+KNOWN_WELL = 0.05
+"""Relative standard deviation up to which a drive gain counts as identified."""
 
 
 class Judged(NamedTuple):
@@ -28,57 +30,37 @@ class Judged(NamedTuple):
 
 
 class Agreement(NamedTuple):
-    """Mass [kg] and centre of mass [m] by another way, nan where it gives none.
-
-    ``counts``: whether a large difference speaks against the numbers.
-    """
+    """Mass [kg] and centre of mass [m] by another way, nan where it gives none."""
 
     name: str
     mass: float
     com: Array
-    counts: bool = True
+    counts: bool = True  # whether a large difference speaks against the numbers
 
 
 class Alternative(NamedTuple):
-    """Comparison with another reading of the recordings.
+    """Comparison with another reading of the recordings."""
 
-    ``kind``: "robot", "turned", "weightless" or "friction"; ``name``: of the robot, or number of the joint;
-    ``fall``: fraction by which chi2 falls, negative where it rises; ``z``: Vuong's statistic.
-    """
-
-    kind: str
-    name: str
-    fall: float
-    z: float
+    kind: str  # "robot", "turned", "weightless" or "friction"
+    name: str  # of the robot, or number of the joint
+    fall: float  # fraction by which chi2 falls, negative where it rises
+    z: float  # Vuong's statistic
 
 
 @dataclass(frozen=True)
 class Diagnosis:
-    """Diagnosis of what else than robot and payload one set of recordings shows, for every command alike.
+    """Diagnosis of what else than robot and payload one set of recordings shows, for every command alike."""
 
-    Attributes:
-        by_joints: the payload as single joints see it.
-        disagreement: Birge ratio of the joints' payload ratios, a factor on every interval; 1 where they agree.
-        effects: of the hypotheses that add columns.
-        alternatives: other readings of the recordings.
-        scales: effects of another scale of the loaded torques, of all and of each joint's.
-        signals: scales of the joints' signals, of a robot alone.
-    """
-
-    by_joints: ByJoints = ByJoints((), ())
-    disagreement: float = 1.0
-    effects: tuple[Effect, ...] = ()
+    by_joints: ByJoints = ByJoints((), ())  # the payload as single joints see it
+    disagreement: float = 1.0  # Birge ratio of the joints' payload ratios, a factor on every interval
+    effects: tuple[Effect, ...] = ()  # of the hypotheses that add columns
     alternatives: tuple[Alternative, ...] = ()
-    scales: tuple[Effect, ...] = ()
-    signals: RelativeScales | None = None
+    scales: tuple[Effect, ...] = ()  # another scale of the loaded torques: of all, of each joint's
+    signals: RelativeScales | None = None  # scales of the joints' signals, of a robot alone
 
     def effect(self, name: str) -> Effect | None:
         """Effect of one hypothesis."""
         return next((effect for effect in self.effects if effect.name == name), None)
-
-
-KNOWN_WELL = 0.05
-"""Relative standard deviation up to which a drive gain counts as identified."""
 
 
 class KnownWeight(NamedTuple):
@@ -99,60 +81,35 @@ class Gained(NamedTuple):
 
 @dataclass(frozen=True)
 class Weighed:
-    """Evidence of a short weighing only.
+    """Evidence of a short weighing only."""
 
-    Attributes:
-        mass: by the torques, else by the scale [kg].
-        sigma: its standard deviation [kg].
-        from_scale: whether a scale gave it.
-        unexplained: error over torque of each joint, nan where it is at rest, shape (n,).
-        repeats: of several recordings, the mass by each.
-        agreement: other ways to the mass.
-    """
-
-    mass: float
+    mass: float  # kg, by the torques, else by the scale
     sigma: float
     from_scale: bool
-    unexplained: Array
-    repeats: Repeats | None = None
+    unexplained: Array  # error over torque of each joint, nan where it is at rest, shape (n,)
+    repeats: Repeats | None = None  # of several recordings
     agreement: tuple[Agreement, ...] = ()
 
 
 @dataclass(frozen=True)
 class Evidence:
-    """Evidence computed from one set of recordings; checks of what a command does not compute are silent.
-
-    Attributes:
-        source: the recordings, in which causes are searched.
-        diagnosis: what they show besides robot and payload.
-        pairs: recordings of one motion without and with payload.
-        compared: recordings without and with payload, whether of one motion or not.
-        condition: condition number of the equations without payload, columns scaled to norm 1.
-        parameters: the robot's own, where they were identified or stored.
-        validation: fit of those on recordings that were held out.
-        estimates: the methods' free estimates.
-        constrained: the possible payload of each method for which one was found.
-        recommended: the one of them that is to be used, if there is one.
-        spread: standard deviations of what is recommended: half the reported intervals, over 1.96.
-        judged: "mass", "centre of mass", "inertia": whether they were measured well enough.
-        gained: drive gains, where they are what is asked for.
-    """
+    """Evidence computed from one set of recordings; checks of what a command does not compute are silent."""
 
     robot: Robot
-    source: Source | None = None
+    source: Source | None = None  # the recordings, in which causes are searched
     diagnosis: Diagnosis = Diagnosis()
-    pairs: tuple[AlignedPair, ...] = ()
-    compared: tuple[AlignedPair, ...] = ()
-    condition: float | None = None
-    parameters: Estimate | None = None
-    validation: Fit | None = None
-    estimates: tuple[PayloadEstimate, ...] = ()
-    constrained: tuple[ConstrainedPayload, ...] = ()
+    pairs: tuple[AlignedPair, ...] = ()  # recordings of one motion without and with payload
+    compared: tuple[AlignedPair, ...] = ()  # the same, whether of one motion or not
+    condition: float | None = None  # number of the equations without payload, columns scaled to norm 1
+    parameters: Estimate | None = None  # the robot's own, where they were identified or stored
+    validation: Fit | None = None  # of those, on recordings that were held out
+    estimates: tuple[PayloadEstimate, ...] = ()  # free ones of the methods
+    constrained: tuple[ConstrainedPayload, ...] = ()  # the possible payload of each method that has one
     recommended: ConstrainedPayload | None = None
     weighed: Weighed | None = None
-    spread: PayloadSpread | None = None
-    judged: Mapping[str, Judged] = field(default_factory=dict)
-    gained: Gained | None = None
+    spread: PayloadSpread | None = None  # half the intervals reported of what is recommended, over 1.96
+    judged: Mapping[str, Judged] = field(default_factory=dict)  # of "mass", "centre of mass", "inertia"
+    gained: Gained | None = None  # where drive gains are what is asked for
 
     @property
     def best(self) -> PayloadEstimate | None:
@@ -169,9 +126,8 @@ class Evidence:
     @property
     def mass(self) -> float:
         """The answer's mass [kg]; nan without one."""
-        if self.weighed is not None:
-            return self.weighed.mass
-        return self.best.mass if self.best is not None else float("nan")
+        answer = self.weighed or self.best
+        return answer.mass if answer is not None else float("nan")
 
     @property
     def modelled(self) -> list[PayloadEstimate]:

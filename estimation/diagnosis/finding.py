@@ -14,18 +14,13 @@ like another robot."""
 
 
 class Finding(NamedTuple):
-    """Fault or remark on recordings, or on numbers made from them.
-
-    ``about``: the quantity, joint or recording; "everything" where it is all of them; ``text``: what, where, what
-    to do; ``cause``: whether it says where other findings may come from; ``explains``: of a cause, the fraction of
-    the squared residual that it takes off.
-    """
+    """Fault or remark on recordings, or on numbers made from them."""
 
     severity: Severity
-    about: str
-    text: str
-    cause: bool = False
-    explains: float = 0.0
+    about: str  # the quantity, joint or recording; "everything" where it is all of them
+    text: str  # what, where, what to do
+    cause: bool = False  # whether it says where other findings may come from
+    explains: float = 0.0  # of a cause: fraction of the squared residual that it takes off
 
     @property
     def spoils_all(self) -> bool:
@@ -75,23 +70,22 @@ def verdict_of(findings: Sequence[Finding], brief: bool = True, partly: Level = 
         partly: the level where only single numbers are spoilt.
     """
 
-    def explains(finding: Finding) -> bool:
-        return finding.cause and finding.severity == "error"
-
     def rank(finding: Finding) -> tuple[float, bool]:
         # Of equal causes that of all recordings comes first; what takes off too little to be a cause comes last.
-        if not explains(finding):
+        if finding not in causes:
             return 3.0 if finding.explains else 2.0, False
         return 1.0 - round(finding.explains, 2), finding.about != "everything"
 
     distinct = list(dict.fromkeys(findings))
     notes = [finding for finding in distinct if finding.severity == "note"]
-    left = min((1.0 - finding.explains for finding in distinct if explains(finding)), default=1.0)
-    against = []
-    for finding in distinct:
-        outdone = finding.cause and finding.about == "everything" and 1.0 - finding.explains > _OUTDONE * left
-        if finding.severity != "note" and not outdone:
-            against.append(finding)
+    causes = [finding for finding in distinct if finding.cause and finding.severity == "error"]
+    most = _OUTDONE * min((1.0 - finding.explains for finding in causes), default=1.0)
+    against = [
+        finding
+        for finding in distinct
+        if finding.severity != "note"
+        and not (finding.cause and finding.about == "everything" and 1.0 - finding.explains > most)
+    ]
     if not any(finding.spoils_all for finding in against):
         return Verdict(partly if against else "use", (*against, *notes))
     weighty = [finding for finding in against if finding.spoils_all or finding.cause]

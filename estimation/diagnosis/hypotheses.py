@@ -4,7 +4,7 @@ A row holds everything about one fault: its columns, from where on it stands out
 to do. To look for another fault, add a row.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from itertools import pairwise
 from typing import NamedTuple
@@ -17,7 +17,7 @@ from ...model.drives import parameter_kind
 from ...model.kinematics import point_at
 from ...model.regressors import payload_columns, regressor_at
 from ..payload.result import frame_change
-from .engine import Added, Effect, System
+from .engine import Effect, System
 from .evidence import Evidence
 from .finding import Finding, error, note, warning
 from .states import BLOCKS, STRETCH
@@ -62,30 +62,35 @@ _UPRIGHT = 1e-9  # sine of the angle between the first axis and gravity
 _ALONG, _ACROSS = (0, 3), (1, 2)  # stiffness and upward force; the horizontal force
 
 
-Sought = tuple[Array, Callable[[Added], Effect | None]]
-"""Columns of torques, n x m x N, and the reading of what recordings show of them."""
+class Sought(NamedTuple):
+    """Columns of torques that a fault adds."""
+
+    columns: Mapping[str, Array]  # n x k x N each, by where the fault may be
+    size: Callable[[Effect], float] | None = None  # of an effect, if it is not its length
+    free: Sequence[Array] = ()  # columns that are free beside them
+    by_difference: Array | None = None  # their effect on method 3, if that is another one
 
 
 class Hypothesis(NamedTuple):
     """A fault that adds columns to the equations.
 
-    ``sought``: its columns, added to a system's, None where the recordings cannot show it; ``stands_out``: whether
-    it is more than chance, a model's own errors and its own standard deviation; ``finding``: what it spoils, the
-    text and what to do, its docstring from where on.
+    ``sought``: its columns, or its effect where it is read otherwise, None where the recordings cannot show it;
+    ``stands_out``: whether it is more than chance, a model's own errors and its own standard deviation;
+    ``finding``: what it spoils, the text and what to do, its docstring from where on.
     """
 
     name: str
-    sought: Callable[[System], Sought | None]
+    sought: Callable[[System], Sought | Effect | None]
     stands_out: Callable[[Effect], bool]
     finding: Callable[[Effect, Evidence], Finding]
 
 
-def parts(loaded: Array) -> list[tuple[str, Array]]:
+def parts(loaded: Array) -> dict[str, Array]:
     """Parts of the states: all, those without and those with payload, as 1 or 0; where all are alike, these."""
     if loaded.all():
-        return [(WITH_PAYLOAD, loaded)]
+        return {WITH_PAYLOAD: loaded}
     masks = np.ones(len(loaded)), 1.0 - loaded, loaded
-    return list(zip(WHERE, masks if loaded.any() else masks[:1], strict=False))
+    return dict(zip(WHERE, masks if loaded.any() else masks[:1], strict=False))
 
 
 def spoils(evidence: Evidence, change: Array, more: float = 0.0) -> bool:
@@ -96,14 +101,8 @@ def spoils(evidence: Evidence, change: Array, more: float = 0.0) -> bool:
 
 def late(system: System) -> Sought:
     """Columns of a delay: the slope of the torques."""
-    masks = parts(system.states.loaded)
-
-    def read(added: Added) -> Effect:
-        effects = [added.effect(k, name="late", where=where) for k, (where, _) in enumerate(masks)]
-        best = max(effects, key=lambda effect: effect.z())
-        return best._replace(size=-float(best.values[0]), sigma=float(np.sqrt(best.covariance[0, 0])))
-
-    return np.stack([system.states.slope.T * mask for _, mask in masks], axis=1), read
+    slope = system.states.slope.T[:, None]
+    return Sought({where: -slope * mask for where, mask in parts(system.states.loaded).items()})
 
 
 def _late(effect: Effect, evidence: Evidence) -> Finding:
@@ -137,14 +136,8 @@ def slip(system: System) -> Sought | None:
     half = later(system, 0.5)
     if half is None:
         return None
-    mass = float(system.values[system.payload][9])
-
-    def read(added: Added) -> Effect:
-        effect = added.effect(0, 1, 2, name="slip", where=WITH_PAYLOAD)
-        size, sigma = np.linalg.norm(effect.values) / mass, np.sqrt(np.trace(effect.covariance)) / mass
-        return effect._replace(size=float(size), sigma=float(sigma))
-
-    return system.columns[:, system.payload][:, 6:9] * half, read
+    first_moments = system.columns[:, system.payload][:, 6:9] * half
+    return Sought({WITH_PAYLOAD: system.values[system.payload][9] * first_moments})
 
 
 def _slips(effect: Effect) -> bool:
@@ -164,21 +157,11 @@ def _slip(effect: Effect, _: Evidence) -> Finding:
     )
 
 
-def change(system: System) -> Sought | None:
+def change(system: System) -> Sought:
     """Columns of the fraction of the payload that comes or goes during the loaded recordings."""
-    moments = np.arange(1, BLOCKS) / BLOCKS
-    after = [mask for moment in moments if (mask := later(system, moment)) is not None]
-    if not after:
-        return None
-
-    def read(added: Added) -> Effect:
-        squares = np.diag(added.whole)[:-1]
-        at = int(np.argmax(added.whole[:-1, -1] ** 2 / np.where(squares > 0.0, squares, np.inf)))
-        effect = added.effect(at, name="change", where=f"{100 * moments[at]:.0f} %")
-        return effect._replace(size=float(effect.values[0]), sigma=float(np.sqrt(effect.covariance[0, 0])))
-
-    own = np.einsum("jcn,c->jn", system.columns[:, system.payload], system.values[system.payload])
-    return own[:, None] * np.array(after), read
+    own = np.einsum("jcn,c->jn", system.columns[:, system.payload], system.values[system.payload])[:, None]
+    moments = [(moment, later(system, moment)) for moment in np.arange(1, BLOCKS) / BLOCKS]
+    return Sought({f"{100 * moment:.0f} %": own * mask for moment, mask in moments if mask is not None})
 
 
 def _change(effect: Effect, _: Evidence) -> Finding:
@@ -208,24 +191,15 @@ def tilt(system: System) -> Sought | None:
     load, moments = payload_columns(robot) if states.loaded.any() else (), ("MX1", "MY1") if upright_axis else ()
     names = tuple(dict.fromkeys([*(system.names[k] for k in rigid), *load, *moments]))
     ten = frame_change(robot.flange) @ system.values[system.payload] if load else np.zeros(0)
-    own, carried, free = [], [], list[Array]()
-    for across in horizontal(g):
-        leaning = replace(robot, gravity=(float(across[0]), float(across[1]), float(across[2])))
-        W = regressor_at(leaning, names, states.q, np.zeros(states.q.shape), np.zeros(states.q.shape))
-        carried.append(np.einsum("jcn,c->jn", W[:, [names.index(name) for name in load]], ten) * states.loaded)
+    own, carried, free, still = [], [], list[Array](), np.zeros(states.q.shape)
+    for x, y, z in np.linalg.norm(g) * upright(robot)[:2]:
+        leaning = replace(robot, gravity=(float(x), float(y), float(z)))
+        W = regressor_at(leaning, names, states.q, still, still)
+        carried.append(np.einsum("jcn,c->jn", W[:, list(map(names.index, load))], ten) * states.loaded)
         own.append(np.einsum("jcn,c->jn", W[:, : len(rigid)], system.values[rigid]) + carried[-1])
         free = free or [W[:, names.index(name)] for name in moments]
-
-    def read(added: Added) -> Effect | None:
-        effect = added.effect(0, 1, free=tuple(range(4, 4 + len(free))), name="tilt")
-        if not (np.diag(effect.covariance) > 0.0).all():
-            return None
-        size = float(np.linalg.norm(effect.values))
-        along = effect.values / max(size, 1e-300)
-        sigma = float(np.sqrt(along @ effect.covariance @ along))
-        return effect._replace(size=size, sigma=sigma, by_difference=-added.difference[:, 2:4] if load else None)
-
-    return np.stack([*own, *carried, *free], axis=1), read
+    by_difference = -system.as_payload(np.stack(carried, axis=1)) if load else None
+    return Sought({"": np.stack(own, axis=1)}, free=free, by_difference=by_difference)
 
 
 def tilt_correction(lean: Effect, method: int) -> tuple[Array, Array]:
@@ -271,16 +245,11 @@ def pull(system: System) -> Sought:
     columns = np.stack([np.einsum("ajn,an->jn", moved, position), *np.einsum("ajn,ka->kjn", moved, -axes)], axis=1)
     weight = float(np.abs(system.values[system.payload][9:]).sum()) * float(np.linalg.norm(robot.gravity))
 
-    def read(added: Added) -> Effect:
-        effects = []
-        for k, (where, mask) in enumerate(masks):
-            effect = added.effect(4 * k, 4 * k + 1, 4 * k + 2, 4 * k + 3, name="pull", where=where)
-            force = (effect.values[1:] @ axes)[:, None] - effect.values[0] * position[:, mask > 0.0]
-            rms = float(np.sqrt(np.mean(np.sum(force**2, axis=0))))
-            effects.append(effect._replace(size=rms / max(weight, 1e-300)))
-        return max(effects, key=lambda effect: (_pulls(effect), effect.fall))
+    def size(effect: Effect) -> float:
+        force = (effect.values[1:] @ axes)[:, None] - effect.values[0] * position[:, masks[effect.where] > 0.0]
+        return float(np.sqrt(np.mean(np.sum(force**2, axis=0)))) / max(weight, 1e-300)
 
-    return np.concatenate([columns * mask for _, mask in masks], axis=1), read
+    return Sought({where: columns * mask for where, mask in masks.items()}, size)
 
 
 def _pulls(effect: Effect) -> bool:
@@ -313,58 +282,49 @@ def _pull(effect: Effect, evidence: Evidence) -> Finding:
     force = [f"{stiffness:.3g} ± {sigma:.1g} N/m"] if abs(stiffness) > sigma else []
     force += [f"{sideways:.2g} N to the side"] if effect.z(*_ACROSS) > 1.0 else []
     force += [f"{up:.2g} ± {up_sigma:.1g} N up"] if abs(up) > up_sigma else []
-    mass_sigma = (
-        float(np.sqrt(effect.effect[9] @ effect.covariance @ effect.effect[9])) if len(effect.effect) else 0.0
-    )
-    mass, left = evidence.mass + (effect.change[9] if len(effect.effect) else 0.0), ""
+    what = f"{effect.where} something pulls at the flange ({', '.join(force)}), a hose or cable?".strip()
+    remedy = "take it off, or fasten it so that it does not pull, and record again"
     if evidence.of_robot:
-        left = ": the robot's parameters hold that"
-    elif np.isfinite(mass) and np.isfinite(mass_sigma):
-        left = f" without it the mass would be {mass:.3g} ± {mass_sigma:.1g} kg"
-    text = (
-        f"{effect.where} something pulls at the flange ({', '.join(force)}), a hose or cable?{left}: take it off, "
-        "or fasten it so that it does not pull, and record again"
-    ).strip()
-    if evidence.of_robot:
-        return note(text)
-    return error(text) if spoils(evidence, effect.change, 2.0 * mass_sigma) else warning(text)
-
-
-def horizontal(g: Array) -> tuple[Array, Array]:
-    """Two vectors as long as gravity, at right angles to it and to each other."""
-    length = float(np.linalg.norm(g))
-    first = np.cross(g, np.eye(3)[int(np.argmin(np.abs(g)))])
-    first *= length / float(np.linalg.norm(first))
-    return first, np.cross(g, first) / length
+        return note(f"{what}: the robot's parameters hold that: {remedy}")
+    mass, sigma = evidence.mass + effect.change[9], np.sqrt(effect.effect[9] @ effect.covariance @ effect.effect[9])
+    told = f" without it the mass would be {mass:.3g} ± {sigma:.1g} kg" if np.isfinite([mass, sigma]).all() else ""
+    against = error if spoils(evidence, effect.change, 2.0 * float(sigma)) else warning
+    return against(f"{what}{told}: {remedy}")
 
 
 def upright(robot: Robot) -> Array:
     """Two horizontal unit vectors and the one upwards; the axes of the base where there is no gravity."""
     g = np.array(robot.gravity)
-    rows = np.array([*horizontal(g), -g]) if g.any() else np.eye(3)
-    return np.asarray(rows / np.linalg.norm(rows, axis=1)[:, None])
+    if not g.any():
+        return np.eye(3)
+    up = -g / np.linalg.norm(g)
+    across = np.cross(-up, np.eye(3)[int(np.argmin(np.abs(g)))])
+    across /= np.linalg.norm(across)
+    return np.array([across, np.cross(-up, across), up])
 
 
 def flange(robot: Robot) -> Array:
     """Origin of the flange in frame n [m]; that of the payload's frame where the flange is not known."""
-    origin = np.array(robot.flange.origin)
-    if robot.flange_pose is None:
-        return origin
-    return np.asarray(origin + np.array(robot.flange.rotation) @ np.array(robot.flange_pose.origin))
+    pose = robot.flange if robot.flange_pose is None else robot.flange @ robot.flange_pose
+    return np.asarray(pose.p)
 
 
-def bursts(system: System) -> Sought | None:
+def bursts(system: System) -> Effect | None:
     """Stretches of 3 s whose mean squared residual stands out, and the payload without them.
 
     None where there are none, or more than half, or few stretches altogether.
     """
-    if not system.states.loaded.any():
+    stretch = system.states.stretch
+    rows = np.bincount(stretch, system.keep.sum(axis=0))
+    grams, rows = system.grams(stretch)[rows > 0], rows[rows > 0]
+    values = system.solved(grams.sum(axis=0))
+    error = np.append(-values, 1.0)
+    means = np.einsum("i,kij,j->k", error, grams, error) / rows
+    high = means > BURST * np.median(means)
+    if not (system.states.loaded.any() and 0 < 2 * high.sum() <= len(means) and len(means) >= FEWEST):
         return None
-    count, stretches, change = system.without_stretches(BURST)
-    if not count or 2 * count > stretches or stretches < FEWEST:
-        return None
-    found = Effect("bursts", "", np.ones(1), np.zeros((1, 1)), change[:, None], size=count, sigma=stretches)
-    return system.columns[:, :0], lambda _: found
+    change = (system.solved(grams[~high].sum(axis=0)) - values)[system.payload, None]
+    return Effect("bursts", "", np.ones(1), np.zeros((1, 1)), change, size=int(high.sum()), sigma=len(means))
 
 
 def matter(bursts: Effect, mass: float, sigma: float) -> bool:
@@ -398,16 +358,36 @@ BY_NAME = {hypothesis.name: hypothesis for hypothesis in HYPOTHESES}
 
 
 def seen(system: System) -> dict[str, Effect]:
-    """Estimate every hypothesis that the recordings can show, each on its own, all columns in one pass."""
-    sought = [found for row in HYPOTHESES if (found := row.sought(system)) is not None]
-    edges = np.cumsum([0, *(columns.shape[1] for columns, _ in sought)])
-    added = system.with_columns(np.concatenate([columns for columns, _ in sought], axis=1))
-    effects = [read(added.part(slice(a, b))) for (a, b), (_, read) in zip(pairwise(edges), sought, strict=True)]
-    return {effect.name: effect for effect in effects if effect is not None}
+    """Estimate every hypothesis that the recordings can show, each on its own, all columns in one pass.
+
+    Of several places where a fault may be the one counts where it stands out, and explains most.
+    """
+    found = [(row, sought) for row in HYPOTHESES if (sought := row.sought(system)) is not None]
+    effects = {row.name: sought for row, sought in found if isinstance(sought, Effect)}
+    asked = [(row, sought) for row, sought in found if isinstance(sought, Sought)]
+    columns = [[*sought.columns.values(), *(one[:, None] for one in sought.free)] for _, sought in asked]
+    added = system.with_columns(*(part for own in columns for part in own))
+    end = 0
+    for row, sought in asked:
+        edges = end + np.cumsum([0, *(part.shape[1] for part in sought.columns.values())])
+        end = int(edges[-1]) + len(sought.free)
+        read = list[Effect]()
+        for where, (a, b) in zip(sought.columns, pairwise(edges), strict=True):
+            effect = added.effect(range(a, b), range(edges[-1], end), row.name, where)
+            effect = effect._replace(by_difference=sought.by_difference)
+            if sought.size is not None:
+                read.append(effect._replace(size=sought.size(effect)))
+            elif np.isfinite(effect.sigma):
+                read.append(effect)
+        if read:
+            effects[row.name] = max(read, key=lambda effect: (row.stands_out(effect), effect.fall))
+    return effects
 
 
 def effects_of(system: System) -> tuple[Effect, ...]:
     """Estimate every hypothesis; a pull only where it takes off clearly more than the others, then no tilt."""
+    if not system.keep.any():
+        return ()
     effects = seen(system)
     others = max((effect.fall for name, effect in effects.items() if name != "pull"), default=0.0)
     hung = _pulls(effects["pull"]) and effects["pull"].fall > CLEARER * others

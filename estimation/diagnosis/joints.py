@@ -44,36 +44,32 @@ def joints(evidence: Evidence) -> list[Finding]:
     the mass's is then over {USEFUL:.0%}, or where leaving the joint out moves the mass out of it; else the inertia.
     Noted from a growth of {TOGETHER:g}.
     """
-    view = evidence.diagnosis.by_joints
+    view, mass, factor = evidence.diagnosis.by_joints, evidence.mass, evidence.diagnosis.disagreement
     view = view if evidence.weighed is None else _allowing(view)
-    odd = _odd(evidence, view)
+    odd = _odd(view, mass, factor)
     if odd is None:
         return []
-    mass, advice = evidence.mass, "check drive gains and friction there"
     if evidence.spread is not None:
         half = NORMAL95 * evidence.spread.mass
     else:  # drive gains: nothing widened the estimate yet
-        sigma = float(evidence.best.larger_sigma[9]) if evidence.best is not None else np.inf
-        half = NORMAL95 * sigma * evidence.diagnosis.disagreement
+        half = NORMAL95 * factor * (float(evidence.best.larger_sigma[9]) if evidence.best is not None else np.inf)
+    against, grown = (warning if odd.serious else note), ""
     if not half <= USEFUL * abs(mass):
         grown = f"the interval that holds all of them is ± {100 * half / max(abs(mass), 1e-300):.0f} %"
-        return [error(f"{odd.text}; {grown}: {advice}")]
-    for joint in odd.joints:
+    for joint in odd.joints if not grown else ():
         without = next((reading for reading in view.without if joint not in reading.joints), None)
-        left = without.mass if without is not None else None
-        if without is None or left is None:
-            if not odd.serious:
-                continue
-            return [error(f"{odd.text}; without joint {joint} nothing shows the mass: {advice}")]
-        if abs(left - mass) > half + NORMAL95 * without.sigma:
-            moved = f"without joint {joint} the mass is {left:.3g} ± {without.sigma:.2g} kg"
-            return [error(f"{odd.text}; {moved}: {advice}")]
-    grown = f"every interval is widened by {evidence.diagnosis.disagreement:.1f} and holds the mass without them"
-    return [(warning if odd.serious else note)(f"{odd.text}; {grown}: {advice}")]
+        if without is None or without.mass is None:
+            grown = f"without joint {joint} nothing shows the mass" if odd.serious else ""
+        elif abs(without.mass - mass) > half + NORMAL95 * without.sigma:
+            grown = f"without joint {joint} the mass is {without.mass:.3g} ± {without.sigma:.2g} kg"
+        if grown:
+            break
+    against = error if grown else against
+    grown = grown or f"every interval is widened by {factor:.1f} and holds the mass without them"
+    return [against(f"{odd.text}; {grown}: check drive gains and friction there")]
 
 
-def _odd(evidence: Evidence, view: ByJoints) -> Odd | None:
-    mass = evidence.mass
+def _odd(view: ByJoints, mass: float, factor: float) -> Odd | None:
     shares = [(r.share, r) for r in view.shares if r.share is not None]
     off = [(abs(np.log(max(s, 0.05))), s, r) for s, r in shares if abs(s - 1.0) > max(SHARE, SIGMAS * r.sigma)]
     if off:  # what it spoils in the others is its doing too
@@ -81,21 +77,19 @@ def _odd(evidence: Evidence, view: ByJoints) -> Odd | None:
         text = f"joint {worst.joint} shows {share:.2f} ± {worst.sigma:.2g} times the payload that the others show"
         return Odd((worst.joint,), text)
     single = [(r.mass, r) for r in view.masses if len(r.joints) == 1 and r.mass is not None]
-    wrong = [r for m, r in single if abs(m - mass) > max(WRONG * abs(mass), SIGMAS * r.sigma)]
-    pairs = [
-        (abs(a - b) / np.hypot(first.sigma, second.sigma), [first, second])
-        for (a, first), (b, second) in combinations(single, 2)
-        if abs(a - b) > NOTABLE * abs(mass)
-    ]
-    z, pair = max(pairs, key=lambda entry: entry[0], default=(0.0, []))
-    apart = wrong or (pair if z >= NOTABLE_SIGMAS else [])
+    apart = [(m, r) for m, r in single if abs(m - mass) > max(WRONG * abs(mass), SIGMAS * r.sigma)]
+    if not apart:
+        pairs = [
+            (abs(a - b) / np.hypot(first.sigma, second.sigma), [(a, first), (b, second)])
+            for (a, first), (b, second) in combinations(single, 2)
+            if abs(a - b) > NOTABLE * abs(mass)
+        ]
+        z, pair = max(pairs, key=lambda entry: entry[0], default=(0.0, []))
+        apart = pair if z >= NOTABLE_SIGMAS else []
     if apart:
-        apart = sorted(apart, key=lambda r: -abs((r.mass or 0.0) - mass) / r.sigma)
-        texts = ", ".join(
-            f"{r.name} {r.mass:.3g} ± {r.sigma:.2g} kg" for r in sorted(apart, key=lambda r: r.joints)
-        )
-        return Odd(tuple(r.joints[0] for r in apart), f"the joints do not weigh the same ({texts})")
-    factor = evidence.diagnosis.disagreement
+        texts = ", ".join(f"{r.name} {m:.3g} ± {r.sigma:.2g} kg" for m, r in apart)
+        worst_first = sorted(apart, key=lambda entry: -abs(entry[0] - mass) / entry[1].sigma)
+        return Odd(tuple(r.joints[0] for _, r in worst_first), f"the joints do not weigh the same ({texts})")
     if factor <= TOGETHER or not shares:
         return None
     worst = max(shares, key=lambda entry: abs(entry[0] - 1.0) / entry[1].sigma)[1]

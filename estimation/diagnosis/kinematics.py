@@ -7,7 +7,7 @@ image the senses of all axes in the mirror plane together.
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import combinations, pairwise, product
+from itertools import combinations, groupby, pairwise, product
 from typing import NamedTuple
 
 import numpy as np
@@ -37,19 +37,12 @@ _DIGITS = 9  # of a residual: rounding decides nothing between readings that no 
 
 @dataclass(frozen=True, order=True)
 class Reading:
-    """Reading of joint j of the robot: q_j = sign_j q_log[order_j] + quarters_j 90 degrees.
+    """Reading of joint j of the robot: q_j = sign_j q_log[order_j] + quarters_j 90 degrees."""
 
-    Attributes:
-        order: for each joint the column of the log, counted from 0.
-        sign: +1 or -1: the log's sense of rotation, torque included.
-        quarters: quarter turns to add, 0 to 3.
-        torque: +1 or -1: sign of the torque alone.
-    """
-
-    order: tuple[int, ...]
-    sign: tuple[int, ...]
-    quarters: tuple[int, ...]
-    torque: tuple[int, ...]
+    order: tuple[int, ...]  # for each joint the column of the log, counted from 0
+    sign: tuple[int, ...]  # +1 or -1: the log's sense of rotation, torque included
+    quarters: tuple[int, ...]  # quarter turns to add, 0 to 3
+    torque: tuple[int, ...]  # +1 or -1: sign of the torque alone
 
     @staticmethod
     def as_recorded(n: int) -> "Reading":
@@ -88,42 +81,33 @@ class Reading:
         return replace(states, q=q, qd=qd, qdd=qdd, torque=torque, slope=slope, keep=keep)
 
     @property
-    def changes(self) -> int:
-        """Number of joints and columns that are not taken as they stand."""
-        order, signs = enumerate(self.order), (*self.sign, *self.torque)
-        return sum(j != column for j, column in order) + signs.count(-1) + sum(k != 0 for k in self.quarters)
+    def changes(self) -> list[tuple[int, str]]:
+        """Describe what of each joint is not taken as it stands, joints counted from 1."""
+        texts = []
+        joints = zip(self.order, self.sign, self.quarters, self.torque, strict=True)
+        for j, (column, sign, quarters, torque) in enumerate(joints, 1):
+            texts += [(j, f"from column {column + 1}")] if column != j - 1 else []
+            texts += [(j, "turned round (position and torque)")] if sign < 0 else []
+            texts += [(j, f"zero moved by {(90, 180, -90)[quarters - 1]} degrees")] if quarters else []
+            texts += [(j, "torque turned round")] if torque < 0 else []
+        return texts
 
     def described(self) -> str:
-        """Describe the reading, joints counted from 1; "as recorded" if nothing is changed."""
-        parts = []
-        joints = zip(self.order, self.sign, self.quarters, self.torque, strict=True)
-        for j, (column, sign, quarters, torque) in enumerate(joints):
-            changes = [f"from column {column + 1}"] if column != j else []
-            changes += ["turned round (position and torque)"] if sign < 0 else []
-            changes += [f"zero moved by {(90, 180, -90)[quarters - 1]} degrees"] if quarters else []
-            changes += ["torque turned round"] if torque < 0 else []
-            if changes:
-                parts.append(f"joint {j + 1} {', '.join(changes)}")
+        """Describe the reading; "as recorded" if nothing is changed."""
+        joints = groupby(self.changes, lambda change: change[0])
+        parts = (f"joint {j} {', '.join(text for _, text in own)}" for j, own in joints)
         return "; ".join(parts) or "as recorded"
 
 
 @dataclass(frozen=True)
 class Readings:
-    """Readings of a log, with the residual that each leaves.
+    """Readings of a log, with the residual that each leaves."""
 
-    Attributes:
-        unit: of the residuals, as text.
-        as_recorded: residual of the log as it stands.
-        residuals: those of all readings that were tried, the best first, and of equally good ones the simplest.
-        suggested: the best reading, if it does clearly better than the log as recorded.
-        alike: other readings that do as well as the best.
-    """
-
-    unit: str
+    unit: str  # of the residuals, as text
     as_recorded: float
-    residuals: Mapping[Reading, float]
-    suggested: Reading | None
-    alike: tuple[Reading, ...]
+    residuals: Mapping[Reading, float]  # the best first, and of equally good ones the simplest
+    suggested: Reading | None  # the best, if it does clearly better than the log as recorded
+    alike: tuple[Reading, ...]  # others that do as well as the best
 
 
 class ToolPoses(NamedTuple):
@@ -146,32 +130,19 @@ class ToolPoses(NamedTuple):
 
 @dataclass(frozen=True)
 class PoseCheck:
-    """Logged poses compared with forward kinematics, with the constant base and tool that fit best.
-
-    Attributes:
-        source: name of the log.
-        samples: number of poses.
-        rms, largest: distance of the logged tool from the computed one [m].
-        rms_angle: angle between their axes [rad]; None where no axes were logged.
-        as_is: rms distance without any fit, base and tool taken as identity [m].
-        base: the robot's base in the frame in which poses are logged.
-        tool: the logged tool in the payload's frame; its rotation is that of the flange if none was logged.
-        determined: whether the motion tells base and tool; else they are one choice of many.
-        scale: spread of the logged positions over that of the flange's.
-        readings: ways to read the joints' columns, where poses are not reproduced.
-    """
+    """Logged poses compared with forward kinematics, with the constant base and tool that fit best."""
 
     source: str
     samples: int
-    rms: float
+    rms: float  # distance of the logged tool from the computed one [m]
     largest: float
-    rms_angle: float | None
-    as_is: float
-    base: Pose
-    tool: Pose
-    determined: bool
-    scale: float
-    readings: Readings | None = None
+    rms_angle: float | None  # between their axes [rad]; None where no axes were logged
+    as_is: float  # rms distance without any fit, base and tool taken as identity [m]
+    base: Pose  # the robot's base in the frame in which poses are logged
+    tool: Pose  # in the payload's frame; its rotation is that of the flange if none was logged
+    determined: bool  # whether the motion tells base and tool; else they are one choice of many
+    scale: float  # spread of the logged positions over that of the flange's
+    readings: Readings | None = None  # ways to read the joints' columns, where poses are not reproduced
 
     @property
     def reproduced(self) -> bool:
@@ -231,28 +202,28 @@ def _fitted(robot: Robot, poses: ToolPoses, starts: Array, tolerance: float = 1e
         R, foot = R.reshape(3, len(q), 3).transpose(1, 0, 2), robot.base.inverse()
         return foot.R @ R @ robot.flange.R, (p.T + R @ robot.flange.p) @ foot.R.T + foot.p
 
-    def base(offset: Array) -> tuple[Array, Array]:
+    def placed(offset: Array) -> tuple[Array, Array, Array]:
+        """Base that belongs to a tool's origin, and what is left of the positions."""
         points = p + R @ offset
         centre, target = points.mean(axis=0), few.positions.mean(axis=0)
         U, _, Vt = np.linalg.svd((few.positions - target).T @ (points - centre))
         U[:, 2] *= np.sign(np.linalg.det(U @ Vt))
-        return U @ Vt, target - U @ Vt @ centre
-
-    def misfit(offset: Array) -> Array:
-        B, b = base(offset)
-        return np.asarray(((p + R @ offset) @ B.T + b - few.positions).ravel())
+        B = U @ Vt
+        return B, target - B @ centre, ((points - centre) @ B.T + target - few.positions).ravel()
 
     few = poses.evenly(_MOST)
     R, p = flange(few.q)
     fits = []
     for start in starts:
         fits.append(
-            optimize.least_squares(misfit, start, method="lm", xtol=tolerance, ftol=tolerance, max_nfev=400)
+            optimize.least_squares(
+                lambda offset: placed(offset)[2], start, method="lm", xtol=tolerance, ftol=tolerance, max_nfev=400
+            )
         )
         if 2.0 * fits[-1].cost < len(p) * _FOUND**2:
             break
     offset = min(fits, key=lambda fit: fit.cost).x
-    B, b = base(offset)
+    B, b, _ = placed(offset)
     # Base and tool are determined if no small change of both leaves all points where they are.
     turns = np.cross((p - p.mean(axis=0) + (R - R.mean(axis=0)) @ offset)[:, None], np.eye(3))
     moves = np.concatenate([R, np.broadcast_to(np.eye(3), turns.shape), turns], axis=2).reshape(-1, 9)
@@ -300,11 +271,10 @@ def rank_readings(
     together = States.joined(parts)
 
     def residual(reading: Reading) -> float:
-        try:
-            system = System.of(robot, reading.of(together))
-            return _rms(system.fit(1.0 / system.norms()).relative())
-        except InputError:  # outside the spring's table: this cannot be the reading
+        system = System.of(robot, reading.of(together))
+        if not system.keep.any():  # outside the spring's table: this cannot be the reading
             return math.inf
+        return _rms(system.fit(1.0 / system.norms).relative())
 
     return _ranked(robot, residual, "relative torque residual", True, progress)
 
@@ -317,7 +287,7 @@ def _ranked(
     def rank(reading: Reading) -> tuple[bool, float, float, int, Reading]:
         worse, value = residuals[reading] > limit, round(residuals[reading], _DIGITS)
         # Of those as good as the best the simplest comes first.
-        return worse, value if worse else reading.changes, value, reading.changes, reading
+        return worse, value if worse else len(reading.changes), value, len(reading.changes), reading
 
     plain = Reading.as_recorded(robot.n)
     residuals, left, front = {plain: residual(plain)}, set[Reading](), [plain]

@@ -5,17 +5,15 @@ and offsets of those rows free. All of it is in the joints' triangular factors, 
 a robot that is known, and in a short motion, subsampled states do.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from ...common.arrays import Array
-from ...common.errors import InputError
 from ...model.friction import is_friction
 from ..equations.equations import PAYLOAD, Equations
 from ..fit.covariance import NORMAL95
-from ..gains.current_side import RelativeScales, relative_scales
 from ..payload.long_motion import LongMotion
 from .engine import Added, Effect, System
 from .evidence import Evidence
@@ -51,34 +49,29 @@ def scales(problem: LongMotion, weights: Array) -> tuple[Effect, ...]:
     unloaded, loaded = problem.unloaded, problem.loaded
     if problem.settings.scale_sigma > 0.0 or problem.bare is None or unloaded is None or not loaded.blocks:
         return ()
-    names, robot = unloaded.columns, problem.bare.values
-    b, c, n = len(names), len(names) + len(PAYLOAD), problem.robot.n
-    friction = [k for k, name in enumerate(names) if is_friction(name)]
-    rigid, size = [k for k in range(b) if k not in friction], c + len(friction) + n + 2
-
-    def gram(robot_part: Equations | None, loaded_part: Equations | None) -> Array:
-        """Gram matrix of robot, payload, friction under load, scale of all and of each joint, torque."""
-        total = np.zeros((size, size))
-        for j, weight in enumerate(weights):
-            if robot_part is not None:
-                own = weight * robot_part.factors[j]
-                total[np.ix_([*range(b), -1], [*range(b), -1])] += own.T @ own
-            if loaded_part is not None:
-                factor = weight * loaded_part.factors[j]
-                rows = np.zeros((len(factor), size))
-                index = [*rigid, *range(b, c), -1]
-                rows[:, index], rows[:, c : c + len(friction)] = factor[:, index], factor[:, friction]
-                rows[:, -2 - n] = rows[:, j - 1 - n] = factor[:, rigid] @ robot[rigid]
-                total += rows.T @ rows
-        return total
-
-    without, with_payload = unloaded.parts(), loaded.parts()
-    if without and len(without) == len(with_payload):  # blocks of one motion are left out together
-        blocks = [gram(*parts) for parts in zip(without, with_payload, strict=True)]
-    else:
-        blocks = [gram(part, None) for part in without] + [gram(None, part) for part in with_payload]
+    b, n, robot = len(unloaded.columns), problem.robot.n, problem.bare.values
+    friction = [k for k, name in enumerate(unloaded.columns) if is_friction(name)]
+    rigid, c = [k for k in range(b) if k not in friction], b + len(PAYLOAD)
+    # Columns: robot, payload, friction under load, scale of all and of each joint; the torque last.
     unknown = c + len(friction)
-    return _scales(Added.of(np.array(blocks), np.zeros((unknown, unknown)), slice(b, c)), n)
+    column = np.eye(unknown + n + 2)
+    own, carried = column[[*range(b), -1]], column[[*range(c), -1]]
+    carried[friction] = column[c:unknown]
+    carried[rigid, unknown] = robot[rigid]
+    of_joints = [np.array(carried) for _ in range(n)]
+    for j, change in enumerate(of_joints):
+        change[rigid, unknown + 1 + j] = robot[rigid]
+
+    def grams(equations: Equations, changes: Sequence[Array]) -> Array:
+        """Gram matrices of these columns, block by block."""
+        rows = [w * stack @ M for w, stack, M in zip(weights, equations.blocks.factors, changes, strict=True)]
+        return sum((part.swapaxes(1, 2) @ part for part in rows), np.zeros(()))
+
+    without, with_payload = grams(unloaded, [own] * n) if unloaded.blocks else (), grams(loaded, of_joints)
+    # Blocks of one motion are left out together.
+    together = len(without) == len(with_payload)
+    blocks = without + with_payload if together else np.array([*without, *with_payload])
+    return _scales(Added.of(blocks, np.zeros((unknown, unknown)), slice(b, c)), n)
 
 
 def scales_of_states(system: System) -> tuple[Effect, ...]:
@@ -86,32 +79,16 @@ def scales_of_states(system: System) -> tuple[Effect, ...]:
     rigid = [k for k, name in enumerate(system.names) if not is_friction(name)]
     along = np.einsum("jcn,c->jn", system.columns[:, rigid], system.values[rigid]) * system.states.loaded
     each = np.eye(len(along))[:, :, None] * along[:, None]
-    prior, free = np.array(system.prior), range(system.payload.stop, len(system.prior))
-    prior[free, free] = 0.0
-    added = replace(system, prior=prior).with_columns(np.concatenate([along[:, None], each], axis=1))
-    return _scales(added, len(along))
+    prior = np.array(system.prior)
+    prior[system.payload.stop :, system.payload.stop :] = 0.0  # friction under load is free
+    return _scales(replace(system, prior=prior).with_columns(along[:, None], each), len(along))
 
 
 def _scales(added: Added, n: int) -> tuple[Effect, ...]:
     """Differences of the scales from 1: of all torques, then of each joint's."""
-    effects = []
-    for joint in range(n + 1):
-        effect = added.effect(joint, name="scale", where=f"joint {joint}" if joint else "")
-        sigma = float(np.sqrt(effect.covariance[0, 0]))
-        sigma = sigma if np.isfinite(sigma) else np.inf
-        effects.append(effect._replace(size=float(effect.values[0]), sigma=sigma))
-    return tuple(effects)
-
-
-def signal_scales(equations: Equations) -> RelativeScales | None:
-    """Estimate scales of the joints' signals by links that several joints carry; None where nothing tells them.
-
-    Errors by blocks of time count besides the formula's: errors of the model last, and look certain to a formula.
-    """
-    try:
-        return relative_scales(equations, equations.parts())
-    except InputError:
-        return None
+    wheres = ["", *(f"joint {joint}" for joint in range(1, n + 1))]
+    effects = (added.effect([k], name="scale", where=where) for k, where in enumerate(wheres))
+    return tuple(effect._replace(sigma=float(np.nan_to_num(effect.sigma, nan=np.inf))) for effect in effects)
 
 
 def off_scale(evidence: Evidence) -> Iterator[Finding]:

@@ -33,37 +33,23 @@ Index = NDArray[np.intp]
 
 @dataclass(frozen=True, eq=False)
 class States:
-    """Subsampled states of one or more recordings: N states of n joints.
+    """Subsampled states of one or more recordings: N states of n joints."""
 
-    Attributes:
-        source: names of the recordings.
-        t: time in its recording [s], shape (N,).
-        q, qd, qdd: filtered motion [rad or m], N x n.
-        torque: low-passed torque [N·m or N], N x n.
-        slope: derivative of the torque [N·m/s or N/s], N x n.
-        keep: rows that are used, n to a state, N x n.
-        stuck: where a position is the very same number for over half a second, N x n.
-        loaded: 1 with payload, else 0, shape (N,).
-        block, stretch, recording: numbers of the block of time, of the stretch of 3 s, of the recording, (N,).
-        signals: time [s] and torque of each recording's every sample, to read the torque at another time.
-        gains: of the drives, with which currents were read; empty for torques.
-    """
-
-    source: str
-    t: Array
-    q: Array
+    source: str  # names of the recordings
+    t: Array  # time in its recording [s], shape (N,)
+    q: Array  # filtered motion [rad or m], N x n
     qd: Array
     qdd: Array
-    torque: Array
-    slope: Array
-    keep: Mask
-    stuck: Mask
-    loaded: Array
-    block: Index
-    stretch: Index
+    torque: Array  # low-passed [N·m or N], N x n
+    slope: Array  # its derivative [N·m/s or N/s], N x n
+    keep: Mask  # rows that are used, n to a state, N x n
+    stuck: Mask  # where a position is the very same number for over half a second, N x n
+    loaded: Array  # 1 with payload, else 0, shape (N,)
+    block: Index  # number of the block of time, (N,)
+    stretch: Index  # of the stretch of 3 s
     recording: Index
-    signals: tuple[tuple[Array, Array], ...]
-    gains: tuple[float, ...] = ()
+    signals: tuple[tuple[Array, Array], ...]  # time [s] and torque of each recording's every sample
+    gains: tuple[float, ...] = ()  # of the drives, with which currents were read; empty for torques
 
     @staticmethod
     def of(recording: Recording, processing: Processing, count: int = FEW, loaded: float = 0.0) -> "States":
@@ -113,6 +99,10 @@ class States:
             torque[own] = (1.0 - fraction) * signal[after - 1] + fraction * signal[after]
         return replace(self, torque=torque)
 
+    def scaled(self, factors: Array) -> "States":
+        """Multiply the joints' torques by factors."""
+        return replace(self, torque=self.torque * factors)
+
     def taken(self, index: Any) -> "States":
         """Take some of the states: a slice, a mask or numbers."""
         return replace(self, **{name: getattr(self, name)[index] for name in _PER_STATE})
@@ -124,8 +114,8 @@ class States:
         return replace(self, **arrays)
 
     def coarser(self) -> "States":
-        """Take every fifth state; all of them where few would be left."""
-        return self.taken(slice(None, None, _COARSER if len(self.t) >= 3 * _COARSER * _FEWEST else 1))
+        """Take up to every fifth state, as long as three times the fewest are left."""
+        return self.taken(slice(None, None, max(1, min(_COARSER, len(self.t) // (3 * _FEWEST)))))
 
 
 def states_of(source: Source | None) -> States | None:
@@ -147,11 +137,10 @@ def states_of(source: Source | None) -> States | None:
 
 def _stuck(recording: Recording, t: Array) -> Mask:
     """Mark where a position stands at the very same number for over half a second, N x n."""
-    result = np.zeros((len(t), recording.q.shape[1]), dtype=bool)
-    for j, q in enumerate(recording.q.T):
-        edges = np.flatnonzero(np.diff(q) != 0.0) + 1
+    columns = []
+    for q in recording.q.T:
+        edges = np.flatnonzero(np.diff(q)) + 1
         starts, stops = recording.t[np.append(0, edges)], recording.t[np.append(edges - 1, len(q) - 1)]
-        for start, stop in zip(starts, stops, strict=True):
-            if stop - start > _STUCK:
-                result[:, j] |= (t >= start) & (t <= stop)
-    return result
+        at = np.maximum(np.searchsorted(starts, t, "right") - 1, 0)
+        columns.append((stops - starts > _STUCK)[at] & (t <= stops[at]))
+    return np.column_stack(columns)

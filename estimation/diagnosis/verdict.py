@@ -5,7 +5,6 @@ A check that is added to the table serves every command whose evidence shows wha
 
 import sys
 from collections.abc import Callable, Iterable, Sequence
-from itertools import chain
 
 import numpy as np
 
@@ -15,6 +14,7 @@ from ...model.visibility import friction_columns
 from ..equations.equations import Equations
 from ..fit.drive_gains import Gains
 from ..fit.estimate import Estimate
+from ..gains.current_side import relative_scales
 from ..payload.by_joints import payload_by_joints
 from ..payload.long_motion import LongMotion, Source
 from ..payload.methods import PayloadProblem
@@ -27,7 +27,7 @@ from .evidence import Diagnosis, Evidence
 from .finding import Finding, Level, Verdict, verdict_of
 from .hypotheses import HYPOTHESES, effects_of, hypotheses, matter, tilt_correction
 from .joints import disagreement, joints
-from .scales import LONG_ENOUGH, motors_apart, off_scale, scale, scales, scales_of_states, sensitive, signal_scales
+from .scales import LONG_ENOUGH, motors_apart, off_scale, scale, scales, scales_of_states, sensitive
 from .states import States, states_of
 
 Check = Callable[[Evidence], Iterable[Finding]]
@@ -62,32 +62,27 @@ BEFOREHAND: tuple[Check, ...] = (checks.rating, checks.conflicts)
 
 def judge(*evidence: Evidence) -> Verdict:
     """Judge numbers made from one set of recordings, or from several together."""
-    findings = [finding for part in evidence for finding in _findings(part)]
+    findings = list[Finding]()
+    for part in evidence:
+        own = [finding for check in CHECKS for finding in check(part)]
+        likely = causes(part, any(finding.severity == "error" for finding in own))
+        # What stands out already must be outdone.
+        explained = max((finding.explains for finding in own if finding.cause), default=0.0)
+        findings += own + [finding for finding in likely if finding.explains > explained]
+        findings += [finding for check in BEFOREHAND for finding in check(part)]
     partly: Level = "mass_and_com_only" if evidence[0].gained is None else "identified_only"
     return verdict_of(findings, evidence[0].best is not None, partly)
-
-
-def _findings(evidence: Evidence) -> list[Finding]:
-    findings = [finding for check in CHECKS for finding in check(evidence)]
-    found = causes(evidence, any(finding.severity == "error" for finding in findings))
-    # What stands out already must be outdone.
-    explained = max((finding.explains for finding in findings if finding.cause), default=0.0)
-    findings += [finding for finding in found if finding.explains > explained]
-    return findings + [finding for check in BEFOREHAND for finding in check(evidence)]
 
 
 def causes(evidence: Evidence, contradicted: bool) -> list[Finding]:
     """Name what most likely went wrong, where something speaks against the recordings; suggested, never corrected.
 
-    Args:
-        evidence: with the recordings themselves.
-        contradicted: whether some check spoils all; else causes are searched where a joint leaves over 10 %.
+    ``contradicted``: whether some check spoils all; else causes are searched where a joint leaves over 10 %.
     """
-    if evidence.source is None:
-        return []
     fits = [estimate.estimate.fit for estimate in evidence.modelled]
     fits += [evidence.parameters.fit] if evidence.parameters is not None else []
-    if not contradicted and not any(np.nanmax(checks.relative_per_joint(fit)) > SUSPICIOUS for fit in fits):
+    suspicious = any(np.nanmax(checks.relative_per_joint(fit)) > SUSPICIOUS for fit in fits)
+    if evidence.source is None or not (contradicted or suspicious):
         return []
     return likely_causes(evidence.robot, states_of(evidence.source), contradicted, evidence.gained is not None)
 
@@ -95,14 +90,10 @@ def causes(evidence: Evidence, contradicted: bool) -> list[Finding]:
 def table() -> list[tuple[str, str]]:
     """List every check: what it looks at, and from where on it says what; the documentation prints it."""
     rows = []
-    described = (
-        [row.finding for row in HYPOTHESES],
-        [check for check in (*CHECKS, *BEFOREHAND) if check != hypotheses],
-    )
-    for check in chain[Callable[..., object]](*described):
-        what, _, limits = str(check.__doc__).partition("\n\n")
-        constants = vars(sys.modules[check.__module__])
-        rows.append((what, " ".join(limits.split()).format(**constants)))
+    looks: list[Callable[..., object]] = [row.finding for row in HYPOTHESES]
+    for check in [*looks, *(check for check in (*CHECKS, *BEFOREHAND) if check != hypotheses)]:
+        what, _, limits = " ".join(str(check.__doc__).split()).partition(". ")
+        rows.append((what, limits.format(**vars(sys.modules[check.__module__]))))
     return rows
 
 
@@ -118,9 +109,8 @@ def diagnose(
         description: the robot as it was given, where gains are what is asked for: other readings are then compared
             with gains of their own; the problem's robot by default.
     """
-    n, weights = problem.robot.n, best.estimate.weights
     states = states_of(problem.source)
-    system = system_of(problem, states)
+    system, weights = system_of(problem, states), best.estimate.weights
     effects = effects_of(system) if system is not None else ()
     by_joints = payload_by_joints(problem, weights)
     sigma = float(best.estimate.sigma[best.indices.index(9)]) if 9 in best.indices else np.inf
@@ -128,11 +118,10 @@ def diagnose(
         found = scales(problem, weights)
     else:
         found = scales_of_states(system) if system is not None else ()
+    errors = gains.covariance(problem.robot.n) if gains else np.zeros((problem.robot.n,) * 2)
     return Diagnosis(
         by_joints,
-        disagreement(
-            by_joints, gains.covariance(n) if gains else np.zeros((n, n)), isinstance(problem, ShortMotion)
-        ),
+        disagreement(by_joints, errors, isinstance(problem, ShortMotion)),
         tuple(effect for effect in effects if effect.name != "bursts" or matter(effect, best.ten[9], sigma)),
         alternatives(description or problem.robot, states, description is not None),
         found,
@@ -141,18 +130,13 @@ def diagnose(
 
 def system_of(problem: PayloadProblem, states: States | None) -> System | None:
     """Set up the problem on subsampled states; None without them, or where the robot is neither shown nor known."""
-    source = problem.source
     if states is None or (problem.known is not None and not problem.inflation):
         return None
-    if isinstance(problem, ShortMotion):
-        names = friction_columns(problem.robot.with_offsets(True))
-        changes = dict.fromkeys(names, 0.0) | {name: role.weight for name, role in problem.held.held.items()}
-    else:
-        changes = {name: role.weight for name, role in problem.friction.items()}
-    try:
-        return System.of(problem.robot, states, changes, None if source.unloaded else problem.robot_prior)
-    except InputError:  # a joint leaves the table of its spring
-        return None
+    roles = problem.held.held if isinstance(problem, ShortMotion) else problem.friction
+    changes = {name: role.weight for name, role in roles.items()}
+    if isinstance(problem, ShortMotion):  # there all friction is free
+        changes = dict.fromkeys(friction_columns(problem.robot.with_offsets(True)), 0.0) | changes
+    return System.of(problem.robot, states, changes, None if problem.source.unloaded else problem.robot_prior)
 
 
 def allowing(estimate: PayloadEstimate, diagnosis: Diagnosis) -> PayloadEstimate:
@@ -182,14 +166,14 @@ def robot_verdict(
         estimate: the parameters.
         free_gains: whether the torques are currents, brought to one unknown scale.
     """
-    states = states_of(source)
-    try:
-        effects = effects_of(System.of(robot, states)) if states is not None else ()
-    except InputError:  # a joint leaves the table of its spring
-        effects = ()
-    signals, length = None, sum(float(recording.t[-1] - recording.t[0]) for recording in source.unloaded)
+    states, length = states_of(source), sum(float(one.t[-1] - one.t[0]) for one in source.unloaded)
     own_drives = robot.coupling is None and robot.spring is None  # every drive gives its own joint's torque
-    if own_drives and not free_gains and length > LONG_ENOUGH:
-        signals = signal_scales(equations)
+    try:
+        # Errors by blocks of time count besides the formula's: those of the model last, and look certain to it.
+        told = own_drives and not free_gains and length > LONG_ENOUGH
+        signals = relative_scales(equations, equations.parts()) if told else None
+    except InputError:  # nothing tells them
+        signals = None
+    effects = effects_of(System.of(robot, states)) if states is not None else ()
     diagnosis = Diagnosis(effects=effects, alternatives=alternatives(robot, states, free_gains), signals=signals)
     return judge(Evidence(robot, source, diagnosis, parameters=estimate))

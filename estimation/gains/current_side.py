@@ -26,29 +26,23 @@ _CLEAR = 0.2  # standard deviation of a scale's logarithm up to which the record
 
 
 class CurrentFit(NamedTuple):
-    """Gains and parameters, free or of bodies that can exist.
+    """Gains and parameters, free or of bodies that can exist."""
 
-    ``k`` (n,) [A/(N·m)]; ``x`` (c,) all parameters; ``covariance`` of ln K, n x n, for white noise, zero where a
-    gain was fixed, and ``degrees_of_freedom``, both of the free fit.
-    """
-
-    k: Array
-    x: Array
-    covariance: Array
+    k: Array  # A/(N·m), shape (n,)
+    x: Array  # all parameters, shape (c,)
+    covariance: Array  # of ln K by the free fit, n x n, for white noise, zero where a gain was fixed
     degrees_of_freedom: float
 
 
 class RelativeScales(NamedTuple):
-    """Factors by which the joints' signals agree with joint ``held``'s (from 0).
+    """Factors by which the joints' signals agree with one joint's.
 
-    ``ratio`` (n,), ``sigma`` of its logarithm (n,), for white noise or, if that is more, as the recording's parts
-    show it; 1 and 0 at ``held``. A last joint that carries next to nothing has a scale that nothing tells: its
-    ratio is 1 and its sigma infinite.
+    A last joint that carries next to nothing has a scale that nothing tells: its ratio is 1, its sigma infinite.
     """
 
-    ratio: Array
-    sigma: Array
-    held: int
+    ratio: Array  # (n,), 1 at the joint that is held
+    sigma: Array  # of its logarithm, for white noise or, if that is more, as the recording's parts show it
+    held: int  # that joint, from 0
 
 
 def current_weights(equations: Equations) -> Array:
@@ -63,8 +57,7 @@ def current_weights(equations: Equations) -> Array:
         # What this joint's equations do not hold is not quite zero in them, and would cost degrees of freedom.
         parts = decomposed(W, whole)
         error = np.linalg.norm(d - W @ parts.solution(d)) / np.sqrt(max(rows - parts.rank, 1.0))
-        floor = _FLOOR * float(np.linalg.norm(d)) / np.sqrt(max(rows, 1.0))
-        sigma.append(max(float(error), floor, 1e-300))
+        sigma.append(max(error, _FLOOR * np.linalg.norm(d) / np.sqrt(max(rows, 1.0)), 1e-300))
     return 1.0 / np.array(sigma)
 
 
@@ -94,9 +87,12 @@ def gauss_newton(
         middle = float(np.median(np.abs(k)))
         size = weights * np.clip(np.abs(k), middle / _SPREAD, middle * _SPREAD)
         k, x = torque_side([w * factor for w, factor in zip(size, factors, strict=True)], free, known, None)
+    step = np.full(c + len(moving), np.inf)
     for _ in range(_MOST):
         J, error = linearised(factors, weights, k, x, free, anchor)
         parts = decomposed(J)
+        if np.abs(step[c:] / k[moving]).max() < _ENOUGH:
+            break
         if parts.null.size:  # the gains of the moving joints stand last
             missing = np.abs(parts.null[c:]).max(axis=1)
             joints = [str(j + 1) for j, weight in zip(moving, missing, strict=True) if weight > 1e-3]
@@ -108,19 +104,16 @@ def gauss_newton(
         step *= min(1.0, _LONGEST / np.abs(step[c:] / k[moving]).max())
         x[free] += step[:c]
         k[moving] += step[c:]
-        if np.abs(step[c:] / k[moving]).max() < _ENOUGH:
-            break
     else:
         raise InputError(
             "the drive gains do not settle: check units, signs and order of the currents, and that the arm touched "
             "nothing"
         )
-    J, error = linearised(factors, weights, k, x, free, anchor)
     dof = sum(equations.effective_rows) - J.shape[1]
     if dof <= 0.0:
         raise InputError(f"too few samples for {J.shape[1]} unknowns: record longer")
     covariance = np.zeros((n, n))
-    own = decomposed(J).covariance[c:, c:] / np.outer(k[moving], k[moving])
+    own = parts.covariance[c:, c:] / np.outer(k[moving], k[moving])
     covariance[np.ix_(moving, moving)] = float(error @ error) / dof * own
     return CurrentFit(k, x, covariance, dof)
 

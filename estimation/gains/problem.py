@@ -13,8 +13,7 @@ from ...common.linear import least_squares
 from ...model import BaseParameters, Recording, Robot, standard_columns
 from ...model.base.rank import random_states
 from ...model.drives import SPRING, parameter_kind
-from ...model.kernel.kernel import Kernel
-from ...model.regressors import regressor
+from ...model.many_states import regressor_at
 from ..equations.equations import Equations, merged
 from ..fit.settings import DEFAULTS, Candidates, Settings
 from ..payload.long_motion import LongMotion, Source, check_blocks, payload_problem
@@ -32,27 +31,16 @@ class GainProblem(Brief):
 
     Of coupled drives W_j are the rows of the motors on the joint side; a known spring is a column of W whose
     parameter is 1.
-
-    Attributes:
-        description: the robot as it was given, its equations those of the joints.
-        equations: the factors of [W W_L i], columns base, then ``payload_columns`` of each mounting; the right-hand
-            side is a current [A].
-        mountings: which recordings have the weight where.
-        source: the recordings of currents, in which causes are looked for.
-        posed: each mounting's payload problem, its torques those that the gains ``posed_with`` give; what the
-            verdict looks at.
-        deletions: the equations without each block of time, for the jackknife; one tuple a group.
-        without_blocks: why there are none.
     """
 
-    description: Robot
-    equations: Equations
-    mountings: Mountings
-    source: Source
-    posed: tuple[LongMotion, ...]
-    posed_with: tuple[float, ...]
-    deletions: tuple[tuple[Equations, ...], ...] = ()
-    without_blocks: str = ""
+    description: Robot  # as it was given, its equations those of the joints
+    equations: Equations  # factors of [W W_L i], columns base, then payload_columns of each mounting; currents [A]
+    mountings: Mountings  # which recordings have the weight where
+    source: Source  # the recordings of currents, in which causes are looked for
+    posed: tuple[LongMotion, ...]  # each mounting's payload problem, which the verdict looks at
+    posed_with: tuple[float, ...]  # gains that give its torques
+    deletions: tuple[tuple[Equations, ...], ...] = ()  # without each block of time, one tuple a group, or none
+    without_blocks: str = ""  # why there are none
 
     @property
     def robot(self) -> Robot:
@@ -73,23 +61,23 @@ class GainProblem(Brief):
         """Pose each mounting's payload problem with torques that gains K give."""
         ratio, coupling = K / np.array(self.posed_with), self.robot.coupling
 
-        def rescaled(recordings: Sequence[Recording]) -> tuple[Recording, ...]:
-            """Rescale recordings of joint torques, each motor's torque times its ratio."""
-            motors = (replace(r, torque=coupling.motor_torques(r.torque)) if coupling else r for r in recordings)
-            return tuple(_with_gains(self.robot, recording, ratio) for recording in motors)
+        def rescaled(recording: Recording) -> Recording:
+            motors = coupling.motor_torques(recording.torque) if coupling else recording.torque
+            return _with_gains(self.robot, replace(recording, torque=motors), ratio)
 
-        return tuple(
-            replace(
+        problems = []
+        for problem in self.posed:
+            source = problem.source
+            loaded, unloaded = (tuple(map(rescaled, part)) for part in (source.loaded, source.unloaded))
+            changed = replace(
                 problem,
                 loaded=_times(problem.loaded, ratio),
-                unloaded=_times(problem.unloaded, ratio) if problem.unloaded else None,
-                difference=_times(problem.difference, ratio) if problem.difference else None,
-                source=problem.source._replace(
-                    loaded=rescaled(problem.source.loaded), unloaded=rescaled(problem.source.unloaded)
-                ),
+                unloaded=problem.unloaded and _times(problem.unloaded, ratio),
+                difference=problem.difference and _times(problem.difference, ratio),
+                source=source._replace(loaded=loaded, unloaded=unloaded),
             )
-            for problem in self.posed
-        )
+            problems.append(changed)
+        return tuple(problems)
 
 
 def gain_problem(
@@ -122,8 +110,7 @@ def gain_problem(
 
     def posed(K: Array, robust: bool) -> tuple[LongMotion, ...]:
         """Pose the payload problem of each mounting, with joint torques that gains K would give."""
-        with_load = [_with_gains(robot, recording, K) for recording in loaded]
-        without = [_with_gains(robot, recording, K) for recording in unloaded]
+        with_load, without = ([_with_gains(robot, one, K) for one in some] for some in (loaded, unloaded))
         return tuple(
             payload_problem(
                 robot,
@@ -138,15 +125,15 @@ def gain_problem(
     asked = settings.friction
     robot = robot if isinstance(asked, Candidates) else robot.with_friction(asked)
     settings = replace(settings, friction=robot.drives.friction)
-    K = np.full(robot.n, _USUAL)
-    equations = _times(merged(_together(posed(K, robust=False), mountings)), 1.0 / K)
+    usual = np.full(robot.n, _USUAL)
+    equations = _times(merged(_together(posed(usual, robust=False), mountings)), 1.0 / usual)
     # How long residuals remember shows only once the joints' torques are to scale; all of them by one factor is
     # enough.
     try:
         K = 1.0 / free_gains(equations, current_weights(equations), loads).k
         K *= _USUAL / K.mean()
     except InputError:  # raised again when the gains are asked for
-        K = np.full(robot.n, _USUAL)
+        K = usual
     problems, deletions, reason = posed(K, robust=True), list[tuple[Equations, ...]](), ""
     together = _together(problems, mountings)
     if robot.drives.loaded:  # the load that friction grows with shows in torques to scale
@@ -154,10 +141,10 @@ def gain_problem(
     try:
         for k, (problem, own) in enumerate(zip(problems, together, strict=True)):
             others = [part.whole for part in (*together[:k], *together[k + 1 :])]
-            left = [_times(merged([*others, part]), 1.0 / K) for part in own.without_each()]
+            left = tuple(_times(merged([*others, part]), 1.0 / K) for part in own.without_each())
             # Blocks that share no motion are left out one recording at a time, those without payload first.
             count = len(problem.loaded.blocks)
-            groups = [group for group in (tuple(left[:-count]), tuple(left[-count:])) if group]
+            groups = [group for group in (left[:-count], left[-count:]) if group]
             check_blocks(*map(len, groups))
             deletions += groups
     except InputError as error:
@@ -170,14 +157,12 @@ def gain_problem(
 
 def _together(problems: Sequence[LongMotion], mountings: Mountings) -> list[Equations]:
     """Join the equations of each mounting in the payload's columns of all; each recording once."""
-    payloads = payload_columns(len(problems))
-    columns = (*problems[0].base.columns, *(name for names in payloads for name in names))
-    everything = []
-    for k, (problem, names) in enumerate(zip(problems, payloads, strict=True)):
-        part = problem.both if mountings.paired or k == 0 else problem.loaded
-        part = in_payload_frame(problem.robot, part)
-        named = part.transformed(np.eye(len(part.columns)), (*problem.base.columns, *names))
-        everything.append(named.select(columns))
+    payloads, everything = payload_columns(len(problems)), list[Equations]()
+    for problem, names in zip(problems, payloads, strict=True):
+        part = problem.loaded if everything and not mountings.paired else problem.both
+        part, base = in_payload_frame(problem.robot, part), problem.base.columns
+        named = part.transformed(np.eye(len(part.columns)), (*base, *names))
+        everything.append(named.select((*base, *(name for each in payloads for name in each))))
     return everything
 
 
@@ -234,14 +219,10 @@ def free_gains(equations: Equations, weights: Array, loads: Sequence[KnownLoad])
 
 def gravity_acts(robot: Robot) -> tuple[bool, ...]:
     """True for each motor on which some mass of the robot or payload weighs in some pose."""
-    q, qd, _ = random_states(robot, 20, seed=0)
+    q, _, _ = random_states(robot, 20, seed=0)
     heavy = [name for name in standard_columns(robot) if parameter_kind(name) in ("MX", "MY", "MZ", "M")]
-    kernel = Kernel(regressor(robot, heavy))
-    weights = np.zeros((len(heavy), 20, robot.n))
-    for row, column, values in zip(kernel.rows, kernel.columns, kernel(q, 0.0 * qd, 0.0 * qd), strict=True):
-        weights[column, :, row] = values
-    flat = weights.reshape(-1, robot.n)
-    motors = robot.coupling.motor_torques(flat) if robot.coupling else flat
+    weights = regressor_at(robot, heavy, q, 0.0 * q, 0.0 * q).transpose(1, 2, 0).reshape(-1, robot.n)
+    motors = robot.coupling.motor_torques(weights) if robot.coupling else weights
     return tuple(bool(weight > 1e-9) for weight in np.abs(motors).max(axis=0))
 
 

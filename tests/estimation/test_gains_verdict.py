@@ -273,10 +273,10 @@ def test_scales_of_the_joints_torques_are_found(name: str) -> None:
     factors = np.exp(np.random.default_rng(5).uniform(-0.4, 0.4, robot.n))
     wrong = replace(right, torque=right.torque * factors[:, None])
     weights = right.weights / factors
-    fit, plain = wrong.fit_with_scales(weights), wrong.fit(weights)
-    left = float(np.sum(fit.errors() ** 2))
-    assert left <= float(np.sum(right.fit(right.weights).errors() ** 2))
-    assert 1.1 * left < float(np.sum(plain.errors() ** 2))
+    fit, plain = wrong.fit(weights, free_gains=True), wrong.fit(weights)
+    left = float(weights**2 @ np.sum(fit.errors**2, axis=1))
+    assert left <= float(right.weights**2 @ np.sum(right.fit(right.weights).errors ** 2, axis=1))
+    assert 1.1 * left < float(weights**2 @ np.sum(plain.errors**2, axis=1))
     rows = (weights[:, None] * wrong.keep)[:, None] * wrong.columns * fit.scales[:, None, None]
     A, b = np.hstack(list(rows)).T, (weights[:, None] * wrong.keep * wrong.torque).ravel()
     assert left == pytest.approx(float(np.sum((b - A @ np.linalg.lstsq(A, b)[0]) ** 2)), rel=1e-6)
