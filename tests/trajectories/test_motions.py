@@ -19,8 +19,7 @@ from dynident.trajectories import (
     run_experiment,
 )
 from dynident.trajectories.motions.point_to_point import plan_stops
-from dynident.trajectories.motions.sampled import joined
-from dynident.trajectories.motions.via_points import quickest, random_points
+from dynident.trajectories.motions.via_points import joined, quickest, random_points
 from dynident.trajectories.simulation.disturbances import no_disturbances
 from hypothesis import given, settings
 from hypothesis import strategies as st

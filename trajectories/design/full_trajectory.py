@@ -14,7 +14,7 @@ from ...common.arrays import Array
 from ...common.errors import InputError
 from ...model import Motion, Robot
 from ..motions.family import Plan, Samples, sample_count
-from ..motions.near import NearMotion
+from ..motions.fourier import NearMotion
 from .limits import Limit, LimitCheck, check, state_limit
 from .payloads import PayloadSet
 from .problem import DesignProblem

@@ -19,8 +19,7 @@ from ...model.inertia import PayloadSpread, payload_spread
 from ...model.regressors import payload_columns
 from ...model.visibility import PayloadVisibility, friction_columns, visibility_of
 from ..motions.family import Family, JointBounds, Plan, Samples
-from ..motions.fourier import FourierShape
-from ..motions.near import NearShape
+from ..motions.fourier import FourierShape, NearShape
 from ..motions.via_points import ViaPointShape
 from .criterion import CRITERIA, Kind
 from .information import RegressorKernel, regressor_kernel

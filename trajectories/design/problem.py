@@ -19,7 +19,7 @@ from ...model.base.parameters import BaseParameters
 from ...model.base.rank import base_parameters_of
 from ...model.regressors import payload_columns
 from ..motions.family import Family, JointBounds, Samples
-from ..motions.near import NearShape
+from ..motions.fourier import NearShape
 from ..motions.via_points import ViaPointShape
 from .criterion import Criterion
 from .goal import Goal, NearGoal, Shape

@@ -12,7 +12,7 @@ from ...common.arrays import Array
 from ...common.speech import Speaks
 from ...model import Motion
 from ..motions.family import Plan
-from ..motions.near import FreeNear
+from ..motions.fourier import FreeSeries, NearShape
 from ..motions.via_points import FreeViaPoints
 from .criterion import CRITERIA
 from .descent import FINE_WIDTH, WIDTH, Lagrangian, Smooth, by_matrix, by_steps
@@ -172,7 +172,7 @@ class _Search:
     def effort(self) -> Effort:
         """Effort with which motions of the problem's family come out best for the time it takes."""
         family = self.problem.family
-        if family.size <= _SMALL and isinstance(family, FreeNear):
+        if family.size <= _SMALL and isinstance(family, FreeSeries) and isinstance(family.shape, NearShape):
             return _NEAR
         if family.size <= _SMALL and isinstance(family, FreeViaPoints) and self.problem.criterion.weighted:
             return _VIA

@@ -13,7 +13,7 @@ import numpy as np
 from ...common.arrays import Array, frozen_array
 from ...common.brief import Brief
 from ...model import Robot
-from .family import Plan
+from .family import Factors, Pieces, Plan
 
 _STRETCH = 1.02  # steps in which moves too short for their ramps are made longer
 
@@ -59,24 +59,9 @@ class PointToPoint(Plan, Brief):
             return self.ramps[:, 0], self.ramps[:, 1]
         return self.ramps[:-1], self.ramps[1:]
 
-    @property
-    def duration(self) -> float:
-        """Duration from rest to rest [s]."""
-        return float(self._pieces[0][-1])
-
-    def at(self, t: Array) -> tuple[Array, Array, Array]:
-        """Position, speed and acceleration at times [s], each (N, n); at rest before 0 and after ``duration``."""
-        knots, *pieces = self._pieces
-        t = np.clip(t, 0.0, knots[-1])
-        k = np.searchsorted(knots, t, side="right") - 1
-        h = (t - knots[k])[:, None]
-        q, qd, qdd, jerk = (piece[k] for piece in pieces)
-        q = q + h * (qd + h * (0.5 * qdd + h * jerk / 6.0))
-        return q, qd + h * (qdd + 0.5 * h * jerk), qdd + h * jerk
-
     @cached_property
-    def _pieces(self) -> tuple[Array, Array, Array, Array, Array]:
-        """Knots of the sum of all ramps, a piecewise cubic; q, qd, qdd and jerk at the beginning of each piece."""
+    def pieces(self) -> Pieces:
+        """The sum of all ramps: a cubic between each two of their corners."""
         speed = np.diff(self.points, axis=0) / self.durations[:, None]
         rising, falling = self._up_and_down
         lengths = np.concatenate([rising, falling])
@@ -93,8 +78,17 @@ class PointToPoint(Plan, Brief):
         shapes = _ramp(x, self.smoothing)
         q = self.points[0] + (shapes[0] * lengths) @ change
         qd, qdd = shapes[1] @ change, (shapes[2] / lengths) @ change
-        steps = np.diff(knots)[:, None]
-        return knots, q, qd, qdd, np.vstack([np.diff(qdd, axis=0) / steps, np.zeros_like(q[:1])])
+        T = np.diff(knots)
+        step = T[:, None]
+        coefficients = np.stack([step * qd[:-1], step**2 * qdd[:-1], step**2 * np.diff(qdd, axis=0)], axis=1)
+        return Pieces(q[:-1], coefficients, T, _cubic)
+
+
+def _cubic(s: Array) -> Factors:
+    """Factors of T qd and T^2 qdd at the beginning, and of T^3 times the constant jerk."""
+    still, one = np.zeros_like(s), np.ones_like(s)
+    q, qd, qdd = (s, s**2 / 2.0, s**3 / 6.0), (one, s, s**2 / 2.0), (still, one, s)
+    return np.column_stack(q), np.column_stack(qd), np.column_stack(qdd)
 
 
 def _ramp(x: Array, s: float) -> tuple[Array, Array, Array]:
