@@ -15,7 +15,7 @@ from ...common.errors import InputError
 from ...model import Motion, Robot
 from ..motions.family import Plan, Samples, sample_count
 from ..motions.fourier import NearMotion
-from .limits import Limit, LimitCheck, check, state_limit
+from .limits import Limit, LimitCheck, check, state_limits
 from .payloads import PayloadSet
 from .problem import DesignProblem
 from .score import TOLERANCE, Score, score_of
@@ -71,9 +71,8 @@ def missed_on_run(
 def missed_on_replay(problem: DesignProblem, plan: Plan, rate: float) -> tuple[LimitCheck, ...]:
     """List limits that a run by a controller's own curves misses, positions and speeds too; the worst first."""
     low, high = (np.atleast_2d(reach) for reach in problem.family.reach)
-    speed = problem.bounds.speed
-    states = state_limit("position", low.min(axis=0), high.max(axis=0)), state_limit("speed", -speed, speed)
-    return missed_on_run(problem, plan, rate, states)
+    position, speed, _ = state_limits(problem.bounds, (low.min(axis=0), high.max(axis=0)))
+    return missed_on_run(problem, plan, rate, (position, speed))
 
 
 def kept_throughout(problem: DesignProblem, x: Array, score: Score) -> tuple[Array, Score, Missed]:

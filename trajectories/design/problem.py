@@ -32,7 +32,7 @@ from .limits import (
     check,
     duration_limit,
     slow_limit,
-    state_limit,
+    state_limits,
     torque_limit,
 )
 from .payloads import PayloadSet, payload_limit
@@ -305,9 +305,7 @@ def build_design(
     longest = shape.longest if isinstance(shape, ViaPointShape) else None
     start = None if isinstance(shape, NearShape) else shape.start
     limits = (
-        state_limit("position", *family.reach),
-        state_limit("speed", -bounds.speed, bounds.speed),
-        state_limit("acceleration", -bounds.acceleration, bounds.acceleration),
+        *state_limits(bounds, family.reach),
         *(
             _torque_limits(robot, base, kernel, bounds, loads or Loads(robot.parameters))
             if base is not None

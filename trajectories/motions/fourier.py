@@ -12,7 +12,7 @@ from functools import cached_property, lru_cache, partial
 
 import numpy as np
 
-from ...common.arrays import Array, frozen_array
+from ...common.arrays import Array, freeze_fields
 from ...common.brief import Brief
 from ...common.errors import InputError
 from ...model import Robot
@@ -60,9 +60,8 @@ class Fourier(Plan, Brief):
 
     def __post_init__(self) -> None:
         """Lock the arrays and check them."""
-        object.__setattr__(self, "offset", frozen_array(self.offset, (None,), "offset"))
-        object.__setattr__(self, "a", frozen_array(self.a, (len(self.offset), None), "a"))
-        object.__setattr__(self, "b", frozen_array(self.b, self.a.shape, "b"))
+        shape = np.shape(self.a)
+        freeze_fields(self, offset=shape[:1], a=(None, None), b=shape)
         if not 0.0 < self.period < np.inf:
             raise ValueError("a Fourier motion needs a positive period")
 
@@ -96,9 +95,8 @@ class NearMotion(Plan, Brief):
 
     def __post_init__(self) -> None:
         """Lock the arrays and check them."""
-        object.__setattr__(self, "poses", frozen_array(self.poses, (None, None), "poses"))
-        object.__setattr__(self, "a", frozen_array(self.a, (*self.poses.shape, None), "a"))
-        object.__setattr__(self, "b", frozen_array(self.b, self.a.shape, "b"))
+        shape = np.shape(self.a)
+        freeze_fields(self, poses=shape[:2], a=(None, None, None), b=shape)
         if not self.period > 0.0 or self.repeats < 1 or (self.transfer > 0.0) != (len(self.poses) > 1):
             raise ValueError("a motion near a pose needs a positive period, repeats, and transfers between poses")
 
@@ -133,13 +131,11 @@ class FourierShape:
 
     Attributes:
         duration: period [s].
-        samples: while optimising; 0 for 24 per period of the highest harmonic.
         start: where it begins and ends [rad or m], n numbers; None for anywhere.
     """
 
     harmonics: int = 5
     duration: float = 10.0
-    samples: int = 0
     start: tuple[float, ...] | None = None
 
     def __post_init__(self) -> None:
@@ -163,7 +159,7 @@ class FourierShape:
             moving=list(range(robot.n)),
             harmonics=self.harmonics,
             period=period,
-            samples=self.samples or _SAMPLES * self.harmonics,
+            samples=_SAMPLES * self.harmonics,
             scale=bounds.speed,
             first=_SPAN * np.stack([bounds.half, bounds.speed, bounds.acceleration]),
             reach=(bounds.low, bounds.high),

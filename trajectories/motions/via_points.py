@@ -12,7 +12,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from ...common.arrays import Array, frozen_array
+from ...common.arrays import Array, freeze_fields
 from ...common.brief import Brief
 from ...common.errors import InputError
 from ...model import Motion, Robot
@@ -22,6 +22,8 @@ _MOST = 500  # points: a search takes half an hour then
 _TRIES = 200  # to find a point that can be reached
 _SPAN = 0.75  # of the position range that random points use
 _SLOWER = 1.3  # start: so many times the shortest durations
+_PARTS = 12  # of a segment between samples while optimising, about
+_DURATIONS = (0.1, 3.0)  # s: shortest and longest time from point to point
 _POWERS = np.array([1.0, 2.0, 2.0, 1.0, 0.0])  # of T, in the coefficients of a segment
 _REST = 0.01  # of the largest speed: what still counts as rest at the ends
 _ROUNDING = 1e-6  # of a step: what times written in decimals are longer
@@ -168,14 +170,10 @@ class ViaPoints(Plan, Brief):
 
     def __post_init__(self) -> None:
         """Lock the arrays and check them."""
-        object.__setattr__(self, "points", frozen_array(self.points, (None, None), "points"))
-        count = len(self.points) - 1
-        object.__setattr__(self, "durations", frozen_array(self.durations, (count,), "durations"))
-        if count < 1 or not (self.durations > 0.0).all():
+        shape = np.shape(self.points)
+        freeze_fields(self, points=(None, None), durations=(shape[0] - 1,), speeds=shape, accelerations=shape)
+        if shape[0] < 2 or not (self.durations > 0.0).all():
             raise ValueError("a motion needs two points and positive durations")
-        for name in ("speeds", "accelerations"):
-            if getattr(self, name) is not None:
-                object.__setattr__(self, name, frozen_array(getattr(self, name), self.points.shape, name))
         if not (self.rests or self.segment.passes):
             raise ValueError(f"a {self.segment.name} rests in every point: leave speeds and accelerations out")
 
@@ -197,8 +195,6 @@ class ViaPointShape:
 
     Attributes:
         passing: whether it passes the inner points, or rests in each.
-        samples: parts of a segment between samples while optimising, about.
-        durations: shortest and longest time from point to point [s].
         fixed: the times from point to point themselves [s], count - 1 of them or one for all; None for free.
         longest: time that the whole motion may take [s]; None for any.
         start: where it begins [rad or m], n numbers; None for anywhere.
@@ -207,8 +203,6 @@ class ViaPointShape:
 
     count: int = 14
     passing: bool = True
-    samples: int = 12
-    durations: tuple[float, float] = (0.1, 3.0)
     fixed: float | tuple[float, ...] | None = None
     segment: Segment = QUINTIC
     longest: float | None = None
@@ -257,7 +251,7 @@ class FreeViaPoints:
         sizes = ((shape.count - self._first) * n, inner, inner, moves if self.free_duration else 0)
         *self._splits, self.size = np.cumsum(sizes).tolist()
         self.low, self.high = -np.ones(self.size), np.ones(self.size)
-        self.low[self._splits[2] :], self.high[self._splits[2] :] = np.log(shape.durations)
+        self.low[self._splits[2] :], self.high[self._splits[2] :] = np.log(_DURATIONS)
 
     def random(self, draw: np.random.Generator, clear: Clear = everywhere) -> Array:
         """Draw random points, at rest in each, somewhat slower than the limits allow.
@@ -290,12 +284,12 @@ class FreeViaPoints:
 
     def sample(self, x: Array, finer: int = 1) -> Samples:
         """Evaluate states at times of each segment, its ends included: accelerations have corners there."""
-        return self.plan(x).pieces.sampled(_grid(self.shape.segment, finer * self.shape.samples))
+        return self._pieces(x).sampled(_grid(self.shape.segment, finer * _PARTS))
 
     def pullback(self, x: Array, slope: Samples) -> Array:
         """Apply the Jacobian transposed to the slopes."""
-        pieces, bounds = self.plan(x).pieces, self._bounds
-        by_start, by_C, by_T = pieces.pullback(_grid(self.shape.segment, self.shape.samples), slope)
+        pieces, bounds = self._pieces(x), self._bounds
+        by_start, by_C, by_T = pieces.pullback(_grid(self.shape.segment, _PARTS), slope)
         by_p = np.zeros((len(by_T) + 1, by_start.shape[1]))
         by_p[:-1] += by_start - by_C[:, 4]
         by_p[1:] += by_C[:, 4]
@@ -312,19 +306,25 @@ class FreeViaPoints:
 
     def plan(self, x: Array) -> ViaPoints:
         """Make the motion."""
+        p, v, a, T = self._unpacked(x)
+        return ViaPoints(p, T, v, a) if self.shape.passing else ViaPoints(p, T, segment=self.shape.segment)
+
+    def _pieces(self, x: Array) -> Pieces:
+        return _segments(*self._unpacked(x), self.shape.segment)
+
+    def _unpacked(self, x: Array) -> tuple[Array, Array, Array, Array]:
+        """Unpack points, speeds and accelerations there (count, n), durations (count - 1,)."""
         bounds, n = self._bounds, len(self._bounds.low)
-        p, v, a, log_T = np.split(x, self._splits)
-        points = bounds.middle + bounds.half * p.reshape(-1, n)
+        own_p, own_v, own_a, log_T = np.split(x, self._splits)
+        p = np.empty((self.shape.count, n))
+        p[self._first :] = bounds.middle + bounds.half * own_p.reshape(-1, n)
         if self._start is not None:
-            points = np.vstack([self._start, points])
-        T = np.exp(log_T) if self.free_duration else self._fixed
-        if not self.shape.passing:
-            return ViaPoints(points, T, segment=self.shape.segment)
-        at_rest = ((1, 1), (0, 0))  # the first and the last point
-        speeds, accelerations = (
-            np.pad(most * y.reshape(-1, n), at_rest) for most, y in ((bounds.speed, v), (bounds.acceleration, a))
-        )
-        return ViaPoints(points, T, speeds, accelerations)
+            p[0] = self._start
+        v, a = np.zeros_like(p), np.zeros_like(p)
+        if self.shape.passing:
+            v[1:-1] = bounds.speed * own_v.reshape(-1, n)
+            a[1:-1] = bounds.acceleration * own_a.reshape(-1, n)
+        return p, v, a, np.exp(log_T) if self.free_duration else self._fixed
 
     def eased(self, x: Array, slower: float, smaller: float) -> Array:
         """Slow the motion by longer durations, shrink it about start or middle; at fixed durations shrink it."""
@@ -385,7 +385,6 @@ def random_via_points(
     seed: int,
     speed: float = 0.5,
     span: float = 0.8,
-    segment: Segment = QUINTIC,
 ) -> ViaPoints:
     """Draw random points within the position limits, with the shortest durations.
 
@@ -400,7 +399,7 @@ def random_via_points(
     points = random_points(robot, count, seed, span)
     limits = [joint.limits for joint in robot.joints]
     top, strong = speed * np.array([x.speed for x in limits]), np.array([x.acceleration for x in limits])
-    return ViaPoints(points, quickest(np.diff(points, axis=0), top, strong, segment), segment=segment)
+    return ViaPoints(points, quickest(np.diff(points, axis=0), top, strong))
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -425,11 +424,9 @@ class SampledTrajectory(Plan, Brief):
 
     def __post_init__(self) -> None:
         """Lock the arrays; refuse a trajectory that does not rest at its ends."""
-        object.__setattr__(self, "t", frozen_array(np.asarray(self.t) - self.t[0], (None,), "t"))
+        object.__setattr__(self, "t", np.asarray(self.t) - self.t[0])
         shape = (len(self.t), np.shape(self.q)[-1])
-        for name in ("q", "qd", "qdd"):
-            if getattr(self, name) is not None:
-                object.__setattr__(self, name, frozen_array(getattr(self, name), shape, name))
+        freeze_fields(self, t=(None,), q=shape, qd=shape, qdd=shape)
         if len(self.t) < 6:
             raise InputError(f"{self.source}: {len(self.t)} samples do not make a trajectory")
         qd = np.gradient(self.q, self.t, axis=0) if self.qd is None else self.qd
@@ -460,22 +457,21 @@ class SampledTrajectory(Plan, Brief):
 
     def check_limits(self, robot: Robot) -> None:
         """Refuse a trajectory that the robot's joints may not run."""
-        q, qd, qdd = self.at(self.t)
-        for j, joint in enumerate(robot.joints):
-            low, high = joint.limits.position
-            middle, half = 0.5 * (low + high), 0.5 * (high - low)
-            away = np.abs(q[:, j] - (middle if np.isfinite(middle) else 0.0))
-            for quantity, values, most in (
-                ("position", away, half),
-                ("speed", np.abs(qd[:, j]), joint.limits.speed),
-                ("acceleration", np.abs(qdd[:, j]), joint.limits.acceleration),
-            ):
-                k = int(np.argmax(values))
-                if values[k] > _OVER * most:
-                    raise InputError(
-                        f"{self.source}: joint {j + 1} goes beyond its {quantity} limit at {self.t[k]:.3f} s "
-                        f"({values[k] / most:.2f} times): make the trajectory smaller or slower"
-                    )
+        limits, (q, qd, qdd) = [joint.limits for joint in robot.joints], self.at(self.t)
+        ranges = [limit.position for limit in limits]
+        middle = np.array([0.5 * (low + high) if np.isfinite(high - low) else 0.0 for low, high in ranges])
+        shares = {
+            "position": np.abs(q - middle) / (0.5 * np.diff(ranges)[:, 0]),
+            "speed": np.abs(qd) / [limit.speed for limit in limits],
+            "acceleration": np.abs(qdd) / [limit.acceleration for limit in limits],
+        }
+        for quantity, share in shares.items():
+            k, j = np.unravel_index(int(np.argmax(share)), share.shape)
+            if share[k, j] > _OVER:
+                raise InputError(
+                    f"{self.source}: joint {j + 1} goes beyond its {quantity} limit at {self.t[k]:.3f} s "
+                    f"({share[k, j]:.2f} times): make the trajectory smaller or slower"
+                )
 
 
 def joined(motion: Motion, rate: float) -> Motion:
