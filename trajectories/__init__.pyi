@@ -41,15 +41,15 @@ from .motions.via_points import random_points as random_points
 from .motions.via_points import random_via_points as random_via_points
 from .simulation.closed_loop import CONTROLLERS as CONTROLLERS
 from .simulation.closed_loop import Controller as Controller
+from .simulation.closed_loop import Experiment as Experiment
 from .simulation.closed_loop import Task as Task
+from .simulation.closed_loop import mean_friction as mean_friction
+from .simulation.closed_loop import run_experiment as run_experiment
 from .simulation.disturbances import RX90_DISTURBANCES as RX90_DISTURBANCES
 from .simulation.disturbances import RX90_SLOW_NOISE as RX90_SLOW_NOISE
 from .simulation.disturbances import Disturbances as Disturbances
 from .simulation.disturbances import no_disturbances as no_disturbances
 from .simulation.disturbances import relative_disturbances as relative_disturbances
-from .simulation.experiment import Experiment as Experiment
-from .simulation.experiment import mean_friction as mean_friction
-from .simulation.experiment import run_experiment as run_experiment
 from .simulation.simulator import RX90_NOISE as RX90_NOISE
 from .simulation.simulator import Simulator as Simulator
 
