@@ -1,6 +1,4 @@
 from .design.criterion import Kind as Kind
-from .design.floor import Floor as Floor
-from .design.floor import floor_under as floor_under
 from .design.full_trajectory import REHEARSAL as REHEARSAL
 from .design.full_trajectory import Rung as Rung
 from .design.full_trajectory import missed_on_replay as missed_on_replay
@@ -21,6 +19,8 @@ from .design.score import Score as Score
 from .design.score import check_held as check_held
 from .design.score import score_motion as score_motion
 from .design.search import Design as Design
+from .design.search import Floor as Floor
+from .design.search import floor_under as floor_under
 from .design.search import solve_design as solve_design
 from .motions.family import JointBounds as JointBounds
 from .motions.family import Plan as Plan

@@ -6,8 +6,8 @@ from dynident.common.arrays import Array
 from dynident.common.errors import InputError
 from dynident.model import Joint, Robot, load_robot
 from dynident.trajectories import Fourier, FourierShape, JointBounds, NearShape, Trapezoid, ViaPoints, ViaPointShape
-from dynident.trajectories.design.floor import FreeStates
 from dynident.trajectories.design.goal import Shape
+from dynident.trajectories.design.search import FreeStates
 from dynident.trajectories.motions.family import Family, Samples
 from dynident.trajectories.motions.via_points import FreeViaPoints
 

@@ -40,13 +40,13 @@ class Criterion(NamedTuple):
     interest: Sequence[int] | None = None
 
     @property
-    def weighted(self) -> bool:
-        """True if the joints' torque noise weights the rows of W."""
-        return CRITERIA[self.kind].weighted
+    def rule(self) -> "Measure":
+        """The row of ``CRITERIA``."""
+        return CRITERIA[self.kind]
 
     def __call__(self, G: Array, order: float = 1.0) -> ValueSlope:
         """Evaluate value and slope; ``order`` p of the surrogate. Value inf if G is not positive definite."""
-        return CRITERIA[self.kind].measure(self, G, order)
+        return self.rule.measure(self, G, order)
 
 
 class Measure(NamedTuple):

@@ -186,7 +186,7 @@ class DesignProblem(Brief):
         """
         state = self.state(x, width)
         samples = state.samples
-        weights = self.row_weights(samples, self.criterion.weighted)
+        weights = self.row_weights(samples, self.criterion.rule.weighted)
         own = np.ix_(self.places, self.places)
         value, part = self.criterion(self.information(state.entries, weights), order)
         if not np.isfinite(value):
