@@ -1,8 +1,8 @@
 """The search for the most informative motion: descents on an augmented Lagrangian, from random starts.
 
-The same descents estimate the floor under a criterion: how small it gets if a motion can be in any state at any time.
-A motion visits states (q, qd, qdd) and its information matrix is a weighted mean over them. The best weighted set of
-states within the limits, continuity ignored, is an optimal experimental design; no motion is better.
+The same descents estimate the floor under a criterion: how small it gets if a motion is in any state at any time.
+A motion visits states (q, qd, qdd), and its information matrix is a weighted mean over them. The best weighted set
+of states within the limits, continuity ignored, is an optimal experimental design; no motion is better.
 """
 
 import time
