@@ -18,10 +18,7 @@ from ...common.linear import RANK_TOLERANCE
 
 Kind = str
 """Name of a criterion: a key of ``CRITERIA``."""
-
 _SINGULAR = 1e-15  # of the largest eigenvalue: smaller ones are rounding
-
-
 ValueSlope = tuple[float, Array]
 """Value of a criterion, and M = dC/dG, c x c."""
 
@@ -114,24 +111,6 @@ def _inverted(G: Array) -> tuple[Array, float] | None:
 
 
 def condition(_: Criterion, G: Array, order: float) -> ValueSlope:
-    """``schatten_condition`` of W as it is."""
-    return schatten_condition(G, order)
-
-
-def scaled_condition(_: Criterion, G: Array, order: float) -> ValueSlope:
-    """``schatten_condition`` of W with its columns scaled to norm 1."""
-    scale = np.sqrt(np.diag(G))
-    if not ((scale > 0.0) & (scale < np.inf)).all():
-        return np.inf, np.zeros_like(G)
-    D = np.outer(scale, scale)
-    value, M = schatten_condition(G / D, order)
-    # The chain rule through D, whose entries are those of G's diagonal.
-    slope = M / D
-    slope[np.diag_indices_from(slope)] -= np.einsum("ij,ij->i", M, G / D) / np.diag(G)
-    return value, slope
-
-
-def schatten_condition(G: Array, order: float) -> ValueSlope:
     """Surrogate of log cond(W) of order p, and its slope in G = W'W."""
     value, V = np.linalg.eigh(G)
     log = np.log(np.maximum(value, _SINGULAR * value[-1]))
@@ -139,6 +118,19 @@ def schatten_condition(G: Array, order: float) -> ValueSlope:
     level = (np.log(up.sum()) + np.log(down.sum())) / (2.0 * order) + 0.5 * (log[-1] - log[0])
     slope = 0.5 * (up / up.sum() - down / down.sum()) * np.exp(-log)
     return float(level), (V * slope) @ V.T
+
+
+def scaled_condition(criterion: Criterion, G: Array, order: float) -> ValueSlope:
+    """Surrogate of W with its columns scaled to norm 1."""
+    scale = np.sqrt(np.diag(G))
+    if not ((scale > 0.0) & (scale < np.inf)).all():
+        return np.inf, np.zeros_like(G)
+    D = np.outer(scale, scale)
+    value, M = condition(criterion, G / D, order)
+    # The chain rule through D, whose entries are those of G's diagonal.
+    slope = M / D
+    slope[np.diag_indices_from(slope)] -= np.einsum("ij,ij->i", M, G / D) / np.diag(G)
+    return value, slope
 
 
 SURROGATE = (1.0, 8.0, 24.0)

@@ -250,7 +250,7 @@ class _Search:
             limits = Lagrangian(problem, x, 1.0, 2.0 * _MARGIN)
             if limits.violation(problem.state(x, WIDTH)) <= 0.0:
                 break
-            x, _ = self._descended(partial(problem.trespass, width=WIDTH, limits=limits), x, _NEARER)
+            x, _ = self._descended(partial(problem.with_gradient, width=WIDTH, terms=[limits]), x, _NEARER)
         self.consider(x, f"start {number}")
         return Lagrangian(problem, x, _STIFFNESS, _MARGIN)
 
