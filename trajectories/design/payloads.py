@@ -15,15 +15,15 @@ the unit cube it is taken at a stationary point of the inside, of a face, of an 
 
 import functools
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import product
 from typing import Any, Literal
 
 import casadi as ca
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from ...common.arrays import Array, frozen_array
+from ...common.arrays import Array, freeze_fields
 from ...common.errors import InputError
 from ...model import Pose
 from ...model.kernel.kernel import Kernel
@@ -58,8 +58,7 @@ class PayloadSet:
 
     def __post_init__(self) -> None:
         """Lock the arrays; refuse a mass or an axis that is not positive."""
-        for name, shape in (("centre", (3,)), ("axes", (3, 3))):
-            object.__setattr__(self, name, frozen_array(getattr(self, name), shape, name))
+        freeze_fields(self, centre=(3,), axes=(3, 3))
         if not 0.0 < self.mass < np.inf or not (self.half > 0.0).all():
             raise InputError("payloads within bounds need a positive mass and a region of positive size")
 
@@ -90,11 +89,11 @@ class PayloadSet:
 
     def seen_from(self, pose: Pose) -> "PayloadSet":
         """Describe the set in the frame in which its own frame stands at ``pose``."""
-        return PayloadSet(self.mass, pose.p + pose.R @ self.centre, pose.R @ self.axes, self.region)
+        return replace(self, centre=pose.p + pose.R @ self.centre, axes=pose.R @ self.axes)
 
     def lighter(self, mass: float) -> "PayloadSet":
         """Keep the bodies of at most ``mass`` [kg]."""
-        return PayloadSet(min(mass, self.mass), self.centre, self.axes, self.region)
+        return replace(self, mass=min(mass, self.mass))
 
     def extremes(self, columns: Array) -> Array:
         """Compute largest and smallest torque over all bodies of the set, each with a point mass that has it.
@@ -233,12 +232,12 @@ def payload_limit(
     n, finite = len(torque), np.isfinite(torque)
     unit = np.tile(np.where(finite, torque, 1.0), 2)
     none, bound = np.full(n, np.inf), np.where(finite, 1.0, np.inf)
-    index = {kernel.columns.index(name): k for k, name in enumerate(columns)}
-    rows: list[tuple[NDArray[np.intp], NDArray[np.intp]]] = []  # per joint: entries, and numbers of the ten
-    for part, names in kernel.parts:
-        pairs = [(part.start + i, index[name]) for i, name in enumerate(names) if name in index]
-        entries, numbers = np.array(pairs, dtype=np.intp).reshape(-1, 2).T
-        rows.append((entries, numbers))
+    ten = [kernel.columns.index(name) for name in columns]
+    # Per joint: indices of the entries in the payload's columns, and their numbers among the ten.
+    rows = [
+        (part.start + np.flatnonzero(np.isin(own, ten)), [ten.index(k) for k in own if k in ten])
+        for part, own in kernel.parts
+    ]
 
     @latest
     def extremes(state: State) -> Array:

@@ -22,9 +22,7 @@ from .via_points import QUINTIC, quickest
 
 _MOST = 50  # harmonics: a search takes half an hour then
 _TRIES, _SHRINKS = 200, 20  # to find a middle that is clear, and a motion about it
-_SPAN, _NEAR_SPAN = 0.5, 0.7  # of range, speed and acceleration that a random motion may use at first
-_SAMPLES, _NEAR_SAMPLES = 24, 16  # per period of the highest harmonic while optimising
-_NEAR_HARMONICS = 8
+_SPAN = 0.5  # of the range that a random middle uses
 _PERIOD = 7.5  # s: about how long a series near a pose lasts before it is repeated
 _SHORTEST = 1.0  # s: at each pose
 _TRANSFER_SPEED = 0.5  # of the limits
@@ -138,6 +136,9 @@ class FourierShape:
     duration: float = 10.0
     start: tuple[float, ...] | None = None
 
+    samples = 24  # per period of the highest harmonic while optimising
+    span = 0.5  # of range, speed and acceleration that a random motion uses at first
+
     def __post_init__(self) -> None:
         """Refuse too few harmonics: nothing moves that begins and ends at rest."""
         if not 2 <= self.harmonics <= _MOST or not 0.0 < self.duration <= LONGEST:
@@ -153,19 +154,13 @@ class FourierShape:
             InputError: for a start beyond limits.
         """
         start, period = bounds.checked_start(self.start), self.duration
-        return FreeSeries(
-            shape=self,
-            poses=(bounds.middle if start is None else start)[None],
-            moving=list(range(robot.n)),
-            harmonics=self.harmonics,
-            period=period,
-            samples=_SAMPLES * self.harmonics,
-            scale=bounds.speed,
-            first=_SPAN * np.stack([bounds.half, bounds.speed, bounds.acceleration]),
-            reach=(bounds.low, bounds.high),
-            middle_range=bounds.half if start is None else None,
-            plan_of=lambda poses, a, b: Fourier(poses[0] - _from_offset(b[0], period), a[0], b[0], period),
-        )
+        about = bounds.middle if start is None else start
+        ranges = np.maximum(bounds.high - about, about - bounds.low)
+
+        def plan_of(poses: Array, a: Array, b: Array) -> Fourier:
+            return Fourier(poses[0] - _from_offset(b[0], period), a[0], b[0], period)
+
+        return FreeSeries(self, bounds, about[None], list(range(robot.n)), ranges, period, plan_of)
 
 
 @dataclass(frozen=True, eq=False)
@@ -183,6 +178,8 @@ class NearShape:
     joints: tuple[int, ...]
     ranges: Array
     duration: float
+
+    harmonics, samples, span = 8, 16, 0.7  # as of a ``FourierShape``
 
     def check(self, robot: Robot, bounds: JointBounds) -> None:
         """Refuse what the robot cannot do."""
@@ -217,25 +214,12 @@ class NearShape:
                 "--duration"
             )
         repeats = max(1, round(stay / _PERIOD))
-        period, speed = stay / repeats, bounds.speed[moving]
-        # The range of each moving joint about each pose, within its limits; any for joints at rest.
-        low, high = poses - 1.0, poses + 1.0
-        low[:, moving] = np.maximum(poses[:, moving] - self.ranges, bounds.low[moving])
-        high[:, moving] = np.minimum(poses[:, moving] + self.ranges, bounds.high[moving])
-        return FreeSeries(
-            shape=self,
-            poses=poses,
-            moving=moving,
-            harmonics=_NEAR_HARMONICS,
-            period=period,
-            samples=_NEAR_SAMPLES * _NEAR_HARMONICS,
-            # Coefficients of the order of 1 use the whole range at the first harmonics.
-            scale=np.minimum(speed, 2.0 * np.pi / period * self.ranges),
-            first=_NEAR_SPAN * np.stack([self.ranges, speed, bounds.acceleration[moving]]),
-            reach=(low, high),
-            middle_range=None,
-            plan_of=lambda poses, a, b: NearMotion(poses, a, b, period, repeats, transfer),
-        )
+        period = stay / repeats
+
+        def plan_of(poses: Array, a: Array, b: Array) -> NearMotion:
+            return NearMotion(poses, a, b, period, repeats, transfer)
+
+        return FreeSeries(self, bounds, poses, moving, self.ranges, period, plan_of)
 
     def visibility(self, robot: Robot) -> PayloadVisibility:
         """Visibility of the payload in torques near the poses, before any motion."""
@@ -258,63 +242,65 @@ class FreeSeries:
     Attributes:
         poses: where each series begins, or the middle of the range where q0 is free, poses x n.
         moving: indices of the joints that move; the others stay at rest.
+        ranges: how far each of them goes to either side [rad or m].
         period: [s].
-        samples: of a period while optimising.
-        scale: of the weights of each moving joint [rad/s or m/s].
-        first: distance from the pose, speed and acceleration that a random motion may reach, 3 x moving.
-        middle_range: range in which q0 is free about the middle [rad or m], shape (n,); None for given poses.
         plan_of: makes the motion from the poses where series begin and from a and b, poses x n x harmonics.
     """
 
     shape: FourierShape | NearShape
+    bounds: JointBounds
     poses: Array
     moving: list[int]
-    harmonics: int
+    ranges: Array
     period: float
-    samples: int
-    scale: Array
-    first: Array
-    reach: tuple[Array, Array]
-    middle_range: Array | None
     plan_of: Callable[[Array, Array, Array], Plan]
 
     def __post_init__(self) -> None:
         """Find functions that begin and end at rest, by the coefficients a_1 .. a_H, b_1 .. b_H; lay out x."""
-        ends = np.zeros((2, 2 * self.harmonics))
-        ends[0, : self.harmonics] = 1.0
-        ends[1, self.harmonics :] = np.arange(1, self.harmonics + 1)
+        self.harmonics = H = self.shape.harmonics
+        ends = np.zeros((2, 2 * H))
+        ends[0, :H], ends[1, H:] = 1.0, np.arange(1, H + 1)
         self.functions = np.asarray(np.linalg.svd(ends)[2][2:].T)
-        numbers = self.functions.shape[1] + (self.middle_range is not None)
-        self.layout = len(self.poses), len(self.moving), numbers
+        self.free_middle = isinstance(self.shape, FourierShape) and self.shape.start is None
+        self.layout = len(self.poses), len(self.moving), self.functions.shape[1] + self.free_middle
         self.size = int(np.prod(self.layout))
         self.low, self.high = np.full(self.size, -np.inf), np.full(self.size, np.inf)
+        # Weights of the order of 1 use the whole range at the first harmonics.
+        self._scale = np.minimum(self.bounds.speed[self.moving], 2.0 * np.pi / self.period * self.ranges)
+        # The range of each moving joint about each pose, within its limits; any for joints at rest.
+        low, high = self.poses - 1.0, self.poses + 1.0
+        low[:, self.moving] = np.maximum(self.poses[:, self.moving] - self.ranges, self.bounds.low[self.moving])
+        high[:, self.moving] = np.minimum(self.poses[:, self.moving] + self.ranges, self.bounds.high[self.moving])
+        self.reach = low, high
 
     def _pieces(self, x: Array) -> Pieces:
         """One period at each pose."""
         weights, F = x.reshape(self.layout), self.functions
-        c = (weights[..., : F.shape[1]] @ F.T) * self.scale[:, None]
+        c = (weights[..., : F.shape[1]] @ F.T) * self._scale[:, None]
         C = np.zeros((len(self.poses), 2 * self.harmonics, self.poses.shape[1]))
         C[:, :, self.moving] = self.period * c.swapaxes(1, 2)
         start = self.poses
-        if self.middle_range is not None:
-            offset = start + self.middle_range * weights[..., -1]
+        if self.free_middle:
+            offset = start + self.ranges * weights[..., -1]
             start = offset + _from_offset(c[..., self.harmonics :], self.period)
         periods = np.full(len(start), self.period)
         return Pieces(start, C, periods, partial(_series, harmonics=self.harmonics))
 
     def sample(self, x: Array, finer: int = 1) -> Samples:
         """Evaluate states at even times of one period at each pose."""
-        return self._pieces(x).sampled(_grid(self.harmonics, finer * self.samples))
+        return self._pieces(x).sampled(_grid(self.harmonics, finer * self.harmonics * self.shape.samples))
 
     def pullback(self, x: Array, slope: Samples) -> Array:
         """Apply the Jacobian transposed to the slopes."""
-        by_start, by_C, _ = self._pieces(x).pullback(_grid(self.harmonics, self.samples), slope)
+        by_start, by_C, _ = self._pieces(x).pullback(
+            _grid(self.harmonics, self.harmonics * self.shape.samples), slope
+        )
         gradient, count = np.empty(self.layout), self.functions.shape[1]
         by_c = self.period * by_C[:, :, self.moving].swapaxes(1, 2)
-        if self.middle_range is not None:
+        if self.free_middle:
             by_c[..., self.harmonics :] += by_start[..., None] * _from_offset(np.eye(self.harmonics), self.period)
-            gradient[..., -1] = by_start * self.middle_range
-        gradient[..., :count] = by_c @ self.functions * self.scale[:, None]
+            gradient[..., -1] = by_start * self.ranges
+        gradient[..., :count] = by_c @ self.functions * self._scale[:, None]
         return gradient.ravel()
 
     def random(self, draw: np.random.Generator, clear: Clear = everywhere) -> Array:
@@ -324,11 +310,13 @@ class FreeSeries:
         _, q, qd, qdd = self.sample(weights.ravel())
         away = q.reshape(len(self.poses), -1, q.shape[1]) - self.poses[:, None]
         states = np.stack([away, qd.reshape(away.shape), qdd.reshape(away.shape)])[..., self.moving]
-        weights[..., :count] /= (np.abs(states).max(axis=2) / self.first[:, None]).max(axis=0)[..., None]
-        if self.middle_range is not None:
+        most = [self.ranges, self.bounds.speed[self.moving], self.bounds.acceleration[self.moving]]
+        used = (np.abs(states).max(axis=2) / np.array(most)[:, None]).max(axis=0)
+        weights[..., :count] *= self.shape.span / used[..., None]
+        if self.free_middle:
             for _ in range(_TRIES):
                 weights[..., -1] = _SPAN * draw.uniform(-1.0, 1.0, self.layout[1])
-                if clear(self.poses + self.middle_range * weights[..., -1]):
+                if clear(self.poses + self.ranges * weights[..., -1]):
                     break
         for _ in range(_SHRINKS):
             if clear(self.sample(weights.ravel()).q):
