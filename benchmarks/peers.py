@@ -395,7 +395,7 @@ def searches(_: argparse.Namespace) -> None:
 
     def value(x: Array) -> float:
         state = problem.state(x, 0.01)  # rad/s: of the smoothed sign
-        weights = problem.row_weights(state.samples, problem.criterion.rule.weighted)
+        weights = problem.row_weights(state.samples, problem.criterion.weighted)
         gram = problem.kernel.gram(state.entries, weights)[np.ix_(problem.places, problem.places)]
         return float(problem.criterion(gram, 200.0)[0])  # order of the surrogate: as good as exact
 

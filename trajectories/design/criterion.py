@@ -24,42 +24,29 @@ ValueSlope = tuple[float, Array]
 
 
 class Criterion(NamedTuple):
-    """Criterion that is to be made small.
-
-    Attributes:
-        reference: values that standard deviations are relative to, shape (c,); for "a".
-        interest: indices of the parameters that count for "d" and "a", the others being estimated besides
-            them; None for all.
-    """
-
-    kind: Kind = "d"
-    reference: Array | None = None
-    interest: Sequence[int] | None = None
-
-    @property
-    def rule(self) -> "Measure":
-        """The row of ``CRITERIA``."""
-        return CRITERIA[self.kind]
-
-    def __call__(self, G: Array, order: float = 1.0) -> ValueSlope:
-        """Evaluate value and slope; ``order`` p of the surrogate. Value inf if G is not positive definite."""
-        return self.rule.measure(self, G, order)
-
-
-class Measure(NamedTuple):
-    """Rules by which a criterion is computed and searched for.
+    """Criterion that is to be made small, and rules by which it is searched for.
 
     Attributes:
         measure: value and slope by the criterion, G and the order p.
         weighted: whether the joints' torque noise weights the rows of W.
         orders: p of the surrogate, one after the other; 1 where there is none.
         starts: random starts of a search, which ends at one of many local optima.
+        reference: values that standard deviations are relative to, shape (c,); for "a".
+        interest: indices of the parameters that count for "d" and "a", the others being estimated besides
+            them; None for all.
     """
 
-    measure: Callable[[Criterion, Array, float], ValueSlope]
+    kind: Kind
+    measure: Callable[["Criterion", Array, float], ValueSlope]
     weighted: bool
     orders: tuple[float, ...]
     starts: int
+    reference: Array | None = None
+    interest: Sequence[int] | None = None
+
+    def __call__(self, G: Array, order: float = 1.0) -> ValueSlope:
+        """Evaluate value and slope; ``order`` p of the surrogate. Value inf if G is not positive definite."""
+        return self.measure(self, G, order)
 
 
 def determinant(criterion: Criterion, G: Array, _: float) -> ValueSlope:
@@ -136,10 +123,10 @@ def scaled_condition(criterion: Criterion, G: Array, order: float) -> ValueSlope
 SURROGATE = (1.0, 8.0, 24.0)
 """Orders p of the surrogate, one after the other: the last is near the condition number itself."""
 CRITERIA = {
-    "d": Measure(determinant, weighted=True, orders=(1.0,), starts=6),
-    "a": Measure(relative_sigma, weighted=True, orders=(1.0,), starts=6),
-    "cond": Measure(condition, weighted=False, orders=SURROGATE, starts=3),
-    "cond-scaled": Measure(scaled_condition, weighted=False, orders=SURROGATE, starts=3),
+    "d": Criterion("d", determinant, weighted=True, orders=(1.0,), starts=6),
+    "a": Criterion("a", relative_sigma, weighted=True, orders=(1.0,), starts=6),
+    "cond": Criterion("cond", condition, weighted=False, orders=SURROGATE, starts=3),
+    "cond-scaled": Criterion("cond-scaled", scaled_condition, weighted=False, orders=SURROGATE, starts=3),
 }
 """Criteria by name: d: log det; a: relative standard deviations; cond: condition number of W in SI
 units; cond-scaled: of W with its columns scaled to norm 1. To add one, add a row."""

@@ -21,7 +21,7 @@ from ...model.regressors import payload_columns
 from ..motions.family import Family, JointBounds, Samples
 from ..motions.fourier import NearShape
 from ..motions.via_points import ViaPointShape
-from .criterion import Criterion
+from .criterion import CRITERIA, Criterion
 from .goal import Goal, NearGoal, Shape
 from .information import SPRING, RegressorKernel, regressor_kernel
 from .limits import (
@@ -74,15 +74,16 @@ class DesignProblem(Brief):
     @cached_property
     def criterion(self) -> Criterion:
         """The goal's criterion in the order of ``names``."""
-        goal, names = self.goal, self.names
-        interest = None if goal.interest is None else [names.index(name) for name in goal.interest]
-        if goal.criterion != "a" or goal.reference is None:
-            return Criterion(goal.criterion, None, interest)
-        values = goal.reference
+        goal, names, values = self.goal, self.names, self.goal.reference or {}
+        criterion = CRITERIA[goal.criterion]
+        if goal.interest is not None:
+            criterion = criterion._replace(interest=[names.index(name) for name in goal.interest])
+        if goal.criterion != "a":
+            return criterion
         missing = [name for name in goal.interest or names if not values.get(name, 0.0)]
         if missing:
             raise InputError(f"criterion a needs a reference value other than zero for {', '.join(missing[:6])}")
-        return Criterion("a", np.array([values.get(name, 0.0) or 1.0 for name in names]), interest)
+        return criterion._replace(reference=np.array([values.get(name, 0.0) or 1.0 for name in names]))
 
     @cached_property
     def places(self) -> NDArray[np.intp]:
@@ -197,7 +198,7 @@ class DesignProblem(Brief):
         Information counts per second of motion, so that a longer motion is not better for its length alone.
         """
         weight, own = state.samples.weight, np.ix_(self.places, self.places)
-        weights = self.row_weights(state.samples, self.criterion.rule.weighted)
+        weights = self.row_weights(state.samples, self.criterion.weighted)
         M = np.zeros((len(self.kernel.columns),) * 2)
         value, M[own] = self.criterion(self.information(state.entries, weights), order)
         if np.isfinite(value):

@@ -67,7 +67,7 @@ class Score(Brief):
 
         Earlier recordings count where they are in the weights needed.
         """
-        problem, with_earlier = self.problem, self.problem.criterion.rule.weighted
+        problem, with_earlier = self.problem, self.problem.criterion.weighted
         state, duration = problem.exact(self.samples), problem.goal.data_length or self.duration
         plain, weighted = (problem.row_weights(self.samples, noise, duration) for noise in (False, True))
         conditions = condition_numbers(_rows(problem, state, plain, not with_earlier))
@@ -177,11 +177,11 @@ def score_of(problem: DesignProblem, x: Array) -> Score:
 def score_samples(problem: DesignProblem, samples: Samples) -> Score:
     """Judge samples of a motion."""
     state, kind = problem.exact(samples), problem.criterion.kind
-    weights = problem.row_weights(samples, problem.criterion.rule.weighted)
+    weights = problem.row_weights(samples, problem.criterion.weighted)
     if kind in ("cond", "cond-scaled"):
         value = float(np.log(condition_numbers(_rows(problem, state, weights, True))[kind == "cond-scaled"]))
     else:
-        value = problem.criterion(problem.information(state.entries, weights), problem.criterion.rule.orders[-1])[0]
+        value = problem.criterion(problem.information(state.entries, weights), problem.criterion.orders[-1])[0]
     return Score(value, tuple(check(limit, state) for limit in problem.limits), problem, samples)
 
 

@@ -112,7 +112,7 @@ def solve_design(
         ``feasible`` False and the violations named in ``score.violations``.
     """
     begun = time.process_time()
-    starts = problem.criterion.rule.starts if starts is None else starts
+    starts = problem.criterion.starts if starts is None else starts
     search = _Search(problem, np.random.default_rng(seed), progress)
     search.run(starts)
     x, score, missed = kept_throughout(problem, *search.found)
@@ -181,7 +181,7 @@ class _Search:
             return _FRESH
         if isinstance(family, FreeSeries) and isinstance(family.shape, NearShape):
             return _NEAR
-        return _VIA if isinstance(family, FreeViaPoints) and self.problem.criterion.rule.weighted else _FRESH
+        return _VIA if isinstance(family, FreeViaPoints) and self.problem.criterion.weighted else _FRESH
 
     def run(self, starts: int) -> None:
         """Improve random starts for a while, the best of them to the end, unless it is interrupted.
@@ -195,7 +195,7 @@ class _Search:
 
     def _finish(self, course: Lagrangian) -> None:
         """Refine a start, then settle it within its limits; where it does not come within them, draw it back."""
-        effort, order = self.effort, self.problem.criterion.rule.orders[-1]
+        effort, order = self.effort, self.problem.criterion.orders[-1]
         last: float | None = None
 
         def gains(width: float, iterations: int, text: str) -> bool:
@@ -220,7 +220,7 @@ class _Search:
 
         All are improved for half of that, the best third of them for the other half.
         """
-        orders, first = self.problem.criterion.rule.orders, self.effort.first
+        orders, first = self.problem.criterion.orders, self.effort.first
         courses = [(number, self._begun(number)) for number in range(1, starts + 1)]
         if len(orders) == 1 and starts == 1:
             self._improved(courses[0][1], *orders, WIDTH, first, "start 1 improved")
@@ -395,7 +395,7 @@ def floor_under(
     further_limits = tuple(limit for limit in problem.limits if limit.kind not in ("state", "duration"))
     free = replace(problem, family=family, limits=further_limits)
     course = Lagrangian(free, family.random(np.random.default_rng(seed), problem.clear), _STIFFNESS, _FLOOR_MARGIN)
-    orders = problem.criterion.rule.orders
+    orders = problem.criterion.orders
     for order, width in [(p, WIDTH) for p in (*orders, *[orders[-1]] * effort)] + [(orders[-1], FINE_WIDTH)]:
         function = partial(free.evaluate, order=order, width=width, limits=course)
         course.x = by_steps(function, course.x, family, _FLOOR_ITERATIONS)
