@@ -48,13 +48,9 @@ Missed = tuple[tuple[LimitCheck, ...], tuple[LimitCheck, ...]]
 def missed_on_run(
     problem: DesignProblem, plan: Plan, rate: float = RUN_RATE, further: Sequence[Limit] = ()
 ) -> tuple[LimitCheck, ...]:
-    """List torque and clearance limits that a run misses, ways between two poses included; the worst first.
+    """List torque, clearance and ``further`` limits that a run misses, between two poses too; the worst first.
 
-    Args:
-        problem: whose limits count.
-        plan: the run.
-        rate: of the grid [Hz]; the moments just before and after each joint's turns come on top.
-        further: limits that count besides.
+    The moments just before and after each joint's turns come on top of a grid of ``rate`` [Hz].
     """
     limits, worst = (*problem.of_kind("torque", "clearance"), *further), dict[str, LimitCheck]()
     t = np.union1d(np.arange(sample_count(plan.duration, rate)) / rate, plan.duration)
@@ -78,8 +74,7 @@ def missed_on_replay(problem: DesignProblem, plan: Plan, rate: float) -> tuple[L
 def kept_throughout(problem: DesignProblem, x: Array, score: Score) -> tuple[Array, Score, Missed]:
     """Keep a motion that keeps all limits throughout, or one slower or smaller by what torques miss that does.
 
-    Args:
-        score: of the motion x; one that misses a limit on its own samples is left as it is.
+    A motion whose score misses a limit on its own samples is left as it is.
     """
     first = _missed(problem, x) if score.feasible else ((), ())
     both = first[0] + first[1]

@@ -171,9 +171,8 @@ class NearGoal:
     ) -> PayloadSpread:
         """Standard deviations by (17)-(19) of a payload's numbers; constant torques and friction unknown too.
 
-        Args:
-            joints: numbers of the joints whose torques count.
-            sample_rate: at which the motion is looked at [Hz]; None for twice the rate of independent samples.
+        Torques of the ``joints`` with these numbers count. The motion is looked at at ``sample_rate`` [Hz], twice
+        the rate of independent samples if None.
         """
         motion, rows = plan.motion(sample_rate or 2.0 * self.rate), []
         W = _payload_kernel(robot).matrix(Samples.of(motion)).reshape(robot.n, len(motion.t), -1)

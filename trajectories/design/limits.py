@@ -64,9 +64,8 @@ def joint_labels(n: int) -> tuple[str, ...]:
 def state_limits(bounds: JointBounds, reach: tuple[Array, Array] | None = None) -> tuple[Limit, Limit, Limit]:
     """Limit position, speed and acceleration of each joint; 1 at the limit.
 
-    Args:
-        reach: lowest and highest positions instead of the bounds' own, each (n,), or (k, n) for k equal parts of
-            the samples.
+    ``reach``: lowest and highest positions instead of the bounds' own, each (n,), or (k, n) for k equal parts of
+    the samples.
     """
     v, a = bounds.speed, bounds.acceleration
     position = _state_limit("position", *(reach or (bounds.low, bounds.high)))
@@ -94,13 +93,7 @@ def _state_limit(name: str, low: Array, high: Array) -> Limit:
 
 
 def torque_limit(kernel: RegressorKernel, chi: Array, torque: Array, load: str = "") -> Limit:
-    """Limit the torque of each joint, over its limit, tau = W chi, for one load.
-
-    Args:
-        chi: in the kernel's columns, shape (c,).
-        torque: [N·m or N], shape (n,), infinite where there is none.
-        load: what the robot carries, as text.
-    """
+    """Limit the torque of each joint, over its limit (infinite where there is none), tau = W chi, for one load."""
     finite, n = np.isfinite(torque), len(torque)
     unit, high, name = np.where(finite, torque, 1.0), np.where(finite, 1.0, np.inf), f"torque {load}".strip()
 

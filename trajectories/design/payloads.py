@@ -66,13 +66,9 @@ class PayloadSet:
     def within(
         mass: float, half: ArrayLike, centre: ArrayLike = (0.0, 0.0, 0.0), box: bool = False
     ) -> "PayloadSet":
-        """Make the set of bodies in a region along the frame's axes.
+        """Make the set of bodies of at most ``mass`` [kg] in a ball, an ellipsoid or a box along the frame's axes.
 
-        Args:
-            mass: largest [kg].
-            half: radius of a ball, or the three half axes or half edges [m].
-            centre: of the region [m], shape (3,).
-            box: whether it is a box, not an ellipsoid.
+        ``half``: radius of a ball, or the three half axes or half edges [m].
         """
         sides = np.broadcast_to(np.asarray(half, dtype=float), (3,))
         return PayloadSet(mass, np.asarray(centre, dtype=float), np.diag(sides), "cube" if box else "ball")
@@ -98,11 +94,8 @@ class PayloadSet:
     def extremes(self, columns: Array) -> Array:
         """Compute largest and smallest torque over all bodies of the set, each with a point mass that has it.
 
-        Args:
-            columns: k rows of a payload's regressor in the set's frame, shape (k, 10), XX XY .. MZ M.
-
-        Returns:
-            Torque [N·m or N] and ten parameters, zero for no payload, of the largest and the smallest; (2, 11, k).
+        From k rows of a payload's regressor in the set's frame, shape (k, 10), XX XY .. MZ M, to torques [N·m or N]
+        and ten parameters, zero for no payload, of the largest and the smallest; (2, 11, k).
         """
         bounds = np.concatenate([[self.mass], self.centre, self.axes.T.ravel()])
         return _kernel(self.region)(columns, bounds).reshape(2, 11, -1)

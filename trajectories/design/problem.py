@@ -156,9 +156,8 @@ class DesignProblem(Brief):
     def row_weights(self, samples: Samples, weighted: bool, duration: float | None = None) -> Array:
         """Weight of each row's square, (n, N): the number of independent recordings it stands for.
 
-        Args:
-            weighted: whether the joints' torque noise counts.
-            duration: how long is recorded [s]; the goal's data length, or else 1 s, if None.
+        ``weighted``: by the joints' torque noise too. Recorded is for ``duration`` [s]; for the goal's data length,
+        or else 1 s, if None.
         """
         recorded = self.goal.rate * (duration or self.goal.data_length or 1.0)
         joints = 1.0 / self.noise**2 if weighted else np.ones(self.robot.n)
@@ -171,10 +170,7 @@ class DesignProblem(Brief):
     def evaluate(self, x: Array, order: float, width: float, limits: Penalty | None = None) -> tuple[float, Array]:
         """Evaluate criterion, with the terms of the limits if given, and the exact gradient in x.
 
-        Args:
-            order: of a condition number's surrogate.
-            width: of the smoothed sign [rad/s or m/s], positive.
-            limits: terms of the limits, as of an augmented Lagrangian.
+        ``order`` is that of a condition number's surrogate, ``width`` that of the smoothed sign [rad/s or m/s].
         """
         criterion = partial(self.criterion_term, order=order)
         return self.with_gradient(x, width, [criterion] if limits is None else [criterion, limits])

@@ -361,11 +361,7 @@ def _check_count(count: int) -> None:
 
 
 def random_points(robot: Robot, count: int, seed: int, span: float = 0.8) -> Array:
-    """Draw random positions within the limits, shape (count, n).
-
-    Args:
-        robot: its joints need position limits.
-        span: fraction of the position range to use, about its middle.
+    """Draw random positions within a fraction ``span`` of the position range about its middle, shape (count, n).
 
     Raises:
         ValueError: if a joint has no position limits, or for a count that makes no motion.
@@ -379,19 +375,8 @@ def random_points(robot: Robot, count: int, seed: int, span: float = 0.8) -> Arr
     return np.asarray(middle + half * draw.uniform(-1.0, 1.0, (count, robot.n)))
 
 
-def random_via_points(
-    robot: Robot,
-    count: int,
-    seed: int,
-    speed: float = 0.5,
-    span: float = 0.8,
-) -> ViaPoints:
-    """Draw random points within the position limits, with the shortest durations.
-
-    Args:
-        robot: its joints need position and speed limits.
-        speed: fraction of the speed limits to use.
-        span: fraction of the position range to use, about its middle.
+def random_via_points(robot: Robot, count: int, seed: int, speed: float = 0.5, span: float = 0.8) -> ViaPoints:
+    """Draw ``random_points``, with the shortest durations at a fraction ``speed`` of the speed limits.
 
     Raises:
         ValueError: if a joint has no position limits.

@@ -254,11 +254,7 @@ def integration_step(robot: Robot, base: BaseParameters, waves: int) -> ca.Funct
     settings the step [s], kp, kv, ki, the controller's inertia, and the ripple's amplitudes, waves and phases.
     Nothing else is fixed: the code of a robot is compiled once.
 
-    Args:
-        waves: number of waves of the ripple.
-
-    Returns:
-        Function to x after the step, then motor torque and acceleration at its start, 5 n x 1.
+    It gives x after the step, then motor torque and acceleration at its start, 5 n x 1.
     """
     n = robot.n
     x = ca.SX.sym("x", 3 * n)
