@@ -84,27 +84,25 @@ class JointBounds:
         """
         if not 0.0 < override <= 1.0:
             raise InputError(f"the speed override is {override:g}: give a fraction above 0, at most 1")
-        limits = [joint.limits for joint in robot.joints]
-        low, high = np.array([limit.position for limit in limits]).T
-        given = {"acceleration": acceleration, "torque": torque}
-        strong, pull = (
-            np.array([getattr(limit, name) for limit in limits] if values is None else values, dtype=float)
-            for name, values in given.items()
-        )
-        for (name, values), numbers in zip(given.items(), (strong, pull), strict=True):
-            if numbers.shape != (robot.n,) or not (numbers > 0.0).all():
+        kinds = ("position", "speed", "acceleration", "torque")
+        limits = {kind: np.array([getattr(joint.limits, kind) for joint in robot.joints]) for kind in kinds}
+        for kind, values in (("acceleration", acceleration), ("torque", torque)):
+            if values is not None:
+                limits[kind] = np.array(values, dtype=float)
+                if limits[kind].shape != (robot.n,) or not (limits[kind] > 0.0).all():
+                    raise InputError(
+                        f"{kind} limits {values} do not fit: robot {robot.name!r} needs {robot.n} positive numbers"
+                    )
+        for kind in kinds[:3]:
+            finite = np.isfinite(limits[kind]).reshape(robot.n, -1).all(axis=1)
+            if not finite.all():
+                missing = ", ".join(str(j + 1) for j in np.flatnonzero(~finite))
                 raise InputError(
-                    f"{name} limits {values} do not fit: robot {robot.name!r} needs {robot.n} positive numbers"
-                )
-        top = override * np.array([limit.speed for limit in limits])
-        for name, numbers in (("position", high - low), ("speed", top), ("acceleration", strong)):
-            missing = [str(j + 1) for j in np.flatnonzero(~np.isfinite(numbers))]
-            if missing:
-                raise InputError(
-                    f"robot {robot.name!r} has no {name} limit for joint {', '.join(missing)}: "
+                    f"robot {robot.name!r} has no {kind} limit for joint {missing}: "
                     "a motion cannot be designed; add it to the description"
                 )
-        return JointBounds(low, high, top, strong, pull)
+        low, high = limits["position"].T
+        return JointBounds(low, high, override * limits["speed"], limits["acceleration"], limits["torque"])
 
     @property
     def middle(self) -> Array:
