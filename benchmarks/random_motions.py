@@ -8,7 +8,7 @@ from dynident.common.arrays import Array
 from dynident.trajectories import DesignProblem, FourierShape, ViaPointShape
 from dynident.trajectories.design.limits import State, excess
 from dynident.trajectories.design.score import FINER, TOLERANCE
-from dynident.trajectories.motions.fourier import FreeFourier
+from dynident.trajectories.motions.fourier import FreeSeries
 from dynident.trajectories.motions.via_points import FreeViaPoints
 from numpy.typing import NDArray
 from scipy.interpolate import make_interp_spline
@@ -21,7 +21,7 @@ _POINTS, _HARMONICS, _PERIOD = 14, 5, 10.0
 class Rival(NamedTuple):
     """A random motion x of a family."""
 
-    family: FreeViaPoints | FreeFourier
+    family: FreeViaPoints | FreeSeries
     x: Array
 
 

@@ -28,3 +28,10 @@ def frozen_array(values: ArrayLike, shape: Sequence[int | None], name: str) -> A
         raise ValueError(f"{name} holds a number that is not finite")
     array.setflags(write=False)
     return array
+
+
+def freeze_fields(value: object, **shapes: Sequence[int | None]) -> None:
+    """Make fields of a frozen value read-only float arrays of the given shapes; a field that is None stays so."""
+    for name, shape in shapes.items():
+        if getattr(value, name) is not None:
+            object.__setattr__(value, name, frozen_array(getattr(value, name), shape, name))

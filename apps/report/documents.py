@@ -23,9 +23,9 @@ from ...model.inertia import PayloadSpread
 from ...model.visibility import PayloadVisibility
 from ...trajectories import Design, DesignProblem, NearShape, Score, Trapezoid, ViaPoints
 from ...trajectories import NearMotion as NearPlan
-from ...trajectories.design.floor import Floor
 from ...trajectories.design.full_trajectory import Rung
 from ...trajectories.design.score import holding_torques
+from ...trajectories.design.search import Floor
 from ..export.motion import rests_on
 from ..fleet import Fleet
 from ..fleet.comparing import OddDocument

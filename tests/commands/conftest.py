@@ -10,7 +10,7 @@ from dynident.apps.commands import demo
 from dynident.model import load_robot
 from dynident.tests.commands.lines import inputs_of_all_lines, log, save
 from dynident.trajectories import RX90_NOISE, Simulator, random_via_points
-from dynident.trajectories.design import floor, goal, search
+from dynident.trajectories.design import goal, search
 
 QUIET = tuple(0.2 * sigma for sigma in RX90_NOISE)
 Shared = Callable[[str, Callable[[Path], object]], Path]
@@ -25,7 +25,7 @@ def experiments() -> dict[str, Any]:
 @pytest.fixture
 def hasty(monkeypatch: pytest.MonkeyPatch, experiments: dict[str, Any]) -> None:
     """Laws on options and files hold whatever is found: searches of a few steps, one answer to all experiments."""
-    monkeypatch.setattr(floor, "_ITERATIONS", 10)
+    monkeypatch.setattr(search, "_FLOOR_ITERATIONS", 10)
     for name in ("_NEAR", "_VIA", "_FRESH"):
         effort = getattr(search, name)
         monkeypatch.setattr(search, name, effort._replace(first=8, refined=4, settled=4, stages=1, turns=1))

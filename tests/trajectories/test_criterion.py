@@ -9,13 +9,14 @@ from dynident.model.base.rank import random_states
 from dynident.model.drives import smooth_sign
 from dynident.model.regressors import own_regressor
 from dynident.tests.conftest import CROOKED, SCARA
-from dynident.trajectories.design.criterion import Criterion, Kind, condition_numbers
+from dynident.trajectories.design.criterion import CRITERIA, Kind, condition_numbers
 from dynident.trajectories.design.information import SPRING, RegressorKernel, regressor_kernel
 from dynident.trajectories.motions.family import Samples
 
 DRAW = np.random.default_rng(0)
 W = DRAW.standard_normal((60, 6)) * np.array([1.0, 3.0, 0.2, 5.0, 0.7, 1.5])
 REFERENCE = np.array([1.0, -2.0, 3.0, 0.5, 1.0, 4.0])
+A = CRITERIA["a"]._replace(reference=REFERENCE)
 
 
 def scaled(W: Array) -> Array:
@@ -31,7 +32,7 @@ def test_condition_numbers_are_numpys() -> None:
 @pytest.mark.parametrize(("kind", "matrix"), [("cond", W), ("cond-scaled", scaled(W))])
 def test_the_surrogate_is_an_upper_bound_that_closes(kind: Kind, matrix: Array) -> None:
     exact = np.log(np.linalg.cond(matrix))
-    values = [Criterion(kind)(W.T @ W, p)[0] for p in (1.0, 8.0, 24.0, 400.0)]
+    values = [CRITERIA[kind](W.T @ W, p)[0] for p in (1.0, 8.0, 24.0, 400.0)]
     assert all(np.diff(values) <= 0.0)
     assert values[-1] == pytest.approx(exact, abs=0.01)
     assert min(values) >= exact - 1e-12
@@ -40,32 +41,30 @@ def test_the_surrogate_is_an_upper_bound_that_closes(kind: Kind, matrix: Array) 
 def test_d_and_a_are_what_they_say() -> None:
     G = W.T @ W
     covariance = np.linalg.inv(G)
-    assert Criterion("d")(G)[0] == pytest.approx(-np.linalg.slogdet(G)[1] / 6)
+    assert CRITERIA["d"](G)[0] == pytest.approx(-np.linalg.slogdet(G)[1] / 6)
     own = covariance[np.ix_([1, 4], [1, 4])]
-    assert Criterion("d", interest=[1, 4])(G)[0] == pytest.approx(np.linalg.slogdet(own)[1] / 2)
+    assert CRITERIA["d"]._replace(interest=[1, 4])(G)[0] == pytest.approx(np.linalg.slogdet(own)[1] / 2)
     relative = np.sqrt(np.diag(covariance)) / REFERENCE
-    assert Criterion("a", REFERENCE)(G)[0] == pytest.approx(0.5 * np.log((relative**2).mean()))
-    assert Criterion("a", REFERENCE, [2, 3])(G)[0] == pytest.approx(0.5 * np.log((relative[2:4] ** 2).mean()))
+    assert A(G)[0] == pytest.approx(0.5 * np.log((relative**2).mean()))
+    assert A._replace(interest=[2, 3])(G)[0] == pytest.approx(0.5 * np.log((relative[2:4] ** 2).mean()))
 
 
-CRITERIA = {
-    "d": Criterion("d"),
-    "d of two": Criterion("d", interest=[0, 3]),
-    "a": Criterion("a", REFERENCE),
-    "a of three": Criterion("a", REFERENCE, [1, 2, 5]),
-    "cond": Criterion("cond"),
-    "cond-scaled": Criterion("cond-scaled"),
+EVERY = {
+    **CRITERIA,
+    "a": A,
+    "d of two": CRITERIA["d"]._replace(interest=[0, 3]),
+    "a of three": A._replace(interest=[1, 2, 5]),
 }
 
 
-@pytest.mark.parametrize("name", CRITERIA)
+@pytest.mark.parametrize("name", EVERY)
 @pytest.mark.parametrize("order", [1.0, 8.0, 24.0])
 def test_slopes_are_derivatives(name: str, order: float) -> None:
     G, step = W.T @ W, 1e-5
     direction = DRAW.standard_normal((6, 6))
     direction = direction + direction.T
-    M = CRITERIA[name](G, order)[1]
-    ahead, behind = (CRITERIA[name](G + s * direction, order)[0] for s in (step, -step))
+    M = EVERY[name](G, order)[1]
+    ahead, behind = (EVERY[name](G + s * direction, order)[0] for s in (step, -step))
     assert np.allclose(M, M.T, atol=1e-12 * np.abs(M).max())
     assert np.sum(M * direction) == pytest.approx((ahead - behind) / (2 * step), rel=1e-6)
 
@@ -83,8 +82,8 @@ def test_a_singular_matrix_has_no_condition_number() -> None:
     assert condition_numbers(np.column_stack([W, np.zeros(60)])) == (np.inf, np.inf)
     assert condition_numbers(W[:4]) == (np.inf, np.inf)
     G = np.column_stack([W, np.zeros(60)])
-    assert Criterion("d")(G.T @ G)[0] == np.inf
-    assert Criterion("cond-scaled")(G.T @ G)[0] == np.inf
+    assert CRITERIA["d"](G.T @ G)[0] == np.inf
+    assert CRITERIA["cond-scaled"](G.T @ G)[0] == np.inf
 
 
 ROBOTS = {robot.name: robot for robot in (load_robot("rx90"), CROOKED, SCARA)}

@@ -30,9 +30,9 @@ from dynident.trajectories import (
     solve_design,
 )
 from dynident.trajectories.design.descent import Lagrangian
-from dynident.trajectories.design.floor import floor_under
 from dynident.trajectories.design.goal import Shape
 from dynident.trajectories.design.scene import Capsule, HalfSpace
+from dynident.trajectories.design.search import floor_under
 from dynident.trajectories.simulation.simulator import parameter_vector
 
 ROBOT = load_robot("rx90")

@@ -6,8 +6,8 @@ from dynident.common.arrays import Array
 from dynident.common.errors import InputError
 from dynident.model import Joint, Robot, load_robot
 from dynident.trajectories import Fourier, FourierShape, JointBounds, NearShape, Trapezoid, ViaPoints, ViaPointShape
-from dynident.trajectories.design.floor import FreeStates
 from dynident.trajectories.design.goal import Shape
+from dynident.trajectories.design.search import FreeStates
 from dynident.trajectories.motions.family import Family, Samples
 from dynident.trajectories.motions.via_points import FreeViaPoints
 
@@ -103,9 +103,9 @@ def test_trapezoids_are_ramps_and_constant_speed(name: str) -> None:
     """Integrated over the samples' own times; peaks are sampled exactly, on the solver's grid already."""
     family = families()[name]
     assert isinstance(family, FreeViaPoints)
-    assert isinstance(family.segment, Trapezoid)
+    assert isinstance(family.shape.segment, Trapezoid)
     x = somewhere(family)
-    plan, r = family.plan(x), family.segment.ramp
+    plan, r = family.plan(x), family.shape.segment.ramp
     step, T = np.diff(plan.points, axis=0), plan.durations[:, None]
     for finer in (1, 10):
         weight, q, qd, qdd = family.sample(x, finer)

@@ -19,8 +19,7 @@ from dynident.trajectories import (
     run_experiment,
 )
 from dynident.trajectories.motions.point_to_point import plan_stops
-from dynident.trajectories.motions.sampled import joined
-from dynident.trajectories.motions.via_points import quickest, random_points
+from dynident.trajectories.motions.via_points import joined, quickest, random_points
 from dynident.trajectories.simulation.disturbances import no_disturbances
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -115,9 +114,9 @@ FREE = Robot("free", (Joint(limits=Limits(speed=1.0)),))
 @pytest.mark.parametrize(
     ("make", "words"),
     [
-        (lambda: PointToPoint(np.zeros((1, 2)), np.zeros(0), np.ones(1)), "two points and positive ramps"),
-        (lambda: PointToPoint(np.zeros((2, 2)), np.ones(1), np.full(2, 3.0)), "shorter than its ramps"),
-        (lambda: PointToPoint(np.zeros((2, 2)), np.ones(1), np.ones(2), blend=1.5), "blend must be"),
+        (lambda: PointToPoint(np.zeros((1, 2)), np.zeros(0), np.ones((0, 2))), "two points and positive ramps"),
+        (lambda: PointToPoint(np.zeros((2, 2)), np.ones(1), np.full((1, 2), 3.0)), "shorter than its ramps"),
+        (lambda: PointToPoint(np.zeros((2, 2)), np.ones(1), np.ones((1, 2)), blend=1.5), "blend must be"),
         (lambda: plan_point_to_point(RX90, np.zeros((2, 6))), "two points are the same"),
         (lambda: plan_point_to_point(FREE, np.array([[0.0], [1.0]])), "bounds a move"),
         (lambda: random_via_points(FREE, 5, 0), "without position limits"),

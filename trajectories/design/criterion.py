@@ -18,51 +18,35 @@ from ...common.linear import RANK_TOLERANCE
 
 Kind = str
 """Name of a criterion: a key of ``CRITERIA``."""
-
 _SINGULAR = 1e-15  # of the largest eigenvalue: smaller ones are rounding
-
-
 ValueSlope = tuple[float, Array]
 """Value of a criterion, and M = dC/dG, c x c."""
 
 
 class Criterion(NamedTuple):
-    """Criterion that is to be made small.
-
-    Attributes:
-        reference: values that standard deviations are relative to, shape (c,); for "a".
-        interest: indices of the parameters that count for "d" and "a", the others being estimated besides
-            them; None for all.
-    """
-
-    kind: Kind = "d"
-    reference: Array | None = None
-    interest: Sequence[int] | None = None
-
-    @property
-    def weighted(self) -> bool:
-        """True if the joints' torque noise weights the rows of W."""
-        return CRITERIA[self.kind].weighted
-
-    def __call__(self, G: Array, order: float = 1.0) -> ValueSlope:
-        """Evaluate value and slope; ``order`` p of the surrogate. Value inf if G is not positive definite."""
-        return CRITERIA[self.kind].measure(self, G, order)
-
-
-class Measure(NamedTuple):
-    """Rules by which a criterion is computed and searched for.
+    """Criterion that is to be made small, and rules by which it is searched for.
 
     Attributes:
         measure: value and slope by the criterion, G and the order p.
         weighted: whether the joints' torque noise weights the rows of W.
         orders: p of the surrogate, one after the other; 1 where there is none.
         starts: random starts of a search, which ends at one of many local optima.
+        reference: values that standard deviations are relative to, shape (c,); for "a".
+        interest: indices of the parameters that count for "d" and "a", the others being estimated besides
+            them; None for all.
     """
 
-    measure: Callable[[Criterion, Array, float], ValueSlope]
+    kind: Kind
+    measure: Callable[["Criterion", Array, float], ValueSlope]
     weighted: bool
     orders: tuple[float, ...]
     starts: int
+    reference: Array | None = None
+    interest: Sequence[int] | None = None
+
+    def __call__(self, G: Array, order: float = 1.0) -> ValueSlope:
+        """Evaluate value and slope; ``order`` p of the surrogate. Value inf if G is not positive definite."""
+        return self.measure(self, G, order)
 
 
 def determinant(criterion: Criterion, G: Array, _: float) -> ValueSlope:
@@ -114,24 +98,6 @@ def _inverted(G: Array) -> tuple[Array, float] | None:
 
 
 def condition(_: Criterion, G: Array, order: float) -> ValueSlope:
-    """``schatten_condition`` of W as it is."""
-    return schatten_condition(G, order)
-
-
-def scaled_condition(_: Criterion, G: Array, order: float) -> ValueSlope:
-    """``schatten_condition`` of W with its columns scaled to norm 1."""
-    scale = np.sqrt(np.diag(G))
-    if not ((scale > 0.0) & (scale < np.inf)).all():
-        return np.inf, np.zeros_like(G)
-    D = np.outer(scale, scale)
-    value, M = schatten_condition(G / D, order)
-    # The chain rule through D, whose entries are those of G's diagonal.
-    slope = M / D
-    slope[np.diag_indices_from(slope)] -= np.einsum("ij,ij->i", M, G / D) / np.diag(G)
-    return value, slope
-
-
-def schatten_condition(G: Array, order: float) -> ValueSlope:
     """Surrogate of log cond(W) of order p, and its slope in G = W'W."""
     value, V = np.linalg.eigh(G)
     log = np.log(np.maximum(value, _SINGULAR * value[-1]))
@@ -141,13 +107,26 @@ def schatten_condition(G: Array, order: float) -> ValueSlope:
     return float(level), (V * slope) @ V.T
 
 
+def scaled_condition(criterion: Criterion, G: Array, order: float) -> ValueSlope:
+    """Surrogate of W with its columns scaled to norm 1."""
+    scale = np.sqrt(np.diag(G))
+    if not ((scale > 0.0) & (scale < np.inf)).all():
+        return np.inf, np.zeros_like(G)
+    D = np.outer(scale, scale)
+    value, M = condition(criterion, G / D, order)
+    # The chain rule through D, whose entries are those of G's diagonal.
+    slope = M / D
+    slope[np.diag_indices_from(slope)] -= np.einsum("ij,ij->i", M, G / D) / np.diag(G)
+    return value, slope
+
+
 SURROGATE = (1.0, 8.0, 24.0)
 """Orders p of the surrogate, one after the other: the last is near the condition number itself."""
 CRITERIA = {
-    "d": Measure(determinant, weighted=True, orders=(1.0,), starts=6),
-    "a": Measure(relative_sigma, weighted=True, orders=(1.0,), starts=6),
-    "cond": Measure(condition, weighted=False, orders=SURROGATE, starts=3),
-    "cond-scaled": Measure(scaled_condition, weighted=False, orders=SURROGATE, starts=3),
+    "d": Criterion("d", determinant, weighted=True, orders=(1.0,), starts=6),
+    "a": Criterion("a", relative_sigma, weighted=True, orders=(1.0,), starts=6),
+    "cond": Criterion("cond", condition, weighted=False, orders=SURROGATE, starts=3),
+    "cond-scaled": Criterion("cond-scaled", scaled_condition, weighted=False, orders=SURROGATE, starts=3),
 }
 """Criteria by name: d: log det; a: relative standard deviations; cond: condition number of W in SI
 units; cond-scaled: of W with its columns scaled to norm 1. To add one, add a row."""

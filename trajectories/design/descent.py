@@ -50,8 +50,7 @@ def by_matrix(
 ) -> tuple[Array, Array | None]:
     """Descend within a family's bounds by all curvature learnt on the way (BFGS), which is returned.
 
-    Args:
-        H: inverse of the second derivatives, as the steps of an earlier descent showed them whose minimum is near.
+    ``H``: inverse of the second derivatives, as the steps of an earlier descent showed them whose minimum is near.
     """
     value, slope = function(x)
     for _ in range(iterations):
@@ -99,9 +98,7 @@ def _step(
 ) -> tuple[float, float, Array]:
     """Find a step along ``way`` that gains enough and leaves less slope: step, value, slope.
 
-    Args:
-        value, fall: at x, the number and its slope along ``way``, negative.
-        longest: step that stays within bounds.
+    ``value`` and ``fall`` are those at x, the latter the slope along ``way``; ``longest`` stays within bounds.
     """
     low, high, step = 0.0, np.inf, 1.0
     for _ in range(_TRIALS):

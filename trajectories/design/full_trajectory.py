@@ -14,8 +14,8 @@ from ...common.arrays import Array
 from ...common.errors import InputError
 from ...model import Motion, Robot
 from ..motions.family import Plan, Samples, sample_count
-from ..motions.near import NearMotion
-from .limits import Limit, LimitCheck, check, state_limit
+from ..motions.fourier import NearMotion
+from .limits import Limit, LimitCheck, check, state_limits
 from .payloads import PayloadSet
 from .problem import DesignProblem
 from .score import TOLERANCE, Score, score_of
@@ -48,13 +48,9 @@ Missed = tuple[tuple[LimitCheck, ...], tuple[LimitCheck, ...]]
 def missed_on_run(
     problem: DesignProblem, plan: Plan, rate: float = RUN_RATE, further: Sequence[Limit] = ()
 ) -> tuple[LimitCheck, ...]:
-    """List torque and clearance limits that a run misses, ways between two poses included; the worst first.
+    """List torque, clearance and ``further`` limits that a run misses, between two poses too; the worst first.
 
-    Args:
-        problem: whose limits count.
-        plan: the run.
-        rate: of the grid [Hz]; the moments just before and after each joint's turns come on top.
-        further: limits that count besides.
+    The moments just before and after each joint's turns come on top of a grid of ``rate`` [Hz].
     """
     limits, worst = (*problem.of_kind("torque", "clearance"), *further), dict[str, LimitCheck]()
     t = np.union1d(np.arange(sample_count(plan.duration, rate)) / rate, plan.duration)
@@ -71,16 +67,14 @@ def missed_on_run(
 def missed_on_replay(problem: DesignProblem, plan: Plan, rate: float) -> tuple[LimitCheck, ...]:
     """List limits that a run by a controller's own curves misses, positions and speeds too; the worst first."""
     low, high = (np.atleast_2d(reach) for reach in problem.family.reach)
-    speed = problem.bounds.speed
-    states = state_limit("position", low.min(axis=0), high.max(axis=0)), state_limit("speed", -speed, speed)
-    return missed_on_run(problem, plan, rate, states)
+    position, speed, _ = state_limits(problem.bounds, (low.min(axis=0), high.max(axis=0)))
+    return missed_on_run(problem, plan, rate, (position, speed))
 
 
 def kept_throughout(problem: DesignProblem, x: Array, score: Score) -> tuple[Array, Score, Missed]:
     """Keep a motion that keeps all limits throughout, or one slower or smaller by what torques miss that does.
 
-    Args:
-        score: of the motion x; one that misses a limit on its own samples is left as it is.
+    A motion whose score misses a limit on its own samples is left as it is.
     """
     first = _missed(problem, x) if score.feasible else ((), ())
     both = first[0] + first[1]

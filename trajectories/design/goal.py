@@ -5,6 +5,7 @@ A motion near a pose is to tell of a payload, together with constant torques and
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import product
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -19,8 +20,7 @@ from ...model.inertia import PayloadSpread, payload_spread
 from ...model.regressors import payload_columns
 from ...model.visibility import PayloadVisibility, friction_columns, visibility_of
 from ..motions.family import Family, JointBounds, Plan, Samples
-from ..motions.fourier import FourierShape
-from ..motions.near import NearShape
+from ..motions.fourier import FourierShape, NearShape
 from ..motions.via_points import ViaPointShape
 from .criterion import CRITERIA, Kind
 from .information import RegressorKernel, regressor_kernel
@@ -151,8 +151,7 @@ class NearGoal:
         mass = self.expected.mass
         scales = {name: _ALIKE.get(parameter_kind(name), _INERTIA / mass) for name in interest}
         alike = {name: scale * (1.0 if name == payload[9] else mass) for name, scale in scales.items()}
-        noise, earlier = np.full(robot.n, np.inf), None
-        noise[moving] = self.noise[moving]
+        earlier, noise = None, np.where(np.isin(np.arange(robot.n), moving), self.noise, np.inf)
         if self.mass_sigma is not None and payload[9] in names:
             earlier = Earlier(names, np.array([[float(name == payload[9]) / self.mass_sigma for name in names]]))
         return Goal(
@@ -172,14 +171,11 @@ class NearGoal:
     ) -> PayloadSpread:
         """Standard deviations by (17)-(19) of a payload's numbers; constant torques and friction unknown too.
 
-        Args:
-            joints: numbers of the joints whose torques count.
-            sample_rate: at which the motion is looked at [Hz]; None for twice the rate of independent samples.
+        Torques of the ``joints`` with these numbers count. The motion is looked at at ``sample_rate`` [Hz], twice
+        the rate of independent samples if None.
         """
-        motion = plan.motion(sample_rate or 2.0 * self.rate)
-        count, rows = len(motion.t), []
-        samples = Samples(np.ones(count), motion.q, motion.qd, motion.qdd)
-        W = _payload_kernel(robot).matrix(samples).reshape(robot.n, count, -1)
+        motion, rows = plan.motion(sample_rate or 2.0 * self.rate), []
+        W = _payload_kernel(robot).matrix(Samples.of(motion)).reshape(robot.n, len(motion.t), -1)
         for joint in joints:
             own = W[joint - 1][np.abs(motion.qd[:, joint - 1]) >= _SLOW]
             scale = np.sqrt(self.rate / motion.rate) / self.noise[joint - 1]
@@ -218,24 +214,24 @@ def second_pose(
     bounds, n = bounds or JointBounds.of(robot), robot.n
     wrist = [j for j in range(max(n - 3, 0), n) if j + 1 in shape.joints and robot.joints[j].revolute]
     pose, candidates = shape.poses[0], []
-    for pattern in np.ndindex(*(3,) * len(wrist)):
+    for steps in product((-1.0, 0.0, 1.0), repeat=len(wrist)):
         candidate = pose.copy()
-        candidate[wrist] += _APART * (np.array(pattern) - 1.0)
-        if any(step != 1 for step in pattern) and ((candidate > bounds.low) & (candidate < bounds.high)).all():
+        candidate[wrist] += _APART * np.array(steps)
+        if any(steps) and ((candidate > bounds.low) & (candidate < bounds.high)).all():
             candidates.append(candidate)
 
     def least(poses: Sequence[Array], looks: int) -> float:
         """Uncertainty of the mass in 10 g or of its centre in mm, after the best of a few random motions."""
-        own = replace(shape, poses=np.array(poses))
         try:
-            family = own.family(robot, bounds)
+            family = replace(shape, poses=np.array(poses)).family(robot, bounds)
         except InputError:
             return np.inf  # there is no time for them
-        draw, rate = np.random.default_rng(seed), min(_LOOKED / shape.duration, 2.0 * goal.rate)
-        plans = [family.plan(family.random(draw)) for _ in range(looks)]
-        spreads = [goal.predicted(robot, plan, shape.joints, rate) for plan in plans]
-        numbers = [[spread.mass / _ALIKE["M"], *(spread.com / _ALIKE["MX"])] for spread in spreads]
-        return min(max((x for x in each if np.isfinite(x)), default=np.inf) for each in numbers)
+        draw, rate, seen = np.random.default_rng(seed), min(_LOOKED / shape.duration, 2.0 * goal.rate), []
+        for _ in range(looks):
+            spread = goal.predicted(robot, family.plan(family.random(draw)), shape.joints, rate)
+            numbers = spread.mass / _ALIKE["M"], *(spread.com / _ALIKE["MX"])
+            seen.append(max((x for x in numbers if np.isfinite(x)), default=np.inf))
+        return min(seen)
 
     glances = [least([pose, candidate], _GLANCES) for candidate in candidates]
     few = np.argsort(glances, kind="stable")[:_FEW]

@@ -101,7 +101,5 @@ class RegressorKernel:
         return W
 
 
-@functools.lru_cache(maxsize=16)
-def regressor_kernel(robot: Robot, columns: tuple[str, ...]) -> RegressorKernel:
-    """Make the kernel of a robot and its columns, once."""
-    return RegressorKernel(robot, columns)
+regressor_kernel = functools.lru_cache(maxsize=16)(RegressorKernel)
+"""Kernel of a robot and its columns, a tuple, made once."""

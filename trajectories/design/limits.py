@@ -12,7 +12,7 @@ from typing import Literal, NamedTuple, TypeVar
 import numpy as np
 
 from ...common.arrays import Array
-from ..motions.family import Samples
+from ..motions.family import JointBounds, Samples
 from .information import RegressorKernel
 
 
@@ -61,12 +61,18 @@ def joint_labels(n: int) -> tuple[str, ...]:
     return tuple(f"joint {j + 1}" for j in range(n))
 
 
-def state_limit(name: Literal["position", "speed", "acceleration"], low: Array, high: Array) -> Limit:
-    """Limit the position, speed or acceleration of each joint; 1 at the limit.
+def state_limits(bounds: JointBounds, reach: tuple[Array, Array] | None = None) -> tuple[Limit, Limit, Limit]:
+    """Limit position, speed and acceleration of each joint; 1 at the limit.
 
-    Args:
-        low, high: in SI units, each (n,), or (k, n) for k equal parts of the samples.
+    ``reach``: lowest and highest positions instead of the bounds' own, each (n,), or (k, n) for k equal parts of
+    the samples.
     """
+    v, a = bounds.speed, bounds.acceleration
+    position = _state_limit("position", *(reach or (bounds.low, bounds.high)))
+    return position, _state_limit("speed", -v, v), _state_limit("acceleration", -a, a)
+
+
+def _state_limit(name: str, low: Array, high: Array) -> Limit:
     index = ("position", "speed", "acceleration").index(name) + 1
     low, high = np.atleast_2d(low, high)
     middle, half = 0.5 * (low + high), 0.5 * (high - low)
@@ -87,22 +93,17 @@ def state_limit(name: Literal["position", "speed", "acceleration"], low: Array, 
 
 
 def torque_limit(kernel: RegressorKernel, chi: Array, torque: Array, load: str = "") -> Limit:
-    """Limit the torque of each joint, over its limit, tau = W chi, for one load.
+    """Limit the torque of each joint, over its limit (infinite where there is none), tau = W chi, for one load."""
+    finite, n = np.isfinite(torque), len(torque)
+    unit, high, name = np.where(finite, torque, 1.0), np.where(finite, 1.0, np.inf), f"torque {load}".strip()
 
-    Args:
-        chi: in the kernel's columns, shape (c,).
-        torque: [N·m or N], shape (n,), infinite where there is none.
-        load: what the robot carries, as text.
-    """
-    unit, high = np.where(np.isfinite(torque), torque, 1.0), np.where(np.isfinite(torque), 1.0, np.inf)
+    def values(state: State) -> Array:
+        return kernel.torque(state.entries, chi) / unit
 
     def pullback(_: State, slope: Array, into: State) -> None:
         kernel.torque_slope(slope / unit, chi, into.entries)
 
-    name, labels, middle = f"torque {load}".strip(), joint_labels(len(torque)), np.zeros(len(torque))
-    return Limit(
-        "torque", name, labels, -high, high, middle, unit, lambda x: kernel.torque(x.entries, chi) / unit, pullback
-    )
+    return Limit("torque", name, joint_labels(n), -high, high, np.zeros(n), unit, values, pullback)
 
 
 def duration_limit(duration: float) -> Limit:
@@ -155,12 +156,10 @@ def check(limit: Limit, state: State) -> LimitCheck:
     over = excess(limit, values)
     row, column = np.unravel_index(int(np.argmax(over)), over.shape)
     middle, unit, low, high = (float(x[column]) for x in (limit.middle, limit.unit, limit.low, limit.high))
-    value = float(values[row, column])
+    value, beyond = float(values[row, column]), float(over[row, column])
     nearest = high if value - high >= low - value else low
-    room = -float(over[row, column])
-    missed = max(-room, 0.0)
-    shown = middle + value * unit, middle + nearest * unit
-    return LimitCheck(limit.name, limit.labels[int(column)], *shown, missed * unit, missed, room)
+    missed, shown = max(beyond, 0.0), (middle + value * unit, middle + nearest * unit)
+    return LimitCheck(limit.name, limit.labels[int(column)], *shown, missed * unit, missed, -beyond)
 
 
 def latest(compute: Callable[[State], _Value]) -> Callable[[State], _Value]:

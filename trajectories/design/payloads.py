@@ -15,15 +15,15 @@ the unit cube it is taken at a stationary point of the inside, of a face, of an 
 
 import functools
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import product
 from typing import Any, Literal
 
 import casadi as ca
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from ...common.arrays import Array, frozen_array
+from ...common.arrays import Array, freeze_fields
 from ...common.errors import InputError
 from ...model import Pose
 from ...model.kernel.kernel import Kernel
@@ -58,8 +58,7 @@ class PayloadSet:
 
     def __post_init__(self) -> None:
         """Lock the arrays; refuse a mass or an axis that is not positive."""
-        for name, shape in (("centre", (3,)), ("axes", (3, 3))):
-            object.__setattr__(self, name, frozen_array(getattr(self, name), shape, name))
+        freeze_fields(self, centre=(3,), axes=(3, 3))
         if not 0.0 < self.mass < np.inf or not (self.half > 0.0).all():
             raise InputError("payloads within bounds need a positive mass and a region of positive size")
 
@@ -67,13 +66,9 @@ class PayloadSet:
     def within(
         mass: float, half: ArrayLike, centre: ArrayLike = (0.0, 0.0, 0.0), box: bool = False
     ) -> "PayloadSet":
-        """Make the set of bodies in a region along the frame's axes.
+        """Make the set of bodies of at most ``mass`` [kg] in a ball, an ellipsoid or a box along the frame's axes.
 
-        Args:
-            mass: largest [kg].
-            half: radius of a ball, or the three half axes or half edges [m].
-            centre: of the region [m], shape (3,).
-            box: whether it is a box, not an ellipsoid.
+        ``half``: radius of a ball, or the three half axes or half edges [m].
         """
         sides = np.broadcast_to(np.asarray(half, dtype=float), (3,))
         return PayloadSet(mass, np.asarray(centre, dtype=float), np.diag(sides), "cube" if box else "ball")
@@ -90,20 +85,17 @@ class PayloadSet:
 
     def seen_from(self, pose: Pose) -> "PayloadSet":
         """Describe the set in the frame in which its own frame stands at ``pose``."""
-        return PayloadSet(self.mass, pose.p + pose.R @ self.centre, pose.R @ self.axes, self.region)
+        return replace(self, centre=pose.p + pose.R @ self.centre, axes=pose.R @ self.axes)
 
     def lighter(self, mass: float) -> "PayloadSet":
         """Keep the bodies of at most ``mass`` [kg]."""
-        return PayloadSet(min(mass, self.mass), self.centre, self.axes, self.region)
+        return replace(self, mass=min(mass, self.mass))
 
     def extremes(self, columns: Array) -> Array:
         """Compute largest and smallest torque over all bodies of the set, each with a point mass that has it.
 
-        Args:
-            columns: k rows of a payload's regressor in the set's frame, shape (k, 10), XX XY .. MZ M.
-
-        Returns:
-            Torque [N·m or N] and ten parameters, zero for no payload, of the largest and the smallest; (2, 11, k).
+        From k rows of a payload's regressor in the set's frame, shape (k, 10), XX XY .. MZ M, to torques [N·m or N]
+        and ten parameters, zero for no payload, of the largest and the smallest; (2, 11, k).
         """
         bounds = np.concatenate([[self.mass], self.centre, self.axes.T.ravel()])
         return _kernel(self.region)(columns, bounds).reshape(2, 11, -1)
@@ -233,12 +225,12 @@ def payload_limit(
     n, finite = len(torque), np.isfinite(torque)
     unit = np.tile(np.where(finite, torque, 1.0), 2)
     none, bound = np.full(n, np.inf), np.where(finite, 1.0, np.inf)
-    index = {kernel.columns.index(name): k for k, name in enumerate(columns)}
-    rows: list[tuple[NDArray[np.intp], NDArray[np.intp]]] = []  # per joint: entries, and numbers of the ten
-    for part, names in kernel.parts:
-        pairs = [(part.start + i, index[name]) for i, name in enumerate(names) if name in index]
-        entries, numbers = np.array(pairs, dtype=np.intp).reshape(-1, 2).T
-        rows.append((entries, numbers))
+    ten = [kernel.columns.index(name) for name in columns]
+    # Per joint: indices of the entries in the payload's columns, and their numbers among the ten.
+    rows = [
+        (part.start + np.flatnonzero(np.isin(own, ten)), [ten.index(k) for k in own if k in ten])
+        for part, own in kernel.parts
+    ]
 
     @latest
     def extremes(state: State) -> Array:

@@ -3,9 +3,9 @@
 It is built from a robot, the shape of its motion, a goal and what stands in the way.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 from msgspec import structs
@@ -19,20 +19,19 @@ from ...model.base.parameters import BaseParameters
 from ...model.base.rank import base_parameters_of
 from ...model.regressors import payload_columns
 from ..motions.family import Family, JointBounds, Samples
-from ..motions.near import NearShape
+from ..motions.fourier import NearShape
 from ..motions.via_points import ViaPointShape
-from .criterion import Criterion
+from .criterion import CRITERIA, Criterion
 from .goal import Goal, NearGoal, Shape
 from .information import SPRING, RegressorKernel, regressor_kernel
 from .limits import (
     Limit,
-    LimitCheck,
     Penalty,
     State,
     check,
     duration_limit,
     slow_limit,
-    state_limit,
+    state_limits,
     torque_limit,
 )
 from .payloads import PayloadSet, payload_limit
@@ -75,15 +74,16 @@ class DesignProblem(Brief):
     @cached_property
     def criterion(self) -> Criterion:
         """The goal's criterion in the order of ``names``."""
-        goal, names = self.goal, self.names
-        interest = None if goal.interest is None else [names.index(name) for name in goal.interest]
-        if goal.criterion != "a" or goal.reference is None:
-            return Criterion(goal.criterion, None, interest)
-        values = goal.reference
+        goal, names, values = self.goal, self.names, self.goal.reference or {}
+        criterion = CRITERIA[goal.criterion]
+        if goal.interest is not None:
+            criterion = criterion._replace(interest=[names.index(name) for name in goal.interest])
+        if goal.criterion != "a":
+            return criterion
         missing = [name for name in goal.interest or names if not values.get(name, 0.0)]
         if missing:
             raise InputError(f"criterion a needs a reference value other than zero for {', '.join(missing[:6])}")
-        return Criterion("a", np.array([values.get(name, 0.0) or 1.0 for name in names]), interest)
+        return criterion._replace(reference=np.array([values.get(name, 0.0) or 1.0 for name in names]))
 
     @cached_property
     def places(self) -> NDArray[np.intp]:
@@ -151,18 +151,13 @@ class DesignProblem(Brief):
 
     def clear(self, poses: Array) -> bool:
         """True if all poses (N, n) keep clear of obstacles and of each other's bodies."""
-        return all(nearest.room >= 0.0 for nearest in self.clearances(poses))
-
-    def clearances(self, poses: Array) -> list[LimitCheck]:
-        """Check poses (N, n) against what is in the scene."""
-        return [check(limit, self.at_rest(poses)) for limit in self.of_kind("clearance")]
+        return all(check(limit, self.at_rest(poses)).room >= 0.0 for limit in self.of_kind("clearance"))
 
     def row_weights(self, samples: Samples, weighted: bool, duration: float | None = None) -> Array:
         """Weight of each row's square, (n, N): the number of independent recordings it stands for.
 
-        Args:
-            weighted: whether the joints' torque noise counts.
-            duration: how long is recorded [s]; the goal's data length, or else 1 s, if None.
+        ``weighted``: by the joints' torque noise too. Recorded is for ``duration`` [s]; for the goal's data length,
+        or else 1 s, if None.
         """
         recorded = self.goal.rate * (duration or self.goal.data_length or 1.0)
         joints = 1.0 / self.noise**2 if weighted else np.ones(self.robot.n)
@@ -175,46 +170,40 @@ class DesignProblem(Brief):
     def evaluate(self, x: Array, order: float, width: float, limits: Penalty | None = None) -> tuple[float, Array]:
         """Evaluate criterion, with the terms of the limits if given, and the exact gradient in x.
 
-        While optimising, information counts per second of motion, so that a longer motion is not better for its
-        length alone.
-
-        Args:
-            x: the motion, shape (family.size,).
-            order: of a condition number's surrogate.
-            width: of the smoothed sign [rad/s or m/s], positive.
-            limits: terms of the limits, as of an augmented Lagrangian.
+        ``order`` is that of a condition number's surrogate, ``width`` that of the smoothed sign [rad/s or m/s].
         """
-        state = self.state(x, width)
-        samples = state.samples
-        weights = self.row_weights(samples, self.criterion.weighted)
-        own = np.ix_(self.places, self.places)
-        value, part = self.criterion(self.information(state.entries, weights), order)
-        if not np.isfinite(value):
-            return np.inf, np.zeros(len(x))
-        M = np.zeros((len(self.kernel.columns),) * 2)
-        M[own] = part
-        # Weights are times over their sum, so that their slopes lose the mean.
-        seed, by_weight = self.kernel.gram_slope(state.entries, weights, M)
-        by_time = np.einsum("jk,jk->k", by_weight, weights) / samples.weight
-        slopes = State(Samples.zeros(samples), seed)
-        slopes.samples.weight[...] = by_time - (by_time @ samples.weight) / samples.weight.sum()
-        if limits is not None:
-            value += limits(state, slopes)
-        return value, self._pulled_back(x, width, state, slopes)
+        criterion = partial(self.criterion_term, order=order)
+        return self.with_gradient(x, width, [criterion] if limits is None else [criterion, limits])
 
-    def trespass(self, x: Array, width: float, limits: Penalty) -> tuple[float, Array]:
-        """Evaluate the terms of the limits alone, with their gradient: zero where all are met."""
-        state = self.state(x, width)
+    def with_gradient(self, x: Array, width: float, terms: Sequence[Penalty]) -> tuple[float, Array]:
+        """Sum of terms, with its exact gradient in x: one adjoint of the regressor, then the family's."""
+        state, value = self.state(x, width), 0.0
         slopes = State(Samples.zeros(state.samples), np.zeros_like(state.entries))
-        value = limits(state, slopes)
-        return value, self._pulled_back(x, width, state, slopes)
-
-    def _pulled_back(self, x: Array, width: float, state: State, slopes: State) -> Array:
-        """Compute the gradient in x: one adjoint of the regressor, then the family's."""
-        states = self.kernel.state_slope(state.samples, width, slopes.entries)
-        for into, slope in zip(slopes.samples[1:], states, strict=True):
+        for term in terms:
+            value += term(state, slopes)
+            if not np.isfinite(value):
+                return np.inf, np.zeros(len(x))
+        by_state = self.kernel.state_slope(state.samples, width, slopes.entries)
+        for into, slope in zip(slopes.samples[1:], by_state, strict=True):
             into += slope
-        return self.family.pullback(x, slopes.samples)
+        return value, self.family.pullback(x, slopes.samples)
+
+    def criterion_term(self, state: State, into: State, order: float) -> float:
+        """Evaluate the criterion of a state; its slopes are added to ``into``.
+
+        Information counts per second of motion, so that a longer motion is not better for its length alone.
+        """
+        weight, own = state.samples.weight, np.ix_(self.places, self.places)
+        weights = self.row_weights(state.samples, self.criterion.weighted)
+        M = np.zeros((len(self.kernel.columns),) * 2)
+        value, M[own] = self.criterion(self.information(state.entries, weights), order)
+        if np.isfinite(value):
+            seed, by_weight = self.kernel.gram_slope(state.entries, weights, M)
+            into.entries[...] += seed
+            # Weights are times over their sum, so that their slopes lose the mean.
+            by_time = np.einsum("jk,jk->k", by_weight, weights) / weight
+            into.samples.weight[...] += by_time - (by_time @ weight) / weight.sum()
+        return value
 
     def require_full_rank(self, x: Array) -> None:
         """Refuse parameters that no motion of the family tells apart, seen on a random one."""
@@ -283,14 +272,14 @@ def build_design(
         InputError: if something is missing or does not fit; if the parameters cannot be told apart.
     """
     shape, goal, bounds = shape or ViaPointShape(), goal or Goal(), bounds or JointBounds.of(robot)
-    family = shape.family(robot, bounds)
+    family, loads = shape.family(robot, bounds), loads or Loads(robot.parameters)
     if isinstance(goal, NearGoal):
         goal = goal.with_friction(robot, shape, family)
     model, base = goal.model(robot), base_parameters(robot) if np.isfinite(bounds.torque).any() else None
-    names, around, payloads = goal.names(robot), scene, None
-    if loads is not None and isinstance(loads.heaviest, PayloadSet):
+    needed, around, payloads = {*goal.names(robot), *(base.columns if base is not None else ())}, scene, None
+    if isinstance(loads.heaviest, PayloadSet):
         payloads = loads.heaviest
-        names += payload_columns(robot)
+        needed.update(payload_columns(robot))
         if scene is not None:
             # The ball that holds the payloads: clear of all surfaces, and of bodies below the wrist.
             x, y, z = payloads.centre.tolist()
@@ -298,37 +287,30 @@ def build_design(
             pairs = ((ball.name, body.name) for body in scene.bodies if body.link <= robot.n - _WRIST)
             around = structs.replace(scene, bodies=(*scene.bodies, ball), pairs=(*scene.pairs, *pairs))
     # Columns stand in the robot's order, so that different goals share compiled code.
-    needed = {*names, *(base.columns if base is not None else ())}
     columns = tuple(name for name in standard_columns(model) if name in needed)
     spring = (SPRING,) if base is not None and robot.spring is not None else ()
     kernel = regressor_kernel(model, (*columns, *spring))
-    longest = shape.longest if isinstance(shape, ViaPointShape) else None
+    limits: list[Limit] = [*state_limits(bounds, family.reach)]
+    if base is not None:
+        limits += _torque_limits(robot, base, kernel, bounds.torque, loads)
+    if isinstance(shape, ViaPointShape) and shape.longest is not None:
+        limits.append(duration_limit(shape.longest))
+    if around is not None:
+        limits.append(clearance(robot, around))
+    problem = DesignProblem(model, bounds, family, goal, kernel, tuple(limits), payloads, around)
     start = None if isinstance(shape, NearShape) else shape.start
-    limits = (
-        state_limit("position", *family.reach),
-        state_limit("speed", -bounds.speed, bounds.speed),
-        state_limit("acceleration", -bounds.acceleration, bounds.acceleration),
-        *(
-            _torque_limits(robot, base, kernel, bounds, loads or Loads(robot.parameters))
-            if base is not None
-            else ()
-        ),
-        *((duration_limit(longest),) if longest is not None else ()),
-        *((clearance(robot, around),) if around is not None else ()),
-    )
-    problem = DesignProblem(model, bounds, family, goal, kernel, limits, payloads, around)
-    for nearest in problem.clearances(np.array([start])) if start is not None else ():
-        if nearest.room < 0.0:
+    for limit in problem.of_kind("clearance") if start is not None else ():
+        if (nearest := check(limit, problem.at_rest(np.array([start])))).room < 0.0:
             raise InputError(f"choose another start pose: {nearest} m")
     problem.require_full_rank(family.random(np.random.default_rng(0)))
     return problem
 
 
 def _torque_limits(
-    robot: Robot, base: BaseParameters, kernel: RegressorKernel, bounds: JointBounds, loads: Loads
+    robot: Robot, base: BaseParameters, kernel: RegressorKernel, torque: Array, loads: Loads
 ) -> Iterator[Limit]:
     """Make the torque limits for each load."""
-    known, torque = loads.parameters, (1.0 - loads.margin) * bounds.torque
+    known, torque, heaviest = loads.parameters, (1.0 - loads.margin) * torque, loads.heaviest
     if all(name in known for name in base.standard):
         values = base.value(known)
     elif missing := [name for name in base.columns if name not in known]:
@@ -338,12 +320,14 @@ def _torque_limits(
         )
     else:
         values = np.array([known[name] for name in base.columns])
+    places = [kernel.columns.index(name) for name in base.columns]
 
-    def by_column(chi: Array) -> Array:
-        by_name = dict(zip(base.columns, chi, strict=True)) | {SPRING: -1.0}
-        return np.array([by_name.get(name, 0.0) for name in kernel.columns])
+    def by_column(values: Array) -> Array:
+        chi = np.array([-1.0 if name == SPRING else 0.0 for name in kernel.columns])
+        chi[places] = values
+        return chi
 
-    if isinstance(loads.heaviest, PayloadSet):
+    if isinstance(heaviest, PayloadSet):
         root = np.zeros((len(kernel.columns), 0))
         if loads.covariance is not None:
             names = list(known)
@@ -353,13 +337,11 @@ def _torque_limits(
                 )
             variances, V = np.linalg.eigh(loads.covariance)
             root = np.zeros((len(kernel.columns), len(names)))
-            for name in base.columns:
-                root[kernel.columns.index(name)] = (V * np.sqrt(np.maximum(variances, 0.0)))[names.index(name)]
-        yield payload_limit(kernel, by_column(values), root, torque, loads.heaviest, payload_columns(robot))
-        return
-    cases = {"": values}
-    if loads.heaviest is not None:
-        change = base.effect_of(payload_columns(robot)) @ loads.heaviest.vector
-        cases = {"without payload": values, "with the heaviest payload": values + change}
-    for load, chi in cases.items():
-        yield torque_limit(kernel, by_column(chi), torque, load)
+            root[places] = (V * np.sqrt(np.maximum(variances, 0.0)))[[names.index(name) for name in base.columns]]
+        yield payload_limit(kernel, by_column(values), root, torque, heaviest, payload_columns(robot))
+    elif heaviest is not None:
+        change = base.effect_of(payload_columns(robot)) @ heaviest.vector
+        yield torque_limit(kernel, by_column(values), torque, "without payload")
+        yield torque_limit(kernel, by_column(values + change), torque, "with the heaviest payload")
+    else:
+        yield torque_limit(kernel, by_column(values), torque)

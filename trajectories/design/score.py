@@ -13,8 +13,8 @@ from ...common.linear import decomposed
 from ...model import Motion, inverse_dynamics, standard_columns
 from ...model.kernel.kernel import Kernel
 from ..motions.family import Samples
-from .criterion import CRITERIA, condition_numbers
-from .limits import LimitCheck, State, check, excess
+from .criterion import condition_numbers
+from .limits import LimitCheck, State, check, excess, state_limits
 from .problem import DesignProblem
 
 FINER = 10
@@ -129,16 +129,9 @@ def check_held(problem: DesignProblem, poses: Array) -> None:
 
 def room_over_time(problem: DesignProblem, motion: Motion) -> Array:
     """Room of each joint to its nearest limit, (N, n), in units of the limit; positions: of half the range."""
-    b, n = problem.bounds, problem.robot.n
-    rooms = [
-        np.minimum(motion.q - b.low, b.high - motion.q) / b.half,
-        1.0 - np.abs(motion.qd) / b.speed,
-        1.0 - np.abs(motion.qdd) / b.acceleration,
-    ]
-    state = problem.exact(Samples.of(motion))
-    for limit in problem.of_kind("torque"):
-        rooms += np.split(-excess(limit, limit.values(state)), len(limit.labels) // n, axis=1)
-    return np.asarray(np.min(rooms, axis=0))
+    state, limits = problem.exact(Samples.of(motion)), (*state_limits(problem.bounds), *problem.of_kind("torque"))
+    rooms = [-excess(limit, limit.values(state)).reshape(len(motion.t), -1, problem.robot.n) for limit in limits]
+    return np.asarray(np.concatenate(rooms, axis=1).min(axis=1))
 
 
 def taught_over_time(problem: DesignProblem, motion: Motion) -> Array:
@@ -188,7 +181,7 @@ def score_samples(problem: DesignProblem, samples: Samples) -> Score:
     if kind in ("cond", "cond-scaled"):
         value = float(np.log(condition_numbers(_rows(problem, state, weights, True))[kind == "cond-scaled"]))
     else:
-        value = problem.criterion(problem.information(state.entries, weights), CRITERIA[kind].orders[-1])[0]
+        value = problem.criterion(problem.information(state.entries, weights), problem.criterion.orders[-1])[0]
     return Score(value, tuple(check(limit, state) for limit in problem.limits), problem, samples)
 
 

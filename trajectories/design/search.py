@@ -1,8 +1,13 @@
-"""The search for the most informative motion: descents on an augmented Lagrangian, from random starts."""
+"""The search for the most informative motion: descents on an augmented Lagrangian, from random starts.
+
+The same descents estimate the floor under a criterion: how small it gets if a motion is in any state at any time.
+A motion visits states (q, qd, qdd), and its information matrix is a weighted mean over them. The best weighted set
+of states within the limits, continuity ignored, is an optimal experimental design; no motion is better.
+"""
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from typing import NamedTuple
 
@@ -11,17 +16,16 @@ import numpy as np
 from ...common.arrays import Array
 from ...common.speech import Speaks
 from ...model import Motion
-from ..motions.family import Plan
-from ..motions.near import FreeNear
+from ..motions.family import Clear, JointBounds, Plan, Samples, everywhere
+from ..motions.fourier import FreeSeries, NearShape
 from ..motions.via_points import FreeViaPoints
-from .criterion import CRITERIA
 from .descent import FINE_WIDTH, WIDTH, Lagrangian, Smooth, by_matrix, by_steps
 from .full_trajectory import harder, kept_throughout
 from .limits import LimitCheck
 from .problem import DesignProblem
 from .score import TOLERANCE, Learnt, Score, score_of, score_samples
 
-_MARGIN = 0.01  # of a limit, between samples; the settling adapts it
+_MARGIN, _FLOOR_MARGIN = 0.01, 1e-3  # of a limit, between samples; the settling adapts it
 _ASTRAY = 0.1  # in the limits' units: what violates more after the first look seldom comes back
 _STIFFNESS = 10.0  # of the augmented Lagrangian; values are of the order of 1
 _NEARER = 60  # iterations towards the limits
@@ -30,6 +34,8 @@ _SMALL = 400  # numbers whose curvature is kept as a matrix
 _ROOM = 5e-4  # of a limit: for what a motion does between the samples of the fine grid
 _BEYOND = 0.2  # of a limit: what misses it by more is not mended by going slower
 _EASES, _MORE = 14, 1.5  # each so many times as much as the last
+_FLOOR_ITERATIONS = 200  # of a round
+_TRIES = 100  # to find a pose that is clear
 
 
 Progress = Callable[[str, float | None, int], None]
@@ -98,7 +104,6 @@ def solve_design(
     Ctrl-C ends the search with the best motion so far.
 
     Args:
-        problem: made by ``build_design``.
         seed: of the random starts; the same seed gives the same motion.
         starts: number of random starts; None for 6 by "d" and "a", 3 by condition numbers.
 
@@ -107,7 +112,7 @@ def solve_design(
         ``feasible`` False and the violations named in ``score.violations``.
     """
     begun = time.process_time()
-    starts = CRITERIA[problem.criterion.kind].starts if starts is None else starts
+    starts = problem.criterion.starts if starts is None else starts
     search = _Search(problem, np.random.default_rng(seed), progress)
     search.run(starts)
     x, score, missed = kept_throughout(problem, *search.found)
@@ -172,11 +177,11 @@ class _Search:
     def effort(self) -> Effort:
         """Effort with which motions of the problem's family come out best for the time it takes."""
         family = self.problem.family
-        if family.size <= _SMALL and isinstance(family, FreeNear):
+        if family.size > _SMALL:
+            return _FRESH
+        if isinstance(family, FreeSeries) and isinstance(family.shape, NearShape):
             return _NEAR
-        if family.size <= _SMALL and isinstance(family, FreeViaPoints) and self.problem.criterion.weighted:
-            return _VIA
-        return _FRESH
+        return _VIA if isinstance(family, FreeViaPoints) and self.problem.criterion.weighted else _FRESH
 
     def run(self, starts: int) -> None:
         """Improve random starts for a while, the best of them to the end, unless it is interrupted.
@@ -190,7 +195,7 @@ class _Search:
 
     def _finish(self, course: Lagrangian) -> None:
         """Refine a start, then settle it within its limits; where it does not come within them, draw it back."""
-        effort, order = self.effort, CRITERIA[self.problem.criterion.kind].orders[-1]
+        effort, order = self.effort, self.problem.criterion.orders[-1]
         last: float | None = None
 
         def gains(width: float, iterations: int, text: str) -> bool:
@@ -205,19 +210,17 @@ class _Search:
                 break
         gains(FINE_WIDTH, effort.refined, f"refined {effort.stages}")
         for turn in range(effort.turns):
-            if course.settle():
-                return
-            if not gains(FINE_WIDTH, effort.settled, f"settled {turn + 1}"):
+            if course.settle() or not gains(FINE_WIDTH, effort.settled, f"settled {turn + 1}"):
                 return
         for x in (course.x, self.found[0]):
-            self.consider(drawn_back(self.problem, x), "drawn back")
+            self.consider(self._drawn_back(x), "drawn back")
 
     def _best_start(self, starts: int) -> Lagrangian:
         """Find the most promising of some random starts, improved for a while.
 
         All are improved for half of that, the best third of them for the other half.
         """
-        orders, first = CRITERIA[self.problem.criterion.kind].orders[:2], self.effort.first
+        orders, first = self.problem.criterion.orders, self.effort.first
         courses = [(number, self._begun(number)) for number in range(1, starts + 1)]
         if len(orders) == 1 and starts == 1:
             self._improved(courses[0][1], *orders, WIDTH, first, "start 1 improved")
@@ -226,11 +229,10 @@ class _Search:
         def promise(start: tuple[int, Lagrangian]) -> tuple[bool, float, int]:
             """Rank starts near their limits first, by their value; the first of equal ones."""
             number, course = start
-            merit, _ = self.problem.evaluate(course.x, last, WIDTH, course)
+            merit, _ = self.problem.evaluate(course.x, orders[-1], WIDTH, course)
             return course.violation(self.problem.state(course.x, WIDTH)) > _ASTRAY, merit, number
 
-        last = CRITERIA[self.problem.criterion.kind].orders[-1]
-        for of, order in ((1, orders[0]), (_OF, orders[-1])):
+        for of, order in ((1, orders[0]), (_OF, orders[:2][-1])):
             courses = courses[: -(-len(courses) // of)]
             for number, course in courses:
                 self._improved(course, order, WIDTH, first // 2, f"start {number} improved")
@@ -248,7 +250,7 @@ class _Search:
             limits = Lagrangian(problem, x, 1.0, 2.0 * _MARGIN)
             if limits.violation(problem.state(x, WIDTH)) <= 0.0:
                 break
-            x, _ = self._descended(partial(problem.trespass, width=WIDTH, limits=limits), x, _NEARER)
+            x, _ = self._descended(partial(problem.with_gradient, width=WIDTH, terms=[limits]), x, _NEARER)
         self.consider(x, f"start {number}")
         return Lagrangian(problem, x, _STIFFNESS, _MARGIN)
 
@@ -291,26 +293,112 @@ class _Search:
             return by_matrix(counted, x, self.problem.family, iterations, curvature)
         return by_steps(counted, x, self.problem.family, iterations), None
 
-
-def drawn_back(problem: DesignProblem, x: Array) -> Array:
-    """Make the motion slower and smaller until it keeps all limits; as it is where that never does."""
-    slower, smaller = _overstepped(score_of(problem, x))
-    for ease in range(_EASES):
-        times = _MORE**ease
-        eased = problem.family.eased(x, 1.0 + times * (slower - 1.0), smaller**times)
-        if score_of(problem, eased).feasible:
-            return eased
-    return x
+    def _drawn_back(self, x: Array) -> Array:
+        """Make a motion slower and smaller until it keeps all limits; as it is where that never does."""
+        slower, smaller = _overstepped(score_of(self.problem, x))
+        for times in _MORE ** np.arange(_EASES):
+            eased = self.problem.family.eased(x, 1.0 + times * (slower - 1.0), smaller**times)
+            if score_of(self.problem, eased).feasible:
+                return eased
+        return x
 
 
 def _overstepped(score: Score) -> tuple[float, float]:
     """Ratio by which a motion would have to be slower and smaller if all that it misses went with its size."""
     slower, smaller = 1.0, 1.0
     for limit in score.limits:
-        if limit.room >= _ROOM:
-            continue
+        over = 1.0 + _ROOM - limit.room
         if limit.name == "position":
-            smaller = min(smaller, 1.0 / (1.0 + _ROOM - limit.room))
+            smaller = min(smaller, 1.0 / over)
         elif limit.name != "duration":
-            slower = max(slower, 1.0 + _ROOM - limit.room)
+            slower = max(slower, over)
     return slower, smaller
+
+
+class FreeStates:
+    """A family whose members are weighted sets of states, each within the joints' limits by itself.
+
+    x holds q, qd and qdd of each state over their limits, then the logs of the weights, which share one second.
+    """
+
+    def __init__(self, bounds: JointBounds, count: int) -> None:
+        """Lay out x."""
+        self._bounds, self.reach, self._shape = bounds, (bounds.low, bounds.high), (3, count, len(bounds.low))
+        self._linear = 3 * count * len(bounds.low)
+        self.size = self._linear + count
+        self.low, self.high = -np.ones(self.size), np.ones(self.size)
+        self.low[self._linear :], self.high[self._linear :] = -8.0, 8.0
+
+    def random(self, draw: np.random.Generator, clear: Clear = everywhere) -> Array:
+        """Draw random poses; speeds and accelerations mostly large."""
+        x = np.zeros(self.size)
+        states = x[: self._linear].reshape(self._shape)
+        states[...] = draw.uniform(-1.0, 1.0, states.shape)
+        states[1:] = np.sign(states[1:]) * np.sqrt(np.abs(states[1:]))
+        for pose in states[0]:
+            for _ in range(_TRIES):
+                if clear((self._bounds.middle + self._bounds.half * pose)[None]):
+                    break
+                pose[...] = draw.uniform(-1.0, 1.0, len(pose))
+        return x
+
+    def sample(self, x: Array, finer: int = 1) -> Samples:
+        """Take the states; there is nothing between them."""
+        q, qd, qdd = x[: self._linear].reshape(self._shape)
+        b, logs = self._bounds, x[self._linear :]
+        weight = np.exp(logs - logs.max())
+        return Samples(weight / weight.sum(), b.middle + b.half * q, b.speed * qd, b.acceleration * qdd)
+
+    def pullback(self, x: Array, slope: Samples) -> Array:
+        """Apply the Jacobian transposed to the slopes."""
+        b, w = self._bounds, self.sample(x).weight
+        states = np.stack([slope.q * b.half, slope.qd * b.speed, slope.qdd * b.acceleration])
+        return np.concatenate([states.ravel(), w * (slope.weight - w @ slope.weight)])
+
+    def plan(self, x: Array) -> Plan:
+        """Refuse a plan: states without order are no motion."""
+        raise TypeError("a set of states is no motion")
+
+    def eased(self, x: Array, slower: float, smaller: float) -> Array:
+        """Keep states as they are: each keeps its limits by itself."""
+        return x
+
+
+class Floor(NamedTuple):
+    """Least value of a criterion that was found over weighted states within the limits.
+
+    Attributes:
+        value: of the criterion, as in ``Score.value``.
+        gap: value of the design less the floor's: for condition numbers the log of their ratio; for "a" the log of
+            the ratio of standard deviations; for "d" twice that, as a geometric mean over the parameters.
+    """
+
+    value: float
+    gap: float
+    states: int
+
+
+def floor_under(
+    problem: DesignProblem, reached: float, *, states: int = 0, seed: int = 0, effort: int = 3
+) -> Floor:
+    """Estimate the floor under any motion's criterion, all limits of single states kept.
+
+    States and weights are optimised together from random ones: it is the least that was found.
+
+    Args:
+        reached: value of a motion's criterion, as in ``Score.value``.
+        states: number of states; 0 for three for each parameter.
+        effort: rounds of 200 iterations at the surrogate's last order.
+    """
+    count = states or 3 * len(problem.names)
+    family = FreeStates(problem.bounds, count)
+    further_limits = tuple(limit for limit in problem.limits if limit.kind not in ("state", "duration"))
+    free = replace(problem, family=family, limits=further_limits)
+    course = Lagrangian(free, family.random(np.random.default_rng(seed), problem.clear), _STIFFNESS, _FLOOR_MARGIN)
+    orders = problem.criterion.orders
+    for order, width in [(p, WIDTH) for p in (*orders, *[orders[-1]] * effort)] + [(orders[-1], FINE_WIDTH)]:
+        function = partial(free.evaluate, order=order, width=width, limits=course)
+        course.x = by_steps(function, course.x, family, _FLOOR_ITERATIONS)
+        course.update(width)
+    value = score_samples(free, family.sample(course.x)).value
+    return Floor(value, reached - value, count)

@@ -1,7 +1,13 @@
-"""Interface of every kind of motion: a plan to run, and a family to choose from within the joints' bounds."""
+"""Motions made of pieces, and the families of them among which a design chooses.
+
+In a piece q = start + B(s) C with s = t / T from 0 to 1: a basis in unit time, coefficients C and a duration T.
+From that follow, alike for every kind of motion, its states at any time, the samples that an optimiser looks at,
+and their exact gradients.
+"""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple, Protocol
 
 import numpy as np
@@ -12,6 +18,10 @@ from ...model import Motion, Robot
 
 Clear = Callable[[Array], bool]
 """Function that is true if the robot may take all of some poses, (N, n) [rad or m]."""
+Factors = tuple[Array, Array, Array]
+"""Basis at some s: factors of the coefficients in q, in T qd and in T^2 qdd, each (N, m)."""
+Grid = tuple[Array, Factors]
+"""Samples of a piece: the fraction of its time that each stands for, shape (N,), and the basis there."""
 _END = 1e-12  # of the duration: what rounding may keep the last sample from falling on the end
 LONGEST = 3600.0
 """Longest duration of a motion that is designed [s]."""
@@ -74,27 +84,25 @@ class JointBounds:
         """
         if not 0.0 < override <= 1.0:
             raise InputError(f"the speed override is {override:g}: give a fraction above 0, at most 1")
-        limits = [joint.limits for joint in robot.joints]
-        low, high = np.array([limit.position for limit in limits]).T
-        given = {"acceleration": acceleration, "torque": torque}
-        strong, pull = (
-            np.array([getattr(limit, name) for limit in limits] if values is None else values, dtype=float)
-            for name, values in given.items()
-        )
-        for (name, values), numbers in zip(given.items(), (strong, pull), strict=True):
-            if numbers.shape != (robot.n,) or not (numbers > 0.0).all():
+        kinds = ("position", "speed", "acceleration", "torque")
+        limits = {kind: np.array([getattr(joint.limits, kind) for joint in robot.joints]) for kind in kinds}
+        for kind, values in (("acceleration", acceleration), ("torque", torque)):
+            if values is not None:
+                limits[kind] = np.array(values, dtype=float)
+                if limits[kind].shape != (robot.n,) or not (limits[kind] > 0.0).all():
+                    raise InputError(
+                        f"{kind} limits {values} do not fit: robot {robot.name!r} needs {robot.n} positive numbers"
+                    )
+        for kind in kinds[:3]:
+            finite = np.isfinite(limits[kind]).reshape(robot.n, -1).all(axis=1)
+            if not finite.all():
+                missing = ", ".join(str(j + 1) for j in np.flatnonzero(~finite))
                 raise InputError(
-                    f"{name} limits {values} do not fit: robot {robot.name!r} needs {robot.n} positive numbers"
-                )
-        top = override * np.array([limit.speed for limit in limits])
-        for name, numbers in (("position", high - low), ("speed", top), ("acceleration", strong)):
-            missing = [str(j + 1) for j in np.flatnonzero(~np.isfinite(numbers))]
-            if missing:
-                raise InputError(
-                    f"robot {robot.name!r} has no {name} limit for joint {', '.join(missing)}: "
+                    f"robot {robot.name!r} has no {kind} limit for joint {missing}: "
                     "a motion cannot be designed; add it to the description"
                 )
-        return JointBounds(low, high, top, strong, pull)
+        low, high = limits["position"].T
+        return JointBounds(low, high, override * limits["speed"], limits["acceleration"], limits["torque"])
 
     @property
     def middle(self) -> Array:
@@ -106,15 +114,16 @@ class JointBounds:
         """Half of the position range [rad or m]."""
         return np.asarray(0.5 * (self.high - self.low))
 
-
-def checked_start(bounds: JointBounds, start: Sequence[float] | None) -> Array | None:
-    """Check a start pose [rad or m], shape (n,), against the limits; None for anywhere."""
-    if start is None:
-        return None
-    pose = np.asarray(start, dtype=float)
-    if pose.shape != bounds.low.shape or not ((pose >= bounds.low) & (pose <= bounds.high)).all():
-        raise InputError(f"the start pose needs {len(bounds.low)} positions within the limits, got {pose.tolist()}")
-    return pose
+    def checked_start(self, start: Sequence[float] | None) -> Array | None:
+        """Check a start pose [rad or m], shape (n,), against the limits; None for anywhere."""
+        if start is None:
+            return None
+        pose = np.asarray(start, dtype=float)
+        if pose.shape != self.low.shape or not ((pose >= self.low) & (pose <= self.high)).all():
+            raise InputError(
+                f"the start pose needs {len(self.low)} positions within the limits, got {pose.tolist()}"
+            )
+        return pose
 
 
 class Samples(NamedTuple):
@@ -142,15 +151,67 @@ class Samples(NamedTuple):
         return Samples(weight, motion.q, motion.qd, motion.qdd)
 
 
-class Plan(Protocol):
-    """Motion to be run: it starts and ends at rest, and has a duration."""
+class Pieces(NamedTuple):
+    """Pieces of a motion, one after the other.
+
+    Attributes:
+        start: position at the beginning of each [rad or m], K x n.
+        coefficients: of the basis [rad or m], K x m x n.
+        durations: [s], shape (K,).
+        basis: in unit time, zero in q at s = 0.
+    """
+
+    start: Array
+    coefficients: Array
+    durations: Array
+    basis: Callable[[Array], Factors]
+
+    def at(self, t: Array) -> tuple[Array, Array, Array]:
+        """Position, speed and acceleration at times [s], each (N, n); at rest before 0 and after the last one."""
+        knots = np.concatenate([[0.0], np.cumsum(self.durations)])
+        moves = ((t >= 0.0) & (t <= knots[-1]))[:, None]
+        inside = np.clip(t, 0.0, knots[-1])
+        k = np.clip(np.searchsorted(knots, inside, side="right") - 1, 0, len(self.durations) - 1)
+        T = self.durations[k]
+        factors = self.basis(np.clip((inside - knots[k]) / T, 0.0, 1.0))
+        q, qd, qdd = (np.einsum("Nm,Nmn->Nn", B, self.coefficients[k]) for B in factors)
+        return self.start[k] + q, qd / T[:, None] * moves, qdd / T[:, None] ** 2 * moves
+
+    def sampled(self, grid: Grid) -> Samples:
+        """Evaluate the states on the same grid in each piece."""
+        weights, (B, Bd, Bdd) = grid
+        C, T, n = self.coefficients, self.durations[:, None, None], self.start.shape[1]
+        q, qd, qdd = self.start[:, None] + B @ C, (Bd @ C) / T, (Bdd @ C) / T**2
+        weight = self.durations[:, None] * weights
+        return Samples(weight.ravel(), q.reshape(-1, n), qd.reshape(-1, n), qdd.reshape(-1, n))
+
+    def pullback(self, grid: Grid, slope: Samples) -> tuple[Array, Array, Array]:
+        """Gradient in start, coefficients and durations of a number whose gradient in the samples is ``slope``."""
+        weights, (B, Bd, Bdd) = grid
+        C, T = self.coefficients, self.durations[:, None, None]
+        q, qd, qdd = (x.reshape(len(T), len(weights), -1) / T**power for power, x in enumerate(slope[1:]))
+        by_speed, by_acceleration = Bd.T @ qd, Bdd.T @ qdd
+        by_duration = slope.weight.reshape(len(T), -1) @ weights
+        by_duration -= np.einsum("kmn,kmn->k", by_speed + 2.0 * by_acceleration, C) / self.durations
+        return q.sum(axis=1), B.T @ q + by_speed + by_acceleration, by_duration
+
+
+class Plan:
+    """Motion to be run: it starts and ends at rest. A kind of motion says what its pieces are."""
+
+    @cached_property
+    def pieces(self) -> Pieces:
+        """Make the pieces."""
+        raise NotImplementedError(f"{type(self).__name__} is not made of pieces")
 
     @property
     def duration(self) -> float:
         """Time from rest to rest [s]."""
+        return float(self.pieces.durations.sum())
 
     def at(self, t: Array) -> tuple[Array, Array, Array]:
         """Position, speed and acceleration at times [s], each (N, n); at rest before 0 and after ``duration``."""
+        return self.pieces.at(t)
 
     def motion(self, rate: float) -> Motion:
         """Sample the motion at ``rate`` [Hz], its end included where a sample falls on it."""

@@ -2,23 +2,43 @@
 
 q(t) = q0 + sum_l (a_l / (w l) sin(w l t) - b_l / (w l) cos(w l t)), w = 2 pi / period. Speed and acceleration at
 both ends vanish if and only if sum a_l = 0 and sum l b_l = 0; the free parameters are coordinates in the null space
-of these equations, so that every x satisfies them.
+of these equations, so that every x satisfies them. Such a series moves all joints about a pose that is chosen with
+it, or some joints near one given pose or two.
 """
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import cached_property, lru_cache, partial
 
 import numpy as np
 
-from ...common.arrays import Array, frozen_array
+from ...common.arrays import Array, freeze_fields
 from ...common.brief import Brief
 from ...common.errors import InputError
 from ...model import Robot
-from .family import LONGEST, Clear, JointBounds, Plan, Samples, checked_start, everywhere
+from ...model.visibility import PayloadVisibility, checked_joints, payload_visibility
+from .family import LONGEST, Clear, Factors, Grid, JointBounds, Pieces, Plan, Samples, everywhere
+from .via_points import QUINTIC, quickest
 
 _MOST = 50  # harmonics: a search takes half an hour then
-_TRIES, _SHRINKS = 200, 10  # to find a middle that is clear, and a motion about it
-_SPAN = 0.5  # of position range and speed that a random motion may use at first
-_SAMPLES = 24  # per period of the highest harmonic while optimising
+_TRIES, _SHRINKS = 200, 20  # to find a middle that is clear, and a motion about it
+_SPAN = 0.5  # of the range that a random middle uses
+_PERIOD = 7.5  # s: about how long a series near a pose lasts before it is repeated
+_SHORTEST = 1.0  # s: at each pose
+_TRANSFER_SPEED = 0.5  # of the limits
+_TRANSFER_MORE = 0.01  # s: beyond the shortest transfer, so that rounding breaks no limit
+
+
+def _series(s: Array, harmonics: int) -> Factors:
+    """Factors of period a_1 .. a_H and period b_1 .. b_H, q counted from s = 0."""
+    wl = 2.0 * np.pi * np.arange(1, harmonics + 1)
+    sin, cos = np.sin(wl * s[:, None]), np.cos(wl * s[:, None])
+    return np.hstack([sin / wl, (1.0 - cos) / wl]), np.hstack([cos, sin]), np.hstack([-sin * wl, cos * wl])
+
+
+def _from_offset(b: Array, period: float) -> Array:
+    """Distance of a series' beginning from its offset q0, by the b (.., harmonics)."""
+    return np.asarray(-period / (2.0 * np.pi) * (b / np.arange(1, b.shape[-1] + 1)).sum(axis=-1))
 
 
 @dataclass(frozen=True, repr=False)
@@ -38,113 +58,69 @@ class Fourier(Plan, Brief):
 
     def __post_init__(self) -> None:
         """Lock the arrays and check them."""
-        object.__setattr__(self, "offset", frozen_array(self.offset, (None,), "offset"))
-        shape = (len(self.offset), None)
-        object.__setattr__(self, "a", frozen_array(self.a, shape, "a"))
-        object.__setattr__(self, "b", frozen_array(self.b, self.a.shape, "b"))
+        shape = np.shape(self.a)
+        freeze_fields(self, offset=shape[:1], a=(None, None), b=shape)
         if not 0.0 < self.period < np.inf:
             raise ValueError("a Fourier motion needs a positive period")
 
-    @property
-    def duration(self) -> float:
-        """Duration of one period [s]."""
-        return self.period
-
-    def at(self, t: Array) -> tuple[Array, Array, Array]:
-        """Position, speed and acceleration at times [s], each (N, n); at rest before 0 and after one period."""
-        B, Bd, Bdd = fourier_basis(np.clip(t, 0.0, self.period), self.a.shape[1], self.period)
-        c = np.hstack([self.a, self.b]).T
-        return self.offset + B @ c, Bd @ c, Bdd @ c
+    @cached_property
+    def pieces(self) -> Pieces:
+        """One piece."""
+        start, C = self.offset + _from_offset(self.b, self.period), self.period * np.hstack([self.a, self.b]).T
+        return Pieces(start[None], C[None], np.array([self.period]), partial(_series, harmonics=self.a.shape[1]))
 
 
-def fourier_basis(t: Array, harmonics: int, period: float) -> tuple[Array, Array, Array]:
-    """Basis of a_1 ... a_H, b_1 ... b_H in q, qd and qdd, each (N, 2 H)."""
-    wl = 2.0 * np.pi / period * np.arange(1, harmonics + 1)
-    s, c = np.sin(wl * t[:, None]), np.cos(wl * t[:, None])
-    return np.hstack([s / wl, -c / wl]), np.hstack([c, s]), np.hstack([-s * wl, c * wl])
+@dataclass(frozen=True, repr=False)
+class NearMotion(Plan, Brief):
+    """Equal periods of a Fourier series at one or two poses, at rest before and after each.
 
-
-class RestingSeries:
-    """Family of Fourier series of a fixed period about poses, at rest and without acceleration at both ends.
-
-    q, qd and qdd are linear in x.
+    Between poses it goes on straight lines in joint space, and at the end back to the first.
 
     Attributes:
-        null: coefficients a_1 ... a_H, b_1 ... b_H of each of the basis functions, 2 H x functions.
-        first: what multiplies the coefficients in q at t = 0, shape (2 H,).
-        moving: the joints that move; the others stay at rest.
+        poses: where each series begins and ends [rad or m], poses x n.
+        a, b: speed amplitudes of sine and cosine terms [rad/s or m/s], poses x n x harmonics.
+        period: of the series [s].
+        repeats: periods at each pose.
+        transfer: duration of the way from one pose to the other [s]; 0 with one pose.
     """
 
-    moving: slice | list[int] = slice(None)
+    poses: Array
+    a: Array
+    b: Array
+    period: float
+    repeats: int
+    transfer: float
 
-    def __init__(
-        self, harmonics: int, period: float, samples: int, poses: Array, scale: Array, half: Array | None = None
-    ) -> None:
-        """Set up at least two ``harmonics`` in a ``period`` [s].
+    def __post_init__(self) -> None:
+        """Lock the arrays and check them."""
+        shape = np.shape(self.a)
+        freeze_fields(self, poses=shape[:2], a=(None, None, None), b=shape)
+        if not self.period > 0.0 or self.repeats < 1 or (self.transfer > 0.0) != (len(self.poses) > 1):
+            raise ValueError("a motion near a pose needs a positive period, repeats, and transfers between poses")
 
-        Args:
-            samples: of a period while optimising.
-            poses: where each series begins, poses x n.
-            scale: of the coefficients of the joints that move, shape (moving,).
-            half: range about ``poses`` in which the mean position is free, shape (n,), x holding it behind the
-                functions' weights; None where the series begin at ``poses``.
-        """
-        ends = np.zeros((2, 2 * harmonics))
-        ends[0, :harmonics] = 1.0
-        ends[1, harmonics:] = np.arange(1, harmonics + 1)
-        self.null = np.linalg.svd(ends)[2][2:].T  # what leaves both ends as they are
-        self.first = fourier_basis(np.zeros(1), harmonics, period)[0][0]
-        self._harmonics, self._period, self._samples = harmonics, period, samples
-        self._poses, self._scale, self._half = poses, scale, half
-        self._grids: dict[int, tuple[Array, Array, Array]] = {}
-        self._shape = (len(poses), len(scale), self.null.shape[1] + (half is not None))
-        self.size = int(np.prod(self._shape))
-        self.low, self.high = np.full(self.size, -np.inf), np.full(self.size, np.inf)
+    @cached_property
+    def pieces(self) -> Pieces:
+        """Periods at each pose, and the way to the other: a quintic's step stands behind the series' factors."""
+        count, _, harmonics = self.a.shape
+        C = self.period * np.concatenate([self.a, self.b], axis=2).swapaxes(1, 2)
+        way = np.roll(self.poses, -1, axis=0) - self.poses
+        series, transfer = np.pad(C, ((0, 0), (0, 1), (0, 0))), np.zeros((count, 2 * harmonics + 1, C.shape[2]))
+        transfer[:, -1] = way
+        each = [*[self.period] * self.repeats, *([self.transfer] if count > 1 else [])]
+        coefficients = np.stack([*[series] * self.repeats, *([transfer] if count > 1 else [])], axis=1)
 
-    def sample(self, x: Array, finer: int = 1) -> Samples:
-        """Evaluate states at even times of one period at each pose."""
-        about, c = self._unpacked(x)
-        grid = self._grid(finer)
-        poses, n, count = *about.shape, len(grid[0])
-        q, qd, qdd = np.zeros((3, poses, count, n))
-        q += about[:, None]
-        for states, basis in zip((q, qd, qdd), grid, strict=True):
-            states[:, :, self.moving] += basis @ c.transpose(0, 2, 1)
-        weight = np.full(poses * count, self._period / count)
-        return Samples(weight, *(states.reshape(-1, n) for states in (q, qd, qdd)))
+        def basis(s: Array) -> Factors:
+            pairs = zip(_series(s, harmonics), QUINTIC.basis(s), strict=True)
+            q, qd, qdd = (np.hstack([own, quintic[:, -1:]]) for own, quintic in pairs)
+            return q, qd, qdd
 
-    def pullback(self, x: Array, slope: Samples) -> Array:
-        """Apply the Jacobian transposed to the slopes."""
-        gradient, (B, Bd, Bdd) = np.empty(self._shape), self._grid(1)
-        for own, q, qd, qdd in zip(gradient, *self._at_poses(slope), strict=True):
-            by_weights = (q.T @ B + qd.T @ Bd + qdd.T @ Bdd) @ self.null
-            own[:, : self.null.shape[1]] = by_weights * self._scale[:, None]
-            if self._half is not None:
-                own[:, -1] = q.sum(axis=0) * self._half
-        return gradient.ravel()
+        start = np.repeat(self.poses, len(each), axis=0)
+        return Pieces(start, coefficients.reshape(len(start), -1, C.shape[2]), np.tile(each, count), basis)
 
-    def eased(self, x: Array, slower: float, smaller: float) -> Array:
-        """Shrink the motion about what q counts from; the period stays."""
-        return np.asarray(x * (smaller / slower))
-
-    def _grid(self, finer: int) -> tuple[Array, Array, Array]:
-        """Basis of the coefficients in q, qd and qdd at even times of one period, each (N, 2 H)."""
-        if finer not in self._grids:
-            count = self._samples * finer
-            B, Bd, Bdd = fourier_basis(np.arange(count) / count * self._period, self._harmonics, self._period)
-            self._grids[finer] = (B - self.first if self._half is None else B, Bd, Bdd)
-        return self._grids[finer]
-
-    def _unpacked(self, x: Array) -> tuple[Array, Array]:
-        """Unpack what q counts from, poses x n, and a, b of the joints that move, poses x moving x 2 H."""
-        weights = x.reshape(self._shape)
-        c = (weights[..., : self.null.shape[1]] @ self.null.T) * self._scale[:, None]
-        return self._poses if self._half is None else self._poses + self._half * weights[..., -1], c
-
-    def _at_poses(self, samples: Samples) -> list[Array]:
-        """Evaluate states of the joints that move, pose by pose, each poses x N x moving."""
-        states = (x.reshape(len(self._poses), -1, x.shape[1]) for x in samples[1:])
-        return [x[..., self.moving] for x in states]
+    def slowed(self, speed: float) -> "NearMotion":
+        """Slow one period down to a fraction of the speed, the same way: to be watched before the real run."""
+        slow = replace(self, a=self.a * speed, b=self.b * speed, period=self.period / speed)
+        return replace(slow, repeats=1, transfer=self.transfer / speed)
 
 
 @dataclass(frozen=True)
@@ -153,63 +129,207 @@ class FourierShape:
 
     Attributes:
         duration: period [s].
-        samples: while optimising; 0 for 24 per period of the highest harmonic.
         start: where it begins and ends [rad or m], n numbers; None for anywhere.
     """
 
     harmonics: int = 5
     duration: float = 10.0
-    samples: int = 0
     start: tuple[float, ...] | None = None
 
-    def family(self, robot: Robot, bounds: JointBounds) -> "FreeFourier":
-        """Make the family of motions of this shape."""
-        return FreeFourier(bounds, self)
+    samples = 24  # per period of the highest harmonic while optimising
+    span = 0.5  # of range, speed and acceleration that a random motion uses at first
 
+    def __post_init__(self) -> None:
+        """Refuse too few harmonics: nothing moves that begins and ends at rest."""
+        if not 2 <= self.harmonics <= _MOST or not 0.0 < self.duration <= LONGEST:
+            raise InputError(
+                f"{self.harmonics} harmonics in {self.duration:g} s: give at least 2, at most {_MOST}, in up to "
+                f"{LONGEST:g} s"
+            )
 
-class FreeFourier(RestingSeries):
-    """Family of Fourier series of all joints about a middle that is free, or from a given start."""
-
-    def __init__(self, bounds: JointBounds, shape: FourierShape) -> None:
-        """Lay out x.
+    def family(self, robot: Robot, bounds: JointBounds) -> "FreeSeries":
+        """Make the family of motions of this shape: about a middle that is free, or from a given start.
 
         Raises:
-            InputError: with too few harmonics: nothing moves that begins and ends at rest; for a start
-                beyond limits.
+            InputError: for a start beyond limits.
         """
-        start = checked_start(bounds, shape.start)
-        harmonics, period = shape.harmonics, shape.duration
-        if not 2 <= harmonics <= _MOST or not 0.0 < period <= LONGEST:
+        start, period = bounds.checked_start(self.start), self.duration
+        about = bounds.middle if start is None else start
+        ranges = np.maximum(bounds.high - about, about - bounds.low)
+
+        def plan_of(poses: Array, a: Array, b: Array) -> Fourier:
+            return Fourier(poses[0] - _from_offset(b[0], period), a[0], b[0], period)
+
+        return FreeSeries(self, bounds, about[None], list(range(robot.n)), ranges, period, plan_of)
+
+
+@dataclass(frozen=True, eq=False)
+class NearShape:
+    """Shape of a motion about one pose or two.
+
+    Attributes:
+        poses: where the robot stands [rad or m], shape (1 or 2, n).
+        joints: numbers of the joints that move.
+        ranges: how far each of them goes to either side [rad or m], shape (k,).
+        duration: of the motion, the ways between two poses included [s].
+    """
+
+    poses: Array
+    joints: tuple[int, ...]
+    ranges: Array
+    duration: float
+
+    harmonics, samples, span = 8, 16, 0.7  # as of a ``FourierShape``
+
+    def check(self, robot: Robot, bounds: JointBounds) -> None:
+        """Refuse what the robot cannot do."""
+        moving = checked_joints(robot, self.joints)
+        if len(self.ranges) != len(moving) or not (self.ranges > 0.0).all() or not np.isfinite(self.ranges).all():
+            raise InputError(f"the range must be one positive number, or one for each of {len(moving)} joints")
+        if not 0.0 < self.duration <= LONGEST:
+            raise InputError(f"a duration of {self.duration:g} s: give a positive one, at most {LONGEST:g} s")
+        for pose in self.poses:
+            if pose.shape != (robot.n,) or not ((pose > bounds.low) & (pose < bounds.high)).all():
+                shown = f"of {len(pose)} numbers"
+                if len(pose) == robot.n:
+                    scales = [180.0 / np.pi if joint.revolute else 1.0 for joint in robot.joints]
+                    shown = ", ".join(f"{scale * x:g}" for scale, x in zip(scales, pose, strict=True))
+                raise InputError(f"the pose {shown} must be {robot.n} positions within the limits of {robot.name}")
+
+    def family(self, robot: Robot, bounds: JointBounds) -> "FreeSeries":
+        """Make the family of motions of this shape: the duration divided among poses, periods and ways between.
+
+        Raises:
+            InputError: if the duration leaves no time beside the way between two poses.
+        """
+        self.check(robot, bounds)
+        poses, transfer, moving = self.poses, 0.0, [joint - 1 for joint in self.joints]
+        if len(poses) > 1:
+            way = quickest(np.diff(poses, axis=0), _TRANSFER_SPEED * bounds.speed, bounds.acceleration)
+            transfer = float(way[0]) + _TRANSFER_MORE
+        stay = self.duration / len(poses) - transfer
+        if stay < _SHORTEST:
             raise InputError(
-                f"{harmonics} harmonics in {period:g} s: give at least 2, at most {_MOST}, in up to {LONGEST:g} s"
+                f"{self.duration:g} s leave {stay:.1f} s at each pose beside the way between them: give a longer "
+                "--duration"
             )
-        poses, half = (bounds.middle, bounds.half) if start is None else (start, None)
-        samples = shape.samples or _SAMPLES * harmonics
-        super().__init__(harmonics, period, samples, poses[None], bounds.speed, half)
-        self._bounds, self.reach = bounds, (bounds.low, bounds.high)
+        repeats = max(1, round(stay / _PERIOD))
+        period = stay / repeats
+
+        def plan_of(poses: Array, a: Array, b: Array) -> NearMotion:
+            return NearMotion(poses, a, b, period, repeats, transfer)
+
+        return FreeSeries(self, bounds, poses, moving, self.ranges, period, plan_of)
+
+    def visibility(self, robot: Robot) -> PayloadVisibility:
+        """Visibility of the payload in torques near the poses, before any motion."""
+        return payload_visibility(robot, list(self.poses), self.joints, self.ranges.tolist())
+
+
+@lru_cache(maxsize=64)
+def _grid(harmonics: int, samples: int) -> Grid:
+    """Even times of one period."""
+    return np.full(samples, 1.0 / samples), _series(np.arange(samples) / samples, harmonics)
+
+
+@dataclass(eq=False)
+class FreeSeries:
+    """Family of Fourier series of a fixed period about poses; q, qd and qdd are linear in x.
+
+    x holds, for each pose and joint that moves, weights of functions that begin and end at rest; then, where the
+    middle is free, how far q0 is from it.
+
+    Attributes:
+        poses: where each series begins, or the middle of the range where q0 is free, poses x n.
+        moving: indices of the joints that move; the others stay at rest.
+        ranges: how far each of them goes to either side [rad or m].
+        period: [s].
+        plan_of: makes the motion from the poses where series begin and from a and b, poses x n x harmonics.
+    """
+
+    shape: FourierShape | NearShape
+    bounds: JointBounds
+    poses: Array
+    moving: list[int]
+    ranges: Array
+    period: float
+    plan_of: Callable[[Array, Array, Array], Plan]
+
+    def __post_init__(self) -> None:
+        """Find functions that begin and end at rest, by the coefficients a_1 .. a_H, b_1 .. b_H; lay out x."""
+        self.harmonics = H = self.shape.harmonics
+        ends = np.zeros((2, 2 * H))
+        ends[0, :H], ends[1, H:] = 1.0, np.arange(1, H + 1)
+        self.functions = np.asarray(np.linalg.svd(ends)[2][2:].T)
+        self.free_middle = isinstance(self.shape, FourierShape) and self.shape.start is None
+        self.layout = len(self.poses), len(self.moving), self.functions.shape[1] + self.free_middle
+        self.size = int(np.prod(self.layout))
+        self.low, self.high = np.full(self.size, -np.inf), np.full(self.size, np.inf)
+        # Weights of the order of 1 use the whole range at the first harmonics.
+        self._scale = np.minimum(self.bounds.speed[self.moving], 2.0 * np.pi / self.period * self.ranges)
+        # The range of each moving joint about each pose, within its limits; any for joints at rest.
+        low, high = self.poses - 1.0, self.poses + 1.0
+        low[:, self.moving] = np.maximum(self.poses[:, self.moving] - self.ranges, self.bounds.low[self.moving])
+        high[:, self.moving] = np.minimum(self.poses[:, self.moving] + self.ranges, self.bounds.high[self.moving])
+        self.reach = low, high
+
+    def _pieces(self, x: Array) -> Pieces:
+        """One period at each pose."""
+        weights, F = x.reshape(self.layout), self.functions
+        c = (weights[..., : F.shape[1]] @ F.T) * self._scale[:, None]
+        C = np.zeros((len(self.poses), 2 * self.harmonics, self.poses.shape[1]))
+        C[:, :, self.moving] = self.period * c.swapaxes(1, 2)
+        start = self.poses
+        if self.free_middle:
+            offset = start + self.ranges * weights[..., -1]
+            start = offset + _from_offset(c[..., self.harmonics :], self.period)
+        periods = np.full(len(start), self.period)
+        return Pieces(start, C, periods, partial(_series, harmonics=self.harmonics))
+
+    def sample(self, x: Array, finer: int = 1) -> Samples:
+        """Evaluate states at even times of one period at each pose."""
+        return self._pieces(x).sampled(_grid(self.harmonics, finer * self.harmonics * self.shape.samples))
+
+    def pullback(self, x: Array, slope: Samples) -> Array:
+        """Apply the Jacobian transposed to the slopes."""
+        by_start, by_C, _ = self._pieces(x).pullback(
+            _grid(self.harmonics, self.harmonics * self.shape.samples), slope
+        )
+        gradient, count = np.empty(self.layout), self.functions.shape[1]
+        by_c = self.period * by_C[:, :, self.moving].swapaxes(1, 2)
+        if self.free_middle:
+            by_c[..., self.harmonics :] += by_start[..., None] * _from_offset(np.eye(self.harmonics), self.period)
+            gradient[..., -1] = by_start * self.ranges
+        gradient[..., :count] = by_c @ self.functions * self._scale[:, None]
+        return gradient.ravel()
 
     def random(self, draw: np.random.Generator, clear: Clear = everywhere) -> Array:
-        """Draw random coefficients, as large as position and speed limits allow by half."""
-        bounds, (_, n, _), size = self._bounds, self._shape, self.null.shape[1]
-        c = np.zeros(self._shape[1:])
-        c[:, :size] = draw.standard_normal((n, size))
-        moved = self.sample(c.ravel())
-        reach = np.abs(moved.q - moved.q.mean(axis=0)).max(axis=0) / bounds.half
-        fast = np.abs(moved.qd).max(axis=0) / bounds.speed
-        strong = np.abs(moved.qdd).max(axis=0) / bounds.acceleration
-        c /= (np.maximum(np.maximum(reach, fast), strong) / _SPAN)[:, None]
-        for _ in range(_TRIES) if self._half is not None else ():
-            c[:, -1] = _SPAN * draw.uniform(-1.0, 1.0, n)
-            if clear((bounds.middle + bounds.half * c[:, -1])[None]):
-                break
+        """Draw random weights, as large as a first motion may be; then a middle; smaller until it is clear."""
+        weights, count = np.zeros(self.layout), self.functions.shape[1]
+        weights[..., :count] = draw.standard_normal((*self.layout[:2], count))
+        _, q, qd, qdd = self.sample(weights.ravel())
+        away = q.reshape(len(self.poses), -1, q.shape[1]) - self.poses[:, None]
+        states = np.stack([away, qd.reshape(away.shape), qdd.reshape(away.shape)])[..., self.moving]
+        most = [self.ranges, self.bounds.speed[self.moving], self.bounds.acceleration[self.moving]]
+        used = (np.abs(states).max(axis=2) / np.array(most)[:, None]).max(axis=0)
+        weights[..., :count] *= self.shape.span / used[..., None]
+        if self.free_middle:
+            for _ in range(_TRIES):
+                weights[..., -1] = _SPAN * draw.uniform(-1.0, 1.0, self.layout[1])
+                if clear(self.poses + self.ranges * weights[..., -1]):
+                    break
         for _ in range(_SHRINKS):
-            if clear(self.sample(c.ravel()).q):
+            if clear(self.sample(weights.ravel()).q):
                 break
-            c[:, :size] *= 0.8
-        return np.asarray(c.ravel())
+            weights[..., :count] *= 0.8
+        return weights.ravel()
 
-    def plan(self, x: Array) -> Fourier:
+    def plan(self, x: Array) -> Plan:
         """Make the motion."""
-        (about,), (c,) = self._unpacked(x)
-        a, b = np.hsplit(c, 2)
-        return Fourier(about if self._half is not None else about - c @ self.first, a, b, self._period)
+        start, C, *_ = self._pieces(x)
+        a, b = np.split(C.swapaxes(1, 2) / self.period, 2, axis=2)
+        return self.plan_of(start, a, b)
+
+    def eased(self, x: Array, slower: float, smaller: float) -> Array:
+        """Shrink the motion about what q counts from; the period stays."""
+        return np.asarray(x * (smaller / slower))

@@ -10,10 +10,10 @@ from functools import cached_property
 
 import numpy as np
 
-from ...common.arrays import Array, frozen_array
+from ...common.arrays import Array, freeze_fields
 from ...common.brief import Brief
 from ...model import Robot
-from .family import Plan
+from .family import Factors, Pieces, Plan
 
 _STRETCH = 1.02  # steps in which moves too short for their ramps are made longer
 
@@ -25,8 +25,7 @@ class PointToPoint(Plan, Brief):
     Attributes:
         points: positions [rad or m], shape (K, n).
         durations: of the moves, from the middle of a ramp up to the middle of the ramp down [s], shape (K - 1,).
-        ramps: durations of the ramps at each point [s], shape (K,), common to the moves before and after it; or of
-            the ramps up and down of each move, shape (K - 1, 2).
+        ramps: durations of the ramps up and down of each move [s], shape (K - 1, 2).
         blend: part of a ramp for which the moves before and after a via point overlap: 1 passes it at speed, 0
             stops there.
         smoothing: part of a ramp in which its acceleration rises, and again falls; in (0, 0.5].
@@ -40,52 +39,24 @@ class PointToPoint(Plan, Brief):
 
     def __post_init__(self) -> None:
         """Lock the arrays and check that ramps fit into their moves."""
-        object.__setattr__(self, "points", frozen_array(self.points, (None, None), "points"))
-        count = len(self.points)
-        object.__setattr__(self, "durations", frozen_array(self.durations, (count - 1,), "durations"))
-        own = np.ndim(self.ramps) == 2
-        object.__setattr__(self, "ramps", frozen_array(self.ramps, (count - 1, 2) if own else (count,), "ramps"))
-        if count < 2 or not (self.ramps > 0.0).all():
+        moves = len(self.points) - 1
+        freeze_fields(self, points=(None, None), durations=(moves,), ramps=(moves, 2))
+        if moves < 1 or not (self.ramps > 0.0).all():
             raise ValueError("a motion needs two points and positive ramps")
-        if (self.durations < 0.5 * sum(self._up_and_down) * (1.0 - 1e-12)).any():
+        if (self.durations < self.ramps.mean(axis=1) * (1.0 - 1e-12)).any():
             raise ValueError("a move is shorter than its ramps")
         if not 0.0 <= self.blend <= 1.0 or not 0.0 < self.smoothing <= 0.5:
             raise ValueError("blend must be in [0, 1], smoothing in (0, 0.5]")
 
-    @property
-    def _up_and_down(self) -> tuple[Array, Array]:
-        """Times of the ramps of each move, (K - 1,) each."""
-        if self.ramps.ndim == 2:
-            return self.ramps[:, 0], self.ramps[:, 1]
-        return self.ramps[:-1], self.ramps[1:]
-
-    @property
-    def duration(self) -> float:
-        """Duration from rest to rest [s]."""
-        return float(self._pieces[0][-1])
-
-    def at(self, t: Array) -> tuple[Array, Array, Array]:
-        """Position, speed and acceleration at times [s], each (N, n); at rest before 0 and after ``duration``."""
-        knots, *pieces = self._pieces
-        t = np.clip(t, 0.0, knots[-1])
-        k = np.searchsorted(knots, t, side="right") - 1
-        h = (t - knots[k])[:, None]
-        q, qd, qdd, jerk = (piece[k] for piece in pieces)
-        q = q + h * (qd + h * (0.5 * qdd + h * jerk / 6.0))
-        return q, qd + h * (qdd + 0.5 * h * jerk), qdd + h * jerk
-
     @cached_property
-    def _pieces(self) -> tuple[Array, Array, Array, Array, Array]:
-        """Knots of the sum of all ramps, a piecewise cubic; q, qd, qdd and jerk at the beginning of each piece."""
+    def pieces(self) -> Pieces:
+        """The sum of all ramps: a cubic between each two of their corners."""
         speed = np.diff(self.points, axis=0) / self.durations[:, None]
-        rising, falling = self._up_and_down
-        lengths = np.concatenate([rising, falling])
-        up, down = np.zeros(len(speed)), np.zeros(len(speed))
-        start = 0.0
-        for k, (duration, shortest) in enumerate(zip(self.durations, 0.5 * (rising + falling), strict=True)):
-            up[k], down[k] = start, start + duration - shortest + rising[k]
-            start = down[k] + (1.0 - self.blend) * falling[k]
-        starts = np.concatenate([up, down])
+        (rising, falling), lengths = self.ramps.T, self.ramps.T.ravel()
+        # A ramp down begins when its move's constant speed ends, the next move before the ramp has ended.
+        apart = self.durations - 0.5 * (rising + falling) + rising
+        up = np.cumsum([0.0, *(apart + (1.0 - self.blend) * falling)])[:-1]
+        starts = np.concatenate([up, up + apart])
         change = np.concatenate([speed, -speed])
         corners = np.array([0.0, self.smoothing, 1.0 - self.smoothing, 1.0])
         knots = np.unique(starts[:, None] + lengths[:, None] * corners)
@@ -93,15 +64,24 @@ class PointToPoint(Plan, Brief):
         shapes = _ramp(x, self.smoothing)
         q = self.points[0] + (shapes[0] * lengths) @ change
         qd, qdd = shapes[1] @ change, (shapes[2] / lengths) @ change
-        steps = np.diff(knots)[:, None]
-        return knots, q, qd, qdd, np.vstack([np.diff(qdd, axis=0) / steps, np.zeros_like(q[:1])])
+        T = np.diff(knots)
+        step = T[:, None]
+        coefficients = np.stack([step * qd[:-1], step**2 * qdd[:-1], step**2 * np.diff(qdd, axis=0)], axis=1)
+        return Pieces(q[:-1], coefficients, T, _cubic)
+
+
+def _cubic(s: Array) -> Factors:
+    """Factors of T qd and T^2 qdd at the beginning, and of T^3 times the constant jerk."""
+    still, one = np.zeros_like(s), np.ones_like(s)
+    q, qd, qdd = (s, s**2 / 2.0, s**3 / 6.0), (one, s, s**2 / 2.0), (still, one, s)
+    return np.column_stack(q), np.column_stack(qd), np.column_stack(qdd)
 
 
 def _ramp(x: Array, s: float) -> tuple[Array, Array, Array]:
     """Ramp of unit time and height: its integral, itself and its slope (a trapezoid of height 1 / (1 - s))."""
+    inside = np.clip(x, 0.0, 1.0)
 
     def power(m: int) -> Array:
-        inside = np.clip(x, 0.0, 1.0)
         parts = [np.maximum(inside - corner, 0.0) ** m for corner in (0.0, s, 1.0 - s)]
         return np.asarray((parts[0] - parts[1] - parts[2]) / (s * (1.0 - s)))
 
@@ -140,7 +120,7 @@ def plan_point_to_point(
         ramps = (change / strong).max(axis=1)
         short = durations < 0.5 * (ramps[:-1] + ramps[1:])
         if not short.any():
-            return PointToPoint(points, durations, ramps, blend, smoothing)
+            return PointToPoint(points, durations, np.column_stack([ramps[:-1], ramps[1:]]), blend, smoothing)
         durations = np.where(short, durations * _STRETCH, durations)
 
 

@@ -1,32 +1,37 @@
-"""Motions through via points by quintic or trapezoidal segments, at rest in each or passing.
+"""Motions through points: designed via points, and trajectories that somebody else planned.
 
-Segments give q, T qd and T^2 qdd at s = t / T as constant matrices times the states at their ends: what multiplies
-p0, T v0, T^2 a0, T^2 a1, T v1 and p1.
+A segment between two points is a quintic, or a trapezoid of speed that rests at both ends. Its coefficients are
+T v0, T^2 a0, T^2 a1 and T v1 of the states at its ends, and the step p1 - p0. The step alone enters, so that a
+joint that stays put does so exactly.
 """
 
 from dataclasses import dataclass
+from functools import cached_property, lru_cache
 from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ...common.arrays import Array, frozen_array
+from ...common.arrays import Array, freeze_fields
 from ...common.brief import Brief
 from ...common.errors import InputError
-from ...model import Robot
-from .family import LONGEST, Clear, JointBounds, Plan, Samples, checked_start, everywhere
+from ...model import Motion, Robot
+from .family import LONGEST, Clear, Factors, Grid, JointBounds, Pieces, Plan, Samples, everywhere
 
 _MOST = 500  # points: a search takes half an hour then
 _TRIES = 200  # to find a point that can be reached
 _SPAN = 0.75  # of the position range that random points use
 _SLOWER = 1.3  # start: so many times the shortest durations
-_POWERS = np.array([0.0, 1.0, 2.0, 2.0, 1.0, 0.0])  # of T, that a segment's ends are multiplied with
+_PARTS = 12  # of a segment between samples while optimising, about
+_DURATIONS = (0.1, 3.0)  # s: shortest and longest time from point to point
+_POWERS = np.array([1.0, 2.0, 2.0, 1.0, 0.0])  # of T, in the coefficients of a segment
+_REST = 0.01  # of the largest speed: what still counts as rest at the ends
+_ROUNDING = 1e-6  # of a step: what times written in decimals are longer
+_OVER = 1.02  # of a limit: rounding and the curve between samples
 
-# Quintic Hermite polynomials on 0 <= s <= 1: row k holds the coefficients of 1, s, ..., s^5 that multiply
-# p0, T v0, T^2 a0, T^2 a1, T v1, p1.
+# Quintic Hermite polynomials on 0 <= s <= 1: row k holds the factors of 1, s, ..., s^5 in coefficient k.
 _HERMITE = np.array(
     [
-        [1.0, 0.0, 0.0, -10.0, 15.0, -6.0],
         [0.0, 1.0, 0.0, -6.0, 8.0, -3.0],
         [0.0, 0.0, 0.5, -1.5, 1.5, -0.5],
         [0.0, 0.0, 0.0, 0.5, -1.0, 0.5],
@@ -34,18 +39,6 @@ _HERMITE = np.array(
         [0.0, 0.0, 0.0, 10.0, -15.0, 6.0],
     ]
 )
-
-Basis = tuple[Array, Array, Array]
-"""Factors of the ends' states: in q, in T qd and in T^2 qdd, each (N, 6)."""
-Grid = tuple[Array, Basis]
-"""Samples of a segment: the fraction of its time that each stands for, shape (N,), and the basis there."""
-
-
-def _even(parts: int) -> Array:
-    """Weights of the trapezoidal rule over unit time in even parts, shape (parts + 1,)."""
-    weights = np.full(parts + 1, 1.0 / parts)
-    weights[[0, -1]] *= 0.5
-    return weights
 
 
 @dataclass(frozen=True)
@@ -57,12 +50,12 @@ class Quintic:
     peak_speed = 15.0 / 8.0
     peak_acceleration = 10.0 / 3.0**0.5
 
-    def basis(self, s: Array) -> Basis:
+    def basis(self, s: Array) -> Factors:
         """Evaluate the Hermite polynomials."""
-        powers = s[:, None] ** np.arange(6)
-        k = np.arange(1, 6)
-        first = np.hstack([np.zeros((len(s), 1)), k * powers[:, :5]])
-        second = np.hstack([np.zeros((len(s), 2)), k[1:] * k[:4] * powers[:, :4]])
+        powers, k = s[:, None] ** np.arange(6), np.arange(1, 6)
+        first, second = np.zeros_like(powers), np.zeros_like(powers)
+        first[:, 1:] = k * powers[:, :5]
+        second[:, 2:] = k[1:] * k[:4] * powers[:, :4]
         return powers @ _HERMITE.T, first @ _HERMITE.T, second @ _HERMITE.T
 
     def grid(self, parts: int) -> Grid:
@@ -107,7 +100,7 @@ class Trapezoid:
         """Peak acceleration, held over the whole ramps."""
         return 1.0 / (self.ramp * (1.0 - self.ramp))
 
-    def basis(self, s: Array) -> Basis:
+    def basis(self, s: Array) -> Factors:
         """Evaluate the basis: at a step of the acceleration its value after the step, at s = 1 that before."""
         return self._in_phase(s, np.searchsorted([self.ramp, 1.0 - self.ramp], s, side="right"))
 
@@ -122,21 +115,39 @@ class Trapezoid:
                 weights.append(_even(count) * (end - begin))
         return np.concatenate(weights), self._in_phase(np.concatenate(s), np.concatenate(phase))
 
-    def _in_phase(self, s: Array, phase: NDArray[np.int_]) -> Basis:
+    def _in_phase(self, s: Array, phase: NDArray[np.int_]) -> Factors:
         """Values f, f' and f'' in the ramp up (0), at constant speed (1) and in the ramp down (2)."""
         v, a, left = self.peak_speed, self.peak_acceleration, 1.0 - s
         up, down = phase == 0, phase == 2
         f = np.select([up, down], [0.5 * a * s**2, 1.0 - 0.5 * a * left**2], v * (s - 0.5 * self.ramp))
         slope = np.select([up, down], [a * s, a * left], v)
         curve = np.select([up, down], [a, -a], 0.0)
-        between = np.array([-1.0, 0.0, 0.0, 0.0, 0.0, 1.0])
-        still = np.array([1.0, 0.0, 0.0, 0.0, 0.0, 0.0])
-        return still + f[:, None] * between, slope[:, None] * between, curve[:, None] * between
+        of_step = np.array([0.0, 0.0, 0.0, 0.0, 1.0])
+        return np.outer(f, of_step), np.outer(slope, of_step), np.outer(curve, of_step)
 
 
 Segment = Quintic | Trapezoid
 """Segment between points: its name, whether it ``passes`` points in motion, and the peak speed and acceleration
 of a step of 1 in unit time, at rest at both ends."""
+
+
+def _even(parts: int) -> Array:
+    """Weights of the trapezoidal rule over unit time in even parts, shape (parts + 1,)."""
+    weights = np.full(parts + 1, 1.0 / parts)
+    weights[[0, -1]] *= 0.5
+    return weights
+
+
+@lru_cache(maxsize=64)
+def _grid(segment: Segment, parts: int) -> Grid:
+    return segment.grid(parts)
+
+
+def _segments(p: Array, v: Array, a: Array, T: Array, segment: Segment = QUINTIC) -> Pieces:
+    """Pieces between states at points, each (K + 1, n), in times T of shape (K,)."""
+    t = T[:, None]
+    C = np.stack([t * v[:-1], t**2 * a[:-1], t**2 * a[1:], t * v[1:], np.diff(p, axis=0)], axis=1)
+    return Pieces(p[:-1], C, T, segment.basis)
 
 
 @dataclass(frozen=True, repr=False)
@@ -159,50 +170,23 @@ class ViaPoints(Plan, Brief):
 
     def __post_init__(self) -> None:
         """Lock the arrays and check them."""
-        object.__setattr__(self, "points", frozen_array(self.points, (None, None), "points"))
-        count = len(self.points) - 1
-        object.__setattr__(self, "durations", frozen_array(self.durations, (count,), "durations"))
-        if count < 1 or not (self.durations > 0.0).all():
+        shape = np.shape(self.points)
+        freeze_fields(self, points=(None, None), durations=(shape[0] - 1,), speeds=shape, accelerations=shape)
+        if shape[0] < 2 or not (self.durations > 0.0).all():
             raise ValueError("a motion needs two points and positive durations")
-        for name in ("speeds", "accelerations"):
-            if getattr(self, name) is not None:
-                object.__setattr__(self, name, frozen_array(getattr(self, name), self.points.shape, name))
         if not (self.rests or self.segment.passes):
             raise ValueError(f"a {self.segment.name} rests in every point: leave speeds and accelerations out")
-
-    @property
-    def duration(self) -> float:
-        """Time from the first to the last point [s]."""
-        return float(self.durations.sum())
 
     @property
     def rests(self) -> bool:
         """True if the robot rests in every point."""
         return not any(x is not None and x.any() for x in (self.speeds, self.accelerations))
 
-    def at(self, t: Array) -> tuple[Array, Array, Array]:
-        """Position, speed and acceleration at times [s], each (N, n); at rest before 0 and after ``duration``."""
-        knots = np.concatenate([[0.0], np.cumsum(self.durations)])
-        moves = ((t >= 0.0) & (t <= knots[-1]))[:, None]
-        t = np.clip(t, 0.0, knots[-1])
-        k = np.clip(np.searchsorted(knots, t, side="right") - 1, 0, len(self.durations) - 1)
-        T = self.durations[k][:, None]
-        still = np.zeros_like(self.points)
-        speeds = still if self.speeds is None else self.speeds
-        accelerations = still if self.accelerations is None else self.accelerations
-        ends = _ends(self.points, speeds, accelerations, self.durations)
-        # The step alone enters the polynomials, so that a joint that stays put does so exactly.
-        start = self.points[:-1]
-        ends[:, 0], ends[:, 5] = 0.0, ends[:, 5] - start
-        s = np.clip((t - knots[k]) / T[:, 0], 0.0, 1.0)
-        q, qd, qdd = (np.einsum("Nk,Nkn->Nn", b, ends[k]) for b in self.segment.basis(s))
-        return start[k] + q, qd / T, qdd / T**2 * moves
-
-
-def _ends(p: Array, v: Array, a: Array, T: Array) -> Array:
-    """States p0, T v0, T^2 a0, T^2 a1, T v1, p1 at the ends of each segment, (count - 1, 6, n)."""
-    t = T[:, None]
-    return np.stack([p[:-1], t * v[:-1], t**2 * a[:-1], t**2 * a[1:], t * v[1:], p[1:]], axis=1)
+    @cached_property
+    def pieces(self) -> Pieces:
+        """A segment between each two points."""
+        v, a = (np.zeros_like(self.points) if x is None else x for x in (self.speeds, self.accelerations))
+        return _segments(self.points, v, a, self.durations, self.segment)
 
 
 @dataclass(frozen=True)
@@ -211,8 +195,6 @@ class ViaPointShape:
 
     Attributes:
         passing: whether it passes the inner points, or rests in each.
-        samples: parts of a segment between samples while optimising, about.
-        durations: shortest and longest time from point to point [s].
         fixed: the times from point to point themselves [s], count - 1 of them or one for all; None for free.
         longest: time that the whole motion may take [s]; None for any.
         start: where it begins [rad or m], n numbers; None for anywhere.
@@ -221,12 +203,26 @@ class ViaPointShape:
 
     count: int = 14
     passing: bool = True
-    samples: int = 12
-    durations: tuple[float, float] = (0.1, 3.0)
     fixed: float | tuple[float, ...] | None = None
     segment: Segment = QUINTIC
     longest: float | None = None
     start: tuple[float, ...] | None = None
+
+    def __post_init__(self) -> None:
+        """Refuse points and durations that do not fit each other."""
+        _check_count(self.count)
+        if self.passing and not self.segment.passes:
+            raise InputError(f"a {self.segment.name} rests in every via point: set passing to False")
+        if self.fixed is None:
+            return
+        if self.longest is not None:
+            raise InputError("the durations of the moves are fixed: leave the longest duration of the motion out")
+        times, moves = np.asarray(self.fixed, dtype=float), self.count - 1
+        if times.shape not in ((), (moves,)) or not ((times > 0.0) & (times <= LONGEST)).all():
+            seconds = ", ".join(f"{time:g}" for time in times.ravel())
+            raise InputError(
+                f"fixed durations {seconds}: {self.count} via points need {moves} positive ones [s], or one for all"
+            )
 
     def family(self, robot: Robot, bounds: JointBounds) -> "FreeViaPoints":
         """Make the family of motions of this shape."""
@@ -234,7 +230,7 @@ class ViaPointShape:
 
 
 class FreeViaPoints:
-    """Family of segments whose q, qd and qdd are linear in the points' states for given durations.
+    """Family of motions through via points; for given durations their states are linear in those at the points.
 
     x holds (p - middle) / half range of the points, v / speed limit and a / acceleration limit of the inner ones,
     then log(T / 1 s) of the segments unless their durations are fixed. A given start is the first point and is not
@@ -245,140 +241,103 @@ class FreeViaPoints:
         """Lay out x.
 
         Raises:
-            InputError: if points and durations do not fit, or if the segments cannot pass points, and should; for a
-                start beyond limits.
+            InputError: for a start beyond limits.
         """
-        start = checked_start(bounds, shape.start)
-        self.segment, self._passing, self._count = shape.segment, shape.passing, shape.count
-        self._bounds, self._start, self._samples = bounds, start, shape.samples
-        self.reach = bounds.low, bounds.high
-        _check_count(self._count)
-        self._fixed: Array | None = None
-        if shape.fixed is not None:
-            if shape.longest is not None:
-                raise InputError(
-                    "the durations of the moves are fixed: leave the longest duration of the motion out"
-                )
-            times, moves = np.asarray(shape.fixed, dtype=float), self._count - 1
-            if times.shape not in ((), (moves,)) or not ((times > 0.0) & (times <= LONGEST)).all():
-                seconds = ", ".join(f"{time:g}" for time in times.ravel())
-                raise InputError(
-                    f"fixed durations {seconds}: {self._count} via points need {moves} positive ones [s], or one "
-                    "for all"
-                )
-            self._fixed = np.broadcast_to(times, (moves,)).copy()
-        if self._passing and not self.segment.passes:
-            raise InputError(f"a {self.segment.name} rests in every via point: set passing to False")
-        self.free_duration, self._first, n = self._fixed is None, int(start is not None), len(bounds.low)
-        inner = (self._count - 2) * n if self._passing else 0
-        own = (self._count - self._first) * n
-        self._ends = np.cumsum([own, inner, inner, self._count - 1 if self.free_duration else 0])
-        self.size = int(self._ends[-1])
+        self.shape, self._bounds, self.reach = shape, bounds, (bounds.low, bounds.high)
+        self._start, self.free_duration = bounds.checked_start(shape.start), shape.fixed is None
+        self._first, n, moves = int(shape.start is not None), len(bounds.low), shape.count - 1
+        self._fixed = np.broadcast_to(np.asarray(1.0 if shape.fixed is None else shape.fixed), (moves,))
+        inner = (shape.count - 2) * n if shape.passing else 0
+        sizes = ((shape.count - self._first) * n, inner, inner, moves if self.free_duration else 0)
+        *self._splits, self.size = np.cumsum(sizes).tolist()
         self.low, self.high = -np.ones(self.size), np.ones(self.size)
-        self.low[self._ends[2] :], self.high[self._ends[2] :] = np.log(shape.durations)
-        self._grids: dict[int, Grid] = {}
+        self.low[self._splits[2] :], self.high[self._splits[2] :] = np.log(_DURATIONS)
 
     def random(self, draw: np.random.Generator, clear: Clear = everywhere) -> Array:
         """Draw random points, at rest in each, somewhat slower than the limits allow.
 
         Each is reached from the one before on a straight line if ``_TRIES`` points contain one.
         """
-        bounds, n = self._bounds, len(self._bounds.low)
+        bounds, n, segment = self._bounds, len(self._bounds.low), self.shape.segment
         on_line = np.linspace(0.0, 1.0, 21)[:, None]
-        points = np.empty((self._count, n))
+        points = np.empty((self.shape.count, n))
         if self._start is not None:
             points[0] = self._start
-        for k in range(self._first, self._count):
+        for k in range(self._first, len(points)):
             for _ in range(_TRIES):
                 points[k] = bounds.middle + _SPAN * bounds.half * draw.uniform(-1.0, 1.0, n)
                 before = points[max(k - 1, 0)]
-                if self._fixed is not None and k > 0:  # as near to it as the limits allow in the time
+                if not self.free_duration and k > 0:  # as near to it as the limits allow in the time
                     T, step = self._fixed[k - 1] / _SLOWER, np.abs(points[k] - before)
-                    by_speed = bounds.speed * T / (self.segment.peak_speed * step)
-                    by_acceleration = bounds.acceleration * T**2 / (self.segment.peak_acceleration * step)
+                    by_speed = bounds.speed * T / (segment.peak_speed * step)
+                    by_acceleration = bounds.acceleration * T**2 / (segment.peak_acceleration * step)
                     fraction = min(1.0, float(by_speed.min()), float(by_acceleration.min()))
                     points[k] = before + fraction * (points[k] - before)
                 if clear(before + on_line * (points[k] - before)):
                     break
         x = np.zeros(self.size)
-        x[: self._ends[0]] = ((points - bounds.middle) / bounds.half)[self._first :].ravel()
+        p, *_, T = np.split(x, self._splits)
+        p[:] = ((points - bounds.middle) / bounds.half)[self._first :].ravel()
         if self.free_duration:
-            times = quickest(np.diff(points, axis=0), bounds.speed, bounds.acceleration, self.segment)
-            x[self._ends[2] :] = np.log(times * _SLOWER)
+            T[:] = np.log(quickest(np.diff(points, axis=0), bounds.speed, bounds.acceleration, segment) * _SLOWER)
         return np.asarray(np.clip(x, self.low, self.high))
 
     def sample(self, x: Array, finer: int = 1) -> Samples:
         """Evaluate states at times of each segment, its ends included: accelerations have corners there."""
-        p, v, a, T = self._unpacked(x)
-        ends = _ends(p, v, a, T)
-        weights, (B, Bd, Bdd) = self._grid(finer)
-        step = T[:, None, None]
-        q, qd, qdd = B @ ends, (Bd @ ends) / step, (Bdd @ ends) / step**2
-        n = ends.shape[2]
-        weight = T[:, None] * weights
-        return Samples(weight.ravel(), q.reshape(-1, n), qd.reshape(-1, n), qdd.reshape(-1, n))
+        return self._pieces(x).sampled(_grid(self.shape.segment, finer * _PARTS))
 
     def pullback(self, x: Array, slope: Samples) -> Array:
         """Apply the Jacobian transposed to the slopes."""
-        p, v, a, T = self._unpacked(x)
-        ends = _ends(p, v, a, T)
-        weights, (B, Bd, Bdd) = self._grid(1)
-        shape, step = (len(T), len(weights), ends.shape[2]), T[:, None, None]
-        q, qd, qdd = slope.q.reshape(shape), slope.qd.reshape(shape) / step, slope.qdd.reshape(shape) / step**2
-        by_ends = B.T @ q + Bd.T @ qd + Bdd.T @ qdd
-        by_T = slope.weight.reshape(len(T), -1) @ weights
-        by_T -= np.einsum("kij,kij->k", Bd.T @ qd + 2.0 * (Bdd.T @ qdd), ends) / T
-        by_T += np.einsum("kij,kij,i->k", by_ends, ends, _POWERS) / T
-        t, gradient = T[:, None], np.empty(self.size)
-        first, second, third = self._ends[:3]
-        by_p = np.zeros((len(T) + 1, by_ends.shape[2]))
-        by_p[:-1] += by_ends[:, 0]
-        by_p[1:] += by_ends[:, 5]
-        gradient[:first] = (by_p * self._bounds.half)[self._first :].ravel()
-        if self._passing:
-            by_v = (t * by_ends[:, 4])[:-1] + (t * by_ends[:, 1])[1:]
-            by_a = (t**2 * by_ends[:, 3])[:-1] + (t**2 * by_ends[:, 2])[1:]
-            gradient[first:second] = (by_v * self._bounds.speed).ravel()
-            gradient[second:third] = (by_a * self._bounds.acceleration).ravel()
-        gradient[third:] = by_T * T if self.free_duration else 0.0
-        return gradient
+        pieces, bounds = self._pieces(x), self._bounds
+        by_start, by_C, by_T = pieces.pullback(_grid(self.shape.segment, _PARTS), slope)
+        by_p = np.zeros((len(by_T) + 1, by_start.shape[1]))
+        by_p[:-1] += by_start - by_C[:, 4]
+        by_p[1:] += by_C[:, 4]
+        blocks, t = [(by_p * bounds.half)[self._first :]], pieces.durations[:, None]
+        if self.shape.passing:
+            by_v = (t * by_C[:, 3])[:-1] + (t * by_C[:, 0])[1:]
+            by_a = (t**2 * by_C[:, 2])[:-1] + (t**2 * by_C[:, 1])[1:]
+            blocks += [by_v * bounds.speed, by_a * bounds.acceleration]
+        if self.free_duration:
+            # T dC/dT = power C for each coefficient, and T is the exponential of x.
+            in_C = np.einsum("kmn,kmn,m->k", by_C, pieces.coefficients, _POWERS)
+            blocks.append(by_T * pieces.durations + in_C)
+        return np.concatenate([block.ravel() for block in blocks])
 
     def plan(self, x: Array) -> ViaPoints:
         """Make the motion."""
         p, v, a, T = self._unpacked(x)
-        return ViaPoints(p, T, v, a) if self._passing else ViaPoints(p, T, segment=self.segment)
+        return ViaPoints(p, T, v, a) if self.shape.passing else ViaPoints(p, T, segment=self.shape.segment)
+
+    def _pieces(self, x: Array) -> Pieces:
+        return _segments(*self._unpacked(x), self.shape.segment)
+
+    def _unpacked(self, x: Array) -> tuple[Array, Array, Array, Array]:
+        """Unpack points, speeds and accelerations there (count, n), durations (count - 1,)."""
+        bounds, n = self._bounds, len(self._bounds.low)
+        own_p, own_v, own_a, log_T = np.split(x, self._splits)
+        p = np.empty((self.shape.count, n))
+        p[self._first :] = bounds.middle + bounds.half * own_p.reshape(-1, n)
+        if self._start is not None:
+            p[0] = self._start
+        v, a = np.zeros_like(p), np.zeros_like(p)
+        if self.shape.passing:
+            v[1:-1] = bounds.speed * own_v.reshape(-1, n)
+            a[1:-1] = bounds.acceleration * own_a.reshape(-1, n)
+        return p, v, a, np.exp(log_T) if self.free_duration else self._fixed
 
     def eased(self, x: Array, slower: float, smaller: float) -> Array:
         """Slow the motion by longer durations, shrink it about start or middle; at fixed durations shrink it."""
         eased, ratio = x.copy(), smaller if self.free_duration else smaller / slower
-        first, second, third = self._ends[:3]
-        eased[:first] = ratio * x[:first]
+        p, v, a, log_T = np.split(eased, self._splits)
+        p *= ratio
         if self._start is not None:
             start = (self._start - self._bounds.middle) / self._bounds.half
-            eased[:first] += (1.0 - ratio) * np.tile(start, self._count - 1)
-        eased[first:second] *= smaller / slower
-        eased[second:third] *= smaller / slower**2 if self.free_duration else ratio
-        eased[third:] += np.log(slower)
+            p += (1.0 - ratio) * np.tile(start, self.shape.count - 1)
+        v *= smaller / slower
+        a *= smaller / slower**2 if self.free_duration else ratio
+        log_T += np.log(slower)
         return np.asarray(np.clip(eased, self.low, self.high)) if self.free_duration else eased
-
-    def _grid(self, finer: int) -> Grid:
-        if finer not in self._grids:
-            self._grids[finer] = self.segment.grid(self._samples * finer)
-        return self._grids[finer]
-
-    def _unpacked(self, x: Array) -> tuple[Array, Array, Array, Array]:
-        """Unpack points, speeds and accelerations there (count, n), durations (count - 1,)."""
-        first, second, third = self._ends[:3]
-        bounds, n = self._bounds, len(self._bounds.low)
-        p = np.empty((self._count, n))
-        p[self._first :] = bounds.middle + bounds.half * x[:first].reshape(-1, n)
-        if self._start is not None:
-            p[0] = self._start
-        v, a = np.zeros_like(p), np.zeros_like(p)
-        if self._passing:
-            v[1:-1] = bounds.speed * x[first:second].reshape(-1, n)
-            a[1:-1] = bounds.acceleration * x[second:third].reshape(-1, n)
-        return p, v, a, np.exp(x[third:]) if self._fixed is None else self._fixed
 
 
 def quickest(step: Array, speed: Array, acceleration: Array, segment: Segment = QUINTIC) -> Array:
@@ -402,11 +361,7 @@ def _check_count(count: int) -> None:
 
 
 def random_points(robot: Robot, count: int, seed: int, span: float = 0.8) -> Array:
-    """Draw random positions within the limits, shape (count, n).
-
-    Args:
-        robot: its joints need position limits.
-        span: fraction of the position range to use, about its middle.
+    """Draw random positions within a fraction ``span`` of the position range about its middle, shape (count, n).
 
     Raises:
         ValueError: if a joint has no position limits, or for a count that makes no motion.
@@ -420,20 +375,8 @@ def random_points(robot: Robot, count: int, seed: int, span: float = 0.8) -> Arr
     return np.asarray(middle + half * draw.uniform(-1.0, 1.0, (count, robot.n)))
 
 
-def random_via_points(
-    robot: Robot,
-    count: int,
-    seed: int,
-    speed: float = 0.5,
-    span: float = 0.8,
-    segment: Segment = QUINTIC,
-) -> ViaPoints:
-    """Draw random points within the position limits, with the shortest durations.
-
-    Args:
-        robot: its joints need position and speed limits.
-        speed: fraction of the speed limits to use.
-        span: fraction of the position range to use, about its middle.
+def random_via_points(robot: Robot, count: int, seed: int, speed: float = 0.5, span: float = 0.8) -> ViaPoints:
+    """Draw ``random_points``, with the shortest durations at a fraction ``speed`` of the speed limits.
 
     Raises:
         ValueError: if a joint has no position limits.
@@ -441,4 +384,88 @@ def random_via_points(
     points = random_points(robot, count, seed, span)
     limits = [joint.limits for joint in robot.joints]
     top, strong = speed * np.array([x.speed for x in limits]), np.array([x.acceleration for x in limits])
-    return ViaPoints(points, quickest(np.diff(points, axis=0), top, strong, segment), segment=segment)
+    return ViaPoints(points, quickest(np.diff(points, axis=0), top, strong))
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class SampledTrajectory(Plan, Brief):
+    """A smooth curve through samples; it rests before the first and after the last.
+
+    With speeds and accelerations a quintic between samples, with speeds alone a cubic, with neither the quintic
+    spline that starts and ends at rest.
+
+    Attributes:
+        t: times [s], shape (N,), rising; counted from the first.
+        q: positions [rad or m], shape (N, n).
+        qd, qdd: speeds and accelerations there, shape (N, n), or None.
+        source: name for messages.
+    """
+
+    t: Array
+    q: Array
+    qd: Array | None = None
+    qdd: Array | None = None
+    source: str = "trajectory"
+
+    def __post_init__(self) -> None:
+        """Lock the arrays; refuse a trajectory that does not rest at its ends."""
+        object.__setattr__(self, "t", np.asarray(self.t) - self.t[0])
+        shape = (len(self.t), np.shape(self.q)[-1])
+        freeze_fields(self, t=(None,), q=shape, qd=shape, qdd=shape)
+        if len(self.t) < 6:
+            raise InputError(f"{self.source}: {len(self.t)} samples do not make a trajectory")
+        qd = np.gradient(self.q, self.t, axis=0) if self.qd is None else self.qd
+        for k, where in ((0, "start"), (-1, "end")):
+            moving = np.abs(qd[k]) > _REST * np.abs(qd).max() + 1e-9
+            if moving.any():
+                raise InputError(
+                    f"{self.source}: joint {int(np.argmax(moving)) + 1} moves at the {where}: a trajectory must "
+                    "start and end at rest"
+                )
+
+    @cached_property
+    def pieces(self) -> Pieces:
+        """A polynomial between each two samples."""
+        from scipy.interpolate import make_interp_spline
+
+        T, qd, qdd = np.diff(self.t), self.qd, self.qdd
+        if qd is None:
+            rest = [(order, np.zeros(self.q.shape[1])) for order in (1, 2)]
+            curve = make_interp_spline(self.t, self.q, k=5, bc_type=(rest, rest))
+            qd, qdd = curve(self.t, 1), curve(self.t, 2)
+        if qdd is not None:
+            return _segments(self.q, qd, qdd, T)
+        cubic = _segments(self.q, qd, np.zeros_like(qd), T)
+        v0, a0, a1, v1, step = cubic.coefficients.swapaxes(0, 1)
+        a0[:], a1[:] = 6.0 * step - 4.0 * v0 - 2.0 * v1, -6.0 * step + 2.0 * v0 + 4.0 * v1
+        return cubic
+
+    def check_limits(self, robot: Robot) -> None:
+        """Refuse a trajectory that the robot's joints may not run."""
+        limits, (q, qd, qdd) = [joint.limits for joint in robot.joints], self.at(self.t)
+        ranges = [limit.position for limit in limits]
+        middle = np.array([0.5 * (low + high) if np.isfinite(high - low) else 0.0 for low, high in ranges])
+        shares = {
+            "position": np.abs(q - middle) / (0.5 * np.diff(ranges)[:, 0]),
+            "speed": np.abs(qd) / [limit.speed for limit in limits],
+            "acceleration": np.abs(qdd) / [limit.acceleration for limit in limits],
+        }
+        for quantity, share in shares.items():
+            k, j = np.unravel_index(int(np.argmax(share)), share.shape)
+            if share[k, j] > _OVER:
+                raise InputError(
+                    f"{self.source}: joint {j + 1} goes beyond its {quantity} limit at {self.t[k]:.3f} s "
+                    f"({share[k, j]:.2f} times): make the trajectory smaller or slower"
+                )
+
+
+def joined(motion: Motion, rate: float) -> Motion:
+    """Refine samples to no less than ``rate`` [Hz]: more on the quintics through those that lie farther apart."""
+    parts = np.ceil(np.diff(motion.t) * rate * (1.0 - _ROUNDING)).astype(int)
+    if (parts <= 1).all():
+        return motion
+    k = np.repeat(np.arange(len(parts)), parts)  # the sample before
+    fraction = (np.arange(len(k)) - np.repeat(np.cumsum(parts) - parts, parts)) / parts[k]
+    t, last = motion.t[k] + fraction * np.diff(motion.t)[k], (motion.q, motion.qd, motion.qdd)
+    between = ViaPoints(motion.q, np.diff(motion.t), motion.qd, motion.qdd).at(t - motion.t[0])
+    return Motion(np.append(t, motion.t[-1]), *(np.vstack([x, y[-1]]) for x, y in zip(between, last, strict=True)))

@@ -1,6 +1,6 @@
-"""Robots under their joint controllers: forward dynamics in closed loop, many runs side by side in one batch.
+"""Robots under their joint controllers: forward dynamics in closed loop, and experiments of recorded runs.
 
-The controller has a position and a speed loop in cascade, with feed-forward.
+The controller has a position and a speed loop in cascade, with feed-forward. Many runs go side by side in a batch.
 """
 
 from collections.abc import Callable, Sequence
@@ -11,11 +11,13 @@ import casadi as ca
 import numpy as np
 
 from ...common.arrays import Array
+from ...common.brief import Brief
 from ...common.errors import InputError
 from ...model import (
     BaseParameters,
     InertialParameters,
     Motion,
+    Recording,
     Robot,
     base_parameters,
     forward_dynamics_base,
@@ -30,7 +32,7 @@ from ...model.kernel.kernel import Kernel
 from ...model.motion import Measurement
 from ...model.stand_in import rotor_inertias, with_rotors
 from ..motions.family import Plan, sample_count
-from .disturbances import Disturbances, draw_robot_errors, no_disturbances
+from .disturbances import Disturbances, draw_friction, draw_robot_errors, no_disturbances, record
 from .simulator import Simulator, check_parameters, parameter_vector
 
 _POSES = 200  # over which a joint's inertia is averaged
@@ -185,7 +187,8 @@ class ClosedLoop:
         Raises:
             InputError: if the controller loses the robot.
         """
-        n, rate = self.robot.n, self.rate
+        n, rate, halves = self.robot.n, self.rate, 2 * self.steps
+        moving = float(self._controller.compensates == "motion")
         counts = np.array([sample_count(task.reference.duration, rate) for task in tasks])
         own = np.array([[self.robot.parameters[name] for name in self._dry]])
         frictions = [own if task.friction is None else np.asarray(task.friction) for task in tasks]
@@ -197,7 +200,15 @@ class ClosedLoop:
         for start in range(first, len(log), _CHUNK):
             # Runs that have not ended go on for some samples.
             stop, active = min(start + _CHUNK, len(log)), np.flatnonzero(counts > start).tolist()
-            reference = self._wanted([tasks[k].reference for k in active], start, stop)
+            # Positions, speeds and feed-forward at every half step, once for runs on the same reference.
+            t = np.arange(start * halves, stop * halves + 1) / (rate * halves)
+            known: dict[int, Array] = {}
+            for plan in (tasks[k].reference for k in active):
+                if id(plan) not in known:
+                    q, qd, qdd = plan.at(t)
+                    torque = self._feed_forward(q, moving * qd, moving * qdd, self._bare).T
+                    known[id(plan)] = np.hstack([q, qd, self._controller.feed_forward * torque])
+            reference = np.stack([known[id(tasks[k].reference)] for k in active], axis=1)
             levels = [
                 [frictions[k][min(max(sample, 0), len(frictions[k]) - 1)] for k in active]
                 for sample in range(start, stop)
@@ -228,19 +239,6 @@ class ClosedLoop:
             finished.append((Measurement(motion, torque - self._rotors * qdd), reference))
         return finished
 
-    def _wanted(self, references: Sequence[Plan], start: int, stop: int) -> Array:
-        """Evaluate reference positions, speeds and feed-forward at every half step, (half steps, runs, 3 n)."""
-        halves = 2 * self.steps
-        t = np.arange(start * halves, stop * halves + 1) / (self.rate * halves)
-        known: dict[int, Array] = {}
-        for reference in references:
-            if id(reference) not in known:
-                q, qd, qdd = reference.at(t)
-                moving = float(self._controller.compensates == "motion")
-                torque = self._feed_forward(q, moving * qd, moving * qdd, self._bare).T
-                known[id(reference)] = np.hstack([q, qd, self._controller.feed_forward * torque])
-        return np.stack([known[id(reference)] for reference in references], axis=1)
-
     def _parameters(self, payload: InertialParameters | None) -> Array:
         """Values of the base parameters, dry friction left out."""
         vector = parameter_vector(self._plant, self._plant.parameters, payload)
@@ -256,11 +254,7 @@ def integration_step(robot: Robot, base: BaseParameters, waves: int) -> ca.Funct
     settings the step [s], kp, kv, ki, the controller's inertia, and the ripple's amplitudes, waves and phases.
     Nothing else is fixed: the code of a robot is compiled once.
 
-    Args:
-        waves: number of waves of the ripple.
-
-    Returns:
-        Function to x after the step, then motor torque and acceleration at its start, 5 n x 1.
+    It gives x after the step, then motor torque and acceleration at its start, 5 n x 1.
     """
     n = robot.n
     x = ca.SX.sym("x", 3 * n)
@@ -335,3 +329,95 @@ def random_positions(robot: Robot, count: int) -> Array:
     bound = np.array([np.pi if joint.revolute else 0.5 for joint in robot.joints])
     ranges = np.clip(ranges, -bound[:, None], bound[:, None])
     return np.asarray(np.random.default_rng(0).uniform(ranges[:, 0], ranges[:, 1], (count, robot.n)))
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class SimulatedRun(Brief):
+    """Simulated run: what was recorded, and what is known of it.
+
+    Attributes:
+        exact: the motion and the motor torques without errors of measurement.
+        friction: dry friction averaged over the motion, by parameter [N·m or N].
+        tracking_error: largest distance from the reference, per joint [rad or m].
+    """
+
+    task: Task
+    recording: Recording
+    exact: Measurement
+    friction: dict[str, float]
+    tracking_error: Array
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Experiment(Brief):
+    """Runs of one robot with what disturbs it.
+
+    Attributes:
+        robot: the robot; its parameters are the truth, dry friction on average over all times.
+        phases, gains: of the ripple and of the drives, as ``draw_robot_errors`` gives them.
+        seed: of everything that was drawn.
+        runs: in the order of the tasks.
+    """
+
+    robot: Robot
+    disturbances: Disturbances
+    phases: Array
+    gains: Array
+    seed: int
+    runs: tuple[SimulatedRun, ...]
+
+    def again(self, disturbances: Disturbances) -> "Experiment":
+        """Record the same runs again with other errors of measurement.
+
+        Raises:
+            ValueError: if the robot itself would move otherwise.
+        """
+        own = self.disturbances
+        for name in ("ripple", "waves", "friction", "friction_memory"):
+            if getattr(own, name) != getattr(disturbances, name):
+                raise ValueError(f"{name} acts on the moving robot: simulate again")
+        phases, gains = draw_robot_errors(disturbances, self.seed)
+        runs = []
+        for k, run in enumerate(self.runs):
+            motion, torque = run.exact.motion, run.exact.torque
+            recording = record(motion, torque, disturbances, gains, [self.seed, k], run.task.name)
+            runs.append(replace(run, recording=recording))
+        return replace(self, disturbances=disturbances, phases=phases, gains=gains, runs=tuple(runs))
+
+
+def run_experiment(
+    robot: Robot,
+    tasks: Sequence[Task],
+    disturbances: Disturbances,
+    seed: int = 0,
+    controller: Controller | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> Experiment:
+    """Run tasks under the controller and record them, dry friction drawn by the disturbances.
+
+    Args:
+        disturbances: what the robot and its recordings suffer from.
+        seed: the same seed gives the same recordings.
+
+    Raises:
+        InputError: if the robot's parameters are missing, or its controller loses it.
+    """
+    phases, gains = draw_robot_errors(disturbances, seed)
+    loop, runs = ClosedLoop(robot, controller, disturbances, phases), []
+    counts = [sample_count(task.reference.duration, loop.rate) for task in tasks]
+    frictions = [draw_friction(robot, disturbances, count, loop.rate, [seed, k]) for k, count in enumerate(counts)]
+    rubbing = [task._replace(friction=friction) for task, friction in zip(tasks, frictions, strict=True)]
+    for k, (task, (exact, reference)) in enumerate(zip(tasks, loop.run(rubbing, progress), strict=True)):
+        recording = record(exact.motion, exact.torque, disturbances, gains, [seed, k], task.name)
+        levels = dict(zip(dry_friction_names(robot), frictions[k].mean(axis=0).tolist(), strict=True))
+        distance = np.abs(exact.motion.q - reference).max(axis=0)
+        runs.append(SimulatedRun(task, recording, exact, levels, distance))
+    return Experiment(robot, disturbances, phases, gains, seed, tuple(runs))
+
+
+def mean_friction(runs: Sequence[SimulatedRun]) -> dict[str, float]:
+    """Average dry friction over the motion of several runs, by parameter [N·m or N]."""
+    weights = [len(run.exact.motion.t) for run in runs]
+    return {
+        name: float(np.average([run.friction[name] for run in runs], weights=weights)) for name in runs[0].friction
+    }

@@ -84,11 +84,9 @@ far less about the robot.
 
 
 def relative_disturbances(torque: Array, share: float) -> Disturbances:
-    """Make levels for a robot about which nothing is known: fractions of each joint's torque.
+    """Make levels for a robot about which nothing is known: fractions of the joints' root mean square torque.
 
-    Args:
-        torque: root mean square torque of each joint on the motion [N·m or N], shape (n,).
-        share: fraction of the torque that becomes white noise; half of it each is ripple and change of friction.
+    A fraction ``share`` of the torque becomes white noise; half of it each is ripple and change of friction.
     """
     joints = tuple(float(x) for x in share * torque)
     half = tuple(0.5 * x for x in joints)

@@ -68,8 +68,7 @@ class Simulator:
         """
         torque = np.array(self.measure(motion, payload, parameters).torque)
         if noise is not None:
-            draw = np.random.default_rng(seed)
-            torque += np.asarray(noise) * draw.standard_normal(torque.shape)
+            torque += np.asarray(noise) * np.random.default_rng(seed).standard_normal(torque.shape)
         return Recording(motion.t, motion.q, torque, None, source, gain_sigma=0.0)
 
 
