@@ -144,13 +144,12 @@ def arm_of(recordings: Sequence[Stored]) -> Arm:
     Raises:
         InputError: if one does not, or a recording does not determine what is asked of it.
     """
-    for recording in recordings:
-        if not {"arm", "day"} <= set(recording.about):
-            name = recording.name
-            raise InputError(f"{name}: its arm and day are not known: give --pattern to reduce")
-    ordered = sorted(recordings, key=lambda recording: recording.about["day"])
-    arm, days = ordered[0].about["arm"], tuple(recording.about["day"] for recording in ordered)
-    reported = tuple(float(recording.about.get("payload", "0")) for recording in ordered)
+    for log in (recording.log for recording in recordings):
+        if log.arm is None or log.day is None:
+            raise InputError(f"{log.file}: its arm and day are not known: give --pattern to reduce")
+    ordered = sorted(recordings, key=lambda recording: str(recording.log.day))
+    arm, days = str(ordered[0].log.arm), tuple(str(recording.log.day) for recording in ordered)
+    reported = tuple(float(recording.log.payload or 0.0) for recording in ordered)
     usual = Counter(reported).most_common(1)[0][0]
     same = [recording.equations for recording, mass in zip(ordered, reported, strict=True) if mass == usual]
     whole = weighted(merged(equations.whole for equations in same))

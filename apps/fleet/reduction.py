@@ -67,7 +67,7 @@ def reduce_fleet(
     plan, target = packed((robot, recipe)), Store.made(store, robot, recipe)
     before = {log.file: log for log in target.logs()}
     held = {file: log for file, log in before.items() if not log.wrong}
-    wanted, refused = _wanted([log if isinstance(log, Log) else Log(log, {}) for log in logs], recipe, held)
+    wanted, refused = _wanted([log if isinstance(log, Log) else Log(log) for log in logs], recipe, held)
     missing = [log for log in wanted if not target.path(log.key).exists()]
     results: Iterator[_Done | None] = (reduce_log(plan, log) for log in missing)
     if isinstance(workers, tuple):
@@ -91,7 +91,7 @@ def reduce_fleet(
         lost_after = f"the workers were lost after {done} of {len(missing)} recordings ({error})"
         raise InputError(f"{lost_after}: run it again, what is done is kept") from None
     good = {log.file: log for log in wanted if log.file not in refused}
-    bad = {file: Log(file, {}, reason) for file, reason in refused.items()}
+    bad = {file: Log(file, wrong=reason) for file, reason in refused.items()}
     target.finish((before | good | bad).values())
     known = len(wanted) - len(missing)
     return ReducedDocument(str(target.root), len(good) - known, known, refused_documents(refused), lost)
@@ -113,7 +113,8 @@ def _wanted(logs: Sequence[Log], recipe: Recipe, held: Mapping[str, Log]) -> tup
         if (first := first_files.setdefault(digest, log.file)) != log.file:
             refused[log.file] = f"holds the same bytes as {first}: a recording counts once"
         else:
-            wanted.append(replace(log, sha256=digest, key=recipe.key(digest, log.about)))
+            known = replace(log, sha256=digest)
+            wanted.append(replace(known, key=recipe.key(known)))
     return wanted, refused
 
 
@@ -134,8 +135,7 @@ def reduce_log(plan: bytes, log: Log) -> _Done:
         # Nights are compared parameter by parameter: the terms of friction are the same in all.
         settings = Settings(recipe.processing, friction=robot.drives.friction)
         result = identify(robot, pieces, settings, gains=recipe.gains)
-        stored = Stored(log.file, robot, result.base, result.problem, dict(log.about))
-        return log, stored.parquet(result.estimate)
+        return log, Stored(log, robot, result.base, result.problem).parquet(result.estimate)
     except (InputError, OSError) as error:
         return replace(log, wrong=" ".join(str(error).split())), b""
     except Exception as fault:  # one bad log stops nobody; it is named, and so is the fault

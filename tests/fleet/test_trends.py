@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from dynident.apps import fleet, report
-from dynident.apps.fleet import Stored
+from dynident.apps.fleet import Log, Stored
 from dynident.apps.fleet.comparing import Compared
 from dynident.apps.fleet.nights import CHANGED, FEWEST, MASS, Series, arm_of, fleet_of
 from dynident.apps.logs.read import read_recording
@@ -29,7 +29,7 @@ def recording(tmp_path_factory: pytest.TempPathFactory) -> Stored:
     unpack(place)
     robot = load_robot("rx90")
     result = identify(robot, [read_recording(place / "rx_arm_unloaded.csv", robot)])
-    return Stored("a.csv", robot, result.base, result.problem, {})
+    return Stored(Log("a.csv"), robot, result.base, result.problem)
 
 
 @pytest.fixture(scope="module")
@@ -48,8 +48,8 @@ def history(recording: Stored) -> fleet.Fleet:
             mass = "2" if arm == "laden" and night == 5 else "0"
             if arm == "laden" and night in (5, NIGHTS - 1):
                 now_values = now_values + 2.0 * lump
-            about = {"arm": arm, "day": f"2026-01-{night + 1:02d}", "payload": mass}
-            nights.append(drawn(recording, now_values, noise, draw, f"{arm}{night}", about))
+            log = Log(f"{arm}{night}", arm, f"2026-01-{night + 1:02d}", mass)
+            nights.append(drawn(recording, now_values, noise, draw, log))
         arms.append(arm_of(nights[::-1]))
     return fleet_of(arms)
 
@@ -115,6 +115,6 @@ def test_a_recording_is_compared_with_the_mean_of_all_others() -> None:
 def test_an_arm_without_a_name_or_day_is_refused(recording: Stored) -> None:
     with pytest.raises(InputError, match="arm and day are not known"):
         arm_of([recording])
-    alone = fleet_of([arm_of([replace(recording, about={"arm": "a", "day": "2026-01-01"})])])
+    alone = fleet_of([arm_of([replace(recording, log=Log("a.csv", "a", "2026-01-01"))])])
     assert not alone.changed
     assert alone.twins is None

@@ -14,7 +14,7 @@ from ....estimation.results.payload import PayloadResult, array
 from ...export.controllers import FORMATS
 from ...export.load import is_flange, load_of
 from ...numbers import SIX, interval_digits, six, with_interval
-from ..blocks import Banner, Block, Code, Details, Notes, OnPage, Pair, Report, Section, Table, Text
+from ..blocks import Banner, Block, Code, Details, Notes, OnPage, Pair, Report, Section, Table, Text, lines
 from ..figures.payload import flange_figure, repeats_figure, seen
 from .estimates import data_notes, methods_section
 from .evidence import (
@@ -107,53 +107,47 @@ def answer_notes(result: PayloadResult) -> list[str]:
     worst, chosen, robust = result.joint_that_agrees_least, result.recommended, present(result.best_free.robust)
     residual, masses = present(result.relative_residual), {each.method: each.ten[9] for each in result.estimates}
     each = ", ".join(f"{method} {x:.4g}" for method, x in sorted(masses.items()) if np.isfinite(x))
-    lines = [
-        *([f"Inertia ASSUMED, not measured: {result.assumed.inertia}."] if result.assumed else []),
-        f"Joint that agrees least: {worst}." if worst else "No joint can be compared with the others.",
-        *([f"Mass by method [kg]: {each}."] if len(masses) > 1 else []),
-        *([f"Method {chosen.method}: {chosen.reason}."] if chosen is not None and chosen.reason else []),
-        *verdict_notes(result.verdict),
-        *_scale_notes(result),
-        *(
-            f"Another way, {way.name}: {array(way.mass):.4g} kg, centre of mass "
-            f"({', '.join('-' if not np.isfinite(x) else f'{1e3 * x:.1f}' for x in way.com)}) mm."
-            for way in present(result.agreement) or ()
-        ),
-    ]
-    if repeats := present(result.repeats):
-        _, alone, sigmas = seen(repeats)
-        texts = ", ".join(f"{m:.4g} ± {s:.2g}" for m, s in zip(alone, sigmas, strict=True))
-        spread = f"spread {array(repeats.spread):.2g} kg"
-        lines.append(f"{len(repeats.masses)} recordings, each alone [kg]: {texts}; {spread}.")
-        if repeats.drift_per_recording is not None:
-            trend = "a drift" if repeats.drifts else "no clear drift"
-            step, sigma = repeats.drift_per_recording, array(repeats.drift_sigma)
-            lines.append(f"From one to the next {step:+.2g} ± {sigma:.2g} kg: {trend}.")
-        if repeats.excess is not None and repeats.excess > 1.0:
-            wider = "all intervals are widened by that"
-            lines.append(f"They scatter {repeats.excess:.2g} times as much as each says: {wider}.")
-    lines += friction_notes(present(result.friction) or ())
-    lines += gain_error_notes(result.settings, result.gains)
-    if not result.short and not (residual and residual.validation):
-        lines.append("Better: keep one recording without payload out of identification (--validate).")
-    if robust and robust.unavailable:
-        lines.append(f"Better: record longer; intervals rest on white noise, because {robust.unavailable}.")
-    elif robust and robust.warning:
-        lines.append(f"Better: {robust.warning}.")
-    return lines
-
-
-def _scale_notes(result: PayloadResult) -> list[str]:
-    if result.mass_from_scale and result.scale:
-        mass, sigma = result.scale
-        return [f"Mass: the scale's {mass:g} ± {sigma:g} kg; the torques of these joints do not contain it."]
-    lines = [
+    scale = [
         f"Scale {weighing.mass:g} ± {weighing.sigma:.2g} kg, torques {weighing.identified:.4g} ± "
         f"{weighing.identified_sigma:.2g} kg: {abs(array(weighing.z)):.1f} sigma apart, "
         f"{'which contradict each other' if array(weighing.p_value) < CONFLICT else 'in agreement'}."
         for weighing in present((result.best or result.best_free).weighed) or ()
     ]
-    return lines or ["Not weighed: --mass KG+-KG compares with a scale, and sharpens the centre of mass."]
+    if result.mass_from_scale and result.scale:
+        known, sigma = result.scale
+        scale = [f"Mass: the scale's {known:g} ± {sigma:g} kg; the torques of these joints do not contain it."]
+    noted = lines(
+        f"Inertia ASSUMED, not measured: {result.assumed.inertia}." if result.assumed else "",
+        f"Joint that agrees least: {worst}." if worst else "No joint can be compared with the others.",
+        f"Mass by method [kg]: {each}." if len(masses) > 1 else "",
+        f"Method {chosen.method}: {chosen.reason}." if chosen is not None and chosen.reason else "",
+        *verdict_notes(result.verdict),
+        *(scale or ["Not weighed: --mass KG+-KG compares with a scale, and sharpens the centre of mass."]),
+    )
+    for way in present(result.agreement) or ():
+        com = ", ".join("-" if not np.isfinite(x) else f"{1e3 * x:.1f}" for x in way.com)
+        noted.append(f"Another way, {way.name}: {array(way.mass):.4g} kg, centre of mass ({com}) mm.")
+    if repeats := present(result.repeats):
+        _, alone, sigmas = seen(repeats)
+        texts = ", ".join(f"{m:.4g} ± {s:.2g}" for m, s in zip(alone, sigmas, strict=True))
+        spread = f"spread {array(repeats.spread):.2g} kg"
+        noted.append(f"{len(repeats.masses)} recordings, each alone [kg]: {texts}; {spread}.")
+        if repeats.drift_per_recording is not None:
+            trend = "a drift" if repeats.drifts else "no clear drift"
+            step, sigma = repeats.drift_per_recording, array(repeats.drift_sigma)
+            noted.append(f"From one to the next {step:+.2g} ± {sigma:.2g} kg: {trend}.")
+        if repeats.excess is not None and repeats.excess > 1.0:
+            wider = "all intervals are widened by that"
+            noted.append(f"They scatter {repeats.excess:.2g} times as much as each says: {wider}.")
+    noted += friction_notes(present(result.friction) or ())
+    noted += gain_error_notes(result.settings, result.gains)
+    if not result.short and not (residual and residual.validation):
+        noted.append("Better: keep one recording without payload out of identification (--validate).")
+    if robust and robust.unavailable:
+        noted.append(f"Better: record longer; intervals rest on white noise, because {robust.unavailable}.")
+    elif robust and robust.warning:
+        noted.append(f"Better: {robust.warning}.")
+    return noted
 
 
 def controller_line(result: PayloadResult) -> str:
