@@ -1,6 +1,7 @@
 """Parts that several reports share: verdict, errors of the gains, torques, joints."""
 
 from collections.abc import Callable, Mapping, Sequence
+from types import MappingProxyType
 
 import numpy as np
 from msgspec import UnsetType
@@ -59,10 +60,7 @@ def gain_error_notes(processing: ProcessingDocument, gains: Gains | None) -> lis
     return [line, *gains.notes]
 
 
-_NONE: Mapping[str, str] = {}
-
-
-def friction_notes(terms: Sequence[TermDocument], values: Mapping[str, str] = _NONE) -> list[str]:
+def friction_notes(terms: Sequence[TermDocument], values: Mapping[str, str] = MappingProxyType({})) -> list[str]:
     """Line on the friction beside Coulomb and viscous: what it is, and by how much it lowers the error."""
     falls = {
         term.name: f"({100.0 * float(array(term.fall)):.0f} ± {100.0 * float(array(term.error)):.0f} %)"
@@ -77,15 +75,9 @@ def friction_notes(terms: Sequence[TermDocument], values: Mapping[str, str] = _N
     return [f"Friction by load or root of speed was not tried: {present(untried[0].why_not)}."] if untried else []
 
 
-def friction_table(terms: Sequence[TermDocument]) -> list[Table]:
-    """Tabulate the terms of friction that were tried; none where none were."""
-    rows = [
-        (term.name, f"{100 * float(array(term.fall)):.1f}", f"{100 * float(array(term.error)):.1f}",
-         "kept" if term.kept else present(term.why_not) or "")
-        for term in terms
-    ]  # fmt: skip
-    headings = ("", "error falls by, %", "its standard error, %", "")
-    return [Table("Terms of friction, on blocks of time that were held out", headings, rows)] if rows else []
+def jackknife(blocks: int, length: float) -> str:
+    """Say by which blocks of time, of a length [s], robust standard deviations were found."""
+    return f"jackknife over {blocks} blocks of {length:.2g} s or more"
 
 
 def residual_text(fit: Fit | ResidualDocument) -> str:

@@ -134,8 +134,8 @@ def answer_notes(result: PayloadResult) -> list[str]:
         noted.append(f"{len(repeats.masses)} recordings, each alone [kg]: {texts}; {spread}.")
         if repeats.drift_per_recording is not None:
             trend = "a drift" if repeats.drifts else "no clear drift"
-            step, sigma = repeats.drift_per_recording, array(repeats.drift_sigma)
-            noted.append(f"From one to the next {step:+.2g} ± {sigma:.2g} kg: {trend}.")
+            step = f"{repeats.drift_per_recording:+.2g} ± {array(repeats.drift_sigma):.2g}"
+            noted.append(f"From one to the next {step} kg: {trend}.")
         if repeats.excess is not None and repeats.excess > 1.0:
             wider = "all intervals are widened by that"
             noted.append(f"They scatter {repeats.excess:.2g} times as much as each says: {wider}.")
