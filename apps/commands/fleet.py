@@ -120,5 +120,5 @@ def run_compare(
         ]
     compared = fleet.compared(data, results)
     files.show(report.compared_report(compared))
-    files.write_json(lambda: report.documents.ComparedDocument.of(compared))
+    files.write_json(lambda: compared)
     return ANSWERED

@@ -133,9 +133,10 @@ def same_time(logs: Iterable[Log]) -> dict[str, str]:
     """Find logs of one arm at one time: path -> what is wrong with it."""
     owners, wrong = dict[tuple[str, str], str](), dict[str, str]()
     for log in logs:
-        if not log.wrong and log.arm is not None and log.day is not None:
-            if (owner := owners.setdefault((log.arm, log.day), log.file)) != log.file:
-                wrong[log.file] = f"{owner} is of arm {log.arm!r} at {log.day} too: give times, or another name"
+        if log.wrong or log.arm is None or log.day is None:
+            continue
+        if (owner := owners.setdefault((log.arm, log.day), log.file)) != log.file:
+            wrong[log.file] = f"{owner} is of arm {log.arm!r} at {log.day} too: give times, or another name"
     return wrong
 
 

@@ -28,7 +28,7 @@ from ...trajectories.design.full_trajectory import Rung
 from ...trajectories.design.score import holding_torques
 from ..export.motion import rests_on
 from ..fleet import Fleet
-from ..fleet.comparing import OddDocument
+from ..fleet.comparing import Compared, OddDocument
 from ..fleet.nights import CHANGED, Series
 from ..fleet.reduction import ReducedDocument
 from ..fleet.store import RefusedDocument, refused_documents
@@ -414,19 +414,6 @@ def rollout_document(rollout: Rollout) -> RolloutDocument:
     )
 
 
-class ComparedDocument(Document, frozen=True):
-    """Parameters by k recordings: values and standard deviations k x c, the rest c each."""
-
-    recordings: tuple[str, ...]
-    parameters: tuple[str, ...]
-    values: Matrix
-    sigma: Matrix
-    pooled: Vector
-    pooled_interval95: Matrix
-    scatter: Vector
-    odd: tuple[OddDocument, ...]
-
-
 class NightDocument(Document, frozen=True):
     """A quantity of an arm on its last night, its standard deviation, and what the ``nights`` before say.
 
@@ -483,7 +470,7 @@ DOCUMENTS: dict[str, type[Document]] = {
     "rollout": RolloutsDocument,
     "fleet_report": FleetDocument,
     "fleet_reduce": ReducedDocument,
-    "compare": ComparedDocument,
+    "compare": Compared,
     "check": CheckDocument,
     "verify": FollowingChange,
     "robot_check": RobotCheckDocument,

@@ -2,18 +2,20 @@
 
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
+from typing import cast
 
 import numpy as np
 import pytest
 from dynident.apps import fleet, report
 from dynident.apps.fleet import Log, Stored
-from dynident.apps.fleet.comparing import Compared
+from dynident.apps.fleet.comparing import side_by_side
 from dynident.apps.fleet.nights import CHANGED, FEWEST, MASS, Series, arm_of, fleet_of
 from dynident.apps.logs.read import read_recording
 from dynident.apps.report.documents import fleet_document
 from dynident.apps.report.provenance import Provenance, now
 from dynident.common.errors import InputError
-from dynident.estimation import identify
+from dynident.estimation import Estimate, identify
 from dynident.estimation.fit.least_squares import weighted
 from dynident.model import load_robot
 from dynident.model.regressors import payload_columns
@@ -83,7 +85,7 @@ def test_the_page_names_it(history: fleet.Fleet, tmp_path: Path) -> None:
 def series(values: np.ndarray, own: float) -> Series:
     """Values of as many nights, each with an error of its own."""
     days = tuple(f"2026-01-{k + 1:02d}" for k in range(len(values)))
-    return Series("a", "OFF1", days, values, np.full(len(values), own))
+    return Series.of("a", "OFF1", days, values, np.full(len(values), own))
 
 
 def test_z_is_the_distance_from_the_median_in_robust_standard_deviations() -> None:
@@ -104,7 +106,11 @@ def test_quiet_series_are_told_as_seldom_as_stated(nights: int, rate: float) -> 
 def test_a_recording_is_compared_with_the_mean_of_all_others() -> None:
     draw = np.random.default_rng(2)
     values, sigma = draw.normal(size=(5, 4)), draw.uniform(0.1, 2.0, (5, 4))
-    both = Compared(tuple("abcde"), tuple("ABCD"), values, sigma, 50.0)
+    estimates = [
+        SimpleNamespace(names=tuple("ABCD"), values=own, sigma=spread, degrees_of_freedom=50.0)
+        for own, spread in zip(values, sigma, strict=True)
+    ]
+    both = side_by_side("abcde", cast("list[Estimate]", estimates))
     for k in range(5):
         others, weights = (np.delete(each, k, axis=0) for each in (values, sigma**-2))
         error = np.sqrt(sigma[k] ** 2 + 1.0 / weights.sum(axis=0))
