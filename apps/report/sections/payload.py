@@ -16,18 +16,8 @@ from ...export.load import is_flange, load_of
 from ...numbers import SIX, interval_digits, six, with_interval
 from ..blocks import Banner, Block, Code, Details, Notes, OnPage, Pair, Report, Section, Table, Text, lines
 from ..figures.payload import flange_figure, repeats_figure, seen
+from . import evidence
 from .estimates import data_notes, methods_section
-from .evidence import (
-    MEND,
-    VERDICTS,
-    friction_notes,
-    gain_error_notes,
-    joints_section,
-    reason_blocks,
-    torques_section,
-    verdict_notes,
-    worst_torque,
-)
 from .parameters import essential_section, excitation_section
 
 _SHOWN = ("abb", "kuka", "ur", "fanuc", "yaskawa", "staubli", "franka", "urdf")
@@ -44,7 +34,10 @@ def payload_report(result: PayloadResult, document: str | None = None, notes: Se
     """
     best, made, method, level = result.best, result.working, result.method, result.verdict.level
     mass, interval = float(result.mass), tuple(result.mass.interval95.tolist())
-    sections = [methods_section(result), joints_section(present(result.mass_by_joints) or (), mass, interval)]
+    sections = [
+        methods_section(result),
+        evidence.joints_section(present(result.mass_by_joints) or (), mass, interval),
+    ]
     subtitle, worst = "Identified from recordings of joint positions and torques", list[Block]()
     if joints := present(result.joints):
         subtitle = f"Weighed by a motion of joint{'s' * (len(joints) > 1)} {', '.join(map(str, joints))}"
@@ -57,12 +50,12 @@ def payload_report(result: PayloadResult, document: str | None = None, notes: Se
         count = (len(source.loaded) if source else 0) + (len(made.held_out) if made else 0)
         labels = dict(zip(base.columns, base.names, strict=True)) if base else {}
         sections += [
-            torques_section(lambda: made.predictions, count),
+            evidence.torques_section(lambda: made.predictions, count),
             excitation_section(lambda: made.excitation, labels),
             essential_section(present(result.essential), result.title),
         ]
-        worst = [worst_torque(lambda: made.predictions)]
-    to_do = [MEND]
+        worst = [evidence.worst_torque(lambda: made.predictions)]
+    to_do = [evidence.MEND]
     if level != "do_not_use":
         export = f"'dynident export {document or 'P.json'} --to ur' (abb, kuka, fanuc, ..)"
         line = f"Its own format: {'' if document or not made else 'add --json P.json, then '}{export}."
@@ -74,9 +67,9 @@ def payload_report(result: PayloadResult, document: str | None = None, notes: Se
         *([flange_figure(best, result.inertia.use == "use", is_flange(result.frame))] if best else []),
     ]
     first: list[Block] = [
-        Banner(level, f"Verdict: {VERDICTS[level]} (method {method}, {METHOD_NAMES[method]})."),
+        Banner(level, f"Verdict: {evidence.VERDICTS[level]} (method {method}, {METHOD_NAMES[method]})."),
         Pair(controller, [quantities_table(result)]),
-        *reason_blocks(result.verdict),
+        *evidence.reason_blocks(result.verdict),
         Notes([*answer_notes(result), *notes], optional=True),
         *worst,
     ]
@@ -121,7 +114,7 @@ def answer_notes(result: PayloadResult) -> list[str]:
         f"Joint that agrees least: {worst}." if worst else "No joint can be compared with the others.",
         f"Mass by method [kg]: {each}." if len(masses) > 1 else "",
         f"Method {chosen.method}: {chosen.reason}." if chosen is not None and chosen.reason else "",
-        *verdict_notes(result.verdict),
+        *evidence.verdict_notes(result.verdict),
         *(scale or ["Not weighed: --mass KG+-KG compares with a scale, and sharpens the centre of mass."]),
     )
     for way in present(result.agreement) or ():
@@ -139,8 +132,8 @@ def answer_notes(result: PayloadResult) -> list[str]:
         if repeats.excess is not None and repeats.excess > 1.0:
             wider = "all intervals are widened by that"
             noted.append(f"They scatter {repeats.excess:.2g} times as much as each says: {wider}.")
-    noted += friction_notes(present(result.friction) or ())
-    noted += gain_error_notes(result.settings, result.gains)
+    noted += evidence.friction_notes(present(result.friction) or ())
+    noted += evidence.gain_error_notes(result.settings, result.gains)
     if not result.short and not (residual and residual.validation):
         noted.append("Better: keep one recording without payload out of identification (--validate).")
     if robust and robust.unavailable:

@@ -19,18 +19,7 @@ from ....model.robot import SOURCED
 from ...numbers import percent
 from ...rollout import Rollout
 from ..blocks import Banner, Block, Notes, Report, Section, Table, lines, with_sigma
-from .evidence import (
-    MEND,
-    conditioning,
-    friction_notes,
-    gain_error_notes,
-    jackknife,
-    reason_blocks,
-    residual_text,
-    torques_section,
-    verdict_notes,
-    worst_torque,
-)
+from . import evidence
 from .parameters import essential_section, excitation_section
 from .rollout import rollout_line, rollout_section
 
@@ -124,7 +113,7 @@ def robot_report(result: RobotResult, rollouts: Sequence[Rollout] = (), document
         f"{len(result.columns)} base parameters, {known} of them known to 10 % (1 sigma), "
         f"{len(result.essential)} essential.",
         possible,
-        MEND if verdict.reasons else f"Next: {ask}{after}.",
+        evidence.MEND if verdict.reasons else f"Next: {ask}{after}.",
     )
     paper = ("FS", "FV", "FSM", "FVM")
     further_friction = {
@@ -133,29 +122,29 @@ def robot_report(result: RobotResult, rollouts: Sequence[Rollout] = (), document
         if name.startswith("F") and parameter_kind(name) not in paper
     }
     notes = [
-        *verdict_notes(verdict),
-        *friction_notes(present(result.friction) or (), further_friction),
-        *gain_error_notes(result.processing, result.gains),
+        *evidence.verdict_notes(verdict),
+        *evidence.friction_notes(present(result.friction) or (), further_friction),
+        *evidence.gain_error_notes(result.processing, result.gains),
     ]
     first = [
         Banner("do_not_use" if verdict.reasons else "use", f"Verdict: {_BAD if verdict.reasons else _GOOD}"),
-        *reason_blocks(verdict),
+        *evidence.reason_blocks(verdict),
         _joint_table(result),
         Notes(told),
         Notes([*map(rollout_line, rollouts), *notes], optional=True),
-        worst_torque(lambda: made.predictions),
+        evidence.worst_torque(lambda: made.predictions),
     ]
     sections = (
         robot_section(result),
         *([rollout_section(rollouts)] if rollouts else []),
-        torques_section(lambda: made.predictions, len(made.held_out or made.recordings) if made else 0),
+        evidence.torques_section(lambda: made.predictions, len(made.held_out or made.recordings) if made else 0),
         excitation_section(lambda: made.excitation, labels),
         essential_section(present(result.elimination), result.title),
     )
     data = lines(
-        conditioning(result.data.equations, len(result.columns), result),
-        f"Relative residual: {residual_text(estimate.fit)}",
-        f"On the validation recording: {residual_text(held_out)}" if held_out else "",
+        evidence.conditioning(result.data.equations, len(result.columns), result),
+        f"Relative residual: {evidence.residual_text(estimate.fit)}",
+        f"On the validation recording: {evidence.residual_text(held_out)}" if held_out else "",
         *_sigma_notes(estimate, present(result.robust.unavailable) if result.robust else None),
     )
     title, more = f"Dynamic parameters of the {result.title}", "every base parameter, residuals, what is essential"
@@ -184,10 +173,11 @@ def _sigma_notes(estimate: Estimate, why_not: str | None) -> list[str]:
         formula = f"± by the formula alone: {why_not}" if why_not else ""
         return lines("± one standard deviation by (17)-(19), for white torque noise.", formula)
     low, middle, high = np.quantile(robust.sigma / np.maximum(estimate.sigma, 1e-300), (0.0, 0.5, 1.0))
+    blocks = evidence.jackknife(robust.blocks, robust.block_length)
     return lines(
         "± and % by the larger of the formula's (17)-(19) and the block jackknife's standard deviation; what is "
         "essential goes by the formula's.",
-        f"sigma_robust/sigma ({jackknife(robust.blocks, robust.block_length)} to formula): median {middle:.2f}, "
+        f"sigma_robust/sigma ({blocks} to formula): median {middle:.2f}, "
         f"{low:.2f} to {high:.2f}; above 1 where errors of the torque last longer than a sample. chi2 and p by the "
         "jackknife's.",
         robust.warning,
