@@ -13,7 +13,7 @@ from dynident.apps.fleet.comparing import side_by_side
 from dynident.apps.fleet.nights import CHANGED, FEWEST, MASS, Series, arm_of, fleet_of
 from dynident.apps.logs.read import read_recording
 from dynident.apps.report.documents import fleet_document
-from dynident.apps.report.provenance import Provenance, now
+from dynident.apps.report.page import Provenance, now
 from dynident.common.errors import InputError
 from dynident.estimation import Estimate, identify
 from dynident.estimation.fit.least_squares import weighted

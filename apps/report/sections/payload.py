@@ -18,7 +18,6 @@ from ..blocks import Banner, Block, Code, Details, Notes, OnPage, Pair, Report, 
 from ..figures.payload import flange_figure, repeats_figure, seen
 from . import evidence
 from .estimates import data_notes, methods_section
-from .parameters import essential_section, excitation_section
 
 _SHOWN = ("abb", "kuka", "ur", "fanuc", "yaskawa", "staubli", "franka", "urdf")
 """The formats in the page; 'dynident export' writes more."""
@@ -51,8 +50,8 @@ def payload_report(result: PayloadResult, document: str | None = None, notes: Se
         labels = dict(zip(base.columns, base.names, strict=True)) if base else {}
         sections += [
             evidence.torques_section(lambda: made.predictions, count),
-            excitation_section(lambda: made.excitation, labels),
-            essential_section(present(result.essential), result.title),
+            evidence.excitation_section(lambda: made.excitation, labels),
+            evidence.essential_section(present(result.essential), result.title),
         ]
         worst = [evidence.worst_torque(lambda: made.predictions)]
     to_do = [evidence.MEND]

@@ -20,7 +20,6 @@ from ...numbers import percent
 from ...rollout import Rollout
 from ..blocks import Banner, Block, Notes, Report, Section, Table, lines, with_sigma
 from . import evidence
-from .parameters import essential_section, excitation_section
 from .rollout import rollout_line, rollout_section
 
 _HEADINGS = ("joint", "kind", "alpha", "d", "theta", "r", "from", "to", "speed", "accel.", "torque")
@@ -138,8 +137,8 @@ def robot_report(result: RobotResult, rollouts: Sequence[Rollout] = (), document
         robot_section(result),
         *([rollout_section(rollouts)] if rollouts else []),
         evidence.torques_section(lambda: made.predictions, len(made.held_out or made.recordings) if made else 0),
-        excitation_section(lambda: made.excitation, labels),
-        essential_section(present(result.elimination), result.title),
+        evidence.excitation_section(lambda: made.excitation, labels),
+        evidence.essential_section(present(result.elimination), result.title),
     )
     data = lines(
         evidence.conditioning(result.data.equations, len(result.columns), result),
