@@ -15,9 +15,9 @@ from ...model import InertialParameters, Pose
 from ...model.files.tree import read_urdf
 from ...model.frames import frames_at
 from .format import plain
-from .robot import Frames, link_marks
+from .robot import Frames, drive_attributes, link_marks, mark_comment
 from .simulators import mjcf
-from .xml import drive_attributes, element, mark_comment, mjcf_inertial, urdf_inertial
+from .xml import element, mjcf_inertial, urdf_inertial
 from .xml_edits import XmlEdits
 
 

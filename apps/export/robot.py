@@ -1,8 +1,10 @@
-"""Common parts of whole robots' formats: the head, marks of numbers, and frames of links."""
+"""Common parts of whole robots' formats: the head, marks of numbers, drives, and frames of links."""
 
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from typing import Any
+from xml.etree.ElementTree import Comment, Element
 
 from ... import __version__
 from ...common.errors import InputError
@@ -13,7 +15,8 @@ from ...model.drives import parameter_kind
 from ...model.frames import step
 from ...model.friction import PAPER
 from ..numbers import exact
-from .format import Format
+from .format import Format, plain
+from .xml import element
 
 _UNITS = {"armature": "kg m^2 or kg", "damping": "N·m·s/rad or N·s/m", "friction": "N·m or N", "offset": "N·m or N"}
 _STANDARD_GRAVITY = [0.0, 0.0, -9.81]
@@ -135,6 +138,24 @@ def fields(label: Labelled) -> dict[str, str]:
 def link_marks(link: LinkNumbers, drive: Mapping[str, Labelled]) -> dict[str, Labelled]:
     """Numbers of a link and of the drive before it, then its standard parameters."""
     return {**link.numbers, **drive, **link.parameters}
+
+
+def mark_comment(numbers: Mapping[str, Labelled]) -> "Element[Any]":
+    """One comment of a link, a line a number: name, value, mark, share of the data, sigma, low, high, base."""
+    lines = (" ".join([name, *fields(label).values()]) for name, label in numbers.items())
+    return Comment("".join(f"\n        {plain(line)}" for line in lines) + "\n      ")
+
+
+def marked(numbers: Mapping[str, Labelled], body: "list[Element[Any]]") -> "list[Element[Any]]":
+    """A body after a comment of its marks; then marks as elements of their own, which SDFormat keeps."""
+    marks = (element("dynident:number", {"name": name} | fields(label)) for name, label in numbers.items())
+    return [mark_comment(numbers), *body, *marks]
+
+
+def drive_attributes(drive: Mapping[str, Labelled]) -> dict[str, str]:
+    """Attributes of a drive's damping and friction, as far as they are known."""
+    quantities = [quantity for quantity in ("damping", "friction") if quantity in drive]
+    return {quantity: exact(drive_value(drive, quantity)) for quantity in quantities}
 
 
 @dataclass(frozen=True)

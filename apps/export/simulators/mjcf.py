@@ -14,9 +14,9 @@ from ....estimation.possible.whole_robot import Labelled, WholeRobot
 from ....model import Pose
 from ...numbers import exact
 from ..format import Format
-from ..robot import Frames, drive_value, fields, link_marks, robot_head
+from ..robot import Frames, drive_value, fields, link_marks, mark_comment, robot_head
 from ..rotation import quaternion
-from ..xml import COMMENT, FIRST, element, mark_comment, mjcf_inertial, xml_text
+from ..xml import COMMENT, FIRST, element, mjcf_inertial, xml_text
 
 
 def _write(whole: WholeRobot) -> str:

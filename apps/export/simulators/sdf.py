@@ -10,10 +10,9 @@ from xml.etree.ElementTree import Element
 from ....estimation.possible.whole_robot import WholeRobot
 from ....model import Pose
 from ...numbers import exact
-from .. import xml
 from ..format import Format
-from ..robot import Frames, drive_value, link_marks, robot_head
-from ..xml import COMMENT, DYNIDENT, FIRST, element, texts, xml_text
+from ..robot import Frames, drive_attributes, drive_value, link_marks, marked, robot_head
+from ..xml import COMMENT, DYNIDENT, FIRST, element, sdf_inertial, texts, xml_text
 
 
 def _write(whole: WholeRobot) -> str:
@@ -27,8 +26,8 @@ def _write(whole: WholeRobot) -> str:
     for j, link in enumerate(whole.links):
         pose, drive, body = _pose(frames.link(j)), whole.apart[j], link.body
         pose.set("relative_to", names[j])
-        mass = [xml.sdf_inertial(body.mass, body.com, body.inertia_com)] if body.mass else []
-        model.append(element("link", {"name": link.link}, pose, *xml.marked(link_marks(link, drive), mass)))
+        mass = [sdf_inertial(body.mass, body.com, body.inertia_com)] if body.mass else []
+        model.append(element("link", {"name": link.link}, pose, *marked(link_marks(link, drive), mass)))
         joint = robot.joints[j]
         limits, kind = joint.limits, "revolute" if joint.revolute else "prismatic"
         bounds = {"lower": limits.position[0], "upper": limits.position[1], "effort": limits.torque}
@@ -38,7 +37,7 @@ def _write(whole: WholeRobot) -> str:
         axis = (
             element("xyz", {}, frames.axis(j)),
             element("limit", {}, *texts(finite)),
-            element("dynamics", {}, *texts(xml.drive_attributes(drive))),
+            element("dynamics", {}, *texts(drive_attributes(drive))),
         )
         parts = [*texts({"parent": names[j], "child": names[j + 1]}), element("axis", {}, *axis)]
         parts += texts(rotor) if "armature" in drive else []

@@ -10,10 +10,9 @@ from xml.etree.ElementTree import Element
 from ....estimation.possible.whole_robot import WholeRobot
 from ....model import Pose
 from ...numbers import exact
-from .. import xml
 from ..format import Format
-from ..robot import Frames, drive_value, link_marks, robot_head
-from ..xml import COMMENT, DYNIDENT, FIRST, element, xml_text
+from ..robot import Frames, drive_attributes, drive_value, link_marks, marked, robot_head
+from ..xml import COMMENT, DYNIDENT, FIRST, element, urdf_inertial, xml_text
 
 _UNKNOWN = 1e6
 """URDF demands numbers for limits: this stands for none."""
@@ -25,10 +24,10 @@ def _write(whole: WholeRobot) -> str:
     root = element("robot", {"name": robot.name} | spaces, element("link", {"name": names[0]}))
     for j, link in enumerate(whole.links):
         marks, body = link_marks(link, whole.apart[j]), link.body
-        mass = [xml.urdf_inertial(body.mass, body.com, body.inertia_com)] if body.mass else []
-        root.append(element("link", {"name": link.link}, *xml.marked(marks, mass)))
+        mass = [urdf_inertial(body.mass, body.com, body.inertia_com)] if body.mass else []
+        root.append(element("link", {"name": link.link}, *marked(marks, mass)))
         joint = robot.joints[j]
-        limits, dynamics = joint.limits, xml.drive_attributes(whole.apart[j])
+        limits, dynamics = joint.limits, drive_attributes(whole.apart[j])
         bounded = all(map(math.isfinite, limits.position))
         kind = "prismatic" if not joint.revolute else "revolute" if bounded else "continuous"
         low, high = limits.position if bounded else (-_UNKNOWN, _UNKNOWN)
