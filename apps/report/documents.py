@@ -25,6 +25,7 @@ from ...trajectories import Design, DesignProblem, NearShape, Score, Trapezoid, 
 from ...trajectories import NearMotion as NearPlan
 from ...trajectories.design.floor import Floor
 from ...trajectories.design.full_trajectory import Rung
+from ...trajectories.design.limits import LimitCheck
 from ...trajectories.design.score import holding_torques
 from ..export.motion import rests_on
 from ..fleet import Fleet
@@ -133,24 +134,12 @@ def robot_check_document(robot: Robot, poses: Sequence[PoseCheck], readings: Rea
     return RobotCheckDocument.of(ranked(readings), robot=robot.name, poses=tuple(logs))
 
 
-class LimitDocument(Document, frozen=True):
-    """The nearest that a motion comes to a limit."""
-
-    name: str
-    worst: str
-    value: Number
-    limit: Number
-    violation: Number
-    relative: Number
-    room: Number
-
-
 class LimitsDocument(Document, frozen=True):
     """Limits of a motion, met or not; ``max_violation`` in units of the limit."""
 
     max_violation: float
     feasible: bool | UnsetType = field(default=UNSET, name="met")
-    nearest: tuple[LimitDocument, ...] | UnsetType = UNSET
+    nearest: tuple[LimitCheck, ...] | UnsetType = UNSET
     torque_checked: bool | UnsetType = UNSET
 
 
@@ -344,7 +333,7 @@ def design_document(judged: JudgedMotion) -> DesignDocument:
         robot=problem.robot.name,
         robot_fingerprint=problem.robot.fingerprint,
         predicted_sigma_percent=percent,
-        limits=LimitsDocument.of(score, nearest=tuple(map(LimitDocument.of, score.limits))),
+        limits=LimitsDocument.of(score, nearest=score.limits),
         payload_bounds=_payload_bounds(problem, score),
         floor=FloorDocument.of(floor) if floor else None,
         evaluated=judged.source,
@@ -374,9 +363,7 @@ def near_document(result: NearResult) -> NearDocument:
         rehearsal_s=motion.slowed(0.1).duration,
         ladder=tuple(RungDocument.of(rung, duration=rung.motion.duration) for rung in result.ladder) or None,
         limits=LimitsDocument(
-            score.max_violation,
-            torque_checked=design.problem.torque_limited,
-            nearest=tuple(map(LimitDocument.of, score.limits)),
+            score.max_violation, torque_checked=design.problem.torque_limited, nearest=score.limits
         ),
         payload_bounds=_payload_bounds(design.problem, score),
         assumed=design.problem.robot.assumed(*rests_on(design.problem)),
