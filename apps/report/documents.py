@@ -377,11 +377,6 @@ class RolloutsDocument(Document, frozen=True):
     rollouts: tuple[RolloutDocument, ...]
 
 
-def rollouts_document(robot: str, rollouts: Sequence[Rollout]) -> RolloutsDocument:
-    """Make the document of ``dynident rollout --json``; ``robot``: its name."""
-    return RolloutsDocument(robot, tuple(map(rollout_document, rollouts)))
-
-
 def rollout_document(rollout: Rollout) -> RolloutDocument:
     """Errors by horizon, and the replay."""
     resting, replay = int(rollout.resting.sum()), rollout.replay

@@ -20,7 +20,7 @@ from ....estimation.results.payload import (
     numbers,
 )
 from ....model import INERTIAL
-from ...numbers import SIX, interval_digits, or_dash, six, with_interval
+from ...numbers import SIX, interval_digits, six, with_interval
 from ..blocks import Block, Notes, Section, Table, Text, with_sigma
 from ..figures.payload import methods_figure
 from .evidence import conditioning, residual_text
@@ -217,7 +217,7 @@ def _short_notes(result: PayloadResult, data: PayloadData) -> list[str]:
     residual, visibility = present(result.relative_residual), present(result.visibility)
     unexplained = array(residual.relative_per_joint, 0) if residual else np.zeros(0)
     own = array(residual.relative if residual else None)
-    joints = " ".join(or_dash(100 * ratio, ".1f") for ratio in unexplained)
+    joints = " ".join(_rounded(100.0 * ratio, 1) for ratio in unexplained.tolist())
     friction, constant = "Friction is the robot's own.", present(result.constant_torques)
     if data.friction == "free":
         offsets = "constant torques are free too."

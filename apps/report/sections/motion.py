@@ -1,6 +1,6 @@
 """A motion that was designed, replayed or asked for near a pose: its limits, and what it will tell."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -77,14 +77,23 @@ def design_report(judged: JudgedMotion) -> Report:
         ("log det", learnt.log_det, "of the information matrix"),
     ):
         together.append((name, f"{x:.4g}" if np.isfinite(x) else "rank-deficient", remark))
-    known = bool(np.isfinite(list(learnt.sigma.values())).all())
-    sigma = (score, f"{title}: predicted standard deviations", judged.reference, judged.labels)
+    sigma, reference, labels = learnt.sigma, judged.reference, judged.labels
+    known, relative = bool(np.isfinite(list(sigma.values())).all()), score.relative_sigma(dict(reference))
+    shown = list(sigma)
+    if len(sigma) > _MOST_SHOWN:  # those least known of their values; none where no value is known
+        shown = sorted(sigma, key=lambda name: -relative.get(name, 0.0))[: _SHOWN if relative else 0]
+    rows = []
+    for name in shown:
+        value = f"{reference[name]:.4g}" if name in reference else ""
+        percent = f"{100.0 * relative[name]:.2g}" if name in relative else ""
+        rows.append((labels.get(name, name), f"{sigma[name]:.3g}", value, percent))
+    least = f", the {len(shown)} least known of {len(sigma)}" if len(shown) < len(sigma) else ""
     blocks: list[Block] = [
         Table("Parameters together", ("", "value", "remark"), together),
-        *(_sigma_tables(score, judged.reference, judged.labels) if known else []),
+        *([Table(f"Predicted sigma{least}", ("", "sigma", "value", "%"), rows)] if known and rows else []),
         *brakes,
         motion_figure(problem, judged.motion, f"{title}: motion between its limits"),
-        *([sigma_figure(*sigma)] if known else []),
+        *([sigma_figure(score, f"{title}: predicted standard deviations", reference, labels)] if known else []),
     ]
     more = f"condition numbers, every parameter{', what brakes hold' if brakes else ''}"
     return Report(
@@ -252,19 +261,6 @@ def criterion_text(kind: str, value: float) -> str:
     if kind == "a":
         return f"a: relative sigma {100.0 * np.exp(value):.4g} % (root mean square)"
     return f"{kind}: condition number {np.exp(value):.4g}"
-
-
-def _sigma_tables(score: Score, reference: Mapping[str, float], labels: Mapping[str, str]) -> list[Table]:
-    sigma, relative, rows = score.learnt.sigma, score.relative_sigma(dict(reference)), []
-    shown = list(sigma)
-    if len(sigma) > _MOST_SHOWN:
-        shown = sorted(sigma, key=lambda name: -relative.get(name, 0.0))[: _SHOWN if relative else 0]
-    for name in shown:
-        value = f"{reference[name]:.4g}" if name in reference else ""
-        percent = f"{100.0 * relative[name]:.2g}" if name in relative else ""
-        rows.append((labels.get(name, name), f"{sigma[name]:.3g}", value, percent))
-    least = f", the {len(shown)} least known of {len(sigma)}" if len(shown) < len(sigma) else ""
-    return [Table(f"Predicted sigma{least}", ("", "sigma", "value", "%"), rows)] if rows else []
 
 
 def visibility_table(visibility: PayloadVisibility) -> Table:
