@@ -221,11 +221,6 @@ class RefusedDocument(Document, frozen=True):
     reason: str
 
 
-def refused_documents(refused: Mapping[str, str]) -> tuple[RefusedDocument, ...]:
-    """Logs that were refused, by name."""
-    return tuple(RefusedDocument(file, reason) for file, reason in sorted(refused.items()))
-
-
 @dataclass(frozen=True)
 class Store:
     """A folder of reduced recordings of one type of robot, made by one recipe; each file is written in one step."""

@@ -17,10 +17,8 @@ import numpy as np
 
 from ...common.errors import InputError
 
-PORT = 30004
-"""Port of RTDE."""
-SCRIPT_PORT = 30002
-"""Port of the secondary client interface, which takes scripts."""
+PORT, SCRIPT_PORT = 30004, 30002
+"""Ports of RTDE, and of the secondary client interface, which takes scripts."""
 TIME, POSITION, SPEED, CURRENT = "timestamp", "actual_q", "actual_qd", "actual_current"
 MASS, CENTRE, INERTIA, SAFETY = "payload", "payload_cog", "payload_inertia", "safety_mode"
 FIELDS = (

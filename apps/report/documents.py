@@ -32,7 +32,7 @@ from ..fleet import Fleet
 from ..fleet.comparing import Compared, OddDocument
 from ..fleet.nights import CHANGED, Series
 from ..fleet.reduction import ReducedDocument
-from ..fleet.store import RefusedDocument, refused_documents
+from ..fleet.store import RefusedDocument
 from ..logs.following import FollowingChange
 from ..logs.log_check import LogReport, RobotFits
 from ..rollout import Rollout
@@ -438,7 +438,7 @@ def fleet_document(fleet: Fleet, refused: Mapping[str, str]) -> FleetDocument:
         changed=tuple(map(night, fleet.changed)),
         last=tuple(map(night, fleet.series)),
         odd=fleet.twins.odd if fleet.twins is not None else (),
-        refused=refused_documents(refused),
+        refused=tuple(RefusedDocument(file, reason) for file, reason in sorted(refused.items())),
     )
 
 

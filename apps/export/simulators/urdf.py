@@ -14,8 +14,7 @@ from ..format import Format
 from ..robot import drive_attributes, drive_value, flange_of, link_marks, marked, moved_links, robot_head
 from ..xml import COMMENT, DYNIDENT, FIRST, element, urdf_inertial, xml_text
 
-_UNKNOWN = 1e6
-"""URDF demands numbers for limits: this stands for none."""
+_UNKNOWN = 1e6  # URDF demands numbers for limits: this stands for none
 
 
 def _write(whole: WholeRobot) -> str:

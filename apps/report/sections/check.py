@@ -20,11 +20,9 @@ from .robot import robot_description
 _MARKS = {"error": "ERROR", "warning": "warning", "note": "note"}
 _UNEVEN = 0.05  # of the mean time step: larger deviations are jitter
 _MOST = 12  # columns that are listed
-_SHOWN = 6
-"""Readings that do as well which the screen names."""
+_SHOWN = 6  # readings that do as well which the screen names
 _RANKED = 20
-_LEVELS = {"fell": "use", "rose": "do_not_use", "no clear change": "mass_and_com_only"}
-"""Colour of the banner."""
+_LEVELS = {"fell": "use", "rose": "do_not_use", "no clear change": "mass_and_com_only"}  # the banner's colour
 _MEANING = {
     "fell": "the number entered helps",
     "rose": "the number entered does harm: check unit, frame and sign of what was typed in",

@@ -168,8 +168,7 @@ _LEAST, _MOST = 1e-2, 1e9
 _PER_ROW = 40
 _MOST_RATIO = 1.15
 """Above this ratio steps cancel what carries the arm; two of them are shown beyond where elimination ended."""
-_MOST_SHOWN = 1e12
-"""Larger numbers are left out."""
+_MOST_SHOWN = 1e12  # larger numbers are left out
 
 
 def excitation_section(make: Callable[[], Excitation | None], labels: Mapping[str, str]) -> Section:
