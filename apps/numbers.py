@@ -31,11 +31,6 @@ def percent(share: float) -> str:
     return f"{100.0 * share:.3g} %" if np.isfinite(share) else "-"
 
 
-def or_dash(value: float, form: str) -> str:
-    """A number in that form; a dash where there is none."""
-    return format(value, form) if np.isfinite(value) else "-"
-
-
 def exact(values: ArrayLike, separator: str = " ") -> str:
     """Numbers with all their digits, for a program to read."""
     return separator.join(repr(float(value) + 0.0) for value in np.ravel(values))

@@ -81,12 +81,12 @@ def run_report(
     opened = fleet.Store.opened(store)
     every = opened.logs()
     refused = {log.file: log.wrong for log in every if log.wrong}
-    logs = sorted((log for log in every if not log.wrong), key=lambda log: log.about.get("arm", ""))
+    logs = sorted((log for log in every if not log.wrong), key=lambda log: log.arm or "")
     if not logs:
         raise InputError(f"{opened.root}: no recording in it")
     arms, done = [], 0
     with status("reading nights") as progress:
-        for _, own in groupby(logs, key=lambda log: log.about.get("arm", "")):  # one arm in memory at a time
+        for _, own in groupby(logs, key=lambda log: log.arm or ""):  # one arm in memory at a time
             arms.append(fleet.nights.arm_of([opened.read(log.key) for log in own]))
             done += len(arms[-1].days)
             progress("reading nights", done / len(logs))
@@ -120,5 +120,5 @@ def run_compare(
         ]
     compared = fleet.compared(data, results)
     files.show(report.compared_report(compared))
-    files.write_json(lambda: report.documents.ComparedDocument.of(compared))
+    files.write_json(lambda: compared)
     return ANSWERED

@@ -61,5 +61,7 @@ def run(*, arm: RobotOptions, request: _Rollout, processing: FilterOptions, file
             models,
         )
     shown = report.rollout_report(rollouts, setup.robot.title or setup.robot.name)
-    files.give(shown, lambda: report.documents.rollouts_document(setup.robot.name, rollouts), setup.in_words())
+    documents = report.documents
+    told = tuple(map(documents.rollout_document, rollouts))
+    files.give(shown, lambda: documents.RolloutsDocument(setup.robot.name, told), setup.in_words())
     return ANSWERED

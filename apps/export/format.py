@@ -1,10 +1,10 @@
 """One type for every format: its name, what it can hold, where it is documented, and the text that it becomes."""
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from importlib import import_module
 from pkgutil import iter_modules
-from typing import TYPE_CHECKING, Generic, NamedTuple, TypeVar
+from typing import TYPE_CHECKING, Any, Generic, NamedTuple, TypeVar
 
 from ...common.errors import printable
 
@@ -74,24 +74,7 @@ def plain(line: str) -> str:
     return text.replace("--", "- -").replace("--", "- -").replace("*/", "* /").rstrip("\\")
 
 
-class Formats(Mapping[str, Format[T]]):
-    """Formats by name: each is the ``FORMAT`` of one file in a folder, which is read when it is asked for."""
-
-    def __init__(self, package: str, folders: Iterable[str]) -> None:
-        """List a package's files; ``folders`` is its ``__path__``."""
-        self._package, self._names = package, sorted(module.name for module in iter_modules(folders))
-
-    def __getitem__(self, name: str) -> Format[T]:
-        """The format of that name, which is its file's."""
-        if name not in self._names:
-            raise KeyError(name)
-        form: Format[T] = import_module(f"{self._package}.{name}").FORMAT
-        return replace(form, name=name)
-
-    def __iter__(self) -> Iterator[str]:
-        """Names, in the order of the alphabet."""
-        return iter(self._names)
-
-    def __len__(self) -> int:
-        """Count them."""
-        return len(self._names)
+def formats(package: str, folders: Iterable[str]) -> dict[str, Format[Any]]:
+    """Formats by name: each is the ``FORMAT`` of one file of a package, whose ``__path__`` is given."""
+    names = sorted(module.name for module in iter_modules(folders))
+    return {name: replace(import_module(f"{package}.{name}").FORMAT, name=name) for name in names}

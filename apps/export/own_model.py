@@ -15,9 +15,9 @@ from ...model import InertialParameters, Pose
 from ...model.files.tree import read_urdf
 from ...model.frames import frames_at
 from .format import plain
-from .robot import Frames, link_marks
+from .robot import drive_attributes, link_marks, mark_comment, moved_links
 from .simulators import mjcf
-from .xml import drive_attributes, element, mark_comment, mjcf_inertial, urdf_inertial
+from .xml import element, mjcf_inertial, urdf_inertial
 from .xml_edits import XmlEdits
 
 
@@ -117,7 +117,7 @@ def into(kind: str, path: str, whole: WholeRobot, head: Iterable[str]) -> Change
             link = joint.above
             if link is None or link.tag != "body":
                 raise InputError(f"{path}: joint {name!r} stands in no body")
-            model.set(joint, mjcf.drive_attributes(drives[j]))
+            model.set(joint, drive_attributes(drives[j], mjcf.DRIVE))
             inertial = mjcf_inertial(body.mass, body.com, body.inertia_com)
         else:
             link, values = model.named("link", placed[name].body), drive_attributes(drives[j])
@@ -188,10 +188,9 @@ def _matched(
                 f"{path}: at zero the axis of {name} lies {1e3 * beside:.1f} mm beside the robot's, turned by "
                 f"{math.degrees(angle):.2f} deg: its geometry, zero or sense is not {robot.name}'s"
             )
-    moved = {}
+    moved, links = {}, moved_links(whole)
     for j, name in names.items():
-        link = frames[j + 1] @ Frames(robot).own(j + 1)
-        pose = placed[name].pose
+        link, pose = frames[j + 1] @ links[j].own, placed[name].pose
         moved[j] = whole.links[j].body.moved(pose.R.T @ R @ link.R, pose.R.T @ (R @ link.p + t - pose.p))
     return names, moved
 

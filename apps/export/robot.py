@@ -1,22 +1,26 @@
-"""Common parts of whole robots' formats: the head, marks of numbers, and frames of links."""
+"""Common parts of whole robots' formats: the head, marks of numbers, drives, and frames of links."""
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Any, NamedTuple
+from xml.etree.ElementTree import Comment, Element
 
 from ... import __version__
 from ...common.errors import InputError
 from ...estimation.possible.whole_robot import Labelled, LinkNumbers, WholeRobot, whole_robot
 from ...estimation.results.robot import RobotResult
-from ...model import Pose, Robot, base_parameters
+from ...model import Joint, Pose, Robot, base_parameters
 from ...model.drives import parameter_kind
 from ...model.frames import step
 from ...model.friction import PAPER
 from ..numbers import exact
-from .format import Format
+from .format import Format, plain
+from .xml import element
 
 _UNITS = {"armature": "kg m^2 or kg", "damping": "N·m·s/rad or N·s/m", "friction": "N·m or N", "offset": "N·m or N"}
 _STANDARD_GRAVITY = [0.0, 0.0, -9.81]
+_DYNAMICS = MappingProxyType({"damping": "damping", "friction": "friction"})  # as URDF and SDFormat call them
 _LEGEND = (
     "Each number has a mark. 'data': they alone determine it; sigma and the 95 % interval (low, high) are theirs. "
     "'prior': data give only the share of it that is told (0 to 1), within the base parameters that are named, or "
@@ -106,7 +110,7 @@ def _lost(holds: frozenset[str], whole: WholeRobot) -> Iterator[str]:
     if spring is not None and ("spring" not in holds or spring.table):
         law = "a table" if spring.table else "the law of a spring between two pivots"
         yield f"No place for the spring on {whole.joint_names[spring.joint - 1]} ({law}): add its torque."
-    if "gravity" not in holds and (gravity := Frames(robot).gravity) != _STANDARD_GRAVITY:
+    if "gravity" not in holds and (gravity := gravity_of(robot)) != _STANDARD_GRAVITY:
         yield f"No place for gravity: set it to {exact(gravity)} m/s^2 in the base's frame."
     for quantity in ("speed", "acceleration"):
         bounds = [getattr(joint.limits, quantity) for joint in robot.joints]
@@ -137,45 +141,75 @@ def link_marks(link: LinkNumbers, drive: Mapping[str, Labelled]) -> dict[str, La
     return {**link.numbers, **drive, **link.parameters}
 
 
-@dataclass(frozen=True)
-class Frames:
-    """Poses of a robot's links at zero; link 0 is the base."""
+def mark_comment(numbers: Mapping[str, Labelled]) -> "Element[Any]":
+    """One comment of a link, a line a number: name, value, mark, share of the data, sigma, low, high, base."""
+    lines = (" ".join([name, *fields(label).values()]) for name, label in numbers.items())
+    return Comment("".join(f"\n        {plain(line)}" for line in lines) + "\n      ")
 
-    robot: Robot
 
-    def own(self, number: int) -> Pose:
-        """A link in modified DH frame ``number``."""
-        if number == 0:
-            return self.robot.base
-        return self.robot.links.poses[number - 1] if self.robot.links is not None else Pose()
+def marked(numbers: Mapping[str, Labelled], body: "list[Element[Any]]") -> "list[Element[Any]]":
+    """A body after a comment of its marks; then marks as elements of their own, which SDFormat keeps."""
+    marks = (element("dynident:number", {"name": name} | fields(label)) for name, label in numbers.items())
+    return [mark_comment(numbers), *body, *marks]
 
-    def joint(self, j: int) -> Pose:
-        """Modified DH frame j + 1, whose z is the joint's axis, in the link before."""
-        along_x, along_z = step(self.robot.joints[j], 0.0)
-        return self.own(j).inverse() @ along_x @ along_z
 
-    def link(self, j: int) -> Pose:
-        """Link j + 1 in the link before."""
-        return self.joint(j) @ self.own(j + 1)
+def drive_attributes(drive: Mapping[str, Labelled], names: Mapping[str, str] = _DYNAMICS) -> dict[str, str]:
+    """Numbers of a drive as attributes, as far as they are known; ``names``: of each quantity in a format."""
+    return {name: exact(drive_value(drive, quantity)) for quantity, name in names.items() if quantity in drive}
 
-    def axis(self, j: int) -> str:
-        """Direction of the joint's axis in link j + 1, which stands on it."""
-        return exact(self.own(j + 1).R[2])
+
+class MovedLink(NamedTuple):
+    """A link and the joint that moves it, as simulators hold them; poses at zero.
+
+    Attributes:
+        name: of the joint.
+        parent: name of the link before, at first the base.
+        drive: the joint's own share of what drives it, where formats cannot couple joints.
+        frame: modified DH frame of the joint, whose z is its axis, in the link before.
+        own: the link in that frame.
+    """
+
+    name: str
+    joint: Joint
+    parent: str
+    link: LinkNumbers
+    drive: Mapping[str, Labelled]
+    frame: Pose
+    own: Pose
 
     @property
-    def flange(self) -> Pose:
-        """The payload's frame in the last link."""
-        return self.own(self.robot.n).inverse() @ self.robot.flange
+    def pose(self) -> Pose:
+        """The link in the one before."""
+        return self.frame @ self.own
 
     @property
-    def flange_name(self) -> str:
-        """Name of the flange's frame."""
-        return self.robot.links.tip if self.robot.links is not None else "flange"
+    def axis(self) -> str:
+        """Direction of the joint's axis in the link, which stands on it."""
+        return exact(self.own.R[2])
 
-    @property
-    def gravity(self) -> list[float]:
-        """Acceleration of gravity in the base's frame [m/s^2], shape (3,)."""
-        return [float(value) + 0.0 for value in self.robot.base.R.T @ list(self.robot.gravity)]
+
+def moved_links(whole: WholeRobot) -> list[MovedLink]:
+    """Each link with its joint, base to tip."""
+    robot, before, moved = whole.robot, whole.robot.base, list[MovedLink]()
+    poses = robot.links.poses if robot.links is not None else (Pose(),) * robot.n
+    parts = zip(whole.joint_names, robot.joints, whole.link_names, whole.links, whole.apart, poses, strict=False)
+    for name, joint, parent, link, drive, own in parts:
+        along_x, along_z = step(joint, 0.0)
+        moved.append(MovedLink(name, joint, parent, link, drive, before.inverse() @ along_x @ along_z, own))
+        before = own
+    return moved
+
+
+def flange_of(robot: Robot) -> tuple[str, Pose]:
+    """Name of the flange's frame, and the payload's frame in the last link."""
+    if robot.links is None:
+        return "flange", robot.flange
+    return robot.links.tip, robot.links.poses[-1].inverse() @ robot.flange
+
+
+def gravity_of(robot: Robot) -> list[float]:
+    """Acceleration of gravity in the base's frame [m/s^2], shape (3,)."""
+    return [float(value) + 0.0 for value in robot.base.R.T @ list(robot.gravity)]
 
 
 def stored_whole_robot(robot: Robot, stored: RobotResult, path: str) -> WholeRobot:

@@ -1,15 +1,12 @@
-"""Elements of XML that several formats have: bodies as URDF, SDFormat and MJCF hold them, and marks."""
+"""Elements of XML that several formats have, and bodies as URDF, SDFormat and MJCF hold them."""
 
 from collections.abc import Mapping
 from types import MappingProxyType
 from typing import Any
-from xml.etree.ElementTree import Comment, Element, indent, tostring
+from xml.etree.ElementTree import Element, indent, tostring
 
 from ...common.arrays import Array
-from ...estimation.possible.whole_robot import Labelled
 from ..numbers import exact, inertia_entries, six
-from .format import plain
-from .robot import drive_value, fields
 
 FIRST = '<?xml version="1.0" encoding="utf-8"?>'
 COMMENT = ("<!-- ", " -->")
@@ -60,21 +57,3 @@ def mjcf_inertial(mass: float, com: Array, inertia: Array) -> Element:
     """A body in MJCF: entries M11, M22, M33, M12, M13, M23 of the matrix."""
     moments = {"fullinertia": exact(six(inertia))} if inertia.any() else {"diaginertia": "0 0 0"}
     return element("inertial", {"pos": exact(com), "mass": exact(mass)} | moments)
-
-
-def mark_comment(numbers: Mapping[str, Labelled]) -> "Element[Any]":
-    """One comment of a link, a line a number: name, value, mark, share of the data, sigma, low, high, base."""
-    lines = (" ".join([name, *fields(label).values()]) for name, label in numbers.items())
-    return Comment("".join(f"\n        {plain(line)}" for line in lines) + "\n      ")
-
-
-def marked(numbers: Mapping[str, Labelled], body: "list[Element[Any]]") -> "list[Element[Any]]":
-    """A body after a comment of its marks; then marks as elements of their own, which SDFormat keeps."""
-    marks = (element("dynident:number", {"name": name} | fields(label)) for name, label in numbers.items())
-    return [mark_comment(numbers), *body, *marks]
-
-
-def drive_attributes(drive: Mapping[str, Labelled]) -> dict[str, str]:
-    """Attributes of a drive's damping and friction, as far as they are known."""
-    quantities = [quantity for quantity in ("damping", "friction") if quantity in drive]
-    return {quantity: exact(drive_value(drive, quantity)) for quantity in quantities}

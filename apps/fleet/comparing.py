@@ -1,15 +1,14 @@
 """Parameters by several recordings side by side, and the odd one among them."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from functools import cached_property
+from dataclasses import replace
 
 import numpy as np
 from scipy.special import stdtrit
 
 from ...common.arrays import Array
 from ...common.errors import InputError
-from ...common.schema import Document
+from ...common.schema import Document, Matrix, Vector
 from ...estimation.answers.identification import Identification
 from ...estimation.fit.covariance import student95
 from ...estimation.fit.estimate import Estimate
@@ -28,65 +27,28 @@ class OddDocument(Document, frozen=True):
     sigmas: float
 
 
-@dataclass(frozen=True)
-class Compared:
-    """Parameters by several recordings, one beside the other.
+class Compared(Document, frozen=True, eq=False):
+    """Parameters by k recordings, one beside the other: k x c, of all recordings together c each.
 
-    Values and standard deviations are k recordings x c parameters, degrees of freedom the fewest of the recordings.
+    Attributes:
+        pooled: by all recordings, weighted by their variances; its intervals are wider where the scatter is more
+            than the sigmas say.
+        scatter: chi2 of the values about the pooled one over its degrees of freedom.
+        apart: each recording's value less what all others say, in sigmas of the difference.
+        bound: sigmas that none exceeds but with probability ``CHANCE``, all together (Bonferroni).
+        odd: recordings beyond it, the worst first; of each parameter the worst: what it pulls along is not told.
     """
 
     recordings: tuple[str, ...]
     parameters: tuple[str, ...]
-    values: Array
-    sigma: Array
-    degrees_of_freedom: float
-
-    @cached_property
-    def pooled(self) -> Array:
-        """Values by all of them, weighted by their variances, shape (c,)."""
-        weights = 1.0 / self.sigma**2
-        return np.asarray((weights * self.values).sum(axis=0) / weights.sum(axis=0))
-
-    @cached_property
-    def scatter(self) -> Array:
-        """Chi2 of the values about the pooled one over its degrees of freedom, shape (c,)."""
-        squares = (self.values - self.pooled) ** 2 / self.sigma**2
-        return np.asarray(squares.sum(axis=0) / (len(self.values) - 1))
-
-    @property
-    def pooled_interval95(self) -> Array:
-        """95 % intervals of the pooled values, with the scatter where it is more than the sigmas say, c x 2."""
-        sigma = np.sqrt(np.maximum(self.scatter, 1.0) / (1.0 / self.sigma**2).sum(axis=0))
-        half = student95(self.degrees_of_freedom) * sigma
-        return np.column_stack([self.pooled - half, self.pooled + half])
-
-    @property
-    def apart(self) -> Array:
-        """Each recording's value less what all others say, in sigmas of the difference, k x c."""
-        weights = 1.0 / self.sigma**2
-        total, rest = weights.sum(axis=0), weights.sum(axis=0) - weights
-        others = (total * self.pooled - weights * self.values) / rest
-        return np.asarray((self.values - others) / np.sqrt(self.sigma**2 + 1.0 / rest))
-
-    @property
-    def bound(self) -> float:
-        """Sigmas that none exceeds but with probability ``CHANCE``, all together (Bonferroni)."""
-        return float(stdtrit(max(self.degrees_of_freedom, 1.0), 1.0 - 0.5 * CHANCE / self.values.size))
-
-    @property
-    def odd(self) -> tuple[OddDocument, ...]:
-        """Recordings that differ from the others beyond ``bound``, the worst first.
-
-        Of each parameter the worst one: what it pulls along is not told.
-        """
-        apart = self.apart
-        worst = np.argmax(np.abs(apart), axis=0)
-        far = [
-            OddDocument(self.recordings[k], self.parameters[c], float(apart[k, c]))
-            for c, k in enumerate(worst)
-            if abs(apart[k, c]) > self.bound
-        ]
-        return tuple(sorted(far, key=lambda odd: -abs(odd.sigmas)))
+    values: Matrix
+    sigma: Matrix
+    pooled: Vector
+    pooled_interval95: Matrix
+    scatter: Vector
+    apart: Matrix
+    bound: float
+    odd: tuple[OddDocument, ...]
 
 
 def compared(recordings: Sequence[str], results: Sequence[Identification]) -> Compared:
@@ -105,13 +67,28 @@ def side_by_side(recordings: Sequence[str], estimates: Sequence[Estimate]) -> Co
     Raises:
         InputError: if they are of different parameters.
     """
-    first = estimates[0]
-    if any(estimate.names != first.names for estimate in estimates):
+    names, degrees = estimates[0].names, min(estimate.degrees_of_freedom for estimate in estimates)
+    if any(estimate.names != names for estimate in estimates):
         raise InputError("the recordings show different parameters: nothing can be compared")
     values = np.array([estimate.values for estimate in estimates])
     sigma = np.maximum(np.array([estimate.sigma for estimate in estimates]), TINY)
-    degrees = min(estimate.degrees_of_freedom for estimate in estimates)
-    return Compared(tuple(recordings), first.names, values, sigma, degrees)
+    weights = sigma**-2.0
+    total, others = weights.sum(axis=0), weights.sum(axis=0) - weights
+    pooled = (weights * values).sum(axis=0) / total
+    scatter = (weights * (values - pooled) ** 2).sum(axis=0) / (len(values) - 1)
+    half = student95(degrees) * np.sqrt(np.maximum(scatter, 1.0) / total)
+    by_others = (total * pooled - weights * values) / others
+    apart = (values - by_others) / np.sqrt(sigma**2 + 1.0 / others)
+    bound = float(stdtrit(max(degrees, 1.0), 1.0 - 0.5 * CHANCE / values.size))
+    odd = [
+        OddDocument(recordings[k], names[c], float(apart[k, c]))
+        for c, k in enumerate(np.argmax(np.abs(apart), axis=0))
+        if abs(apart[k, c]) > bound
+    ]
+    interval95 = np.column_stack([pooled - half, pooled + half])
+    odd.sort(key=lambda each: -abs(each.sigmas))
+    own = (tuple(recordings), names, values, sigma)
+    return Compared(*own, pooled, interval95, scatter, apart, bound, tuple(odd))
 
 
 def excess(estimate: Estimate, robust: Array | None) -> Array:

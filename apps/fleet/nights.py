@@ -9,7 +9,6 @@ nights before.
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 
@@ -39,7 +38,7 @@ _CLEARLY = 4.0  # sigmas: such a change of the mass is taken for one
 
 @dataclass(frozen=True)
 class Series:
-    """One quantity of one arm, night by night.
+    """One quantity of one arm over d nights, and what the last of them says.
 
     Attributes:
         quantity: a friction ("FS2"), ``MASS``, or "scale 2", by which share a drive's torque is larger than on the
@@ -47,6 +46,11 @@ class Series:
         days: ISO dates or times, d.
         values: shape (d,).
         sigma: each night's own standard deviation, shape (d,).
+        relative: whether changes are ratios to what is usual.
+        usual: the median of the nights before the last one.
+        changes: each night less what is usual, shape (d,).
+        spread: standard deviation of the last change where nothing changed: of the nights before, and its own.
+        z: the last change in such standard deviations; None with fewer than ``FEWEST`` nights before.
     """
 
     arm: str
@@ -54,38 +58,24 @@ class Series:
     days: tuple[str, ...]
     values: Array
     sigma: Array
+    relative: bool
+    usual: float
+    changes: Array
+    spread: float
+    z: float | None
 
-    @property
-    def relative(self) -> bool:
-        """Tell whether a change is a ratio to what is usual."""
-        return self.quantity[:5] not in (MASS, "scale") and parameter_kind(self.quantity) in _RELATIVE
-
-    @cached_property
-    def usual(self) -> float:
-        """The median of the nights before the last one."""
-        return float(np.median(self.values[:-1] if len(self.values) > 1 else self.values))
-
-    @property
-    def size(self) -> float:
-        """Unit of changes: the usual value, or 1."""
-        return max(abs(self.usual), 1e-12) if self.relative else 1.0
-
-    @cached_property
-    def changes(self) -> Array:
-        """Each night less what is usual, shape (d,)."""
-        return (self.values - self.usual) / self.size
-
-    @property
-    def spread(self) -> float:
-        """Standard deviation of the last night where nothing changed: of the nights before, and the night's own."""
-        before = self.changes[:-1]
-        scatter = _MAD * float(np.median(np.abs(before))) if before.size else 0.0
-        return max(float(np.hypot(scatter, self.sigma[-1] / self.size)), TINY)
-
-    @property
-    def z(self) -> float | None:
-        """The last night's change in such standard deviations; None with fewer than ``FEWEST`` nights before."""
-        return float(self.changes[-1]) / self.spread if len(self.values) > FEWEST else None
+    @staticmethod
+    def of(arm: str, quantity: str, days: tuple[str, ...], values: Array, sigma: Array) -> "Series":
+        """Compare the last night with those before."""
+        before, relative = len(values) - 1, quantity[:5] not in (MASS, "scale")
+        relative = relative and parameter_kind(quantity) in _RELATIVE
+        usual = float(np.median(values[:-1] if before else values))
+        size = max(abs(usual), 1e-12) if relative else 1.0
+        changes = (values - usual) / size
+        scatter = _MAD * float(np.median(np.abs(changes[:-1]))) if before else 0.0
+        spread = max(float(np.hypot(scatter, sigma[-1] / size)), TINY)
+        z = float(changes[-1]) / spread if before >= FEWEST else None
+        return Series(arm, quantity, days, values, sigma, relative, usual, changes, spread, z)
 
 
 @dataclass(frozen=True)
@@ -107,35 +97,33 @@ class Arm:
 
 @dataclass(frozen=True)
 class Fleet:
-    """Arms of one type, by name; ``twins``: their inertial parameters side by side; None of fewer than three."""
+    """Arms of one type, by name.
+
+    Attributes:
+        series: each quantity of each arm.
+        changed: those whose last night is beyond ``CHANGED``, the clearest first.
+        twins: the arms' inertial parameters side by side; None of fewer than three.
+        first: day of the first night, ISO.
+    """
 
     arms: tuple[Arm, ...]
+    series: tuple[Series, ...]
+    changed: tuple[Series, ...]
     twins: Compared | None
-
-    @property
-    def first(self) -> str:
-        """Day of the first night, ISO."""
-        return min(day for arm in self.arms for day in arm.days)
-
-    @property
-    def series(self) -> tuple[Series, ...]:
-        """Each quantity of each arm."""
-        return tuple(line for arm in self.arms for line in arm.series)
-
-    @property
-    def changed(self) -> tuple[Series, ...]:
-        """The series whose last night is beyond ``CHANGED``, the clearest first."""
-        far = [(abs(line.z), line) for line in self.series if line.z is not None and abs(line.z) > CHANGED]
-        return tuple(line for _, line in sorted(far, key=lambda pair: -pair[0]))
+    first: str
 
 
 def fleet_of(arms: Sequence[Arm]) -> Fleet:
     """Compare each arm's last night with those before, and arms with each other."""
     arms = tuple(sorted(arms, key=lambda arm: arm.name))
+    series = tuple(line for arm in arms for line in arm.series)
+    far = [(abs(line.z), line) for line in series if line.z is not None and abs(line.z) > CHANGED]
+    changed = tuple(line for _, line in sorted(far, key=lambda pair: -pair[0]))
     bodies = [  # friction and constant torques tell nothing of what an arm is made of
         arm.pooled.part([name for name in arm.pooled.names if not is_friction(name)]) for arm in arms
     ]
-    return Fleet(arms, side_by_side([arm.name for arm in arms], bodies) if len(arms) >= 3 else None)
+    twins = side_by_side([arm.name for arm in arms], bodies) if len(arms) >= 3 else None
+    return Fleet(arms, series, changed, twins, min(day for arm in arms for day in arm.days))
 
 
 def arm_of(recordings: Sequence[Stored]) -> Arm:
@@ -144,22 +132,18 @@ def arm_of(recordings: Sequence[Stored]) -> Arm:
     Raises:
         InputError: if one does not, or a recording does not determine what is asked of it.
     """
-    for recording in recordings:
-        if not {"arm", "day"} <= set(recording.about):
-            name = recording.name
-            raise InputError(f"{name}: its arm and day are not known: give --pattern to reduce")
-    ordered = sorted(recordings, key=lambda recording: recording.about["day"])
-    arm, days = ordered[0].about["arm"], tuple(recording.about["day"] for recording in ordered)
-    reported = tuple(float(recording.about.get("payload", "0")) for recording in ordered)
+    for log in (recording.log for recording in recordings):
+        if log.arm is None or log.day is None:
+            raise InputError(f"{log.file}: its arm and day are not known: give --pattern to reduce")
+    ordered = sorted(recordings, key=lambda recording: str(recording.log.day))
+    arm, days = str(ordered[0].log.arm), tuple(str(recording.log.day) for recording in ordered)
+    reported = tuple(float(recording.log.payload or 0.0) for recording in ordered)
     usual = Counter(reported).most_common(1)[0][0]
     same = [recording.equations for recording, mass in zip(ordered, reported, strict=True) if mass == usual]
     whole = weighted(merged(equations.whole for equations in same))
     nights = [_night(recording, whole, usual - mass) for recording, mass in zip(ordered, reported, strict=True)]
-    series = []
-    for name in nights[0]:
-        values, sigma = np.array([night[name] for night in nights]).T
-        series.append(Series(arm, name, days, values, sigma))
-    return Arm(arm, days, reported, tuple(series), widened(whole, compared_by(same[-1])[1]))
+    series = tuple(Series.of(arm, name, days, *np.array([night[name] for night in nights]).T) for name in nights[0])
+    return Arm(arm, days, reported, series, widened(whole, compared_by(same[-1])[1]))
 
 
 def _night(recording: Stored, whole: Estimate, usual: float) -> dict[str, tuple[float, float]]:

@@ -2,7 +2,7 @@
 
 import multiprocessing
 import os
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, ProcessPoolExecutor, wait
 from contextlib import contextmanager
 from functools import lru_cache
@@ -18,7 +18,7 @@ from ...estimation import Settings
 from ...estimation.answers.identification import identify
 from ...model import Robot
 from ..logs.read import read_recordings
-from .store import Log, Recipe, RefusedDocument, Store, Stored, packed, refused_documents, same_time, unpacked
+from .store import Log, Recipe, RefusedDocument, Store, Stored, packed, same_time, unpacked
 
 _THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
 _AHEAD = 3  # logs that wait for each worker
@@ -66,9 +66,9 @@ def reduce_fleet(
     recipe = recipe or Recipe(robot.processing)
     plan, target = packed((robot, recipe)), Store.made(store, robot, recipe)
     before = {log.file: log for log in target.logs()}
-    held = {file: log for file, log in before.items() if not log.wrong}
-    wanted, refused = _wanted([log if isinstance(log, Log) else Log(log, {}) for log in logs], recipe, held)
-    missing = [log for log in wanted if not target.path(log.key).exists()]
+    given = sorted((log if isinstance(log, Log) else Log(log) for log in logs), key=lambda log: log.file)
+    now = {log.file: log for log in _keyed(given, recipe, before.values())}
+    missing = [log for log in now.values() if not log.wrong and not target.path(log.key).exists()]
     results: Iterator[_Done | None] = (reduce_log(plan, log) for log in missing)
     if isinstance(workers, tuple):
         results = _by(workers[0], plan, missing, workers[1])
@@ -81,40 +81,36 @@ def reduce_fleet(
                 lost += 1
                 continue
             log, content = result
-            if log.wrong:
-                refused[log.file] = log.wrong
-            else:
+            now[log.file] = log
+            if not log.wrong:
                 write_bytes(target.path(log.key), content)
             done += 1
             progress(done / len(missing))
     except BrokenExecutor as error:
         lost_after = f"the workers were lost after {done} of {len(missing)} recordings ({error})"
         raise InputError(f"{lost_after}: run it again, what is done is kept") from None
-    good = {log.file: log for log in wanted if log.file not in refused}
-    bad = {file: Log(file, {}, reason) for file, reason in refused.items()}
-    target.finish((before | good | bad).values())
-    known = len(wanted) - len(missing)
-    return ReducedDocument(str(target.root), len(good) - known, known, refused_documents(refused), lost)
+    target.finish((before | now).values())
+    refused = tuple(RefusedDocument(log.file, log.wrong) for log in now.values() if log.wrong)
+    new = sum(not now[log.file].wrong for log in missing)
+    return ReducedDocument(str(target.root), new, len(now) - len(refused) - new, refused, lost)
 
 
-def _wanted(logs: Sequence[Log], recipe: Recipe, held: Mapping[str, Log]) -> tuple[list[Log], dict[str, str]]:
-    """Logs to be in the store, by name, and those that cannot be, and why; ``held``: what the store has."""
-    earlier = [log for file, log in held.items() if file not in {log.file for log in logs}]
-    refused = {log.file: log.wrong for log in logs if log.wrong} | same_time([*earlier, *logs])
-    wanted, first_files = list[Log](), {log.sha256: log.file for log in earlier}
-    for log in sorted(logs, key=lambda log: log.file):
-        if log.file in refused:
-            continue
-        try:
-            digest = checksum(log.file)
-        except OSError as error:
-            refused[log.file] = f"cannot be read: {error.strerror or error}"
-            continue
-        if (first := first_files.setdefault(digest, log.file)) != log.file:
-            refused[log.file] = f"holds the same bytes as {first}: a recording counts once"
-        else:
-            wanted.append(replace(log, sha256=digest, key=recipe.key(digest, log.about)))
-    return wanted, refused
+def _keyed(logs: Sequence[Log], recipe: Recipe, held: Iterable[Log]) -> Iterator[Log]:
+    """Logs with the names of their equations, or with what speaks against them; ``held``: what the store has."""
+    files = {log.file for log in logs}
+    earlier = [log for log in held if not log.wrong and log.file not in files]
+    twice, first_files = same_time([*earlier, *logs]), {log.sha256: log.file for log in earlier}
+    for log in logs:
+        wrong, digest = log.wrong or twice.get(log.file, ""), ""
+        if not wrong:
+            try:
+                digest = checksum(log.file)
+            except OSError as error:
+                wrong = f"cannot be read: {error.strerror or error}"
+        if digest and (first := first_files.setdefault(digest, log.file)) != log.file:
+            wrong = f"holds the same bytes as {first}: a recording counts once"
+        known = replace(log, wrong=wrong, sha256=digest)
+        yield known if wrong else replace(known, key=recipe.key(known))
 
 
 @lru_cache(maxsize=4)
@@ -134,8 +130,7 @@ def reduce_log(plan: bytes, log: Log) -> _Done:
         # Nights are compared parameter by parameter: the terms of friction are the same in all.
         settings = Settings(recipe.processing, friction=robot.drives.friction)
         result = identify(robot, pieces, settings, gains=recipe.gains)
-        stored = Stored(log.file, robot, result.base, result.problem, dict(log.about))
-        return log, stored.parquet(result.estimate)
+        return log, Stored(log, robot, result.base, result.problem).parquet(result.estimate)
     except (InputError, OSError) as error:
         return replace(log, wrong=" ".join(str(error).split())), b""
     except Exception as fault:  # one bad log stops nobody; it is named, and so is the fault

@@ -5,7 +5,7 @@ import json
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from datetime import UTC, datetime
+from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -26,7 +26,6 @@ _Kind = TypeVar("_Kind")
 
 KNOWN = ("arm", "day", "payload")
 """Facts that may be known of a log: the arm's own name, ISO day or time, and kg that the controller was told."""
-_OWN = ("file", "wrong", "sha256", "key")
 SUFFIXES = (".csv", ".csv.gz", ".tsv", ".tsv.gz", ".npz", ".mat", ".parquet")
 """Files of a folder that are taken for logs."""
 _CLOCKS = (9.0e8, 4.1e9)  # s since 1970: 1998 to 2099
@@ -41,7 +40,9 @@ class Log(Document, frozen=True):
     """
 
     file: str
-    about: dict[str, str]
+    arm: str | None = None
+    day: str | None = None
+    payload: str | None = None
     wrong: str = ""
     sha256: str = ""
     key: str = ""
@@ -49,16 +50,16 @@ class Log(Document, frozen=True):
     @property
     def misdescribed(self) -> str:
         """Fault in what is known of the log; empty if there is none."""
-        if not self.about.get("arm", "-"):
+        if self.arm == "":
             return "no arm is named"
         try:
-            datetime.fromisoformat(self.about.get("day", "2000-01-01"))
+            datetime.fromisoformat(self.day or "2000-01-01")
         except ValueError:
-            return f"day {self.about['day']!r} is no date: write 2026-01-31 or 2026-01-31T02:00"
+            return f"day {self.day!r} is no date: write 2026-01-31 or 2026-01-31T02:00"
         try:
-            float(self.about.get("payload", "0"))
+            float(self.payload or 0.0)
         except ValueError:
-            return f"payload {self.about['payload']!r} is no number"
+            return f"payload {self.payload!r} is no number"
         return ""
 
     def other_day(self, start: float) -> str:
@@ -67,16 +68,15 @@ class Log(Document, frozen=True):
         Only times since 1970 tell a day: a log that counts from its own start, or by a clock that was never set,
         has none.
         """
-        if "day" not in self.about or not _CLOCKS[0] <= start <= _CLOCKS[1]:
+        if self.day is None or not _CLOCKS[0] <= start <= _CLOCKS[1]:
             return ""
-        stated = datetime.fromisoformat(self.about["day"])
-        own = datetime.fromtimestamp(start, UTC)
-        days = abs((stated.replace(tzinfo=stated.tzinfo or UTC) - own).total_seconds()) / 86400.0
-        if days < _NIGHT:
+        stated, own = datetime.fromisoformat(self.day), datetime.fromtimestamp(start, UTC)
+        apart = abs(stated.replace(tzinfo=stated.tzinfo or UTC) - own)
+        if apart < timedelta(days=_NIGHT):
             return ""
         return (
-            f"its own clock begins on {own:%Y-%m-%d}, it is said to be of {self.about['day']}: mend the path, or "
-            "the log's times (from 0 on, they tell no day)"
+            f"its own clock begins on {own:%Y-%m-%d}, it is said to be of {self.day}: mend the path, or the log's "
+            "times (from 0 on, they tell no day)"
         )
 
 
@@ -110,13 +110,10 @@ def catalog(logs: Sequence[str], pattern: str = "") -> tuple[Log, ...]:
         InputError: for a pattern that no path has.
     """
     if not pattern:
-        return tuple(Log(file, {}) for file in logs)
-    form = ""
-    for word in re.split(r"(\{\w+\}|\*)", pattern):
-        name = word.strip("{}")
-        if word.startswith("{") and name not in KNOWN:
-            raise InputError(f"--pattern {pattern!r}: {word} is not known; known: {', '.join(KNOWN)}")
-        form += f"(?P<{name}>[^/]+?)" if word.startswith("{") else "[^/]*" if word == "*" else re.escape(word)
+        return tuple(map(Log, logs))
+    if unknown := [word for word in re.findall(r"\{(\w+)\}", pattern) if word not in KNOWN]:
+        raise InputError(f"--pattern {pattern!r}: {{{unknown[0]}}} is not known; known: {', '.join(KNOWN)}")
+    form = re.sub(r"\\\{(\w+)\\\}", r"(?P<\1>[^/]+?)", re.escape(pattern).replace(r"\*", "[^/]*"))
     try:
         ending = re.compile(f"(?:^|/){form}$")
     except re.error as error:
@@ -124,7 +121,7 @@ def catalog(logs: Sequence[str], pattern: str = "") -> tuple[Log, ...]:
     found = []
     for path in logs:
         match = ending.search(Path(path).as_posix())
-        log = Log(path, match.groupdict() if match else {})
+        log = Log(path, **(match.groupdict() if match else {}))
         wrong = log.misdescribed if match else f"its path does not end in {pattern}"
         found.append(msgspec.structs.replace(log, wrong=wrong))
     if all(log.wrong for log in found):
@@ -136,10 +133,10 @@ def same_time(logs: Iterable[Log]) -> dict[str, str]:
     """Find logs of one arm at one time: path -> what is wrong with it."""
     owners, wrong = dict[tuple[str, str], str](), dict[str, str]()
     for log in logs:
-        if not log.wrong and {"arm", "day"} <= set(log.about):
-            arm, day = log.about["arm"], log.about["day"]
-            if (owner := owners.setdefault((arm, day), log.file)) != log.file:
-                wrong[log.file] = f"{owner} is of arm {arm!r} at {day} too: give times, or another name"
+        if log.wrong or log.arm is None or log.day is None:
+            continue
+        if (owner := owners.setdefault((log.arm, log.day), log.file)) != log.file:
+            wrong[log.file] = f"{owner} is of arm {log.arm!r} at {log.day} too: give times, or another name"
     return wrong
 
 
@@ -162,27 +159,26 @@ class Recipe:
         identity = (self.processing, self.drive_gains, self.gains, json_text(how).decode() if how else "")
         return hashlib.sha256(repr(identity).encode()).hexdigest()[:16]
 
-    def key(self, sha256: str, about: Mapping[str, str]) -> str:
+    def key(self, log: Log) -> str:
         """Name of a recording's file: by the log's bytes, what is known of it, and the recipe."""
-        identity = json.dumps([sha256, sorted(about.items()), self.fingerprint])
+        identity = json.dumps([log.sha256, log.arm, log.day, log.payload, self.fingerprint])
         return hashlib.sha256(identity.encode()).hexdigest()[:32]
 
 
 @dataclass(frozen=True)
 class Stored:
-    """A recording of a store: equations in the robot's base parameters, in blocks of time, and facts of the log."""
+    """A recording of a store: its log, and equations in the robot's base parameters, in blocks of time."""
 
-    name: str
+    log: Log
     robot: Robot
     base: BaseParameters
     equations: Equations
-    about: Mapping[str, str] = field(default_factory=dict)
 
     def parquet(self, estimate: Estimate) -> bytes:
         """A table of one row: the log, the parameters identified by it alone, and the equations, packed."""
-        facts = {fact: self.about.get(fact) for fact in KNOWN}
+        facts = {fact: getattr(self.log, fact) for fact in ("file", *KNOWN)}
         numbers = {"parameters": estimate.names, "values": estimate.values, "sigma": estimate.sigma}
-        row = {"file": self.name, **facts, **numbers, "equations": packed(self)}
+        row = facts | numbers | {"equations": packed(self)}
         return parquet_bytes({name: [value] for name, value in row.items()})
 
 
@@ -223,11 +219,6 @@ class RefusedDocument(Document, frozen=True):
 
     file: str
     reason: str
-
-
-def refused_documents(refused: Mapping[str, str]) -> tuple[RefusedDocument, ...]:
-    """Logs that were refused, by name."""
-    return tuple(RefusedDocument(file, reason) for file, reason in sorted(refused.items()))
 
 
 @dataclass(frozen=True)
@@ -286,17 +277,13 @@ class Store:
         if not self.index.exists():
             return ()
         with naming(self.index, f"delete it and {_AGAIN}"):
-            rows = parquet_rows(self.index)
-            facts = ({fact: row[fact] for fact in KNOWN if row.get(fact) is not None} for row in rows)
-            own = ({name: row.get(name) for name in _OWN} for row in rows)
-            return convert([log | {"about": about} for log, about in zip(own, facts, strict=True)], tuple[Log, ...])
+            return convert(parquet_rows(self.index), tuple[Log, ...])
 
     def finish(self, logs: Iterable[Log]) -> None:
         """Write what is in it, and what was refused, and why."""
         ordered = sorted(logs, key=lambda log: log.file)
-        facts = {fact: [log.about.get(fact) for log in ordered] for fact in KNOWN}
-        own = {name: [getattr(log, name) for log in ordered] for name in _OWN}
-        write_bytes(self.index, parquet_bytes(own | facts))
+        columns = {name: [getattr(log, name) for log in ordered] for name in Log.__struct_fields__}
+        write_bytes(self.index, parquet_bytes(columns))
 
     def read(self, key: str) -> Stored:
         """Read a recording's equations.

@@ -14,12 +14,9 @@ from ...common.files import write_bytes
 from ..parquet import parquet_bytes, pyarrow_for
 from .rtde import POSITION, SAFETY, TIME, LinkError, Samples
 
-_STILL = 2.0
-"""s: time that stands still for so many samples is no clock."""
-_TICK = 1e-4
-"""s: steps of the clock that differ by less are one."""
-_MOVED = 0.17
-"""rad: a joint that has gone farther counts as moved."""
+_STILL = 2.0  # s: time that stands still for so many samples is no clock
+_TICK = 1e-4  # s: steps of the clock that differ by less are one
+_MOVED = 0.17  # rad: a joint that has gone farther counts as moved
 _STOPS = {
     3: "protective stop",
     4: "recovery",

@@ -10,16 +10,15 @@ import threading
 import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from queue import Empty, Queue
 from typing import Any, Self
 
 import numpy as np
 
 from ...common.errors import InputError
 
-PORT = 30004
-"""Port of RTDE."""
-SCRIPT_PORT = 30002
-"""Port of the secondary client interface, which takes scripts."""
+PORT, SCRIPT_PORT = 30004, 30002
+"""Ports of RTDE, and of the secondary client interface, which takes scripts."""
 TIME, POSITION, SPEED, CURRENT = "timestamp", "actual_q", "actual_qd", "actual_current"
 MASS, CENTRE, INERTIA, SAFETY = "payload", "payload_cog", "payload_inertia", "safety_mode"
 FIELDS = (
@@ -32,53 +31,24 @@ NEEDED = (TIME, POSITION, SPEED, CURRENT)
 Samples = np.ndarray[tuple[int], np.dtype[Any]]
 """Consecutive samples, with the fields by name."""
 
-REQUEST_VERSION, CONTROLLER_VERSION, MESSAGE = ord("V"), ord("v"), ord("M")
-OUTPUTS, START, PAUSE, DATA = ord("O"), ord("S"), ord("P"), ord("U")
-_KINDS = frozenset((REQUEST_VERSION, CONTROLLER_VERSION, MESSAGE, OUTPUTS, START, PAUSE, DATA))
+_REQUEST_VERSION, _CONTROLLER_VERSION, _MESSAGE = ord("V"), ord("v"), ord("M")
+_OUTPUTS, _START, _PAUSE, _DATA = ord("O"), ord("S"), ord("P"), ord("U")
+_KINDS = (_REQUEST_VERSION, _CONTROLLER_VERSION, _MESSAGE, _OUTPUTS, _START, _PAUSE, _DATA)
 _HEADER = struct.Struct(">HB")  # size of the packet with this header, and its type
 _FORMATS = {
     "BOOL": "?", "UINT8": "u1", "UINT32": ">u4", "UINT64": ">u8", "INT32": ">i4", "DOUBLE": ">f8",
     "VECTOR3D": "(3,)>f8", "VECTOR6D": "(6,)>f8", "VECTOR6INT32": "(6,)>i4", "VECTOR6UINT32": "(6,)>u4",
 }  # fmt: skip
 """Types of the protocol as NumPy writes them."""
-_CB_SERIES = 5
-"""Major versions below are of controllers that send 125 times a second."""
-PATIENCE = 2.5
-"""s: by then a name must be resolved, and then a host must have answered."""
-_CONNECTED = 4.5
-"""s: for both together."""
-_AGREED = 4.8
-"""s: by then all is agreed on, or it is told what is wrong."""
-_SILENCE = 2.0
-"""s: samples that stay away longer do not come any more."""
+_CB_SERIES = 5  # major versions below are of controllers that send 125 times a second
+_PATIENCE = 2.5  # s: by then a name must be resolved, and then a host must have answered
+_AGREED = 4.8  # s: by then all is agreed on, or it is told what is wrong
+_SILENCE = 2.0  # s: samples that stay away longer do not come any more
 _CHUNK = 65536
 
 
 class LinkError(InputError):
     """A connection that ended, and why: one line."""
-
-
-def packed(kind: int, payload: bytes = b"") -> bytes:
-    """A packet as it is sent."""
-    return _HEADER.pack(_HEADER.size + len(payload), kind) + payload
-
-
-def first_packet(buffer: bytearray) -> tuple[int, bytes] | None:
-    """Take the first packet off a buffer, its type and its payload; None while it is not whole.
-
-    Raises:
-        LinkError: if the first bytes are no packet of this protocol.
-    """
-    if len(buffer) < _HEADER.size:
-        return None
-    size, kind = _HEADER.unpack_from(buffer)
-    if size < _HEADER.size or kind not in _KINDS:
-        raise LinkError("what arrives is not RTDE: is this the right port?")
-    if len(buffer) < size:
-        return None
-    payload = bytes(buffer[_HEADER.size : size])
-    del buffer[:size]
-    return kind, payload
 
 
 def available(fields: Sequence[str], types: Sequence[str]) -> tuple[str, ...]:
@@ -89,14 +59,16 @@ def available(fields: Sequence[str], types: Sequence[str]) -> tuple[str, ...]:
     """
     if len(types) != len(fields):
         raise LinkError(f"{len(types)} types for {len(fields)} fields: this is not RTDE")
+    there = []
     for field, kind in zip(fields, types, strict=True):
-        if kind not in _FORMATS and kind != "NOT_FOUND":
+        if kind in _FORMATS:
+            there.append(field)
+        elif kind != "NOT_FOUND":
             raise LinkError(f"the controller sends {field} as {kind!r}, which is no type of RTDE")
-    there = tuple(field for field, kind in zip(fields, types, strict=True) if kind in _FORMATS)
     absent = [field for field in fields if field in NEEDED and field not in there]
     if absent:
         raise LinkError(f"the controller has no {', '.join(absent)}: nothing can be recorded from it")
-    return there
+    return tuple(there)
 
 
 class Client:
@@ -123,11 +95,11 @@ class Client:
         self._buffer, self._number, self._fault, self._last = bytearray(), 0, "", 0.0
         latest = time.monotonic() + _AGREED
         self._socket = _connected(host, port, ": is RTDE enabled there?", "is the robot on, is the address right?")
-        self._deadline = min(time.monotonic() + PATIENCE, latest)
+        self._deadline = min(time.monotonic() + _PATIENCE, latest)
         try:
-            if self._ask(REQUEST_VERSION, struct.pack(">H", 2))[:1] != b"\x01":
+            if self._ask(_REQUEST_VERSION, struct.pack(">H", 2))[:1] != b"\x01":
                 raise self._told("the controller does not speak version 2 of RTDE: update its software")
-            answer = self._ask(CONTROLLER_VERSION, b"")
+            answer = self._ask(_CONTROLLER_VERSION)
             if len(answer) != 16:
                 raise self._told("the controller does not tell its version")
             self.version: tuple[int, ...] = struct.unpack(">4I", answer)
@@ -153,7 +125,7 @@ class Client:
         there, asked = tuple(fields), tuple[str, ...]()
         while there != asked:  # an absent field makes a recipe unusable
             asked = there
-            answer = self._ask(OUTPUTS, struct.pack(">d", self.rate) + ",".join(asked).encode())
+            answer = self._ask(_OUTPUTS, struct.pack(">d", self.rate) + ",".join(asked).encode())
             types = answer[1:].decode("ascii", errors="replace").split(",")
             try:
                 there = available(asked, types)
@@ -161,7 +133,7 @@ class Client:
                 raise self._told(str(fault)) from None
         self._number = answer[0]
         self.layout = np.dtype([(field, _FORMATS[kind]) for field, kind in zip(asked, types, strict=True)])
-        if self._ask(START, b"")[:1] != b"\x01":
+        if self._ask(_START)[:1] != b"\x01":
             raise self._told("the controller does not start its samples")
         self._last = time.monotonic()
 
@@ -175,7 +147,7 @@ class Client:
         try:
             while not self._fault:
                 kind, payload = self._packet(until)
-                if kind == DATA:
+                if kind == _DATA:
                     if len(payload) != self.layout.itemsize + 1 or payload[0] != self._number:
                         raise LinkError("a sample is not of the size or the recipe that was agreed on")
                     samples.append(payload[1:])
@@ -191,24 +163,31 @@ class Client:
             raise self._told(self._fault)
         return np.frombuffer(b"".join(samples), self.layout)
 
-    def _ask(self, kind: int, payload: bytes) -> bytes:
+    def _ask(self, kind: int, payload: bytes = b"") -> bytes:
         try:
             self._socket.settimeout(max(self._deadline - time.monotonic(), 0.01))
-            self._socket.sendall(packed(kind, payload))
-            while True:
-                answered, answer = self._packet(self._deadline)
-                if answered == kind:
-                    return answer
+            self._socket.sendall(_HEADER.pack(_HEADER.size + len(payload), kind) + payload)
+            while (packet := self._packet(self._deadline))[0] != kind:
+                pass
         except TimeoutError:
-            raise self._told(f"connected, but no answer within {PATIENCE:g} s") from None
+            raise self._told(f"connected, but no answer within {_PATIENCE:g} s") from None
         except OSError as error:
             raise self._told(f"the connection was lost: {error.strerror or error}") from None
         except ValueError as error:
             raise self._told(str(error)) from None
+        return packet[1]
 
     def _packet(self, until: float) -> tuple[int, bytes]:
-        """Wait for the next packet until a time; those before a wrong one count."""
-        while (packet := first_packet(self._buffer)) is None:
+        """Wait for the next packet until a time, its type and its payload; those before a wrong one count."""
+        while True:
+            if len(self._buffer) >= _HEADER.size:
+                size, kind = _HEADER.unpack_from(self._buffer)
+                if size < _HEADER.size or kind not in _KINDS:
+                    raise LinkError("what arrives is not RTDE: is this the right port?")
+                if len(self._buffer) >= size:
+                    payload = bytes(self._buffer[_HEADER.size : size])
+                    del self._buffer[:size]
+                    return kind, payload
             if (seconds := until - time.monotonic()) <= 0.0:
                 raise TimeoutError
             self._socket.settimeout(seconds)
@@ -216,7 +195,6 @@ class Client:
             if not received:
                 raise LinkError("the controller closed the connection")
             self._buffer += received
-        return packet
 
     def _told(self, fault: str) -> LinkError:
         return LinkError(f"{self.host}: {fault}")
@@ -230,35 +208,27 @@ def _connected(host: str, port: int, hint: str, silent: str) -> socket.socket:
     Raises:
         LinkError: if the name does not resolve, or nothing answers, within 2.5 s each.
     """
-    address, latest = f"{host}:{port}", time.monotonic() + _CONNECTED
-    found: list[Any] = []
+    address, found = f"{host}:{port}", Queue[Any]()
 
     def resolve() -> None:
         try:
-            found.append(socket.getaddrinfo(host, port, type=socket.SOCK_STREAM))
+            found.put(socket.getaddrinfo(host, port, type=socket.SOCK_STREAM))
         except (OSError, UnicodeError) as error:
-            found.append(error)
+            found.put(error)
 
-    thread = threading.Thread(target=resolve, name="resolving", daemon=True)
-    thread.start()
-    thread.join(PATIENCE)
-    if not found:
-        raise LinkError(f"{address}: the name {host} was not resolved within {PATIENCE:g} s: give the address")
-    latest = min(latest, time.monotonic() + PATIENCE)
-    fault = found[0] if isinstance(found[0], Exception) else None
-    for family, kind, protocol, _, target in found[0] if fault is None else ():
-        connection = socket.socket(family, kind, protocol)
-        connection.settimeout(max(latest - time.monotonic(), 0.01))
-        try:
-            connection.connect(target)
-        except OSError as error:
-            connection.close()
-            fault = error
-        else:
-            return connection
-    if fault is None or isinstance(fault, TimeoutError):
-        raise LinkError(f"{address}: no answer within {PATIENCE:g} s: {silent}")
-    raise LinkError(f"{address}: no connection: {getattr(fault, 'strerror', None) or fault}{hint}")
+    threading.Thread(target=resolve, name="resolving", daemon=True).start()
+    try:
+        places = found.get(timeout=_PATIENCE)
+        if isinstance(places, Exception):
+            raise places
+        return socket.create_connection((host, port), _PATIENCE / len(places))  # it tries each in its turn
+    except Empty:
+        fault = f"the name {host} was not resolved within {_PATIENCE:g} s: give the address"
+    except TimeoutError:
+        fault = f"no answer within {_PATIENCE:g} s: {silent}"
+    except (OSError, UnicodeError) as error:
+        fault = f"no connection: {getattr(error, 'strerror', None) or error}{hint}"
+    raise LinkError(f"{address}: {fault}")
 
 
 def program(command: str) -> str:

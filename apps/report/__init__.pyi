@@ -1,7 +1,6 @@
 from . import blocks as blocks
 from . import documents as documents
 from . import figures as figures
-from . import provenance as provenance
 from . import recordings as recordings
 from . import sections as sections
 from .blocks import Notes as Notes
@@ -12,10 +11,11 @@ from .figures.canvas import legend as legend
 from .figures.canvas import panels as panels
 from .figures.canvas import save_figure as save_figure
 from .figures.motion import save_drawing as save_drawing
+from .page import Provenance as Provenance
+from .page import SourceFile as SourceFile
+from .page import now as now
 from .page import write_plots as write_plots
 from .page import write_report as write_report
-from .provenance import Provenance as Provenance
-from .provenance import SourceFile as SourceFile
 from .sections.check import check_report as check_report
 from .sections.check import fits_report as fits_report
 from .sections.check import following_report as following_report

@@ -183,6 +183,11 @@ def _within(blocks: Iterable[Block]) -> Iterator[Block]:
             yield from _within(block.blocks)
 
 
+def lines(*texts: str) -> list[str]:
+    """The texts that say something."""
+    return [text for text in texts if text]
+
+
 def with_sigma(value: float, sigma: float) -> str:
     """Value and standard deviation in one cell: two digits of sigma, the value to the same place."""
     if not isfinite(sigma) or sigma <= 0.0:

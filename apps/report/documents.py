@@ -24,14 +24,15 @@ from ...model.visibility import PayloadVisibility
 from ...trajectories import Design, DesignProblem, NearShape, Score, Trapezoid, ViaPoints
 from ...trajectories import NearMotion as NearPlan
 from ...trajectories.design.full_trajectory import Rung
+from ...trajectories.design.limits import LimitCheck
 from ...trajectories.design.score import holding_torques
 from ...trajectories.design.search import Floor
 from ..export.motion import rests_on
 from ..fleet import Fleet
-from ..fleet.comparing import OddDocument
+from ..fleet.comparing import Compared, OddDocument
 from ..fleet.nights import CHANGED, Series
 from ..fleet.reduction import ReducedDocument
-from ..fleet.store import RefusedDocument, refused_documents
+from ..fleet.store import RefusedDocument
 from ..logs.following import FollowingChange
 from ..logs.log_check import LogReport, RobotFits
 from ..rollout import Rollout
@@ -133,24 +134,12 @@ def robot_check_document(robot: Robot, poses: Sequence[PoseCheck], readings: Rea
     return RobotCheckDocument.of(ranked(readings), robot=robot.name, poses=tuple(logs))
 
 
-class LimitDocument(Document, frozen=True):
-    """The nearest that a motion comes to a limit."""
-
-    name: str
-    worst: str
-    value: Number
-    limit: Number
-    violation: Number
-    relative: Number
-    room: Number
-
-
 class LimitsDocument(Document, frozen=True):
     """Limits of a motion, met or not; ``max_violation`` in units of the limit."""
 
     max_violation: float
     feasible: bool | UnsetType = field(default=UNSET, name="met")
-    nearest: tuple[LimitDocument, ...] | UnsetType = UNSET
+    nearest: tuple[LimitCheck, ...] | UnsetType = UNSET
     torque_checked: bool | UnsetType = UNSET
 
 
@@ -344,7 +333,7 @@ def design_document(judged: JudgedMotion) -> DesignDocument:
         robot=problem.robot.name,
         robot_fingerprint=problem.robot.fingerprint,
         predicted_sigma_percent=percent,
-        limits=LimitsDocument.of(score, nearest=tuple(map(LimitDocument.of, score.limits))),
+        limits=LimitsDocument.of(score, nearest=score.limits),
         payload_bounds=_payload_bounds(problem, score),
         floor=FloorDocument.of(floor) if floor else None,
         evaluated=judged.source,
@@ -374,9 +363,7 @@ def near_document(result: NearResult) -> NearDocument:
         rehearsal_s=motion.slowed(0.1).duration,
         ladder=tuple(RungDocument.of(rung, duration=rung.motion.duration) for rung in result.ladder) or None,
         limits=LimitsDocument(
-            score.max_violation,
-            torque_checked=design.problem.torque_limited,
-            nearest=tuple(map(LimitDocument.of, score.limits)),
+            score.max_violation, torque_checked=design.problem.torque_limited, nearest=score.limits
         ),
         payload_bounds=_payload_bounds(design.problem, score),
         assumed=design.problem.robot.assumed(*rests_on(design.problem)),
@@ -388,11 +375,6 @@ class RolloutsDocument(Document, frozen=True):
 
     robot: str
     rollouts: tuple[RolloutDocument, ...]
-
-
-def rollouts_document(robot: str, rollouts: Sequence[Rollout]) -> RolloutsDocument:
-    """Make the document of ``dynident rollout --json``; ``robot``: its name."""
-    return RolloutsDocument(robot, tuple(map(rollout_document, rollouts)))
 
 
 def rollout_document(rollout: Rollout) -> RolloutDocument:
@@ -412,19 +394,6 @@ def rollout_document(rollout: Rollout) -> RolloutDocument:
         replay_joints=replay.joints,
         replay_strayed=replay.strayed,
     )
-
-
-class ComparedDocument(Document, frozen=True):
-    """Parameters by k recordings: values and standard deviations k x c, the rest c each."""
-
-    recordings: tuple[str, ...]
-    parameters: tuple[str, ...]
-    values: Matrix
-    sigma: Matrix
-    pooled: Vector
-    pooled_interval95: Matrix
-    scatter: Vector
-    odd: tuple[OddDocument, ...]
 
 
 class NightDocument(Document, frozen=True):
@@ -469,7 +438,7 @@ def fleet_document(fleet: Fleet, refused: Mapping[str, str]) -> FleetDocument:
         changed=tuple(map(night, fleet.changed)),
         last=tuple(map(night, fleet.series)),
         odd=fleet.twins.odd if fleet.twins is not None else (),
-        refused=refused_documents(refused),
+        refused=tuple(RefusedDocument(file, reason) for file, reason in sorted(refused.items())),
     )
 
 
@@ -483,7 +452,7 @@ DOCUMENTS: dict[str, type[Document]] = {
     "rollout": RolloutsDocument,
     "fleet_report": FleetDocument,
     "fleet_reduce": ReducedDocument,
-    "compare": ComparedDocument,
+    "compare": Compared,
     "check": CheckDocument,
     "verify": FollowingChange,
     "robot_check": RobotCheckDocument,

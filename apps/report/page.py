@@ -1,21 +1,24 @@
-"""A report as one self-contained HTML file, and its figures as files.
+"""A report as one self-contained HTML file that says where it comes from, and its figures as files.
 
 The page is what ``templates/`` makes of the report: ``page.html`` is its layout, ``blocks.html`` the look of each
 kind of block, ``style.css`` colours and widths. Every text is escaped where it enters.
 """
 
 import html
+import os
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from datetime import UTC, datetime
 from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ... import __version__
+from ...common.errors import InputError
 from ...common.files import made_folder, write_text
-from .blocks import Block, Drawing, Report
+from .blocks import Block, Drawing, Report, Table
 from .figures.canvas import save_figure, svg_text
-from .provenance import Provenance
 
 if TYPE_CHECKING:
     from jinja2 import Environment
@@ -25,6 +28,50 @@ _WIDE = 7.5  # inches: a wider figure scrolls where the screen is narrow
 _HEAD = re.compile(r"^.*?(?=<svg\b)", re.DOTALL)
 _METADATA = re.compile(r"<metadata>.*?</metadata>\s*", re.DOTALL)
 _FONTS = re.compile(r"(font: [^;\"]*?)'DejaVu Sans'[^;\"]*")
+
+
+class SourceFile(NamedTuple):
+    """A file that was read: its role, its name and the SHA-256 checksum of its bytes."""
+
+    role: str
+    name: str
+    sha256: str
+
+
+@dataclass(frozen=True)
+class Provenance:
+    """Command as typed, files that were read, versions of packages and settings: all that repeats a result."""
+
+    command: str
+    date: datetime
+    files: tuple[SourceFile, ...] = ()
+    versions: Mapping[str, str] = field(default_factory=dict)
+    settings: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def tables(self) -> list[Table]:
+        """Files, settings and versions, as far as there are any."""
+        parts = (
+            ("Files that were read", ("file", "SHA-256"), self.files),
+            ("Settings", ("value",), list(self.settings.items())),
+            ("Versions", ("version",), list(self.versions.items())),
+        )
+        return [Table(title, ("", *headings), rows) for title, headings, rows in parts if rows]
+
+
+def now() -> datetime:
+    """The time in UTC, or that of SOURCE_DATE_EPOCH, by which the same input gives the same file.
+
+    Raises:
+        InputError: if that variable is no number of seconds.
+    """
+    fixed = os.environ.get("SOURCE_DATE_EPOCH")
+    if not fixed:
+        return datetime.now(UTC)
+    try:
+        return datetime.fromtimestamp(int(fixed), UTC)
+    except (ValueError, OverflowError, OSError):
+        raise InputError(f"SOURCE_DATE_EPOCH {fixed!r} is not a time: give seconds since 1970") from None
 
 
 def write_report(path: str | Path, report: Report, provenance: Provenance) -> None:

@@ -23,7 +23,6 @@ from ..numbers import SIX
 from . import page
 from .blocks import Report
 from .documents import JudgedMotion, Look, check_document, design_document
-from .provenance import Provenance, SourceFile, now
 from .sections.check import check_report, log_report
 from .sections.gains import gains_report
 from .sections.motion import design_report
@@ -151,8 +150,8 @@ def write_report(answer: object, path: str | Path) -> None:
     elif isinstance(result, LogReport):
         recordings.append(working.recording)
     paths = dict.fromkeys(recording.source for recording in recordings)
-    files = tuple(SourceFile("recording", name, checksum(name)) for name in paths if Path(name).is_file())
-    origin = Provenance(f"python {sys.argv[0] or '(interactive)'}", now(), files, versions())
+    files = tuple(page.SourceFile("recording", name, checksum(name)) for name in paths if Path(name).is_file())
+    origin = page.Provenance(f"python {sys.argv[0] or '(interactive)'}", page.now(), files, versions())
     page.write_report(path, report, origin)
 
 

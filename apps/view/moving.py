@@ -14,7 +14,6 @@ from ...model.frames import frames_at, step
 from ...model.kinematics import point_at
 from ...model.stand_in import cylinder_radius
 from ...trajectories import DesignProblem, Scene
-from ...trajectories.design.scene import HalfSpace
 from ...trajectories.design.score import room_over_time, taught_over_time
 from .shapes import Colour, Line, Shape, box, capsule, ellipsoid, inertia_axes, looks_of, plane
 
@@ -129,10 +128,10 @@ def ground_of(robot: Robot, frames: Sequence[tuple[Pose, ...]], scene: Scene | N
     """
     first, radius = frames[0][0], cylinder_radius(robot)
     lowest = min(float(pose.p[2]) for poses in frames for pose in poses)
-    ups = [
-        (first.R @ surface.normal / np.linalg.norm(surface.normal), surface.offset) for surface in _surfaces(scene)
-    ]
-    levels = [offset + float(up @ first.p) for up, offset in ups if up[2] > 1.0 - _LEVEL]
+    levels = []
+    for surface in scene.surfaces if scene is not None else ():
+        up = first.R @ surface.normal / np.linalg.norm(surface.normal)
+        levels += [surface.offset + float(up @ first.p)] if up[2] > 1.0 - _LEVEL else []
     floor = max((level for level in levels if level <= 0.0), default=None)  # under the base's origin
     height = floor if floor is not None else lowest - radius if lowest < -radius else 0.0
     if height > -radius:
@@ -183,17 +182,13 @@ def _axes(robot: Robot, touched: NDArray[np.bool_]) -> list[Shape]:
 
 
 def _surroundings(problem: DesignProblem, robot: Robot) -> list[Shape]:
-    half, payloads, shapes = 12.0 * cylinder_radius(robot), problem.payloads, list[Shape]()
-    for surface in _surfaces(problem.scene):
+    half, payloads, shapes, scene = 12.0 * cylinder_radius(robot), problem.payloads, list[Shape](), problem.scene
+    for surface in scene.surfaces if scene is not None else ():
         shapes.append(Shape(surface.name, 0, *plane(surface.normal, surface.offset, half), _FLOOR, 0.6))
-    for body in problem.scene.bodies if problem.scene is not None else ():
+    for body in scene.bodies if scene is not None else ():
         ends = np.array(body.start), np.array(body.start if body.end is None else body.end)
         shapes.append(Shape(body.name, body.link, *capsule(*ends, body.radius), _BODY, 0.4))
     if payloads is not None:
         mesh = (box if payloads.region == "cube" else ellipsoid)(payloads.centre, payloads.axes)
         shapes.append(Shape("payloads within bounds", robot.n, *mesh, _BALL, 0.25))
     return shapes
-
-
-def _surfaces(scene: Scene | None) -> Sequence[HalfSpace]:
-    return scene.surfaces if scene is not None else ()

@@ -13,7 +13,7 @@ from ...common.linear import least_squares
 from ...model import BaseParameters, Recording, Robot, standard_columns
 from ...model.base.rank import random_states
 from ...model.drives import SPRING, parameter_kind
-from ...model.many_states import regressor_at
+from ...model.regressors import regressor_at
 from ..equations.equations import Equations, merged
 from ..fit.settings import DEFAULTS, Candidates, Settings
 from ..payload.long_motion import LongMotion, Source, check_blocks, payload_problem

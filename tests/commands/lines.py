@@ -135,7 +135,7 @@ def make_recordings(folder: Path) -> None:
             header=header, comments="", fmt="%.9g",
         )  # fmt: skip
     result = identify(robot, [read_recording(folder / "third.csv", robot)])
-    make_store(folder, fleet.Stored("third.csv", robot, result.base, result.problem, {}))
+    make_store(folder, fleet.Stored(fleet.Log("third.csv"), robot, result.base, result.problem))
 
 
 def make_store(folder: Path, recording: fleet.Stored) -> None:
@@ -145,9 +145,10 @@ def make_store(folder: Path, recording: fleet.Stored) -> None:
     values, noise, rows = weighted(recording.equations).values, noise_of(recording), []
     for arm in ("left", "right"):
         for night in range(1, 4):
-            about, key = {"arm": arm, "day": f"2026-01-0{night}"}, f"{arm}{night}"
-            night_recording = drawn(recording, values, noise, draw, f"{key}.csv", about)
+            key = f"{arm}{night}"
+            log = fleet.Log(f"{key}.csv", arm, f"2026-01-0{night}", sha256="0" * 64, key=key)
+            night_recording = drawn(recording, values, noise, draw, log)
             estimate = weighted(night_recording.equations)
             store.path(key).write_bytes(night_recording.parquet(estimate))
-            rows.append(fleet.Log(f"{key}.csv", about, "", "0" * 64, key))
+            rows.append(log)
     store.finish(rows)

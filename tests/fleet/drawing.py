@@ -1,11 +1,10 @@
 """Recordings that never were: reduced equations drawn on a real motion's factors, with parameters of one's own."""
 
-from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
 from dynident.apps.fleet.nights import compared_by
-from dynident.apps.fleet.store import Stored
+from dynident.apps.fleet.store import Log, Stored
 from dynident.common.arrays import Array
 from dynident.estimation.equations.equations import Blocks, Equations, merged
 
@@ -26,8 +25,7 @@ def drawn(
     values: Array,
     noise: Array,
     draw: np.random.Generator,
-    name: str,
-    about: Mapping[str, str],
+    log: Log,
 ) -> Stored:
     """A recording as that motion would give it on another night.
 
@@ -36,14 +34,13 @@ def drawn(
         values: the base parameters then, shape (c,).
         noise: of each joint's equations, shape (n,); see ``noise_of``.
         draw: what draws.
-        name: of the log that never was.
-        about: its arm, day, temperature and told payload.
+        log: that never was, with its arm, day and told payload.
     """
     cut = recording.equations.blocks
     parts = recording.equations.parts() if cut else [recording.equations.whole]
     drawn_parts = [_drawn_block(part, values, noise, draw) for part in parts]
     blocks = Blocks.of(drawn_parts, cut.length) if cut else cut
-    return replace(recording, name=name, equations=replace(merged(drawn_parts), blocks=blocks), about=dict(about))
+    return replace(recording, log=log, equations=replace(merged(drawn_parts), blocks=blocks))
 
 
 def _drawn_block(block: Equations, values: Array, noise: Array, draw: np.random.Generator) -> Equations:

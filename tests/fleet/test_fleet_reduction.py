@@ -17,7 +17,7 @@ def test_good_ones_are_in_and_each_wrong_one_is_named(store: Path) -> None:
     opened = fleet.Store.opened(store)
     good = [log for log in opened.logs() if not log.wrong]
     assert [log.file for log in good] == sorted(GOOD)
-    assert [opened.read(log.key).about["arm"] for log in good] == ["a", "a", "b"]
+    assert [opened.read(log.key).log.arm for log in good] == ["a", "a", "b"]
     refused = {log.file: log.wrong for log in opened.logs() if log.wrong}
     assert sorted(refused) == ["b/2026-01-02.csv", "b/2026-01-03.csv", "b/2026-13-01.csv", "other.csv",
                                "turned/2026-01-01.csv"]  # fmt: skip
@@ -74,7 +74,7 @@ def test_a_clock_of_another_day_is_named(logs: Path, tmp_path: Path, day: str, g
     header = (logs / GOOD[0]).read_text().partition("\n")[0]
     log = tmp_path / "night.csv"
     np.savetxt(log, table, delimiter=",", header=header, comments="", fmt="%.15g")
-    reduced = fleet.reduce_fleet([Log(str(log), {"arm": "a", "day": day})], ROBOT, tmp_path / "s")
+    reduced = fleet.reduce_fleet([Log(str(log), "a", day)], ROBOT, tmp_path / "s")
     assert reduced.new == good
     words = f"its own clock begins on 2026-01-03, it is said to be of {day}"
     assert [words in bad.reason for bad in reduced.refused] == [True] * (not good)
@@ -89,7 +89,7 @@ def test_another_robot_or_recipe_needs_another_store(store: Path) -> None:
 
 
 def test_logs_of_one_arm_at_one_time_are_named() -> None:
-    logs = [Log(f"{name}.csv", {"arm": "a", "day": "2026-01-01"}) for name in "xy"]
+    logs = [Log(f"{name}.csv", "a", "2026-01-01") for name in "xy"]
     assert same_time(logs) == {"y.csv": "x.csv is of arm 'a' at 2026-01-01 too: give times, or another name"}
     (laden,) = [log for log in catalog(["a/2.csv", "a/much.csv"], "{arm}/{payload}.csv") if log.wrong]
     assert laden.wrong == "payload 'much' is no number"

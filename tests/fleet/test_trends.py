@@ -2,18 +2,20 @@
 
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
+from typing import cast
 
 import numpy as np
 import pytest
 from dynident.apps import fleet, report
-from dynident.apps.fleet import Stored
-from dynident.apps.fleet.comparing import Compared
+from dynident.apps.fleet import Log, Stored
+from dynident.apps.fleet.comparing import side_by_side
 from dynident.apps.fleet.nights import CHANGED, FEWEST, MASS, Series, arm_of, fleet_of
 from dynident.apps.logs.read import read_recording
 from dynident.apps.report.documents import fleet_document
-from dynident.apps.report.provenance import Provenance, now
+from dynident.apps.report.page import Provenance, now
 from dynident.common.errors import InputError
-from dynident.estimation import identify
+from dynident.estimation import Estimate, identify
 from dynident.estimation.fit.least_squares import weighted
 from dynident.model import load_robot
 from dynident.model.regressors import payload_columns
@@ -29,7 +31,7 @@ def recording(tmp_path_factory: pytest.TempPathFactory) -> Stored:
     unpack(place)
     robot = load_robot("rx90")
     result = identify(robot, [read_recording(place / "rx_arm_unloaded.csv", robot)])
-    return Stored("a.csv", robot, result.base, result.problem, {})
+    return Stored(Log("a.csv"), robot, result.base, result.problem)
 
 
 @pytest.fixture(scope="module")
@@ -48,8 +50,8 @@ def history(recording: Stored) -> fleet.Fleet:
             mass = "2" if arm == "laden" and night == 5 else "0"
             if arm == "laden" and night in (5, NIGHTS - 1):
                 now_values = now_values + 2.0 * lump
-            about = {"arm": arm, "day": f"2026-01-{night + 1:02d}", "payload": mass}
-            nights.append(drawn(recording, now_values, noise, draw, f"{arm}{night}", about))
+            log = Log(f"{arm}{night}", arm, f"2026-01-{night + 1:02d}", mass)
+            nights.append(drawn(recording, now_values, noise, draw, log))
         arms.append(arm_of(nights[::-1]))
     return fleet_of(arms)
 
@@ -83,7 +85,7 @@ def test_the_page_names_it(history: fleet.Fleet, tmp_path: Path) -> None:
 def series(values: np.ndarray, own: float) -> Series:
     """Values of as many nights, each with an error of its own."""
     days = tuple(f"2026-01-{k + 1:02d}" for k in range(len(values)))
-    return Series("a", "OFF1", days, values, np.full(len(values), own))
+    return Series.of("a", "OFF1", days, values, np.full(len(values), own))
 
 
 def test_z_is_the_distance_from_the_median_in_robust_standard_deviations() -> None:
@@ -104,7 +106,11 @@ def test_quiet_series_are_told_as_seldom_as_stated(nights: int, rate: float) -> 
 def test_a_recording_is_compared_with_the_mean_of_all_others() -> None:
     draw = np.random.default_rng(2)
     values, sigma = draw.normal(size=(5, 4)), draw.uniform(0.1, 2.0, (5, 4))
-    both = Compared(tuple("abcde"), tuple("ABCD"), values, sigma, 50.0)
+    estimates = [
+        SimpleNamespace(names=tuple("ABCD"), values=own, sigma=spread, degrees_of_freedom=50.0)
+        for own, spread in zip(values, sigma, strict=True)
+    ]
+    both = side_by_side("abcde", cast("list[Estimate]", estimates))
     for k in range(5):
         others, weights = (np.delete(each, k, axis=0) for each in (values, sigma**-2))
         error = np.sqrt(sigma[k] ** 2 + 1.0 / weights.sum(axis=0))
@@ -115,6 +121,6 @@ def test_a_recording_is_compared_with_the_mean_of_all_others() -> None:
 def test_an_arm_without_a_name_or_day_is_refused(recording: Stored) -> None:
     with pytest.raises(InputError, match="arm and day are not known"):
         arm_of([recording])
-    alone = fleet_of([arm_of([replace(recording, about={"arm": "a", "day": "2026-01-01"})])])
+    alone = fleet_of([arm_of([replace(recording, log=Log("a.csv", "a", "2026-01-01"))])])
     assert not alone.changed
     assert alone.twins is None

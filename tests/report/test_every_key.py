@@ -467,16 +467,13 @@ ODD_KEYS = [{"recording": "a", "parameter": "FS1", "sigmas": 5.5}]
 
 
 def test_compare() -> None:
-    compared: Any = SimpleNamespace(
-        **vars(ODD), values=made.numbers(2, 2), sigma=2.0 * made.numbers(2, 2), pooled=made.numbers(2),
-        pooled_interval95=3.0 * made.numbers(2, 2), scatter=4.0 * made.numbers(2),
-    )  # fmt: skip
-    expected = {
-        "recordings": compared.recordings, "parameters": compared.parameters, "values": compared.values,
-        "sigma": compared.sigma, "pooled": compared.pooled, "pooled_interval95": compared.pooled_interval95,
-        "scatter": compared.scatter, "odd": ODD_KEYS,
+    values = {
+        "values": made.numbers(2, 2), "sigma": 2.0 * made.numbers(2, 2), "pooled": made.numbers(2),
+        "pooled_interval95": 3.0 * made.numbers(2, 2), "scatter": 4.0 * made.numbers(2),
+        "apart": 5.0 * made.numbers(2, 2), "bound": 6.5,
     }  # fmt: skip
-    same(documents.ComparedDocument.of(compared), expected)
+    expected = {"recordings": ODD.recordings, "parameters": ODD.parameters, **values, "odd": ODD_KEYS}
+    same(documents.DOCUMENTS["compare"](**vars(ODD), **values), expected)
 
 
 def test_fleet_report() -> None:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from dynident.apps.report.figures.canvas import log_scale, new_figure, svg_text
 from dynident.apps.report.figures.motion import motion_figure, sigma_figure
-from dynident.apps.report.sections.parameters import essential_figure
+from dynident.apps.report.sections.evidence import essential_figure
 from dynident.estimation import Estimate, SigmaBound, SigmaRatio
 from dynident.estimation.fit.essential import Elimination, EliminationPath, StopRule
 from dynident.estimation.fit.estimate import Fit

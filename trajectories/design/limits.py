@@ -12,6 +12,7 @@ from typing import Literal, NamedTuple, TypeVar
 import numpy as np
 
 from ...common.arrays import Array
+from ...common.schema import Document
 from ..motions.family import JointBounds, Samples
 from .information import RegressorKernel
 
@@ -119,7 +120,7 @@ def duration_limit(duration: float) -> Limit:
     return Limit("duration", "duration", ("motion",), low, high, np.zeros(1), unit, values, pullback)
 
 
-class LimitCheck(NamedTuple):
+class LimitCheck(Document, frozen=True):
     """Result of a check: how near a motion comes to one limit on a fine grid.
 
     Attributes:

@@ -79,7 +79,7 @@ class PageOptions(ResultOptions):
             call = CALL.get()
             named = ((role, path) for _, role, path in call.named(Reads) if role != "options")
             files = [report.SourceFile(role, path, checksum(path)) for role, path in named if Path(path).is_file()]
-            command, when = shlex.join(["dynident", *call.words]), report.provenance.now()
+            command, when = shlex.join(["dynident", *call.words]), report.now()
             made_from = report.Provenance(command, when, tuple(files), versions(), settings_text)
             report.write_report(self.report, shown, made_from)
             if (beside := call.settings_file(self.report)) is not None:

@@ -3,12 +3,7 @@
 Every format gives one small text that says frame, reference point, order, units and source of its numbers.
 """
 
-from typing import TYPE_CHECKING
+from ..format import formats
 
-from ..format import Formats
-
-if TYPE_CHECKING:
-    from ..load import ControllerLoad
-
-FORMATS: "Formats[ControllerLoad]" = Formats(__name__, __path__)
+FORMATS = formats(__name__, __path__)
 """Every format by its name on the command line."""

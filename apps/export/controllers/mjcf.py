@@ -9,8 +9,7 @@ from ..load import ControllerLoad, load_format
 from ..rotation import principal_axes
 from ..xml import COMMENT, element, mjcf_inertial, xml_text
 
-_LEAST = 1e-15
-"""MuJoCo's mjMINVAL: no moment of inertia may be smaller."""
+_LEAST = 1e-15  # MuJoCo's mjMINVAL: no moment of inertia may be smaller
 
 
 def _write(load: ControllerLoad) -> str:

@@ -4,12 +4,7 @@ Every number says who decided it (data, rule or prior) and how sure it is, in co
 when it writes the model again; what a format has no place for is said.
 """
 
-from typing import TYPE_CHECKING
+from ..format import formats
 
-from ..format import Formats
-
-if TYPE_CHECKING:
-    from ....estimation import WholeRobot
-
-FORMATS: "Formats[WholeRobot]" = Formats(__name__, __path__)
+FORMATS = formats(__name__, __path__)
 """Every format by its name on the command line."""

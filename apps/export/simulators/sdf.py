@@ -10,42 +10,40 @@ from xml.etree.ElementTree import Element
 from ....estimation.possible.whole_robot import WholeRobot
 from ....model import Pose
 from ...numbers import exact
-from .. import xml
 from ..format import Format
-from ..robot import Frames, drive_value, link_marks, robot_head
-from ..xml import COMMENT, DYNIDENT, FIRST, element, texts, xml_text
+from ..robot import drive_attributes, drive_value, flange_of, link_marks, marked, moved_links, robot_head
+from ..xml import COMMENT, DYNIDENT, FIRST, element, sdf_inertial, texts, xml_text
 
 
 def _write(whole: WholeRobot) -> str:
-    robot, names, frames = whole.robot, whole.link_names, Frames(whole.robot)
-    ends = texts({"parent": "world", "child": names[0]})
+    base = whole.link_names[0]
     model = element(
-        "model", {"name": robot.name},
-        element("link", {"name": names[0]}),
-        element("joint", {"name": f"world-{names[0]}", "type": "fixed"}, *ends),
+        "model", {"name": whole.robot.name},
+        element("link", {"name": base}),
+        element("joint", {"name": f"world-{base}", "type": "fixed"}, *texts({"parent": "world", "child": base})),
     )  # fmt: skip
-    for j, link in enumerate(whole.links):
-        pose, drive, body = _pose(frames.link(j)), whole.apart[j], link.body
-        pose.set("relative_to", names[j])
-        mass = [xml.sdf_inertial(body.mass, body.com, body.inertia_com)] if body.mass else []
-        model.append(element("link", {"name": link.link}, pose, *xml.marked(link_marks(link, drive), mass)))
-        joint = robot.joints[j]
-        limits, kind = joint.limits, "revolute" if joint.revolute else "prismatic"
+    for each in moved_links(whole):
+        pose, name, body = _pose(each.pose), each.link.link, each.link.body
+        pose.set("relative_to", each.parent)
+        mass = [sdf_inertial(body.mass, body.com, body.inertia_com)] if body.mass else []
+        model.append(element("link", {"name": name}, pose, *marked(link_marks(each.link, each.drive), mass)))
+        limits, kind = each.joint.limits, "revolute" if each.joint.revolute else "prismatic"
         bounds = {"lower": limits.position[0], "upper": limits.position[1], "effort": limits.torque}
         bounds |= {"velocity": limits.speed, "drake:acceleration": limits.acceleration}
         finite = {name: exact(end) for name, end in bounds.items() if math.isfinite(end)}
-        rotor = {"drake:rotor_inertia": exact(drive_value(drive, "armature")), "drake:gear_ratio": "1"}
+        rotor = {"drake:rotor_inertia": exact(drive_value(each.drive, "armature")), "drake:gear_ratio": "1"}
         axis = (
-            element("xyz", {}, frames.axis(j)),
+            element("xyz", {}, each.axis),
             element("limit", {}, *texts(finite)),
-            element("dynamics", {}, *texts(xml.drive_attributes(drive))),
+            element("dynamics", {}, *texts(drive_attributes(each.drive))),
         )
-        parts = [*texts({"parent": names[j], "child": names[j + 1]}), element("axis", {}, *axis)]
-        parts += texts(rotor) if "armature" in drive else []
-        model.append(element("joint", {"name": whole.joint_names[j], "type": kind}, *parts))
-    if (flange := frames.flange_name) not in names:
-        attached = {"name": flange, "attached_to": names[-1]}
-        model.append(element("frame", attached, _pose(frames.flange)))
+        parts = [*texts({"parent": each.parent, "child": name}), element("axis", {}, *axis)]
+        parts += texts(rotor) if "armature" in each.drive else []
+        model.append(element("joint", {"name": each.name, "type": kind}, *parts))
+    flange, pose_of_flange = flange_of(whole.robot)
+    if flange not in whole.link_names:
+        attached = {"name": flange, "attached_to": whole.link_names[-1]}
+        model.append(element("frame", attached, _pose(pose_of_flange)))
     spaces = {"xmlns:drake": "drake.mit.edu", "xmlns:dynident": DYNIDENT}
     return xml_text(element("sdf", {"version": "1.9"} | spaces, model))
 

@@ -10,49 +10,47 @@ from xml.etree.ElementTree import Element
 from ....estimation.possible.whole_robot import WholeRobot
 from ....model import Pose
 from ...numbers import exact
-from .. import xml
 from ..format import Format
-from ..robot import Frames, drive_value, link_marks, robot_head
-from ..xml import COMMENT, DYNIDENT, FIRST, element, xml_text
+from ..robot import drive_attributes, drive_value, flange_of, link_marks, marked, moved_links, robot_head
+from ..xml import COMMENT, DYNIDENT, FIRST, element, urdf_inertial, xml_text
 
-_UNKNOWN = 1e6
-"""URDF demands numbers for limits: this stands for none."""
+_UNKNOWN = 1e6  # URDF demands numbers for limits: this stands for none
 
 
 def _write(whole: WholeRobot) -> str:
-    robot, names, frames = whole.robot, whole.link_names, Frames(whole.robot)
+    links, base = moved_links(whole), whole.link_names[0]
     spaces = {"xmlns:drake": "http://drake.mit.edu", "xmlns:dynident": DYNIDENT}
-    root = element("robot", {"name": robot.name} | spaces, element("link", {"name": names[0]}))
-    for j, link in enumerate(whole.links):
-        marks, body = link_marks(link, whole.apart[j]), link.body
-        mass = [xml.urdf_inertial(body.mass, body.com, body.inertia_com)] if body.mass else []
-        root.append(element("link", {"name": link.link}, *xml.marked(marks, mass)))
-        joint = robot.joints[j]
-        limits, dynamics = joint.limits, xml.drive_attributes(whole.apart[j])
+    root = element("robot", {"name": whole.robot.name} | spaces, element("link", {"name": base}))
+    for each in links:
+        body, limits, dynamics = each.link.body, each.joint.limits, drive_attributes(each.drive)
+        mass = [urdf_inertial(body.mass, body.com, body.inertia_com)] if body.mass else []
+        marks = link_marks(each.link, each.drive)
+        root.append(element("link", {"name": each.link.link}, *marked(marks, mass)))
         bounded = all(map(math.isfinite, limits.position))
-        kind = "prismatic" if not joint.revolute else "revolute" if bounded else "continuous"
+        kind = "prismatic" if not each.joint.revolute else "revolute" if bounded else "continuous"
         low, high = limits.position if bounded else (-_UNKNOWN, _UNKNOWN)
         values = {} if kind == "continuous" else {"lower": exact(low), "upper": exact(high)}
         values |= {"velocity": exact(min(limits.speed, _UNKNOWN)), "effort": exact(min(limits.torque, _UNKNOWN))}
         if math.isfinite(limits.acceleration):
             values["drake:acceleration"] = exact(limits.acceleration)
-        parts = [*_place(names[j], names[j + 1], frames.link(j)), element("axis", {"xyz": frames.axis(j)})]
+        parts = [*_place(each.parent, each.link.link, each.pose), element("axis", {"xyz": each.axis})]
         parts += [element("limit", values), *([element("dynamics", dynamics)] if dynamics else [])]
-        root.append(element("joint", {"name": whole.joint_names[j], "type": kind}, *parts))
-    if (flange := frames.flange_name) not in names:
-        fixed = {"name": f"{names[-1]}-{flange}", "type": "fixed"}
+        root.append(element("joint", {"name": each.name, "type": kind}, *parts))
+    flange, pose = flange_of(whole.robot)
+    if flange not in whole.link_names:
+        last = whole.link_names[-1]
         root.append(element("link", {"name": flange}))
-        root.append(element("joint", fixed, *_place(names[-1], flange, frames.flange)))
+        root.append(element("joint", {"name": f"{last}-{flange}", "type": "fixed"}, *_place(last, flange, pose)))
     interface = element("hardwareInterface", {}, "hardware_interface/EffortJointInterface")
-    for name, drive in zip(whole.joint_names, whole.apart, strict=True):  # as Drake reads drives
-        rotor = element("drake:rotor_inertia", {"value": exact(drive_value(drive, "armature"))})
+    for each in links:  # as Drake reads drives
+        rotor = element("drake:rotor_inertia", {"value": exact(drive_value(each.drive, "armature"))})
         gear = element("drake:gear_ratio", {"value": "1"})
         parts = [
             element("type", {}, "transmission_interface/SimpleTransmission"),
-            element("joint", {"name": name}, interface),
-            element("actuator", {"name": f"{name}_motor"}, rotor, gear),
+            element("joint", {"name": each.name}, interface),
+            element("actuator", {"name": f"{each.name}_motor"}, rotor, gear),
         ]
-        root.append(element("transmission", {"name": f"{name}_transmission"}, *parts))
+        root.append(element("transmission", {"name": f"{each.name}_transmission"}, *parts))
     return xml_text(root)
 
 

@@ -16,25 +16,24 @@ from ....estimation.possible.whole_robot import Labelled, WholeRobot
 from ....model import Pose
 from ...numbers import exact
 from ..format import Format
-from ..robot import Frames, drive_value, fields, link_marks, robot_head
+from ..robot import MovedLink, drive_value, fields, flange_of, gravity_of, link_marks, moved_links, robot_head
 from ..rotation import principal_axes, quaternion
 
 
 def _write(whole: WholeRobot) -> str:
-    root, joints = _identifier(whole.robot.name), range(whole.robot.n)
-    base = _identifier(whole.link_names[0])
-    frames = Frames(whole.robot)
-    g = frames.gravity
+    root, base, moved = _identifier(whole.robot.name), _identifier(whole.link_names[0]), moved_links(whole)
+    flange, pose_of_flange = flange_of(whole.robot)
+    g = gravity_of(whole.robot)
     size = math.hypot(*g)
     scene = [
         f"vector3f physics:gravityDirection = ({exact([x / size for x in g] if size else [0, 0, -1], ', ')})",
         f"float physics:gravityMagnitude = {exact(size)}",
     ]
     links = _prim(f'Xform "{base}"', [], [_schemas("PhysicsRigidBodyAPI")])
-    pose, flange = Pose(), frames.flange_name
-    for j, link in enumerate(whole.links):
-        inside, pose = list[str](), pose @ frames.link(j)
-        if (body := link.body).mass != 0.0:
+    pose = Pose()
+    for each in moved:
+        inside, pose, name = list[str](), pose @ each.pose, each.link.link
+        if (body := each.link.body).mass != 0.0:
             moments, axes = principal_axes(body.inertia_com)
             inside += [
                 f"float physics:mass = {exact(body.mass)}",
@@ -43,12 +42,12 @@ def _write(whole: WholeRobot) -> str:
                 f"quatf physics:principalAxes = ({exact(quaternion(axes), ', ')})",
             ]
         inside += _placed(pose)
-        if j == whole.robot.n - 1 and flange not in whole.link_names:
-            inside += _prim(f'Xform "{_identifier(flange)}"', _placed(frames.flange))
-        marks = [_schemas("PhysicsRigidBodyAPI", "PhysicsMassAPI"), *_custom_data(link.link, link_marks(link, {}))]
-        links += _prim(f'Xform "{_identifier(link.link)}"', inside, marks)
+        if each is moved[-1] and flange not in whole.link_names:
+            inside += _prim(f'Xform "{_identifier(flange)}"', _placed(pose_of_flange))
+        marks = [_schemas("PhysicsRigidBodyAPI", "PhysicsMassAPI"), *_custom_data(name, link_marks(each.link, {}))]
+        links += _prim(f'Xform "{_identifier(name)}"', inside, marks)
     held = _prim('PhysicsFixedJoint "world"', [f"rel physics:body1 = </{root}/{base}>"])
-    moving = [line for j in joints for line in _joint(whole, j, root)]
+    joints = _prim('Scope "joints"', [*held, *(line for each in moved for line in _joint(each, root))])
     lines = [
         "(",
         *_indented([f'defaultPrim = "{root}"', "kilogramsPerUnit = 1", "metersPerUnit = 1", 'upAxis = "Z"']),
@@ -56,11 +55,7 @@ def _write(whole: WholeRobot) -> str:
         "",
         *_prim('PhysicsScene "physicsScene"', scene),
         "",
-        *_prim(
-            f'Xform "{root}"',
-            [*links, *_prim('Scope "joints"', [*held, *moving])],
-            [_schemas("PhysicsArticulationRootAPI")],
-        ),
+        *_prim(f'Xform "{root}"', [*links, *joints], [_schemas("PhysicsArticulationRootAPI")]),
     ]
     return "\n".join(lines)
 
@@ -85,16 +80,14 @@ def _placed(pose: Pose) -> list[str]:
     ]
 
 
-def _joint(whole: WholeRobot, j: int, root: str) -> list[str]:
-    robot, name, drive = whole.robot, whole.joint_names[j], whole.apart[j]
-    joint, limits = robot.joints[j], robot.joints[j].limits
-    kind, axis, unit = (
-        ("Revolute", "angular", math.degrees(1.0)) if joint.revolute else ("Prismatic", "linear", 1.0)
-    )
+def _joint(moved: MovedLink, root: str) -> list[str]:
+    joint, limits, drive = moved.joint, moved.joint.limits, moved.drive
+    kind, axis, unit = ("Prismatic", "linear", 1.0)
+    if joint.revolute:
+        kind, axis, unit = ("Revolute", "angular", math.degrees(1.0))
     lines = ['uniform token physics:axis = "Z"']
-    frames = Frames(robot)
-    ends = frames.joint(j), frames.own(j + 1).inverse()
-    for k, (link, pose) in enumerate(zip(whole.link_names[j : j + 2], ends, strict=True)):
+    ends = ((moved.parent, moved.frame), (moved.link.link, moved.own.inverse()))
+    for k, (link, pose) in enumerate(ends):
         lines += [
             f"rel physics:body{k} = </{root}/{_identifier(link)}>",
             f"point3f physics:localPos{k} = ({exact(pose.origin, ', ')})",
@@ -119,7 +112,8 @@ def _joint(whole: WholeRobot, j: int, root: str) -> list[str]:
         numbers[f"{own}:viscousFrictionCoefficient"] = damping / unit
     lines += [f"float {key} = {exact(value)}" for key, value in numbers.items() if math.isfinite(value)]
     schemas = _schemas(f"PhysicsDriveAPI:{axis}", "PhysxJointAPI", f"PhysxJointAxisAPI:{axis}")
-    return _prim(f'Physics{kind}Joint "{_identifier(name)}"', lines, [schemas, *_custom_data(name, drive)])
+    name = f'Physics{kind}Joint "{_identifier(moved.name)}"'
+    return _prim(name, lines, [schemas, *_custom_data(moved.name, drive)])
 
 
 def _custom_data(name: str, numbers: Mapping[str, Labelled]) -> list[str]:

@@ -11,19 +11,18 @@ from ....estimation.diagnosis.kinematics import PoseCheck, Readings
 from ....model import Pose, Robot
 from ...logs.following import FollowingChange
 from ...logs.log_check import LogReport, RobotFits
-from ..blocks import Banner, Block, Notes, OnPage, Report, Section, Table
+from ..blocks import Banner, Block, Drawing, Notes, OnPage, Report, Section, Table
 from ..documents import Look
-from ..figures.signals import following_figure, signals_figure
+from ..figures.canvas import BLUE, GREY, Figure, panels, plain
+from ..figures.signals import signals_figure
 from .robot import robot_description
 
 _MARKS = {"error": "ERROR", "warning": "warning", "note": "note"}
 _UNEVEN = 0.05  # of the mean time step: larger deviations are jitter
 _MOST = 12  # columns that are listed
-_SHOWN = 6
-"""Readings that do as well which the screen names."""
+_SHOWN = 6  # readings that do as well which the screen names
 _RANKED = 20
-_LEVELS = {"fell": "use", "rose": "do_not_use", "no clear change": "mass_and_com_only"}
-"""Colour of the banner."""
+_LEVELS = {"fell": "use", "rose": "do_not_use", "no clear change": "mass_and_com_only"}  # the banner's colour
 _MEANING = {
     "fell": "the number entered helps",
     "rose": "the number entered does harm: check unit, frame and sign of what was typed in",
@@ -215,10 +214,33 @@ def following_report(change: FollowingChange, robot: Robot) -> Report:
         "The 95 % intervals rest on the spread over blocks of 1 s, each left out in its turn; a change is clear if "
         "the interval does not hold 0.",
     ]
-    figure = following_figure(change, unit, scale)
+    figure = _following_figure(change, unit, scale)
     return Report(
         f"Before and after a payload was entered: {robot.title or robot.name}",
         [Banner(level, text), Notes(others), Table(title, headings, rows)],
         [Section("joints", "Joint by joint", [figure, Notes(compared)])],
         "how both recordings were compared",
     )
+
+
+def _following_figure(change: FollowingChange, unit: str, scale: float) -> Drawing:
+    """Root mean square of each joint before and after, in a unit of which ``scale`` make one of SI."""
+
+    def draw() -> Figure:
+        figure, axes = panels((6.4, 3.2), edges=(0.75, 0.15, 0.35, 0.5))
+        axis, rows = axes[0, 0], (*change.joints, change.total)
+        places = np.arange(len(rows))
+        before, after = (scale * np.array([getattr(row, when) for row in rows]) for when in ("before", "after"))
+        # The interval is that of the share by which it fell.
+        ends = before * (1.0 - np.array([row.interval for row in rows])).T
+        reach = np.nan_to_num(np.maximum([after - ends[1], ends[0] - after], 0.0))
+        axis.bar(places - 0.2, before, 0.38, color=GREY, label="before")
+        axis.bar(places + 0.2, after, 0.38, color=BLUE, hatch="//", label="after", yerr=reach, capsize=3)
+        axis.set_xticks(places, [row.name for row in rows])
+        axis.set_ylabel(f"root mean square [{unit}]")
+        axis.legend(fontsize=9, frameon=False)
+        plain(axis)
+        return figure
+
+    caption = f"Root mean square of the {change.kind} before and after the number was entered, with 95 % intervals."
+    return Drawing("following", caption, draw)

@@ -20,7 +20,7 @@ from ....estimation.results.payload import (
     numbers,
 )
 from ....model import INERTIAL
-from ...numbers import SIX, interval_digits, or_dash, six, with_interval
+from ...numbers import SIX, interval_digits, six, with_interval
 from ..blocks import Block, Notes, Section, Table, Text, with_sigma
 from ..figures.payload import methods_figure
 from .evidence import conditioning, residual_text
@@ -80,48 +80,46 @@ def parameters_table(result: PayloadResult) -> Table:
     standard deviations with errors of the drive gains, where they are allowed for, and what a short motion shows.
     """
     best = result.best or result.best_free
-    ends = np.full((22, 2), np.nan)
+    ends = np.full((len(_ROWS), 2), np.nan)
     ends[9:13] = np.vstack([result.mass.interval95, result.com.interval95])
     if isinstance(best, PossibleEstimate):
         ends[:13] = np.vstack([bounds(best.interval95), array(best.com_interval95, 3, 2)])
         ends[13:19] = [array(best.inertia_com_interval95, 3, 3, 2)[pair] for pair in SIX]
         ends[19:] = array(best.principal_moments_interval95, 3, 2)
-    others = [estimate for estimate in result.possible if estimate is not result.best]
-    with_gains, visibility = numbers(best.sigma_with_gains), present(result.visibility)
-    headings = ["", "unit", f"method {result.method}", "95 % interval"]
-    headings += [f"method {each.method}" for each in others]
-    headings += [f"method {each.method} free" for each in result.free]
-    headings += ["sigma with gains"] if result.gain_sigma else []
-    headings += ["by these joints"] if visibility is not None else []
-    free = [free_cells(each) for each in result.free]
-    shown = [_values(each) for each in (best, *others)]
-    rows = []
-    for k, (name, unit) in enumerate(_ROWS):
-        value, *by_others = (float(column[k]) for column in shown)
-        digits = interval_digits(ends[k, 1] - ends[k, 0])
-        row = [name, unit, *(with_interval(value, *ends[k].tolist()) if np.isfinite(value) else ("-", "-"))]
-        row += [or_dash(round(x, digits) + 0.0 if np.isfinite(x) else x, f".{digits}f") for x in by_others]
-        row += [column[k] for column in free]
-        if result.gain_sigma:
-            row.append(f"{with_gains[k]:.2g}" if k < len(INERTIAL) and np.isfinite(with_gains[k]) else "")
-        row += [visibility.parameters.get(name, "")] if visibility is not None else []
-        rows.append(tuple(row))
-    return Table(f"Every parameter in {result.frame}", headings, rows, ("M", "com z", "YZ at com"))
-
-
-def free_cells(estimate: FreeEstimate) -> list[str]:
-    """Least squares alone, a cell a row of the table, as far as it is determined."""
-    coms = [array(of, 3) for of in (estimate.com_sigma, estimate.com_sigma_robust)]
-    inertias = [six(array(of, 3, 3)) for of in (estimate.inertia_com_sigma, estimate.inertia_com_sigma_robust)]
-    sigma = np.concatenate([estimate.larger_sigma, np.fmax(*coms), np.fmax(*inertias), np.full(3, np.nan)])
-    pairs = zip(_values(estimate).tolist(), sigma.tolist(), strict=True)
-    return [with_sigma(value, s) if np.isfinite(value) else "-" for value, s in pairs]
+    names, units = zip(*_ROWS, strict=True)
+    values = zip(_values(best).tolist(), ends.tolist(), strict=True)
+    shown = [with_interval(x, *end) if np.isfinite(x) else ("-", "-") for x, end in values]
+    columns: dict[str, Sequence[str]] = {"": names, "unit": units}
+    columns[f"method {result.method}"], columns["95 % interval"] = zip(*shown, strict=True)
+    digits = [interval_digits(high - low) for low, high in ends]
+    for each in result.possible:
+        if each is not result.best:
+            pairs = zip(_values(each).tolist(), digits, strict=True)
+            columns[f"method {each.method}"] = [_rounded(x, most) for x, most in pairs]
+    for own in result.free:
+        coms = np.fmax(array(own.com_sigma, 3), array(own.com_sigma_robust, 3))
+        inertias = np.fmax(array(own.inertia_com_sigma, 3, 3), array(own.inertia_com_sigma_robust, 3, 3))
+        sigma = np.concatenate([own.larger_sigma, coms, six(inertias), np.full(3, np.nan)])
+        with_sigmas = zip(_values(own).tolist(), sigma.tolist(), strict=True)
+        columns[f"method {own.method} free"] = [with_sigma(x, s) if np.isfinite(x) else "-" for x, s in with_sigmas]
+    if result.gain_sigma:
+        by_gains = [f"{x:.2g}" if np.isfinite(x) else "" for x in numbers(best.sigma_with_gains)]
+        columns["sigma with gains"] = [*by_gains, *[""] * (len(_ROWS) - len(by_gains))]
+    if (visibility := present(result.visibility)) is not None:
+        columns["by these joints"] = [visibility.parameters.get(name, "") for name in names]
+    rows = list(zip(*columns.values(), strict=True))
+    return Table(f"Every parameter in {result.frame}", list(columns), rows, ("M", "com z", "YZ at com"))
 
 
 def _values(estimate: FreeEstimate | PossibleEstimate) -> Array:
+    """Numbers of the table's rows, nan where not determined."""
     moments = estimate.principal_moments if isinstance(estimate, PossibleEstimate) else None
     inertia = six(array(estimate.inertia_com, 3, 3))
     return np.concatenate([estimate.ten, array(estimate.com, 3), inertia, array(moments, 3)])
+
+
+def _rounded(value: float, digits: int) -> str:
+    return f"{round(value, digits) + 0.0:.{digits}f}" if np.isfinite(value) else "-"
 
 
 def method_notes(result: PayloadResult) -> list[str]:
@@ -219,7 +217,7 @@ def _short_notes(result: PayloadResult, data: PayloadData) -> list[str]:
     residual, visibility = present(result.relative_residual), present(result.visibility)
     unexplained = array(residual.relative_per_joint, 0) if residual else np.zeros(0)
     own = array(residual.relative if residual else None)
-    joints = " ".join(or_dash(100 * ratio, ".1f") for ratio in unexplained)
+    joints = " ".join(_rounded(100.0 * ratio, 1) for ratio in unexplained.tolist())
     friction, constant = "Friction is the robot's own.", present(result.constant_torques)
     if data.friction == "free":
         offsets = "constant torques are free too."

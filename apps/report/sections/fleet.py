@@ -9,9 +9,9 @@ import numpy as np
 
 from ...fleet import Fleet
 from ...fleet.comparing import CHANCE, Compared
-from ...fleet.nights import CHANGED, FEWEST, Series
+from ...fleet.nights import CHANGED, FEWEST
 from ...fleet.reduction import ReducedDocument
-from ..blocks import Banner, Block, Drawing, Notes, OnPage, Report, Section, Table, Text
+from ..blocks import Banner, Block, Drawing, Notes, OnPage, Report, Section, Table, Text, lines
 from ..figures.canvas import BLUE, GREY, ORANGE, Figure, panels
 
 _WORDS = (
@@ -43,12 +43,12 @@ _LINES = 12  # recordings that have a column of their own
 def reduced_report(reduced: ReducedDocument) -> Report:
     """Count the recordings in the store, and list what was refused, and why."""
     total, refused = reduced.new + reduced.known, [(bad.file, bad.reason) for bad in reduced.refused]
-    lines = [
+    told = [
         f"{total} recordings in {reduced.store}: {reduced.new} reduced now, {reduced.known} there before.",
         f"{len(refused)} logs refused{':' if refused else '.'}",
     ]
     first: list[Block] = [
-        Notes(lines),
+        Notes(told),
         Notes([f"{PurePath(file).name}: {reason}" for file, reason in refused], optional=True),
     ]
     return Report("The store", first, _refused(refused), "all that was refused")
@@ -61,19 +61,36 @@ def _refused(refused: Sequence[tuple[str, str]]) -> list[Section]:
 
 def fleet_report(fleet: Fleet, refused: Mapping[str, str]) -> Report:
     """Changes of the last night, the clearest first; then a line an arm, and small multiples."""
-    arms, changed = fleet.arms, fleet.changed
-    notes, few = list[str](), [arm.name for arm in arms if len(arm.days) <= FEWEST]
-    if few:
-        more = " and more" if len(few) > 6 else ""
-        notes.append(f"Too few nights to tell a change yet: {', '.join(few[:6])}{more}.")
-    if refused:
-        notes.append(f"{len(refused)} logs were refused; see logs.parquet of the store.")
+    arms, changed, twins = fleet.arms, fleet.changed, fleet.twins
+    few = [arm.name for arm in arms if len(arm.days) <= FEWEST]
+    more = " and more" if len(few) > 6 else ""
+    notes = lines(
+        f"Too few nights to tell a change yet: {', '.join(few[:6])}{more}." if few else "",
+        f"{len(refused)} logs were refused; see logs.parquet of the store." if refused else "",
+    )
+    rows = []
+    for line in changed:
+        amount = f"{line.changes[-1]:+.3g} {'kg' if line.quantity == 'mass' else 'N·m or N'}"
+        if line.relative or line.quantity.startswith("scale"):
+            amount = f"{100.0 * float(line.changes[-1]):+.1f} %"
+        kind = line.quantity.rstrip("0123456789")
+        meaning = f"{_QUANTITIES[kind.strip()]} {line.quantity[len(kind) :]}".strip()
+        rows.append((line.arm, meaning, amount, f"{line.z:+.1f}", str(len(line.values) - 1)))
+    # Arms that differ from the others of their type in what is no friction.
+    odd = ["Fewer than three arms: none can be told to be the odd one."]
+    if twins is not None:
+        chi2 = dict(zip(twins.recordings, np.sum(twins.apart**2, axis=1), strict=True))
+        odd = [
+            f"{each.recording} differs from its twins in {each.parameter} by {each.sigmas:+.1f} sigma (chi2 of all "
+            f"{len(twins.parameters)} parameters: {chi2[each.recording]:.0f})."
+            for each in twins.odd
+        ] or [f"No arm differs from its twins beyond {twins.bound:.1f} sigma (chance {CHANCE:g})."]
     headline = f"{len(changed)} changes last night" if changed else "nothing changed last night"
     first: list[Block] = [
         Banner("do_not_use" if changed else "use", f"{len(arms)} arms: {headline}."),
         Notes(notes),
-        *([_changed_table(changed)] if changed else []),
-        Notes(_twin_notes(fleet), optional=True),
+        *([Table("What changed", ("arm", "quantity", "by", "z", "nights before"), rows)] if changed else []),
+        Notes(odd, optional=True),
     ]
     sections = [
         Section("arms", "Every arm", [_arms_table(fleet)]),
@@ -83,22 +100,6 @@ def fleet_report(fleet: Fleet, refused: Mapping[str, str]) -> Report:
     nights, last = sum(len(arm.days) for arm in arms), max(arm.days[-1] for arm in arms)
     subtitle = f"{len(arms)} arms, {nights} recordings, {fleet.first} to {last}"
     return Report("The fleet", first, sections, "a line an arm", subtitle)
-
-
-def _changed_table(changed: Sequence[Series]) -> Table:
-    rows = []
-    for line in changed:
-        amount = f"{line.changes[-1]:+.3g} {'kg' if line.quantity == 'mass' else 'N·m or N'}"
-        if line.relative or line.quantity.startswith("scale"):
-            amount = f"{100.0 * float(line.changes[-1]):+.1f} %"
-        rows.append((line.arm, meaning(line.quantity), amount, f"{line.z:+.1f}", str(len(line.values) - 1)))
-    return Table("What changed", ("arm", "quantity", "by", "z", "nights before"), rows)
-
-
-def meaning(quantity: str) -> str:
-    """A quantity in words."""
-    kind = quantity.rstrip("0123456789")
-    return f"{_QUANTITIES[kind.strip()]} {quantity[len(kind) :]}".strip()
 
 
 def _arms_table(fleet: Fleet) -> Table:
@@ -117,20 +118,6 @@ def _arms_table(fleet: Fleet) -> Table:
         rows.append((arm.name, f"{len(arm.days)}", arm.days[-1], f"{arm.told[-1]:g}", reported, *drift))
     headings = ("arm", "nights", "last", "told [kg]", "less told [kg]", "friction z", "gain z", "payload z")
     return Table("Every arm, by its drift", headings, rows)
-
-
-def _twin_notes(fleet: Fleet) -> list[str]:
-    """Arms that differ from the others of their type in what is no friction."""
-    twins = fleet.twins
-    if twins is None:
-        return ["Fewer than three arms: none can be told to be the odd one."]
-    chi2 = np.sum(twins.apart**2, axis=1)
-    lines = [
-        f"{odd.recording} differs from its twins in {odd.parameter} by {odd.sigmas:+.1f} sigma (chi2 of all "
-        f"{len(twins.parameters)} parameters: {chi2[twins.recordings.index(odd.recording)]:.0f})."
-        for odd in twins.odd
-    ]
-    return lines or [f"No arm differs from its twins beyond {twins.bound:.1f} sigma (chance {CHANCE:g})."]
 
 
 def _drawings(fleet: Fleet) -> list[Drawing]:

@@ -1,6 +1,6 @@
 """A motion that was designed, replayed or asked for near a pose: its limits, and what it will tell."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -12,10 +12,9 @@ from ....model.friction import LAWS
 from ....model.inertia import PayloadSpread, payload_spread
 from ....model.visibility import PayloadVisibility
 from ....trajectories import DesignProblem, Score
-from ....trajectories.design.full_trajectory import Rung
 from ....trajectories.design.score import holding_torques
 from ...export.motion import assumed_line, rests_on
-from ..blocks import Banner, Block, Notes, OnPage, Report, Section, Table, Text
+from ..blocks import Banner, Block, Notes, OnPage, Report, Section, Table, Text, lines
 from ..documents import JudgedMotion, NearResult
 from ..figures.motion import motion_figure, sigma_figure
 from .robot import assumed_notes
@@ -39,54 +38,62 @@ _GROUPS = (
 
 def design_report(judged: JudgedMotion) -> Report:
     """Limits, predicted standard deviations and what to do next; then every parameter and the motion."""
-    score, problem, floor = judged.score, judged.score.problem, judged.floor
-    kind, title = problem.criterion.kind, problem.robot.title or problem.robot.name
-    notes, writers, learnt = list[str](), "--samples, --ros2, --urscript or --val3", score.learnt
-    if (replay := judged.replay) is not None:
+    score, problem, floor, replay = judged.score, judged.score.problem, judged.floor, judged.replay
+    kind, title, learnt = problem.criterion.kind, problem.robot.title or problem.robot.name, judged.score.learnt
+    length, writers = problem.goal.data_length, "--samples, --ros2, --urscript or --val3"
+    brakes_note, brakes = _brakes(problem, score)
+    replayed = floored = ""
+    if replay is not None:
         limits = f"but {'; '.join(replay.violations)}" if replay.violations else "every limit met"
-        notes.append(
+        replayed = (
             f"Replayed by trapezoidal moves as --val3 asks for: {criterion_text(kind, replay.value)} in "
             f"{replay.duration:.4g} s, {limits}. Score the controller's log by 'dynident score'."
         )
-    notes += [*_payload_notes(problem, score), *assumed_notes(problem.robot, *rests_on(problem))]
     if floor is not None:
         quantity = {"d": "uncertainty", "a": "relative sigma"}.get(kind, "condition number")
         times = np.exp(0.5 * floor.gap if kind == "d" else floor.gap)
-        notes.append(
+        floored = (
             f"Floor over {floor.states} weighted states within the limits, continuity ignored: "
             f"{criterion_text(kind, floor.value)}; its {quantity} is {times:.3g} times the floor's."
         )
-    criterion, after = f"Criterion {criterion_text(kind, score.value)}.", list[str]()
-    if judged.design is not None:
-        after = [f"Next: add {writers}, run it, then 'dynident check LOG'."]
+    assumed = assumed_notes(problem.robot, *rests_on(problem))
+    after = [f"Next: add {writers}, run it, then 'dynident check LOG'."] if judged.design is not None else []
     first: list[Block] = [
         _motion_banner(judged.title, score),
         _limits_table(score),
         _taught_table(problem, score),
-        Notes([criterion, *after]),
-        Notes(notes, optional=True),
+        Notes([f"Criterion {criterion_text(kind, score.value)}.", *after]),
+        Notes(lines(replayed, *brakes_note, *assumed, floored), optional=True),
         *([_how_to_run(score.duration, writers, "payload")] if after else []),
     ]
-    numbers = (
-        ("condition number", learnt.condition_number, "of W in SI units"),
-        ("the same, scaled", learnt.condition_number_scaled, "columns scaled to norm 1"),
-        ("log det", learnt.log_det, "of the information matrix"),
-    )
-    length = problem.goal.data_length
     recorded = f"{length:g} s of data, the motion repeated" if length else "recorded once"
     together = [
         ("duration", f"{score.duration:.4g}", f"s; {recorded}"),
         ("parameters", str(len(problem.names)), f"criterion {kind}"),
-        *((name, f"{x:.4g}" if np.isfinite(x) else "rank-deficient", text) for name, x, text in numbers),
     ]
-    brakes, known = _holding_tables(problem, score), bool(np.isfinite(list(learnt.sigma.values())).all())
-    sigma = (score, f"{title}: predicted standard deviations", judged.reference, judged.labels)
+    for name, x, remark in (
+        ("condition number", learnt.condition_number, "of W in SI units"),
+        ("the same, scaled", learnt.condition_number_scaled, "columns scaled to norm 1"),
+        ("log det", learnt.log_det, "of the information matrix"),
+    ):
+        together.append((name, f"{x:.4g}" if np.isfinite(x) else "rank-deficient", remark))
+    sigma, reference, labels = learnt.sigma, judged.reference, judged.labels
+    known, relative = bool(np.isfinite(list(sigma.values())).all()), score.relative_sigma(dict(reference))
+    shown = list(sigma)
+    if len(sigma) > _MOST_SHOWN:  # those least known of their values; none where no value is known
+        shown = sorted(sigma, key=lambda name: -relative.get(name, 0.0))[: _SHOWN if relative else 0]
+    rows = []
+    for name in shown:
+        value = f"{reference[name]:.4g}" if name in reference else ""
+        percent = f"{100.0 * relative[name]:.2g}" if name in relative else ""
+        rows.append((labels.get(name, name), f"{sigma[name]:.3g}", value, percent))
+    least = f", the {len(shown)} least known of {len(sigma)}" if len(shown) < len(sigma) else ""
     blocks: list[Block] = [
         Table("Parameters together", ("", "value", "remark"), together),
-        *(_sigma_tables(score, judged.reference, judged.labels) if known else []),
+        *([Table(f"Predicted sigma{least}", ("", "sigma", "value", "%"), rows)] if known and rows else []),
         *brakes,
         motion_figure(problem, judged.motion, f"{title}: motion between its limits"),
-        *([sigma_figure(*sigma)] if known else []),
+        *([sigma_figure(score, f"{title}: predicted standard deviations", reference, labels)] if known else []),
     ]
     more = f"condition numbers, every parameter{', what brakes hold' if brakes else ''}"
     return Report(
@@ -113,25 +120,31 @@ def near_report(result: NearResult, expected: InertialParameters, hints: Sequenc
         "Torque limits are NOT checked: the description has no torque limits or no parameters (--robot-parameters "
         "or --arm-mass); the rehearsal does not show them either."
     )
+    brakes_note, brakes = _brakes(problem, score)
     notes = [
         *hints,
         f"{plan.duration:.1f} s: {periods} of {plan.period:.2f} s{two}; {before}.",
         "Sigma by (17)-(19) for white torque noise; constant torques and Coulomb friction are estimated too. Real "
         "recordings have 1.6 to 4 times as much.",
         *([] if problem.torque_limited else [unchecked]),
-        *_payload_notes(problem, score),
+        *brakes_note,
         *assumed_notes(robot, *rests_on(problem)),
     ]
+    rungs = [
+        (f"run {k}", f"{100.0 * rung.speed:.0f}", f"{rung.mass:.2f}", f"{rung.bound:.2f}")
+        for k, rung in enumerate(result.ladder, 1)
+    ]
+    ladder = "Ladder: go on only if the run before shows at most what the next one bears"
+    headings = ("step", "speed %", "bears kg", "then at most kg")
     first: list[Block] = [
         _motion_banner(f"Motion of joints {joints} of {title}", score),
         _spread_table(f"Predicted for {expected.mass:g} kg at ({position}) mm", result.spread),
-        *ladder_tables(result.ladder),
+        *([Table(ladder, headings, rungs)] if rungs else []),
         Notes([f"Next: add {writers}, run it without and with the payload, then 'dynident weigh'."]),
         Notes(notes, optional=True),
         OnPage(lambda: [_limits_table(score)]),
         _how_to_run(plan.duration, writers, "weigh"),
     ]
-    brakes = _holding_tables(problem, score)
     drawn = motion_figure(problem, motion, f"Motion that weighs a payload: {title}")
     sections = [
         Section("payload", "What it shows of a payload", [visibility_table(result.visibility), *brakes]),
@@ -163,14 +176,18 @@ def _how_to_run(duration: float, writers: str, command: str) -> OnPage:
     return OnPage(lambda: [Text("How to run it", heading=True), Notes(steps)])
 
 
-def _payload_notes(problem: DesignProblem, score: Score) -> list[str]:
-    """The set of payloads, and the largest share of a torque limit that brakes hold; nothing without a set."""
+def _brakes(problem: DesignProblem, score: Score) -> tuple[list[str], list[Table]]:
+    """The set of payloads, and the torque that holds the arm still, joint by joint, with the worst of them.
+
+    Nothing without such a set.
+    """
     payloads = problem.payloads
     if payloads is None:
-        return []
+        return [], []
     missed = any(limit.name.startswith("torque") and str(limit) in score.violations for limit in score.limits)
-    shares = holding_torques(problem, score.samples.q) / problem.bounds.torque
-    joint, half = int(np.argmax(shares)), 1e3 * payloads.half
+    start, worst = (holding_torques(problem, poses) for poses in (score.samples.q[:1], score.samples.q))
+    ratios = worst / problem.bounds.torque
+    joint, half = int(np.argmax(ratios)), 1e3 * payloads.half
     x, y, z = 1e3 * payloads.centre + 0.0
     axes = ", ".join(f"{length:.4g}" for length in half)
     region = f"in an ellipsoid of half axes {axes} mm"
@@ -178,25 +195,19 @@ def _payload_notes(problem: DesignProblem, score: Score) -> list[str]:
         region = f"in a box of half edges {axes} mm"
     elif np.ptp(half) < 1e-9 * half.max():
         region = f"within {half[0]:.4g} mm"
-    return [
+    notes = [
         f"Torque limits {'do NOT hold' if missed else 'hold'} for every payload up to {payloads.mass:g} kg "
         f"{region} about ({x:.4g}, {y:.4g}, {z:.4g}) mm of the last link's frame, down to none.",
-        f"Power cut on the way: the brake of joint {joint + 1} then holds up to {100 * shares[joint]:.0f} % of its "
+        f"Power cut on the way: the brake of joint {joint + 1} then holds up to {100 * ratios[joint]:.0f} % of its "
         "torque limit.",
     ]
-
-
-def _holding_tables(problem: DesignProblem, score: Score) -> list[Table]:
-    """Torque that holds the arm still, joint by joint, with its worst payload; nothing without a set."""
-    if problem.payloads is None:
-        return []
-    start, worst = (holding_torques(problem, poses) for poses in (score.samples.q[:1], score.samples.q))
     rows = [
         (f"joint {j}", f"{round(first, 6):.4g}", f"{round(most, 6):.4g}", f"{limit:.4g}")
         for j, (first, most, limit) in enumerate(zip(start, worst, problem.bounds.torque, strict=True), 1)
     ]
     headings = ("power cut", "at the start", "on the way at most", "limit")
-    return [Table("Torque that brakes have to hold, N·m or N, with the worst payload", headings, rows)]
+    title = "Torque that brakes have to hold, N·m or N, with the worst payload"
+    return notes, [Table(title, headings, rows)]
 
 
 def _limits_table(score: Score) -> Table:
@@ -252,36 +263,12 @@ def criterion_text(kind: str, value: float) -> str:
     return f"{kind}: condition number {np.exp(value):.4g}"
 
 
-def _sigma_tables(score: Score, reference: Mapping[str, float], labels: Mapping[str, str]) -> list[Table]:
-    sigma, relative, rows = score.learnt.sigma, score.relative_sigma(dict(reference)), []
-    shown = list(sigma)
-    if len(sigma) > _MOST_SHOWN:
-        shown = sorted(sigma, key=lambda name: -relative.get(name, 0.0))[: _SHOWN if relative else 0]
-    for name in shown:
-        value = f"{reference[name]:.4g}" if name in reference else ""
-        percent = f"{100.0 * relative[name]:.2g}" if name in relative else ""
-        rows.append((labels.get(name, name), f"{sigma[name]:.3g}", value, percent))
-    least = f", the {len(shown)} least known of {len(sigma)}" if len(shown) < len(sigma) else ""
-    return [Table(f"Predicted sigma{least}", ("", "sigma", "value", "%"), rows)] if rows else []
-
-
 def visibility_table(visibility: PayloadVisibility) -> Table:
     """Each of the ten, before any motion."""
     joints = ", ".join(map(str, visibility.joints))
     rows = [(kind, visibility.parameters[kind], visibility.combination(kind)) for kind in INERTIAL]
     title = f"Visible to joint{'s' * (len(visibility.joints) > 1)} {joints}: {visibility.rank} of 10"
     return Table(title, ("parameter", "visible", "as part of"), rows)
-
-
-def ladder_tables(ladder: Sequence[Rung]) -> list[Table]:
-    """Speed of each run, the mass that it bears, and the bound that it leaves; nothing without a ladder."""
-    rows = [
-        (f"run {k}", f"{100.0 * rung.speed:.0f}", f"{rung.mass:.2f}", f"{rung.bound:.2f}")
-        for k, rung in enumerate(ladder, 1)
-    ]
-    headings = ("step", "speed %", "bears kg", "then at most kg")
-    title = "Ladder: go on only if the run before shows at most what the next one bears"
-    return [Table(title, headings, rows)] if rows else []
 
 
 def near_head(result: NearResult, speed: float) -> tuple[str, ...]:

@@ -14,21 +14,10 @@ from ....estimation.results.payload import PayloadResult, array
 from ...export.controllers import FORMATS
 from ...export.load import is_flange, load_of
 from ...numbers import SIX, interval_digits, six, with_interval
-from ..blocks import Banner, Block, Code, Details, Notes, OnPage, Pair, Report, Section, Table, Text
+from ..blocks import Banner, Block, Code, Details, Notes, OnPage, Pair, Report, Section, Table, Text, lines
 from ..figures.payload import flange_figure, repeats_figure, seen
+from . import evidence
 from .estimates import data_notes, methods_section
-from .evidence import (
-    MEND,
-    VERDICTS,
-    friction_notes,
-    gain_error_notes,
-    joints_section,
-    reason_blocks,
-    torques_section,
-    verdict_notes,
-    worst_torque,
-)
-from .parameters import essential_section, excitation_section
 
 _SHOWN = ("abb", "kuka", "ur", "fanuc", "yaskawa", "staubli", "franka", "urdf")
 """The formats in the page; 'dynident export' writes more."""
@@ -44,7 +33,10 @@ def payload_report(result: PayloadResult, document: str | None = None, notes: Se
     """
     best, made, method, level = result.best, result.working, result.method, result.verdict.level
     mass, interval = float(result.mass), tuple(result.mass.interval95.tolist())
-    sections = [methods_section(result), joints_section(present(result.mass_by_joints) or (), mass, interval)]
+    sections = [
+        methods_section(result),
+        evidence.joints_section(present(result.mass_by_joints) or (), mass, interval),
+    ]
     subtitle, worst = "Identified from recordings of joint positions and torques", list[Block]()
     if joints := present(result.joints):
         subtitle = f"Weighed by a motion of joint{'s' * (len(joints) > 1)} {', '.join(map(str, joints))}"
@@ -57,12 +49,12 @@ def payload_report(result: PayloadResult, document: str | None = None, notes: Se
         count = (len(source.loaded) if source else 0) + (len(made.held_out) if made else 0)
         labels = dict(zip(base.columns, base.names, strict=True)) if base else {}
         sections += [
-            torques_section(lambda: made.predictions, count),
-            excitation_section(lambda: made.excitation, labels),
-            essential_section(present(result.essential), result.title),
+            evidence.torques_section(lambda: made.predictions, count),
+            evidence.excitation_section(lambda: made.excitation, labels),
+            evidence.essential_section(present(result.essential), result.title),
         ]
-        worst = [worst_torque(lambda: made.predictions)]
-    to_do = [MEND]
+        worst = [evidence.worst_torque(lambda: made.predictions)]
+    to_do = [evidence.MEND]
     if level != "do_not_use":
         export = f"'dynident export {document or 'P.json'} --to ur' (abb, kuka, fanuc, ..)"
         line = f"Its own format: {'' if document or not made else 'add --json P.json, then '}{export}."
@@ -74,9 +66,9 @@ def payload_report(result: PayloadResult, document: str | None = None, notes: Se
         *([flange_figure(best, result.inertia.use == "use", is_flange(result.frame))] if best else []),
     ]
     first: list[Block] = [
-        Banner(level, f"Verdict: {VERDICTS[level]} (method {method}, {METHOD_NAMES[method]})."),
+        Banner(level, f"Verdict: {evidence.VERDICTS[level]} (method {method}, {METHOD_NAMES[method]})."),
         Pair(controller, [quantities_table(result)]),
-        *reason_blocks(result.verdict),
+        *evidence.reason_blocks(result.verdict),
         Notes([*answer_notes(result), *notes], optional=True),
         *worst,
     ]
@@ -107,53 +99,47 @@ def answer_notes(result: PayloadResult) -> list[str]:
     worst, chosen, robust = result.joint_that_agrees_least, result.recommended, present(result.best_free.robust)
     residual, masses = present(result.relative_residual), {each.method: each.ten[9] for each in result.estimates}
     each = ", ".join(f"{method} {x:.4g}" for method, x in sorted(masses.items()) if np.isfinite(x))
-    lines = [
-        *([f"Inertia ASSUMED, not measured: {result.assumed.inertia}."] if result.assumed else []),
-        f"Joint that agrees least: {worst}." if worst else "No joint can be compared with the others.",
-        *([f"Mass by method [kg]: {each}."] if len(masses) > 1 else []),
-        *([f"Method {chosen.method}: {chosen.reason}."] if chosen is not None and chosen.reason else []),
-        *verdict_notes(result.verdict),
-        *_scale_notes(result),
-        *(
-            f"Another way, {way.name}: {array(way.mass):.4g} kg, centre of mass "
-            f"({', '.join('-' if not np.isfinite(x) else f'{1e3 * x:.1f}' for x in way.com)}) mm."
-            for way in present(result.agreement) or ()
-        ),
-    ]
-    if repeats := present(result.repeats):
-        _, alone, sigmas = seen(repeats)
-        texts = ", ".join(f"{m:.4g} ± {s:.2g}" for m, s in zip(alone, sigmas, strict=True))
-        spread = f"spread {array(repeats.spread):.2g} kg"
-        lines.append(f"{len(repeats.masses)} recordings, each alone [kg]: {texts}; {spread}.")
-        if repeats.drift_per_recording is not None:
-            trend = "a drift" if repeats.drifts else "no clear drift"
-            step, sigma = repeats.drift_per_recording, array(repeats.drift_sigma)
-            lines.append(f"From one to the next {step:+.2g} ± {sigma:.2g} kg: {trend}.")
-        if repeats.excess is not None and repeats.excess > 1.0:
-            wider = "all intervals are widened by that"
-            lines.append(f"They scatter {repeats.excess:.2g} times as much as each says: {wider}.")
-    lines += friction_notes(present(result.friction) or ())
-    lines += gain_error_notes(result.settings, result.gains)
-    if not result.short and not (residual and residual.validation):
-        lines.append("Better: keep one recording without payload out of identification (--validate).")
-    if robust and robust.unavailable:
-        lines.append(f"Better: record longer; intervals rest on white noise, because {robust.unavailable}.")
-    elif robust and robust.warning:
-        lines.append(f"Better: {robust.warning}.")
-    return lines
-
-
-def _scale_notes(result: PayloadResult) -> list[str]:
-    if result.mass_from_scale and result.scale:
-        mass, sigma = result.scale
-        return [f"Mass: the scale's {mass:g} ± {sigma:g} kg; the torques of these joints do not contain it."]
-    lines = [
+    scale = [
         f"Scale {weighing.mass:g} ± {weighing.sigma:.2g} kg, torques {weighing.identified:.4g} ± "
         f"{weighing.identified_sigma:.2g} kg: {abs(array(weighing.z)):.1f} sigma apart, "
         f"{'which contradict each other' if array(weighing.p_value) < CONFLICT else 'in agreement'}."
         for weighing in present((result.best or result.best_free).weighed) or ()
     ]
-    return lines or ["Not weighed: --mass KG+-KG compares with a scale, and sharpens the centre of mass."]
+    if result.mass_from_scale and result.scale:
+        known, sigma = result.scale
+        scale = [f"Mass: the scale's {known:g} ± {sigma:g} kg; the torques of these joints do not contain it."]
+    noted = lines(
+        f"Inertia ASSUMED, not measured: {result.assumed.inertia}." if result.assumed else "",
+        f"Joint that agrees least: {worst}." if worst else "No joint can be compared with the others.",
+        f"Mass by method [kg]: {each}." if len(masses) > 1 else "",
+        f"Method {chosen.method}: {chosen.reason}." if chosen is not None and chosen.reason else "",
+        *evidence.verdict_notes(result.verdict),
+        *(scale or ["Not weighed: --mass KG+-KG compares with a scale, and sharpens the centre of mass."]),
+    )
+    for way in present(result.agreement) or ():
+        com = ", ".join("-" if not np.isfinite(x) else f"{1e3 * x:.1f}" for x in way.com)
+        noted.append(f"Another way, {way.name}: {array(way.mass):.4g} kg, centre of mass ({com}) mm.")
+    if repeats := present(result.repeats):
+        _, alone, sigmas = seen(repeats)
+        texts = ", ".join(f"{m:.4g} ± {s:.2g}" for m, s in zip(alone, sigmas, strict=True))
+        spread = f"spread {array(repeats.spread):.2g} kg"
+        noted.append(f"{len(repeats.masses)} recordings, each alone [kg]: {texts}; {spread}.")
+        if repeats.drift_per_recording is not None:
+            trend = "a drift" if repeats.drifts else "no clear drift"
+            step = f"{repeats.drift_per_recording:+.2g} ± {array(repeats.drift_sigma):.2g}"
+            noted.append(f"From one to the next {step} kg: {trend}.")
+        if repeats.excess is not None and repeats.excess > 1.0:
+            wider = "all intervals are widened by that"
+            noted.append(f"They scatter {repeats.excess:.2g} times as much as each says: {wider}.")
+    noted += evidence.friction_notes(present(result.friction) or ())
+    noted += evidence.gain_error_notes(result.settings, result.gains)
+    if not result.short and not (residual and residual.validation):
+        noted.append("Better: keep one recording without payload out of identification (--validate).")
+    if robust and robust.unavailable:
+        noted.append(f"Better: record longer; intervals rest on white noise, because {robust.unavailable}.")
+    elif robust and robust.warning:
+        noted.append(f"Better: {robust.warning}.")
+    return noted
 
 
 def controller_line(result: PayloadResult) -> str:

@@ -7,8 +7,8 @@ import numpy as np
 from msgspec import UnsetType
 
 from ....common.schema import present
+from ....estimation.fit.estimate import Estimate
 from ....estimation.possible.payload import CONFLICT
-from ....estimation.results.parts import PossibleParameter
 from ....estimation.results.payload import array
 from ....estimation.results.robot import RobotResult
 from ....model import INERTIAL, Robot
@@ -18,19 +18,8 @@ from ....model.friction import PAPER, term_names
 from ....model.robot import SOURCED
 from ...numbers import percent
 from ...rollout import Rollout
-from ..blocks import Banner, Block, Notes, Report, Section, Table, with_sigma
-from .evidence import (
-    MEND,
-    conditioning,
-    friction_notes,
-    gain_error_notes,
-    reason_blocks,
-    residual_text,
-    torques_section,
-    verdict_notes,
-    worst_torque,
-)
-from .parameters import essential_section, excitation_section
+from ..blocks import Banner, Block, Notes, Report, Section, Table, lines, with_sigma
+from . import evidence
 from .rollout import rollout_line, rollout_section
 
 _HEADINGS = ("joint", "kind", "alpha", "d", "theta", "r", "from", "to", "speed", "accel.", "torque")
@@ -106,83 +95,98 @@ def robot_report(result: RobotResult, rollouts: Sequence[Rollout] = (), document
 
     ``rollouts`` are predicted motions of recordings, ``document`` the JSON file that it was written to.
     """
-    verdict, made = result.judged, result.working
+    verdict, made, estimate, held_out = result.judged, result.working, result.estimate, result.validation
     after = f"'dynident payload --robot-parameters {document or 'robot.json'} --loaded LOG'"
     ask = "" if document or not made else "add --json robot.json, then "
-    following = MEND if verdict.reasons else f"Next: {ask}{after}."
     labels = dict(zip(made.base.columns, made.base.names, strict=True)) if made else {}
-    count = len(made.held_out or made.recordings) if made else 0
-    notes = [
-        *verdict_notes(verdict),
-        *friction_notes(present(result.friction) or ()),
-        *gain_error_notes(result.processing, result.gains),
-    ]
-    estimate, held_out, constrained = result.estimate, result.validation, result.constrained
     on_held_out = f"; {percent(float(array(held_out.relative)))} on the recording held out" if held_out else ""
     known = int((estimate.total_sigma <= 0.1 * np.abs(estimate.values)).sum())
-    lines = [
+    possible = ""
+    if result.constrained is not None:
+        p_value = float(array(result.constrained.p_value))
+        contradicted = f"No robot that can exist comes near them (p {p_value:.2g})."
+        possible = "A robot that can exist has these parameters within their uncertainty."
+        possible = contradicted if p_value < CONFLICT else possible
+    told = lines(
         f"The model leaves {percent(estimate.fit.relative)} of the torque unexplained{on_held_out}.",
         f"{len(result.columns)} base parameters, {known} of them known to 10 % (1 sigma), "
         f"{len(result.essential)} essential.",
+        possible,
+        evidence.MEND if verdict.reasons else f"Next: {ask}{after}.",
+    )
+    notes = [
+        *evidence.verdict_notes(verdict),
+        *evidence.friction_notes(present(result.friction) or ()),
+        *evidence.gain_error_notes(result.processing, result.gains),
     ]
-    if constrained is not None:
-        p_value = float(array(constrained.p_value))
-        contradicted = f"No robot that can exist comes near them (p {p_value:.2g})."
-        possible = "A robot that can exist has these parameters within their uncertainty."
-        lines.append(contradicted if p_value < CONFLICT else possible)
     first = [
         Banner("do_not_use" if verdict.reasons else "use", f"Verdict: {_BAD if verdict.reasons else _GOOD}"),
-        *reason_blocks(verdict),
-        joint_table(result),
-        Notes([*lines, following]),
+        *evidence.reason_blocks(verdict),
+        _joint_table(result),
+        Notes(told),
         Notes([*map(rollout_line, rollouts), *notes], optional=True),
-        worst_torque(lambda: made.predictions),
+        evidence.worst_torque(lambda: made.predictions),
     ]
     sections = (
         robot_section(result),
         *([rollout_section(rollouts)] if rollouts else []),
-        torques_section(lambda: made.predictions, count),
-        excitation_section(lambda: made.excitation, labels),
-        essential_section(present(result.elimination), result.title),
+        evidence.torques_section(lambda: made.predictions, len(made.held_out or made.recordings) if made else 0),
+        evidence.excitation_section(lambda: made.excitation, labels),
+        evidence.essential_section(present(result.elimination), result.title),
     )
-    data = [
-        conditioning(result.data.equations, len(result.columns), result),
-        f"Relative residual: {residual_text(estimate.fit)}",
-        *([f"On the validation recording: {residual_text(held_out)}"] if held_out else []),
-        *robot_sigma_notes(result),
-    ]
+    data = lines(
+        evidence.conditioning(result.data.equations, len(result.columns), result),
+        f"Relative residual: {evidence.residual_text(estimate.fit)}",
+        f"On the validation recording: {evidence.residual_text(held_out)}" if held_out else "",
+        *_sigma_notes(estimate, present(result.robust.unavailable) if result.robust else None),
+    )
     title, more = f"Dynamic parameters of the {result.title}", "every base parameter, residuals, what is essential"
     return Report(title, first, sections, more, "Identified from recordings without payload", data)
 
 
-def joint_table(result: RobotResult) -> Table:
+def _joint_table(result: RobotResult) -> Table:
     """Tabulate each joint's unexplained torque, and its friction as far as it was identified."""
     estimate, held_out = result.estimate, result.validation or None
     residuals = [estimate.fit.relative_per_joint, *([array(held_out.relative_per_joint, 0)] if held_out else [])]
-    sigma = dict(zip(estimate.names, estimate.total_sigma, strict=True))
+    friction = dict(zip(estimate.names, map(with_sigma, estimate.values, estimate.total_sigma), strict=True))
     rows = []
     for j, kind in enumerate(present(result.joints) or ("revolute",) * len(estimate.fit.rows), 1):
         unit = "N·m" if kind == "revolute" else "N"
-        shares = [percent(float(relative[j - 1])) for relative in residuals]
-        coulomb, viscous = (
-            with_sigma(estimate[name], float(sigma[name])) if name in sigma else "-"
-            for name in (f"FS{j}", f"FV{j}")
-        )
-        rows.append((f"joint {j}", *shares, coulomb, unit, viscous, f"{unit}·s"))
+        ratios = [percent(float(relative[j - 1])) for relative in residuals]
+        coulomb, viscous = friction.get(f"FS{j}", "-"), friction.get(f"FV{j}", "-")
+        rows.append((f"joint {j}", *ratios, coulomb, unit, viscous, f"{unit}·s"))
     fits = ("unexplained", *(["held out"] if held_out is not None else []))
     headings = ("", *fits, "Coulomb friction", "unit", "viscous friction", "unit")
     return Table(f"Torques of {result.title}", headings, rows)
 
 
-def robot_table(result: RobotResult) -> Table:
-    """Base parameters with standard deviations, beside those of a robot that can exist.
+def _sigma_notes(estimate: Estimate, why_not: str | None) -> list[str]:
+    """Say where the standard deviations of the robot's table come from; ``why_not``: from the formula alone."""
+    if (robust := estimate.robust) is None:
+        formula = f"± by the formula alone: {why_not}" if why_not else ""
+        return lines("± one standard deviation by (17)-(19), for white torque noise.", formula)
+    low, middle, high = np.quantile(robust.sigma / np.maximum(estimate.sigma, 1e-300), (0.0, 0.5, 1.0))
+    blocks = evidence.jackknife(robust.blocks, robust.block_length)
+    return lines(
+        "± and % by the larger of the formula's (17)-(19) and the block jackknife's standard deviation; what is "
+        "essential goes by the formula's.",
+        f"sigma_robust/sigma ({blocks} to formula): median {middle:.2f}, "
+        f"{low:.2f} to {high:.2f}; above 1 where errors of the torque last longer than a sample. chi2 and p by the "
+        "jackknife's.",
+        robust.warning,
+    )
+
+
+def robot_section(result: RobotResult) -> Section:
+    """Base parameters with groupings and sigma, beside those of a robot that can exist; friction tried.
 
     Where the estimate has robust standard deviations too, each entry shows the larger of both; errors of the drive
     gains, where they are not taken as exact, are part of it, and stand by themselves in a column.
     """
-    estimate, constrained = result.estimate, result.constrained and present(result.constrained.base_parameters)
-    nearest = [parameter.value for parameter in constrained] if constrained else None
-    further = [("by gains", estimate.sigma_by_gains, ".2g"), ("constrained", nearest, ".4g")]
+    estimate, nearest = result.estimate, result.constrained
+    constrained = nearest and present(nearest.base_parameters)
+    moved = [parameter.value for parameter in constrained] if constrained else None
+    further = [("by gains", estimate.sigma_by_gains, ".2g"), ("constrained", moved, ".4g")]
     shown = [(heading, values, form) for heading, values, form in further if values is not None]
     rows: list[tuple[str, ...]] = []
     for k, parameter in enumerate(result.base_parameters):
@@ -194,72 +198,50 @@ def robot_table(result: RobotResult) -> Table:
         essential = "yes" if parameter.essential is True else ""
         rows.append((name, with_sigma(value, sigma), f"{ratio:.3g}", *more, essential, grouped))
     headings = ("", "value", "%", *(heading for heading, *_ in shown), "essential", "grouping")
-    return Table(f"Base parameters of {result.title}, SI units", headings, rows)
+    tables = [Table(f"Base parameters of {result.title}, SI units", headings, rows)]
+    if nearest is not None and nearest.parameters:
+        rows = []
+        for each in nearest.parameters:
+            prior = "" if isinstance(each.prior, UnsetType) else f"{each.prior + 0.0:.4g}"
+            rows.append((each.name, f"{each.value:.4g}", prior, f"{100.0 * array(each.share):.0f} %",
+                         each.decided_by or ""))  # fmt: skip
+        ends = [each.name for each in nearest.parameters if parameter_kind(each.name) == INERTIAL[-1]]
+        title = f"Standard parameters of {result.title}, SI units"
+        tables.append(Table(title, ("", "value", "prior", "data", "decided by"), rows, ends))
+    if terms := present(result.friction) or ():
+        rows = [
+            (term.name, f"{100 * float(array(term.fall)):.1f}", f"{100 * float(array(term.error)):.1f}",
+             "kept" if term.kept else present(term.why_not) or "")
+            for term in terms
+        ]  # fmt: skip
+        headings = ("", "error falls by, %", "its standard error, %", "")
+        tables.append(Table("Terms of friction, on blocks of time that were held out", headings, rows))
+    return Section("parameters", "Base parameters of the robot", [*tables, Notes(_constrained_notes(result))])
 
 
-def standard_table(parameters: Sequence[PossibleParameter], title: str) -> Table:
-    """Standard parameters of the robot nearest to the prior, and who decides each."""
-    rows = []
-    for each in parameters:
-        prior = "" if isinstance(each.prior, UnsetType) else f"{each.prior + 0.0:.4g}"
-        ratio = f"{100.0 * array(each.share):.0f} %"
-        rows.append((each.name, f"{each.value:.4g}", prior, ratio, each.decided_by or ""))
-    ends = [parameter.name for parameter in parameters if parameter_kind(parameter.name) == INERTIAL[-1]]
-    headings = ("", "value", "prior", "data", "decided by")
-    return Table(f"Standard parameters of {title}, SI units", headings, rows, ends)
-
-
-def robot_sigma_notes(result: RobotResult) -> list[str]:
-    """Say where the standard deviations of the robot's table come from, and what speaks against them."""
-    estimate, robust = result.estimate, result.estimate.robust
-    if robust is None:
-        why = result.robust.unavailable if result.robust else None
-        formula = [f"± by the formula alone: {why}"] if why else []
-        return ["± one standard deviation by (17)-(19), for white torque noise.", *formula]
-    low, middle, high = np.quantile(robust.sigma / np.maximum(estimate.sigma, 1e-300), (0.0, 0.5, 1.0))
-    return [
-        "± and % by the larger of the formula's (17)-(19) and the block jackknife's standard deviation; what is "
-        "essential goes by the formula's.",
-        f"sigma_robust/sigma (jackknife over {robust.blocks} blocks of {robust.block_length:.2g} s or more to "
-        f"formula): median {middle:.2f}, {low:.2f} to {high:.2f}; above 1 where errors of the torque last "
-        "longer than a sample. chi2 and p by the jackknife's.",
-        *([robust.warning] if robust.warning else []),
-    ]
-
-
-def constrained_notes(result: RobotResult) -> list[str]:
+def _constrained_notes(result: RobotResult) -> list[str]:
     """Lines on the robot that can exist; none where none was asked for."""
     nearest = result.constrained
     if nearest is None:
         return []
     p_value = f"p {array(nearest.p_value):.2g} for {len(result.columns)} parameters"
     smallest = min((present(nearest.min_eigenvalues) or {"": float("nan")}).values())
-    lines = [
-        f"Constrained: the nearest robot that can exist; chi2 rises by {nearest.chi2_rise:.3g} ({p_value}); "
-        f"smallest eigenvalue of a link {smallest:.2g}; {nearest.status}."
-    ]
+    active, hidden = present(nearest.active) or (), present(nearest.unidentifiable) or ()
+    held = [f"{holding.description} ({holding.multiplier:.2g})" for holding in active[:_MOST_NAMED]]
+    more = f" and {len(active) - len(held)} more" if len(active) > len(held) else ""
+    single = [text for text in hidden if " " not in text]
+    prior = ""
     if nearest.prior:
         least = float(array(nearest.prior.nearest_chi2_rise))
-        lines.append(
+        prior = (
             f"Prior: {nearest.source}; chi2 {nearest.chi2_rise - least:.3g} above the constrained minimum of "
             f"{least:.3g}. What the prior decides is not identified."
         )
-    active, hidden = present(nearest.active) or (), present(nearest.unidentifiable) or ()
-    if active:
-        named = [f"{holding.description} ({holding.multiplier:.2g})" for holding in active[:_MOST_NAMED]]
-        more = len(active) - len(named)
-        lines.append(f"Held back by (multiplier): {', '.join(named)}{f' and {more} more' if more else ''}.")
-    single = [text for text in hidden if " " not in text]
-    lines.append(
-        f"No motion shows {', '.join(single)}{' and ' * bool(single)}{len(hidden) - len(single)} "
-        "combinations of standard parameters (the JSON lists them)."
+    return lines(
+        f"Constrained: the nearest robot that can exist; chi2 rises by {nearest.chi2_rise:.3g} ({p_value}); "
+        f"smallest eigenvalue of a link {smallest:.2g}; {nearest.status}.",
+        prior,
+        f"Held back by (multiplier): {', '.join(held)}{more}." if held else "",
+        f"No motion shows {', '.join(single)}{' and ' * bool(single)}{len(hidden) - len(single)} combinations of "
+        "standard parameters (the JSON lists them).",
     )
-    return lines
-
-
-def robot_section(result: RobotResult) -> Section:
-    """Base parameters with groupings and sigma, beside those of a robot that can exist."""
-    tables, nearest = [robot_table(result)], result.constrained
-    if nearest is not None and nearest.parameters:
-        tables.append(standard_table(nearest.parameters, result.title))
-    return Section("parameters", "Base parameters of the robot", [*tables, Notes(constrained_notes(result))])

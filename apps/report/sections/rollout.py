@@ -11,8 +11,7 @@ from ..blocks import Block, Drawing, Notes, Report, Section, Table, Text
 from ..figures.canvas import BLUE, GREY, ORANGE, Figure, log_scale, panels, plain
 
 _STYLES = ((BLUE, "-"), (ORANGE, "--"), (GREY, ":"), ("black", "-."))
-_GROWS = 10.0
-"""An error of the start that grows by more within half a second hides what the parameters do."""
+_GROWS = 10.0  # an error of the start that grows by more in half a second hides what the parameters do
 _WORDS = (
     "Open loop: from many moments of the recording the identified robot is moved by the measured torques alone. "
     "Replay: a controller takes it along the measured path; its torque is compared with the measured one, slow "

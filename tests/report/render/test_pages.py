@@ -17,8 +17,7 @@ from dynident.apps.numbers import with_interval
 from dynident.apps.report import payload_report
 from dynident.apps.report.blocks import Block, Code, Notes, Report, Section, Table, Text
 from dynident.apps.report.figures.signals import prediction_figure, worst_joint_figure
-from dynident.apps.report.page import blocks_html, page_html
-from dynident.apps.report.provenance import Provenance, SourceFile
+from dynident.apps.report.page import Provenance, SourceFile, blocks_html, page_html
 from dynident.apps.report.sections.payload import controller_blocks, controller_line
 from dynident.estimation import (
     KnownMass,
