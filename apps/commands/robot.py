@@ -81,8 +81,9 @@ def run_check(*, arm: RobotOptions, data: tuple[DataFile, ...], processing: Filt
     with status("reading") as progress:
         logged = [logs.read_tool_poses(path, robot, setup.log_map) for path in data]
         poses = [estimation.check_pose(robot, log, progress) for log in logged if log]
+        named = {path: logs.named(path, robot, setup.log_map) for path in data if poses}
         recordings = setup.read(
-            [path for path in data if not poses or logs.named(path, robot, setup.log_map).holds_loads]
+            [path for path in data if not poses or named[path].holds("torque") or named[path].holds("current")]
         )
         readings = estimation.rank_readings(robot, recordings, setup.processing, progress) if recordings else None
     shown = report.readings_report(robot, poses, readings)
