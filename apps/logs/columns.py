@@ -287,8 +287,8 @@ class Naming:
 def choose(naming: Naming, gains: Sequence[float] | None) -> tuple[dict[str, tuple[str, ...]], list[str]]:
     """Choose columns, and say what is to be told of the choice.
 
-    Names stand by quantity: time, unless the log has a rate instead, positions, speeds where there are any, and last
-    torques or currents.
+    Names stand by quantity: time, unless the log has a rate instead, positions, speeds where there are any, and
+    last torques or currents.
     """
     raw, log_map = naming.raw, naming.log_map
     load, notes = _load(naming, gains)

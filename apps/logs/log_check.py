@@ -2,6 +2,7 @@
 
 import dataclasses
 from collections.abc import Iterable, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -157,7 +158,7 @@ def check_log(
     try:
         motion = measurement(recording, processing).motion
     except InputError as refusal:
-        return check.completed([error(str(refusal), "recording")])
+        return check.completed([error(str(refusal))])
     steps, moving = np.diff(recording.t), motion.t[moving_parts(motion, processing.still_speed)]
     time = TimeFacts(
         samples=len(recording.t),
@@ -182,29 +183,32 @@ def check_log(
     )
     check = check.completed(_signals(time, joints, currents), time=time, joints=joints)
     if check.usable and (mistake := _mistake(robot, recording, currents)):
-        check = check.completed([error(mistake, "recording")])
+        check = check.completed([error(mistake)])
     if not check.usable:
         return check
     # What the robot's model says of the log; the size of currents of unknown gain tells no weight.
-    robot = dataclasses.replace(robot, mass=None) if currents else robot
-    robot = robot if currents else _rubbing(robot, recording, processing)
+    if currents:
+        robot = dataclasses.replace(robot, mass=None)
+    else:
+        with suppress(InputError):  # joints that stand still, among others, which the report tells of
+            robot = with_friction(robot, [recording], Settings(processing)).robot
     try:
         recording, equations = _reduced(robot, recording, processing, currents)
         estimate = weighted(equations)
         verdict = robot_verdict(robot, Source((), (recording,), processing), equations, estimate, currents)
     except InputError as refusal:
-        return check.completed([warning(f"Not enough to identify the robot from: {refusal}", "recording")])
+        return check.completed([warning(f"Not enough to identify the robot from: {refusal}")])
     found = [finding._replace(text=f"{finding.text[:1].upper()}{finding.text[1:]}") for finding in verdict.findings]
-    spread = estimate.relative_sigma_percent
-    if unsure := int((~(spread < _UNSURE)).sum()):
+    sigmas = estimate.relative_sigma_percent
+    if unsure := int((~(sigmas < _UNSURE)).sum()):
         text = (
-            f"{unsure} of {len(spread)} base parameters are uncertain by more than {_UNSURE:.0f} % from this log "
+            f"{unsure} of {len(sigmas)} base parameters are uncertain by more than {_UNSURE:.0f} % from this log "
             "alone: small ones always are; for others move faster and over a wider range"
         )
-        found.append(note(text, "excitation"))
+        found.append(note(text))
     return check.completed(
         found,
-        excitation=tuple(map(Excited, base_parameters(robot).names, estimate.values.tolist(), spread.tolist())),
+        excitation=tuple(map(Excited, base_parameters(robot).names, estimate.values.tolist(), sigmas.tolist())),
         relative_residual=estimate.fit.relative,
         condition_number_scaled=equations.condition_numbers()[1],
     )
@@ -214,9 +218,9 @@ def _positions(robot: Robot, recording: Recording) -> list[Finding]:
     """Say what leaves the range of the robot's joints: degrees, turns of a motor, or another zero."""
 
     def outside(positions: Array) -> list[str]:
-        ranges = ((position_range(joint), q) for joint, q in zip(robot.joints, positions.T, strict=True))
-        wrong = (q.min() < low or q.max() > high for (low, high), q in ranges)
-        return [f"q{j}" for j, beyond in enumerate(wrong, 1) if beyond and robot.joints[j - 1].revolute]
+        turning = [(j, joint, positions[:, j]) for j, joint in enumerate(robot.joints) if joint.revolute]
+        ranges = [(j, *position_range(joint), q.min(), q.max()) for j, joint, q in turning]
+        return [f"q{j + 1}" for j, low, high, least, most in ranges if least < low or most > high]
 
     names, still = outside(recording.q), still_joints([recording])
     if not names:
@@ -227,33 +231,27 @@ def _positions(robot: Robot, recording: Recording) -> list[Finding]:
         advice = "All positions fit it as degrees: --units q=deg; if they are a motor's, give [motor] gear_ratios"
     else:
         advice = "No joint turns so far: looks like the motor side; give [motor] gear_ratios and side in a log map"
-    return [error(f"{', '.join(names)} leave the range of {robot.name}'s joints. {advice}", "positions")]
+    return [error(f"{', '.join(names)} leave the range of {robot.name}'s joints. {advice}")]
 
 
 def _signals(time: TimeFacts, joints: Sequence[JointFacts], currents: bool) -> list[Finding]:
     """Say what is wrong with the time stamps, with joints that rest, and with coarse torques."""
     findings = []
     if time.moving is None:
-        findings.append(error("No joint ever moves: record a motion of every joint", "recording"))
+        findings.append(error("No joint ever moves: record a motion of every joint"))
     if time.jitter > _JITTER:
-        text = (
-            f"Time steps vary from {1e3 * time.steps[0]:.3g} to {1e3 * time.steps[1]:.3g} ms: the log is resampled "
-            "to an even rate before filtering"
-        )
-        findings.append(note(text, "time"))
+        steps = "from {:.3g} to {:.3g} ms".format(*(1e3 * step for step in time.steps))
+        text = f"Time steps vary {steps}: the log is resampled to an even rate before filtering"
+        findings.append(note(text))
     still = [str(j) for j, joint in enumerate(joints, 1) if not joint.moves]
     if 0 < len(still) < len(joints):
-        names = f"joint {', '.join(still)}"
-        findings.append(warning(f"{names.capitalize()} never moves: its parameters cannot be seen", names))
+        findings.append(warning(f"Joint {', '.join(still)} never moves: its parameters cannot be seen"))
     quantity, unit = ("current", "A") if currents else ("torque", "N·m")
     for j, joint in enumerate(joints, 1):
         span = joint.torque[1] - joint.torque[0]
         if span > 0.0 and joint.torque_step > _COARSE * span:
-            text = (
-                f"The {quantity} of joint {j} comes in steps of {joint.torque_step:.3g} {unit}, "
-                f"{100 * joint.torque_step / span:.0f} % of its range: too coarse"
-            )
-            findings.append(warning(text, f"joint {j}"))
+            coarse = f"{joint.torque_step:.3g} {unit}, {100 * joint.torque_step / span:.0f} % of its range"
+            findings.append(warning(f"The {quantity} of joint {j} comes in steps of {coarse}: too coarse"))
     return findings
 
 
@@ -280,14 +278,6 @@ def _mistake(robot: Robot, recording: Recording, currents: bool) -> str | None:
     """Say why the recording would be refused by any command; the size of a current says nothing."""
     scaled = dataclasses.replace(recording, torque=_GAIN * recording.torque) if currents else recording
     return next(implausible(robot, scaled), None)
-
-
-def _rubbing(robot: Robot, recording: Recording, processing: Processing) -> Robot:
-    """The robot with the friction that the recording shows, as it would be identified."""
-    try:
-        return with_friction(robot, [recording], Settings(processing)).robot
-    except InputError:  # joints that stand still, among others, which the report tells of
-        return robot
 
 
 def _reduced(
@@ -327,11 +317,7 @@ class RobotFits(Document, frozen=True):
 
 
 def robot_fits(path: str | Path, log_map: LogMap | None = None) -> RobotFits:
-    """Try all shipped robots on a log.
-
-    Raises:
-        InputError: if the log cannot be opened at all.
-    """
+    """Try all shipped robots on a log."""
     log_map = log_map or LogMap()
     raw = open_log(path, log_map)
     read = dict[object, Recording | str]()  # read once for robots of the same columns
@@ -354,15 +340,13 @@ def robot_fits(path: str | Path, log_map: LogMap | None = None) -> RobotFits:
                 read[key] = str(refusal)
         if isinstance(recording := read[key], str):
             faults.append(recording)
-            continue
-        if mistake := _mistake(robot, recording, currents):
+        elif mistake := _mistake(robot, recording, currents):
             others[robot.name] = mistake
-            continue
-        try:
-            left = weighted(_reduced(robot, recording, robot.processing, currents)[1]).fit.relative
-        except InputError:  # too little motion
+        else:
             left = None
-        fitting.append(RobotFit(robot.name, left))
+            with suppress(InputError):  # too little motion
+                left = weighted(_reduced(robot, recording, robot.processing, currents)[1]).fit.relative
+            fitting.append(RobotFit(robot.name, left))
     fitting.sort(key=lambda fit: (fit.residual is None, fit.residual or 0.0))
     fault = next((f"{path}: {mistake}" for mistake in others.values() if not fitting), None)
     if not fitting and not others:

@@ -280,10 +280,10 @@ class ToolColumns(Table, frozen=True):
 
 def standard_pose(names: Collection[str]) -> ToolColumns | None:
     """Find x, y, z [m], perhaps with a quaternion qx, qy, qz, qw, in a log without a map; None without them."""
-    if not {*"xyz"} <= {*names}:
+    place, turn, there = ("x", "y", "z"), ("qx", "qy", "qz", "qw"), set(names)
+    if not there >= set(place):
         return None
-    turn = ("qx", "qy", "qz", "qw")
-    return ToolColumns(("x", "y", "z"), "m", turn, "quaternion") if {*turn} <= {*names} else ToolColumns(("x", "y", "z"))
+    return ToolColumns(place, "m", turn, "quaternion") if there >= set(turn) else ToolColumns(place)
 
 
 class LogMap(Table, frozen=True, dict=True):

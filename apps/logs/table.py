@@ -40,11 +40,7 @@ class RawLog:
     gain_sigma: float | None = None
 
     def whole(self, columns: Sequence[str]) -> Array:
-        """All rows of the columns, rows x ``len(columns)``.
-
-        Raises:
-            InputError: says where a number stands that is not finite, or larger than any time, place or torque.
-        """
+        """All rows of the columns, rows x ``len(columns)``; refused where one is no time, place or torque."""
         values = np.ascontiguousarray(self.read(columns))
         good = np.abs(values) < _HUGE
         if not good.all():
@@ -70,11 +66,7 @@ def reading(path: Path, kind: str, remedy: str = "save or copy it again") -> Ite
 
 
 def extra(module: str, content: str) -> Any:
-    """Import a library that only some formats need, of the extra ``dynident[logs]``.
-
-    Raises:
-        InputError: if it is not installed.
-    """
+    """Import a library that only some formats need, of the extra ``dynident[logs]``."""
     try:
         return import_module(module)
     except ImportError:

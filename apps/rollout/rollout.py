@@ -93,13 +93,7 @@ class Rollout:
     replay: Replay
 
     def spread(self, by: str, seconds: float, resting: bool = False) -> Spread | None:
-        """Error after some time; None without such starts.
-
-        Args:
-            by: one of ``errors``.
-            seconds: one of ``times``.
-            resting: whether of starts at rest, or in motion.
-        """
+        """Error after one of ``times``, by one of ``errors``, of starts in motion or at rest; None without such."""
         k = int(np.argmin(np.abs(self.times - seconds)))
         errors = self.errors[by][self.resting == resting, k]
         if not len(errors):
@@ -129,9 +123,6 @@ def roll_out_all(
         settings: processing and progress.
         horizons: after which times errors are asked for [s]; those beyond half a recording are left out.
         others: models to compare with, by name.
-
-    Raises:
-        InputError: if a recording is too short for the shortest horizon, or the parameters cannot be integrated.
     """
     settings.progress("the robot's equations of motion")
     base = base_parameters(robot)
