@@ -9,12 +9,11 @@ from ...common.errors import InputError
 from .. import logs, report
 from ..logs.log_check import check_log, longest, robot_fits
 from . import ANSWERED, DO_NOT_USE
-from .entry import command, options
+from .entry import command
 from .options import PageOptions, ProcessingOptions, RobotOptions, Setup
 from .values import DataFile, RobotFile
 
 
-@options()
 class _Robot(RobotOptions):
     """The robot, which may be left out."""
 

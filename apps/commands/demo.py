@@ -20,7 +20,7 @@ from ...common.schema import write_json
 from .. import report
 from ..logs.map import LogMap
 from . import ANSWERED
-from .entry import SETTING, command, options
+from .entry import SETTING, command
 from .options import Options, PageOptions, Setup
 from .progress import status
 from .values import Count, NewFolder, Seed, Share
@@ -85,7 +85,6 @@ def reduced_experiment(experiment: trajectories.Experiment, progress: Progress =
     )
 
 
-@options()
 class _Demo(Options):
     """The experiment, and where its results go."""
 
@@ -101,7 +100,6 @@ class _Demo(Options):
     """Error of the drive gains, such as 0.02 (default: 0)."""
 
 
-@options()
 class _Pages(PageOptions):
     """The report and its figures; JSON stands in the folder of the results."""
 

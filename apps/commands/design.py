@@ -18,7 +18,7 @@ from .. import view as views
 from ..logs.map import read_log_map
 from ..logs.read import read_recording
 from . import ANSWERED
-from .entry import FILES, MOTION, SEARCH, SETTING, command, options
+from .entry import MOTION, SEARCH, SETTING, command
 from .motion import FIGURE_RATE, MotionFiles, best_motion
 from .options import Options, RehearsedRobotOptions, ViewedPageOptions
 from .options.motions import GoalOptions, LimitOptions, in_si
@@ -45,8 +45,7 @@ _PLANNED_RATE = 250.0  # Hz: at which a planned motion is looked at, at least
 _ZERO = 1e-9  # SI units: what standard parameters leave where they cancel
 
 
-@options(MOTION)
-class _Shape(Options):
+class _Shape(Options, group=MOTION):
     """Via points or a Fourier series, how it goes between points, times, and where it starts."""
 
     via_points: Count | None = None
@@ -113,8 +112,7 @@ class _Shape(Options):
         )
 
 
-@options(SEARCH)
-class _Search(Options):
+class _Search(Options, group=SEARCH):
     """Random starts of the search, and the floor."""
 
     seed: Seed = 0
@@ -125,7 +123,6 @@ class _Search(Options):
     """Estimate the floor over all motions, and the gap."""
 
 
-@options(FILES)
 class _DesignFiles(MotionFiles):
     """Formats of the motion, and the folder of a VAL3 application."""
 
@@ -235,8 +232,7 @@ def floor_of(
         return None
 
 
-@options(MOTION)
-class _Scored(Options):
+class _Scored(Options, group=MOTION):
     """The motion, and the floor it is compared with."""
 
     log_map: LogMapFile | None = None

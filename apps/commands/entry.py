@@ -12,7 +12,7 @@ from difflib import get_close_matches
 from importlib import import_module
 from itertools import chain
 from pathlib import Path
-from typing import Annotated, Any, TypeVar, dataclass_transform, get_args, get_type_hints
+from typing import Annotated, Any, ClassVar, dataclass_transform, get_args, get_type_hints
 
 from cyclopts import (
     App,
@@ -48,7 +48,6 @@ TERMINAL = Group.create_ordered("terminal")
 SETTING = Parameter(show=False)
 """A key of the settings file (``--config``): rarely changed, and no option; docs/settings.md has all."""
 
-_Kind = TypeVar("_Kind")
 _ASKING = {"--help", "-h", "--version"}
 _NEEDED = {
     False: "not a file in a folder that exists: make the folder, or give another path",
@@ -57,24 +56,24 @@ _NEEDED = {
 
 
 @dataclass_transform(kw_only_default=True, frozen_default=True)
-def options(group: Group | None = None) -> Callable[[type[_Kind]], type[_Kind]]:
-    """A class of options, which stand in the help under a group's heading: its fields are those of a command."""
-
-    def made(kind: type[_Kind]) -> type[_Kind]:
-        made = dataclass(frozen=True, kw_only=True)(kind)
-        made.__init__.__annotations__ = get_type_hints(made, include_extras=True)  # types of other modules' fields
-        # To name no group is another thing than to give none: the help leaves out options without any.
-        return (Parameter(name="*") if group is None else Parameter(name="*", group=group))(made)
-
-    return made
-
-
-@dataclass(frozen=True)
 class Options:
-    """Some options of a command; fields are called as the options are."""
+    """Some options of a command: a frozen value whose fields are called as the options are.
+
+    ``class Some(Options, group=FILES)`` stands in the help under that heading, like the classes that are made from it.
+    """
+
+    group: ClassVar[Group | None] = None
+
+    def __init_subclass__(cls, group: Group | None = None) -> None:
+        """Make the class a dataclass whose fields cyclopts takes for options of the command."""
+        cls.group = group or cls.group
+        dataclass(frozen=True, kw_only=True)(cls)
+        cls.__init__.__annotations__ = get_type_hints(cls, include_extras=True)  # types of other modules' fields
+        # To name no group is another thing than to give none: the help leaves out options without any.
+        (Parameter(name="*") if cls.group is None else Parameter(name="*", group=cls.group))(cls)
 
     def has(self, option: str) -> bool:
-        """Tell an option that was given; "joint_names" stands for --joint-names."""
+        """True for an option that was given; "joint_names" stands for --joint-names."""
         value = getattr(self, option)
         return value is not None and value is not False and value != ()
 
@@ -90,8 +89,7 @@ class Options:
         return key if SETTING in marks(cls.__init__.__annotations__[option]) else f"--{key}"
 
 
-@options(TERMINAL)
-class TerminalOptions(Options):
+class TerminalOptions(Options, group=TERMINAL):
     """Settings file, and how much is printed."""
 
     config: Annotated[str | None, Reads("options"), Parameter(metavar="TOML")] = None

@@ -15,7 +15,7 @@ from ...common.errors import InputError, one_line
 from ...common.files import write_text
 from .. import export
 from . import ANSWERED, DO_NOT_USE
-from .entry import SETTING, command, options
+from .entry import SETTING, command
 from .options import Options
 from .values import NewFile, PayloadResultFile, number, word, words
 
@@ -27,7 +27,6 @@ _FARTHEST = 100.0  # m
 _Pose = Annotated[tuple[float, float, float, float, float, float], words(number, "X Y Z RX RY RZ")]
 
 
-@options()
 class _Export(Options):
     """The format, and the frames and units that are asked for."""
 

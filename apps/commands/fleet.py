@@ -16,13 +16,12 @@ from ...common.files import checksum
 from ...common.progress import each
 from .. import fleet, report
 from . import ANSWERED, DO_NOT_USE
-from .entry import command, options
+from .entry import command
 from .options import GainOptions, Options, PageOptions, ProcessingOptions, ResultOptions, RobotOptions
 from .progress import note, status
 from .values import LOG, Count, DataFile, NewFolder
 
 
-@options()
 class _Reduce(Options):
     """Places of the logs, and processes that reduce them."""
 

@@ -11,7 +11,7 @@ from ... import estimation, model
 from ...common.errors import InputError
 from .. import report, rollout
 from . import answered
-from .entry import SETTING, command, options
+from .entry import SETTING, command
 from .options import EquationOptions, GainOptions, Options, ProcessingOptions, RobotOptions
 from .progress import note, status
 from .values import DataFile, Essential, FrictionTerms, HeldOutFile, number, word, words
@@ -29,7 +29,6 @@ _CLOSE = (
 _POSSIBLE = Parameter(group=Group("a robot that can exist", "Beside the free estimate."))
 
 
-@options()
 class _Identify(Options):
     """Recordings, and which robot that can exist is asked for beside the free estimate."""
 

@@ -13,7 +13,7 @@ from ... import model, trajectories
 from ...common.errors import InputError
 from ...common.files import write_text
 from .. import export
-from .entry import FILES, SETTING, options
+from .entry import SETTING
 from .options import ViewedPageOptions
 from .progress import note, status
 from .values import Names, NewFile, positive_number, word
@@ -58,7 +58,6 @@ def best_motion(
     return design
 
 
-@options(FILES)
 class MotionFiles(ViewedPageOptions):
     """Formats of the motion itself, beside the result."""
 

@@ -16,7 +16,7 @@ from ...common.files import write_text
 from .. import export, report
 from .. import view as views
 from . import ANSWERED
-from .entry import FILES, MOTION, SETTING, about, command, options
+from .entry import MOTION, SETTING, about, command
 from .motion import FIGURE_RATE, MotionFiles, best_motion
 from .options import Options, RehearsedRobotOptions
 from .options.motions import Limited, LimitOptions, NoiseOptions, in_si
@@ -34,8 +34,7 @@ _NOISE_RATE, _PAPER_RATE = 10.0, 250.0  # Hz
 _LEFT = 1.25  # of the mass expected: what runs of the ladder leave possible, and the motion bears at full speed
 
 
-@options(MOTION)
-class NearOptions(Options):
+class NearOptions(Options, group=MOTION):
     """Pose, moving joints, ranges and time, and knowledge of the payload."""
 
     pose: Positions
@@ -107,7 +106,6 @@ class NearOptions(Options):
         return model.InertialParameters.from_com(mass, [0.0, 0.0, 0.1], 0.003 * mass * np.eye(3))
 
 
-@options(FILES)
 class NearFiles(MotionFiles):
     """Formats of the motion, and the file of its rehearsal."""
 

@@ -12,7 +12,7 @@ from ...common.errors import InputError
 from .. import report, results
 from .. import view as views
 from . import answered
-from .entry import FILES, SETTING, command, options
+from .entry import SETTING, command
 from .options import (
     EquationOptions,
     FramedRobotOptions,
@@ -36,7 +36,6 @@ from .values import (
 )
 
 
-@options()
 class ComparedOptions(Options):
     """Recordings with a payload, and what they are compared with."""
 
@@ -68,7 +67,6 @@ class ComparedOptions(Options):
         return results.read_stored_robot(self.robot_parameters) if self.robot_parameters else None
 
 
-@options()
 class _Payload(ComparedOptions):
     """Recordings, and by which methods they are answered."""
 
@@ -104,7 +102,6 @@ class _Payload(ComparedOptions):
             self.refuse("scale_sigma", "belongs to methods 1 and 4: neither is asked for")
 
 
-@options(FILES)
 class _Files(EquationOptions, ViewOptions):
     """The result in all forms."""
 

@@ -15,7 +15,7 @@ from ...common.schema import present
 from .. import export, logs, report, results
 from .. import view as views
 from . import ANSWERED, DO_NOT_USE
-from .entry import command, options
+from .entry import command
 from .options import FilterOptions, FramedRobotOptions, Options, PageOptions, RobotOptions, ViewOptions, print_lines
 from .options.motions import in_si
 from .progress import quiet, status
@@ -62,7 +62,6 @@ def run_show(
     return ANSWERED
 
 
-@options()
 class _Page(PageOptions):
     """The result as JSON and as a report, which has no figure."""
 
@@ -91,7 +90,6 @@ def run_check(*, arm: RobotOptions, data: tuple[DataFile, ...], processing: Filt
     return ANSWERED if report.readings_agree(poses, readings) else DO_NOT_USE
 
 
-@options()
 class _Bodies(Options):
     """Source of the numbers, and the file to write."""
 

@@ -15,7 +15,7 @@ from ...common.errors import InputError
 from ...common.files import write_text
 from .. import report
 from . import ANSWERED
-from .entry import SETTING, command, options
+from .entry import SETTING, command
 from .options import Options, print_lines
 from .progress import note
 from .values import NewFile, Positions, checked, number, numbers, positive_number, texts, word, words
@@ -86,7 +86,6 @@ def joint_limits(text: str) -> tuple[tuple[float, ...], ...]:
 _LIMITS = "LOW:HIGH[:SPEED[:ACCELERATION[:TORQUE]]],.."
 
 
-@options()
 class _Sheet(Options):
     """Entries of a data sheet."""
 

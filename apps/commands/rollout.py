@@ -10,22 +10,19 @@ from ... import estimation
 from ...common.errors import InputError
 from .. import report, results, rollout
 from . import ANSWERED
-from .entry import command, options
+from .entry import command
 from .options import FilterOptions, Options, PageOptions, RobotOptions
 from .progress import status
-from .values import HeldOutFile, Reads, RobotParametersFile, checked, numbers, word
+from .values import HeldOutFile, Reads, RobotParametersFile, different, numbers, where, word
 
 _Model = Annotated[str, Reads("other model"), Parameter(metavar="F.xml")]
+_seconds = where(
+    numbers,
+    lambda times: min(times) > 0.0 and different(times),
+    "a list of different times in seconds such as 0.1,0.5,1",
+)
 
 
-def _seconds(text: str) -> tuple[float, ...]:
-    """Different times above 0 separated by commas [s]."""
-    times = numbers(text)
-    good = min(times) > 0.0 and len(set(times)) == len(times)
-    return checked(times, good, text, "a list of different times in seconds such as 0.1,0.5,1")
-
-
-@options()
 class _Rollout(Options):
     """The identified robot, recordings that it was not fitted to, and what is asked of them."""
 

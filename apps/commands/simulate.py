@@ -25,10 +25,10 @@ from ...model.friction import term_names
 from .. import logs, report
 from .. import view as views
 from . import ANSWERED
-from .entry import SETTING, command, options
+from .entry import SETTING, command
 from .options import Options, RehearsedRobotOptions, ViewOptions, print_lines
 from .progress import status
-from .values import NewFolder, PayloadFile, Reads, Seed, Share, levels, number_within, share, word
+from .values import NewFolder, PayloadFile, Reads, Seed, Share, levels, number, share, where, word
 
 _Trajectory = Annotated[str, Reads("trajectories"), Parameter(metavar="CSV")]
 
@@ -36,11 +36,10 @@ _SHARE = 0.08
 _POINTS = 16
 
 
-_RATE = word(partial(number_within, 20.0, 1e4, "a rate from 20 to 10000 Hz"), "HZ")
-_SAG = word(partial(number_within, 1e-12, 100.0, "above 0 and at most 100 mrad"), "MRAD")
+_RATE = word(where(number, lambda rate: 20.0 <= rate <= 1e4, "a rate from 20 to 10000 Hz"), "HZ")
+_SAG = word(where(number, lambda sag: 0.0 < sag <= 100.0, "above 0 and at most 100 mrad"), "MRAD")
 
 
-@options()
 class _Simulate(Options):
     """Motions, what disturbs them, and where the recordings go."""
 

@@ -12,7 +12,7 @@ from .. import report
 from .. import view as views
 from ..logs.following import following_change, read_following
 from . import ANSWERED, DO_NOT_USE, answered
-from .entry import command, options
+from .entry import command
 from .options import (
     ArmOptions,
     GainOptions,
@@ -28,7 +28,6 @@ from .progress import status
 from .values import LOG, Joints, Reads
 
 
-@options()
 class _Weigh(ComparedOptions):
     """Recordings of the short motion, and what it is compared with."""
 

@@ -76,7 +76,7 @@ class IdentifiedArm:
         return positions
 
     def followed(self, q: Array, qd: Array, step: float) -> tuple[Array, Array]:
-        """Positions and torques of a controller kp (q_r - q) + kd (qd_r - qd) that follows paths, S x K x n each."""
+        """Positions and torques of a controller kp (q_r - q) + kd (qd_r - qd) that follows paths, S x K x n."""
         inertia = np.mean([np.diag(np.linalg.inv(mobility)) for mobility in self._mobilities(q)], axis=0)
         path = np.concatenate([np.zeros_like(q), q, qd], axis=2)
         gains = _BANDWIDTH**2 * inertia, 2.0 * _BANDWIDTH * inertia

@@ -10,7 +10,7 @@ from typing import Annotated
 
 from .... import estimation, model
 from ....common.errors import InputError
-from ..entry import KNOWN, LOGS, Options, about, options
+from ..entry import KNOWN, LOGS, Options, about
 from ..values import Bounds, Weighed, gain_errors, numbers, word
 from .recordings import Setup
 
@@ -26,8 +26,7 @@ _Ellipsoid = Annotated[tuple[float, ...], word(partial(numbers, count=6), "X,Y,Z
 _Errors = Annotated[tuple[tuple[float, ...], float], word(gain_errors, "2%|S1,S2,..%|common=1%")]
 
 
-@options(KNOWN)
-class KnowledgeOptions(Options):
+class KnowledgeOptions(Options, group=KNOWN):
     """Knowledge of the payload, which enters the constrained estimate of every method."""
 
     mass: Weighed | None = None
@@ -63,8 +62,7 @@ class KnowledgeOptions(Options):
         return constraints
 
 
-@options(LOGS)
-class GainOptions(Options):
+class GainOptions(Options, group=LOGS):
     """Uncertainty of the drive gains."""
 
     gain_sigma: _Errors | None = None

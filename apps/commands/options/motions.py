@@ -16,7 +16,7 @@ from .... import model, trajectories
 from ....common.arrays import Array
 from ....common.errors import InputError
 from ... import results
-from ..entry import GOAL, LIMITS, SETTING, Options, options
+from ..entry import GOAL, LIMITS, SETTING, Options
 from ..progress import note
 from ..values import (
     Names,
@@ -76,8 +76,7 @@ _Heaviest = Annotated[str, Reads("heaviest payload"), Parameter(metavar="KG[@X,Y
 _Region = Annotated[tuple[tuple[float, ...], bool], word(region, "R|A,B,C|box:A,B,C")]
 
 
-@options(GOAL)
-class NoiseOptions(Options):
+class NoiseOptions(Options, group=GOAL):
     """Torque noise per joint [N·m or N], or its share of the limits, and independent samples a second [Hz]."""
 
     torque_noise: _Noise | None = None
@@ -100,7 +99,6 @@ class NoiseOptions(Options):
         return None if noise is None else np.array(noise * n if len(noise) == 1 else noise)
 
 
-@options(GOAL)
 class GoalOptions(NoiseOptions):
     """Parameters to be learnt, the criterion, and data that are there already."""
 
@@ -196,8 +194,7 @@ class Limited(NamedTuple):
         return trajectories.Loads(values, payload, self.covariance, self.margin or 0.0)
 
 
-@options(LIMITS)
-class LimitOptions(Options):
+class LimitOptions(Options, group=LIMITS):
     """Limits of the joints, the robot's parameters for its torques, and the scene."""
 
     speed_override: Annotated[float, word(number, "SHARE")] = 1.0

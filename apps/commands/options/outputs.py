@@ -16,7 +16,7 @@ from ....common.schema import json_text, write_json
 from ....common.versions import versions
 from ... import report
 from ... import view as views
-from ..entry import CALL, FILES, SETTING, Options, options, settings
+from ..entry import CALL, FILES, SETTING, Options, settings
 from ..progress import note, quiet, status
 from ..values import NewFile, NewFolder, NewPage, Reads, Stream
 
@@ -31,8 +31,7 @@ def print_lines(*lines: str) -> None:
         report.print_blocks([report.Notes(lines)])
 
 
-@options(FILES)
-class ResultOptions(Options):
+class ResultOptions(Options, group=FILES):
     """The result as JSON."""
 
     json: Stream | None = None
@@ -58,7 +57,6 @@ class ResultOptions(Options):
             write_json(self.json, document())
 
 
-@options(FILES)
 class PageOptions(ResultOptions):
     """The result as JSON, and as an HTML report with its figures."""
 
@@ -88,7 +86,6 @@ class PageOptions(ResultOptions):
             report.write_plots(self.plots, shown)
 
 
-@options(FILES)
 class EquationOptions(PageOptions):
     """The equations beside the report."""
 
@@ -101,8 +98,7 @@ class EquationOptions(PageOptions):
             report.recordings.write_npz(self.npz, system())
 
 
-@options(FILES)
-class ViewOptions(Options):
+class ViewOptions(Options, group=FILES):
     """The arm in three dimensions."""
 
     view: Annotated[Stream | None, Parameter(metavar="F.html")] = None
@@ -130,6 +126,5 @@ class ViewOptions(Options):
             note(f"the view is open in the browser: {shown}")
 
 
-@options(FILES)
 class ViewedPageOptions(PageOptions, ViewOptions):
     """The result as JSON and as a report, and the arm in three dimensions."""

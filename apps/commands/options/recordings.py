@@ -12,7 +12,7 @@ from .... import estimation, model
 from ....common.errors import InputError
 from ....common.progress import each
 from ... import logs, results
-from ..entry import LOGS, SETTING, Options, about, options
+from ..entry import LOGS, SETTING, Options, about
 from ..progress import note, status
 from ..values import Hertz, LogMapFile, Reads, gains_or_file, number, numbers, texts, word
 
@@ -80,8 +80,7 @@ class Setup:
         return words
 
 
-@options(LOGS)
-class LogOptions(Options):
+class LogOptions(Options, group=LOGS):
     """Columns, units and drive gains of logs."""
 
     log_map: LogMapFile | None = None
@@ -112,7 +111,6 @@ class LogOptions(Options):
         return stored.values, stored
 
 
-@options(LOGS)
 class FilterOptions(LogOptions):
     """Logs, their filtering, and the structure of the model."""
 
@@ -150,7 +148,6 @@ class FilterOptions(LogOptions):
         return Setup(robot, processing, gains, identified, self.how())
 
 
-@options(LOGS)
 class ProcessingOptions(FilterOptions):
     """Settings of filtering and of decimation, for commands that build equations of fewer rows."""
 
@@ -158,7 +155,6 @@ class ProcessingOptions(FilterOptions):
     """Rate that the equations are decimated to, about."""
 
 
-@options(LOGS)
 class PairOptions(ProcessingOptions):
     """Settings for recordings with and without payload."""
 

@@ -11,7 +11,7 @@ from cyclopts import Parameter
 from .... import model
 from ....common.errors import InputError
 from ... import live
-from ..entry import CONTROLLER, SETTING, Options, options
+from ..entry import CONTROLLER, SETTING, Options
 from ..progress import note
 from ..values import Frame, Kilograms, Port, RobotFile, chain, mount, word
 
@@ -19,7 +19,6 @@ _Chain = Annotated[tuple[str | None, str | None], word(chain, "BASE:TIP")]
 _Mount = Annotated[tuple[str, tuple[float, float, float]], word(mount, "HOW")]
 
 
-@options()
 class ArmOptions(Options):
     """A robot by its name or file, for commands in which gravity does not count."""
 
@@ -36,7 +35,6 @@ class ArmOptions(Options):
         return robot
 
 
-@options()
 class RobotOptions(ArmOptions):
     """A robot and how it is mounted."""
 
@@ -53,7 +51,6 @@ class RobotOptions(ArmOptions):
         return model.with_gravity(robot, values) if kind == "gravity" else model.mounted(robot, values)
 
 
-@options()
 class RehearsedRobotOptions(RobotOptions):
     """A robot to plan or simulate with, which may need a stand-in."""
 
@@ -70,7 +67,6 @@ class RehearsedRobotOptions(RobotOptions):
         return replace(robot, mass=self.arm_mass, sources={**robot.sources, "mass": "given with --arm-mass"})
 
 
-@options()
 class FramedRobotOptions(RobotOptions):
     """A robot, and the frame in which a payload is taken or given."""
 
@@ -87,8 +83,7 @@ class FramedRobotOptions(RobotOptions):
         return model.with_tool(robot, tool, f"tool frame ({lengths} m; rpy {angles} deg) in: {robot.payload_frame}")
 
 
-@options(CONTROLLER)
-class HostOptions(Options):
+class HostOptions(Options, group=CONTROLLER):
     """The controller that is listened to."""
 
     host: Annotated[str | None, Parameter(metavar="H")] = None
