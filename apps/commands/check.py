@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import ClassVar
 
 from ... import estimation, model
 from ...common.errors import InputError
@@ -16,6 +17,8 @@ from .values import DataFile, RobotFile
 
 class _Robot(RobotOptions):
     """The robot, which may be left out."""
+
+    needs: ClassVar = {"mount": ("robot",), "chain": ("robot",)}
 
     robot: RobotFile = ""
     """A shipped robot, TOML or URDF (default: told which shipped robots fit)."""
@@ -32,9 +35,6 @@ def run(
     """
     if not data:
         raise InputError("give a log: dynident check LOG")
-    if not robot.robot:
-        for name in ("mount", "chain"):
-            robot.refuse(name, "belongs to --robot: give it as well")
     setup = processing.setup(robot.load()) if robot.robot else None
     looks = [_looked(path, setup, processing, files) for path in data]
     files.write_json(lambda: report.documents.check_document(setup.robot if setup else None, looks))

@@ -20,8 +20,8 @@ from ...common.schema import write_json
 from .. import report
 from ..logs.map import LogMap
 from . import ANSWERED
-from .entry import SETTING, command
-from .options import Options, PageOptions, Setup
+from .entry import SETTING, Options, command
+from .options import PageOptions, Setup
 from .progress import status
 from .values import Count, NewFolder, Seed, Share
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import inspect
 import re
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import MISSING, dataclass, fields, is_dataclass
@@ -59,10 +59,16 @@ _NEEDED = {
 class Options:
     """Some options of a command: a frozen value whose fields are called as the options are.
 
-    ``class Some(Options, group=FILES)`` stands in the help under that heading, like the classes that are made from it.
+    ``class Some(Options, group=FILES)`` stands in the help under that heading, and so do the classes made from it.
+
+    Attributes:
+        needs: options, and those of which one must be given for them to have an effect.
+        belongs: options, the one that chooses, and the choices with which they count; None stands for no choice.
     """
 
     group: ClassVar[Group | None] = None
+    needs: ClassVar[Mapping[str, tuple[str, ...]]] = {}
+    belongs: ClassVar[Mapping[str, tuple[str, tuple[str | None, ...]]]] = {}
 
     def __init_subclass__(cls, group: Group | None = None) -> None:
         """Make the class a dataclass whose fields cyclopts takes for options of the command."""
@@ -72,10 +78,20 @@ class Options:
         # To name no group is another thing than to give none: the help leaves out options without any.
         (Parameter(name="*") if cls.group is None else Parameter(name="*", group=cls.group))(cls)
 
+    def check(self) -> None:
+        """Refuse options that would have no effect, before any work is done."""
+        for option, needed in self.needs.items():
+            if not any(map(self.has, needed)):
+                self.refuse(option, f"has no effect without {' or '.join(map(self.shown, needed))}")
+        for option, (chooser, choices) in self.belongs.items():
+            if (choice := getattr(self, chooser)) not in choices:
+                known = " or ".join(filter(None, choices))
+                self.refuse(option, f"belongs to {self.shown(chooser)} {known}, not to {choice}")
+
     def has(self, option: str) -> bool:
         """True for an option that was given; "joint_names" stands for --joint-names."""
         value = getattr(self, option)
-        return value is not None and value is not False and value != ()
+        return value is not None and value is not False and value not in ("", ())
 
     def refuse(self, option: str, because: str) -> None:
         """Refuse an option that would have no effect."""
@@ -157,6 +173,9 @@ def command(run: Callable[..., int]) -> Callable[..., int]:
         if terminal.quiet and terminal.verbose:
             raise InputError("--quiet and the setting verbose: give one of them")
         check_paths(call)
+        for part in options.values():
+            if isinstance(part, Options):
+                part.check()
         read = [path for _, _, path in call.named(Reads)]
         manner: Manner = "quiet" if terminal.quiet else "verbose" if terminal.verbose else "plain"
         with keeping(read), speaking(manner, call.command):

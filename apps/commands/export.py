@@ -15,8 +15,7 @@ from ...common.errors import InputError, one_line
 from ...common.files import write_text
 from .. import export
 from . import ANSWERED, DO_NOT_USE
-from .entry import SETTING, command
-from .options import Options
+from .entry import SETTING, Options, command
 from .values import NewFile, PayloadResultFile, number, word, words
 
 if TYPE_CHECKING:

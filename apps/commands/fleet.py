@@ -16,8 +16,8 @@ from ...common.files import checksum
 from ...common.progress import each
 from .. import fleet, report
 from . import ANSWERED, DO_NOT_USE
-from .entry import command
-from .options import GainOptions, Options, PageOptions, ProcessingOptions, ResultOptions, RobotOptions
+from .entry import Options, command
+from .options import GainOptions, PageOptions, ProcessingOptions, ResultOptions, RobotOptions
 from .progress import note, status
 from .values import LOG, Count, DataFile, NewFolder
 
@@ -61,8 +61,7 @@ def run_reduce(
         reduced = fleet.reduce_fleet(entries, setup.robot, request.store, recipe, workers, told)
     if reduced.workers_lost:
         note(f"workers were lost {reduced.workers_lost} times and replaced: nothing is lost, nothing counts twice")
-    files.show(report.reduced_report(reduced))
-    files.write_json(lambda: reduced)
+    files.give(report.reduced_report(reduced), lambda: reduced, {})
     return ANSWERED if reduced.new or reduced.known else DO_NOT_USE
 
 
@@ -118,6 +117,5 @@ def run_compare(
             for path in each(data, "identifying {}".format, progress)
         ]
     compared = fleet.compared(data, results)
-    files.show(report.compared_report(compared))
-    files.write_json(lambda: report.documents.ComparedDocument.of(compared))
+    files.give(report.compared_report(compared), lambda: report.documents.ComparedDocument.of(compared), {})
     return ANSWERED

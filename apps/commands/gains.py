@@ -11,8 +11,8 @@ from ... import estimation
 from ...common.errors import InputError
 from .. import report
 from . import answered
-from .entry import SETTING, command
-from .options import Options, PageOptions, ProcessingOptions, RobotOptions
+from .entry import SETTING, Options, command
+from .options import PageOptions, ProcessingOptions, RobotOptions
 from .progress import status
 from .values import DataFile, FrictionTerms, LoadedFile, PayloadFile, whole_numbers, with_sigma, word
 

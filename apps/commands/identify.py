@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
 
 from cyclopts import Group, Parameter
 
@@ -11,16 +11,14 @@ from ... import estimation, model
 from ...common.errors import InputError
 from .. import report, rollout
 from . import answered
-from .entry import SETTING, command
-from .options import EquationOptions, GainOptions, Options, ProcessingOptions, RobotOptions
+from .entry import SETTING, Options, command
+from .options import EquationOptions, GainOptions, ProcessingOptions, RobotOptions
 from .progress import note, status
 from .values import DataFile, Essential, FrictionTerms, HeldOutFile, number, word, words
 
 if TYPE_CHECKING:
     from ...estimation.possible.prior import RobotPrior
 
-_GAUGES = {"prior_mass": ("prior",), "prior_budget": ("prior",), "total_mass": ("base", "prior")}
-"""Options, and with which choices of ``--constrained`` they count."""
 _CLOSE = (
     "where the data contradict every robot, chi2 falls for ever as links grow: --total-mass 0 KG (KG: at most the "
     "whole arm's mass) bounds them; a longer recording that moves every joint is better"
@@ -31,6 +29,13 @@ _POSSIBLE = Parameter(group=Group("a robot that can exist", "Beside the free est
 
 class _Identify(Options):
     """Recordings, and which robot that can exist is asked for beside the free estimate."""
+
+    needs: ClassVar = {"rollout": ("validate",)}  # it predicts recordings that were not fitted
+    belongs: ClassVar = {
+        "prior_mass": ("constrained", ("prior", None)),
+        "prior_budget": ("constrained", ("prior", None)),
+        "total_mass": ("constrained", ("base", "prior", None)),
+    }
 
     data: tuple[DataFile, ...]
     """Recording without payload; repeatable: several are recordings of one identification."""
@@ -53,14 +58,6 @@ class _Identify(Options):
     """Rise of chi2 that the prior may cost (default: 1)."""
     total_mass: Annotated[tuple[float, float] | None, words(number, "LOW HIGH"), _POSSIBLE] = None
     """Bounds of the mass of all links [kg]."""
-
-    def check(self) -> None:
-        """Refuse options that would have no effect."""
-        if self.rollout and not self.validate:
-            raise InputError("--rollout predicts recordings that were not fitted: give some by --validate")
-        for name, gauges in _GAUGES.items():
-            if self.constrained not in (None, *gauges):
-                self.refuse(name, f"belongs to --constrained {' or '.join(gauges)}, not {self.constrained}")
 
     def possible(self, result: estimation.Identification) -> estimation.PossibleRobot | None:
         """The robot that can exist, as asked for."""
@@ -116,7 +113,6 @@ def run(
 ) -> int:
     """Run it."""
     setup = processing.setup(arm.load())
-    request.check()
     recordings, held_out = setup.read(request.data), setup.read(request.validate)
     gains = drives.errors(setup, [], recordings)
     rollouts: tuple[rollout.Rollout, ...] = ()

@@ -5,35 +5,17 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
-from typing import Annotated
+from typing import Annotated, ClassVar
 
 from ... import estimation
 from ...common.errors import InputError
 from .. import report, results
 from .. import view as views
-from . import answered
-from .entry import SETTING, command
-from .options import (
-    EquationOptions,
-    FramedRobotOptions,
-    GainOptions,
-    KnowledgeOptions,
-    Options,
-    PairOptions,
-    ViewOptions,
-)
+from . import answered, values
+from .entry import SETTING, Options, command
+from .options import EquationOptions, FramedRobotOptions, GainOptions, KnowledgeOptions, PairOptions, ViewOptions
 from .progress import note, status
-from .values import (
-    DataFile,
-    Essential,
-    FrictionTerms,
-    HeldOutFile,
-    LoadedFile,
-    RobotParametersFile,
-    Share,
-    method,
-    word,
-)
+from .values import Share, word
 
 
 class ComparedOptions(Options):
@@ -42,12 +24,12 @@ class ComparedOptions(Options):
     friction_change: Share | None = None
     """Methods 3, 4 and --robot-parameters: by how much friction under load may differ from the robot's own, 1
     sigma, 0 for not at all (default: 10%)."""
-    unloaded: tuple[DataFile, ...] = ()
+    unloaded: tuple[values.DataFile, ...] = ()
     """Recording without payload; repeatable: several are recordings of one robot."""
-    loaded: tuple[LoadedFile, ...]
+    loaded: tuple[values.LoadedFile, ...]
     """Recording with payload; repeatable, in the order they were made: several are of one payload, paired with
     those without it in this order (weigh, method 3)."""
-    robot_parameters: RobotParametersFile | None = None
+    robot_parameters: values.RobotParametersFile | None = None
     """The --json of 'dynident identify' (method 1; weigh: instead of --unloaded)."""
 
     @property
@@ -57,6 +39,7 @@ class ComparedOptions(Options):
 
     def check(self) -> None:
         """Refuse recordings with a payload that nothing stands beside."""
+        super().check()
         if not self.unloaded and not self.robot_parameters:
             raise InputError(
                 "give --unloaded recordings or --robot-parameters: without either nothing can be compared"
@@ -70,18 +53,24 @@ class ComparedOptions(Options):
 class _Payload(ComparedOptions):
     """Recordings, and by which methods they are answered."""
 
-    validate: tuple[HeldOutFile, ...] = ()
+    belongs: ClassVar = {
+        "free_friction": ("method", ("1", "all")),
+        "essential": ("method", ("4", "all")),
+        "scale_sigma": ("method", ("1", "4", "all")),
+    }
+
+    validate: tuple[values.HeldOutFile, ...] = ()
     """Another one without payload, held out; repeatable."""
-    method: Annotated[str, word(method, "NAME")] = "all"
+    method: Annotated[str, word(values.method, "NAME")] = "all"
     """known-robot (1), change (2), difference (3), global (4) or all (default); see docs/theory.md."""
-    friction: FrictionTerms | None = None
+    friction: values.FrictionTerms | None = None
     """The robot's friction, as of 'dynident identify'; with --robot-parameters theirs."""
     free_friction: Annotated[bool, SETTING] = False
     """Method 1: estimate friction anew under load."""
     scale_sigma: Share | None = None
     """Methods 1 and 4: by how much the scale of the loaded torques may differ from that without payload, 1 sigma
     (default: not at all)."""
-    essential: Annotated[Essential | None, SETTING] = None
+    essential: Annotated[values.Essential | None, SETTING] = None
     """Method 4: eliminate parameters until the error's standard deviation has grown by this ratio (default: 1.02),
     or until all relative standard deviations are within a percentage such as 10%."""
 
@@ -90,16 +79,8 @@ class _Payload(ComparedOptions):
         super().check()
         if self.robot_parameters:
             self.refuse("friction", "belongs to recordings without payload: the stored robot has its own")
-        if self.method not in ("1", "all"):
-            self.refuse("free_friction", "belongs to method 1, which is not among the methods asked for")
-        if self.method not in ("4", "all"):
-            self.refuse("essential", "belongs to method 4, which is not asked for")
-        if self.method in ("1", "2") and not self.robot_parameters:
-            self.refuse(
-                "friction_change", "belongs to methods 3 and 4 and to --robot-parameters: none is asked for"
-            )
-        if self.method in ("2", "3"):
-            self.refuse("scale_sigma", "belongs to methods 1 and 4: neither is asked for")
+        elif self.method in ("1", "2"):
+            self.refuse("friction_change", "belongs to methods 3, 4 and to --robot-parameters: none is asked for")
 
 
 class _Files(EquationOptions, ViewOptions):
@@ -117,8 +98,6 @@ def run(
     files: _Files,
 ) -> int:
     """Run it."""
-    files.check_view()
-    request.check()
     constraints = knowledge.constraints()
     stored = request.stored()
     setup = processing.setup(arm.load(), stored)

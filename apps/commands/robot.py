@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal
 
 import numpy as np
 from cyclopts import Parameter
@@ -15,15 +15,12 @@ from ...common.schema import present
 from .. import export, logs, report, results
 from .. import view as views
 from . import ANSWERED, DO_NOT_USE
-from .entry import command
-from .options import FilterOptions, FramedRobotOptions, Options, PageOptions, RobotOptions, ViewOptions, print_lines
-from .options.motions import in_si
+from .entry import Options, command
+from .motions import in_si
+from .options import FilterOptions, FramedRobotOptions, PageOptions, RobotOptions, ViewOptions, print_lines
 from .progress import quiet, status
 from .robot_new import check_drawing, draw
 from .values import DataFile, NewFile, NewFolder, Positions, Reads, RobotParametersFile
-
-_INTO = ("mjcf", "urdf")
-"""Formats whose files can get the numbers."""
 
 
 def run_list() -> int:
@@ -47,7 +44,6 @@ def run_show(
         at: Positions to draw [deg or m] (default: 0).
         drawing: Write a stick figure: .png, .svg or .pdf.
     """
-    view.check_view()
     check_drawing(drawing)
     robot = arm.load()
     at = at or (0.0,) * robot.n
@@ -93,6 +89,8 @@ def run_check(*, arm: RobotOptions, data: tuple[DataFile, ...], processing: Filt
 class _Bodies(Options):
     """Source of the numbers, and the file to write."""
 
+    belongs: ClassVar = {"into": ("to", ("mjcf", "urdf"))}
+
     robot_parameters: tuple[RobotParametersFile, ...] = ()
     """The --json of 'dynident identify' (default: the parameters of the robot's own file)."""
     to: Annotated[Literal["mjcf", "usd", "urdf", "sdf"], Parameter(show_choices=False)]
@@ -105,9 +103,8 @@ class _Bodies(Options):
     """Write it whatever the verdict."""
 
     def check(self) -> None:
-        """Refuse what the format does not know."""
-        if self.to not in _INTO:
-            self.refuse("into", f"belongs to {' and '.join(_INTO)}, not to {self.to}")
+        """Refuse what the format does not know, and more than one robot."""
+        super().check()
         if len(self.robot_parameters) > 1:
             raise InputError("several --robot-parameters: give all recordings to one 'dynident identify'")
 
@@ -115,7 +112,6 @@ class _Bodies(Options):
 @command
 def run_export(*, arm: RobotOptions, bodies: _Bodies) -> int:
     """Run ``robot export``."""
-    bodies.check()
     form = export.simulators.FORMATS[bodies.to]
     robot = arm.load()
     against: tuple[str, ...] = ()

@@ -15,8 +15,8 @@ from ...common.errors import InputError
 from ...common.files import write_text
 from .. import report
 from . import ANSWERED
-from .entry import SETTING, command
-from .options import Options, print_lines
+from .entry import SETTING, Options, command
+from .options import print_lines
 from .progress import note
 from .values import NewFile, Positions, checked, number, numbers, positive_number, texts, word, words
 

@@ -10,8 +10,8 @@ from ... import estimation
 from ...common.errors import InputError
 from .. import report, results, rollout
 from . import ANSWERED
-from .entry import command
-from .options import FilterOptions, Options, PageOptions, RobotOptions
+from .entry import Options, command
+from .options import FilterOptions, PageOptions, RobotOptions
 from .progress import status
 from .values import HeldOutFile, Reads, RobotParametersFile, different, numbers, where, word
 

@@ -25,8 +25,8 @@ from ...model.friction import term_names
 from .. import logs, report
 from .. import view as views
 from . import ANSWERED
-from .entry import SETTING, command
-from .options import Options, RehearsedRobotOptions, ViewOptions, print_lines
+from .entry import SETTING, Options, command
+from .options import RehearsedRobotOptions, ViewOptions, print_lines
 from .progress import status
 from .values import NewFolder, PayloadFile, Reads, Seed, Share, levels, number, share, where, word
 
@@ -85,7 +85,6 @@ class _Simulate(Options):
 @command
 def run(*, arm: RehearsedRobotOptions, request: _Simulate, view: ViewOptions) -> int:
     """Run it."""
-    view.check_view()
     described = arm.load()
     robot = request.rubbing(model.with_stand_in(described))
     payload = model.read_payload(request.payload) if request.payload else None

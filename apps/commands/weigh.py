@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, ClassVar
 
 from cyclopts import Parameter
 
@@ -31,6 +31,8 @@ from .values import LOG, Joints, Reads
 class _Weigh(ComparedOptions):
     """Recordings of the short motion, and what it is compared with."""
 
+    needs: ClassVar = {"friction_change": ("robot_parameters",)}  # a difference of torques frees friction
+
     moving: Joints | None = None
     """Joints that move; seen by default."""
     inertia: Annotated[str | None, Parameter(metavar="box:AxBxC|cylinder:DxL")] = None
@@ -48,10 +50,6 @@ def run(
     files: ViewedPageOptions,
 ) -> int:
     """Run it."""
-    request.check()
-    if not request.robot_parameters:
-        request.refuse("friction_change", "belongs to --robot-parameters: a difference of torques frees friction")
-    files.check_view()
     constraints = knowledge.constraints()
     stand_in = estimation.StandIn.parse(request.inertia) if request.inertia is not None else None
     stored = request.stored()

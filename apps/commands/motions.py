@@ -1,41 +1,38 @@
-"""Options of what a motion is to teach, through which noise, and of what it keeps: limits, torques, obstacles."""
+"""Options of motions: what they teach, through which noise, the limits they keep, their files; and their search."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal, NamedTuple
+from typing import TYPE_CHECKING, Annotated, ClassVar, Literal, NamedTuple
 
 import numpy as np
 from cyclopts import Parameter
 from numpy.typing import NDArray
 
-from .... import model, trajectories
-from ....common.arrays import Array
-from ....common.errors import InputError
-from ... import results
-from ..entry import GOAL, LIMITS, SETTING, Options
-from ..progress import note
-from ..values import (
-    Names,
-    Reads,
-    RobotParametersFile,
-    Seconds,
-    Share,
-    checked,
-    names_list,
-    number,
-    numbers,
-    numbers_or,
-    positive_number,
-    share,
-    word,
-)
+from ... import model, trajectories
+from ...common.arrays import Array
+from ...common.errors import InputError
+from ...common.files import write_text
+from .. import export, results
+from . import values
+from .entry import GOAL, LIMITS, SETTING, Options
+from .options import ViewedPageOptions
+from .progress import note, status
+from .values import Names, NewFile, Reads, Seconds, Share, checked, number, numbers, positive_number, share, word
 
 RATE = 100.0
 """Hz: independent samples where nothing else is said."""
+FIGURE_RATE = 100.0
+"""Hz: samples of a motion in figures."""
+_SAMPLE_RATE = 250.0  # Hz, in files
+_REPLAY_RATE = 1000.0  # Hz: at which controllers' own curves are looked at, and at their turns
+
+if TYPE_CHECKING:
+    PayloadBounds = model.InertialParameters | trajectories.PayloadSet
 
 
 def _noise(text: str) -> tuple[float | tuple[float, ...] | None, float | None]:
@@ -57,23 +54,21 @@ def _acceleration(text: str) -> float | tuple[float, ...]:
     return checked(factor, 0.0 < factor < 1e6, text, "a factor such as 3x")
 
 
-def region(text: str) -> tuple[tuple[float, ...], bool]:
+def _region(text: str) -> tuple[tuple[float, ...], bool]:
     """Radius or three half axes [m], and whether they are half edges of a box."""
     half = numbers(text.removeprefix("box:"))
     good = len(half) in (1, 3) and min(half) > 0.0
     return checked(half, good, text, "R, A,B,C or box:A,B,C, each above 0 m"), text.startswith("box:")
 
 
-if TYPE_CHECKING:
-    PayloadBounds = model.InertialParameters | trajectories.PayloadSet
-
 _Level = float | tuple[float, ...]
 _Noise = Annotated[tuple[_Level | None, float | None], word(_noise, "S|S1,S2,..[@HZ]")]
-_Columns = Annotated[tuple[str, ...], word(names_list, "NAME,..|payload")]
+_Columns = Annotated[tuple[str, ...], word(values.names_list, "NAME,..|payload")]
 _Acceleration = Annotated[_Level, word(_acceleration, "A|A1,A2,..")]
-_Torques = Annotated[str | tuple[float, ...], word(partial(numbers_or, "none"), "T|T1,T2,..")]
+_Torques = Annotated[str | tuple[float, ...], word(partial(values.numbers_or, "none"), "T|T1,T2,..")]
 _Heaviest = Annotated[str, Reads("heaviest payload"), Parameter(metavar="KG[@X,Y,Z]|TOML")]
-_Region = Annotated[tuple[tuple[float, ...], bool], word(region, "R|A,B,C|box:A,B,C")]
+_Region = Annotated[tuple[tuple[float, ...], bool], word(_region, "R|A,B,C|box:A,B,C")]
+_Rate = Annotated[float, word(positive_number, "HZ")]
 
 
 class NoiseOptions(Options, group=GOAL):
@@ -131,7 +126,7 @@ class GoalOptions(NoiseOptions):
             reference: values that standard deviations are relative to.
             motion_length: how long the motion will take [s], where it is known.
         """
-        noise, earlier, length = self.sigma(bounds), None, self.data_length
+        noise, length, earlier = self.sigma(bounds), self.data_length, None
         if self.data_from:
             length = length or motion_length
             if length is None:
@@ -155,6 +150,7 @@ class GoalOptions(NoiseOptions):
         )
 
     def _earlier(self, robot: model.Robot, noise: Array | None) -> trajectories.Earlier:
+        """Rows of the files of earlier data, all of the first one's columns."""
         paths, weighted = self.data_from, self.criterion in ("d", "a")
         if weighted and noise is None:
             raise InputError(f"{paths[0]}: carries no weights: give --torque-noise")
@@ -188,10 +184,24 @@ class Limited(NamedTuple):
     margin: float | None
     scene: trajectories.Scene | None
 
+    @property
+    def has_torque_limits(self) -> bool:
+        """True if the torque of some joint is limited."""
+        return bool(np.isfinite(self.bounds.torque).any())
+
     def loads(self, payload: PayloadBounds | None) -> trajectories.Loads:
         """Parameters that torque limits are computed from."""
-        values = self.values or self.robot.parameters
-        return trajectories.Loads(values, payload, self.covariance, self.margin or 0.0)
+        known = self.values or self.robot.parameters
+        return trajectories.Loads(known, payload, self.covariance, self.margin or 0.0)
+
+    def problem(
+        self,
+        shape: trajectories.Shape,
+        goal: trajectories.Goal | trajectories.NearGoal,
+        loads: trajectories.Loads | None,
+    ) -> trajectories.DesignProblem:
+        """The design of a motion within these limits."""
+        return trajectories.build_design(self.robot, shape, goal, bounds=self.bounds, loads=loads, scene=self.scene)
 
 
 class LimitOptions(Options, group=LIMITS):
@@ -203,7 +213,7 @@ class LimitOptions(Options, group=LIMITS):
     """Limit of the accelerations [deg/s² or m/s²], or 3x: three times the speed limit per second."""
     torque_limits: _Torques | None = None
     """[N·m or N], or none: not even those of the robot's file."""
-    robot_parameters: RobotParametersFile | None = None
+    robot_parameters: values.RobotParametersFile | None = None
     """The --json of 'dynident identify': for torques and relative sigma."""
     heaviest_payload: _Heaviest | None = None
     """Torque limits hold without it and with it."""
@@ -214,13 +224,19 @@ class LimitOptions(Options, group=LIMITS):
     scene: Annotated[str | None, Reads("scene"), Parameter(metavar="TOML"), SETTING] = None
     """File of floor, walls, and bodies that keep clear of each other."""
 
+    def check(self) -> None:
+        """Refuse a region of payloads of which none is named."""
+        super().check()
+        if self.heaviest_payload is None:
+            self.refuse("within", "needs --heaviest-payload KG[@X,Y,Z]: the largest mass there")
+
     def of(self, robot: model.Robot) -> Limited:
         """A robot with these limits, its parameters from ``--robot-parameters``, or a stand-in."""
-        values, covariance = dict[str, float](), None
+        known, covariance = dict[str, float](), None
         if self.robot_parameters:
             robot = model.stand_in.with_assumed_limits(robot)
             stored = results.read_stored_robot(self.robot_parameters)
-            values = dict(zip(stored.estimate.names, stored.estimate.values.tolist(), strict=True))
+            known = dict(zip(stored.estimate.names, stored.estimate.values.tolist(), strict=True))
             robot, covariance = stored.applied_to(robot), stored.estimate.covariance
         else:
             robot = model.stand_in.rehearsed(robot)
@@ -228,71 +244,176 @@ class LimitOptions(Options, group=LIMITS):
         if isinstance(self.acceleration, float):
             acceleration = [self.acceleration * joint.limits.speed for joint in robot.joints]
         elif self.acceleration is not None:
-            acceleration = in_si(each_joint(self.acceleration, robot, "acceleration"), robot).tolist()
+            acceleration = in_si(_each_joint(self.acceleration, robot, "acceleration"), robot).tolist()
         torque = (math.inf,) * robot.n if isinstance(self.torque_limits, str) else self.torque_limits
-        torque = torque and each_joint(torque, robot, "--torque-limits")
+        torque = torque and _each_joint(torque, robot, "--torque-limits")
         bounds = trajectories.JointBounds.of(
             robot, override=self.speed_override, acceleration=acceleration, torque=torque
         )
         payload = self._payload(robot, np.isfinite(bounds.torque))
         scene = trajectories.read_scene(self.scene) if self.scene else None
-        return Limited(robot, values, covariance, bounds, payload, self.torque_margin, scene)
+        return Limited(robot, known, covariance, bounds, payload, self.torque_margin, scene)
 
     def whole(self, problem: trajectories.DesignProblem) -> trajectories.DesignProblem:
         """The problem with the whole of the torque limits, the share that a design leaves free included."""
         return problem.with_torque_share(1.0 / (1.0 - (self.torque_margin or 0.0)))
 
     def _payload(self, robot: model.Robot, limited: NDArray[np.bool_]) -> PayloadBounds | None:
-        """The payload of these options; ``limited``: joints with a torque limit, of which a set needs all."""
+        """The heaviest payload, or every one up to it ``within``, in the last link's frame.
+
+        Args:
+            limited: joints with a torque limit, of which a set needs all.
+        """
         if self.torque_margin is not None and not limited.any():
             raise InputError("torque-margin has no effect without torque limits: give --torque-limits")
-        if self.heaviest_payload is None:
-            self.refuse("within", "needs --heaviest-payload KG[@X,Y,Z]: the largest mass there")
+        text, flange = self.heaviest_payload, robot.flange
+        if text is None:
             return None
         if self.within is not None and not limited.all():
             joints = ", ".join(map(str, np.flatnonzero(~limited) + 1))
             raise InputError(
                 f"--within needs a torque limit of every joint, {joints} without: give --torque-limits"
             )
-        return payload_bounds(robot, self.heaviest_payload, self.within)
+        if Path(text).suffix.lower() == ".toml":
+            if self.within is not None:
+                raise InputError(f"--within bounds payloads that are not known, {text} is one: give KG[@X,Y,Z]")
+            return model.read_payload(text).moved(flange.R, flange.p)
+        mass, _, place = text.partition("@")
+        try:
+            kilograms = positive_number(mass)
+            centre = list(numbers(place, 3)) if place else [0.0, 0.0, 0.0]
+        except ValueError:
+            raise InputError(f"--heaviest-payload {text!r}: give kg, kg@x,y,z (m), or a TOML file") from None
+        if self.within is not None:
+            half, box = self.within
+            half = half if len(half) == 3 else half * 3
+            return trajectories.PayloadSet.within(kilograms, half, centre, box).seen_from(flange)
+        if not place:
+            note(
+                f"--heaviest-payload {text} is taken as a point at the origin of the payload's frame: give "
+                "kg@x,y,z or a TOML file to put it where it hangs, or --within for every payload about it"
+            )
+        return model.InertialParameters.from_com(kilograms, centre, [[0.0] * 3] * 3).moved(flange.R, flange.p)
 
 
-def payload_bounds(robot: model.Robot, text: str, within: tuple[tuple[float, ...], bool] | None) -> PayloadBounds:
-    """The payload of ``--heaviest-payload``, or with ``--within`` the set, in the last link's frame."""
-    flange = robot.flange
-    if Path(text).suffix.lower() == ".toml":
-        if within is not None:
-            raise InputError(f"--within bounds payloads that are not known, {text} is one: give KG[@X,Y,Z]")
-        return model.read_payload(text).moved(flange.R, flange.p)
-    mass, _, place = text.partition("@")
-    try:
-        kilograms = positive_number(mass)
-        centre = list(numbers(place, 3)) if place else [0.0, 0.0, 0.0]
-    except ValueError:
-        raise InputError(f"--heaviest-payload {text!r}: give kg, kg@x,y,z (m), or a TOML file") from None
-    if within is not None:
-        half, box = within
-        return trajectories.PayloadSet.within(
-            kilograms, half if len(half) == 3 else half * 3, centre, box
-        ).seen_from(flange)
-    if not place:
-        note(
-            f"--heaviest-payload {text} is taken as a point at the origin of the payload's frame: give kg@x,y,z "
-            "or a TOML file to put it where it hangs, or --within for every payload about it"
-        )
-    return model.InertialParameters.from_com(kilograms, centre, [[0.0] * 3] * 3).moved(flange.R, flange.p)
-
-
-def each_joint(values: tuple[float, ...], robot: model.Robot, option: str) -> tuple[float, ...]:
+def _each_joint(given: tuple[float, ...], robot: model.Robot, option: str) -> tuple[float, ...]:
     """A number for each joint, where one may stand for all."""
-    if len(values) not in (1, robot.n):
-        count = f"{len(values)} numbers for the {robot.n} joints of robot {robot.name!r}"
+    if len(given) not in (1, robot.n):
+        count = f"{len(given)} numbers for the {robot.n} joints of robot {robot.name!r}"
         raise InputError(f"{option}: {count}: give one for all, or one each")
-    return values * robot.n if len(values) == 1 else values
+    return given * robot.n if len(given) == 1 else given
 
 
-def in_si(values: tuple[float, ...], robot: model.Robot) -> Array:
+def in_si(given: tuple[float, ...], robot: model.Robot) -> Array:
     """Degrees of turning joints in radians; metres of sliding ones as they are."""
-    if len(values) != robot.n:
-        raise InputError(f"{len(values)} numbers for the {robot.n} joints of robot {robot.name!r}: give one each")
-    return np.array([np.radians(x) if joint.revolute else x for x, joint in zip(values, robot.joints, strict=True)])
+    if len(given) != robot.n:
+        raise InputError(f"{len(given)} numbers for the {robot.n} joints of robot {robot.name!r}: give one each")
+    return np.array([np.radians(x) if joint.revolute else x for x, joint in zip(given, robot.joints, strict=True)])
+
+
+class MotionFiles(ViewedPageOptions):
+    """Formats of the motion itself, beside the result."""
+
+    needs: ClassVar = {
+        "joint_names": ("ros2",),
+        "controller_rate": ("urscript",),
+        "sample_rate": ("samples", "ros2"),
+    }
+
+    samples: Annotated[NewFile | None, Parameter(metavar="F.csv")] = None
+    """Samples of the motion: t, q, qd, qdd."""
+    ros2: Annotated[NewFile | None, Parameter(metavar="F.yaml")] = None
+    """JointTrajectory of ROS 2."""
+    joint_names: Annotated[Names | None, SETTING] = None
+    """Names of the joints for --ros2 (default: joint_1, ..)."""
+    urscript: NewFile | None = None
+    """servoj program."""
+    controller_rate: Annotated[_Rate | None, SETTING] = None
+    """Cycles a second of the controller for --urscript [Hz]: 500 (default) or 125."""
+    sample_rate: Annotated[_Rate | None, SETTING] = None
+    """Samples a second in files [Hz] (default: 250)."""
+
+    def check_robot(self, robot: model.Robot) -> None:
+        """Refuse what a format has no place for, before the search."""
+        if self.ros2:
+            export.check_joint_names(self.joint_names or (), robot.n)
+        if self.urscript:
+            export.check_urscript(robot, self.servo_rate)
+
+    @property
+    def rate(self) -> float:
+        """Samples a second [Hz]."""
+        return self.sample_rate or _SAMPLE_RATE
+
+    @property
+    def servo_rate(self) -> float:
+        """Cycles of a controller of Universal Robots a second [Hz]."""
+        return self.controller_rate or export.CONTROLLER_RATE
+
+    def asked(self, written: export.WrittenMotion) -> dict[str, tuple[str, export.WrittenMotion]]:
+        """The formats asked for by name: where each is to be written, and the motion at its rate."""
+        sampled = replace(written, rate=self.rate, joint_names=self.joint_names or ())
+        files = {
+            "csv": (self.samples, sampled),
+            "ros2": (self.ros2, sampled),
+            "urscript": (self.urscript, replace(written, rate=self.servo_rate)),
+        }
+        return {name: (path, motion) for name, (path, motion) in files.items() if path}
+
+    def check_replays(
+        self, problem: trajectories.DesignProblem, written: export.WrittenMotion, *estimated: str
+    ) -> None:
+        """Refuse files whose controllers, by their own interpolation, break a limit or touch something.
+
+        Args:
+            problem: whose limits count, whole: what a design leaves free of the torques is for this.
+            written: the motion.
+            estimated: formats whose replay is too rough to refuse a motion for.
+        """
+        for name, (_, motion) in self.asked(written).items():
+            if name in estimated or (replay := export.motions.FORMATS[name].replay) is None:
+                continue
+            run = replay(motion)
+            for limit in trajectories.missed_on_replay(problem, run.plan, _REPLAY_RATE):
+                raise InputError(f"as {run.text} the motion does not keep its limits ({limit}): {run.advice}")
+
+    def write(self, written: export.WrittenMotion) -> None:
+        """Write a motion with its head in the formats asked for."""
+        for name, (path, motion) in self.asked(written).items():
+            form = export.motions.FORMATS[name]
+            write_text(path, form.text(motion))
+            for beside, text in form.beside(motion).items():
+                write_text(Path(path).parent / beside, text)
+
+
+def best_motion(
+    problem: trajectories.DesignProblem,
+    seed: int,
+    starts: int | None,
+    words: Callable[[float | None], str] = lambda best: "",
+) -> trajectories.Design:
+    """The best motion that keeps every limit.
+
+    Args:
+        seed: of the random starts.
+        starts: number of random starts; None for the criterion's own.
+        words: what is said of the best criterion so far; None before there is one.
+    """
+    with status("building") as progress:
+
+        def show(text: str, best: float | None, evaluations: int) -> None:
+            progress(f"{text}, {evaluations} evaluations{words(best)}")
+
+        design = trajectories.solve_design(problem, seed=seed, starts=starts, progress=show)
+    if design.missed:
+        raise InputError(
+            f"the whole run, or its rehearsal, does not keep every limit ({design.missed[0]}): choose other poses, "
+            "or another --seed"
+        )
+    if not design.feasible:
+        stopped = "interrupted: " if design.interrupted else ""
+        missed = "; ".join(design.score.violations)
+        raise InputError(f"{stopped}no motion was found that keeps every limit, the nearest has: {missed}")
+    if design.interrupted:
+        note("interrupted: this is the best motion so far; it keeps every limit")
+    return design
