@@ -120,6 +120,12 @@ class HostOptions(Options, group=CONTROLLER):
     port: values.Port | None = None
     """Its port of RTDE (default: 30004)."""
 
+    def check(self) -> None:
+        """Refuse a controller without a name."""
+        super().check()
+        if not self.host:
+            raise InputError("give --host, the controller's name or address")
+
     def client(self) -> live.Client:
         """A connection to it."""
         return live.Client(self.host or "", self.port or live.PORT)
