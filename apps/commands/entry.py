@@ -49,10 +49,6 @@ SETTING = Parameter(show=False)
 """A key of the settings file (``--config``): rarely changed, and no option; docs/settings.md has all."""
 
 _ASKING = {"--help", "-h", "--version"}
-_NEEDED = {
-    False: "not a file in a folder that exists: make the folder, or give another path",
-    True: "is not a folder, nor can one be made there: give another path",
-}
 
 
 @dataclass_transform(kw_only_default=True, frozen_default=True)
@@ -60,15 +56,13 @@ class Options:
     """Some options of a command: a frozen value whose fields are called as the options are.
 
     ``class Some(Options, group=FILES)`` stands in the help under that heading, and so do the classes made from it.
-
-    Attributes:
-        needs: options, and those of which one must be given for them to have an effect.
-        belongs: options, the one that chooses, and the choices with which they count; None stands for no choice.
     """
 
     group: ClassVar[Group | None] = None
     needs: ClassVar[Mapping[str, tuple[str, ...]]] = {}
+    """Options, and those of which one must be given for them to have an effect."""
     belongs: ClassVar[Mapping[str, tuple[str, tuple[str | None, ...]]]] = {}
+    """Options, the one that chooses, and the choices with which they count; None stands for no choice."""
 
     def __init_subclass__(cls, group: Group | None = None) -> None:
         """Make the class a dataclass whose fields cyclopts takes for options of the command."""
@@ -119,17 +113,11 @@ class TerminalOptions(Options, group=TERMINAL):
 
 @dataclass(frozen=True)
 class Call:
-    """A command line that was read.
+    """A command line that was read."""
 
-    Attributes:
-        words: as they were typed.
-        command: its name, "robot show".
-        arguments: every option, with the words that it was given.
-    """
-
-    words: tuple[str, ...]
-    command: str
-    arguments: Arguments
+    words: tuple[str, ...]  # as they were typed
+    command: str  # its name, "robot show"
+    arguments: Arguments  # every option, with the words that it was given
 
     def named(self, kind: type[Reads] | type[Writes]) -> Iterator[tuple[str, str, str]]:
         """Paths that options name: the option, what it names (its role, or "file" or "folder"), and the path."""
@@ -159,7 +147,7 @@ CALL: ContextVar[Call] = ContextVar("call")
 
 
 def command(run: Callable[..., int]) -> Callable[..., int]:
-    """Give a command the options that all have, and check the files that it names before it is called."""
+    """Give a command the options that all have, and check options and the files they name before it is called."""
     given = inspect.signature(run, eval_str=True)
     terminal = inspect.Parameter("terminal", inspect.Parameter.KEYWORD_ONLY, annotation=TerminalOptions)
     parts = []
@@ -176,9 +164,8 @@ def command(run: Callable[..., int]) -> Callable[..., int]:
         for part in options.values():
             if isinstance(part, Options):
                 part.check()
-        read = [path for _, _, path in call.named(Reads)]
         manner: Manner = "quiet" if terminal.quiet else "verbose" if terminal.verbose else "plain"
-        with keeping(read), speaking(manner, call.command):
+        with keeping([path for _, _, path in call.named(Reads)]), speaking(manner, call.command):
             return run(*arguments, **options)
 
     called.__doc__, called.__annotations__ = run.__doc__, {part.name: part.annotation for part in parts}
@@ -187,12 +174,7 @@ def command(run: Callable[..., int]) -> Callable[..., int]:
 
 
 def application(calls: list[Call], words: Sequence[str]) -> App:
-    """All commands, each imported when it is called.
-
-    Args:
-        calls: the command line is added here when it has been read.
-        words: of the command line.
-    """
+    """All commands, each imported when it is called; ``calls`` gets the command line ``words`` when it was read."""
 
     def read(_: App, names: tuple[str, ...], arguments: Arguments) -> None:
         calls.append(Call(tuple(words), " ".join(names), arguments))
@@ -229,9 +211,8 @@ def application(calls: list[Call], words: Sequence[str]) -> App:
 def run(words: Sequence[str]) -> int:
     """Find the command of a command line and call it."""
     calls: list[Call] = []
-    app = application(calls, words)
     try:
-        called, bound, _ = app.parse_args(words, exit_on_error=False, print_error=False)
+        called, bound, _ = application(calls, words).parse_args(words, exit_on_error=False, print_error=False)
     except CycloptsError as error:
         name = " ".join(["dynident", *(error.command_chain or ())])
         # A misspelt option often is the one that seems to be missing.
@@ -259,17 +240,19 @@ def check_paths(call: Call) -> None:
     for name, kind, path in chain(call.named(Writes), _beside_report(call)):
         if (kind, path) == ("stream", "-"):
             continue
-        place, is_folder = place_of(path), kind == "folder"
-        if is_folder:
+        place = place_of(path)
+        if kind == "folder":
             possible = next(above for above in (place, *place.parents) if above.exists()).is_dir()
+            needed, rivals, own = "is not a folder, nor can one be made there: give another path", owners, folders
         else:
             possible = not place.is_dir() and place.parent.is_dir()
+            needed = "not a file in a folder that exists: make the folder, or give another path"
+            rivals, own = owners | folders, owners
         if not path or not possible:
-            raise InputError(f"{name} {path!r}: {_NEEDED[is_folder]}")
-        rivals = owners if is_folder else owners | folders
+            raise InputError(f"{name} {path!r}: {needed}")
         if place in rivals and not is_device(place):  # a pipe or a terminal may be named twice
             raise InputError(f"{name} {path!r}: {rivals[place]} names this file too: give another one")
-        (folders if is_folder else owners)[place] = name
+        own[place] = name
 
 
 def settings() -> Any:

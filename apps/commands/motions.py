@@ -166,22 +166,14 @@ class GoalOptions(NoiseOptions):
 
 
 class Limited(NamedTuple):
-    """A robot with the limits that its motions keep.
+    """A robot with the limits that its motions keep."""
 
-    Attributes:
-        robot: with its parameters, or a stand-in's.
-        values: identified parameters by name; none of a stand-in.
-        covariance: of ``values`` in their order.
-        payload: the heaviest, or every one within bounds, in the last link's frame.
-        margin: share of the torque limits that a design leaves free; None where nothing is said of it.
-    """
-
-    robot: model.Robot
-    values: Mapping[str, float]
-    covariance: Array | None
+    robot: model.Robot  # with its parameters, or a stand-in's
+    values: Mapping[str, float]  # identified parameters by name; none of a stand-in
+    covariance: Array | None  # of these in their order
     bounds: trajectories.JointBounds
-    payload: PayloadBounds | None
-    margin: float | None
+    payload: PayloadBounds | None  # the heaviest, or every one within bounds, in the last link's frame
+    margin: float | None  # share of the torque limits that a design leaves free; None where nothing is said of it
     scene: trajectories.Scene | None
 
     @property

@@ -133,21 +133,14 @@ class HostOptions(Options, group=CONTROLLER):
 
 @dataclass(frozen=True, eq=False)
 class Setup:
-    """Robot, processing and drive gains that recordings are read and identified with.
+    """Robot, processing and drive gains that recordings are read and identified with."""
 
-    Attributes:
-        robot: with the structure that is asked for.
-        gains: torque per current [N·m/A], if currents are read.
-        identified: how sure they are, if ``dynident gains`` found them.
-        told: notes that were printed already.
-    """
-
-    robot: model.Robot
+    robot: model.Robot  # with the structure that is asked for
     processing: model.Processing
-    gains: tuple[float, ...] | None
-    identified: estimation.Gains | None
+    gains: tuple[float, ...] | None  # torque per current [N·m/A], if currents are read
+    identified: estimation.Gains | None  # how sure they are, if ``dynident gains`` found them
     log_map: logs.LogMap
-    told: set[str] = field(default_factory=set)
+    told: set[str] = field(default_factory=set)  # notes that were printed already
 
     def read(self, paths: Sequence[str]) -> list[model.Recording]:
         """Read recordings, one with gaps as its pieces; what a file says of how it was read is told once."""

@@ -1,4 +1,4 @@
-"""``dynident payload``: a payload from recordings with and without it."""
+"""``dynident payload``, ``weigh`` and ``verify``: a payload from recordings, and its effect in the controller."""
 
 from __future__ import annotations
 
@@ -7,18 +7,20 @@ from contextlib import contextmanager
 from dataclasses import replace
 from typing import Annotated, ClassVar
 
+from cyclopts import Parameter
+
 from ... import estimation
 from ...common.errors import InputError
 from .. import report, results
 from .. import view as views
-from . import answered, values
+from ..logs.following import following_change, read_following
+from . import ANSWERED, DO_NOT_USE, answered, options, values
 from .entry import SETTING, Options, command
-from .options import EquationOptions, FramedRobotOptions, GainOptions, KnowledgeOptions, PairOptions, ViewOptions
 from .progress import note, status
-from .values import Share, word
+from .values import LOG, Reads, Share, word
 
 
-class ComparedOptions(Options):
+class _Compared(Options):
     """Recordings with a payload, and what they are compared with."""
 
     friction_change: Share | None = None
@@ -50,7 +52,7 @@ class ComparedOptions(Options):
         return results.read_stored_robot(self.robot_parameters) if self.robot_parameters else None
 
 
-class _Payload(ComparedOptions):
+class _Payload(_Compared):
     """Recordings, and by which methods they are answered."""
 
     belongs: ClassVar = {
@@ -83,29 +85,26 @@ class _Payload(ComparedOptions):
             self.refuse("friction_change", "belongs to methods 3, 4 and to --robot-parameters: none is asked for")
 
 
-class _Files(EquationOptions, ViewOptions):
+class _Files(options.EquationOptions, options.ViewOptions):
     """The result in all forms."""
 
 
 @command
 def run(
     *,
-    arm: FramedRobotOptions,
+    arm: options.FramedRobotOptions,
     request: _Payload,
-    knowledge: KnowledgeOptions,
-    drives: GainOptions,
-    processing: PairOptions,
+    knowledge: options.KnowledgeOptions,
+    drives: options.GainOptions,
+    processing: options.PairOptions,
     files: _Files,
 ) -> int:
-    """Run it."""
-    constraints = knowledge.constraints()
-    stored = request.stored()
+    """Run ``payload``."""
+    constraints, stored = knowledge.constraints(), request.stored()
     setup = processing.setup(arm.load(), stored)
-    unloaded, loaded, held_out = (
-        setup.read(paths) for paths in (request.unloaded, request.loaded, request.validate)
-    )
+    unloaded, loaded, held_out = map(setup.read, (request.unloaded, request.loaded, request.validate))
     gains = drives.errors(setup, loaded, unloaded, stored)
-    with status("reading") as progress, constraints_solved():
+    with status("reading") as progress, _constraints_solved():
         settings = estimation.Settings(
             setup.processing,
             essential=request.essential,
@@ -132,10 +131,85 @@ def run(
     return answered(answer.verdict.level)
 
 
+class _Weigh(_Compared):
+    """Recordings of the short motion, and what it is compared with."""
+
+    needs: ClassVar = {"friction_change": ("robot_parameters",)}  # a difference of torques frees friction
+
+    moving: values.Joints | None = None
+    """Joints that move; seen by default."""
+    inertia: Annotated[str | None, Parameter(metavar="box:AxBxC|cylinder:DxL")] = None
+    """Assume this body's inertia if none is measured [mm]."""
+
+
+@command
+def run_weigh(
+    *,
+    arm: options.RobotOptions,
+    request: _Weigh,
+    knowledge: options.KnowledgeOptions,
+    drives: options.GainOptions,
+    processing: options.PairOptions,
+    files: options.ViewedPageOptions,
+) -> int:
+    """Run ``weigh``."""
+    constraints, stored = knowledge.constraints(), request.stored()
+    stand_in = estimation.StandIn.parse(request.inertia) if request.inertia is not None else None
+    setup = processing.setup(arm.load(), stored)
+    robot = setup.robot
+    loaded, unloaded = setup.read(request.loaded), setup.read(request.unloaded)
+    gains = drives.errors(setup, loaded, unloaded, stored)
+    with status("reading") as progress, _constraints_solved():
+        settings = estimation.Settings(
+            setup.processing, friction_change=request.change, joints=request.moving, gains=gains, progress=progress
+        )
+        known = stored.estimate if stored else None
+        answer: estimation.PayloadAnswer = estimation.weigh(
+            robot, loaded, unloaded, known, constraints, settings
+        ).working
+        if stand_in is not None:
+            answer = answer.assuming(stand_in)
+
+    spare = "--inertia is not needed: the inertia was measured well enough."
+    measured = stand_in is not None and answer.stand_in is None
+    shown = report.payload_report(answer.result, files.document, [spare] if measured else [])
+    files.show(shown)
+    files.write_json(lambda: answer.result)
+    if files.plots and not shown.drawings():
+        raise InputError("plots: no joints see the mass, there is nothing to draw")
+    files.write_page(shown, setup.in_words())
+    files.write_view(lambda: views.view_of_answer(robot, loaded[0], answer.result))
+    return answered(answer.verdict.level)
+
+
 @contextmanager
-def constraints_solved() -> Iterator[None]:
+def _constraints_solved() -> Iterator[None]:
     """Constraints that leave no body are the user's to mend."""
     try:
         yield
     except estimation.SolverError as error:
         raise InputError(str(error)) from None
+
+
+@command
+def run_verify(
+    *,
+    arm: options.ArmOptions,
+    before: Annotated[str, Reads("before"), LOG],
+    after: Annotated[str, Reads("after"), LOG],
+    logs: options.LogOptions,
+    files: options.PageOptions,
+) -> int:
+    """Run ``verify``.
+
+    Args:
+        before: Before the new number: one motion, with columns qref1.. (commanded positions) or tauref1.. (torque
+            predicted, N·m), or what --log-map names.
+        after: That motion again, with the new number.
+    """
+    robot, how = arm.load(), logs.how()
+    gains, _ = logs.gains(robot)
+    old, new = (read_following(path, robot, gains, how) for path in (before, after))
+    change = following_change(old, new, robot.processing.still_speed)
+    files.give(report.following_report(change, robot), lambda: change, {})
+    return DO_NOT_USE if change.tells and change.total.clear == "rose" else ANSWERED

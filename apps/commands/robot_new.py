@@ -33,13 +33,12 @@ TEMPLATE = Path(__file__).with_name("robot_template.toml")
 
 def _direction(text: str) -> tuple[float, float, float]:
     """Components of "x", "-y", .. or "a:b:c"."""
-    plain = text.lstrip("+-")
-    if plain in _AXES:
+    if (plain := text.lstrip("+-")) in _AXES:
         sign = -1.0 if text.startswith("-") else 1.0
         x, y, z = (sign * component + 0.0 for component in _AXES[plain])
-        return x, y, z
-    checked(text, text.count(":") == 2, text, "a direction: x, -y, .. or a:b:c")
-    x, y, z = numbers(text.replace(":", ","), 3)
+    else:
+        checked(text, text.count(":") == 2, text, "a direction: x, -y, .. or a:b:c")
+        x, y, z = numbers(text.replace(":", ","), 3)
     return x, y, z
 
 
@@ -57,13 +56,12 @@ def joint_axis(text: str) -> model.JointAxis:
 
 def flange(text: str) -> model.Pose:
     """The flange by its origin [m], the direction out of it, and its x axis."""
-    parts = texts(text)
     try:
-        checked(text, len(parts) == 5, text, "X,Y,Z,ZAXIS,XAXIS")
-        along, across = (np.array(_direction(part)) for part in parts[3:])
+        *origin, out, side = checked(texts(text), text.count(",") == 4, text, "X,Y,Z,ZAXIS,XAXIS")
+        along, across = (np.array(_direction(part)) for part in (out, side))
         along, across = along / np.linalg.norm(along), across / np.linalg.norm(across)
         turned = np.column_stack([across, np.cross(along, across), along])
-        return model.Pose.of(turned, np.array(numbers(",".join(parts[:3]), 3)))
+        return model.Pose.of(turned, np.array(numbers(",".join(origin), 3)))
     except ValueError as error:
         raise ValueError(
             f"{text!r}: X,Y,Z,ZAXIS,XAXIS with two directions at right angles is needed ({error})"
@@ -112,6 +110,18 @@ class _Sheet(Options):
     overwrite: bool = False
     """Replace the file if it is there."""
 
+    def check(self) -> None:
+        """Refuse options beside ``--template``, and a sheet with gaps."""
+        super().check()
+        if self.template:
+            for entry in fields(self):
+                if entry.name not in ("template", "out", "overwrite"):
+                    self.refuse(entry.name, "belongs to a robot by options, --template is a file to fill in")
+            return
+        check_drawing(self.drawing)
+        if missing := [f"--{name}" for name in ("name", "joint", "flange") if not self.has(name)]:
+            raise InputError(f"give {', '.join(missing)}, or --template for a file to fill in")
+
     def write(self, out: Path, text: str) -> None:
         """Write the file, over another one only where that is wanted."""
         if out.exists() and not self.overwrite:
@@ -123,18 +133,13 @@ class _Sheet(Options):
 def run(*, request: _Sheet) -> int:
     """Run it."""
     if request.template:
-        for entry in fields(request):
-            if entry.name not in ("template", "out", "overwrite"):
-                request.refuse(entry.name, "belongs to a robot by options, --template is a file to fill in")
+        text = TEMPLATE.read_text(encoding="utf-8")
         if request.out is None:
-            print(TEMPLATE.read_text(encoding="utf-8"), end="")
+            print(text, end="")
         else:
-            request.write(Path(request.out), TEMPLATE.read_text(encoding="utf-8"))
+            request.write(Path(request.out), text)
             print_lines(f"Written: {request.out}. Fill it in, then: dynident robot show --robot {request.out}")
         return ANSWERED
-    check_drawing(request.drawing)
-    if missing := [f"--{name}" for name in ("name", "joint", "flange") if not request.has(name)]:
-        raise InputError(f"give {', '.join(missing)}, or --template for a file to fill in")
     robot, drawn_at = new_robot(request)
     out = Path(request.out or f"{robot.name}.toml")
     request.write(out, model.robot_toml(robot))

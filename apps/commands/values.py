@@ -27,11 +27,7 @@ _Value = TypeVar("_Value")
 
 
 class Reads(NamedTuple):
-    """Marks an option that names a file to read.
-
-    Attributes:
-        role: what the file is for.
-    """
+    """Marks an option that names a file to read, and what it is for."""
 
     role: str
 

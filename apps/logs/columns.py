@@ -28,26 +28,18 @@ _ALIASES = {
 class Known:
     """Columns that one recorder writes, and what a log holds of them.
 
-    Attributes:
-        title: whose they are.
-        columns: of each quantity and reference patterns, the first of which that the log has is taken: "{}" stands
-            for a joint's number, "{0}" for the number less one, "{joint}" for its name, a first "*" for anything.
-        time: names of the column of time, where it has none of the usual ones.
-        time_unit: of that column; empty: it is found out.
-        more: whether columns beyond the robot's joints are a gripper's.
-        prefixes: what the "*" of a log's positions stands for, several where it holds several arms alike.
-        joints: names in the log's order, none where columns are numbered.
-        size: joints that have a position in the log.
+    Of each quantity and reference the first pattern that the log has is taken: "{}" stands for a joint's number,
+    "{0}" for the number less one, "{joint}" for its name, a first "*" for anything.
     """
 
-    title: str
+    title: str  # whose they are
     columns: Mapping[str, tuple[str, ...]]
-    time: tuple[str, ...] = ()
-    time_unit: str = ""
-    more: bool = False
-    prefixes: tuple[str, ...] = ()
-    joints: tuple[str, ...] = ()
-    size: int = 0
+    time: tuple[str, ...] = ()  # names of the column of time, where it has none of the usual ones
+    time_unit: str = ""  # of that column; empty: it is found out
+    more: bool = False  # columns beyond the robot's joints are a gripper's
+    prefixes: tuple[str, ...] = ()  # what the "*" of a log's positions stands for, several for several arms alike
+    joints: tuple[str, ...] = ()  # names in the log's order, none where columns are numbered
+    size: int = 0  # joints that have a position in the log
 
     @property
     def by_name(self) -> bool:

@@ -43,27 +43,16 @@ _NAMES = {"\t": "tabs", ";": "semicolons", ",": "commas", "|": "bars", None: "bl
 
 @dataclass(frozen=True)
 class Dialect:
-    """Way in which a text file writes its table.
-
-    Attributes:
-        encoding: Python's name of it.
-        delimiter: between cells; None stands for any white space.
-        decimal: "." or ",".
-        before: lines before the first row of numbers.
-        header: names of the columns as they stand there; empty where there is no such line.
-        units: of the columns, as a row below the header gives them; empty without one.
-        told: what differs from a plain file, in words.
-        gain_sigma: of a remark "# gain_sigma = 0.02": the torques' error of scale; None without one.
-    """
+    """Way in which a text file writes its table."""
 
     encoding: str = "utf-8"
-    delimiter: str | None = ","
-    decimal: str = "."
-    before: int = 0
-    header: tuple[str, ...] = ()
-    units: tuple[str, ...] = ()
-    told: tuple[str, ...] = ()
-    gain_sigma: float | None = None
+    delimiter: str | None = ","  # between cells; None stands for any white space
+    decimal: str = "."  # or ","
+    before: int = 0  # lines before the first row of numbers
+    header: tuple[str, ...] = ()  # names of the columns as they stand there; empty where there is no such line
+    units: tuple[str, ...] = ()  # of the columns, as a row below the header gives them; empty without one
+    told: tuple[str, ...] = ()  # what differs from a plain file, in words
+    gain_sigma: float | None = None  # of a remark "# gain_sigma = 0.02": the torques' error of scale
 
     def cells(self, line: str) -> list[str]:
         """Cells of one line, without quotation marks; what a last delimiter ends is no further cell."""

@@ -54,21 +54,13 @@ class Change(Document, frozen=True):
 
 
 class FollowingChange(Document, frozen=True):
-    """Following errors before and after a payload was entered: the document of ``verify --json``.
-
-    Attributes:
-        kind: what is compared.
-        tells: whether that shows anything of the number entered.
-        lag: what the second recording's clock shows more [s].
-        joints: each joint that moves.
-        total: all of them.
-    """
+    """Following errors before and after a payload was entered: the document of ``verify --json``."""
 
     kind: Missed = field(name="compared")
-    tells: bool
-    lag: float = field(name="lag_s")
-    joints: tuple[Change, ...]
-    total: Change = field(name="all")
+    tells: bool  # it shows anything of the number entered
+    lag: float = field(name="lag_s")  # what the second recording's clock shows more [s]
+    joints: tuple[Change, ...]  # those that move
+    total: Change = field(name="all")  # all of them
 
 
 def read_following(
@@ -133,7 +125,8 @@ def following_change(
     squares = [np.square(recording.torque[moving]) for recording in (pair.unloaded, pair.loaded)]
 
     def change(name: str, joints: list[int]) -> Change:
-        return _change(name, *(square[:, joints] for square in squares), block=block)
+        old, new = (square[:, joints] for square in squares)
+        return _change(name, old, new, block)
 
     each = tuple(change(f"joint {j + 1}", [j]) for j in joints)
     return FollowingChange(after.kind, after.kind != "torque", pair.lag, each, change("all joints", joints))

@@ -39,42 +39,26 @@ _GAIN = 10.0  # N·m/A: a usual gain makes a current a torque of about the right
 
 
 class TimeFacts(Document, frozen=True):
-    """Time of a recording.
-
-    Attributes:
-        duration: from the first to the last [s].
-        rate: mean [Hz].
-        steps: shortest and longest [s].
-        jitter: standard deviation of the steps over their mean.
-        moving: first and last moment of the motion that is used [s]; None where nothing moves.
-    """
+    """Time of a recording [s]."""
 
     samples: int
-    duration: float
-    rate: float
-    steps: tuple[float, float]
-    jitter: float
-    moving: tuple[float, float] | None
+    duration: float  # from the first to the last
+    rate: float  # mean [Hz]
+    steps: tuple[float, float]  # shortest and longest
+    jitter: float  # standard deviation of the steps over their mean
+    moving: tuple[float, float] | None  # first and last moment of the motion that is used; None where nothing moves
 
 
 class JointFacts(Document, frozen=True):
-    """One joint's signals.
-
-    Attributes:
-        position: smallest and largest [rad or m].
-        speed: largest [.../s], from filtered positions or speeds.
-        torque: smallest and largest [N·m, N, or A].
-        position_step, torque_step: smallest difference of two values; 0 where none shows.
-        saturated: share of the samples at the torque's own extreme.
-    """
+    """One joint's signals: smallest and largest position [rad or m] and torque [N·m, N, or A]."""
 
     moves: bool
     position: tuple[float, float]
-    speed: float
+    speed: float  # largest, from filtered positions or speeds
     torque: tuple[float, float]
-    position_step: float
+    position_step: float  # smallest difference of two values; 0 where none shows
     torque_step: float
-    saturated: float
+    saturated: float  # share of the samples at the torque's own extreme
 
 
 class Excited(Document, frozen=True):
@@ -100,29 +84,18 @@ class Understood(NamedTuple):
 
 
 class LogReport(Result, frozen=True, kw_only=True, dict=True):
-    """Contents and faults of a log; ``working`` is how it was read.
-
-    Attributes:
-        currents: whether its torques are currents [A], of unknown gain.
-        usable: whether nothing speaks against using it as it is.
-        findings: worst first.
-        time: facts about time; None where it is too short to be filtered.
-        joints: facts about each joint.
-        excitation: per base parameter; empty where they cannot be estimated.
-        relative_residual: of the robot's model on this log; None without it.
-        condition_number_scaled: of the observation matrix, columns scaled to norm 1.
-    """
+    """Contents and faults of a log; ``working`` is how it was read."""
 
     source: str
     notes: tuple[str, ...]
-    currents: bool
-    usable: bool = True
-    findings: tuple[Remark, ...] = ()
-    time: TimeFacts | None = None
+    currents: bool  # its torques are currents [A], of unknown gain
+    usable: bool = True  # nothing speaks against using it as it is
+    findings: tuple[Remark, ...] = ()  # worst first
+    time: TimeFacts | None = None  # None where it is too short to be filtered
     joints: tuple[JointFacts, ...] = ()
-    excitation: tuple[Excited, ...] = ()
-    relative_residual: Number = None
-    condition_number_scaled: Number = None
+    excitation: tuple[Excited, ...] = ()  # by base parameter; empty where they cannot be estimated
+    relative_residual: Number = None  # of the robot's model on this log; None without it
+    condition_number_scaled: Number = None  # of the observation matrix, columns scaled to norm 1
 
     @property
     def headline(self) -> str:
@@ -300,20 +273,13 @@ class RobotFit(Document, frozen=True):
 
 
 class RobotFits(Document, frozen=True):
-    """Shipped robots beside a log of which none was named.
-
-    Attributes:
-        columns: of the log.
-        fitting: robots that it can be of, the likeliest first.
-        others: those with as many joints that do not fit.
-        fault: why it is no robot's; None where some fit.
-    """
+    """Shipped robots beside a log of which none was named."""
 
     source: str
-    columns: tuple[str, ...]
-    fitting: tuple[RobotFit, ...]
-    others: tuple[str, ...]
-    fault: str | None
+    columns: tuple[str, ...]  # of the log
+    fitting: tuple[RobotFit, ...]  # robots that it can be of, the likeliest first
+    others: tuple[str, ...]  # those with as many joints that do not fit
+    fault: str | None  # why it is no robot's; None where some fit
 
 
 def robot_fits(path: str | Path, log_map: LogMap | None = None) -> RobotFits:

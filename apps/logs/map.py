@@ -88,23 +88,16 @@ def listed(names: Texts) -> tuple[str, ...]:
 
 
 class Layout(Table, frozen=True):
-    """The layout of a text file, and what else a reader must know.
+    """The layout of a text file, and what else a reader must know."""
 
-    Attributes:
-        delimiter: of ``DELIMITERS``; empty: it is found out.
-        decimal: "." or ","; empty: it is found out.
-        names: names of the columns in the order of the file, instead of a header line; "q1..6" stands for six.
-        skip: lines before the header, or before the numbers where ``names`` are given.
-        per_row: numbers of one sample where the file has one number a line; 0 for a file with rows.
-        topic: of a ROS bag; empty where there is only one with joint states.
-    """
-
-    delimiter: Literal["", "comma", "tab", "semicolon", "space"] = ""
-    decimal: Literal["", ".", ","] = ""
-    names: Texts = ()
-    skip: _Count = field(default=0, name="skip_lines")
-    per_row: _Count = field(default=0, name="numbers_per_row")
-    topic: str = ""
+    delimiter: Literal["", "comma", "tab", "semicolon", "space"] = ""  # empty: it is found out
+    decimal: Literal["", ".", ","] = ""  # empty: it is found out
+    names: Texts = ()  # of the columns in the order of the file, instead of a header line; "q1..6" stands for six
+    skip: _Count = field(default=0, name="skip_lines")  # before the header, or the numbers where names are given
+    per_row: _Count = field(
+        default=0, name="numbers_per_row"
+    )  # of a sample in a file with one number a line; else 0
+    topic: str = ""  # of a ROS bag; empty where there is only one with joint states
 
     def __post_init__(self) -> None:
         """Refuse layouts without a meaning."""
@@ -176,23 +169,17 @@ class Gears(Table, frozen=True):
 class Quantity(Table, frozen=True):
     """One quantity of all joints, measured or wanted by the controller.
 
-    Attributes:
-        columns: one name for each joint, or one pattern: "{}" stands for the joint's number, "{0}" for the number
-            less one, "{joint}" for its name. Empty: the standard names q1, qd1, tau1, i1.
-        unit: one for all joints, or one for each; empty for the SI unit.
-        side: "motor": before the gears.
-        sign: 1 or -1 for each joint; of the column, before anything else.
-        zero_deg, zero_m: added to joint-side positions, one for each joint.
-        rated: what 100 percent is, in N·m, N or A on the column's own side, one for each joint.
+    Columns are one name for each joint, or one pattern: "{}" stands for the joint's number, "{0}" for the number
+    less one, "{joint}" for its name. Lists hold one entry for each joint.
     """
 
-    columns: Texts = ()
-    unit: Texts = ()
-    side: Literal["joint", "motor"] = "joint"
-    sign: _Numbers = ()
-    zero_deg: _Numbers = ()
+    columns: Texts = ()  # empty: the standard names q1, qd1, tau1, i1
+    unit: Texts = ()  # one for all joints, or one for each; empty for the SI unit
+    side: Literal["joint", "motor"] = "joint"  # motor: before the gears
+    sign: _Numbers = ()  # 1 or -1, of the column, before anything else
+    zero_deg: _Numbers = ()  # added to joint-side positions, like zero_m
     zero_m: _Numbers = ()
-    rated: _Numbers = ()
+    rated: _Numbers = ()  # what 100 percent is, in N·m, N or A on the column's own side
 
     def __post_init__(self) -> None:
         """Write names and units as lists."""
@@ -242,20 +229,15 @@ class Quantity(Table, frozen=True):
 class ToolColumns(Table, frozen=True):
     """Columns of the tool's position and, perhaps, of its axes, in any fixed frame.
 
-    Attributes:
-        columns: of x, y, z.
-        unit: of these, "m" or "mm".
-        rotation: columns of the axes; empty where they are not logged.
-        form: of ``FORMS``: "rotation_vector" (Universal Robots), "rpy": roll, pitch, yaw about fixed x, y, z, or
-            "quaternion": x, y, z, w.
-        rotation_unit: "rad" or "deg", of a rotation vector and of rpy.
+    Forms of axes: "rotation_vector" (Universal Robots), "rpy": roll, pitch, yaw about fixed x, y, z, or
+    "quaternion": x, y, z, w.
     """
 
-    columns: Texts
-    unit: Literal["m", "mm"] = "m"
-    rotation: Texts = ()
+    columns: Texts  # of x, y, z
+    unit: Literal["m", "mm"] = "m"  # of these
+    rotation: Texts = ()  # columns of the axes; empty where they are not logged
     form: Literal["rotation_vector", "rpy", "quaternion"] | None = None
-    rotation_unit: Literal["rad", "deg"] = "rad"
+    rotation_unit: Literal["rad", "deg"] = "rad"  # of a rotation vector and of rpy
 
     def __post_init__(self) -> None:
         """Refuse what contradicts itself."""
