@@ -120,12 +120,7 @@ class GoalOptions(NoiseOptions):
         reference: Mapping[str, float],
         motion_length: float | None,
     ) -> trajectories.Goal:
-        """The goal.
-
-        Args:
-            reference: values that standard deviations are relative to.
-            motion_length: how long the motion will take [s], where it is known.
-        """
+        """The goal; ``reference``: values that standard deviations are relative to; ``motion_length`` in s."""
         noise, length, earlier = self.sigma(bounds), self.data_length, None
         if self.data_from:
             length = length or motion_length
@@ -253,8 +248,7 @@ class LimitOptions(Options, group=LIMITS):
     def _payload(self, robot: model.Robot, limited: NDArray[np.bool_]) -> PayloadBounds | None:
         """The heaviest payload, or every one up to it ``within``, in the last link's frame.
 
-        Args:
-            limited: joints with a torque limit, of which a set needs all.
+        Joints with a torque limit are ``limited``; a set of payloads needs all.
         """
         if self.torque_margin is not None and not limited.any():
             raise InputError("torque-margin has no effect without torque limits: give --torque-limits")
@@ -357,10 +351,8 @@ class MotionFiles(ViewedPageOptions):
     ) -> None:
         """Refuse files whose controllers, by their own interpolation, break a limit or touch something.
 
-        Args:
-            problem: whose limits count, whole: what a design leaves free of the torques is for this.
-            written: the motion.
-            estimated: formats whose replay is too rough to refuse a motion for.
+        The problem's limits count, whole: what a design leaves free of the torques is for this. The replay of some
+        formats is ``estimated``, too roughly to refuse a motion for.
         """
         for name, (_, motion) in self.asked(written).items():
             if name in estimated or (replay := export.motions.FORMATS[name].replay) is None:
@@ -386,10 +378,8 @@ def best_motion(
 ) -> trajectories.Design:
     """The best motion that keeps every limit.
 
-    Args:
-        seed: of the random starts.
-        starts: number of random starts; None for the criterion's own.
-        words: what is said of the best criterion so far; None before there is one.
+    From random ``starts``, or as many as the criterion needs; ``words`` tell the best criterion so far, None before
+    there is one.
     """
     with status("building") as progress:
 

@@ -225,11 +225,7 @@ class FilterOptions(LogOptions):
     """Coulomb friction of coupled drives."""
 
     def setup(self, robot: model.Robot, stored: estimation.RobotResult | None = None) -> Setup:
-        """The robot with the model structure and processing that the command line asks for.
-
-        Args:
-            stored: its parameters from a file, whose structure it takes.
-        """
+        """The robot with the structure and processing that are asked for; ``stored`` parameters bring theirs."""
         gains, identified = self.gains(robot)
         if stored:
             robot = stored.applied_to(robot)
@@ -318,11 +314,6 @@ class GainOptions(Options, group=LOGS):
 
         What is said now, by options or a file of gains, goes before what was said when the robot was identified:
         the drives are the same, and so is their error. Recordings that the gains come from are named in its notes.
-
-        Args:
-            loaded: recordings with the payload that is asked for.
-            unloaded: without, or the robot's own.
-            stored: the robot's parameters from a file.
         """
         then = stored.gains if stored is not None else None
         now, n = setup.identified, setup.robot.n

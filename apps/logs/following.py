@@ -95,13 +95,9 @@ def read_following(
 def following_change(
     before: Following, after: Following, still_speed: float = 2e-3, max_mismatch: float = 0.05
 ) -> FollowingChange:
-    """Compare what was missed on one and the same motion.
+    """Compare what was missed on one and the same motion, with the old number in the controller and the new one.
 
-    Args:
-        before: with the old number in the controller.
-        after: with the new one.
-        still_speed: a joint below it stands still [rad/s or m/s].
-        max_mismatch: largest difference of position between both [rad or m].
+    A joint below ``still_speed`` [rad/s or m/s] stands still; positions may differ by ``max_mismatch`` [rad or m].
     """
     if before.kind != after.kind:
         raise InputError(

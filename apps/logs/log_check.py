@@ -117,14 +117,7 @@ class LogReport(Result, frozen=True, kw_only=True, dict=True):
 def check_log(
     robot: Robot, recording: Recording, processing: Processing | None = None, currents: bool = False
 ) -> LogReport:
-    """Look at a recording, which may be wrong in any way.
-
-    Args:
-        robot: the robot it should be of.
-        recording: the log, SI units, joint side.
-        processing: settings; the robot's own by default.
-        currents: whether its torques are currents [A] of unknown gain.
-    """
+    """Look at a recording, which may be wrong in any way; its torques may be ``currents`` [A] of unknown gain."""
     processing = processing or robot.processing
     check = LogReport(source=recording.source, notes=tuple(recording.notes), currents=currents)
     check = check.made_by(Understood(robot, recording)).completed(_positions(robot, recording))

@@ -94,9 +94,7 @@ class Layout(Table, frozen=True):
     decimal: Literal["", ".", ","] = ""  # empty: it is found out
     names: Texts = ()  # of the columns in the order of the file, instead of a header line; "q1..6" stands for six
     skip: _Count = field(default=0, name="skip_lines")  # before the header, or the numbers where names are given
-    per_row: _Count = field(
-        default=0, name="numbers_per_row"
-    )  # of a sample in a file with one number a line; else 0
+    per_row: _Count = field(default=0, name="numbers_per_row")  # of a sample in a file of one number a line
     topic: str = ""  # of a ROS bag; empty where there is only one with joint states
 
     def __post_init__(self) -> None:

@@ -310,15 +310,12 @@ def read_trajectory(path: str | Path, robot: Robot) -> tuple[Array, Array, Array
     if len(values) < 2:
         raise InputError(f"{path}: {len(values)} rows of numbers: a trajectory needs more")
     t, q, qd, qdd = values[:, 0], *(values[:, 1 + k * n : 1 + (k + 1) * n] for k in range(3))
-    steps = np.diff(t)
-    k = int(np.argmax(steps <= 0.0))
-    if steps[k] <= 0.0:
-        fault = "stands still" if steps[k] == 0.0 else "runs back"
-        raise InputError(
-            f"{raw.path}: {raw.place(k + 1)}, column 't': time {fault} ({t[k]:g} s, then {t[k + 1]:g} s): remove "
-            "the repeated rows"
-        )
+    _, later, _, _ = _clock(raw, "t", "s", t)
+    if not later.all():
+        where = raw.place(int(np.argmin(later)))
+        raise InputError(f"{raw.path}: {where}, column 't': time stands still: remove the repeated rows")
     _check_rate(raw, "t", t)
+    steps = np.diff(t)
     k = int(np.argmax(steps))
     if steps[k] > max(10.0 * typical_step(t), 0.25):
         raise InputError(
