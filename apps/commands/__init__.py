@@ -29,7 +29,7 @@ COMMANDS = {
     "robot list": ("robot:run_list", "List the shipped robots."),
     "robot show": ("robot:run_show", "Show table, limits and frames of a robot, and draw it."),
     "robot new": (
-        "robot_new:run",
+        "robot:run_new",
         "Make a robot's file from a data sheet.\n\nTake any pose in which the data sheet draws the arm. x, y, z "
         "are those of the base: z up along the mounting, x to the front. For every joint, base to tip, give the "
         "direction of its axis (by the right-hand rule: thumb along it, the fingers turn the way the sheet "

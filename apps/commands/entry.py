@@ -26,7 +26,7 @@ from cyclopts import (
     UnknownOptionError,
 )
 from cyclopts import ArgumentCollection as Arguments
-from cyclopts.exceptions import UnknownCommandError, UnusedCliTokensError
+from cyclopts.exceptions import UnusedCliTokensError
 from cyclopts.help import DefaultFormatter
 
 from ...common.errors import InputError
@@ -299,12 +299,6 @@ def _text(error: CycloptsError) -> str:
         return f"{error.token.source}: there is no key {key}: {text}"
     if isinstance(error, UnknownOptionError):  # a setting is none that could be meant
         error.argument_collection = error.argument_collection.filter_by(show=True)
-    if isinstance(error, UnknownCommandError):
-        above = " ".join(error.command_chain or ())
-        names = [name.removeprefix(f"{above} ") for name in COMMANDS if name.rpartition(" ")[0] == above]
-        word = (error.unused_tokens or [""])[0]
-        close = get_close_matches(word, names, 1)
-        return f"there is no command {word!r}: " + (f"did you mean {close[0]}?" if close else ", ".join(names))
     if isinstance(error, CoercionError) and error.msg is not None and error.argument is not None:
         source = error.token.source if error.token else "cli"
         return f"{'' if source == 'cli' else f'{source}: '}{shown_name(error.argument)}: {error.msg}"

@@ -226,7 +226,7 @@ LINES = {
         "--drawing x.gif": "ends in .png, .svg or .pdf",
     },
     "robot show --robot panda": {
-        "--at 1,2": "--at has 2 numbers, panda has 7 joints",
+        "--at 1,2": "--at: 2 numbers for the 7 joints of robot 'panda'",
         "chain=:x": "links of a URDF",
         "--mount gravity=0,9": "not 3 finite numbers",
         "--mount table": "'table' is not 3 finite numbers",
