@@ -41,7 +41,7 @@ def run_record(
     rate: _Rate | None = None,
     out: values.NewFile,
     controller: HostOptions,
-) -> int:
+) -> None:
     """Run ``record``: whatever ends the recording, the file holds what was there.
 
     Args:
@@ -81,7 +81,6 @@ def run_record(
         note(f"{out}: {stop} after {moment:.1f} s")
     if fault:
         raise InputError(f"{fault}; {out} holds the {recorder.seconds:.1f} s before")
-    return ANSWERED
 
 
 @contextmanager

@@ -19,7 +19,6 @@ from ...common.progress import Progress, silent
 from ...common.schema import write_json
 from .. import report
 from ..logs.map import LogMap
-from . import ANSWERED
 from .entry import SETTING, Options, command
 from .options import PageOptions, Setup
 from .progress import status
@@ -107,7 +106,7 @@ class _Pages(PageOptions):
 
 
 @command
-def run(*, demo: _Demo, pages: _Pages) -> int:
+def run(*, demo: _Demo, pages: _Pages) -> None:
     """Simulate, identify by all four methods, and print the payload beside the truth.
 
     The report goes into the folder of the results unless another place is named.
@@ -144,7 +143,6 @@ def run(*, demo: _Demo, pages: _Pages) -> int:
     torques = next(drawing for drawing in shown.drawings() if drawing.name == "worst_joint")
     report.save_figure(torques.figure, folder / "torques.png")
     pages.show(shown)
-    return ANSWERED
 
 
 def identified(

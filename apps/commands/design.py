@@ -16,7 +16,7 @@ from .. import export, logs, report
 from .. import view as views
 from ..logs.map import read_log_map
 from ..logs.read import read_recording
-from . import ANSWERED, values
+from . import values
 from .entry import MOTION, SEARCH, SETTING, Options, command
 from .motions import FIGURE_RATE, GoalOptions, LimitOptions, MotionFiles, best_motion, in_si
 from .options import RehearsedRobotOptions, ViewedPageOptions
@@ -136,7 +136,7 @@ def run(
     limits: LimitOptions,
     search: _Search,
     files: _DesignFiles,
-) -> int:
+) -> None:
     """Run it."""
     robot = arm.load()
     problem, reference, labels = build_request(robot, shape.shape(robot), goal, limits)
@@ -164,7 +164,6 @@ def run(
     files.give(report.design_report(judged), lambda: report.documents.design_document(judged), {})
     files.write(written)
     files.write_view(lambda: views.view_of(robot, samples, problem=problem))
-    return ANSWERED
 
 
 def build_request(
@@ -180,8 +179,9 @@ def build_request(
         them ("ZZ1R").
     """
     limited = limits.of(robot)
-    robot, payload = limited.robot, limited.payload
-    base, known, labels = model.base_parameters(robot), dict(limited.values), dict[str, str]()
+    robot, loads, payload = limited.robot, limited.loads, limited.loads.heaviest
+    base, labels = model.base_parameters(robot), dict[str, str]()
+    known = dict(loads.parameters) if limited.identified else {}
     if goal.payload_only:  # relative to the heaviest payload's parameters; a set has none
         known = payload.named(str(robot.n)) if isinstance(payload, model.InertialParameters) else {}
     else:
@@ -189,11 +189,9 @@ def build_request(
         if not known and all(name in robot.parameters for name in base.standard):
             known = dict(zip(base.columns, base.value(robot.parameters).tolist(), strict=True))
     reference = {name: value for name, value in known.items() if abs(value) > _ZERO}
-    loads = None
-    if limited.has_torque_limits:
-        loads = limited.loads(payload) if limited.values or payload or limited.margin else None
-    elif payload is not None and not goal.payload_only:
+    if not limited.has_torque_limits and payload is not None and not goal.payload_only:
         raise InputError("--heaviest-payload counts in torque limits: give --torque-limits")
+    counting = limited.has_torque_limits and (limited.identified or payload is not None or loads.margin > 0.0)
     if isinstance(shape, trajectories.FourierShape):
         length: float | None = shape.duration
     elif shape.fixed is None:
@@ -201,7 +199,7 @@ def build_request(
     else:
         length = sum(shape.fixed) if isinstance(shape.fixed, tuple) else (shape.count - 1) * shape.fixed
     wanted = goal.goal(robot, limited.bounds, reference, length)
-    return limited.problem(shape, wanted, loads), reference, labels
+    return limited.problem(shape, wanted, loads if counting else None), reference, labels
 
 
 def floor_of(
@@ -242,7 +240,7 @@ def run_score(
     goal: GoalOptions,
     limits: LimitOptions,
     files: ViewedPageOptions,
-) -> int:
+) -> None:
     """Run ``score``.
 
     Args:
@@ -258,7 +256,6 @@ def run_score(
     )
     files.give(report.design_report(judged), lambda: report.documents.design_document(judged), {})
     files.write_view(lambda: views.view_of(problem.robot, motion, problem=problem))
-    return ANSWERED
 
 
 def _logged_motion(path: str, robot: model.Robot, log_map: str | None, cutoff: float | None) -> model.Motion:

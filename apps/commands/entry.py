@@ -146,8 +146,11 @@ CALL: ContextVar[Call] = ContextVar("call")
 """The command line that runs."""
 
 
-def command(run: Callable[..., int]) -> Callable[..., int]:
-    """Give a command the options that all have, and check options and the files they name before it is called."""
+def command(run: Callable[..., int | None]) -> Callable[..., int]:
+    """Give a command the options that all have, and check options and the files they name before it is called.
+
+    It gives an exit status where it has a verdict; else it has answered.
+    """
     given = inspect.signature(run, eval_str=True)
     terminal = inspect.Parameter("terminal", inspect.Parameter.KEYWORD_ONLY, annotation=TerminalOptions)
     parts = []
@@ -166,7 +169,7 @@ def command(run: Callable[..., int]) -> Callable[..., int]:
                 part.check()
         manner: Manner = "quiet" if terminal.quiet else "verbose" if terminal.verbose else "plain"
         with keeping([path for _, _, path in call.named(Reads)]), speaking(manner, call.command):
-            return run(*arguments, **options)
+            return run(*arguments, **options) or ANSWERED
 
     called.__doc__, called.__annotations__ = run.__doc__, {part.name: part.annotation for part in parts}
     vars(called)["__signature__"] = given.replace(parameters=parts)

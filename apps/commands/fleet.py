@@ -70,7 +70,7 @@ def run_report(
     store: Annotated[str, Parameter(metavar="STORE")],
     *,
     files: PageOptions,
-) -> int:
+) -> None:
     """Run ``fleet report``.
 
     Args:
@@ -91,13 +91,12 @@ def run_report(
     history = fleet.fleet_of(arms)
     shown = report.fleet_report(history, refused)
     files.give(shown, lambda: report.documents.fleet_document(history, refused), {"robot": history.arms[0].name})
-    return ANSWERED
 
 
 @command
 def run_compare(
     data: tuple[DataFile, ...], *, arm: RobotOptions, processing: ProcessingOptions, files: ResultOptions
-) -> int:
+) -> None:
     """Run ``compare``.
 
     Args:
@@ -118,4 +117,3 @@ def run_compare(
         ]
     compared = fleet.compared(data, results)
     files.give(report.compared_report(compared), lambda: report.documents.ComparedDocument.of(compared), {})
-    return ANSWERED

@@ -10,7 +10,7 @@ from cyclopts import Group, Parameter
 from ... import estimation, model
 from ...common.errors import InputError
 from .. import report, results, rollout
-from . import ANSWERED, answered, options, values
+from . import answered, options, values
 from .entry import SETTING, Options, command
 from .progress import note, status
 from .values import HeldOutFile, Reads, different, number, numbers, where, word, words
@@ -152,7 +152,7 @@ class _Rollout(Options):
 @command
 def run_rollout(
     *, arm: options.RobotOptions, request: _Rollout, processing: options.FilterOptions, files: options.PageOptions
-) -> int:
+) -> None:
     """Run ``rollout``."""
     stored = results.read_stored_robot(request.robot_parameters)
     setup = processing.setup(arm.load(), stored)
@@ -174,4 +174,3 @@ def run_rollout(
         )
     shown = report.rollout_report(rollouts, setup.robot.title or setup.robot.name)
     files.give(shown, lambda: report.documents.rollouts_document(setup.robot.name, rollouts), setup.in_words())
-    return ANSWERED

@@ -164,22 +164,19 @@ class Limited(NamedTuple):
     """A robot with the limits that its motions keep."""
 
     robot: model.Robot  # with its parameters, or a stand-in's
-    values: Mapping[str, float]  # identified parameters by name; none of a stand-in
-    covariance: Array | None  # of these in their order
     bounds: trajectories.JointBounds
-    payload: PayloadBounds | None  # the heaviest, or every one within bounds, in the last link's frame
-    margin: float | None  # share of the torque limits that a design leaves free; None where nothing is said of it
+    loads: trajectories.Loads  # what torques are computed from; the payload in the last link's frame
     scene: trajectories.Scene | None
+
+    @property
+    def identified(self) -> bool:
+        """True if the robot's parameters were identified."""
+        return self.loads.covariance is not None
 
     @property
     def has_torque_limits(self) -> bool:
         """True if the torque of some joint is limited."""
         return bool(np.isfinite(self.bounds.torque).any())
-
-    def loads(self, payload: PayloadBounds | None) -> trajectories.Loads:
-        """Parameters that torque limits are computed from."""
-        known = self.values or self.robot.parameters
-        return trajectories.Loads(known, payload, self.covariance, self.margin or 0.0)
 
     def problem(
         self,
@@ -187,7 +184,7 @@ class Limited(NamedTuple):
         goal: trajectories.Goal | trajectories.NearGoal,
         loads: trajectories.Loads | None,
     ) -> trajectories.DesignProblem:
-        """The design of a motion within these limits."""
+        """The design of a motion within these limits; without loads torques have none."""
         return trajectories.build_design(self.robot, shape, goal, bounds=self.bounds, loads=loads, scene=self.scene)
 
 
@@ -219,7 +216,7 @@ class LimitOptions(Options, group=LIMITS):
 
     def of(self, robot: model.Robot) -> Limited:
         """A robot with these limits, its parameters from ``--robot-parameters``, or a stand-in."""
-        known, covariance = dict[str, float](), None
+        covariance: Array | None = None
         if self.robot_parameters:
             robot = model.stand_in.with_assumed_limits(robot)
             stored = results.read_stored_robot(self.robot_parameters)
@@ -227,6 +224,7 @@ class LimitOptions(Options, group=LIMITS):
             robot, covariance = stored.applied_to(robot), stored.estimate.covariance
         else:
             robot = model.stand_in.rehearsed(robot)
+            known = dict(robot.parameters)
         acceleration: list[float] | None = None
         if isinstance(self.acceleration, float):
             acceleration = [self.acceleration * joint.limits.speed for joint in robot.joints]
@@ -239,7 +237,8 @@ class LimitOptions(Options, group=LIMITS):
         )
         payload = self._payload(robot, np.isfinite(bounds.torque))
         scene = trajectories.read_scene(self.scene) if self.scene else None
-        return Limited(robot, known, covariance, bounds, payload, self.torque_margin, scene)
+        loads = trajectories.Loads(known, payload, covariance, self.torque_margin or 0.0)
+        return Limited(robot, bounds, loads, scene)
 
     def whole(self, problem: trajectories.DesignProblem) -> trajectories.DesignProblem:
         """The problem with the whole of the torque limits, the share that a design leaves free included."""

@@ -15,7 +15,7 @@ from ...common.errors import InputError
 from ...common.files import write_text
 from .. import export, report
 from .. import view as views
-from . import ANSWERED, values
+from . import values
 from .entry import MOTION, SETTING, Options, about, command
 from .motions import FIGURE_RATE, Limited, LimitOptions, MotionFiles, NoiseOptions, best_motion, in_si
 from .options import RehearsedRobotOptions
@@ -137,12 +137,12 @@ def run(
     noise: NoiseOptions,
     limits: LimitOptions,
     files: NearFiles,
-) -> int:
+) -> None:
     """Visibility first, then the design."""
     robot = arm.load()
     files.check_robot(robot)
     limited = limits.of(robot)
-    robot, bounds, payload = limited.robot, limited.bounds, limited.payload
+    robot, bounds, payload = limited.robot, limited.bounds, limited.loads.heaviest
     options = options.bounded_by(payload)
     goal = trajectories.NearGoal(*_noise(noise, robot, bounds), options.expected, options.sigma)
     shape, hint = _shape(options, robot, goal, bounds)
@@ -164,7 +164,7 @@ def run(
         assert isinstance(payload, trajectories.PayloadSet)
         with status("looking for the speeds of the ladder"):
             ladder = trajectories.speed_ladder(
-                lambda payloads: limited.problem(shape, goal, limited.loads(payloads)),
+                lambda payloads: limited.problem(shape, goal, replace(limited.loads, heaviest=payloads)),
                 payload,
                 design.plan,
                 options.expected.mass,
@@ -180,7 +180,6 @@ def run(
     files.write(written)
     files.write_rehearsals(result, written)
     files.write_view(lambda: views.view_of(robot, samples, problem=design.problem))
-    return ANSWERED
 
 
 def _shape(
@@ -231,14 +230,14 @@ def _noise(options: NoiseOptions, robot: model.Robot, bounds: trajectories.Joint
 
 def _loads(limited: Limited, options: NearOptions) -> trajectories.Loads | None:
     """Loads for torque limits; None where limits or parameters are not known."""
-    payload = limited.payload
+    payload = limited.loads.heaviest
     if options.ladder:
         if not isinstance(payload, trajectories.PayloadSet):
             raise InputError("--ladder needs --heaviest-payload and --within: what the first run must bear")
         payload = payload.lighter(_LEFT * options.expected.mass)
-    if (limited.values or limited.robot.parameters) and limited.has_torque_limits:
-        return limited.loads(payload or options.expected)
-    if payload is not None or limited.margin is not None:
+    if limited.loads.parameters and limited.has_torque_limits:
+        return replace(limited.loads, heaviest=payload or options.expected)
+    if payload is not None or limited.loads.margin > 0.0:
         option = "--heaviest-payload" if payload is not None else "torque-margin"
         raise InputError(
             f"{option} counts in torque limits: give --torque-limits, and --robot-parameters or --arm-mass"

@@ -35,11 +35,10 @@ TEMPLATE = Path(__file__).with_name("robot_template.toml")
 """A description that loads as it stands, with every key that a robot's file may have."""
 
 
-def run_list() -> int:
+def run_list() -> None:
     """Run ``robot list``: names and titles."""
     for name in model.robot_names():
         print(f"{name:14s}{model.load_robot(name).title}")
-    return ANSWERED
 
 
 @command
@@ -49,7 +48,7 @@ def run_show(
     at: Positions | None = None,
     drawing: NewFile | None = None,
     view: ViewOptions,
-) -> int:
+) -> None:
     """Run ``robot show``.
 
     Args:
@@ -66,7 +65,6 @@ def run_show(
         draw(robot, drawing, at)
     still = model.Motion(np.zeros(1), q, np.zeros_like(q), np.zeros_like(q))
     view.write_view(lambda: views.view_of(robot, still))
-    return ANSWERED
 
 
 def _direction(text: str) -> tuple[float, float, float]:
@@ -168,7 +166,7 @@ class _Sheet(Options):
 
 
 @command
-def run_new(*, request: _Sheet) -> int:
+def run_new(*, request: _Sheet) -> None:
     """Run ``robot new``."""
     if request.template:
         text = TEMPLATE.read_text(encoding="utf-8")
@@ -177,7 +175,7 @@ def run_new(*, request: _Sheet) -> int:
         else:
             request.write(Path(request.out), text)
             print_lines(f"Written: {request.out}. Fill it in, then: dynident robot show --robot {request.out}")
-        return ANSWERED
+        return
     robot, drawn_at = new_robot(request)
     out = Path(request.out or f"{robot.name}.toml")
     request.write(out, model.robot_toml(robot))
@@ -189,7 +187,6 @@ def run_new(*, request: _Sheet) -> int:
     )
     if not model.stand_in.can_stand_in(robot):
         note(f"to rehearse on it, add the mass of the arm to {out} (mass_kg = ..), or give --arm-mass KG")
-    return ANSWERED
 
 
 def new_robot(sheet: _Sheet) -> tuple[model.Robot, tuple[float, ...]]:
@@ -334,7 +331,7 @@ def run_export(*, arm: RobotOptions, bodies: _Bodies) -> int:
 @command
 def run_codegen(
     *, robot: RobotOptions, function: Annotated[str, Parameter(metavar="NAME")], out: values.NewFolder
-) -> int:
+) -> None:
     """Run ``codegen``.
 
     Args:
@@ -344,4 +341,3 @@ def run_codegen(
     for path in model.generate_code(robot.load(), function, out):
         if not quiet():
             print(printable(str(path)))
-    return ANSWERED

@@ -24,7 +24,6 @@ from ...common.files import made_folder
 from ...model.friction import term_names
 from .. import logs, report
 from .. import view as views
-from . import ANSWERED
 from .entry import SETTING, Options, command
 from .options import RehearsedRobotOptions, ViewOptions, print_lines
 from .progress import status
@@ -83,7 +82,7 @@ class _Simulate(Options):
 
 
 @command
-def run(*, arm: RehearsedRobotOptions, request: _Simulate, view: ViewOptions) -> int:
+def run(*, arm: RehearsedRobotOptions, request: _Simulate, view: ViewOptions) -> None:
     """Run it."""
     described = arm.load()
     robot = request.rubbing(model.with_stand_in(described))
@@ -121,7 +120,6 @@ def run(*, arm: RehearsedRobotOptions, request: _Simulate, view: ViewOptions) ->
         com = payload.com
         shown = views.ShownPayload(payload.mass, com, np.column_stack([com, com]), payload.inertia_com)
     view.write_view(lambda: views.view_of(robot, experiment.runs[-1].exact.motion, payload=shown))
-    return ANSWERED
 
 
 def _references(
