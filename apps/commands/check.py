@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import ClassVar
+from typing import Annotated, ClassVar
+
+from cyclopts import Parameter
 
 from ... import estimation, model
 from ...common.errors import InputError
@@ -13,6 +15,8 @@ from . import ANSWERED, DO_NOT_USE
 from .entry import command
 from .options import PageOptions, ProcessingOptions, RobotOptions, Setup
 from .values import DataFile, RobotFile
+
+_Logs = Annotated[tuple[DataFile, ...], Parameter(help="Recordings, with or without payload.")]
 
 
 class _Robot(RobotOptions):
@@ -25,14 +29,8 @@ class _Robot(RobotOptions):
 
 
 @command
-def run(
-    data: tuple[DataFile, ...] = (), *, robot: _Robot, processing: ProcessingOptions, files: PageOptions
-) -> int:
-    """Run it.
-
-    Args:
-        data: Recordings, with or without payload.
-    """
+def run(data: _Logs = (), *, robot: _Robot, processing: ProcessingOptions, files: PageOptions) -> int:
+    """Run it."""
     if not data:
         raise InputError("give a log: dynident check LOG")
     setup = processing.setup(robot.load()) if robot.robot else None

@@ -28,6 +28,10 @@ _REPLAY_RATE = 500.0  # Hz
 _PLANNED_RATE = 250.0  # Hz: at which a planned motion is looked at, at least
 _ZERO = 1e-9  # SI units: what standard parameters leave where they cancel
 
+_Planned = Annotated[
+    str, Reads("motion"), Parameter(metavar="LOG", help="A log, or a CSV of t, q and perhaps qd, qdd.")
+]
+
 
 class _Shape(Options, group=MOTION):
     """Via points or a Fourier series, how it goes between points, times, and where it starts."""
@@ -233,7 +237,7 @@ class _Scored(Options, group=MOTION):
 
 @command
 def run_score(
-    data: Annotated[str, Reads("motion"), values.LOG],
+    data: _Planned,
     *,
     arm: RehearsedRobotOptions,
     scored: _Scored,
@@ -241,11 +245,7 @@ def run_score(
     limits: LimitOptions,
     files: ViewedPageOptions,
 ) -> None:
-    """Run ``score``.
-
-    Args:
-        data: A log, or a CSV of t, q and perhaps qd, qdd.
-    """
+    """Run ``score``."""
     shape = trajectories.ViaPointShape(longest=scored.max_duration)
     problem, reference, labels = build_request(arm.load(), shape, goal, limits)
     motion = _logged_motion(data, problem.robot, scored.log_map, scored.cutoff)

@@ -21,6 +21,9 @@ from .options import GainOptions, PageOptions, ProcessingOptions, ResultOptions,
 from .progress import note, status
 from .values import LOG, Count, DataFile, NewFolder
 
+_Store = Annotated[str, Parameter(metavar="STORE", help="The --store of 'dynident fleet reduce'.")]
+_Logs = Annotated[tuple[DataFile, ...], Parameter(help="Recordings of one robot without payload.")]
+
 
 class _Reduce(Options):
     """Places of the logs, and processes that reduce them."""
@@ -37,7 +40,7 @@ class _Reduce(Options):
 
 @command
 def run_reduce(
-    data: Annotated[tuple[str, ...], LOG],
+    data: Annotated[tuple[str, ...], LOG, Parameter(help="Logs without payload: files, folders, globs.")],
     *,
     arm: RobotOptions,
     request: _Reduce,
@@ -45,11 +48,7 @@ def run_reduce(
     processing: ProcessingOptions,
     files: ResultOptions,
 ) -> int:
-    """Run ``fleet reduce``.
-
-    Args:
-        data: Logs without payload: files, folders, globs.
-    """
+    """Run ``fleet reduce``."""
     setup = processing.setup(arm.load())
     entries = fleet.store.catalog(fleet.store.found_logs(data), request.pattern)
     gains = drives.errors(setup, [], [])
@@ -66,16 +65,8 @@ def run_reduce(
 
 
 @command
-def run_report(
-    store: Annotated[str, Parameter(metavar="STORE")],
-    *,
-    files: PageOptions,
-) -> None:
-    """Run ``fleet report``.
-
-    Args:
-        store: The --store of 'dynident fleet reduce'.
-    """
+def run_report(store: _Store, *, files: PageOptions) -> None:
+    """Run ``fleet report``."""
     opened = fleet.Store.opened(store)
     every = opened.logs()
     refused = {log.file: log.wrong for log in every if log.wrong}
@@ -94,14 +85,8 @@ def run_report(
 
 
 @command
-def run_compare(
-    data: tuple[DataFile, ...], *, arm: RobotOptions, processing: ProcessingOptions, files: ResultOptions
-) -> None:
-    """Run ``compare``.
-
-    Args:
-        data: Recordings of one robot without payload.
-    """
+def run_compare(data: _Logs, *, arm: RobotOptions, processing: ProcessingOptions, files: ResultOptions) -> None:
+    """Run ``compare``."""
     if len(data) < 2:
         raise InputError("one recording: give two or more to compare")
     first = dict[str, str]()

@@ -34,6 +34,9 @@ _FORMATS = (".png", ".svg", ".pdf")
 TEMPLATE = Path(__file__).with_name("robot_template.toml")
 """A description that loads as it stands, with every key that a robot's file may have."""
 
+_Logs = Annotated[tuple[values.DataFile, ...], Parameter(help="Recording without payload.")]
+_Function = Annotated[str, Parameter(metavar="NAME", help="Such as base_regressor.")]
+
 
 def run_list() -> None:
     """Run ``robot list``: names and titles."""
@@ -45,16 +48,11 @@ def run_list() -> None:
 def run_show(
     *,
     arm: FramedRobotOptions,
-    at: Positions | None = None,
-    drawing: NewFile | None = None,
+    at: Annotated[Positions | None, Parameter(help="Positions to draw [deg or m] (default: 0).")] = None,
+    drawing: Annotated[NewFile | None, Parameter(help="Write a stick figure: .png, .svg or .pdf.")] = None,
     view: ViewOptions,
 ) -> None:
-    """Run ``robot show``.
-
-    Args:
-        at: Positions to draw [deg or m] (default: 0).
-        drawing: Write a stick figure: .png, .svg or .pdf.
-    """
+    """Run ``robot show``."""
     check_drawing(drawing)
     robot = arm.load()
     at = at or (0.0,) * robot.n
@@ -252,14 +250,8 @@ class _Page(PageOptions):
 
 
 @command
-def run_check(
-    *, arm: RobotOptions, data: tuple[values.DataFile, ...], processing: FilterOptions, files: _Page
-) -> int:
-    """Run ``robot check``.
-
-    Args:
-        data: Recording without payload.
-    """
+def run_check(*, arm: RobotOptions, data: _Logs, processing: FilterOptions, files: _Page) -> int:
+    """Run ``robot check``."""
     setup = processing.setup(arm.load())
     robot = setup.robot
     with status("reading") as progress:
@@ -329,13 +321,10 @@ def run_export(*, arm: RobotOptions, bodies: _Bodies) -> int:
 
 
 @command
-def run_codegen(
-    *, robot: RobotOptions, function: Annotated[str, Parameter(metavar="NAME")], out: values.NewFolder
-) -> None:
+def run_codegen(*, robot: RobotOptions, function: _Function, out: values.NewFolder) -> None:
     """Run ``codegen``.
 
     Args:
-        function: Such as base_regressor.
         out: Folder of the files, made if missing.
     """
     for path in model.generate_code(robot.load(), function, out):
