@@ -85,8 +85,6 @@ def reduced_experiment(experiment: trajectories.Experiment, progress: Progress =
 
 
 class _Demo(Options):
-    """The experiment, and where its results go."""
-
     out: NewFolder = "demo"
     """Folder of the results (default: demo)."""
     seed: Seed = 0

@@ -34,8 +34,6 @@ _Planned = Annotated[
 
 
 class _Shape(Options, group=MOTION):
-    """Via points or a Fourier series, how it goes between points, times, and where it starts."""
-
     via_points: Count | None = None
     """Number of points (default: 14)."""
     fourier: Annotated[Count | None, Parameter(metavar="H")] = None
@@ -103,8 +101,6 @@ class _Shape(Options, group=MOTION):
 
 
 class _Search(Options, group=SEARCH):
-    """Random starts of the search, and the floor."""
-
     seed: Seed = 0
     """Seed of the random starts (default: 0)."""
     starts: Annotated[Count | None, Parameter(metavar="K")] = None
@@ -114,8 +110,6 @@ class _Search(Options, group=SEARCH):
 
 
 class _DesignFiles(MotionFiles):
-    """Formats of the motion, and the folder of a VAL3 application."""
-
     val3: values.NewFolder | None = None
     """VAL3 application of via points, best with --segments trapezoid; made if missing."""
 
@@ -219,8 +213,6 @@ def floor_of(
 
 
 class _Scored(Options, group=MOTION):
-    """The motion, and the floor it is compared with."""
-
     needs: ClassVar = {"seed": ("bound",)}
 
     log_map: values.LogMapFile | None = None

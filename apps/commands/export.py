@@ -27,8 +27,6 @@ _Pose = Annotated[tuple[float, float, float, float, float, float], words(number,
 
 
 class _Export(Options):
-    """The format, and the frames and units that are asked for."""
-
     to: Annotated[Name, Parameter(metavar="NAME")]
     """The format."""
     out: NewFile | None = None

@@ -26,8 +26,6 @@ _Logs = Annotated[tuple[DataFile, ...], Parameter(help="Recordings of one robot 
 
 
 class _Reduce(Options):
-    """Places of the logs, and processes that reduce them."""
-
     store: NewFolder
     """Folder of the reduced recordings."""
     pattern: Annotated[str, Parameter(metavar="PATH")] = ""

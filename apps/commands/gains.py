@@ -20,8 +20,6 @@ _Masses = Annotated[tuple[tuple[float, ...], float | None], word(with_sigma, "KG
 
 
 class _Known(Options):
-    """Recordings, and the payload that is known."""
-
     unloaded: tuple[DataFile, ...]
     """Currents without payload; repeatable."""
     loaded: tuple[LoadedFile, ...]

@@ -33,8 +33,6 @@ _POSSIBLE = Parameter(group=Group("a robot that can exist", "Beside the free est
 
 
 class _Identify(Options):
-    """Recordings, and which robot that can exist is asked for beside the free estimate."""
-
     needs: ClassVar = {"rollout": ("validate",)}  # it predicts recordings that were not fitted
     belongs: ClassVar = {
         "prior_mass": ("constrained", ("prior", None)),
@@ -137,8 +135,6 @@ def run(
 
 
 class _Rollout(Options):
-    """The identified robot, recordings that it was not fitted to, and what is asked of them."""
-
     robot_parameters: values.RobotParametersFile
     """The --json of 'dynident identify'."""
     data: tuple[HeldOutFile, ...]

@@ -21,8 +21,6 @@ from .values import LOG, Reads, Share, word
 
 
 class _Compared(Options):
-    """Recordings with a payload, and what they are compared with."""
-
     friction_change: Share | None = None
     """Methods 3, 4 and --robot-parameters: by how much friction under load may differ from the robot's own, 1
     sigma, 0 for not at all (default: 10%)."""
@@ -53,8 +51,6 @@ class _Compared(Options):
 
 
 class _Payload(_Compared):
-    """Recordings, and by which methods they are answered."""
-
     belongs: ClassVar = {
         "free_friction": ("method", ("1", "all")),
         "essential": ("method", ("4", "all")),
@@ -132,8 +128,6 @@ def run(
 
 
 class _Weigh(_Compared):
-    """Recordings of the short motion, and what it is compared with."""
-
     needs: ClassVar = {"friction_change": ("robot_parameters",)}  # a difference of torques frees friction
 
     moving: values.Joints | None = None

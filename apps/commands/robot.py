@@ -119,8 +119,6 @@ _LIMITS = "LOW:HIGH[:SPEED[:ACCELERATION[:TORQUE]]],.."
 
 
 class _Sheet(Options):
-    """Entries of a data sheet."""
-
     template: bool = False
     """A file to fill in: every key with an example (default: to standard output)."""
     name: str | None = None
@@ -268,8 +266,6 @@ def run_check(*, arm: RobotOptions, data: _Logs, processing: FilterOptions, file
 
 
 class _Bodies(Options):
-    """Source of the numbers, and the file to write."""
-
     belongs: ClassVar = {"into": ("to", ("mjcf", "urdf"))}
 
     robot_parameters: tuple[values.RobotParametersFile, ...] = ()

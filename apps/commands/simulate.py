@@ -40,8 +40,6 @@ _SAG = word(where(number, lambda sag: 0.0 < sag <= 100.0, "above 0 and at most 1
 
 
 class _Simulate(Options):
-    """Motions, what disturbs them, and where the recordings go."""
-
     trajectory: tuple[_Trajectory, ...] = ()
     """Motion to run (t,q1..[,qd1..[,qdd1..]]); repeatable; by default one of 16 random points."""
     payload: PayloadFile | None = None
