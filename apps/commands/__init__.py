@@ -6,11 +6,11 @@ Only the file of the command that is called is imported, so that ``dynident --he
 ANSWERED, DO_NOT_USE, BAD_INPUT, INTERNAL_ERROR, INTERRUPTED, BROKEN_PIPE = 0, 1, 2, 3, 130, 141
 """Exit statuses of every command."""
 COMMANDS = {
-    "weigh": ("weigh:run", "Weigh a payload by a short motion near a pose."),
-    "verify": ("weigh:run_verify", "Compare following errors before and after a payload was entered."),
+    "weigh": ("payload:run_weigh", "Weigh a payload by a short motion near a pose."),
+    "verify": ("payload:run_verify", "Compare following errors before and after a payload was entered."),
     "payload": ("payload:run", "Identify a payload from recordings with and without it."),
     "identify": ("identify:run", "Identify the robot's own parameters, without payload."),
-    "rollout": ("rollout:run", "Compare the identified robot's motion with a recording's."),
+    "rollout": ("identify:run_rollout", "Compare the identified robot's motion with a recording's."),
     "gains": ("gains:run", "Identify drive gains from currents and a payload of known mass."),
     "record": ("controller:run_record", "Record from the robot itself, over the network."),
     "apply": ("controller:run_apply", "Write an identified payload into the controller, over the network."),
@@ -29,7 +29,7 @@ COMMANDS = {
     "robot list": ("robot:run_list", "List the shipped robots."),
     "robot show": ("robot:run_show", "Show table, limits and frames of a robot, and draw it."),
     "robot new": (
-        "robot_new:run",
+        "robot:run_new",
         "Make a robot's file from a data sheet.\n\nTake any pose in which the data sheet draws the arm. x, y, z "
         "are those of the base: z up along the mounting, x to the front. For every joint, base to tip, give the "
         "direction of its axis (by the right-hand rule: thumb along it, the fingers turn the way the sheet "

@@ -3,39 +3,36 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Annotated, ClassVar
+
+from cyclopts import Parameter
 
 from ... import estimation, model
 from ...common.errors import InputError
 from .. import logs, report
 from ..logs.log_check import check_log, longest, robot_fits
 from . import ANSWERED, DO_NOT_USE
-from .entry import command, options
+from .entry import command
 from .options import PageOptions, ProcessingOptions, RobotOptions, Setup
 from .values import DataFile, RobotFile
 
+_Logs = Annotated[tuple[DataFile, ...], Parameter(help="Recordings, with or without payload.")]
 
-@options()
+
 class _Robot(RobotOptions):
     """The robot, which may be left out."""
+
+    needs: ClassVar = {"mount": ("robot",), "chain": ("robot",)}
 
     robot: RobotFile = ""
     """A shipped robot, TOML or URDF (default: told which shipped robots fit)."""
 
 
 @command
-def run(
-    data: tuple[DataFile, ...] = (), *, robot: _Robot, processing: ProcessingOptions, files: PageOptions
-) -> int:
-    """Run it.
-
-    Args:
-        data: Recordings, with or without payload.
-    """
+def run(data: _Logs = (), *, robot: _Robot, processing: ProcessingOptions, files: PageOptions) -> int:
+    """Run it."""
     if not data:
         raise InputError("give a log: dynident check LOG")
-    if not robot.robot:
-        for name in ("mount", "chain"):
-            robot.refuse(name, "belongs to --robot: give it as well")
     setup = processing.setup(robot.load()) if robot.robot else None
     looks = [_looked(path, setup, processing, files) for path in data]
     files.write_json(lambda: report.documents.check_document(setup.robot if setup else None, looks))

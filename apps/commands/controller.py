@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import signal
 import sys
+import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -12,11 +13,11 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from ...common.errors import InputError, one_line, printable
 from .. import export, live
-from . import ANSWERED, DO_NOT_USE
+from ..numbers import six
+from . import ANSWERED, DO_NOT_USE, values
 from .entry import SETTING, command
 from .options import HostOptions
 from .progress import note, quiet, status
-from .values import NewFile, PayloadResultFile, Port, Seconds, positive_number, word
 
 if TYPE_CHECKING:
     from ..export.load import ControllerLoad
@@ -29,17 +30,18 @@ _PATIENCE = 2.0
 _CLOSE = 2e-6
 """Share by which numbers that are read back may differ: some controllers hold them in single precision."""
 _FIELDS = (live.TIME, live.MASS, live.CENTRE, live.INERTIA)
+_Rate = Annotated[float, values.word(values.positive_number, "HZ")]
 
 
 @command
 def run_record(
     maker: Literal["ur"],
     *,
-    seconds: Seconds | None = None,
-    rate: Annotated[float | None, word(positive_number, "HZ")] = None,
-    out: NewFile,
+    seconds: values.Seconds | None = None,
+    rate: _Rate | None = None,
+    out: values.NewFile,
     controller: HostOptions,
-) -> int:
+) -> None:
     """Run ``record``: whatever ends the recording, the file holds what was there.
 
     Args:
@@ -48,16 +50,23 @@ def run_record(
         rate: Samples a second (default: as fast as the controller can).
         out: File to write: .csv, .csv.gz, .parquet.
     """
-    if not controller.host:
-        raise InputError("give --host, the controller's name or address")
     live.check_name(out)
+    fault = ""
     with controller.client() as client:
         client.start(live.FIELDS, rate)
         absent = [field for field in live.FIELDS if field not in (client.layout.names or ())]
         if absent:
             note(f"{client.host}: the controller has no {', '.join(absent)}")
         recorder = live.Recorder(client.rate, seconds or _SECONDS)
-        fault = _recorded(client, recorder)
+        with status("recording") as progress, _ended_alike():
+            try:
+                while not recorder.over:
+                    new = recorder.add(client.take())
+                    progress(_progress_line(recorder, new))
+            except live.LinkError as broken:
+                fault = str(broken)
+            except KeyboardInterrupt:
+                note(f"stopped after {recorder.seconds:.1f} s")
     if fault and not recorder.count:
         raise InputError(f"{fault}: nothing was recorded")
     recorder.write(out)
@@ -72,39 +81,22 @@ def run_record(
         note(f"{out}: {stop} after {moment:.1f} s")
     if fault:
         raise InputError(f"{fault}; {out} holds the {recorder.seconds:.1f} s before")
-    return ANSWERED
-
-
-def _recorded(client: live.Client, recorder: live.Recorder) -> str:
-    """Record until the time is over, the user has enough, or it cannot go on: then why."""
-    with status("recording") as progress, _ended_alike():
-        try:
-            while not recorder.over:
-                new = recorder.add(client.take())
-                progress(progress_line(recorder, new))
-        except live.LinkError as fault:
-            return str(fault)
-        except KeyboardInterrupt:
-            note(f"stopped after {recorder.seconds:.1f} s")
-    return ""
 
 
 @contextmanager
 def _ended_alike() -> Iterator[None]:
     """A run that is told to end ends as one that is interrupted: its file is written."""
-    before = signal.getsignal(signal.SIGTERM)
-    try:
-        signal.signal(signal.SIGTERM, signal.default_int_handler)
-    except ValueError:  # not the main thread: nobody sends signals here
+    if threading.current_thread() is not threading.main_thread():  # nobody sends signals here
         yield
         return
+    before = signal.signal(signal.SIGTERM, signal.default_int_handler)
     try:
         yield
     finally:
         signal.signal(signal.SIGTERM, before)
 
 
-def progress_line(recorder: live.Recorder, new: live.Samples) -> str:
+def _progress_line(recorder: live.Recorder, new: live.Samples) -> str:
     """Tell time, joints that move, size of the currents, and what is wrong."""
     words = [f"recording {recorder.seconds:.0f} of {recorder.length:g} s"]
     if len(new):
@@ -120,13 +112,13 @@ def progress_line(recorder: live.Recorder, new: live.Samples) -> str:
 
 @command
 def run_apply(
-    payload: PayloadResultFile,
+    payload: values.PayloadResultFile,
     *,
     to: Literal["ur"],
     yes: bool = False,
     despite_verdict: bool = False,
     controller: HostOptions,
-    script_port: Annotated[Port | None, SETTING] = None,
+    script_port: Annotated[values.Port | None, SETTING] = None,
 ) -> int:
     """Run ``apply``: nothing is sent before the word is given.
 
@@ -148,8 +140,6 @@ def run_apply(
     if at_flange is None:
         raise InputError(f"{payload}: the payload's frame is {load.frame!r}, not the flange: nothing was sent")
     load = at_flange.rounded()
-    if not controller.host:
-        raise InputError("give --host, the controller's name or address")
     lines = export.controllers.FORMATS["ur"].text(load).splitlines()
     (line,) = [line for line in lines if line.startswith("set_target_payload(")]
     text = live.program(line)
@@ -162,40 +152,34 @@ def run_apply(
         if not asked or sys.stdin.readline().strip() not in ("yes", "y"):
             note("nothing was sent: answer yes, or give --yes")
             return ANSWERED
-    _apply(controller, script_port or live.SCRIPT_PORT, load, text)
+    with controller.client() as client:
+        client.start(_FIELDS, 25.0)
+        if live.MASS not in (client.layout.names or ()):
+            raise InputError(f"{client.host}: the controller does not tell its payload: nothing was sent")
+        with live.send_program(text, controller.host or "", script_port or live.SCRIPT_PORT):
+            wrong, begin = "nothing", time.monotonic()
+            while wrong and time.monotonic() - begin < _PATIENCE:
+                if len(shown := client.take()):
+                    wrong = _differing(shown, load)
+    if wrong:
+        raise InputError(
+            f"{client.host}: the payload was sent, but the controller shows {wrong}: is it in remote control?"
+        )
     if not quiet():
         print("The controller shows this payload now.")
     return ANSWERED
 
 
-def _apply(controller: HostOptions, port: int, load: ControllerLoad, text: str) -> None:
-    """Send the program and see that the controller holds what was sent."""
-    with controller.client() as client:
-        client.start(_FIELDS, 25.0)
-        if live.MASS not in (client.layout.names or ()):
-            raise InputError(f"{client.host}: the controller does not tell its payload: nothing was sent")
-        with live.send_program(text, controller.host or "", port):
-            wrong, begin = "nothing", time.monotonic()
-            while time.monotonic() - begin < _PATIENCE:
-                if len(shown := client.take()) and not (wrong := _differing(shown, load)):
-                    return
-    raise InputError(
-        f"{client.host}: the payload was sent, but the controller shows {wrong}: is it in remote control?"
-    )
-
-
 def _differing(shown: live.Samples, load: ControllerLoad) -> str:
     """Name the numbers of the last sample that are not those that were sent; empty where there are none."""
-    inertia = [float(load.inertia[at]) for at in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))]
-    sent = {live.MASS: [load.mass], live.CENTRE: load.com.tolist(), live.INERTIA: inertia}
+    sent = {live.MASS: [load.mass], live.CENTRE: load.com.tolist(), live.INERTIA: six(load.inertia).tolist()}
     wrong = []
-    for field, values in sent.items():
+    for field, numbers in sent.items():
         if field not in (shown.dtype.names or ()):
             continue
-        last, size = shown[field][-1].reshape(-1).tolist(), max(map(abs, values)) or 1.0
-        if not all(
-            math.isclose(a, b, rel_tol=_CLOSE, abs_tol=_CLOSE * size) for a, b in zip(last, values, strict=True)
-        ):
-            there, target = (", ".join(f"{x:.5g}" for x in numbers) for numbers in (last, values))
+        last, bound = shown[field][-1].reshape(-1).tolist(), _CLOSE * (max(map(abs, numbers)) or 1.0)
+        close = (math.isclose(*pair, rel_tol=_CLOSE, abs_tol=bound) for pair in zip(last, numbers, strict=True))
+        if not all(close):
+            there, target = (", ".join(f"{x:.5g}" for x in row) for row in (last, numbers))
             wrong.append(f"{field} {there} instead of {target}")
     return "; ".join(wrong)

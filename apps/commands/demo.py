@@ -19,9 +19,8 @@ from ...common.progress import Progress, silent
 from ...common.schema import write_json
 from .. import report
 from ..logs.map import LogMap
-from . import ANSWERED
-from .entry import SETTING, command, options
-from .options import Options, PageOptions, Setup
+from .entry import SETTING, Options, command
+from .options import PageOptions, Setup
 from .progress import status
 from .values import Count, NewFolder, Seed, Share
 
@@ -85,10 +84,7 @@ def reduced_experiment(experiment: trajectories.Experiment, progress: Progress =
     )
 
 
-@options()
 class _Demo(Options):
-    """The experiment, and where its results go."""
-
     out: NewFolder = "demo"
     """Folder of the results (default: demo)."""
     seed: Seed = 0
@@ -101,7 +97,6 @@ class _Demo(Options):
     """Error of the drive gains, such as 0.02 (default: 0)."""
 
 
-@options()
 class _Pages(PageOptions):
     """The report and its figures; JSON stands in the folder of the results."""
 
@@ -109,7 +104,7 @@ class _Pages(PageOptions):
 
 
 @command
-def run(*, demo: _Demo, pages: _Pages) -> int:
+def run(*, demo: _Demo, pages: _Pages) -> None:
     """Simulate, identify by all four methods, and print the payload beside the truth.
 
     The report goes into the folder of the results unless another place is named.
@@ -146,7 +141,6 @@ def run(*, demo: _Demo, pages: _Pages) -> int:
     torques = next(drawing for drawing in shown.drawings() if drawing.name == "worst_joint")
     report.save_figure(torques.figure, folder / "torques.png")
     pages.show(shown)
-    return ANSWERED
 
 
 def identified(

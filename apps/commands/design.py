@@ -5,9 +5,8 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal
 
-import numpy as np
 from cyclopts import Parameter
 
 from ... import estimation, model, trajectories
@@ -17,38 +16,24 @@ from .. import export, logs, report
 from .. import view as views
 from ..logs.map import read_log_map
 from ..logs.read import read_recording
-from . import ANSWERED
-from .entry import FILES, MOTION, SEARCH, SETTING, command, options
-from .motion import FIGURE_RATE, MotionFiles, best_motion
-from .options import Options, RehearsedRobotOptions, ViewedPageOptions
-from .options.motions import GoalOptions, LimitOptions, in_si
+from . import values
+from .entry import MOTION, SEARCH, SETTING, Options, command
+from .motions import FIGURE_RATE, GoalOptions, LimitOptions, MotionFiles, best_motion, in_si
+from .options import RehearsedRobotOptions, ViewedPageOptions
 from .progress import note, status
-from .values import (
-    LOG,
-    Count,
-    LogMapFile,
-    NewFolder,
-    Positions,
-    Reads,
-    Seconds,
-    Seed,
-    number,
-    numbers,
-    positive_number,
-    word,
-)
+from .values import Count, Positions, Reads, Seconds, Seed, number, numbers, positive_number, word
 
 _FEWEST = 3
-_OF_VIA_POINTS = ("rest", "max_duration", "segments", "ramp", "segment_durations")
 _REPLAY_RATE = 500.0  # Hz
 _PLANNED_RATE = 250.0  # Hz: at which a planned motion is looked at, at least
 _ZERO = 1e-9  # SI units: what standard parameters leave where they cancel
 
+_Planned = Annotated[
+    str, Reads("motion"), Parameter(metavar="LOG", help="A log, or a CSV of t, q and perhaps qd, qdd.")
+]
 
-@options(MOTION)
-class _Shape(Options):
-    """Via points or a Fourier series, how it goes between points, times, and where it starts."""
 
+class _Shape(Options, group=MOTION):
     via_points: Count | None = None
     """Number of points (default: 14)."""
     fourier: Annotated[Count | None, Parameter(metavar="H")] = None
@@ -68,16 +53,38 @@ class _Shape(Options):
     start: Positions | None = None
     """Pose at the start [deg or m]."""
 
-    def shape(self, robot: model.Robot) -> trajectories.ViaPointShape | trajectories.FourierShape:
-        """The shape of the motion."""
+    def check(self) -> None:
+        """Refuse options of the other shape, and of the other segments."""
+        super().check()
         if self.fourier is None:
             self.refuse("duration", "is the period of --fourier: via points take --max-duration")
-            return self._through_points(self._start(robot))
+            if self.segments != "trapezoid":
+                self.refuse("ramp", "has no effect without --segments trapezoid")
+            if self.segment_durations is not None and self.max_duration is not None:
+                raise InputError("segment-durations fixes the whole duration: leave --max-duration out")
+            return
         self.refuse("via_points", "and --fourier: give one of them")
-        for name in _OF_VIA_POINTS:
+        for name in ("rest", "max_duration", "segments", "ramp", "segment_durations"):
             self.refuse(name, "belongs to --via-points: --fourier takes --duration")
-        period = trajectories.FourierShape().duration if self.duration is None else self.duration
-        return trajectories.FourierShape(self.fourier, period, start=self._start(robot))
+
+    def shape(self, robot: model.Robot) -> trajectories.ViaPointShape | trajectories.FourierShape:
+        """The shape of the motion."""
+        start = self._start(robot)
+        if self.fourier is not None:
+            period = self.duration or trajectories.FourierShape().duration
+            return trajectories.FourierShape(self.fourier, period, start=start)
+        count = self.via_points or trajectories.ViaPointShape().count
+        if count < _FEWEST:
+            raise InputError(f"--via-points {count}: give at least {_FEWEST}")
+        times = self.segment_durations
+        fixed = times[0] if times is not None and len(times) == 1 else times
+        segment: trajectories.Segment = trajectories.Quintic()
+        if self.segments == "trapezoid":
+            segment = trajectories.Trapezoid() if self.ramp is None else trajectories.Trapezoid(self.ramp)
+        passing = segment.passes and not self.rest
+        return trajectories.ViaPointShape(
+            count, passing=passing, fixed=fixed, segment=segment, longest=self.max_duration, start=start
+        )
 
     def _start(self, robot: model.Robot) -> tuple[float, ...] | None:
         """The pose where the motion begins, checked in the units it was given in."""
@@ -88,35 +95,12 @@ class _Shape(Options):
             low, high = joint.limits.position
             if not low <= position <= high:
                 unit = "deg" if joint.revolute else "m"
-                shown = [math.degrees(limit) if joint.revolute else limit for limit in (low, high)]
-                raise InputError(
-                    f"--start: joint {j} at {value:g} {unit} is outside {shown[0]:g} to {shown[1]:g} {unit}"
-                )
+                least, most = map(math.degrees, (low, high)) if joint.revolute else (low, high)
+                raise InputError(f"--start: joint {j} at {value:g} {unit} is outside {least:g} to {most:g} {unit}")
         return tuple(pose.tolist())
 
-    def _through_points(self, start: tuple[float, ...] | None) -> trajectories.ViaPointShape:
-        count = self.via_points or trajectories.ViaPointShape().count
-        if count < _FEWEST:
-            raise InputError(f"--via-points {count}: give at least {_FEWEST}")
-        if self.segments != "trapezoid":
-            self.refuse("ramp", "has no effect without --segments trapezoid")
-        times = self.segment_durations
-        if times is not None and self.max_duration is not None:
-            raise InputError("segment-durations fixes the whole duration: leave --max-duration out")
-        fixed = times[0] if times is not None and len(times) == 1 else times
-        segment: trajectories.Segment = trajectories.Quintic()
-        if self.segments == "trapezoid":
-            segment = trajectories.Trapezoid() if self.ramp is None else trajectories.Trapezoid(self.ramp)
-        passing = segment.passes and not self.rest
-        return trajectories.ViaPointShape(
-            count, passing=passing, fixed=fixed, segment=segment, longest=self.max_duration, start=start
-        )
 
-
-@options(SEARCH)
-class _Search(Options):
-    """Random starts of the search, and the floor."""
-
+class _Search(Options, group=SEARCH):
     seed: Seed = 0
     """Seed of the random starts (default: 0)."""
     starts: Annotated[Count | None, Parameter(metavar="K")] = None
@@ -125,11 +109,8 @@ class _Search(Options):
     """Estimate the floor over all motions, and the gap."""
 
 
-@options(FILES)
 class _DesignFiles(MotionFiles):
-    """Formats of the motion, and the folder of a VAL3 application."""
-
-    val3: NewFolder | None = None
+    val3: values.NewFolder | None = None
     """VAL3 application of via points, best with --segments trapezoid; made if missing."""
 
     def asked(self, written: export.WrittenMotion) -> dict[str, tuple[str, export.WrittenMotion]]:
@@ -153,13 +134,12 @@ def run(
     limits: LimitOptions,
     search: _Search,
     files: _DesignFiles,
-) -> int:
+) -> None:
     """Run it."""
-    files.check_view()
     robot = arm.load()
     problem, reference, labels = build_request(robot, shape.shape(robot), goal, limits)
     robot, kind = problem.robot, problem.criterion.kind
-    files.check(robot)
+    files.check_robot(robot)
     if files.val3:
         export.check_val3(robot, not shape.fourier, Path(files.val3).name)
 
@@ -182,7 +162,6 @@ def run(
     files.give(report.design_report(judged), lambda: report.documents.design_document(judged), {})
     files.write(written)
     files.write_view(lambda: views.view_of(robot, samples, problem=problem))
-    return ANSWERED
 
 
 def build_request(
@@ -198,29 +177,27 @@ def build_request(
         them ("ZZ1R").
     """
     limited = limits.of(robot)
-    robot, bounds, payload = limited.robot, limited.bounds, limited.payload
-    base, values, labels = model.base_parameters(robot), dict(limited.values), dict[str, str]()
+    robot, loads, payload = limited.robot, limited.loads, limited.loads.heaviest
+    base, labels = model.base_parameters(robot), dict[str, str]()
+    known = dict(loads.parameters) if limited.identified else {}
     if goal.payload_only:  # relative to the heaviest payload's parameters; a set has none
-        values = payload.named(str(robot.n)) if isinstance(payload, model.InertialParameters) else {}
+        known = payload.named(str(robot.n)) if isinstance(payload, model.InertialParameters) else {}
     else:
         labels = dict(zip(base.columns, base.names, strict=True))
-        if not values and all(name in robot.parameters for name in base.standard):
-            values = dict(zip(base.columns, base.value(robot.parameters).tolist(), strict=True))
-    reference = {name: value for name, value in values.items() if abs(value) > _ZERO}
-    loads = None
-    if np.isfinite(bounds.torque).any():
-        loads = limited.loads(payload) if limited.values or payload or limited.margin else None
-    elif payload is not None and not goal.payload_only:
+        if not known and all(name in robot.parameters for name in base.standard):
+            known = dict(zip(base.columns, base.value(robot.parameters).tolist(), strict=True))
+    reference = {name: value for name, value in known.items() if abs(value) > _ZERO}
+    if not limited.has_torque_limits and payload is not None and not goal.payload_only:
         raise InputError("--heaviest-payload counts in torque limits: give --torque-limits")
+    counting = limited.has_torque_limits and (limited.identified or payload is not None or loads.margin > 0.0)
     if isinstance(shape, trajectories.FourierShape):
         length: float | None = shape.duration
     elif shape.fixed is None:
         length = shape.longest
     else:
         length = sum(shape.fixed) if isinstance(shape.fixed, tuple) else (shape.count - 1) * shape.fixed
-    wanted = goal.goal(robot, bounds, reference, length)
-    problem = trajectories.build_design(robot, shape, wanted, bounds=bounds, loads=loads, scene=limited.scene)
-    return problem, reference, labels
+    wanted = goal.goal(robot, limited.bounds, reference, length)
+    return limited.problem(shape, wanted, loads if counting else None), reference, labels
 
 
 def floor_of(
@@ -235,11 +212,10 @@ def floor_of(
         return None
 
 
-@options(MOTION)
-class _Scored(Options):
-    """The motion, and the floor it is compared with."""
+class _Scored(Options, group=MOTION):
+    needs: ClassVar = {"seed": ("bound",)}
 
-    log_map: LogMapFile | None = None
+    log_map: values.LogMapFile | None = None
     """Columns, units and signs of the log."""
     cutoff: Annotated[float | None, word(positive_number, "HZ")] = None
     """Low-pass on positions."""
@@ -253,22 +229,15 @@ class _Scored(Options):
 
 @command
 def run_score(
-    data: Annotated[str, Reads("motion"), LOG],
+    data: _Planned,
     *,
     arm: RehearsedRobotOptions,
     scored: _Scored,
     goal: GoalOptions,
     limits: LimitOptions,
     files: ViewedPageOptions,
-) -> int:
-    """Run ``score``.
-
-    Args:
-        data: A log, or a CSV of t, q and perhaps qd, qdd.
-    """
-    files.check_view()
-    if not scored.bound:
-        scored.refuse("seed", "has no effect without the key bound: nothing is designed")
+) -> None:
+    """Run ``score``."""
     shape = trajectories.ViaPointShape(longest=scored.max_duration)
     problem, reference, labels = build_request(arm.load(), shape, goal, limits)
     motion = _logged_motion(data, problem.robot, scored.log_map, scored.cutoff)
@@ -279,7 +248,6 @@ def run_score(
     )
     files.give(report.design_report(judged), lambda: report.documents.design_document(judged), {})
     files.write_view(lambda: views.view_of(problem.robot, motion, problem=problem))
-    return ANSWERED
 
 
 def _logged_motion(path: str, robot: model.Robot, log_map: str | None, cutoff: float | None) -> model.Motion:

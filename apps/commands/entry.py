@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import inspect
 import re
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import MISSING, dataclass, fields, is_dataclass
@@ -12,7 +12,7 @@ from difflib import get_close_matches
 from importlib import import_module
 from itertools import chain
 from pathlib import Path
-from typing import Annotated, Any, TypeVar, dataclass_transform, get_args, get_type_hints
+from typing import Annotated, Any, ClassVar, dataclass_transform, get_args, get_type_hints
 
 from cyclopts import (
     App,
@@ -26,7 +26,7 @@ from cyclopts import (
     UnknownOptionError,
 )
 from cyclopts import ArgumentCollection as Arguments
-from cyclopts.exceptions import UnknownCommandError, UnusedCliTokensError
+from cyclopts.exceptions import UnusedCliTokensError
 from cyclopts.help import DefaultFormatter
 
 from ...common.errors import InputError
@@ -48,35 +48,44 @@ TERMINAL = Group.create_ordered("terminal")
 SETTING = Parameter(show=False)
 """A key of the settings file (``--config``): rarely changed, and no option; docs/settings.md has all."""
 
-_Kind = TypeVar("_Kind")
 _ASKING = {"--help", "-h", "--version"}
-_NEEDED = {
-    False: "not a file in a folder that exists: make the folder, or give another path",
-    True: "is not a folder, nor can one be made there: give another path",
-}
 
 
 @dataclass_transform(kw_only_default=True, frozen_default=True)
-def options(group: Group | None = None) -> Callable[[type[_Kind]], type[_Kind]]:
-    """A class of options, which stand in the help under a group's heading: its fields are those of a command."""
-
-    def made(kind: type[_Kind]) -> type[_Kind]:
-        made = dataclass(frozen=True, kw_only=True)(kind)
-        made.__init__.__annotations__ = get_type_hints(made, include_extras=True)  # types of other modules' fields
-        # To name no group is another thing than to give none: the help leaves out options without any.
-        return (Parameter(name="*") if group is None else Parameter(name="*", group=group))(made)
-
-    return made
-
-
-@dataclass(frozen=True)
 class Options:
-    """Some options of a command; fields are called as the options are."""
+    """Some options of a command: a frozen value whose fields are called as the options are.
+
+    ``class Some(Options, group=FILES)`` stands in the help under that heading, and so do the classes made from it.
+    """
+
+    group: ClassVar[Group | None] = None
+    needs: ClassVar[Mapping[str, tuple[str, ...]]] = {}
+    """Options, and those of which one must be given for them to have an effect."""
+    belongs: ClassVar[Mapping[str, tuple[str, tuple[str | None, ...]]]] = {}
+    """Options, the one that chooses, and the choices with which they count; None stands for no choice."""
+
+    def __init_subclass__(cls, group: Group | None = None) -> None:
+        """Make the class a dataclass whose fields cyclopts takes for options of the command."""
+        cls.group = group or cls.group
+        dataclass(frozen=True, kw_only=True)(cls)
+        cls.__init__.__annotations__ = get_type_hints(cls, include_extras=True)  # types of other modules' fields
+        # To name no group is another thing than to give none: the help leaves out options without any.
+        (Parameter(name="*") if cls.group is None else Parameter(name="*", group=cls.group))(cls)
+
+    def check(self) -> None:
+        """Refuse options that would have no effect, before any work is done."""
+        for option, needed in self.needs.items():
+            if not any(map(self.has, needed)):
+                self.refuse(option, f"has no effect without {' or '.join(map(self.shown, needed))}")
+        for option, (chooser, choices) in self.belongs.items():
+            if (choice := getattr(self, chooser)) not in choices:
+                known = " or ".join(filter(None, choices))
+                self.refuse(option, f"belongs to {self.shown(chooser)} {known}, not to {choice}")
 
     def has(self, option: str) -> bool:
-        """Tell an option that was given; "joint_names" stands for --joint-names."""
+        """True for an option that was given; "joint_names" stands for --joint-names."""
         value = getattr(self, option)
-        return value is not None and value is not False and value != ()
+        return value is not None and value is not False and value not in ("", ())
 
     def refuse(self, option: str, because: str) -> None:
         """Refuse an option that would have no effect."""
@@ -90,8 +99,7 @@ class Options:
         return key if SETTING in marks(cls.__init__.__annotations__[option]) else f"--{key}"
 
 
-@options(TERMINAL)
-class TerminalOptions(Options):
+class TerminalOptions(Options, group=TERMINAL):
     """Settings file, and how much is printed."""
 
     config: Annotated[str | None, Reads("options"), Parameter(metavar="TOML")] = None
@@ -105,17 +113,11 @@ class TerminalOptions(Options):
 
 @dataclass(frozen=True)
 class Call:
-    """A command line that was read.
+    """A command line that was read."""
 
-    Attributes:
-        words: as they were typed.
-        command: its name, "robot show".
-        arguments: every option, with the words that it was given.
-    """
-
-    words: tuple[str, ...]
-    command: str
-    arguments: Arguments
+    words: tuple[str, ...]  # as they were typed
+    command: str  # its name, "robot show"
+    arguments: Arguments  # every option, with the words that it was given
 
     def named(self, kind: type[Reads] | type[Writes]) -> Iterator[tuple[str, str, str]]:
         """Paths that options name: the option, what it names (its role, or "file" or "folder"), and the path."""
@@ -144,8 +146,11 @@ CALL: ContextVar[Call] = ContextVar("call")
 """The command line that runs."""
 
 
-def command(run: Callable[..., int]) -> Callable[..., int]:
-    """Give a command the options that all have, and check the files that it names before it is called."""
+def command(run: Callable[..., int | None]) -> Callable[..., int]:
+    """Give a command the options that all have, and check options and the files they name before it is called.
+
+    It gives an exit status where it has a verdict; else it has answered.
+    """
     given = inspect.signature(run, eval_str=True)
     terminal = inspect.Parameter("terminal", inspect.Parameter.KEYWORD_ONLY, annotation=TerminalOptions)
     parts = []
@@ -159,10 +164,12 @@ def command(run: Callable[..., int]) -> Callable[..., int]:
         if terminal.quiet and terminal.verbose:
             raise InputError("--quiet and the setting verbose: give one of them")
         check_paths(call)
-        read = [path for _, _, path in call.named(Reads)]
+        for part in options.values():
+            if isinstance(part, Options):
+                part.check()
         manner: Manner = "quiet" if terminal.quiet else "verbose" if terminal.verbose else "plain"
-        with keeping(read), speaking(manner, call.command):
-            return run(*arguments, **options)
+        with keeping([path for _, _, path in call.named(Reads)]), speaking(manner, call.command):
+            return run(*arguments, **options) or ANSWERED
 
     called.__doc__, called.__annotations__ = run.__doc__, {part.name: part.annotation for part in parts}
     vars(called)["__signature__"] = given.replace(parameters=parts)
@@ -170,12 +177,7 @@ def command(run: Callable[..., int]) -> Callable[..., int]:
 
 
 def application(calls: list[Call], words: Sequence[str]) -> App:
-    """All commands, each imported when it is called.
-
-    Args:
-        calls: the command line is added here when it has been read.
-        words: of the command line.
-    """
+    """All commands, each imported when it is called; ``calls`` gets the command line ``words`` when it was read."""
 
     def read(_: App, names: tuple[str, ...], arguments: Arguments) -> None:
         calls.append(Call(tuple(words), " ".join(names), arguments))
@@ -212,9 +214,8 @@ def application(calls: list[Call], words: Sequence[str]) -> App:
 def run(words: Sequence[str]) -> int:
     """Find the command of a command line and call it."""
     calls: list[Call] = []
-    app = application(calls, words)
     try:
-        called, bound, _ = app.parse_args(words, exit_on_error=False, print_error=False)
+        called, bound, _ = application(calls, words).parse_args(words, exit_on_error=False, print_error=False)
     except CycloptsError as error:
         name = " ".join(["dynident", *(error.command_chain or ())])
         # A misspelt option often is the one that seems to be missing.
@@ -242,17 +243,19 @@ def check_paths(call: Call) -> None:
     for name, kind, path in chain(call.named(Writes), _beside_report(call)):
         if (kind, path) == ("stream", "-"):
             continue
-        place, is_folder = place_of(path), kind == "folder"
-        if is_folder:
+        place = place_of(path)
+        if kind == "folder":
             possible = next(above for above in (place, *place.parents) if above.exists()).is_dir()
+            needed, rivals, own = "is not a folder, nor can one be made there: give another path", owners, folders
         else:
             possible = not place.is_dir() and place.parent.is_dir()
+            needed = "not a file in a folder that exists: make the folder, or give another path"
+            rivals, own = owners | folders, owners
         if not path or not possible:
-            raise InputError(f"{name} {path!r}: {_NEEDED[is_folder]}")
-        rivals = owners if is_folder else owners | folders
+            raise InputError(f"{name} {path!r}: {needed}")
         if place in rivals and not is_device(place):  # a pipe or a terminal may be named twice
             raise InputError(f"{name} {path!r}: {rivals[place]} names this file too: give another one")
-        (folders if is_folder else owners)[place] = name
+        own[place] = name
 
 
 def settings() -> Any:
@@ -299,12 +302,6 @@ def _text(error: CycloptsError) -> str:
         return f"{error.token.source}: there is no key {key}: {text}"
     if isinstance(error, UnknownOptionError):  # a setting is none that could be meant
         error.argument_collection = error.argument_collection.filter_by(show=True)
-    if isinstance(error, UnknownCommandError):
-        above = " ".join(error.command_chain or ())
-        names = [name.removeprefix(f"{above} ") for name in COMMANDS if name.rpartition(" ")[0] == above]
-        word = (error.unused_tokens or [""])[0]
-        close = get_close_matches(word, names, 1)
-        return f"there is no command {word!r}: " + (f"did you mean {close[0]}?" if close else ", ".join(names))
     if isinstance(error, CoercionError) and error.msg is not None and error.argument is not None:
         source = error.token.source if error.token else "cli"
         return f"{'' if source == 'cli' else f'{source}: '}{shown_name(error.argument)}: {error.msg}"

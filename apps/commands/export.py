@@ -15,8 +15,7 @@ from ...common.errors import InputError, one_line
 from ...common.files import write_text
 from .. import export
 from . import ANSWERED, DO_NOT_USE
-from .entry import SETTING, command, options
-from .options import Options
+from .entry import SETTING, Options, command
 from .values import NewFile, PayloadResultFile, number, word, words
 
 if TYPE_CHECKING:
@@ -27,10 +26,7 @@ _FARTHEST = 100.0  # m
 _Pose = Annotated[tuple[float, float, float, float, float, float], words(number, "X Y Z RX RY RZ")]
 
 
-@options()
 class _Export(Options):
-    """The format, and the frames and units that are asked for."""
-
     to: Annotated[Name, Parameter(metavar="NAME")]
     """The format."""
     out: NewFile | None = None

@@ -16,16 +16,16 @@ from ...common.files import checksum
 from ...common.progress import each
 from .. import fleet, report
 from . import ANSWERED, DO_NOT_USE
-from .entry import command, options
-from .options import GainOptions, Options, PageOptions, ProcessingOptions, ResultOptions, RobotOptions
+from .entry import Options, command
+from .options import GainOptions, PageOptions, ProcessingOptions, ResultOptions, RobotOptions
 from .progress import note, status
 from .values import LOG, Count, DataFile, NewFolder
 
+_Store = Annotated[str, Parameter(metavar="STORE", help="The --store of 'dynident fleet reduce'.")]
+_Logs = Annotated[tuple[DataFile, ...], Parameter(help="Recordings of one robot without payload.")]
 
-@options()
+
 class _Reduce(Options):
-    """Places of the logs, and processes that reduce them."""
-
     store: NewFolder
     """Folder of the reduced recordings."""
     pattern: Annotated[str, Parameter(metavar="PATH")] = ""
@@ -38,7 +38,7 @@ class _Reduce(Options):
 
 @command
 def run_reduce(
-    data: Annotated[tuple[str, ...], LOG],
+    data: Annotated[tuple[str, ...], LOG, Parameter(help="Logs without payload: files, folders, globs.")],
     *,
     arm: RobotOptions,
     request: _Reduce,
@@ -46,11 +46,7 @@ def run_reduce(
     processing: ProcessingOptions,
     files: ResultOptions,
 ) -> int:
-    """Run ``fleet reduce``.
-
-    Args:
-        data: Logs without payload: files, folders, globs.
-    """
+    """Run ``fleet reduce``."""
     setup = processing.setup(arm.load())
     entries = fleet.store.catalog(fleet.store.found_logs(data), request.pattern)
     gains = drives.errors(setup, [], [])
@@ -62,22 +58,13 @@ def run_reduce(
         reduced = fleet.reduce_fleet(entries, setup.robot, request.store, recipe, workers, told)
     if reduced.workers_lost:
         note(f"workers were lost {reduced.workers_lost} times and replaced: nothing is lost, nothing counts twice")
-    files.show(report.reduced_report(reduced))
-    files.write_json(lambda: reduced)
+    files.give(report.reduced_report(reduced), lambda: reduced, {})
     return ANSWERED if reduced.new or reduced.known else DO_NOT_USE
 
 
 @command
-def run_report(
-    store: Annotated[str, Parameter(metavar="STORE")],
-    *,
-    files: PageOptions,
-) -> int:
-    """Run ``fleet report``.
-
-    Args:
-        store: The --store of 'dynident fleet reduce'.
-    """
+def run_report(store: _Store, *, files: PageOptions) -> None:
+    """Run ``fleet report``."""
     opened = fleet.Store.opened(store)
     every = opened.logs()
     refused = {log.file: log.wrong for log in every if log.wrong}
@@ -93,18 +80,11 @@ def run_report(
     history = fleet.fleet_of(arms)
     shown = report.fleet_report(history, refused)
     files.give(shown, lambda: report.documents.fleet_document(history, refused), {"robot": history.arms[0].name})
-    return ANSWERED
 
 
 @command
-def run_compare(
-    data: tuple[DataFile, ...], *, arm: RobotOptions, processing: ProcessingOptions, files: ResultOptions
-) -> int:
-    """Run ``compare``.
-
-    Args:
-        data: Recordings of one robot without payload.
-    """
+def run_compare(data: _Logs, *, arm: RobotOptions, processing: ProcessingOptions, files: ResultOptions) -> None:
+    """Run ``compare``."""
     if len(data) < 2:
         raise InputError("one recording: give two or more to compare")
     first = dict[str, str]()
@@ -119,6 +99,4 @@ def run_compare(
             for path in each(data, "identifying {}".format, progress)
         ]
     compared = fleet.compared(data, results)
-    files.show(report.compared_report(compared))
-    files.write_json(lambda: compared)
-    return ANSWERED
+    files.give(report.compared_report(compared), lambda: compared, {})

@@ -11,25 +11,15 @@ from ... import estimation
 from ...common.errors import InputError
 from .. import report
 from . import answered
-from .entry import LOGS, SETTING, command, options
-from .options import Options, PageOptions, ProcessingOptions, RobotOptions
+from .entry import SETTING, Options, command
+from .options import PageOptions, ProcessingOptions, RobotOptions
 from .progress import status
-from .values import DataFile, FrictionTerms, LoadedFile, PayloadFile, checked, texts, with_sigma, word
+from .values import DataFile, FrictionTerms, LoadedFile, PayloadFile, whole_numbers, with_sigma, word
 
 _Masses = Annotated[tuple[tuple[float, ...], float | None], word(with_sigma, "KG[,KG..][+-KG]")]
 
 
-def _whole_list(text: str) -> tuple[int, ...]:
-    """Whole numbers separated by commas."""
-    parts = texts(text)
-    good = all(part.isdecimal() and len(part) < 9 for part in parts)
-    return tuple(map(int, checked(parts, good, text, "a list of whole numbers such as 1,2,2")))
-
-
-@options()
 class _Known(Options):
-    """Recordings, and the payload that is known."""
-
     unloaded: tuple[DataFile, ...]
     """Currents without payload; repeatable."""
     loaded: tuple[LoadedFile, ...]
@@ -40,7 +30,7 @@ class _Known(Options):
     """Mass, com, inertia_com as far as they are known, instead of --mass."""
     friction: Annotated[FrictionTerms | None, SETTING] = None
     """The robot's friction: paper, or a list as of 'dynident identify' (default: as the robot's file)."""
-    mounting: Annotated[tuple[int, ...], word(_whole_list, "N1,N2,..")] = ()
+    mounting: Annotated[tuple[int, ...], word(whole_numbers, "N1,N2,..")] = ()
     """One number for each --loaded: equal ones share a centre of mass (default: all one)."""
 
     def load(self) -> estimation.KnownLoad | list[estimation.KnownLoad]:
@@ -69,7 +59,6 @@ class _Known(Options):
         return [estimation.known_mass(mass, sigma) for mass in masses.values()]
 
 
-@options(LOGS)
 class _Processing(ProcessingOptions):
     """Processing without the gains that are asked for."""
 

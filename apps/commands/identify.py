@@ -1,46 +1,53 @@
-"""``dynident identify``: the robot's own parameters."""
+"""``dynident identify`` and ``rollout``: the robot's own parameters, and the motion that they predict."""
 
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
 
 from cyclopts import Group, Parameter
 
 from ... import estimation, model
 from ...common.errors import InputError
-from .. import report, rollout
-from . import answered
-from .entry import SETTING, command, options
-from .options import EquationOptions, GainOptions, Options, ProcessingOptions, RobotOptions
+from .. import report, results, rollout
+from . import answered, options, values
+from .entry import SETTING, Options, command
 from .progress import note, status
-from .values import DataFile, Essential, FrictionTerms, HeldOutFile, number, word, words
+from .values import HeldOutFile, Reads, different, number, numbers, where, word, words
 
 if TYPE_CHECKING:
     from ...estimation.possible.prior import RobotPrior
 
-_GAUGES = {"prior_mass": ("prior",), "prior_budget": ("prior",), "total_mass": ("base", "prior")}
-"""Options, and with which choices of ``--constrained`` they count."""
 _CLOSE = (
     "where the data contradict every robot, chi2 falls for ever as links grow: --total-mass 0 KG (KG: at most the "
     "whole arm's mass) bounds them; a longer recording that moves every joint is better"
 )
 """Advice where no finite robot is nearest."""
+_Model = Annotated[str, Reads("other model"), Parameter(metavar="F.xml")]
+_seconds = where(
+    numbers,
+    lambda times: min(times) > 0.0 and different(times),
+    "a list of different times in seconds such as 0.1,0.5,1",
+)
 _POSSIBLE = Parameter(group=Group("a robot that can exist", "Beside the free estimate."))
 
 
-@options()
 class _Identify(Options):
-    """Recordings, and which robot that can exist is asked for beside the free estimate."""
+    needs: ClassVar = {"rollout": ("validate",)}  # it predicts recordings that were not fitted
+    belongs: ClassVar = {
+        "prior_mass": ("constrained", ("prior", None)),
+        "prior_budget": ("constrained", ("prior", None)),
+        "total_mass": ("constrained", ("base", "prior", None)),
+    }
 
-    data: tuple[DataFile, ...]
+    data: tuple[values.DataFile, ...]
     """Recording without payload; repeatable: several are recordings of one identification."""
     validate: tuple[HeldOutFile, ...] = ()
     """Another one, held out; repeatable."""
-    essential: Annotated[Essential | None, SETTING] = None
+    essential: Annotated[values.Essential | None, SETTING] = None
     """Eliminate parameters until the error's standard deviation has grown by this ratio (default: 1.02), or until
     all relative standard deviations are within a percentage such as 10%."""
-    friction: FrictionTerms | None = None
+    friction: values.FrictionTerms | None = None
     """auto: load and root friction of the joints that show it (default); paper: Coulomb and viscous alone; or a
     list of FS, FV, FL, FR, FB@SPEED, FA, of all joints or of one (FL2)."""
     rollout: bool = False
@@ -54,14 +61,6 @@ class _Identify(Options):
     """Rise of chi2 that the prior may cost (default: 1)."""
     total_mass: Annotated[tuple[float, float] | None, words(number, "LOW HIGH"), _POSSIBLE] = None
     """Bounds of the mass of all links [kg]."""
-
-    def check(self) -> None:
-        """Refuse options that would have no effect."""
-        if self.rollout and not self.validate:
-            raise InputError("--rollout predicts recordings that were not fitted: give some by --validate")
-        for name, gauges in _GAUGES.items():
-            if self.constrained not in (None, *gauges):
-                self.refuse(name, f"belongs to --constrained {' or '.join(gauges)}, not {self.constrained}")
 
     def possible(self, result: estimation.Identification) -> estimation.PossibleRobot | None:
         """The robot that can exist, as asked for."""
@@ -109,15 +108,14 @@ class _Identify(Options):
 @command
 def run(
     *,
-    arm: RobotOptions,
+    arm: options.RobotOptions,
     request: _Identify,
-    drives: GainOptions,
-    processing: ProcessingOptions,
-    files: EquationOptions,
+    drives: options.GainOptions,
+    processing: options.ProcessingOptions,
+    files: options.EquationOptions,
 ) -> int:
-    """Run it."""
+    """Run ``identify``."""
     setup = processing.setup(arm.load())
-    request.check()
     recordings, held_out = setup.read(request.data), setup.read(request.validate)
     gains = drives.errors(setup, [], recordings)
     rollouts: tuple[rollout.Rollout, ...] = ()
@@ -127,10 +125,50 @@ def run(
         result = estimation.identify(setup.robot, recordings, settings, held_out, gains)
         possible = request.possible(result)
         if request.rollout:
-            values = possible.values if possible is not None else result.estimate.values
-            rollouts = rollout.roll_out_all(result.robot, values, held_out, settings)
+            parameters = possible.values if possible is not None else result.estimate.values
+            rollouts = rollout.roll_out_all(result.robot, parameters, held_out, settings)
     told = estimation.robot_result(result, possible, tuple(map(report.documents.rollout_document, rollouts)))
     shown = report.robot_report(told, rollouts, files.document)
     files.give(shown, lambda: told, setup.in_words())
     files.write_equations(lambda: estimation.identification_system(result, recordings, setup.processing))
     return answered(result.verdict.level)
+
+
+class _Rollout(Options):
+    robot_parameters: values.RobotParametersFile
+    """The --json of 'dynident identify'."""
+    data: tuple[HeldOutFile, ...]
+    """Recording without payload that was not fitted; repeatable."""
+    against: tuple[_Model, ...] = ()
+    """Another model of the arm, MJCF or URDF, moved by MuJoCo; repeatable."""
+    horizons: Annotated[tuple[float, ...] | None, word(_seconds, "S1,S2,..")] = None
+    """Times after the start [s] (default: 0.1,0.5,1,2)."""
+
+
+@command
+def run_rollout(
+    *, arm: options.RobotOptions, request: _Rollout, processing: options.FilterOptions, files: options.PageOptions
+) -> None:
+    """Run ``rollout``."""
+    stored = results.read_stored_robot(request.robot_parameters)
+    setup = processing.setup(arm.load(), stored)
+    recordings = setup.read(request.data)
+    models: dict[str, rollout.Arm] = {}
+    for path in request.against:
+        arm_model = rollout.MujocoArm(path, setup.robot)
+        if arm_model.name in models:
+            raise InputError(f"{path}: two models are called {arm_model.name}: rename a file")
+        models[arm_model.name] = arm_model
+    with status("reading") as progress:
+        rollouts = rollout.roll_out_all(
+            setup.robot,
+            stored.possible_values,
+            recordings,
+            estimation.Settings(setup.processing, progress=progress),
+            request.horizons or rollout.HORIZONS,
+            models,
+        )
+    shown = report.rollout_report(rollouts, setup.robot.title or setup.robot.name)
+    documents = report.documents
+    told = tuple(map(documents.rollout_document, rollouts))
+    files.give(shown, lambda: documents.RolloutsDocument(setup.robot.name, told), setup.in_words())

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, ClassVar
 
 import numpy as np
 
@@ -15,17 +15,17 @@ from ...common.errors import InputError
 from ...common.files import write_text
 from .. import export, report
 from .. import view as views
-from . import ANSWERED
-from .entry import FILES, MOTION, SETTING, about, command, options
-from .motion import FIGURE_RATE, MotionFiles, best_motion
-from .options import Options, RehearsedRobotOptions
-from .options.motions import Limited, LimitOptions, NoiseOptions, in_si
+from . import values
+from .entry import MOTION, SETTING, Options, about, command
+from .motions import FIGURE_RATE, Limited, LimitOptions, MotionFiles, NoiseOptions, best_motion, in_si
+from .options import RehearsedRobotOptions
 from .progress import note, status
-from .values import Count, Joints, NewFile, Positions, Seconds, Seed, Weighed, numbers, numbers_or, word
+from .values import NewFile, numbers, numbers_or, word
 
 if TYPE_CHECKING:
-    from .options.motions import PayloadBounds
+    from .motions import PayloadBounds
 
+_Pose = Annotated[tuple[float, ...] | str, word(partial(numbers_or, "auto"), "auto|Q1,Q2,..")]
 _RANGE, _MASS = 30.0, 3.0  # deg, kg
 
 _NOISE = 0.007
@@ -34,40 +34,33 @@ _NOISE_RATE, _PAPER_RATE = 10.0, 250.0  # Hz
 _LEFT = 1.25  # of the mass expected: what runs of the ladder leave possible, and the motion bears at full speed
 
 
-@options(MOTION)
-class NearOptions(Options):
+class NearOptions(Options, group=MOTION):
     """Pose, moving joints, ranges and time, and knowledge of the payload."""
 
-    pose: Positions
+    pose: values.Positions
     """Pose of the arm [deg or m]."""
-    second_pose: Annotated[tuple[float, ...] | str | None, word(partial(numbers_or, "auto"), "auto|Q1,Q2,..")] = (
-        None
-    )
+    second_pose: _Pose | None = None
     """Do it again at another wrist pose, outside the range: one that helps, or this one."""
-    joints: Joints
+    joints: values.Joints
     """Joints that move, such as 2,3,5,6."""
     range: Annotated[tuple[float, ...] | None, word(numbers, "R|R1,R2,..")] = None
     """To either side [deg or m] (default: 30)."""
-    duration: Seconds = 30.0
+    duration: values.Seconds = 30.0
     """Time of the motion [s] (default: 30)."""
-    mass: Weighed | None = None
+    mass: values.Weighed | None = None
     """About its mass (default: 3); weighed, with the scale's standard deviation: 2.5+-0.01."""
     ladder: bool = False
     """A motion for 1.25 times the mass expected, and slower runs before it that bound the payload."""
-    seed: Seed = 0
+    seed: values.Seed = 0
     """Seed of the random starts (default: 0)."""
-    starts: Annotated[Count, SETTING] = 1
+    starts: Annotated[values.Count, SETTING] = 1
     """Random starts of the search (default: 1)."""
 
-    def check(self, robot: model.Robot) -> None:
-        """Refuse what does not go together."""
+    def check(self) -> None:
+        """Refuse more than one mass."""
+        super().check()
         if self.mass is not None and len(self.mass[0]) > 1:
             raise InputError("--mass: give one mass, with its standard deviation where it was weighed: 2.5+-0.01")
-        if max(self.joints) > robot.n:
-            raise InputError(
-                f"--joints {max(self.joints)}: robot {robot.name!r} has {robot.n} joints: number them "
-                f"from 1, at the base, to {robot.n}"
-            )
 
     def bounded_by(self, payload: PayloadBounds | None) -> NearOptions:
         """These options with an expected mass no heavier than every payload within bounds."""
@@ -82,7 +75,12 @@ class NearOptions(Options):
 
     def ranges(self, robot: model.Robot) -> Array:
         """A range for each moving joint [rad or m]."""
-        ranges, joints = self.range or (_RANGE,), self.joints
+        joints, ranges = self.joints, self.range or (_RANGE,)
+        if max(joints) > robot.n:
+            raise InputError(
+                f"--joints {max(joints)}: robot {robot.name!r} has {robot.n} joints: number them from 1, at the "
+                f"base, to {robot.n}"
+            )
         if len(ranges) not in (1, len(joints)):
             raise InputError(
                 f"--range has {len(ranges)} numbers for {len(joints)} joints: give one, or one for each"
@@ -107,27 +105,28 @@ class NearOptions(Options):
         return model.InertialParameters.from_com(mass, [0.0, 0.0, 0.1], 0.003 * mass * np.eye(3))
 
 
-@options(FILES)
 class NearFiles(MotionFiles):
     """Formats of the motion, and the file of its rehearsal."""
+
+    needs: ClassVar = {**MotionFiles.needs, "sample_rate": ("samples", "ros2", "rehearsal")}
 
     rehearsal: Annotated[NewFile | None, SETTING] = None
     """File of the same way once at a tenth of the speed; F_1.csv, .. with --ladder (default: beside --samples)."""
 
-    def write_all(self, result: report.NearResult, written: export.WrittenMotion) -> None:
-        """Write the motion, its rehearsal and the JSON."""
-        self.write(written)
+    def write_rehearsals(self, result: report.NearResult, written: export.WrittenMotion) -> None:
+        """Write slower runs of the motion: the rehearsal, or those of the ladder."""
+        if not (self.rehearsal or self.samples):
+            return
         beside = Path(self.samples or "none")
         path = Path(self.rehearsal or beside.with_name(f"{beside.stem}_rehearsal{beside.suffix}"))
-        speeds = [trajectories.REHEARSAL]
+        speeds = {path: trajectories.REHEARSAL}
         if result.ladder:
-            speeds = [rung.speed for rung in result.ladder if rung.speed < 1.0]
-        for k, speed in enumerate(speeds if self.rehearsal or self.samples else (), 1):
+            rungs = enumerate((rung.speed for rung in result.ladder if rung.speed < 1.0), 1)
+            speeds = {path.with_name(f"{path.stem}_{k}{path.suffix}"): speed for k, speed in rungs}
+        for name, speed in speeds.items():
             head = report.near_head(result, speed)
             slow = replace(written, plan=result.motion.slowed(speed), head=head, rate=self.rate)
-            name = path.with_name(f"{path.stem}_{k}{path.suffix}") if result.ladder else path
             write_text(name, export.motions.FORMATS["csv"].text(slow))
-        self.write_json(lambda: report.documents.near_document(result))
 
 
 @command
@@ -138,14 +137,12 @@ def run(
     noise: NoiseOptions,
     limits: LimitOptions,
     files: NearFiles,
-) -> int:
+) -> None:
     """Visibility first, then the design."""
     robot = arm.load()
-    options.check(robot)
-    files.check(robot, "rehearsal")
-    files.check_view()
+    files.check_robot(robot)
     limited = limits.of(robot)
-    robot, bounds, payload = limited.robot, limited.bounds, limited.payload
+    robot, bounds, payload = limited.robot, limited.bounds, limited.loads.heaviest
     options = options.bounded_by(payload)
     goal = trajectories.NearGoal(*_noise(noise, robot, bounds), options.expected, options.sigma)
     shape, hint = _shape(options, robot, goal, bounds)
@@ -156,22 +153,18 @@ def run(
         files.show(report.Report("", [report.visibility_table(visibility)]))
         raise
     loads = _loads(limited, options)
-    kept = replace(bounds, torque=np.full(robot.n, np.inf)) if loads is None else bounds
-    problem = trajectories.build_design(robot, shape, goal, bounds=kept, loads=loads, scene=limited.scene)
+    if loads is None:  # torques cannot be computed
+        limited = limited._replace(bounds=replace(bounds, torque=np.full(robot.n, np.inf)))
+    problem = limited.problem(shape, goal, loads)
     trajectories.check_held(problem, shape.poses)
     design = best_motion(problem, options.seed, options.starts)
-
-    def bearing(payloads: trajectories.PayloadSet) -> trajectories.DesignProblem:
-        heavier = limited.loads(payloads)
-        return trajectories.build_design(robot, shape, goal, bounds=kept, loads=heavier, scene=limited.scene)
-
     ladder: tuple[trajectories.Rung, ...] = ()
     if options.ladder:
         assert isinstance(design.plan, trajectories.NearMotion)
         assert isinstance(payload, trajectories.PayloadSet)
         with status("looking for the speeds of the ladder"):
             ladder = trajectories.speed_ladder(
-                bearing,
+                lambda payloads: limited.problem(shape, goal, replace(limited.loads, heaviest=payloads)),
                 payload,
                 design.plan,
                 options.expected.mass,
@@ -180,14 +173,13 @@ def run(
     result = report.NearResult(design, shape, visibility, goal.predicted(robot, design.plan, shape.joints), ladder)
     hints = [report.second_pose_note(shape.poses[0], hint)] if hint is not None else []
     samples = design.motion(FIGURE_RATE)
-    shown = report.near_report(result, options.expected, hints, samples)
     written = export.WrittenMotion(robot, result.motion, bounds, report.near_head(result, 1.0))
     files.check_replays(limits.whole(design.problem), written)
-    files.show(shown)
-    files.write_all(result, written)
-    files.write_page(shown, {})
+    shown = report.near_report(result, options.expected, hints, samples)
+    files.give(shown, lambda: report.documents.near_document(result), {})
+    files.write(written)
+    files.write_rehearsals(result, written)
     files.write_view(lambda: views.view_of(robot, samples, problem=design.problem))
-    return ANSWERED
 
 
 def _shape(
@@ -238,14 +230,14 @@ def _noise(options: NoiseOptions, robot: model.Robot, bounds: trajectories.Joint
 
 def _loads(limited: Limited, options: NearOptions) -> trajectories.Loads | None:
     """Loads for torque limits; None where limits or parameters are not known."""
-    payload = limited.payload
+    payload = limited.loads.heaviest
     if options.ladder:
         if not isinstance(payload, trajectories.PayloadSet):
             raise InputError("--ladder needs --heaviest-payload and --within: what the first run must bear")
         payload = payload.lighter(_LEFT * options.expected.mass)
-    if (limited.values or limited.robot.parameters) and np.isfinite(limited.bounds.torque).any():
-        return limited.loads(payload or options.expected)
-    if payload is not None or limited.margin is not None:
+    if limited.loads.parameters and limited.has_torque_limits:
+        return replace(limited.loads, heaviest=payload or options.expected)
+    if payload is not None or limited.loads.margin > 0.0:
         option = "--heaviest-payload" if payload is not None else "torque-margin"
         raise InputError(
             f"{option} counts in torque limits: give --torque-limits, and --robot-parameters or --arm-mass"

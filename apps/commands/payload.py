@@ -1,54 +1,35 @@
-"""``dynident payload``: a payload from recordings with and without it."""
+"""``dynident payload``, ``weigh`` and ``verify``: a payload from recordings, and its effect in the controller."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
-from typing import Annotated
+from typing import Annotated, ClassVar
+
+from cyclopts import Parameter
 
 from ... import estimation
 from ...common.errors import InputError
 from .. import report, results
 from .. import view as views
-from . import answered
-from .entry import FILES, SETTING, command, options
-from .options import (
-    EquationOptions,
-    FramedRobotOptions,
-    GainOptions,
-    KnowledgeOptions,
-    Options,
-    PairOptions,
-    ViewOptions,
-)
+from ..logs.following import following_change, read_following
+from . import ANSWERED, DO_NOT_USE, answered, options, values
+from .entry import SETTING, Options, command
 from .progress import note, status
-from .values import (
-    DataFile,
-    Essential,
-    FrictionTerms,
-    HeldOutFile,
-    LoadedFile,
-    RobotParametersFile,
-    Share,
-    method,
-    word,
-)
+from .values import LOG, Reads, Share, word
 
 
-@options()
-class ComparedOptions(Options):
-    """Recordings with a payload, and what they are compared with."""
-
+class _Compared(Options):
     friction_change: Share | None = None
     """Methods 3, 4 and --robot-parameters: by how much friction under load may differ from the robot's own, 1
     sigma, 0 for not at all (default: 10%)."""
-    unloaded: tuple[DataFile, ...] = ()
+    unloaded: tuple[values.DataFile, ...] = ()
     """Recording without payload; repeatable: several are recordings of one robot."""
-    loaded: tuple[LoadedFile, ...]
+    loaded: tuple[values.LoadedFile, ...]
     """Recording with payload; repeatable, in the order they were made: several are of one payload, paired with
     those without it in this order (weigh, method 3)."""
-    robot_parameters: RobotParametersFile | None = None
+    robot_parameters: values.RobotParametersFile | None = None
     """The --json of 'dynident identify' (method 1; weigh: instead of --unloaded)."""
 
     @property
@@ -58,6 +39,7 @@ class ComparedOptions(Options):
 
     def check(self) -> None:
         """Refuse recordings with a payload that nothing stands beside."""
+        super().check()
         if not self.unloaded and not self.robot_parameters:
             raise InputError(
                 "give --unloaded recordings or --robot-parameters: without either nothing can be compared"
@@ -68,22 +50,25 @@ class ComparedOptions(Options):
         return results.read_stored_robot(self.robot_parameters) if self.robot_parameters else None
 
 
-@options()
-class _Payload(ComparedOptions):
-    """Recordings, and by which methods they are answered."""
+class _Payload(_Compared):
+    belongs: ClassVar = {
+        "free_friction": ("method", ("1", "all")),
+        "essential": ("method", ("4", "all")),
+        "scale_sigma": ("method", ("1", "4", "all")),
+    }
 
-    validate: tuple[HeldOutFile, ...] = ()
+    validate: tuple[values.HeldOutFile, ...] = ()
     """Another one without payload, held out; repeatable."""
-    method: Annotated[str, word(method, "NAME")] = "all"
+    method: Annotated[str, word(values.method, "NAME")] = "all"
     """known-robot (1), change (2), difference (3), global (4) or all (default); see docs/theory.md."""
-    friction: FrictionTerms | None = None
+    friction: values.FrictionTerms | None = None
     """The robot's friction, as of 'dynident identify'; with --robot-parameters theirs."""
     free_friction: Annotated[bool, SETTING] = False
     """Method 1: estimate friction anew under load."""
     scale_sigma: Share | None = None
     """Methods 1 and 4: by how much the scale of the loaded torques may differ from that without payload, 1 sigma
     (default: not at all)."""
-    essential: Annotated[Essential | None, SETTING] = None
+    essential: Annotated[values.Essential | None, SETTING] = None
     """Method 4: eliminate parameters until the error's standard deviation has grown by this ratio (default: 1.02),
     or until all relative standard deviations are within a percentage such as 10%."""
 
@@ -92,44 +77,30 @@ class _Payload(ComparedOptions):
         super().check()
         if self.robot_parameters:
             self.refuse("friction", "belongs to recordings without payload: the stored robot has its own")
-        if self.method not in ("1", "all"):
-            self.refuse("free_friction", "belongs to method 1, which is not among the methods asked for")
-        if self.method not in ("4", "all"):
-            self.refuse("essential", "belongs to method 4, which is not asked for")
-        if self.method in ("1", "2") and not self.robot_parameters:
-            self.refuse(
-                "friction_change", "belongs to methods 3 and 4 and to --robot-parameters: none is asked for"
-            )
-        if self.method in ("2", "3"):
-            self.refuse("scale_sigma", "belongs to methods 1 and 4: neither is asked for")
+        elif self.method in ("1", "2"):
+            self.refuse("friction_change", "belongs to methods 3, 4 and to --robot-parameters: none is asked for")
 
 
-@options(FILES)
-class _Files(EquationOptions, ViewOptions):
+class _Files(options.EquationOptions, options.ViewOptions):
     """The result in all forms."""
 
 
 @command
 def run(
     *,
-    arm: FramedRobotOptions,
+    arm: options.FramedRobotOptions,
     request: _Payload,
-    knowledge: KnowledgeOptions,
-    drives: GainOptions,
-    processing: PairOptions,
+    knowledge: options.KnowledgeOptions,
+    drives: options.GainOptions,
+    processing: options.PairOptions,
     files: _Files,
 ) -> int:
-    """Run it."""
-    files.check_view()
-    request.check()
-    constraints = knowledge.constraints()
-    stored = request.stored()
+    """Run ``payload``."""
+    constraints, stored = knowledge.constraints(), request.stored()
     setup = processing.setup(arm.load(), stored)
-    unloaded, loaded, held_out = (
-        setup.read(paths) for paths in (request.unloaded, request.loaded, request.validate)
-    )
+    unloaded, loaded, held_out = map(setup.read, (request.unloaded, request.loaded, request.validate))
     gains = drives.errors(setup, loaded, unloaded, stored)
-    with status("reading") as progress, constraints_solved():
+    with status("reading") as progress, _constraints_solved():
         settings = estimation.Settings(
             setup.processing,
             essential=request.essential,
@@ -156,10 +127,83 @@ def run(
     return answered(answer.verdict.level)
 
 
+class _Weigh(_Compared):
+    needs: ClassVar = {"friction_change": ("robot_parameters",)}  # a difference of torques frees friction
+
+    moving: values.Joints | None = None
+    """Joints that move; seen by default."""
+    inertia: Annotated[str | None, Parameter(metavar="box:AxBxC|cylinder:DxL")] = None
+    """Assume this body's inertia if none is measured [mm]."""
+
+
+@command
+def run_weigh(
+    *,
+    arm: options.RobotOptions,
+    request: _Weigh,
+    knowledge: options.KnowledgeOptions,
+    drives: options.GainOptions,
+    processing: options.PairOptions,
+    files: options.ViewedPageOptions,
+) -> int:
+    """Run ``weigh``."""
+    constraints, stored = knowledge.constraints(), request.stored()
+    stand_in = estimation.StandIn.parse(request.inertia) if request.inertia is not None else None
+    setup = processing.setup(arm.load(), stored)
+    robot = setup.robot
+    loaded, unloaded = setup.read(request.loaded), setup.read(request.unloaded)
+    gains = drives.errors(setup, loaded, unloaded, stored)
+    with status("reading") as progress, _constraints_solved():
+        settings = estimation.Settings(
+            setup.processing, friction_change=request.change, joints=request.moving, gains=gains, progress=progress
+        )
+        known = stored.estimate if stored else None
+        answer: estimation.PayloadAnswer = estimation.weigh(
+            robot, loaded, unloaded, known, constraints, settings
+        ).working
+        if stand_in is not None:
+            answer = answer.assuming(stand_in)
+
+    spare = "--inertia is not needed: the inertia was measured well enough."
+    measured = stand_in is not None and answer.stand_in is None
+    shown = report.payload_report(answer.result, files.document, [spare] if measured else [])
+    files.show(shown)
+    files.write_json(lambda: answer.result)
+    if files.plots and not shown.drawings():
+        raise InputError("plots: no joints see the mass, there is nothing to draw")
+    files.write_page(shown, setup.in_words())
+    files.write_view(lambda: views.view_of_answer(robot, loaded[0], answer.result))
+    return answered(answer.verdict.level)
+
+
 @contextmanager
-def constraints_solved() -> Iterator[None]:
+def _constraints_solved() -> Iterator[None]:
     """Constraints that leave no body are the user's to mend."""
     try:
         yield
     except estimation.SolverError as error:
         raise InputError(str(error)) from None
+
+
+@command
+def run_verify(
+    *,
+    arm: options.ArmOptions,
+    before: Annotated[str, Reads("before"), LOG],
+    after: Annotated[str, Reads("after"), LOG],
+    logs: options.LogOptions,
+    files: options.PageOptions,
+) -> int:
+    """Run ``verify``.
+
+    Args:
+        before: Before the new number: one motion, with columns qref1.. (commanded positions) or tauref1.. (torque
+            predicted, N·m), or what --log-map names.
+        after: That motion again, with the new number.
+    """
+    robot, how = arm.load(), logs.how()
+    gains, _ = logs.gains(robot)
+    old, new = (read_following(path, robot, gains, how) for path in (before, after))
+    change = following_change(old, new, robot.processing.still_speed)
+    files.give(report.following_report(change, robot), lambda: change, {})
+    return DO_NOT_USE if change.tells and change.total.clear == "rose" else ANSWERED

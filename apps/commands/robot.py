@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import math
 import sys
-from typing import Annotated, Literal
+from dataclasses import fields, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
 
 import numpy as np
 from cyclopts import Parameter
@@ -14,55 +17,230 @@ from ...common.files import write_text
 from ...common.schema import present
 from .. import export, logs, report, results
 from .. import view as views
-from . import ANSWERED, DO_NOT_USE
-from .entry import command, options
-from .options import FilterOptions, FramedRobotOptions, Options, PageOptions, RobotOptions, ViewOptions, print_lines
-from .options.motions import in_si
-from .progress import quiet, status
-from .robot_new import check_drawing, draw
-from .values import DataFile, NewFile, NewFolder, Positions, Reads, RobotParametersFile
+from . import ANSWERED, DO_NOT_USE, values
+from .entry import SETTING, Options, about, command
+from .motions import in_si
+from .options import FilterOptions, FramedRobotOptions, PageOptions, RobotOptions, ViewOptions, print_lines
+from .progress import note, quiet, status
+from .values import NewFile, Positions, Reads, checked, number, numbers, positive_number, texts, word, words
 
-_INTO = ("mjcf", "urdf")
-"""Formats whose files can get the numbers."""
+if TYPE_CHECKING:
+    from ...model import JointAxis, Pose
+else:  # --help names options without importing what they become
+    JointAxis = Pose = object
+
+_AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
+_FORMATS = (".png", ".svg", ".pdf")
+TEMPLATE = Path(__file__).with_name("robot_template.toml")
+"""A description that loads as it stands, with every key that a robot's file may have."""
+
+_Logs = Annotated[tuple[values.DataFile, ...], Parameter(help="Recording without payload.")]
+_Function = Annotated[str, Parameter(metavar="NAME", help="Such as base_regressor.")]
 
 
-def run_list() -> int:
+def run_list() -> None:
     """Run ``robot list``: names and titles."""
     for name in model.robot_names():
         print(f"{name:14s}{model.load_robot(name).title}")
-    return ANSWERED
 
 
 @command
 def run_show(
     *,
     arm: FramedRobotOptions,
-    at: Positions | None = None,
-    drawing: NewFile | None = None,
+    at: Annotated[Positions | None, Parameter(help="Positions to draw [deg or m] (default: 0).")] = None,
+    drawing: Annotated[NewFile | None, Parameter(help="Write a stick figure: .png, .svg or .pdf.")] = None,
     view: ViewOptions,
-) -> int:
-    """Run ``robot show``.
-
-    Args:
-        at: Positions to draw [deg or m] (default: 0).
-        drawing: Write a stick figure: .png, .svg or .pdf.
-    """
-    view.check_view()
+) -> None:
+    """Run ``robot show``."""
     check_drawing(drawing)
     robot = arm.load()
     at = at or (0.0,) * robot.n
-    if len(at) != robot.n:
-        raise InputError(f"--at has {len(at)} numbers, {robot.name} has {robot.n} joints: give one per joint")
+    with about("--at"):
+        q = in_si(at, robot)[None]
     report.print_blocks(report.robot_description(model.stand_in.rehearsed(robot)))
     if drawing:
         draw(robot, drawing, at)
-    q = in_si(at, robot)[None]
     still = model.Motion(np.zeros(1), q, np.zeros_like(q), np.zeros_like(q))
     view.write_view(lambda: views.view_of(robot, still))
-    return ANSWERED
 
 
-@options()
+def _direction(text: str) -> tuple[float, float, float]:
+    """Components of "x", "-y", .. or "a:b:c"."""
+    if (plain := text.lstrip("+-")) in _AXES:
+        sign = -1.0 if text.startswith("-") else 1.0
+        x, y, z = (sign * component + 0.0 for component in _AXES[plain])
+    else:
+        checked(text, text.count(":") == 2, text, "a direction: x, -y, .. or a:b:c")
+        x, y, z = numbers(text.replace(":", ","), 3)
+    return x, y, z
+
+
+def joint_axis(text: str) -> model.JointAxis:
+    """A joint by its axis: a direction and a point on it [m], and "slide" where it slides."""
+    try:
+        parts = list(texts(text))
+        slides = parts[-1] == "slide"
+        direction, *point = parts[:-1] if slides else parts
+        x, y, z = numbers(",".join(point), 3)
+        return model.JointAxis("prismatic" if slides else "revolute", _direction(direction), (x, y, z))
+    except ValueError as error:
+        raise ValueError(f"{text!r} is not AXIS,X,Y,Z[,slide]: {error}") from None
+
+
+def flange(text: str) -> model.Pose:
+    """The flange by its origin [m], the direction out of it, and its x axis."""
+    try:
+        *origin, out, side = checked(texts(text), text.count(",") == 4, text, "X,Y,Z,ZAXIS,XAXIS")
+        along, across = (np.array(_direction(part)) for part in (out, side))
+        along, across = along / np.linalg.norm(along), across / np.linalg.norm(across)
+        turned = np.column_stack([across, np.cross(along, across), along])
+        return model.Pose.of(turned, np.array(numbers(",".join(origin), 3)))
+    except ValueError as error:
+        raise ValueError(
+            f"{text!r}: X,Y,Z,ZAXIS,XAXIS with two directions at right angles is needed ({error})"
+        ) from None
+
+
+def joint_limits(text: str) -> tuple[tuple[float, ...], ...]:
+    """Limits of each joint, LOW:HIGH[:SPEED[:ACCELERATION[:TORQUE]]]; those left empty or out are infinite."""
+    joints = []
+    for part in texts(text):
+        ends = part.split(":")
+        words = "LOW:HIGH[:SPEED[:ACCELERATION[:TORQUE]]], such as -170:170:220::300"
+        checked(ends, 2 <= len(ends) <= 5, part, words)
+        low, high, *rest = [*ends, "", "", ""][:5]
+        bounds = (number(low) if low else -math.inf, number(high) if high else math.inf)
+        joints.append((*bounds, *(positive_number(bound) if bound else math.inf for bound in rest)))
+    return tuple(joints)
+
+
+_LIMITS = "LOW:HIGH[:SPEED[:ACCELERATION[:TORQUE]]],.."
+
+
+class _Sheet(Options):
+    template: bool = False
+    """A file to fill in: every key with an example (default: to standard output)."""
+    name: str | None = None
+    """Short name."""
+    joint: Annotated[tuple[JointAxis, ...], words(joint_axis, "AXIS,X,Y,Z[,slide]")] = ()
+    """x, -y, .. or a:b:c, and a point [m]; one option per joint."""
+    flange: Annotated[Pose | None, word(flange, "X,Y,Z,ZAXIS,XAXIS")] = None
+    """Origin [m], direction out of it, its x axis."""
+    drawn_at: Annotated[Positions | None, SETTING] = None
+    """Joint positions of that pose [deg or m]."""
+    limits: Annotated[tuple[tuple[float, ...], ...] | None, word(joint_limits, _LIMITS)] = None
+    """One part a joint, as far as they are known [deg or m, per s, N·m or N]: -170:170:220::300."""
+    rated_payload: Annotated[float | None, word(number, "KG")] = None
+    """Rated payload by the data sheet."""
+    mass: Annotated[float | None, word(number, "KG")] = None
+    """Mass of the whole arm, its base with it, if known."""
+    out: Annotated[NewFile | None, Parameter(metavar="F.toml")] = None
+    """File to write (default: NAME.toml)."""
+    drawing: NewFile | None = None
+    """.svg, .png or .pdf (default: beside the file, .svg)."""
+    overwrite: bool = False
+    """Replace the file if it is there."""
+
+    def check(self) -> None:
+        """Refuse options beside ``--template``, and a sheet with gaps."""
+        super().check()
+        if self.template:
+            for entry in fields(self):
+                if entry.name not in ("template", "out", "overwrite"):
+                    self.refuse(entry.name, "belongs to a robot by options, --template is a file to fill in")
+            return
+        check_drawing(self.drawing)
+        if missing := [f"--{name}" for name in ("name", "joint", "flange") if not self.has(name)]:
+            raise InputError(f"give {', '.join(missing)}, or --template for a file to fill in")
+
+    def write(self, out: Path, text: str) -> None:
+        """Write the file, over another one only where that is wanted."""
+        if out.exists() and not self.overwrite:
+            raise InputError(f"{out}: is there already: give another --out, or --overwrite")
+        write_text(out, text)
+
+
+@command
+def run_new(*, request: _Sheet) -> None:
+    """Run ``robot new``."""
+    if request.template:
+        text = TEMPLATE.read_text(encoding="utf-8")
+        if request.out is None:
+            print(text, end="")
+        else:
+            request.write(Path(request.out), text)
+            print_lines(f"Written: {request.out}. Fill it in, then: dynident robot show --robot {request.out}")
+        return
+    robot, drawn_at = new_robot(request)
+    out = Path(request.out or f"{robot.name}.toml")
+    request.write(out, model.robot_toml(robot))
+    report.print_blocks(report.robot_description(robot))
+    draw(robot, request.drawing or str(out.with_suffix(".svg")), drawn_at)
+    print_lines(
+        f"Written: {out}. Compare the drawing with the data sheet before you use it. What else is known goes into "
+        "the file: title, source, joint_names, .. as 'dynident robot new --template' shows them."
+    )
+    if not model.stand_in.can_stand_in(robot):
+        note(f"to rehearse on it, add the mass of the arm to {out} (mass_kg = ..), or give --arm-mass KG")
+
+
+def new_robot(sheet: _Sheet) -> tuple[model.Robot, tuple[float, ...]]:
+    """The robot that the answers describe, and the positions [deg or m] of the pose they describe it in."""
+    axes, name = list(sheet.joint or ()), sheet.name or ""
+    drawn_at = sheet.drawn_at or (0.0,) * len(axes)
+    for option, parts in (("drawn-at", drawn_at), ("--limits", sheet.limits or axes)):
+        if len(parts) != len(axes):
+            raise InputError(f"{option} has {len(parts)} parts for {len(axes)} joints: give one per joint")
+    for j, bounds in enumerate(sheet.limits or ()):
+        scale = math.pi / 180.0 if axes[j].kind == "revolute" else 1.0
+        low, high, speed, acceleration = (scale * bound for bound in bounds[:4])
+        with about(f"--limits of joint {j + 1}"):
+            axes[j] = replace(axes[j], limits=model.Limits((low, high), speed, acceleration, bounds[4]))
+    frames = model.modified_dh(axes, sheet.flange or model.Pose())
+    # Counted so that each joint stands at its part of drawn_at where the frames were taken.
+    joints = [
+        replace(joint, theta=joint.theta - math.radians(q))
+        if joint.revolute
+        else replace(joint, r=round(joint.r - q, 12) + 0.0)
+        for joint, q in zip(frames.joints, drawn_at, strict=True)
+    ]
+    x, y, z = (frames.base.R[:, 2] * -9.81 + 0.0).tolist()
+    slow_speed = model.motion.usual_slow_speed([axis.kind == "revolute" for axis in axes])
+    try:
+        robot = model.Robot(
+            name=name,
+            joints=tuple(joints),
+            gravity=(x, y, z),
+            drives=model.Drives(),
+            payload_frame="the bare flange: origin on its face, z out of it",
+            flange=frames.flange,
+            base=frames.base,
+            rated_payload=math.inf if sheet.rated_payload is None else sheet.rated_payload,
+            mass=sheet.mass,
+            processing=model.Processing(cutoff=10.0, decimate=5, slow_speed=slow_speed),
+            title=name,
+        )
+    except ValueError as error:
+        raise InputError(str(error)) from None
+    return robot, drawn_at
+
+
+def check_drawing(path: str | None) -> None:
+    """Refuse a drawing in a format that is not known."""
+    if path and Path(path).suffix.lower() not in _FORMATS:
+        raise InputError(f"--drawing {path!r}: a drawing ends in .png, .svg or .pdf")
+
+
+def draw(robot: model.Robot, path: str, at: tuple[float, ...]) -> None:
+    """Write the drawing of a robot at positions in degrees and metres, and say so."""
+    shown = ", ".join(f"{x:g}" for x in at)
+    report.save_drawing(
+        path, robot, in_si(at, robot).tolist(), f"{robot.title or robot.name} at {shown} (degrees, m)"
+    )
+    print_lines(f"Drawn at {shown}: {path}")
+
+
 class _Page(PageOptions):
     """The result as JSON and as a report, which has no figure."""
 
@@ -70,19 +248,16 @@ class _Page(PageOptions):
 
 
 @command
-def run_check(*, arm: RobotOptions, data: tuple[DataFile, ...], processing: FilterOptions, files: _Page) -> int:
-    """Run ``robot check``.
-
-    Args:
-        data: Recording without payload.
-    """
+def run_check(*, arm: RobotOptions, data: _Logs, processing: FilterOptions, files: _Page) -> int:
+    """Run ``robot check``."""
     setup = processing.setup(arm.load())
     robot = setup.robot
     with status("reading") as progress:
         logged = [logs.read_tool_poses(path, robot, setup.log_map) for path in data]
         poses = [estimation.check_pose(robot, log, progress) for log in logged if log]
+        named = {path: logs.named(path, robot, setup.log_map) for path in data if poses}
         recordings = setup.read(
-            [path for path in data if not poses or logs.named(path, robot, setup.log_map).holds_loads]
+            [path for path in data if not poses or named[path].holds("torque") or named[path].holds("current")]
         )
         readings = estimation.rank_readings(robot, recordings, setup.processing, progress) if recordings else None
     shown = report.readings_report(robot, poses, readings)
@@ -90,11 +265,10 @@ def run_check(*, arm: RobotOptions, data: tuple[DataFile, ...], processing: Filt
     return ANSWERED if report.readings_agree(poses, readings) else DO_NOT_USE
 
 
-@options()
 class _Bodies(Options):
-    """Source of the numbers, and the file to write."""
+    belongs: ClassVar = {"into": ("to", ("mjcf", "urdf"))}
 
-    robot_parameters: tuple[RobotParametersFile, ...] = ()
+    robot_parameters: tuple[values.RobotParametersFile, ...] = ()
     """The --json of 'dynident identify' (default: the parameters of the robot's own file)."""
     to: Annotated[Literal["mjcf", "usd", "urdf", "sdf"], Parameter(show_choices=False)]
     """mjcf (MuJoCo), usd (Isaac Sim), urdf, sdf (SDFormat: Gazebo, Drake)."""
@@ -106,9 +280,8 @@ class _Bodies(Options):
     """Write it whatever the verdict."""
 
     def check(self) -> None:
-        """Refuse what the format does not know."""
-        if self.to not in _INTO:
-            self.refuse("into", f"belongs to {' and '.join(_INTO)}, not to {self.to}")
+        """Refuse what the format does not know, and more than one robot."""
+        super().check()
         if len(self.robot_parameters) > 1:
             raise InputError("several --robot-parameters: give all recordings to one 'dynident identify'")
 
@@ -116,7 +289,6 @@ class _Bodies(Options):
 @command
 def run_export(*, arm: RobotOptions, bodies: _Bodies) -> int:
     """Run ``robot export``."""
-    bodies.check()
     form = export.simulators.FORMATS[bodies.to]
     robot = arm.load()
     against: tuple[str, ...] = ()
@@ -145,14 +317,12 @@ def run_export(*, arm: RobotOptions, bodies: _Bodies) -> int:
 
 
 @command
-def run_codegen(*, robot: RobotOptions, function: Annotated[str, Parameter(metavar="NAME")], out: NewFolder) -> int:
+def run_codegen(*, robot: RobotOptions, function: _Function, out: values.NewFolder) -> None:
     """Run ``codegen``.
 
     Args:
-        function: Such as base_regressor.
         out: Folder of the files, made if missing.
     """
     for path in model.generate_code(robot.load(), function, out):
         if not quiet():
             print(printable(str(path)))
-    return ANSWERED

@@ -23,11 +23,10 @@ from ...common.errors import InputError
 from ...common.files import made_folder
 from .. import logs, report
 from .. import view as views
-from . import ANSWERED
-from .entry import SETTING, command, options
-from .options import Options, RehearsedRobotOptions, ViewOptions, print_lines
+from .entry import SETTING, Options, command
+from .options import RehearsedRobotOptions, ViewOptions, print_lines
 from .progress import status
-from .values import NewFolder, PayloadFile, Reads, Seed, Share, levels, number_within, share, word
+from .values import NewFolder, PayloadFile, Reads, Seed, Share, levels, number, share, where, word
 
 _Trajectory = Annotated[str, Reads("trajectories"), Parameter(metavar="CSV")]
 
@@ -35,14 +34,11 @@ _SHARE = 0.08
 _POINTS = 16
 
 
-_RATE = word(partial(number_within, 20.0, 1e4, "a rate from 20 to 10000 Hz"), "HZ")
-_SAG = word(partial(number_within, 1e-12, 100.0, "above 0 and at most 100 mrad"), "MRAD")
+_RATE = word(where(number, lambda rate: 20.0 <= rate <= 1e4, "a rate from 20 to 10000 Hz"), "HZ")
+_SAG = word(where(number, lambda sag: 0.0 < sag <= 100.0, "above 0 and at most 100 mrad"), "MRAD")
 
 
-@options()
 class _Simulate(Options):
-    """Motions, what disturbs them, and where the recordings go."""
-
     trajectory: tuple[_Trajectory, ...] = ()
     """Motion to run (t,q1..[,qd1..[,qdd1..]]); repeatable; by default one of 16 random points."""
     payload: PayloadFile | None = None
@@ -81,9 +77,8 @@ class _Simulate(Options):
 
 
 @command
-def run(*, arm: RehearsedRobotOptions, request: _Simulate, view: ViewOptions) -> int:
+def run(*, arm: RehearsedRobotOptions, request: _Simulate, view: ViewOptions) -> None:
     """Run it."""
-    view.check_view()
     described = arm.load()
     robot = request.rubbing(model.with_stand_in(described))
     payload = model.read_payload(request.payload) if request.payload else None
@@ -120,7 +115,6 @@ def run(*, arm: RehearsedRobotOptions, request: _Simulate, view: ViewOptions) ->
         com = payload.com
         shown = views.ShownPayload(payload.mass, com, np.column_stack([com, com]), payload.inertia_com)
     view.write_view(lambda: views.view_of(robot, experiment.runs[-1].exact.motion, payload=shown))
-    return ANSWERED
 
 
 def _references(

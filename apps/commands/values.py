@@ -27,11 +27,7 @@ _Value = TypeVar("_Value")
 
 
 class Reads(NamedTuple):
-    """Marks an option that names a file to read.
-
-    Attributes:
-        role: what the file is for.
-    """
+    """Marks an option that names a file to read, and what it is for."""
 
     role: str
 
@@ -47,6 +43,16 @@ def checked(value: _Value, good: bool, text: str, words: str) -> _Value:
     if not good:
         raise ValueError(f"{text!r} is not {words}")
     return value
+
+
+def where(read: Callable[[str], _Value], good: Callable[[_Value], bool], words: str) -> Callable[[str], _Value]:
+    """A reading of which only good values are taken; ``words``: what the text should be."""
+
+    def read_good(text: str) -> _Value:
+        value = read(text)
+        return checked(value, good(value), text, words)
+
+    return read_good
 
 
 def whole(text: str, least: int = 0, most: int = 999_999_999) -> int:
@@ -65,16 +71,7 @@ def number(text: str) -> float:
     return checked(value, value == 0.0 or _LEAST <= abs(value) <= _MOST, text, size)
 
 
-def number_within(least: float, most: float, words: str, text: str) -> float:
-    """A number between two; ``words``: what it should be."""
-    value = number(text)
-    return checked(value, least <= value <= most, text, words)
-
-
-def positive_number(text: str) -> float:
-    """A number above 0."""
-    value = number(text)
-    return checked(value, value > 0.0, text, "a number above 0")
+positive_number = where(number, lambda value: value > 0.0, "a number above 0")
 
 
 def share(text: str) -> float:
@@ -90,7 +87,7 @@ def numbers(text: str, count: int | None = None) -> tuple[float, ...]:
     """Numbers separated by commas."""
     words = f"{count or 'a list of'} finite numbers with commas"
     try:
-        values = tuple(number(part) for part in text.split(","))
+        values = tuple(map(number, text.split(",")))
     except ValueError as error:
         raise ValueError(f"{text!r} is not {words}: {error}") from None
     return checked(values, len(values) == (count or len(values)), text, words)
@@ -101,14 +98,32 @@ def numbers_or(name: str, text: str) -> tuple[float, ...] | str:
     return text if text == name else numbers(text)
 
 
+def texts(text: str) -> tuple[str, ...]:
+    """Texts separated by commas."""
+    return tuple(part.strip() for part in text.split(","))
+
+
+def different(values: Sequence[object]) -> bool:
+    """True if no value is empty or stands there twice."""
+    return all(values) and len(set(values)) == len(values)
+
+
+def whole_numbers(text: str) -> tuple[int, ...]:
+    """Whole numbers separated by commas."""
+    return tuple(map(whole, texts(text)))
+
+
+names_list = where(texts, different, "a list of different names separated by commas")
+joint_list = where(whole_numbers, different, "a list of different joint numbers such as 2,3,5,6")
+path_or_dash = where(str, lambda text: not text.startswith("--"), "a path, or - for standard output")
+
+
 def with_sigma(text: str) -> tuple[tuple[float, ...], float | None]:
     """Masses [kg] and their standard deviation where it is told: 2.5+-0.01."""
     values, mark, sigma = text.replace("±", "+-").partition("+-")
     masses = numbers(values)
-    good = all(mass > 0.0 for mass in masses)
-    return checked(masses, good, text, "a mass above 0 kg, such as 2.5 or 2.5+-0.01"), (
-        positive_number(sigma) if mark else None
-    )
+    checked(masses, min(masses) > 0.0, text, "a mass above 0 kg, such as 2.5 or 2.5+-0.01")
+    return masses, positive_number(sigma) if mark else None
 
 
 def friction(text: str) -> tuple[Friction, ...] | Candidates:
@@ -126,36 +141,11 @@ def bounds(text: str) -> tuple[float | None, float | None]:
     return number(low) if low else None, number(high) if high else None
 
 
-def texts(text: str) -> tuple[str, ...]:
-    """Texts separated by commas."""
-    return tuple(part.strip() for part in text.split(","))
-
-
-def names_list(text: str) -> tuple[str, ...]:
-    """Different names separated by commas."""
-    names = texts(text)
-    good = all(names) and len(set(names)) == len(names)
-    return checked(names, good, text, "a list of different names separated by commas")
-
-
-def joint_list(text: str) -> tuple[int, ...]:
-    """Numbers of joints separated by commas."""
-    parts = texts(text)
-    joints = tuple(int(part) for part in parts if part.isdecimal() and len(part) < 9)
-    good = len(set(joints)) == len(parts) and min(joints) > 0
-    return checked(joints, good, text, "a list of different joint numbers such as 2,3,5,6")
-
-
 def levels(text: str) -> dict[str, float]:
     """Numbers by name: FL2=0.06,FB1@0.1=5."""
     parts = [part.partition("=") for part in texts(text)]
     checked(parts, all(mark for _, mark, _ in parts), text, "levels such as FL2=0.06,FR1=20")
     return {name: number(value) for name, _, value in parts}
-
-
-def path_or_dash(text: str) -> str:
-    """A path, or "-" for standard output."""
-    return checked(text, not text.startswith("--"), text, "a path, or - for standard output")
 
 
 def gains_or_file(text: str) -> tuple[float, ...] | str:

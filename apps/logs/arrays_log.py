@@ -30,11 +30,7 @@ _OTHERWISE = "put its numbers into arrays t, q and tau, then save('log.mat', 't'
 
 
 def npz_log(path: Path, layout: Layout) -> RawLog:
-    """Open an NPZ file; objects are never unpickled.
-
-    Raises:
-        InputError: if it is none.
-    """
+    """Open an NPZ file; objects are never unpickled."""
     arrays: dict[str, Any] = {}
     with reading(path, "an NPZ file"), path.open("rb") as stream, np.load(stream, allow_pickle=False) as data:
         for name in data.files:
@@ -49,11 +45,7 @@ def npz_log(path: Path, layout: Layout) -> RawLog:
 
 
 def mat_log(path: Path, layout: Layout) -> RawLog:
-    """Open a MAT file; fields of structures are named as in MATLAB, ``log.q``.
-
-    Raises:
-        InputError: if it is none, or h5py is needed and not installed.
-    """
+    """Open a MAT file; fields of structures are named as in MATLAB, ``log.q``."""
     with path.open("rb") as stream:
         head = stream.read(1024)
     return _version_7(path) if _HDF5 in (head[:8], head[512:520]) else _version_5(path)
@@ -132,25 +124,21 @@ def _version_7(path: Path) -> RawLog:
 
 
 def parquet_log(path: Path, layout: Layout) -> RawLog:
-    """Open a Parquet file; a list of numbers is a column for each of them.
-
-    Raises:
-        InputError: if it is none, or pyarrow is not installed.
-    """
+    """Open a Parquet file; a list of numbers is a column for each of them."""
     parquet = extra("pyarrow.parquet", "a Parquet file")
     arrow = extra("pyarrow", "a Parquet file")
     types = arrow.types
 
-    def is_number(kind: Any) -> bool:
-        return bool(types.is_integer(kind) or types.is_floating(kind) or types.is_decimal(kind))
-
     def is_list(kind: Any) -> bool:
-        lists = types.is_list(kind) or types.is_large_list(kind) or types.is_fixed_size_list(kind)
-        return bool(lists and is_number(kind.value_type))
+        return bool(types.is_list(kind) or types.is_large_list(kind) or types.is_fixed_size_list(kind))
+
+    def is_numeric(kind: Any) -> bool:
+        kind = kind.value_type if is_list(kind) else kind
+        return bool(types.is_integer(kind) or types.is_floating(kind) or types.is_decimal(kind))
 
     columns: dict[str, Array] = {}
     with reading(path, "a Parquet file"), parquet.ParquetFile(path) as data:
-        names = [entry.name for entry in data.schema_arrow if is_number(entry.type) or is_list(entry.type)]
+        names = [entry.name for entry in data.schema_arrow if is_numeric(entry.type)]
         table = data.read(columns=names)
         for name in names:
             column = table.column(name).combine_chunks()
@@ -158,12 +146,15 @@ def parquet_log(path: Path, layout: Layout) -> RawLog:
             numbers = np.asarray(flat.cast(arrow.float64()).to_numpy(zero_copy_only=False))
             if not is_list(column.type):
                 columns[name] = numbers
-                continue
-            if column.null_count or len(numbers) % max(len(column), 1):
-                continue  # lists of several lengths hold no signal
-            rows = numbers.reshape(len(column), -1)
-            columns |= {f"{name}{k + 1}": rows[:, k] for k in range(rows.shape[1])}
+            elif not column.null_count and len(numbers) % max(len(column), 1) == 0:
+                columns |= _numbered(name, numbers.reshape(len(column), -1))
+            # Lists of several lengths hold no signal.
     return _columns_log(path, columns)
+
+
+def _numbered(name: str, samples: Array) -> dict[str, Array]:
+    """Columns of a matrix by its name and their numbers, from 1."""
+    return {f"{name}{k}": column for k, column in enumerate(samples.T, 1)}
 
 
 def _columns_log(path: Path, columns: Mapping[str, Array]) -> RawLog:
@@ -173,12 +164,8 @@ def _columns_log(path: Path, columns: Mapping[str, Array]) -> RawLog:
 def _arrays_log(path: Path, arrays: Mapping[str, Any], objects: Mapping[str, str] = MappingProxyType({})) -> RawLog:
     """A log of arrays: a vector ``t`` is the column t, a matrix ``q`` the columns q1, q2, ...
 
-    Samples run along the axis that is as long as the longest of all arrays, which must be one and the same.
-
-    Args:
-        path: the file.
-        arrays: by name; those that are not numeric are passed over.
-        objects: variables that only MATLAB can read -> their class.
+    Samples run along the axis that is as long as the longest of all arrays, which must be one and the same. Arrays
+    that are not numeric are passed over; ``objects``: variables that only MATLAB can read, and their class.
     """
     numeric = {name: array for name, array in arrays.items() if array.dtype.kind in "fiub"}
     rows = max((max(array.shape, default=0) for array in numeric.values()), default=0)
@@ -200,6 +187,5 @@ def _arrays_log(path: Path, arrays: Mapping[str, Any], objects: Mapping[str, str
         elif lengths[0] == lengths[1]:
             raise InputError(f"{path}: array {name!r} is square ({rows} x {rows}): which axis is time is not known")
         else:
-            samples = np.asarray(array if array.shape[0] == rows else array.T, dtype=np.float64)
-            columns |= {f"{name}{k + 1}": samples[:, k] for k in range(samples.shape[1])}
+            columns |= _numbered(name, np.asarray(array if len(array) == rows else array.T, dtype=np.float64))
     return _columns_log(path, columns)

@@ -28,30 +28,22 @@ _ALIASES = {
 class Known:
     """Columns that one recorder writes, and what a log holds of them.
 
-    Attributes:
-        title: whose they are.
-        columns: of each quantity and reference patterns, the first of which that the log has is taken: "{}" stands
-            for a joint's number, "{0}" for the number less one, "{joint}" for its name, a first "*" for anything.
-        time: names of the column of time, where it has none of the usual ones.
-        time_unit: of that column; empty: it is found out.
-        more: whether columns beyond the robot's joints are a gripper's.
-        prefixes: what the "*" of a log's positions stands for, several where it holds several arms alike.
-        joints: names in the log's order, none where columns are numbered.
-        size: joints that have a position in the log.
+    Of each quantity and reference the first pattern that the log has is taken: "{}" stands for a joint's number,
+    "{0}" for the number less one, "{joint}" for its name, a first "*" for anything.
     """
 
-    title: str
+    title: str  # whose they are
     columns: Mapping[str, tuple[str, ...]]
-    time: tuple[str, ...] = ()
-    time_unit: str = ""
-    more: bool = False
-    prefixes: tuple[str, ...] = ()
-    joints: tuple[str, ...] = ()
-    size: int = 0
+    time: tuple[str, ...] = ()  # names of the column of time, where it has none of the usual ones
+    time_unit: str = ""  # of that column; empty: it is found out
+    more: bool = False  # columns beyond the robot's joints are a gripper's
+    prefixes: tuple[str, ...] = ()  # what the "*" of a log's positions stands for, several for several arms alike
+    joints: tuple[str, ...] = ()  # names in the log's order, none where columns are numbered
+    size: int = 0  # joints that have a position in the log
 
     @property
     def by_name(self) -> bool:
-        """Tell whether the joints' names distinguish the columns."""
+        """True where the joints' names distinguish the columns."""
         return "{joint}" in self.columns["position"][0]
 
     def expanded(self, pattern: str, joints: Sequence[str], n: int) -> tuple[str, ...]:
@@ -168,10 +160,10 @@ def _positions(known: Known, pattern: str, names: Sequence[str]) -> Known | None
     arms: dict[str, list[str]] = {}
     for match in filter(None, (re.fullmatch(text, name) for name in names)):
         arms.setdefault(match.groupdict().get("prefix") or "", []).append(match["joint"])
-    if not arms:
-        return None
-    most = max(map(len, arms.values()))
+    most = max(map(len, arms.values()), default=0)
     prefixes = tuple(prefix for prefix, joints in arms.items() if len(joints) == most)
+    if not prefixes:
+        return None
     joints = tuple(arms[prefixes[0]])
     if "{joint}" in pattern:
         return replace(known, prefixes=prefixes, joints=joints, size=most) if most > 1 else None
@@ -206,7 +198,7 @@ class Naming:
 
     @property
     def is_plain(self) -> bool:
-        """Tell whether the columns are those of a log that follows the documentation."""
+        """True where the columns are those of a log that follows the documentation."""
         return self.known.columns is PLAIN.columns
 
     def columns(self, kind: str) -> tuple[str, ...]:
@@ -237,26 +229,17 @@ class Naming:
         return self.log_map.time.unit or self.raw.units.get(self.time, "") or by_name or by_recorder
 
     def holds(self, kind: str) -> bool:
-        """Tell whether the log has some of these columns."""
-        return bool(set(self.columns(kind)) & set(self.raw.names))
-
-    @property
-    def holds_loads(self) -> bool:
-        """Tell whether the log carries torques or currents."""
-        return self.holds("torque") or self.holds("current")
+        """True where the log has some of these columns."""
+        return not set(self.columns(kind)).isdisjoint(self.raw.names)
 
     @property
     def holds_currents_only(self) -> bool:
-        """Tell whether the log carries currents but no torques."""
+        """True where the log carries currents but no torques."""
         return self.holds("current") and not self.holds("torque")
 
     @cached_property
     def joints(self) -> tuple[str, ...]:
-        """Joint names in the robot's order; a log's own order (often alphabetical) proves nothing.
-
-        Raises:
-            InputError: if the log names joints whose order is not known.
-        """
+        """Joint names in the robot's order; a log's own order (often alphabetical) proves nothing."""
         names = self.raw.joints or self.known.joints
         if self.log_map.joints or not names:
             return listed(self.log_map.joints)
@@ -294,14 +277,10 @@ class Naming:
 
 
 def choose(naming: Naming, gains: Sequence[float] | None) -> tuple[dict[str, tuple[str, ...]], list[str]]:
-    """Choose columns.
+    """Choose columns, and say what is to be told of the choice.
 
-    Returns:
-        Names of the columns by quantity: time, unless the log has a rate instead, positions, speeds where there are
-        any, and last torques or currents; and what to tell the user about the choice.
-
-    Raises:
-        InputError: names what is missing, doubtful or there twice.
+    Names stand by quantity: time, unless the log has a rate instead, positions, speeds where there are any, and
+    last torques or currents.
     """
     raw, log_map = naming.raw, naming.log_map
     load, notes = _load(naming, gains)
@@ -352,21 +331,19 @@ def _check_layout(naming: Naming) -> list[str]:
 
 def _load(naming: Naming, gains: Sequence[float] | None) -> tuple[str, list[str]]:
     """Choose torques or currents, and tell the user of the choice."""
-    raw, n = naming.raw, naming.robot.n
-    torques, currents = naming.columns("torque"), naming.columns("current")
+    path, n, there = naming.raw.path, naming.robot.n, set(naming.raw.names)
+    currents = naming.columns("current")
+    named = f"{currents[0]}..{currents[-1]}"
     if gains is None:
-        if naming.holds("torque"):
-            return "torque", []
-        if naming.holds("current"):
+        if naming.holds_currents_only:
             raise InputError(
-                f"{raw.path}: carries currents ({currents[0]}..{currents[-1]}) but no torques: "
-                f"give --drive-gains, {n} numbers in N·m/A"
+                f"{path}: carries currents ({named}) but no torques: give --drive-gains, {n} numbers in N·m/A"
             )
         # The controller's own prediction does not stand in the place of a measured torque.
-        computed = () if naming.is_plain else naming.columns("torque_reference")
-        if computed and set(computed) <= set(raw.names):
+        computed = () if naming.is_plain or naming.holds("torque") else naming.columns("torque_reference")
+        if computed and there >= set(computed):
             raise InputError(
-                f"{raw.path}: {computed[0]} and so on are what the controller computes, not what was measured: "
+                f"{path}: {computed[0]} and so on are what the controller computes, not what was measured: "
                 f"record {currents[0]} and so on as well"
             )
         return "torque", []
@@ -376,11 +353,8 @@ def _load(naming: Naming, gains: Sequence[float] | None) -> tuple[str, list[str]
         if not math.isfinite(gain) or gain == 0.0:
             raise InputError(f"--drive-gains: gain {joint} is {gain}: give a number other than zero in N·m/A")
     if not naming.holds("current"):
-        raise InputError(
-            f"{raw.path}: --drive-gains given, but the file has no currents "
-            f"{currents[0]}..{currents[-1]}: leave them out"
-        )
-    both = set(torques) <= set(raw.names)
+        raise InputError(f"{path}: --drive-gains given, but the file has no currents {named}: leave them out")
+    both = there >= set(naming.columns("torque"))
     return "current", ["has torques too; currents and drive gains are used"] * both
 
 
@@ -400,18 +374,13 @@ def check_missing(raw: RawLog, columns: Sequence[str]) -> None:
 
 def _listed(names: Sequence[str]) -> str:
     """Names in a row, those that are numbered on as "i1 .. i7"."""
-    words, k = list[str](), 0
-    while k < len(names):
-        stem, first = _numbered(names[k])
-        count = 1
-        while k + count < len(names) and _numbered(names[k + count]) == (stem, first + count):
-            count += 1
-        words += [f"{names[k]} .. {names[k + count - 1]}"] if count > 2 else names[k : k + count]
-        k += count
+    runs: list[list[str]] = []
+    for name in names:
+        stem = name.rstrip("0123456789")
+        before = f"{stem}{int(name[len(stem) :] or 0) - 1}"
+        if runs and runs[-1][-1] == before:
+            runs[-1].append(name)
+        else:
+            runs.append([name])
+    words = [f"{run[0]} .. {run[-1]}" if len(run) > 2 else ", ".join(run) for run in runs]
     return ", ".join(words) if len(words) <= 60 else f"{', '.join(words[:60])} and {len(words) - 60} more"
-
-
-def _numbered(name: str) -> tuple[str, int]:
-    """Split a name into its stem and the number at its end; -1 where there is none."""
-    stem = name.rstrip("0123456789")
-    return stem, int(name[len(stem) :] or -1)

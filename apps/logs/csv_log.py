@@ -12,7 +12,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from itertools import chain, islice
 from pathlib import Path
-from typing import IO, cast
+from typing import IO, Any, cast
 
 import numpy as np
 
@@ -39,32 +39,20 @@ _GAIN_SIGMA = re.compile(r"[#%]\s*gain_sigma\s*=\s*(.*?)\s*")
 _SEPARATOR = re.compile(r'"?sep=(.)"?', re.IGNORECASE)
 _DECIMAL_COMMA = re.compile(r"[-+]?\d*,\d+(?:[eE][-+]?\d+)?")
 _NAMES = {"\t": "tabs", ";": "semicolons", ",": "commas", "|": "bars", None: "blanks"}
-_ENCODINGS = {"utf-8-sig": "a byte order mark", "latin-1": "Latin-1 text"}
 
 
 @dataclass(frozen=True)
 class Dialect:
-    """Way in which a text file writes its table.
-
-    Attributes:
-        encoding: Python's name of it.
-        delimiter: between cells; None stands for any white space.
-        decimal: "." or ",".
-        before: lines before the first row of numbers.
-        header: names of the columns as they stand there; empty where there is no such line.
-        units: of the columns, as a row below the header gives them; empty without one.
-        told: what differs from a plain file, in words.
-        gain_sigma: of a remark "# gain_sigma = 0.02": the torques' error of scale; None without one.
-    """
+    """Way in which a text file writes its table."""
 
     encoding: str = "utf-8"
-    delimiter: str | None = ","
-    decimal: str = "."
-    before: int = 0
-    header: tuple[str, ...] = ()
-    units: tuple[str, ...] = ()
-    told: tuple[str, ...] = ()
-    gain_sigma: float | None = None
+    delimiter: str | None = ","  # between cells; None stands for any white space
+    decimal: str = "."  # or ","
+    before: int = 0  # lines before the first row of numbers
+    header: tuple[str, ...] = ()  # names of the columns as they stand there; empty where there is no such line
+    units: tuple[str, ...] = ()  # of the columns, as a row below the header gives them; empty without one
+    told: tuple[str, ...] = ()  # what differs from a plain file, in words
+    gain_sigma: float | None = None  # of a remark "# gain_sigma = 0.02": the torques' error of scale
 
     def cells(self, line: str) -> list[str]:
         """Cells of one line, without quotation marks; what a last delimiter ends is no further cell."""
@@ -85,7 +73,7 @@ class Dialect:
         return cell.replace(",", ".") if self.decimal == "," else cell
 
     def is_number(self, cell: str) -> bool:
-        """Tell whether a cell is a number, not a number and infinity among them."""
+        """True for a number, not a number and infinity among them."""
         try:
             float(self.plain(cell))
         except ValueError:
@@ -94,11 +82,7 @@ class Dialect:
 
 
 def csv_log(path: Path, layout: Layout) -> RawLog:
-    """Open a text file, whose dialect is found out where the layout does not say it.
-
-    Raises:
-        InputError: if it has no header where one is needed, or cannot be read.
-    """
+    """Open a text file, whose dialect is found out where the layout does not say it."""
     dialect = dialect_of(path, layout)
     header = dialect.header
     if not layout.names:
@@ -137,24 +121,18 @@ class _Text:
     def read(self, columns: Sequence[str]) -> Array:
         """Some of the columns."""
         dialect, per_row = self._dialect, self._per_row
-        indices = [0] if per_row else [self._names.index(name) for name in columns]
+        wanted = [self._names.index(name) for name in columns]
+        indices = [0] if per_row else wanted
         self._passed, self._cut = [], ""
-        with opened_text(self._path, dialect.encoding) as text:
-            lines = islice(text, dialect.before, None)
-            rows = map(dialect.plain, lines) if per_row else self._rows(lines, indices)
+        with self._lines() as lines:
+            rows = (dialect.plain(line) for _, line in lines) if per_row else self._rows(lines, indices)
             first = next(rows, None)
             if first is None:
                 return np.empty((0, len(columns)))
             between, quote = (None, None) if per_row else (dialect.delimiter, '"')
+            form: dict[str, Any] = {"delimiter": between, "quotechar": quote, "usecols": indices, "comments": None}
             try:
-                values = np.loadtxt(
-                    chain([first], rows),
-                    delimiter=between,
-                    quotechar=quote,
-                    usecols=indices,
-                    ndmin=2,
-                    comments=None,
-                )
+                values = np.loadtxt(chain([first], rows), ndmin=2, **form)
             except InputError:
                 raise
             except (ValueError, IndexError, TypeError):
@@ -165,15 +143,21 @@ class _Text:
             raise InputError(
                 f"{self._path}: {values.size} numbers are not whole samples of {per_row}: the file is cut"
             )
-        wanted = [self._names.index(name) for name in columns]
         return values.reshape(-1, per_row)[:, wanted] if per_row else values
 
-    def _rows(self, lines: Iterable[str], indices: list[int]) -> Iterator[str]:
+    @contextmanager
+    def _lines(self) -> Iterator[Iterator[tuple[int, str]]]:
+        """Lines from the first row of numbers on, with their numbers."""
+        before = self._dialect.before
+        with opened_text(self._path, self._dialect.encoding) as text:
+            yield enumerate(islice(text, before, None), before + 1)
+
+    def _rows(self, lines: Iterable[tuple[int, str]], indices: list[int]) -> Iterator[str]:
         """Rows as wide as the header: without remarks and empty lines, and without a last row that is cut."""
-        dialect, width, count = self._dialect, len(self._names), 0
-        delimiter = dialect.delimiter
-        for number, line in enumerate(lines, dialect.before + 1):
-            if line.startswith(_MARK) or not line.strip():
+        dialect, names, count = self._dialect, self._names, 0
+        delimiter, width = dialect.delimiter, len(names)
+        for number, line in lines:
+            if not _has_cells(line):
                 self._passed.append(count)
                 continue
             whole = line.endswith(("\n", "\r"))
@@ -187,29 +171,23 @@ class _Text:
                     self._cut = f"the last row ({self.place(count)}) is cut off: left out"
                     return
                 if len(cells) != width:
-                    raise self._bad_width(number, len(cells))
+                    advice = "mend or remove the row, or name every column"
+                    if missing := names[len(cells) :]:
+                        advice = f"{missing[0]!r}{' and what follows it' if missing[1:] else ''} is missing"
+                    elif delimiter == "," and len(cells) > 1.5 * width:
+                        advice = "numbers need decimal points, or semicolons between them"
+                    counts = f"line {number} has {len(cells)} cells, the header {width} names"
+                    raise InputError(f"{self._path}: {counts}: {advice}")
             count += 1
             yield dialect.plain(line)
-
-    def _bad_width(self, line: int, count: int) -> InputError:
-        names = self._names
-        if count < len(names):
-            advice = f"{names[count]!r}{' and what follows it' if count + 1 < len(names) else ''} is missing"
-        elif self._dialect.delimiter == "," and count > 1.5 * len(names):
-            advice = "numbers need decimal points, or semicolons between them"
-        else:
-            advice = "mend or remove the row, or name every column"
-        return InputError(f"{self._path}: line {line} has {count} cells, the header {len(names)} names: {advice}")
 
     def _bad_cell(self, indices: Sequence[int]) -> InputError:
         """Say where the first cell stands that is not a finite number."""
         dialect = self._dialect
-        with opened_text(self._path, dialect.encoding) as text:
-            for number, line in enumerate(islice(text, dialect.before, None), dialect.before + 1):
-                if not line.strip() or line.startswith(_MARK):
-                    continue
-                cells = dialect.cells(line)
-                for index in indices:
+        with self._lines() as lines:
+            for number, line in lines:
+                cells = dialect.cells(line) if _has_cells(line) else []
+                for index in indices if cells else ():
                     cell = cells[index] if index < len(cells) else ""
                     if not (dialect.is_number(cell) and math.isfinite(float(dialect.plain(cell)))):
                         return InputError(
@@ -219,12 +197,13 @@ class _Text:
         return InputError(f"{self._path}: the rows cannot be read as numbers")
 
 
-def dialect_of(path: Path, layout: Layout) -> Dialect:
-    """Find out how a file writes its table; what the layout says is taken as said.
+def _has_cells(line: str) -> bool:
+    """True for a line that is neither empty nor a remark."""
+    return bool(line.strip()) and not line.startswith(_MARK)
 
-    Raises:
-        InputError: if it is no text, cannot be read, or its remark on the torques' scale is no fraction.
-    """
+
+def dialect_of(path: Path, layout: Layout) -> Dialect:
+    """Find out how a file writes its table; what the layout says is taken as said."""
     encoding = _encoding(path)
     with opened_text(path, encoding) as text:
         lines = text.read(_SAMPLE).splitlines()
@@ -234,9 +213,9 @@ def dialect_of(path: Path, layout: Layout) -> Dialect:
     header_line = lines[start] if start < len(lines) else ""
     below = lines[start + (not layout.names) :]
     usual = "\t" if ".tsv" in path.suffixes else ","
-    delimiter = (
-        DELIMITERS[layout.delimiter] if layout.delimiter else stated or _delimiter(usual, header_line, below)
-    )
+    delimiter = stated or _delimiter(usual, header_line, below)
+    if layout.delimiter:
+        delimiter = DELIMITERS[layout.delimiter]
     dialect = Dialect(encoding, delimiter, layout.decimal or ".", start)
     if not layout.decimal and delimiter != ",":
         # A comma where numbers have one and none has a point.
@@ -255,12 +234,13 @@ def dialect_of(path: Path, layout: Layout) -> Dialect:
                 f"{path}: gain_sigma = {fraction}: must be a fraction from 0 to below 1, 0 for exact torques"
             )
         remarks.remove(remark)
+    unusual = not layout.delimiter and (delimiter != usual or bool(stated))
     told = {
-        f"cells separated by {_NAMES.get(delimiter, repr(delimiter))}": not layout.delimiter
-        and (delimiter != usual or bool(stated)),
+        f"cells separated by {_NAMES.get(delimiter, repr(delimiter))}": unusual,
         "decimal commas": not layout.decimal and dialect.decimal == ",",
         "UTF-16 text": encoding.startswith("utf-16"),
-        _ENCODINGS.get(encoding, ""): encoding in _ENCODINGS,
+        "a byte order mark": encoding == "utf-8-sig",
+        "Latin-1 text": encoding == "latin-1",
         "a row of units": bool(dialect.units),
         "remarks": bool(remarks),
     }
@@ -279,10 +259,9 @@ def _encoding(path: Path) -> str:
     for mark, encoding in _BOMS.items():
         if sample.startswith(mark):
             return encoding
-    if sample[1::2].count(0) > len(sample) // 4:
-        return "utf-16-le"
-    if sample[::2].count(0) > len(sample) // 4:
-        return "utf-16-be"
+    for first, encoding in ((1, "utf-16-le"), (0, "utf-16-be")):
+        if sample[first::2].count(0) > len(sample) // 4:
+            return encoding
     if len(_CONTROL.findall(sample)) > len(sample) // 1000:
         raise InputError(f"{path}: not UTF-8 text: save it as UTF-8")
     try:
@@ -308,7 +287,7 @@ def _preamble(lines: Sequence[str]) -> tuple[int, list[str], str]:
 
 def _delimiter(usual: str, header: str, below: Sequence[str]) -> str | None:
     """Find what cuts header and first rows into equally many cells, the most; where none does, the header alone."""
-    rows = [line for line in islice(below, 50) if line.strip() and not line.startswith(_MARK)][:3]
+    rows = list(filter(_has_cells, below[:50]))[:3]
     # Of delimiters that do as well as each other the first counts: the usual one.
     counts = {
         delimiter: [
@@ -342,11 +321,7 @@ def _with_header(dialect: Dialect, line: str, remarks: Sequence[str], below: Seq
 
 @contextmanager
 def opened_text(path: Path, encoding: str) -> Iterator[io.TextIOBase]:
-    """Open a text file, plain or gzip; what is no text of its encoding comes as a mark, for a number is none.
-
-    Raises:
-        InputError: if it cannot be read.
-    """
+    """Open a text file, plain or gzip; what is no text of its encoding comes as a mark, for a number is none."""
     errors = "replace" if encoding.startswith("utf-16") else "surrogateescape"
     with _binary(path) as binary, io.TextIOWrapper(binary, encoding=encoding, errors=errors, newline="") as text:
         yield text

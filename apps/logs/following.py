@@ -5,9 +5,9 @@ following error falls. The torque itself does not tell: the same motion needs th
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import numpy as np
 from msgspec import field
@@ -27,24 +27,13 @@ Missed = Literal["following error", "unpredicted torque", "torque"]
 """Commanded less measured position; measured torque less that which the controller predicted; the torque itself,
 where the log holds neither."""
 _Clear = Literal["fell", "rose", "no clear change"]
-_REFERENCES: tuple[tuple[str, Missed], ...] = (
-    ("position_reference", "following error"),
-    ("torque_reference", "unpredicted torque"),
-)
 _BLOCK = 1.0  # s: errors of neighbouring samples are alike
 _FEWEST = 4  # blocks
 _MOVES = 1e-2  # rad or m: a joint that spans less is held
-_ALL = "all joints"
 
 
-@dataclass(frozen=True, eq=False)
-class Following:
-    """Errors that a controller left in one recording.
-
-    Attributes:
-        kind: what ``missed`` is.
-        recording: time and positions; in the place of torques what was missed [rad or m, N·m or N], N x n.
-    """
+class Following(NamedTuple):
+    """Errors that a controller left: ``recording`` holds them in the place of torques [rad or m, N·m or N]."""
 
     kind: Missed
     recording: Recording
@@ -65,21 +54,13 @@ class Change(Document, frozen=True):
 
 
 class FollowingChange(Document, frozen=True):
-    """Following errors before and after a payload was entered: the document of ``verify --json``.
-
-    Attributes:
-        kind: what is compared.
-        tells: whether that shows anything of the number entered.
-        lag: what the second recording's clock shows more [s].
-        joints: each joint that moves.
-        total: all of them.
-    """
+    """Following errors before and after a payload was entered: the document of ``verify --json``."""
 
     kind: Missed = field(name="compared")
-    tells: bool
-    lag: float = field(name="lag_s")
-    joints: tuple[Change, ...]
-    total: Change = field(name="all")
+    tells: bool  # it shows anything of the number entered
+    lag: float = field(name="lag_s")  # what the second recording's clock shows more [s]
+    joints: tuple[Change, ...]  # those that move
+    total: Change = field(name="all")  # all of them
 
 
 def read_following(
@@ -89,12 +70,9 @@ def read_following(
 
     By standard names: ``qref1..n`` in the unit of the positions, or ``tauref1..n`` in N·m or N; else those that the
     log map names by ``position_reference`` or ``torque_reference``.
-
-    Raises:
-        InputError: if it cannot be read, or holds a reference of some joints only.
     """
     naming = named(path, robot, log_map)
-    for quantity, kind in _REFERENCES:
+    for quantity in ("position_reference", "torque_reference"):
         names = naming.columns(quantity)
         there = [name for name in names if name in naming.raw.names]
         if not there and not getattr(naming.log_map, quantity):
@@ -103,8 +81,9 @@ def read_following(
             missing = ", ".join(name for name in names if name not in there)
             beside = f" beside {there[0]}: log it of every joint" if there else ""
             raise InputError(f"{path}: column {missing} missing{beside}")
-        recording, values = read_beside(path, robot, drive_gains, log_map, quantity)
-        error = values - recording.q if kind == "following error" else recording.torque - values
+        recording, wanted = read_beside(path, robot, drive_gains, log_map, quantity)
+        kind: Missed = "following error" if quantity == "position_reference" else "unpredicted torque"
+        error = wanted - recording.q if kind == "following error" else recording.torque - wanted
         recording = replace(recording, torque=error, qd=None, fingerprint="")
         stretches = pieces(recording.t, robot.processing.cutoff, recording.source)
         if len(stretches.rows) > 1:
@@ -116,16 +95,9 @@ def read_following(
 def following_change(
     before: Following, after: Following, still_speed: float = 2e-3, max_mismatch: float = 0.05
 ) -> FollowingChange:
-    """Compare what was missed on one and the same motion.
+    """Compare what was missed on one and the same motion, with the old number in the controller and the new one.
 
-    Args:
-        before: with the old number in the controller.
-        after: with the new one.
-        still_speed: a joint below it stands still [rad/s or m/s].
-        max_mismatch: largest difference of position between both [rad or m].
-
-    Raises:
-        InputError: if the logs hold different references or motions, or are too short.
+    A joint below ``still_speed`` [rad/s or m/s] stands still; positions may differ by ``max_mismatch`` [rad or m].
     """
     if before.kind != after.kind:
         raise InputError(
@@ -147,9 +119,13 @@ def following_change(
     if not joints or len(np.unique(block)) < _FEWEST:
         raise InputError(too_short)
     squares = [np.square(recording.torque[moving]) for recording in (pair.unloaded, pair.loaded)]
-    each = [_change(f"joint {j + 1}", squares[0][:, [j]], squares[1][:, [j]], block) for j in joints]
-    total = _change(_ALL, squares[0][:, joints], squares[1][:, joints], block)
-    return FollowingChange(after.kind, after.kind != "torque", pair.lag, tuple(each), total)
+
+    def change(name: str, joints: list[int]) -> Change:
+        old, new = (square[:, joints] for square in squares)
+        return _change(name, old, new, block)
+
+    each = tuple(change(f"joint {j + 1}", [j]) for j in joints)
+    return FollowingChange(after.kind, after.kind != "torque", pair.lag, each, change("all joints", joints))
 
 
 def _change(name: str, before: Array, after: Array, block: NDArray[np.intp]) -> Change:

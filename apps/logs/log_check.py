@@ -2,6 +2,7 @@
 
 import dataclasses
 from collections.abc import Iterable, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -38,42 +39,26 @@ _GAIN = 10.0  # N·m/A: a usual gain makes a current a torque of about the right
 
 
 class TimeFacts(Document, frozen=True):
-    """Time of a recording.
-
-    Attributes:
-        duration: from the first to the last [s].
-        rate: mean [Hz].
-        steps: shortest and longest [s].
-        jitter: standard deviation of the steps over their mean.
-        moving: first and last moment of the motion that is used [s]; None where nothing moves.
-    """
+    """Time of a recording [s]."""
 
     samples: int
-    duration: float
-    rate: float
-    steps: tuple[float, float]
-    jitter: float
-    moving: tuple[float, float] | None
+    duration: float  # from the first to the last
+    rate: float  # mean [Hz]
+    steps: tuple[float, float]  # shortest and longest
+    jitter: float  # standard deviation of the steps over their mean
+    moving: tuple[float, float] | None  # first and last moment of the motion that is used; None where nothing moves
 
 
 class JointFacts(Document, frozen=True):
-    """One joint's signals.
-
-    Attributes:
-        position: smallest and largest [rad or m].
-        speed: largest [.../s], from filtered positions or speeds.
-        torque: smallest and largest [N·m, N, or A].
-        position_step, torque_step: smallest difference of two values; 0 where none shows.
-        saturated: share of the samples at the torque's own extreme.
-    """
+    """One joint's signals: smallest and largest position [rad or m] and torque [N·m, N, or A]."""
 
     moves: bool
     position: tuple[float, float]
-    speed: float
+    speed: float  # largest, from filtered positions or speeds
     torque: tuple[float, float]
-    position_step: float
+    position_step: float  # smallest difference of two values; 0 where none shows
     torque_step: float
-    saturated: float
+    saturated: float  # share of the samples at the torque's own extreme
 
 
 class Excited(Document, frozen=True):
@@ -99,29 +84,18 @@ class Understood(NamedTuple):
 
 
 class LogReport(Result, frozen=True, kw_only=True, dict=True):
-    """Contents and faults of a log; ``working`` is how it was read.
-
-    Attributes:
-        currents: whether its torques are currents [A], of unknown gain.
-        usable: whether nothing speaks against using it as it is.
-        findings: worst first.
-        time: facts about time; None where it is too short to be filtered.
-        joints: facts about each joint.
-        excitation: per base parameter; empty where they cannot be estimated.
-        relative_residual: of the robot's model on this log; None without it.
-        condition_number_scaled: of the observation matrix, columns scaled to norm 1.
-    """
+    """Contents and faults of a log; ``working`` is how it was read."""
 
     source: str
     notes: tuple[str, ...]
-    currents: bool
-    usable: bool = True
-    findings: tuple[Remark, ...] = ()
-    time: TimeFacts | None = None
+    currents: bool  # its torques are currents [A], of unknown gain
+    usable: bool = True  # nothing speaks against using it as it is
+    findings: tuple[Remark, ...] = ()  # worst first
+    time: TimeFacts | None = None  # None where it is too short to be filtered
     joints: tuple[JointFacts, ...] = ()
-    excitation: tuple[Excited, ...] = ()
-    relative_residual: Number = None
-    condition_number_scaled: Number = None
+    excitation: tuple[Excited, ...] = ()  # by base parameter; empty where they cannot be estimated
+    relative_residual: Number = None  # of the robot's model on this log; None without it
+    condition_number_scaled: Number = None  # of the observation matrix, columns scaled to norm 1
 
     @property
     def headline(self) -> str:
@@ -143,21 +117,14 @@ class LogReport(Result, frozen=True, kw_only=True, dict=True):
 def check_log(
     robot: Robot, recording: Recording, processing: Processing | None = None, currents: bool = False
 ) -> LogReport:
-    """Look at a recording, which may be wrong in any way.
-
-    Args:
-        robot: the robot it should be of.
-        recording: the log, SI units, joint side.
-        processing: settings; the robot's own by default.
-        currents: whether its torques are currents [A] of unknown gain.
-    """
+    """Look at a recording, which may be wrong in any way; its torques may be ``currents`` [A] of unknown gain."""
     processing = processing or robot.processing
     check = LogReport(source=recording.source, notes=tuple(recording.notes), currents=currents)
     check = check.made_by(Understood(robot, recording)).completed(_positions(robot, recording))
     try:
         motion = measurement(recording, processing).motion
     except InputError as refusal:
-        return check.completed([error(str(refusal), "recording")])
+        return check.completed([error(str(refusal))])
     steps, moving = np.diff(recording.t), motion.t[moving_parts(motion, processing.still_speed)]
     time = TimeFacts(
         samples=len(recording.t),
@@ -182,7 +149,7 @@ def check_log(
     )
     check = check.completed(_signals(time, joints, currents), time=time, joints=joints)
     if check.usable and (mistake := _mistake(robot, recording, currents)):
-        check = check.completed([error(mistake, "recording")])
+        check = check.completed([error(mistake)])
     if not check.usable:
         return check
     # What the robot's model says of the log; the size of currents of unknown gain tells no weight.
@@ -193,18 +160,18 @@ def check_log(
         estimate = weighted(equations)
         verdict = robot_verdict(robot, Source((), (recording,), processing), equations, estimate, currents)
     except InputError as refusal:
-        return check.completed([warning(f"Not enough to identify the robot from: {refusal}", "recording")])
+        return check.completed([warning(f"Not enough to identify the robot from: {refusal}")])
     found = [finding._replace(text=f"{finding.text[:1].upper()}{finding.text[1:]}") for finding in verdict.findings]
-    spread = estimate.relative_sigma_percent
-    if unsure := int((~(spread < _UNSURE)).sum()):
+    sigmas = estimate.relative_sigma_percent
+    if unsure := int((~(sigmas < _UNSURE)).sum()):
         text = (
-            f"{unsure} of {len(spread)} base parameters are uncertain by more than {_UNSURE:.0f} % from this log "
+            f"{unsure} of {len(sigmas)} base parameters are uncertain by more than {_UNSURE:.0f} % from this log "
             "alone: small ones always are; for others move faster and over a wider range"
         )
-        found.append(note(text, "excitation"))
+        found.append(note(text))
     return check.completed(
         found,
-        excitation=tuple(map(Excited, base_parameters(robot).names, estimate.values.tolist(), spread.tolist())),
+        excitation=tuple(map(Excited, base_parameters(robot).names, estimate.values.tolist(), sigmas.tolist())),
         relative_residual=estimate.fit.relative,
         condition_number_scaled=equations.condition_numbers()[1],
     )
@@ -214,9 +181,9 @@ def _positions(robot: Robot, recording: Recording) -> list[Finding]:
     """Say what leaves the range of the robot's joints: degrees, turns of a motor, or another zero."""
 
     def outside(positions: Array) -> list[str]:
-        ranges = ((position_range(joint), q) for joint, q in zip(robot.joints, positions.T, strict=True))
-        wrong = (q.min() < low or q.max() > high for (low, high), q in ranges)
-        return [f"q{j}" for j, beyond in enumerate(wrong, 1) if beyond and robot.joints[j - 1].revolute]
+        turning = [(j, joint, positions[:, j]) for j, joint in enumerate(robot.joints) if joint.revolute]
+        ranges = [(j, *position_range(joint), q.min(), q.max()) for j, joint, q in turning]
+        return [f"q{j + 1}" for j, low, high, least, most in ranges if least < low or most > high]
 
     names, still = outside(recording.q), still_joints([recording])
     if not names:
@@ -227,33 +194,27 @@ def _positions(robot: Robot, recording: Recording) -> list[Finding]:
         advice = "All positions fit it as degrees: --units q=deg; if they are a motor's, give [motor] gear_ratios"
     else:
         advice = "No joint turns so far: looks like the motor side; give [motor] gear_ratios and side in a log map"
-    return [error(f"{', '.join(names)} leave the range of {robot.name}'s joints. {advice}", "positions")]
+    return [error(f"{', '.join(names)} leave the range of {robot.name}'s joints. {advice}")]
 
 
 def _signals(time: TimeFacts, joints: Sequence[JointFacts], currents: bool) -> list[Finding]:
     """Say what is wrong with the time stamps, with joints that rest, and with coarse torques."""
     findings = []
     if time.moving is None:
-        findings.append(error("No joint ever moves: record a motion of every joint", "recording"))
+        findings.append(error("No joint ever moves: record a motion of every joint"))
     if time.jitter > _JITTER:
-        text = (
-            f"Time steps vary from {1e3 * time.steps[0]:.3g} to {1e3 * time.steps[1]:.3g} ms: the log is resampled "
-            "to an even rate before filtering"
-        )
-        findings.append(note(text, "time"))
+        steps = "from {:.3g} to {:.3g} ms".format(*(1e3 * step for step in time.steps))
+        text = f"Time steps vary {steps}: the log is resampled to an even rate before filtering"
+        findings.append(note(text))
     still = [str(j) for j, joint in enumerate(joints, 1) if not joint.moves]
     if 0 < len(still) < len(joints):
-        names = f"joint {', '.join(still)}"
-        findings.append(warning(f"{names.capitalize()} never moves: its parameters cannot be seen", names))
+        findings.append(warning(f"Joint {', '.join(still)} never moves: its parameters cannot be seen"))
     quantity, unit = ("current", "A") if currents else ("torque", "N·m")
     for j, joint in enumerate(joints, 1):
         span = joint.torque[1] - joint.torque[0]
         if span > 0.0 and joint.torque_step > _COARSE * span:
-            text = (
-                f"The {quantity} of joint {j} comes in steps of {joint.torque_step:.3g} {unit}, "
-                f"{100 * joint.torque_step / span:.0f} % of its range: too coarse"
-            )
-            findings.append(warning(text, f"joint {j}"))
+            coarse = f"{joint.torque_step:.3g} {unit}, {100 * joint.torque_step / span:.0f} % of its range"
+            findings.append(warning(f"The {quantity} of joint {j} comes in steps of {coarse}: too coarse"))
     return findings
 
 
@@ -302,28 +263,17 @@ class RobotFit(Document, frozen=True):
 
 
 class RobotFits(Document, frozen=True):
-    """Shipped robots beside a log of which none was named.
-
-    Attributes:
-        columns: of the log.
-        fitting: robots that it can be of, the likeliest first.
-        others: those with as many joints that do not fit.
-        fault: why it is no robot's; None where some fit.
-    """
+    """Shipped robots beside a log of which none was named."""
 
     source: str
-    columns: tuple[str, ...]
-    fitting: tuple[RobotFit, ...]
-    others: tuple[str, ...]
-    fault: str | None
+    columns: tuple[str, ...]  # of the log
+    fitting: tuple[RobotFit, ...]  # robots that it can be of, the likeliest first
+    others: tuple[str, ...]  # those with as many joints that do not fit
+    fault: str | None  # why it is no robot's; None where some fit
 
 
 def robot_fits(path: str | Path, log_map: LogMap | None = None) -> RobotFits:
-    """Try all shipped robots on a log.
-
-    Raises:
-        InputError: if the log cannot be opened at all.
-    """
+    """Try all shipped robots on a log."""
     log_map = log_map or LogMap()
     raw = open_log(path, log_map)
     read = dict[object, Recording | str]()  # read once for robots of the same columns
@@ -346,15 +296,13 @@ def robot_fits(path: str | Path, log_map: LogMap | None = None) -> RobotFits:
                 read[key] = str(refusal)
         if isinstance(recording := read[key], str):
             faults.append(recording)
-            continue
-        if mistake := _mistake(robot, recording, currents):
+        elif mistake := _mistake(robot, recording, currents):
             others[robot.name] = mistake
-            continue
-        try:
-            left = weighted(_reduced(robot, recording, robot.processing, currents)[1]).fit.relative
-        except InputError:  # too little motion
+        else:
             left = None
-        fitting.append(RobotFit(robot.name, left))
+            with suppress(InputError):  # too little motion
+                left = weighted(_reduced(robot, recording, robot.processing, currents)[1]).fit.relative
+            fitting.append(RobotFit(robot.name, left))
     fitting.sort(key=lambda fit: (fit.residual is None, fit.residual or 0.0))
     fault = next((f"{path}: {mistake}" for mistake in others.values() if not fitting), None)
     if not fitting and not others:

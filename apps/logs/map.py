@@ -2,10 +2,10 @@
 
 import math
 import re
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Sequence
 from functools import cached_property
 from pathlib import Path
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated, Literal
 
 import numpy as np
 from msgspec import Meta, field
@@ -23,10 +23,9 @@ DELIMITERS = {"comma": ",", "tab": "\t", "semicolon": ";", "space": None}
 QUANTITIES = ("position", "velocity", "torque", "current")
 """Quantities that are measured of each joint."""
 REFERENCES = {"position_reference": "position", "torque_reference": "torque"}
-"""References that the controller wanted, and the quantities they belong to; ``read_following`` reads them."""
+"""What the controller wanted of each joint, and the quantities it belongs to; ``read_following`` reads it."""
 FORMS = {"rotation_vector": 3, "rpy": 3, "quaternion": 4}
 """Ways to write axes, and their number of columns."""
-_PLACE, _QUATERNION = ("x", "y", "z"), ("qx", "qy", "qz", "qw")
 _ANGLE = {"rad": 1.0, "deg": math.pi / 180.0, "rev": 2.0 * math.pi, "m": 1.0, "mm": 1e-3}
 _UNITS = {
     "time": {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9},
@@ -46,11 +45,7 @@ SHORT = {"t": "time", "q": "position", "qd": "velocity", "tau": "torque", "i": "
 
 
 def factor(quantity: str, unit: str) -> float:
-    """Factor from a number in ``unit`` to SI; "percent" gives the ratio to the rated value.
-
-    Raises:
-        InputError: lists the units that are known.
-    """
+    """Factor from a number in ``unit`` to SI; "percent" gives the ratio to the rated value."""
     known, unit = _UNITS[quantity], _spelt(unit)
     if unit not in known:
         raise InputError(f"unit {unit!r} of {quantity}: give one of {', '.join(known)}")
@@ -78,18 +73,9 @@ def repeated(names: Sequence[str]) -> str:
 
 
 def listed(names: Texts) -> tuple[str, ...]:
-    """Names of which a single one may stand alone."""
-    return (names,) if isinstance(names, str) else tuple(names)
-
-
-def spread(names: Texts) -> tuple[str, ...]:
-    """Names with ranges written out: "q1..6" is q1 to q6.
-
-    Raises:
-        InputError: for a range that runs backwards.
-    """
+    """Names of which a single one may stand alone, with ranges written out: "q1..6" is q1 to q6."""
     result: list[str] = []
-    for name in listed(names):
+    for name in (names,) if isinstance(names, str) else names:
         match = re.fullmatch(r"(.*?)(\d+)\.\.(\d+)", name)
         if not match:
             result.append(name)
@@ -102,27 +88,18 @@ def spread(names: Texts) -> tuple[str, ...]:
 
 
 class Layout(Table, frozen=True):
-    """The layout of a text file, and what else a reader must know.
+    """The layout of a text file, and what else a reader must know."""
 
-    Attributes:
-        delimiter: of ``DELIMITERS``; empty: it is found out.
-        decimal: "." or ","; empty: it is found out.
-        names: names of the columns in the order of the file, instead of a header line; "q1..6" stands for six.
-        skip: lines before the header, or before the numbers where ``names`` are given.
-        per_row: numbers of one sample where the file has one number a line; 0 for a file with rows.
-        topic: of a ROS bag; empty where there is only one with joint states.
-    """
-
-    delimiter: Literal["", "comma", "tab", "semicolon", "space"] = ""
-    decimal: Literal["", ".", ","] = ""
-    names: Texts = ()
-    skip: _Count = field(default=0, name="skip_lines")
-    per_row: _Count = field(default=0, name="numbers_per_row")
-    topic: str = ""
+    delimiter: Literal["", "comma", "tab", "semicolon", "space"] = ""  # empty: it is found out
+    decimal: Literal["", ".", ","] = ""  # empty: it is found out
+    names: Texts = ()  # of the columns in the order of the file, instead of a header line; "q1..6" stands for six
+    skip: _Count = field(default=0, name="skip_lines")  # before the header, or the numbers where names are given
+    per_row: _Count = field(default=0, name="numbers_per_row")  # of a sample in a file of one number a line
+    topic: str = ""  # of a ROS bag; empty where there is only one with joint states
 
     def __post_init__(self) -> None:
         """Refuse layouts without a meaning."""
-        force_setattr(self, "names", spread(self.names))
+        force_setattr(self, "names", listed(self.names))
         if self.decimal == "," and self.delimiter == "comma":
             raise ValueError("decimal ',' needs a delimiter other than comma")
         if self.per_row and self.per_row != len(self.names):
@@ -188,43 +165,45 @@ class Gears(Table, frozen=True):
 
 
 class Quantity(Table, frozen=True):
-    """One measured quantity of all joints.
+    """One quantity of all joints, measured or wanted by the controller.
 
-    Attributes:
-        columns: one name for each joint, or one pattern: "{}" stands for the joint's number, "{0}" for the number
-            less one, "{joint}" for its name. Empty: the standard names q1, qd1, tau1, i1.
-        unit: one for all joints, or one for each; empty for the SI unit.
-        side: "motor": before the gears.
-        sign: 1 or -1 for each joint; of the column, before anything else.
-        zero_deg, zero_m: added to joint-side positions, one for each joint.
-        rated: what 100 percent is, in N·m, N or A on the column's own side, one for each joint.
+    Columns are one name for each joint, or one pattern: "{}" stands for the joint's number, "{0}" for the number
+    less one, "{joint}" for its name. Lists hold one entry for each joint.
     """
 
-    columns: Texts = ()
-    unit: Texts = ()
-    side: Literal["joint", "motor"] = "joint"
-    sign: _Numbers = ()
-    zero_deg: _Numbers = ()
+    columns: Texts = ()  # empty: the standard names q1, qd1, tau1, i1
+    unit: Texts = ()  # one for all joints, or one for each; empty for the SI unit
+    side: Literal["joint", "motor"] = "joint"  # motor: before the gears
+    sign: _Numbers = ()  # 1 or -1, of the column, before anything else
+    zero_deg: _Numbers = ()  # added to joint-side positions, like zero_m
     zero_m: _Numbers = ()
-    rated: _Numbers = ()
+    rated: _Numbers = ()  # what 100 percent is, in N·m, N or A on the column's own side
 
     def __post_init__(self) -> None:
-        """Refuse what contradicts itself."""
-        force_setattr(self, "columns", spread(self.columns))
+        """Write names and units as lists."""
+        force_setattr(self, "columns", listed(self.columns))
         force_setattr(self, "unit", listed(self.unit))
+
+    def check(self, kind: str) -> None:
+        """Refuse what contradicts itself, and what no quantity of this kind has."""
+        percent = "percent" in map(_spelt, self.unit)
+        if kind in REFERENCES:
+            if not self.columns:
+                raise WrongKeyError("columns", "name the columns")
+            if self != Quantity(self.columns, self.unit):
+                raise ValueError("give columns and unit; side, sign and zero are those of the measured quantity")
+            if percent:
+                raise WrongKeyError("unit", "percent of what is not said: give N·m")
         if any(abs(sign) != 1.0 for sign in self.sign):
             raise ValueError("sign must be 1 or -1")
-        if ("percent" in map(_spelt, self.unit)) != bool(self.rated):
+        if percent != bool(self.rated):
             raise ValueError("rated goes with the unit percent: what 100 percent is, for each joint")
-
-    def check_kind(self, kind: str) -> None:
-        """Refuse what no quantity of this kind has."""
         if self.side == "motor" and kind == "current":
             raise ValueError("a current has no side: leave 'side' out, drive gains tell its torque")
         if self.zero and kind != "position":
             raise ValueError("only positions have a zero")
         for unit in self.unit:
-            factor(kind, unit)
+            factor(REFERENCES.get(kind, kind), unit)
 
     @property
     def zero(self) -> tuple[float, ...]:
@@ -234,63 +213,34 @@ class Quantity(Table, frozen=True):
     def factors(self, kind: str, n: int) -> Array:
         """Factors from each column to SI, shape (n,)."""
         factors = np.array([factor(kind, unit) for unit in self.unit or (SI[kind],)]) * np.ones(n)
-        for values in (self.sign, self.rated):
-            if values:
-                factors = factors * values
+        for values in filter(None, (self.sign, self.rated)):
+            factors = factors * values
         return factors
 
-    def check(self, kind: str, n: int, source: str) -> None:
-        """Refuse lists that are not as long as the robot has joints."""
+    def lengths(self) -> dict[str, int]:
+        """Lengths of the lists that must have an entry for each joint, by key."""
         lists = {"unit": self.unit[1:] and self.unit, "sign": self.sign, "zero": self.zero, "rated": self.rated}
         lists["columns"] = self.columns if len(self.columns) > 1 or "{" not in "".join(self.columns) else ()
-        for name, values in lists.items():
-            if values and len(values) != n:
-                raise InputError(
-                    f"{source}: {kind}.{name} has {len(values)} entries, the robot {n} joints: give one for "
-                    "each joint"
-                )
-
-
-class Reference(Table, frozen=True):
-    """Columns and units of what the controller wanted of each joint."""
-
-    advice: ClassVar[Mapping[str, str]] = {"columns": "name the columns"}
-
-    columns: Texts
-    unit: Texts = ()
-
-    def check_kind(self, kind: str) -> None:
-        """Refuse what no reference of this kind has."""
-        if not self.columns:
-            raise WrongKeyError("columns", "name the columns")
-        for unit in listed(self.unit):
-            if _spelt(unit) == "percent":
-                raise WrongKeyError("unit", "percent of what is not said: give N·m")
-            factor(REFERENCES[kind], unit)
+        return {name: len(values) for name, values in lists.items() if values}
 
 
 class ToolColumns(Table, frozen=True):
     """Columns of the tool's position and, perhaps, of its axes, in any fixed frame.
 
-    Attributes:
-        columns: of x, y, z.
-        unit: of these, "m" or "mm".
-        rotation: columns of the axes; empty where they are not logged.
-        form: of ``FORMS``: "rotation_vector" (Universal Robots), "rpy": roll, pitch, yaw about fixed x, y, z, or
-            "quaternion": x, y, z, w.
-        rotation_unit: "rad" or "deg", of a rotation vector and of rpy.
+    Forms of axes: "rotation_vector" (Universal Robots), "rpy": roll, pitch, yaw about fixed x, y, z, or
+    "quaternion": x, y, z, w.
     """
 
-    columns: Texts
-    unit: Literal["m", "mm"] = "m"
-    rotation: Texts = ()
+    columns: Texts  # of x, y, z
+    unit: Literal["m", "mm"] = "m"  # of these
+    rotation: Texts = ()  # columns of the axes; empty where they are not logged
     form: Literal["rotation_vector", "rpy", "quaternion"] | None = None
-    rotation_unit: Literal["rad", "deg"] = "rad"
+    rotation_unit: Literal["rad", "deg"] = "rad"  # of a rotation vector and of rpy
 
     def __post_init__(self) -> None:
         """Refuse what contradicts itself."""
-        force_setattr(self, "columns", spread(self.columns))
-        force_setattr(self, "rotation", spread(self.rotation))
+        force_setattr(self, "columns", listed(self.columns))
+        force_setattr(self, "rotation", listed(self.rotation))
         if len(self.columns) != 3:
             raise ValueError(f"pose.columns has {len(self.columns)} names: give those of x, y and z")
         if bool(self.rotation) != bool(self.form):
@@ -310,11 +260,10 @@ class ToolColumns(Table, frozen=True):
 
 def standard_pose(names: Collection[str]) -> ToolColumns | None:
     """Find x, y, z [m], perhaps with a quaternion qx, qy, qz, qw, in a log without a map; None without them."""
-    if not set(_PLACE) <= set(names):
+    place, turn, there = ("x", "y", "z"), ("qx", "qy", "qz", "qw"), set(names)
+    if not there >= set(place):
         return None
-    if set(_QUATERNION) <= set(names):
-        return ToolColumns(_PLACE, "m", _QUATERNION, "quaternion")
-    return ToolColumns(_PLACE)
+    return ToolColumns(place, "m", turn, "quaternion") if there >= set(turn) else ToolColumns(place)
 
 
 class LogMap(Table, frozen=True, dict=True):
@@ -342,8 +291,8 @@ class LogMap(Table, frozen=True, dict=True):
     velocity: Quantity = Quantity()
     torque: Quantity = Quantity()
     current: Quantity = Quantity()
-    position_reference: Reference | None = None
-    torque_reference: Reference | None = None
+    position_reference: Quantity | None = None
+    torque_reference: Quantity | None = None
 
     def __post_init__(self) -> None:
         """Refuse motor sides without gears, joints that are named twice, and what no quantity of a kind has."""
@@ -351,7 +300,7 @@ class LogMap(Table, frozen=True, dict=True):
         for kind in (*QUANTITIES, *REFERENCES):
             with at(kind):
                 if stated := getattr(self, kind):
-                    stated.check_kind(kind)
+                    stated.check(kind)
         if any(self.quantity(kind).side == "motor" for kind in QUANTITIES) and not self.motor:
             raise ValueError("motor side without gear ratios: give [motor] gear_ratios")
         if len(set(self.joints)) != len(self.joints):
@@ -368,19 +317,23 @@ class LogMap(Table, frozen=True, dict=True):
         Sign, side and zero of a reference are those of the measured quantity, but a torque's side is the joint's.
         Its units are a position's own, N·m or N for a torque, unless they are given.
         """
+        stated: Quantity = getattr(self, kind) or Quantity()
         if kind not in REFERENCES:
-            measured: Quantity = getattr(self, kind)
-            return measured
-        measured, reference = self.quantity(REFERENCES[kind]), getattr(self, kind) or Reference(())
+            return stated
+        measured = self.quantity(REFERENCES[kind])
         if kind == "torque_reference":
             measured = Quantity(sign=measured.sign)
-        rated = () if reference.unit else measured.rated
-        return replace(measured, columns=reference.columns, unit=reference.unit or measured.unit, rated=rated)
+        rated = () if stated.unit else measured.rated
+        return replace(measured, columns=stated.columns, unit=stated.unit or measured.unit, rated=rated)
 
     def check(self, n: int) -> None:
         """Refuse a map for another number of joints."""
+        advice = f"the robot {n} joints: give one for each joint"
         for kind in (*QUANTITIES, *(kind for kind in REFERENCES if getattr(self, kind))):
-            self.quantity(kind).check(REFERENCES.get(kind, kind), n, self.source)
+            for name, length in self.quantity(kind).lengths().items():
+                if length != n:
+                    kind = REFERENCES.get(kind, kind)
+                    raise InputError(f"{self.source}: {kind}.{name} has {length} entries, {advice}")
         for name, values in (("joints", self.joints), ("gear ratios", self.G)):
             if len(values) not in (0, n):
                 raise InputError(
@@ -415,14 +368,10 @@ def with_flags(
     """A log map with what the command line says instead.
 
     Args:
-        log_map: from a file, or the standard.
         joints: names, base to tip.
         units: "q=deg", "tau=mN·m", "t=ms", ...; "t=500Hz" where a log has no time but that rate.
         signs: 1 or -1 for each joint, of positions, speeds, torques and currents alike: its sense is turned.
         topic: of a ROS bag.
-
-    Raises:
-        InputError: says which entry cannot be.
     """
     try:
         for entry in units:

@@ -37,11 +37,7 @@ _MOST_REPEATED = 0.9  # of the rows
 
 
 def open_log(path: str | Path, log_map: LogMap) -> RawLog:
-    """Open a file, a ROS 2 bag's folder, or with ``LogMap.files`` a folder of files that belong together.
-
-    Raises:
-        InputError: if there is no such file, or it cannot be read.
-    """
+    """Open a file, a ROS 2 bag's folder, or with ``LogMap.files`` a folder of files that belong together."""
     path = Path(path)
     is_bag = not log_map.files and (path / "metadata.yaml").is_file()
     reader = ros_bag if is_bag else _READERS.get(path.suffix.lower(), csv_log)
@@ -73,10 +69,8 @@ def _joined(folder: Path, log_map: LogMap) -> RawLog:
         if len({len(values) for *_, values in used}) > 1:
             files = ", ".join(log.path.name for log, *_ in used)
             raise InputError(f"{folder}: {files} have not the same number of rows: are they of one recording?")
-        read_columns = {
-            name: column for _, names, values in used for name, column in zip(names, values.T, strict=True)
-        }
-        return np.column_stack([read_columns[name] for name in columns])
+        found = {name: column for _, names, values in used for name, column in zip(names, values.T, strict=True)}
+        return np.column_stack([found[name] for name in columns])
 
     def notes() -> tuple[str, ...]:
         return tuple(f"{log.path.name}: {note}" for log in logs for note in log.notes())
@@ -86,11 +80,7 @@ def _joined(folder: Path, log_map: LogMap) -> RawLog:
 
 
 def named(path: str | Path, robot: Robot, log_map: LogMap | None) -> Naming:
-    """Open a log by a map that fits the robot, and find out what its columns are called.
-
-    Raises:
-        InputError: if the map is another robot's, or the log cannot be opened.
-    """
+    """Open a log by a map that fits the robot, and find out what its columns are called."""
     log_map = log_map or LogMap()
     log_map.check(robot.n)
     return Naming(open_log(path, log_map), log_map, robot)
@@ -146,18 +136,7 @@ def read_beside(
     log_map: LogMap | None = None,
     reference: str = "",
 ) -> tuple[Recording, Array]:
-    """Read one log whole, perhaps with what the controller wanted.
-
-    Args:
-        path: as of ``read_recordings``, like what follows it.
-        reference: of ``REFERENCES``; empty for none.
-
-    Returns:
-        The recording, gaps in it, and the reference [rad, m, N·m or N], N x n, or N x 0 without one.
-
-    Raises:
-        InputError: names the file, line and column of whatever cannot be used.
-    """
+    """Read one log whole, gaps in it, with one of ``REFERENCES`` [rad, m, N·m or N], N x n, or N x 0 without."""
     naming = named(path, robot, log_map)
     raw = naming.raw
     columns, chosen = choose(naming, drive_gains)
@@ -177,13 +156,12 @@ def read_beside(
     _check_rate(raw, naming.time, t)
     parts = np.split(values, np.cumsum([len(names) for names in columns.values()])[:-1], axis=1)
     si = {kind: log_map.si(kind, part) for kind, part in zip(columns, parts, strict=True) if kind != "time"}
-    kind = "current" if "current" in si else "torque"
-    q, qd, load = si["position"], si.get("velocity"), si[kind]
+    q, qd, load = si["position"], si.get("velocity"), si["current" if "current" in si else "torque"]
     read = hashlib.blake2b(np.ascontiguousarray(np.column_stack([t, q, load])).data, digest_size=16).hexdigest()
     torque, gains = load, tuple[float, ...]()
-    if kind == "current":
-        gains = tuple(drive_gains or ())
-        torque = load * (1.0 if drive_gains is None else np.array(drive_gains, dtype=float))
+    if "current" in si and drive_gains is not None:
+        gains = tuple(drive_gains)
+        torque = load * np.array(gains, dtype=float)
         torque = robot.coupling.joint_torques(torque) if robot.coupling else torque
     notes = [*raw.notes(), *units, *about_time, *chosen]
     if qd is not None:
@@ -221,9 +199,8 @@ def _stated(raw: RawLog, columns: Mapping[str, Sequence[str]], log_map: LogMap) 
 def _clock(raw: RawLog, column: str, unit: str, values: Array) -> tuple[Array, NDArray[np.bool_], float, list[str]]:
     """Seconds of a log's column of time, in ``unit`` or, where that is empty, in the one that is found out.
 
-    Returns:
-        Seconds of the rows that come later than the row before, which rows those are, what the column holds where
-        seconds are 0 [s], and what is to be said of it.
+    Only of rows that come later than the row before; then which rows those are, what the column holds where seconds
+    are 0 [s], and what is to be said of it.
     """
     if not len(values):
         return values, np.zeros(0, dtype=bool), 0.0, []
@@ -273,18 +250,9 @@ def _check_rate(raw: RawLog, column: str, t: Array) -> None:
 
 
 def read_tool_poses(path: str | Path, robot: Robot, log_map: LogMap | None = None) -> ToolPoses | None:
-    """Read joint positions and tool poses of a log.
+    """Read joint positions and tool poses of a log; None if it has none.
 
-    Args:
-        path: the file or folder.
-        robot: tells how many joints there are.
-        log_map: its ``pose`` names the columns; without it x, y, z [m] and qx, qy, qz, qw are taken, if there.
-
-    Returns:
-        The poses, or None if the log has none.
-
-    Raises:
-        InputError: names the file and column of whatever cannot be used.
+    The map's ``pose`` names the columns; without it x, y, z [m] and qx, qy, qz, qw are taken, if there.
     """
     naming = named(path, robot, log_map)
     raw, log_map = naming.raw, naming.log_map
@@ -318,15 +286,9 @@ def read_tool_poses(path: str | Path, robot: Robot, log_map: LogMap | None = Non
 
 
 def read_trajectory(path: str | Path, robot: Robot) -> tuple[Array, Array, Array | None, Array | None]:
-    """Read a planned motion: columns ``t``, ``q1..qn``, ``qd1..qdn`` and ``qdd1..qddn`` or without the last ones.
+    """Read a planned motion: times, positions, and speeds and accelerations where the file has them, in SI units.
 
-    Other columns are not used; SI units.
-
-    Returns:
-        Times, positions, and speeds and accelerations where the file has them.
-
-    Raises:
-        InputError: names the file, line and column of whatever cannot be used.
+    From columns ``t``, ``q1..qn``, ``qd1..qdn`` and ``qdd1..qddn``; others are not used.
     """
     n, raw, columns = robot.n, open_log(path, LogMap()), ["t"]
     for kind in ("q", "qd", "qdd"):
@@ -348,15 +310,12 @@ def read_trajectory(path: str | Path, robot: Robot) -> tuple[Array, Array, Array
     if len(values) < 2:
         raise InputError(f"{path}: {len(values)} rows of numbers: a trajectory needs more")
     t, q, qd, qdd = values[:, 0], *(values[:, 1 + k * n : 1 + (k + 1) * n] for k in range(3))
-    steps = np.diff(t)
-    k = int(np.argmax(steps <= 0.0))
-    if steps[k] <= 0.0:
-        fault = "stands still" if steps[k] == 0.0 else "runs back"
-        raise InputError(
-            f"{raw.path}: {raw.place(k + 1)}, column 't': time {fault} ({t[k]:g} s, then {t[k + 1]:g} s): remove "
-            "the repeated rows"
-        )
+    _, later, _, _ = _clock(raw, "t", "s", t)
+    if not later.all():
+        where = raw.place(int(np.argmin(later)))
+        raise InputError(f"{raw.path}: {where}, column 't': time stands still: remove the repeated rows")
     _check_rate(raw, "t", t)
+    steps = np.diff(t)
     k = int(np.argmax(steps))
     if steps[k] > max(10.0 * typical_step(t), 0.25):
         raise InputError(

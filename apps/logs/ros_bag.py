@@ -22,9 +22,6 @@ def ros_bag(path: Path, layout: Layout) -> RawLog:
     """Open a bag: columns ``t`` [s] and ``<joint>.position``, ``.velocity``, ``.effort``.
 
     Times are the messages' own stamps, or where these are zero the times of recording, from the first one on.
-
-    Raises:
-        InputError: if it is no bag, has no such topic, or rosbags is not installed.
     """
     joints: dict[str, set[str]] = {}
     topic = layout.topic
@@ -33,12 +30,10 @@ def ros_bag(path: Path, layout: Layout) -> RawLog:
         if topic and topic not in topics:
             raise InputError(f"{path}: no topic {topic!r} with {_TYPE}; found {', '.join(topics) or 'none'}")
         if not topic and len(topics) != 1:
-            advice = (
-                f" ({', '.join(topics)}): choose one by topic in the log map"
-                if topics
-                else ": record /joint_states"
+            choice = f" ({', '.join(topics)}): choose one by topic in the log map"
+            raise InputError(
+                f"{path}: {len(topics)} topics with {_TYPE}{choice if topics else ': record /joint_states'}"
             )
-            raise InputError(f"{path}: {len(topics)} topics with {_TYPE}{advice}")
         topic = topic or topics[0]
         for count, (_, message) in enumerate(_messages(reader, topic)):
             for place, joint in enumerate(message.name):

@@ -17,34 +17,19 @@ _HUGE = 1e30  # a time in nanoseconds is 2e18
 
 @dataclass(frozen=True)
 class RawLog:
-    """A log that is open for reading, its numbers as they stand there.
+    """A log that is open for reading, its numbers as they stand there."""
 
-    Attributes:
-        path: the file or folder.
-        names: names of all its columns.
-        read: gives all rows of the columns that are asked for, in that order.
-        place: tells where a row stands, "line 7"; rows count from 0.
-        joints: names of joints, where the format has them.
-        units: of columns, where the file names them.
-        notes: what a user should know about how it was read; after its rows were read, about these too.
-        gain_sigma: what the file says of the error of its torques' scale, relative; None where nothing.
-    """
-
-    path: Path
-    names: tuple[str, ...]
-    read: Callable[[Sequence[str]], Array]
-    place: Callable[[int], str] = lambda row: f"row {row + 1}"
-    joints: tuple[str, ...] = ()
-    units: Mapping[str, str] = field(default_factory=dict)
-    notes: Callable[[], tuple[str, ...]] = tuple
-    gain_sigma: float | None = None
+    path: Path  # file or folder
+    names: tuple[str, ...]  # of all its columns
+    read: Callable[[Sequence[str]], Array]  # gives all rows of the columns that are asked for, in that order
+    place: Callable[[int], str] = lambda row: f"row {row + 1}"  # tells where a row stands; rows count from 0
+    joints: tuple[str, ...] = ()  # names, where the format has them
+    units: Mapping[str, str] = field(default_factory=dict)  # of columns, where the file names them
+    notes: Callable[[], tuple[str, ...]] = tuple  # on how it was read; after its rows were read, on these too
+    gain_sigma: float | None = None  # relative error of its torques' scale, where the file tells it
 
     def whole(self, columns: Sequence[str]) -> Array:
-        """All rows of the columns, rows x ``len(columns)``.
-
-        Raises:
-            InputError: says where a number stands that is not finite, or larger than any time, place or torque.
-        """
+        """All rows of the columns, rows x ``len(columns)``; refused where one is no time, place or torque."""
         values = np.ascontiguousarray(self.read(columns))
         good = np.abs(values) < _HUGE
         if not good.all():
@@ -70,11 +55,7 @@ def reading(path: Path, kind: str, remedy: str = "save or copy it again") -> Ite
 
 
 def extra(module: str, content: str) -> Any:
-    """Import a library that only some formats need, of the extra ``dynident[logs]``.
-
-    Raises:
-        InputError: if it is not installed.
-    """
+    """Import a library that only some formats need, of the extra ``dynident[logs]``."""
     try:
         return import_module(module)
     except ImportError:

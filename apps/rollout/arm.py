@@ -29,12 +29,7 @@ class IdentifiedArm:
     """
 
     def __init__(self, robot: Robot, base: BaseParameters, values: Array) -> None:
-        """Prepare the integration.
-
-        Args:
-            robot: the robot, n joints.
-            values: of ``base.columns``.
-        """
+        """Prepare the integration; ``values``: of ``base.columns``."""
         self.robot, self._base, n = robot, base, robot.n
         dry = dry_friction_names(robot)
         self._level = np.array([values[base.columns.index(name)] if name in base.columns else 0.0 for name in dry])
@@ -67,19 +62,13 @@ class IdentifiedArm:
         return ca.Function("rollout_step", [x, start, middle, end, shared], [out])
 
     def positions(self, q: Array, qd: Array, torque: Array, step: float) -> Array:
-        """Positions under torques alone.
+        """Positions under torques alone, S x K x n for S starts.
 
         Args:
-            q: positions at the start [rad or m], S x n for S starts.
+            q: positions at the start [rad or m], S x n.
             qd: speeds there, S x n.
-            torque: at each sample, linear between them [N·m or N], S x K x n.
+            torque: at each of K samples, linear between them [N·m or N], S x K x n.
             step: between samples [s].
-
-        Returns:
-            Positions at each sample, S x K x n.
-
-        Raises:
-            InputError: if the parameters are of no robot that can move, or cannot be integrated.
         """
         path = np.concatenate([torque, np.zeros((*torque.shape[:2], 2 * self.robot.n))], axis=2)
         none = np.zeros(self.robot.n)
@@ -87,16 +76,7 @@ class IdentifiedArm:
         return positions
 
     def followed(self, q: Array, qd: Array, step: float) -> tuple[Array, Array]:
-        """Positions and torques of a controller kp (q_r - q) + kd (qd_r - qd) that follows paths, S x K x n each.
-
-        Args:
-            q: positions of the paths [rad or m], S x K x n.
-            qd: their speeds, S x K x n.
-            step: between samples [s].
-
-        Raises:
-            InputError: as ``positions``.
-        """
+        """Positions and torques of a controller kp (q_r - q) + kd (qd_r - qd) that follows paths, S x K x n."""
         inertia = np.mean([np.diag(np.linalg.inv(mobility)) for mobility in self._mobilities(q)], axis=0)
         path = np.concatenate([np.zeros_like(q), q, qd], axis=2)
         gains = _BANDWIDTH**2 * inertia, 2.0 * _BANDWIDTH * inertia

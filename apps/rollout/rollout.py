@@ -54,52 +54,28 @@ class Spread(NamedTuple):
 
 
 class Replay(NamedTuple):
-    """A controller that follows the measured path.
+    """A controller that follows the measured path."""
 
-    Attributes:
-        relative: norm of (its torque less the measured one) over norm of the measured one, slow rows left out.
-        joints: the same joint by joint, shape (n,); nan where nothing was measured.
-        strayed: root mean square distance from the path over all joints [rad or m].
-    """
-
-    relative: float
-    joints: Array
-    strayed: float
+    relative: float  # norm of (its torque less the measured one) over norm of the measured one, slow rows left out
+    joints: Array  # the same joint by joint, shape (n,); nan where nothing was measured
+    strayed: float  # root mean square distance from the path over all joints [rad or m]
 
 
 @dataclass(frozen=True, eq=False)
 class Rollout:
-    """Errors of predicted motion on one recording.
+    """Errors of predicted motion on one recording."""
 
-    Attributes:
-        source: name of the recording.
-        turning: whether all joints turn: errors are in rad then, else mixed with m.
-        horizons: times after the start that were asked for, those beyond half the recording left out [s].
-        times: after the start [s], shape (K,), the horizons among them.
-        errors: root mean square over the joints of each start at each time, S x K, by what predicted them.
-        resting: starts at which no joint moved, shape (S,).
-        growth: factor by which a small error of the start's positions grows in ``GROWTH_TIME``, median; nan if the
-            recording is too short.
-        replay: the path followed under a controller.
-    """
-
-    source: str
-    turning: bool
-    horizons: tuple[float, ...]
-    times: Array
-    errors: Mapping[str, Array]
-    resting: NDArray[np.bool_]
-    growth: float
-    replay: Replay
+    source: str  # name of the recording
+    turning: bool  # all joints turn: errors are in rad then, else mixed with m
+    horizons: tuple[float, ...]  # times asked for, those beyond half the recording left out [s]
+    times: Array  # after the start [s], shape (K,), the horizons among them
+    errors: Mapping[str, Array]  # root mean square over the joints of each start at each time, S x K, by model
+    resting: NDArray[np.bool_]  # starts at which no joint moved, shape (S,)
+    growth: float  # median factor of an error of the start after GROWTH_TIME; nan if the recording is too short
+    replay: Replay  # the path followed under a controller
 
     def spread(self, by: str, seconds: float, resting: bool = False) -> Spread | None:
-        """Error after some time; None without such starts.
-
-        Args:
-            by: one of ``errors``.
-            seconds: one of ``times``.
-            resting: whether of starts at rest, or in motion.
-        """
+        """Error after one of ``times``, by one of ``errors``, of starts in motion or at rest; None without such."""
         k = int(np.argmin(np.abs(self.times - seconds)))
         errors = self.errors[by][self.resting == resting, k]
         if not len(errors):
@@ -129,9 +105,6 @@ def roll_out_all(
         settings: processing and progress.
         horizons: after which times errors are asked for [s]; those beyond half a recording are left out.
         others: models to compare with, by name.
-
-    Raises:
-        InputError: if a recording is too short for the shortest horizon, or the parameters cannot be integrated.
     """
     settings.progress("the robot's equations of motion")
     base = base_parameters(robot)

@@ -1,0 +1,400 @@
+"""Options of motions: what they teach, through which noise, the limits they keep, their files; and their search."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, ClassVar, Literal, NamedTuple
+
+import numpy as np
+from cyclopts import Parameter
+from numpy.typing import NDArray
+
+from ... import model, trajectories
+from ...common.arrays import Array
+from ...common.errors import InputError
+from ...common.files import write_text
+from .. import export, results
+from . import values
+from .entry import GOAL, LIMITS, SETTING, Options
+from .options import ViewedPageOptions
+from .progress import note, status
+from .values import Names, NewFile, Reads, Seconds, Share, checked, number, numbers, positive_number, share, word
+
+RATE = 100.0
+"""Hz: independent samples where nothing else is said."""
+FIGURE_RATE = 100.0
+"""Hz: samples of a motion in figures."""
+_SAMPLE_RATE = 250.0  # Hz, in files
+_REPLAY_RATE = 1000.0  # Hz: at which controllers' own curves are looked at, and at their turns
+
+if TYPE_CHECKING:
+    PayloadBounds = model.InertialParameters | trajectories.PayloadSet
+
+
+def _noise(text: str) -> tuple[float | tuple[float, ...] | None, float | None]:
+    """Sigma of torques, a share of the limits ("10%") or a number per joint, and independent samples a second."""
+    sigma, mark, rate = text.partition("@")
+    checked(text, bool(sigma or mark), text, "a noise such as 10%, 1,2,3,4,5,6 or 10%@50")
+    level = None if not sigma else share(sigma) if sigma.endswith("%") else numbers(sigma)
+    return level, positive_number(rate) if mark else None
+
+
+def _acceleration(text: str) -> float | tuple[float, ...]:
+    """Times the speed limit per second, "3x" (a float); or a number per joint (a tuple)."""
+    if not text.lower().endswith("x"):
+        return numbers(text)
+    try:
+        factor = number(text[:-1])
+    except ValueError:
+        factor = -1.0
+    return checked(factor, 0.0 < factor < 1e6, text, "a factor such as 3x")
+
+
+def _region(text: str) -> tuple[tuple[float, ...], bool]:
+    """Radius or three half axes [m], and whether they are half edges of a box."""
+    half = numbers(text.removeprefix("box:"))
+    good = len(half) in (1, 3) and min(half) > 0.0
+    return checked(half, good, text, "R, A,B,C or box:A,B,C, each above 0 m"), text.startswith("box:")
+
+
+_Level = float | tuple[float, ...]
+_Noise = Annotated[tuple[_Level | None, float | None], word(_noise, "S|S1,S2,..[@HZ]")]
+_Columns = Annotated[tuple[str, ...], word(values.names_list, "NAME,..|payload")]
+_Acceleration = Annotated[_Level, word(_acceleration, "A|A1,A2,..")]
+_Torques = Annotated[str | tuple[float, ...], word(partial(values.numbers_or, "none"), "T|T1,T2,..")]
+_Heaviest = Annotated[str, Reads("heaviest payload"), Parameter(metavar="KG[@X,Y,Z]|TOML")]
+_Region = Annotated[tuple[tuple[float, ...], bool], word(_region, "R|A,B,C|box:A,B,C")]
+_Rate = Annotated[float, word(positive_number, "HZ")]
+
+
+class NoiseOptions(Options, group=GOAL):
+    """Torque noise per joint [N·m or N], or its share of the limits, and independent samples a second [Hz]."""
+
+    torque_noise: _Noise | None = None
+    """Sigma per joint [N·m or N], or 10% of the limits; @HZ: independent samples a second (default: 100)."""
+
+    @property
+    def rate(self) -> float:
+        """Independent samples a second [Hz]."""
+        return (self.torque_noise[1] if self.torque_noise else None) or RATE
+
+    def sigma(self, bounds: trajectories.JointBounds) -> Array | None:
+        """Standard deviations per joint as asked for."""
+        noise, n = self.torque_noise[0] if self.torque_noise else None, len(bounds.torque)
+        if isinstance(noise, float):
+            if not np.isfinite(bounds.torque).all():
+                raise InputError(
+                    "--torque-noise as a percentage needs a torque limit of every joint: --torque-limits"
+                )
+            return np.asarray(noise * bounds.torque)
+        return None if noise is None else np.array(noise * n if len(noise) == 1 else noise)
+
+
+class GoalOptions(NoiseOptions):
+    """Parameters to be learnt, the criterion, and data that are there already."""
+
+    criterion: Annotated[Literal["d", "a", "cond", "cond-scaled"], Parameter(show_choices=False)] = "d"
+    """d: information (default); a: relative sigma; cond: condition number; cond-scaled: columns scaled."""
+    columns: _Columns | None = None
+    """Parameters to be estimated (default: base), or the payload's ten, the robot being known."""
+    parameters: Annotated[Names | None, SETTING] = None
+    """Parameters that count, for criteria d and a (default: all)."""
+    data_from: tuple[Annotated[str, Reads("earlier data"), Parameter(metavar="F")], ...] = ()
+    """Earlier data: --npz of identify or payload, or --json of identify (d and a); repeatable."""
+    data_length: Annotated[Seconds | None, SETTING] = None
+    """Length of the recording to come [s]."""
+
+    @property
+    def payload_only(self) -> bool:
+        """The payload alone is asked for."""
+        return self.columns == ("payload",)
+
+    def goal(
+        self,
+        robot: model.Robot,
+        bounds: trajectories.JointBounds,
+        reference: Mapping[str, float],
+        motion_length: float | None,
+    ) -> trajectories.Goal:
+        """The goal; ``reference``: values that standard deviations are relative to; ``motion_length`` in s."""
+        noise, length, earlier = self.sigma(bounds), self.data_length, None
+        if self.data_from:
+            length = length or motion_length
+            if length is None:
+                raise InputError("--data-from needs data-length, a setting: how long will be recorded next?")
+            if noise is None:
+                noise = results.recorded_noise(self.data_from[0])
+        if noise is None:
+            note("no --torque-noise: 1 N·m (or N) in every joint is assumed")
+        if self.data_from:
+            earlier = self._earlier(robot, noise)
+        return trajectories.Goal(
+            self.criterion,
+            columns=None if self.payload_only else self.columns,
+            payload_only=self.payload_only,
+            interest=self.parameters,
+            reference=reference if self.criterion == "a" else None,
+            noise=noise,
+            rate=self.rate,
+            data_length=length,
+            earlier=earlier,
+        )
+
+    def _earlier(self, robot: model.Robot, noise: Array | None) -> trajectories.Earlier:
+        """Rows of the files of earlier data, all of the first one's columns."""
+        paths, weighted = self.data_from, self.criterion in ("d", "a")
+        if weighted and noise is None:
+            raise InputError(f"{paths[0]}: carries no weights: give --torque-noise")
+        parts = [results.read_information(path, noise if weighted else None) for path in paths]
+        if self.payload_only:
+            parts = [part.of_payload(model.regressors.payload_columns(robot)) for part in parts]
+        columns = parts[0].columns
+        for path, information in zip(paths, parts, strict=True):
+            if set(information.columns) != set(columns):
+                raise InputError(f"{path}: has other columns than {paths[0]}: give files of one model")
+        rows = [part.factor[:, [part.columns.index(name) for name in columns]] for part in parts]
+        return trajectories.Earlier(columns, np.vstack(rows))
+
+
+class Limited(NamedTuple):
+    """A robot with the limits that its motions keep."""
+
+    robot: model.Robot  # with its parameters, or a stand-in's
+    bounds: trajectories.JointBounds
+    loads: trajectories.Loads  # what torques are computed from; the payload in the last link's frame
+    scene: trajectories.Scene | None
+
+    @property
+    def identified(self) -> bool:
+        """True if the robot's parameters were identified."""
+        return self.loads.covariance is not None
+
+    @property
+    def has_torque_limits(self) -> bool:
+        """True if the torque of some joint is limited."""
+        return bool(np.isfinite(self.bounds.torque).any())
+
+    def problem(
+        self,
+        shape: trajectories.Shape,
+        goal: trajectories.Goal | trajectories.NearGoal,
+        loads: trajectories.Loads | None,
+    ) -> trajectories.DesignProblem:
+        """The design of a motion within these limits; without loads torques have none."""
+        return trajectories.build_design(self.robot, shape, goal, bounds=self.bounds, loads=loads, scene=self.scene)
+
+
+class LimitOptions(Options, group=LIMITS):
+    """Limits of the joints, the robot's parameters for its torques, and the scene."""
+
+    speed_override: Annotated[float, word(number, "SHARE")] = 1.0
+    """Share of the speed limits (default: 1)."""
+    acceleration: Annotated[_Acceleration | None, SETTING] = None
+    """Limit of the accelerations [deg/s² or m/s²], or 3x: three times the speed limit per second."""
+    torque_limits: _Torques | None = None
+    """[N·m or N], or none: not even those of the robot's file."""
+    robot_parameters: values.RobotParametersFile | None = None
+    """The --json of 'dynident identify': for torques and relative sigma."""
+    heaviest_payload: _Heaviest | None = None
+    """Torque limits hold without it and with it."""
+    within: _Region | None = None
+    """Torque limits hold for every payload up to --heaviest-payload in a ball, ellipsoid or box there [m]."""
+    torque_margin: Annotated[Share | None, SETTING] = None
+    """Share of the torque limits that stays free, such as 10%."""
+    scene: Annotated[str | None, Reads("scene"), Parameter(metavar="TOML"), SETTING] = None
+    """File of floor, walls, and bodies that keep clear of each other."""
+
+    def check(self) -> None:
+        """Refuse a region of payloads of which none is named."""
+        super().check()
+        if self.heaviest_payload is None:
+            self.refuse("within", "needs --heaviest-payload KG[@X,Y,Z]: the largest mass there")
+
+    def of(self, robot: model.Robot) -> Limited:
+        """A robot with these limits, its parameters from ``--robot-parameters``, or a stand-in."""
+        covariance: Array | None = None
+        if self.robot_parameters:
+            robot = model.stand_in.with_assumed_limits(robot)
+            stored = results.read_stored_robot(self.robot_parameters)
+            known = dict(zip(stored.estimate.names, stored.estimate.values.tolist(), strict=True))
+            robot, covariance = stored.applied_to(robot), stored.estimate.covariance
+        else:
+            robot = model.stand_in.rehearsed(robot)
+            known = dict(robot.parameters)
+        acceleration: list[float] | None = None
+        if isinstance(self.acceleration, float):
+            acceleration = [self.acceleration * joint.limits.speed for joint in robot.joints]
+        elif self.acceleration is not None:
+            acceleration = in_si(_each_joint(self.acceleration, robot, "acceleration"), robot).tolist()
+        torque = (math.inf,) * robot.n if isinstance(self.torque_limits, str) else self.torque_limits
+        torque = torque and _each_joint(torque, robot, "--torque-limits")
+        bounds = trajectories.JointBounds.of(
+            robot, override=self.speed_override, acceleration=acceleration, torque=torque
+        )
+        payload = self._payload(robot, np.isfinite(bounds.torque))
+        scene = trajectories.read_scene(self.scene) if self.scene else None
+        loads = trajectories.Loads(known, payload, covariance, self.torque_margin or 0.0)
+        return Limited(robot, bounds, loads, scene)
+
+    def whole(self, problem: trajectories.DesignProblem) -> trajectories.DesignProblem:
+        """The problem with the whole of the torque limits, the share that a design leaves free included."""
+        return problem.with_torque_share(1.0 / (1.0 - (self.torque_margin or 0.0)))
+
+    def _payload(self, robot: model.Robot, limited: NDArray[np.bool_]) -> PayloadBounds | None:
+        """The heaviest payload, or every one up to it ``within``, in the last link's frame.
+
+        Joints with a torque limit are ``limited``; a set of payloads needs all.
+        """
+        if self.torque_margin is not None and not limited.any():
+            raise InputError("torque-margin has no effect without torque limits: give --torque-limits")
+        text, flange = self.heaviest_payload, robot.flange
+        if text is None:
+            return None
+        if self.within is not None and not limited.all():
+            joints = ", ".join(map(str, np.flatnonzero(~limited) + 1))
+            raise InputError(
+                f"--within needs a torque limit of every joint, {joints} without: give --torque-limits"
+            )
+        if Path(text).suffix.lower() == ".toml":
+            if self.within is not None:
+                raise InputError(f"--within bounds payloads that are not known, {text} is one: give KG[@X,Y,Z]")
+            return model.read_payload(text).moved(flange.R, flange.p)
+        mass, _, place = text.partition("@")
+        try:
+            kilograms = positive_number(mass)
+            centre = list(numbers(place, 3)) if place else [0.0, 0.0, 0.0]
+        except ValueError:
+            raise InputError(f"--heaviest-payload {text!r}: give kg, kg@x,y,z (m), or a TOML file") from None
+        if self.within is not None:
+            half, box = self.within
+            half = half if len(half) == 3 else half * 3
+            return trajectories.PayloadSet.within(kilograms, half, centre, box).seen_from(flange)
+        if not place:
+            note(
+                f"--heaviest-payload {text} is taken as a point at the origin of the payload's frame: give "
+                "kg@x,y,z or a TOML file to put it where it hangs, or --within for every payload about it"
+            )
+        return model.InertialParameters.from_com(kilograms, centre, [[0.0] * 3] * 3).moved(flange.R, flange.p)
+
+
+def _each_joint(given: tuple[float, ...], robot: model.Robot, option: str) -> tuple[float, ...]:
+    """A number for each joint, where one may stand for all."""
+    if len(given) not in (1, robot.n):
+        count = f"{len(given)} numbers for the {robot.n} joints of robot {robot.name!r}"
+        raise InputError(f"{option}: {count}: give one for all, or one each")
+    return given * robot.n if len(given) == 1 else given
+
+
+def in_si(given: tuple[float, ...], robot: model.Robot) -> Array:
+    """Degrees of turning joints in radians; metres of sliding ones as they are."""
+    if len(given) != robot.n:
+        raise InputError(f"{len(given)} numbers for the {robot.n} joints of robot {robot.name!r}: give one each")
+    return np.array([np.radians(x) if joint.revolute else x for x, joint in zip(given, robot.joints, strict=True)])
+
+
+class MotionFiles(ViewedPageOptions):
+    """Formats of the motion itself, beside the result."""
+
+    needs: ClassVar = {
+        "joint_names": ("ros2",),
+        "controller_rate": ("urscript",),
+        "sample_rate": ("samples", "ros2"),
+    }
+
+    samples: Annotated[NewFile | None, Parameter(metavar="F.csv")] = None
+    """Samples of the motion: t, q, qd, qdd."""
+    ros2: Annotated[NewFile | None, Parameter(metavar="F.yaml")] = None
+    """JointTrajectory of ROS 2."""
+    joint_names: Annotated[Names | None, SETTING] = None
+    """Names of the joints for --ros2 (default: joint_1, ..)."""
+    urscript: NewFile | None = None
+    """servoj program."""
+    controller_rate: Annotated[_Rate | None, SETTING] = None
+    """Cycles a second of the controller for --urscript [Hz]: 500 (default) or 125."""
+    sample_rate: Annotated[_Rate | None, SETTING] = None
+    """Samples a second in files [Hz] (default: 250)."""
+
+    def check_robot(self, robot: model.Robot) -> None:
+        """Refuse what a format has no place for, before the search."""
+        if self.ros2:
+            export.check_joint_names(self.joint_names or (), robot.n)
+        if self.urscript:
+            export.check_urscript(robot, self.servo_rate)
+
+    @property
+    def rate(self) -> float:
+        """Samples a second [Hz]."""
+        return self.sample_rate or _SAMPLE_RATE
+
+    @property
+    def servo_rate(self) -> float:
+        """Cycles of a controller of Universal Robots a second [Hz]."""
+        return self.controller_rate or export.CONTROLLER_RATE
+
+    def asked(self, written: export.WrittenMotion) -> dict[str, tuple[str, export.WrittenMotion]]:
+        """The formats asked for by name: where each is to be written, and the motion at its rate."""
+        sampled = replace(written, rate=self.rate, joint_names=self.joint_names or ())
+        files = {
+            "csv": (self.samples, sampled),
+            "ros2": (self.ros2, sampled),
+            "urscript": (self.urscript, replace(written, rate=self.servo_rate)),
+        }
+        return {name: (path, motion) for name, (path, motion) in files.items() if path}
+
+    def check_replays(
+        self, problem: trajectories.DesignProblem, written: export.WrittenMotion, *estimated: str
+    ) -> None:
+        """Refuse files whose controllers, by their own interpolation, break a limit or touch something.
+
+        The problem's limits count, whole: what a design leaves free of the torques is for this. The replay of some
+        formats is ``estimated``, too roughly to refuse a motion for.
+        """
+        for name, (_, motion) in self.asked(written).items():
+            if name in estimated or (replay := export.motions.FORMATS[name].replay) is None:
+                continue
+            run = replay(motion)
+            for limit in trajectories.missed_on_replay(problem, run.plan, _REPLAY_RATE):
+                raise InputError(f"as {run.text} the motion does not keep its limits ({limit}): {run.advice}")
+
+    def write(self, written: export.WrittenMotion) -> None:
+        """Write a motion with its head in the formats asked for."""
+        for name, (path, motion) in self.asked(written).items():
+            form = export.motions.FORMATS[name]
+            write_text(path, form.text(motion))
+            for beside, text in form.beside(motion).items():
+                write_text(Path(path).parent / beside, text)
+
+
+def best_motion(
+    problem: trajectories.DesignProblem,
+    seed: int,
+    starts: int | None,
+    words: Callable[[float | None], str] = lambda best: "",
+) -> trajectories.Design:
+    """The best motion that keeps every limit.
+
+    From random ``starts``, or as many as the criterion needs; ``words`` tell the best criterion so far, None before
+    there is one.
+    """
+    with status("building") as progress:
+
+        def show(text: str, best: float | None, evaluations: int) -> None:
+            progress(f"{text}, {evaluations} evaluations{words(best)}")
+
+        design = trajectories.solve_design(problem, seed=seed, starts=starts, progress=show)
+    if design.missed:
+        raise InputError(
+            f"the whole run, or its rehearsal, does not keep every limit ({design.missed[0]}): choose other poses, "
+            "or another --seed"
+        )
+    if not design.feasible:
+        stopped = "interrupted: " if design.interrupted else ""
+        missed = "; ".join(design.score.violations)
+        raise InputError(f"{stopped}no motion was found that keeps every limit, the nearest has: {missed}")
+    if design.interrupted:
+        note("interrupted: this is the best motion so far; it keeps every limit")
+    return design

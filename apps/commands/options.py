@@ -1,0 +1,444 @@
+"""Options that several commands share: declared once, read once, handed on as frozen values."""
+
+from __future__ import annotations
+
+import math
+import shlex
+import sys
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, fields, replace
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+from cyclopts import Parameter
+
+from ... import estimation, model
+from ...common.errors import InputError
+from ...common.files import checksum, write_text
+from ...common.progress import each
+from ...common.schema import json_text, write_json
+from ...common.versions import versions
+from .. import live, logs, report, results
+from .. import view as views
+from . import values
+from .entry import CALL, CONTROLLER, FILES, KNOWN, LOGS, SETTING, Options, about, settings
+from .progress import note, quiet, status
+from .values import Reads, number, numbers, texts, word
+
+if TYPE_CHECKING:
+    from ..report import Report
+    from ..view.moving import View
+
+_FROM_ROBOT = (
+    "These errors are those that the robot's parameters were identified with; both owe them to the same drives."
+)
+_INSTEAD = (
+    "The robot's parameters were identified with another uncertainty of the gains; what is told now goes for both: "
+    "the same drives, the same errors."
+)
+_Chain = Annotated[tuple[str | None, str | None], word(values.chain, "BASE:TIP")]
+_Mount = Annotated[tuple[str, tuple[float, float, float]], word(values.mount, "HOW")]
+_Texts = Annotated[tuple[str, ...], word(texts, "A,B,..")]
+_Units = Annotated[tuple[str, ...], word(texts, "q=deg,..")]
+_Signs = Annotated[tuple[float, ...], word(numbers, "1,-1,..")]
+_Gains = Annotated[tuple[float, ...] | str, Reads("drive gains"), word(values.gains_or_file, "K|K1,K2,..|JSON")]
+_Errors = Annotated[tuple[tuple[float, ...], float], word(values.gain_errors, "2%|S1,S2,..%|common=1%")]
+_Box = Annotated[tuple[float, ...], word(partial(numbers, count=6), "X0,X1,Y0,Y1,Z0,Z1")]
+_Ellipsoid = Annotated[tuple[float, ...], word(partial(numbers, count=6), "X,Y,Z,A,B,C")]
+
+
+class ArmOptions(Options):
+    """A robot by its name or file, for commands in which gravity does not count."""
+
+    robot: values.RobotFile
+    """A shipped robot ('dynident robot list'), TOML, URDF or xacro, or a name of robot_descriptions."""
+    chain: Annotated[_Chain | None, SETTING] = None
+    """URDF: first link and flange of the arm, either may be left out (default: the root, the only end)."""
+
+    def load(self) -> model.Robot:
+        """The robot, with a note for each angle that was taken as a right one."""
+        robot = model.load_robot(self.robot, *(self.chain or (None, None)))
+        for angle in robot.snapped:
+            note(f"{self.robot}: {angle}")
+        return robot
+
+
+class RobotOptions(ArmOptions):
+    """A robot and how it is mounted."""
+
+    mount: _Mount | None = None
+    """Floor, wall (x of the base points down), ceiling, roll,pitch,yaw of the base in degrees, or gravity=X,Y,Z in
+    its frame [m/s^2]."""
+
+    def load(self) -> model.Robot:
+        """The robot as it is mounted."""
+        robot = super().load()
+        if self.mount is None:
+            return robot
+        kind, turned = self.mount
+        return model.with_gravity(robot, turned) if kind == "gravity" else model.mounted(robot, turned)
+
+
+class RehearsedRobotOptions(RobotOptions):
+    """A robot to plan or simulate with, which may need a stand-in."""
+
+    arm_mass: values.Kilograms | None = None
+    """Mass of the whole arm, for a stand-in where its file tells neither mass nor bodies of links."""
+
+    def load(self) -> model.Robot:
+        """The robot with the mass that was given."""
+        robot = super().load()
+        if self.arm_mass is None:
+            return robot
+        if not model.stand_in.missing_inertial(robot):
+            raise InputError(f"--arm-mass has no effect: {robot.name} has a body for each link: leave it out")
+        return replace(robot, mass=self.arm_mass, sources={**robot.sources, "mass": "given with --arm-mass"})
+
+
+class FramedRobotOptions(RobotOptions):
+    """A robot, and the frame in which a payload is taken or given."""
+
+    tool_frame: values.Frame | None = None
+    """Frame of the payload in the flange: metres, then roll, pitch, yaw in degrees (default: the flange)."""
+
+    def load(self) -> model.Robot:
+        """The robot as it is mounted, with the payload's frame that is asked for."""
+        robot, tool = super().load(), self.tool_frame
+        if tool is None:
+            return robot
+        lengths = ", ".join(f"{value:g}" for value in tool.origin)
+        angles = ", ".join(f"{math.degrees(angle) + 0.0:g}" for angle in tool.rpy)
+        return model.with_tool(robot, tool, f"tool frame ({lengths} m; rpy {angles} deg) in: {robot.payload_frame}")
+
+
+class HostOptions(Options, group=CONTROLLER):
+    """The controller that is listened to."""
+
+    host: Annotated[str | None, Parameter(metavar="H")] = None
+    """Name or address of the controller."""
+    port: values.Port | None = None
+    """Its port of RTDE (default: 30004)."""
+
+    def check(self) -> None:
+        """Refuse a controller without a name."""
+        super().check()
+        if not self.host:
+            raise InputError("give --host, the controller's name or address")
+
+    def client(self) -> live.Client:
+        """A connection to it."""
+        return live.Client(self.host or "", self.port or live.PORT)
+
+
+@dataclass(frozen=True, eq=False)
+class Setup:
+    """Robot, processing and drive gains that recordings are read and identified with."""
+
+    robot: model.Robot  # with the structure that is asked for
+    processing: model.Processing
+    gains: tuple[float, ...] | None  # torque per current [N·m/A], if currents are read
+    identified: estimation.Gains | None  # how sure they are, if ``dynident gains`` found them
+    log_map: logs.LogMap
+    told: set[str] = field(default_factory=set)  # notes that were printed already
+
+    def read(self, paths: Sequence[str]) -> list[model.Recording]:
+        """Read recordings, one with gaps as its pieces; what a file says of how it was read is told once."""
+        with status("reading") as progress:
+            recordings = [
+                piece
+                for path in each(paths, lambda path: f"reading {path}", progress)
+                for piece in logs.read_recordings(path, self.robot, self.gains, self.log_map, self.processing)
+            ]
+        for text in (text for recording in recordings for text in recording.notes):
+            about = text.split(": ", 1)[1]
+            if about not in self.told:
+                self.told.add(about)
+                note(text)
+        return recordings
+
+    def in_words(self) -> dict[str, str]:
+        """Robot and processing for the report."""
+        robot, processing, grid_rate = self.robot, self.processing, self.processing.equation_rate
+        speeds = processing.slow_speed if isinstance(processing.slow_speed, tuple) else (processing.slow_speed,)
+        slow = f"{100.0 * processing.slow_fraction:g} % of a joint's largest speed"
+        if any(speeds):
+            slow += f", and {', '.join(f'{speed:g}' for speed in speeds)} rad/s or m/s"
+        cutoff = f"{processing.cutoff:g} Hz" if processing.cutoff else "none"
+        words = {
+            "robot": f"{robot.title or robot.name} ({robot.name})",
+            "sampling rate": f"{processing.rate:g} Hz" if processing.rate else "the recording's own",
+            "low-pass (Butterworth, 4th order, zero phase)": cutoff,
+            "decimation": str(processing.decimate) if grid_rate is None else f"to {grid_rate:g} Hz",
+            "slow rows left out below": slow,
+            "drive gains [N·m/A]": ", ".join(f"{gain:g}" for gain in self.gains or ()) or "torques were read",
+            "offset of each joint": "identified" if robot.drives.offsets else "none",
+        }
+        if robot.coupling is not None:
+            words["Coulomb friction of coupled drives"] = robot.coupling.coulomb
+        if robot.spring is not None:
+            words["spring"] = f"known torque on joint {robot.spring.joint}"
+        return words
+
+
+class LogOptions(Options, group=LOGS):
+    """Columns, units and drive gains of logs."""
+
+    log_map: values.LogMapFile | None = None
+    """Columns, units, side and signs of the logs, topic of a ROS 2 bag."""
+    joints: _Texts = ()
+    """Joints by name, base to tip."""
+    units: _Units = ()
+    """Units of q, qd, tau, i, t."""
+    signs: Annotated[_Signs, SETTING] = ()
+    """Senses of the joints: -1 turns positions, speeds, torques and currents of one."""
+    topic: Annotated[str, Parameter(metavar="NAME"), SETTING] = ""
+    """Topic of a ROS 2 bag."""
+    drive_gains: _Gains | None = None
+    """Torque per current [N·m/A], or the --json of 'dynident gains'."""
+
+    def how(self) -> logs.LogMap:
+        """The map of ``--log-map`` with what the other options change."""
+        log_map = logs.read_log_map(self.log_map) if self.log_map else logs.LogMap(source="command line")
+        return logs.with_flags(log_map, self.joints, self.units, self.signs, self.topic)
+
+    def gains(self, robot: model.Robot) -> tuple[tuple[float, ...] | None, estimation.Gains | None]:
+        """Torque per current, and what a file of gains says besides."""
+        if not isinstance(self.drive_gains, str):
+            gains = self.drive_gains
+            return gains and (gains * robot.n if len(gains) == 1 else gains), None
+        stored = results.read_stored_gains(self.drive_gains)
+        stored.check(robot, self.drive_gains)
+        return stored.values, stored
+
+
+class FilterOptions(LogOptions):
+    """Logs, their filtering, and the structure of the model."""
+
+    rate: Annotated[values.Hertz | None, SETTING] = None
+    """Even rate that recordings are filtered down to."""
+    cutoff: values.Hertz | None = None
+    """Low-pass on positions and speeds."""
+    offsets: Annotated[bool | None, Parameter(metavar="true|false"), SETTING] = None
+    """A constant torque for each joint, or none (default: as the robot's file)."""
+    coulomb: Annotated[Literal["sum", "paper"] | None, Parameter(metavar="sum|paper"), SETTING] = None
+    """Coulomb friction of coupled drives."""
+
+    def setup(self, robot: model.Robot, stored: estimation.RobotResult | None = None) -> Setup:
+        """The robot with the structure and processing that are asked for; ``stored`` parameters bring theirs."""
+        gains, identified = self.gains(robot)
+        if stored:
+            robot = stored.applied_to(robot)
+            stored.check_gains(gains)
+        with about("coulomb"):
+            robot = robot if self.coulomb is None else robot.with_coulomb(self.coulomb)
+        robot = robot if self.offsets is None else robot.with_offsets(self.offsets)
+        if stored and robot.fingerprint != stored.fingerprint:
+            raise InputError("offsets and coulomb must be those the stored parameters were identified with")
+        names = {entry.name for entry in fields(model.Processing)} & {entry.name for entry in fields(self)}
+        changed = {name: getattr(self, name) for name in sorted(names) if getattr(self, name) is not None}
+        named = [self.shown(name) for name in changed]
+        if "equation_rate" in changed:  # takes the place of either in the robot's file
+            changed["decimate"] = 1
+        with about(*named):
+            processing = replace(robot.processing, **changed)
+        return Setup(robot, processing, gains, identified, self.how())
+
+
+class ProcessingOptions(FilterOptions):
+    """Settings of filtering and of decimation, for commands that build equations of fewer rows."""
+
+    equation_rate: Annotated[values.Hertz | None, SETTING] = None
+    """Rate that the equations are decimated to, about."""
+
+
+class PairOptions(ProcessingOptions):
+    """Settings for recordings with and without payload."""
+
+    max_mismatch: Annotated[float | None, word(number, "RAD"), SETTING] = None
+    """Largest difference of position with and without payload after alignment, rms of the worst joint (payload:
+    method 3; default: 0.01)."""
+
+
+class KnowledgeOptions(Options, group=KNOWN):
+    """Knowledge of the payload, which enters the constrained estimate of every method."""
+
+    mass: values.Weighed | None = None
+    """The payload was weighed, with the scale's standard deviation."""
+    mass_bounds: values.Bounds | None = None
+    """The payload's mass lies between; either may be left out: ,3."""
+    com_within: _Box | None = None
+    """Box that holds the centre of mass."""
+    ellipsoid: _Ellipsoid | None = None
+    """Centre and semi-axes of one that holds all of it."""
+
+    def constraints(self) -> list[estimation.Constraint]:
+        """The constraints that are named."""
+        constraints: list[estimation.Constraint] = [estimation.PossibleBody()]
+        if self.mass is not None:
+            masses, sigma = self.mass
+            if len(masses) > 1 or sigma is None:
+                raise InputError(
+                    "--mass: a scale errs too, by how much must be said: give one mass and its standard "
+                    f"deviation, such as {masses[0]:g}+-0.01"
+                )
+            constraints.append(estimation.KnownMass(masses[0], sigma))
+        if self.mass_bounds is not None:
+            least, most = self.mass_bounds
+            with about("--mass-bounds"):
+                constraints.append(estimation.MassBounds(least or 0.0, math.inf if most is None else most))
+        if self.com_within is not None:
+            with about("--com-within"):
+                constraints.append(estimation.CentreOfMassInBox(self.com_within[::2], self.com_within[1::2]))
+        if self.ellipsoid is not None:
+            with about("--ellipsoid"):
+                constraints.append(estimation.InEllipsoid(self.ellipsoid[:3], self.ellipsoid[3:]))
+        return constraints
+
+
+class GainOptions(Options, group=LOGS):
+    """Uncertainty of the drive gains."""
+
+    gain_sigma: _Errors | None = None
+    """Each joint's error of torque or drive gain, and one that all share: 2%,common=1% (default: what the
+    recordings say, else 2%, 1% for torque sensors behind the gears; 0: exact)."""
+
+    def errors(
+        self,
+        setup: Setup,
+        loaded: Sequence[model.Recording],
+        unloaded: Sequence[model.Recording],
+        stored: estimation.RobotResult | None = None,
+    ) -> estimation.Gains | None:
+        """The uncertainty of the drive gains; None where nothing is said of it.
+
+        What is said now, by options or a file of gains, goes before what was said when the robot was identified:
+        the drives are the same, and so is their error. Recordings that the gains come from are named in its notes.
+        """
+        then = stored.gains if stored is not None else None
+        now, n = setup.identified, setup.robot.n
+        if self.gain_sigma is not None or now is not None:
+            per_joint, common = self.gain_sigma or ((0.0,), 0.0)
+            now = replace(now or estimation.Gains(), per_joint=per_joint, common=common)
+        notes: tuple[str, ...] = (_FROM_ROBOT,)
+        if now is not None:
+            with about("--gain-sigma"):
+                now.covariance(n)
+            notes = (_INSTEAD,) if then is not None and not now.says_as(then, n) else ()
+        gains = now or then
+        if gains is None:
+            return None
+        # The same gains, even if they are told by numbers now.
+        source = then if then is not None and not any(gains.recordings.values()) else gains
+        used = source.reused(loaded, unloaded)
+        return replace(gains, recordings=source.recordings, mass=source.mass, notes=(*used, *notes))
+
+
+def print_lines(*lines: str) -> None:
+    """Print lines no wider than the terminal, unless the run is quiet."""
+    if not quiet():
+        report.print_blocks([report.Notes(lines)])
+
+
+class ResultOptions(Options, group=FILES):
+    """The result as JSON."""
+
+    json: values.Stream | None = None
+    """Write the result as JSON; - for standard output, the screen goes aside."""
+    details: bool = False
+    """Print what the answer rests on, too."""
+
+    @property
+    def document(self) -> str | None:
+        """The file that the JSON is written to."""
+        return None if self.json == "-" else self.json
+
+    def give(self, shown: Report, document: Callable[[], Any], settings_text: Mapping[str, str]) -> None:
+        """Print the screen, and write the result as far as it was asked for; ``settings_text``: of processing."""
+        self.show(shown)
+        self.write_json(document)
+
+    def show(self, shown: Report) -> None:
+        """Print the screen, or all of it; beside standard output where that takes the JSON."""
+        if not quiet():
+            report.print_report(shown, self.details, sys.stderr if self.json == "-" else None)
+
+    def write_json(self, document: Callable[[], Any]) -> None:
+        """Write the document; it is made only if it was asked for."""
+        if self.json == "-":
+            sys.stdout.write(json_text(document()).decode())
+        elif self.json:
+            write_json(self.json, document())
+
+
+class PageOptions(ResultOptions):
+    """The result as JSON, and as an HTML report with its figures."""
+
+    report: values.NewPage | None = None
+    """Write a report, one self-contained HTML file, and F.run.toml, which repeats the run by --config."""
+    plots: Annotated[values.NewFolder | None, SETTING] = None
+    """Folder for the report's figures as PNG, SVG and PDF; made if missing."""
+
+    def give(self, shown: Report, document: Callable[[], Any], settings_text: Mapping[str, str]) -> None:
+        """Print the screen, and write document, page and figures, as far as they were asked for."""
+        super().give(shown, document, settings_text)
+        self.write_page(shown, settings_text)
+
+    def write_page(self, shown: Report, settings_text: Mapping[str, str]) -> None:
+        """Write page and figures, as far as they were asked for; ``settings_text``: of processing."""
+        if self.report:
+            call = CALL.get()
+            named = ((role, path) for _, role, path in call.named(Reads) if role != "options")
+            files = [report.SourceFile(role, path, checksum(path)) for role, path in named if Path(path).is_file()]
+            command, when = shlex.join(["dynident", *call.words]), report.now()
+            made_from = report.Provenance(command, when, tuple(files), versions(), settings_text)
+            report.write_report(self.report, shown, made_from)
+            if (beside := call.settings_file(self.report)) is not None:
+                write_text(beside, settings().settings_text(call))
+        if self.plots:
+            report.write_plots(self.plots, shown)
+
+
+class EquationOptions(PageOptions):
+    """The equations beside the report."""
+
+    npz: values.NewFile | None = None
+    """Write W, Y, weights and reduced factors for your own solver."""
+
+    def write_equations(self, system: Callable[[], estimation.ObservationSystem]) -> None:
+        """Write them, held whole; they are made only if they were asked for."""
+        if self.npz:
+            report.recordings.write_npz(self.npz, system())
+
+
+class ViewOptions(Options, group=FILES):
+    """The arm in three dimensions."""
+
+    view: Annotated[values.Stream | None, Parameter(metavar="F.html")] = None
+    """The arm in three dimensions, one file that plays without a server; - opens it in the browser."""
+
+    def check(self) -> None:
+        """Refuse a view that could not be made, before any work is done."""
+        super().check()
+        if self.view:
+            views.require_viewer()
+
+    def write_view(self, view: Callable[[], View]) -> None:
+        """Write or open the view; it is made only if it was asked for."""
+        if not self.view:
+            return
+        shown = None
+        with status("drawing the view"):
+            scene = view()
+            if self.view == "-":
+                shown = views.show_view(None, scene)
+            else:
+                views.write_view(self.view, scene)
+        for text in scene.notes:
+            note(text)
+        if shown:
+            note(f"the view is open in the browser: {shown}")
+
+
+class ViewedPageOptions(PageOptions, ViewOptions):
+    """The result as JSON and as a report, and the arm in three dimensions."""
