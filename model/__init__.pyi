@@ -12,7 +12,7 @@ from . import regressors as regressors
 from . import robot as robot
 from . import stand_in as stand_in
 from . import visibility as visibility
-from .base.grouping import closed_form_base_parameters as closed_form_base_parameters
+from .base.closed_form import closed_form_base_parameters as closed_form_base_parameters
 from .base.parameters import BaseParameters as BaseParameters
 from .base.parameters import base_regressor as base_regressor
 from .base.parameters import essential_regressor as essential_regressor
