@@ -6,7 +6,7 @@ N·m or N. Every function is made of scalar operations, differentiable, and can 
 """
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 
 import casadi as ca
@@ -18,6 +18,9 @@ from .regressors import link_wrenches, standard_columns
 from .robot import INERTIAL, Robot
 
 _STEPS = 5
+SMOOTHING = 0.01
+"""Width w of tanh(qd / w), which stands for the sign of a speed in dry friction [rad/s or m/s]."""
+_STABLE = 2.0  # largest rate times step; Runge-Kutta's limit on the real axis is 2.78
 
 
 def inverse_dynamics(robot: Robot, sign: Sign = ca.sign) -> ca.Function:
@@ -78,18 +81,6 @@ def gravity(robot: Robot) -> ca.Function:
     return _function("gravity", {"q": q, "chi": chi}, torque, "Q")
 
 
-def drive_torque(robot: Robot) -> ca.Function:
-    """``drive_torque(q, qd, chi) -> Gamma``, n x 1: friction and offsets, less the torque of the spring.
-
-    Friction that depends on load is that at constant speed.
-    """
-    q, qd, _, chi = _symbols(robot)
-    still, value = ca.SX.zeros(robot.n), _parameter_values(robot, chi)
-    rigid = _rigid_body_torque(robot, q, qd, still, value)
-    torque = _drive_torque(robot, DriveState(q, qd, still, rigid), value)
-    return _function("drive_torque", {"q": q, "qd": qd, "chi": chi}, torque, "Gamma")
-
-
 def forward_dynamics(robot: Robot) -> ca.Function:
     """``forward_dynamics(q, qd, Gamma, chi) -> qdd``: the inverse of ``inverse_dynamics``, drives included.
 
@@ -145,6 +136,30 @@ def smooth_dry_friction(robot: Robot, width: float) -> ca.Function:
         for row, factor in terms[name].items():
             torque[row] += level[k] * factor
     return _function("smooth_dry_friction", {"qd": qd, "level": level}, torque, "Gamma")
+
+
+def runge_kutta(
+    slope: Callable[[ca.SX, ca.SX], ca.SX], x: ca.SX, h: ca.SX, inputs: tuple[ca.SX, ca.SX, ca.SX]
+) -> ca.SX:
+    """Step a state by the classical fourth-order method.
+
+    Args:
+        slope: time derivative of the state, by state and input.
+        x: state at the start.
+        h: step [s].
+        inputs: at the start, middle and end of the step.
+    """
+    start, middle, end = inputs
+    k1 = slope(x, start)
+    k2 = slope(x + 0.5 * h * k1, middle)
+    k3 = slope(x + 0.5 * h * k2, middle)
+    k4 = slope(x + h * k3, end)
+    return x + h / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4)
+
+
+def stable_steps(fastest: float, interval: float) -> int:
+    """Number of steps in ``interval`` [s] that integrates a rate [1/s] stably."""
+    return math.ceil(fastest * interval / _STABLE)
 
 
 def _symbols(robot: Robot) -> tuple[ca.SX, ca.SX, ca.SX, ca.SX]:

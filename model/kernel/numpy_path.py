@@ -59,14 +59,6 @@ class NumpyPath:
         for samples in list(self._blocks)[:-_KEPT]:
             self._blocks.pop(samples, None)
 
-    def tiles(self, inputs: Sequence[Array], out: Array) -> None:
-        """Fill ``out`` (tiles x entries x 8); surplus entries repeat the last sample."""
-        samples = max((len(x) for x in inputs if x.ndim == 2), default=1)
-        flat = np.empty((out.shape[1], samples))
-        self.rows(inputs, flat)
-        padded = np.pad(flat, ((0, 0), (0, 8 * len(out) - samples)), mode="edge")
-        out[...] = padded.reshape(len(flat), -1, 8).swapaxes(0, 1)
-
     def _block(self, samples: int) -> _Block:
         """Allocate every value for one number of samples.
 
