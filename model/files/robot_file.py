@@ -9,9 +9,9 @@ from pathlib import Path
 from ...common.errors import InputError
 from ...common.schema import TOML_BYTES, given, naming, read_text, toml_table, toml_text
 from ..robot import Robot
-from .chain import load_urdf
 from .described import ENDING, described
 from .robot_table import RobotTable
+from .urdf import load_urdf
 
 _ROBOTS = resources.files(str(__package__).removesuffix(".files")) / "robots"
 
