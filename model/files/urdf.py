@@ -205,7 +205,7 @@ def _list(names: Sequence[str]) -> str:
 
 
 def _chain(tree: Urdf, base: str, tip: str) -> tuple[list[tuple[UrdfJoint, Pose]], Pose]:
-    """Find the moving joints from base to tip with their frames, and the tip's, in the base at the zero position."""
+    """Find the moving joints from base to tip with their frames, and the tip's, in the base at zero position."""
     above = {joint.child: joint for joint in tree.joints}
     path: list[UrdfJoint] = []
     link = tip
