@@ -55,7 +55,7 @@ def inverse_dynamics_base(robot: Robot, base: BaseParameters, sign: Sign = ca.si
 def mass_matrix(robot: Robot) -> ca.Function:
     """``mass_matrix(q, chi) -> A``, n x n, symmetric: the inertia matrix, rotors included."""
     q, _, _, chi = _symbols(robot)
-    return _function("mass_matrix", {"q": q, "chi": chi}, _mass_matrix(robot, q, chi), "A")
+    return _function("mass_matrix", {"q": q, "chi": chi}, _mass_matrix(inverse_dynamics(robot), q, chi), "A")
 
 
 def coriolis(robot: Robot) -> ca.Function:
@@ -101,12 +101,10 @@ def forward_dynamics_base(robot: Robot, base: BaseParameters, sign: Sign = ca.si
 
 
 def _forward(robot: Robot, inverse: ca.Function, q: ca.SX, qd: ca.SX, chi: ca.SX, name: str) -> ca.Function:
-    torque, still, qdd = ca.SX.sym("Gamma", robot.n), ca.SX.zeros(robot.n), ca.SX.sym("qdd", robot.n)
-    # The lower half needs fewer operations than the upper one.
-    D, LT, order = ca.ldl(ca.tril2symm(ca.tril(ca.jacobian(inverse(q, still, qdd, chi), qdd))))
-    result = ca.ldl_solve(torque - inverse(q, qd, still, chi), D, LT, order)
-    # Friction that grows with load grows with acceleration: each step leaves FL of the error.
-    for _ in range(_STEPS if robot.drives.loaded else 0):
+    torque, result = ca.SX.sym("Gamma", robot.n), ca.SX.zeros(robot.n)
+    D, LT, order = ca.ldl(_mass_matrix(inverse, q, chi))
+    # Friction that grows with load grows with acceleration: each further step leaves FL of the error.
+    for _ in range(1 + _STEPS if robot.drives.loaded else 1):
         result += ca.ldl_solve(torque - inverse(q, qd, result, chi), D, LT, order)
     return _function(name, {"q": q, "qd": qd, "Gamma": torque, "chi": chi}, result, "qdd")
 
@@ -171,9 +169,9 @@ def _function(name: str, inputs: Mapping[str, ca.SX], output: ca.SX, output_name
     return ca.Function(name, list(inputs.values()), [ca.cse(output)], list(inputs), [output_name])
 
 
-def _mass_matrix(robot: Robot, q: ca.SX, chi: ca.SX) -> ca.SX:
-    qdd = ca.SX.sym("qdd", robot.n)
-    torque = inverse_dynamics(robot)(q, ca.SX.zeros(robot.n), qdd, chi)
+def _mass_matrix(inverse: ca.Function, q: ca.SX, chi: ca.SX) -> ca.SX:
+    qdd = ca.SX.sym("qdd", q.numel())
+    torque = inverse(q, ca.SX.zeros(q.numel()), qdd, chi)
     # The lower half needs fewer operations than the upper one.
     return ca.tril2symm(ca.tril(ca.jacobian(torque, qdd)))
 

@@ -18,7 +18,7 @@ from ...common.schema import naming, read_text
 from ..inertia import InertialParameters, ten_parameters
 from ..motion import Processing, usual_slow_speed
 from ..pose import Pose
-from ..robot import SNAP_ANGLE, SNAP_LENGTH, Limits, Links, Mesh, Robot
+from ..robot import Limits, Links, Mesh, Robot, snapped
 from .described import Source, expanded, package_places
 from .reframe import JointAxis, modified_dh
 
@@ -443,18 +443,15 @@ def _limits(element: _Element | None, kind: str, where: str, notes: _Notes) -> L
 
 def _pose(element: _Element | None, where: str, notes: _Notes) -> Pose:
     """Read a frame, with angles near a multiple of 90 degrees as that multiple and tiny lengths as zero."""
-    exact: dict[str, list[float]] = {}
-    for key, tolerance in (("xyz", SNAP_LENGTH), ("rpy", SNAP_ANGLE)):
-        exact[key] = list(_numbers(element, key, _ZEROS, where))
-        for k, value in enumerate(exact[key]):
-            special = round(value / (math.pi / 2)) * (math.pi / 2) if key == "rpy" else 0.0
-            if value == special or abs(value - special) >= tolerance:
-                continue
-            exact[key][k] = special
+    exact = []
+    for key in ("xyz", "rpy"):
+        values = _numbers(element, key, _ZEROS, where)
+        exact.append([snapped(value, angle=key == "rpy") for value in values])
+        for value, special in zip(values, exact[-1], strict=True):
             # An angle written to seven or more digits is right as it stands.
-            if abs(value - special) > 1e-7 or key == "xyz":
+            if abs(value - special) > (1e-7 if key == "rpy" else 0.0):
                 _note(notes, f"{where} origin {key}", f"{value:.9g} taken as {special:.9g}")
-    return Pose.from_rpy(exact["xyz"], exact["rpy"])
+    return Pose.from_rpy(*exact)
 
 
 def _note(notes: _Notes, where: str, text: str) -> None:

@@ -1,6 +1,7 @@
 """Evaluation of one CasADi function on N samples, structure of arrays."""
 
 import warnings
+from collections.abc import Sequence
 
 import casadi as ca
 import numpy as np
@@ -62,10 +63,10 @@ class Kernel:
         Raises:
             ValueError: if the inputs or ``out`` do not fit the function.
         """
-        ready, samples = self._checked(inputs)
+        samples = self._samples(inputs)
         result = _room(out, (self._outputs, samples))
         if samples:
-            self._path.rows(ready, result)
+            self._path.rows([np.ascontiguousarray(x, dtype=np.float64) for x in inputs], result)
         return result
 
     def chain(self, state: Array, *inputs: Array) -> Array:
@@ -84,15 +85,10 @@ class Kernel:
         """
         if self._outputs < self._sizes[0]:  # compiled code would read beyond them
             raise ValueError(f"{self._outputs} outputs cannot be the next state of {self._sizes[0]} numbers")
-        steps = {len(x) for x in inputs if np.ndim(x) == 3}
-        shapes = [state.shape, *(np.shape(x)[np.ndim(x) == 3 :] for x in inputs)]
-        alike = [shape in ((len(state), size), (size,)) for shape, size in zip(shapes, self._sizes, strict=False)]
-        if state.ndim != 2 or len(steps) != 1 or len(shapes) != len(self._sizes) or not all(alike):
-            input_shapes = ", ".join(str(np.shape(x)) for x in (state, *inputs))
-            raise ValueError(
-                f"inputs of shapes {input_shapes} do not fit: sizes must be {self._sizes}, steps one number"
-            )
-        ready = [np.asarray(x, dtype=np.float64) for x in inputs]
+        ready, steps = [np.asarray(x, dtype=np.float64) for x in inputs], {len(x) for x in inputs if x.ndim == 3}
+        if len(steps) != 1 or state.ndim != 2:
+            raise ValueError(f"inputs must have one number of steps and a state of two axes, got {steps or 'none'}")
+        self._samples([state, *(x[0] if x.ndim == 3 else x for x in ready)])
         out = np.empty((steps.pop(), self._outputs, len(state)))
         if isinstance(self._path, CPath):
             # Copied where the values of a step do not lie side by side.
@@ -111,14 +107,14 @@ class Kernel:
         taken = step.map(len(state)).mapaccum("chain", len(out))(state.T, *columns)[1].full()
         return np.ascontiguousarray(taken.reshape(self._outputs, *out.shape[::2]).swapaxes(0, 1))
 
-    def _checked(self, inputs: tuple[Array, ...]) -> tuple[list[Array], int]:
-        """Make the inputs contiguous arrays, and count the samples."""
+    def _samples(self, inputs: Sequence[Array]) -> int:
+        """Count the samples; refuse inputs that do not fit the function or each other."""
         sizes = [x.shape[-1] for x in inputs if x.ndim in (1, 2)]
         counts = {len(x) for x in inputs if x.ndim == 2}
         if sizes != self._sizes or len(counts) > 1:
             shapes = ", ".join(str(x.shape) for x in inputs)
             raise ValueError(f"inputs of shapes {shapes} do not fit: sizes must be {self._sizes}, N one number")
-        return [np.ascontiguousarray(x, dtype=np.float64) for x in inputs], counts.pop() if counts else 1
+        return counts.pop() if counts else 1
 
 
 def _room(out: Array | None, shape: tuple[int, ...]) -> Array:
