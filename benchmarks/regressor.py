@@ -102,12 +102,10 @@ def times() -> None:
     plain = Kernel(function)
     entries = function.nnz_out(0)
     rows = aligned_empty((entries, SAMPLES))
-    tiles = aligned_empty((-(-SAMPLES // 8), entries, 8))
     with tempfile.TemporaryDirectory() as folder:
         compiled = {
             CASADI: casadi_c(function, states, Path(folder)),
-            "dynident, tiles of eight": lambda: kernel.tiles(*states, out=tiles),
-            "dynident, rows": lambda: kernel(*states, out=rows),
+            "dynident, compiled": lambda: kernel(*states, out=rows),
         }
         runs: dict[str, Callable[[], object]] = {
             PINOCCHIO: pinocchio_loop(robot, tuple(x[:PINOCCHIO_SAMPLES] for x in states)),

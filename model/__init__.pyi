@@ -12,10 +12,9 @@ from . import regressors as regressors
 from . import robot as robot
 from . import stand_in as stand_in
 from . import visibility as visibility
-from .base.grouping import closed_form_base_parameters as closed_form_base_parameters
+from .base.closed_form import closed_form_base_parameters as closed_form_base_parameters
 from .base.parameters import BaseParameters as BaseParameters
 from .base.parameters import base_regressor as base_regressor
-from .base.parameters import essential_regressor as essential_regressor
 from .base.rank import base_parameters as base_parameters
 from .codegen import generate_code as generate_code
 from .drives import Coupling as Coupling
@@ -56,48 +55,3 @@ from .robot import Joint as Joint
 from .robot import Limits as Limits
 from .robot import Robot as Robot
 from .stand_in import with_stand_in as with_stand_in
-
-__all__ = [
-    "INERTIAL",
-    "PAPER",
-    "BaseParameters",
-    "Coupling",
-    "Drives",
-    "Friction",
-    "InertialParameters",
-    "InputError",
-    "Joint",
-    "Limits",
-    "Motion",
-    "Pose",
-    "Processing",
-    "Recording",
-    "Robot",
-    "Spring",
-    "base_parameters",
-    "base_regressor",
-    "closed_form_base_parameters",
-    "coriolis",
-    "coriolis_matrix",
-    "essential_regressor",
-    "forward_dynamics",
-    "forward_dynamics_base",
-    "forward_kinematics",
-    "friction_terms",
-    "generate_code",
-    "gravity",
-    "inverse_dynamics",
-    "inverse_dynamics_base",
-    "load_robot",
-    "mass_matrix",
-    "mounted",
-    "payload_regressor",
-    "read_payload",
-    "regressor",
-    "robot_names",
-    "standard_columns",
-    "standard_regressor",
-    "with_gravity",
-    "with_stand_in",
-    "with_tool",
-]

@@ -6,7 +6,7 @@ N·m or N. Every function is made of scalar operations, differentiable, and can 
 """
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 
 import casadi as ca
@@ -18,6 +18,9 @@ from .regressors import link_wrenches, standard_columns
 from .robot import INERTIAL, Robot
 
 _STEPS = 5
+SMOOTHING = 0.01
+"""Width w of tanh(qd / w), which stands for the sign of a speed in dry friction [rad/s or m/s]."""
+_STABLE = 2.0  # largest rate times step; Runge-Kutta's limit on the real axis is 2.78
 
 
 def inverse_dynamics(robot: Robot, sign: Sign = ca.sign) -> ca.Function:
@@ -58,7 +61,7 @@ def inverse_dynamics_base(robot: Robot, base: BaseParameters, sign: Sign = ca.si
 def mass_matrix(robot: Robot) -> ca.Function:
     """``mass_matrix(q, chi) -> A``, n x n, symmetric: the inertia matrix, rotors included."""
     q, _, _, chi = _symbols(robot)
-    return _function("mass_matrix", {"q": q, "chi": chi}, _mass_matrix(robot, q, chi), "A")
+    return _function("mass_matrix", {"q": q, "chi": chi}, _mass_matrix(inverse_dynamics(robot), q, chi), "A")
 
 
 def coriolis(robot: Robot) -> ca.Function:
@@ -104,12 +107,10 @@ def forward_dynamics_base(robot: Robot, base: BaseParameters, sign: Sign = ca.si
 
 
 def _forward(robot: Robot, inverse: ca.Function, q: ca.SX, qd: ca.SX, chi: ca.SX, name: str) -> ca.Function:
-    torque, still, qdd = ca.SX.sym("Gamma", robot.n), ca.SX.zeros(robot.n), ca.SX.sym("qdd", robot.n)
-    # The lower half needs fewer operations than the upper one.
-    D, LT, order = ca.ldl(ca.tril2symm(ca.tril(ca.jacobian(inverse(q, still, qdd, chi), qdd))))
-    result = ca.ldl_solve(torque - inverse(q, qd, still, chi), D, LT, order)
-    # Friction that grows with load grows with acceleration: each step leaves FL of the error.
-    for _ in range(_STEPS if robot.drives.loaded else 0):
+    torque, result = ca.SX.sym("Gamma", robot.n), ca.SX.zeros(robot.n)
+    D, LT, order = ca.ldl(_mass_matrix(inverse, q, chi))
+    # Friction that grows with load grows with acceleration: each further step leaves FL of the error.
+    for _ in range(1 + _STEPS if robot.drives.loaded else 1):
         result += ca.ldl_solve(torque - inverse(q, qd, result, chi), D, LT, order)
     return _function(name, {"q": q, "qd": qd, "Gamma": torque, "chi": chi}, result, "qdd")
 
@@ -141,6 +142,30 @@ def smooth_dry_friction(robot: Robot, width: float) -> ca.Function:
     return _function("smooth_dry_friction", {"qd": qd, "level": level}, torque, "Gamma")
 
 
+def runge_kutta(
+    slope: Callable[[ca.SX, ca.SX], ca.SX], x: ca.SX, h: ca.SX, inputs: tuple[ca.SX, ca.SX, ca.SX]
+) -> ca.SX:
+    """Step a state by the classical fourth-order method.
+
+    Args:
+        slope: time derivative of the state, by state and input.
+        x: state at the start.
+        h: step [s].
+        inputs: at the start, middle and end of the step.
+    """
+    start, middle, end = inputs
+    k1 = slope(x, start)
+    k2 = slope(x + 0.5 * h * k1, middle)
+    k3 = slope(x + 0.5 * h * k2, middle)
+    k4 = slope(x + h * k3, end)
+    return x + h / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4)
+
+
+def stable_steps(fastest: float, interval: float) -> int:
+    """Number of steps in ``interval`` [s] that integrates a rate [1/s] stably."""
+    return math.ceil(fastest * interval / _STABLE)
+
+
 def _symbols(robot: Robot) -> tuple[ca.SX, ca.SX, ca.SX, ca.SX]:
     q, qd, qdd = (ca.SX.sym(symbol, robot.n) for symbol in ("q", "qd", "qdd"))
     return q, qd, qdd, ca.SX.sym("chi", len(standard_columns(robot)))
@@ -150,9 +175,9 @@ def _function(name: str, inputs: Mapping[str, ca.SX], output: ca.SX, output_name
     return ca.Function(name, list(inputs.values()), [ca.cse(output)], list(inputs), [output_name])
 
 
-def _mass_matrix(robot: Robot, q: ca.SX, chi: ca.SX) -> ca.SX:
-    qdd = ca.SX.sym("qdd", robot.n)
-    torque = inverse_dynamics(robot)(q, ca.SX.zeros(robot.n), qdd, chi)
+def _mass_matrix(inverse: ca.Function, q: ca.SX, chi: ca.SX) -> ca.SX:
+    qdd = ca.SX.sym("qdd", q.numel())
+    torque = inverse(q, ca.SX.zeros(q.numel()), qdd, chi)
     # The lower half needs fewer operations than the upper one.
     return ca.tril2symm(ca.tril(ca.jacobian(torque, qdd)))
 

@@ -264,22 +264,20 @@ class Robot(Brief):
         return replace(self, drives=replace(self.drives, coupling=replace(self.coupling, coulomb=form)))
 
 
+def snapped(value: float, angle: bool) -> float:
+    """Take an angle [rad] near a multiple of 90 degrees as that multiple, a tiny length [m] as zero."""
+    special = round(value / (math.pi / 2)) * (math.pi / 2) if angle else 0.0
+    return special if abs(value - special) < (SNAP_ANGLE if angle else SNAP_LENGTH) else value
+
+
 def _snap(joint: Joint, number: int, notes: list[str]) -> Joint:
     changes: dict[str, Any] = {}
-    for name in ("alpha", "theta"):
-        angle = getattr(joint, name)
-        quarter = round(angle / (math.pi / 2)) * (math.pi / 2)
-        if angle != quarter and abs(angle - quarter) < SNAP_ANGLE:
-            changes[name] = quarter
-    for name in ("d", "r"):
-        length = getattr(joint, name)
-        if length != 0.0 and abs(length) < SNAP_LENGTH:
-            changes[name] = 0.0
-    for name, value in changes.items():
+    for name in ("alpha", "theta", "d", "r"):
         old = getattr(joint, name)
-        if abs(old - value) > 1e-12:
-            notes.append(f"{name}{number}: {old:.9g} taken as {value:.9g}")
-    return replace(joint, **changes) if changes else joint
+        changes[name] = snapped(old, angle=name in ("alpha", "theta"))
+        if abs(old - changes[name]) > 1e-12:
+            notes.append(f"{name}{number}: {old:.9g} taken as {changes[name]:.9g}")
+    return replace(joint, **changes)
 
 
 def _snap_gravity(gravity: tuple[float, float, float], notes: list[str]) -> tuple[float, float, float]:

@@ -9,10 +9,10 @@ import numpy as np
 
 from ..common.arrays import Array
 from ..common.errors import InputError
-from .base.geometry import frame_origin
 from .drives import parameter_kind
 from .dynamics import gravity, mass_matrix
 from .inertia import InertialParameters
+from .kinematics import FrameChange
 from .regressors import standard_columns
 from .robot import ASSUMED, INERTIAL, Robot
 
@@ -93,7 +93,7 @@ def cylinders(robot: Robot, total_mass: float) -> tuple[InertialParameters, ...]
     """
     if not 0.0 < total_mass < np.inf:
         raise InputError(f"total mass {total_mass:g} kg of the links must be positive")
-    ends = [np.asarray(frame_origin(joint, {}), dtype=float) for joint in robot.joints[1:]] + [np.zeros(3)]
+    ends = [np.array(FrameChange.of(joint, 0.0, np).origin) for joint in robot.joints[1:]] + [np.zeros(3)]
     radius, bodies = cylinder_radius(robot), []
     distances = np.array([float(np.linalg.norm(end)) for end in ends])
     lengths = distances + 2.0 * radius
@@ -109,7 +109,7 @@ def cylinders(robot: Robot, total_mass: float) -> tuple[InertialParameters, ...]
 
 def cylinder_radius(robot: Robot) -> float:
     """Radius of ``cylinders`` [m]."""
-    lengths = [np.linalg.norm(np.asarray(frame_origin(joint, {}), dtype=float)) for joint in robot.joints[1:]]
+    lengths = [np.linalg.norm(np.array(FrameChange.of(joint, 0.0, np).origin)) for joint in robot.joints[1:]]
     return RADIUS * (float(sum(lengths)) or 1.0)
 
 

@@ -14,6 +14,7 @@ import numpy as np
 from ..common.arrays import Array
 from ..common.errors import InputError
 from ..common.linear import without
+from .base.parameters import BaseParameters
 from .base.rank import base_parameters_of
 from .drives import parameter_kind
 from .kernel.kernel import Kernel
@@ -33,52 +34,57 @@ class PayloadVisibility:
 
     Attributes:
         joints: numbers of the joints whose torques count.
-        grouping: r x 10: row k holds what ``chosen[k]`` stands for, "MZ + 0.117 M".
-        chosen: positions among ``INERTIAL`` of the parameters that stand for the r visible ones.
+        base: what the torques show: some of ``INERTIAL``, and what is grouped into them.
     """
 
     joints: tuple[int, ...]
-    grouping: Array
-    chosen: tuple[int, ...]
+    base: BaseParameters
 
     @property
     def rank(self) -> int:
         """Number of independent numbers that can be seen, of ten."""
-        return len(self.chosen)
+        return len(self.base.chosen)
 
     @property
     def parameters(self) -> dict[str, Shown]:
         """Map each of ``INERTIAL`` to how it can be seen."""
-        return {kind: self._shown(k) for k, kind in enumerate(INERTIAL)}
+        shown: dict[str, Shown] = dict.fromkeys(INERTIAL, "no")
+        for name, row in zip(self.base.columns, self.base.grouping, strict=True):
+            parts = {INERTIAL[k] for k in np.flatnonzero(row)}
+            shown |= dict.fromkeys(parts, "only in combination")
+            if parts <= {name, "M"}:
+                shown[name] = "yes" if len(parts) == 1 else "only with a known mass"
+        return shown
 
     @property
     def combinations(self) -> tuple[str, ...]:
         """Sums of which only the value is seen: "MZ + 0.117 M"."""
-        return tuple(_sum(row) for row in self.grouping if np.count_nonzero(row) > 1)
+        return tuple(text for row, text in self._sums() if np.count_nonzero(row) > 1)
 
     @property
     def mass_visible(self) -> bool:
         """True if the torques determine the mass without further knowledge."""
-        return self._shown(9) == "yes"
+        return self.parameters["M"] == "yes"
 
     def determined(self, mass_known: bool) -> tuple[int, ...]:
         """Indices of the parameters that are determined; with the mass itself where it is known."""
         answers: tuple[Shown, ...] = ("yes", "only with a known mass") if mass_known else ("yes",)
-        return tuple(k for k in range(10) if self._shown(k) in answers or (k == 9 and mass_known))
+        shown = self.parameters.values()
+        return tuple(k for k, how in enumerate(shown) if how in answers or (k == 9 and mass_known))
 
     def resolved(self, mass_known: bool) -> tuple[tuple[int, ...], Array, Array]:
-        """Map from the least-squares values of the r ``chosen`` columns to ``determined``: x = A theta + b M.
+        """Map from the least-squares values of the r chosen columns to ``determined``: x = A theta + b M.
 
         Returns:
             Indices of x among ``INERTIAL``, k; A, k x r; b, shape (k,), zero where the known mass M is not needed.
         """
-        indices = self.determined(mass_known)
+        indices, chosen = self.determined(mass_known), self.base.chosen
         A, b = np.zeros((len(indices), self.rank)), np.zeros(len(indices))
         for row, k in enumerate(indices):
-            if k in self.chosen:
-                own = self.chosen.index(k)
+            if k in chosen:
+                own = chosen.index(k)
                 A[row, own] = 1.0
-                b[row] = -self.grouping[own, 9] if k != 9 and 9 not in self.chosen else 0.0
+                b[row] = -self.base.grouping[own, 9] if k != 9 and 9 not in chosen else 0.0
             else:
                 b[row] = 1.0
         return indices, A, b
@@ -86,18 +92,10 @@ class PayloadVisibility:
     def combination(self, kind: str) -> str:
         """Sums that a parameter is part of; empty where there are none."""
         k = INERTIAL.index(kind)
-        return "; ".join(_sum(row) for row in self.grouping if row[k] and np.count_nonzero(row) > 1)
+        return "; ".join(text for row, text in self._sums() if row[k] and np.count_nonzero(row) > 1)
 
-    def _shown(self, k: int) -> Shown:
-        rows = self.grouping[self.grouping[:, k] != 0.0]
-        if not len(rows):
-            return "no"
-        if k not in self.chosen:
-            return "only in combination"
-        others = np.flatnonzero(rows[0])
-        if len(others) == 1:
-            return "yes"
-        return "only with a known mass" if set(others.tolist()) == {k, 9} else "only in combination"
+    def _sums(self) -> list[tuple[Array, str]]:
+        return list(zip(self.base.grouping, self.base.sums(digits=4), strict=True))
 
 
 def visibility_of(W: Array, joints: Sequence[int]) -> PayloadVisibility:
@@ -107,11 +105,7 @@ def visibility_of(W: Array, joints: Sequence[int]) -> PayloadVisibility:
         W: columns of the ten on many states, friction taken out, k x 10.
         joints: whose rows they are.
     """
-    if not np.any(W):
-        return PayloadVisibility(tuple(joints), np.zeros((0, 10)), ())
-    rows = np.vstack([W, np.zeros((max(10 - len(W), 0), 10))])
-    base = base_parameters_of(INERTIAL, rows)
-    return PayloadVisibility(tuple(joints), base.grouping, base.chosen)
+    return PayloadVisibility(tuple(joints), base_parameters_of(INERTIAL, W))
 
 
 def payload_visibility(
@@ -167,14 +161,3 @@ def checked_joints(robot: Robot, joints: Sequence[int]) -> list[int]:
         numbers = ", ".join(map(str, joints)) or "none"
         raise InputError(f"joints {numbers}: give different numbers from 1 to {robot.n}")
     return [joint - 1 for joint in joints]
-
-
-def _sum(row: Array) -> str:
-    """Write a sum as "MZ + 0.117 M"."""
-    text = ""
-    for kind, factor in zip(INERTIAL, row.tolist(), strict=True):
-        if factor:
-            size = "" if abs(abs(factor) - 1.0) < 1e-9 else f"{abs(factor):.4g} "
-            sign = ("-" if factor < 0.0 else "") if not text else (" - " if factor < 0.0 else " + ")
-            text += f"{sign}{size}{kind}"
-    return text

@@ -12,7 +12,7 @@ from ...common.arrays import Array
 from ...common.errors import InputError
 from ...estimation.possible.whole_robot import WholeRobot
 from ...model import InertialParameters, Pose
-from ...model.files.tree import read_urdf
+from ...model.files.urdf import read_urdf
 from ...model.frames import frames_at
 from .format import plain
 from .robot import drive_attributes, link_marks, mark_comment, moved_links

@@ -10,8 +10,8 @@ from ...common.arrays import Array
 from ...common.errors import InputError
 from ...model import BaseParameters, Robot, forward_dynamics_base
 from ...model.drives import smooth_sign
-from ...model.dynamics import dry_friction_names, smooth_dry_friction
-from ...model.integration import SMOOTHING, Stepper, runge_kutta, stable_steps
+from ...model.dynamics import SMOOTHING, dry_friction_names, runge_kutta, smooth_dry_friction, stable_steps
+from ...model.kernel.kernel import Kernel
 
 _STEP = 1e-3
 """s: the longest step of the integration."""
@@ -35,7 +35,7 @@ class IdentifiedArm:
         self._level = np.array([values[base.columns.index(name)] if name in base.columns else 0.0 for name in dry])
         self._chi, self._friction = values, smooth_dry_friction(robot, SMOOTHING)
         self._forward = forward_dynamics_base(robot, base, smooth_sign(SMOOTHING))
-        self._step = Stepper(self._integration_step(n))
+        self._step = Kernel(self._integration_step(n))
 
     def _integration_step(self, n: int) -> ca.Function:
         """``step(x, start, middle, end, shared)`` to x after the step, then the torque at its start, 3 n x 1.
@@ -92,7 +92,9 @@ class IdentifiedArm:
             for k in range(0, samples, _AT_ONCE):
                 part = np.arange(k, min(k + _AT_ONCE, samples))
                 halves = _half_steps(path[:, part], path[:, np.minimum(part + 1, samples - 1)], 2 * count, step)
-                out = self._step(x, *(halves[h : len(halves) - 2 + h : 2] for h in range(3)), shared).swapaxes(1, 2)
+                out = self._step.chain(
+                    x, *(halves[h : len(halves) - 2 + h : 2] for h in range(3)), shared
+                ).swapaxes(1, 2)
                 states = np.concatenate([x[None], out[:, :, : 2 * n]])
                 positions[:, part] = states[:-1:count, :, :n].swapaxes(0, 1)
                 torques[:, part] = out[::count, :, 2 * n :].swapaxes(0, 1)

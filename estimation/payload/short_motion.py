@@ -127,7 +127,7 @@ class ShortMotion(Brief):
         Args:
             wanted: of the ten; by default those that stand for all that can be seen.
         """
-        wanted = tuple(wanted or (PAYLOAD[k] for k in self.visibility.chosen))
+        wanted = tuple(wanted or (PAYLOAD[k] for k in self.visibility.base.chosen))
 
         def shown(equations: Equations) -> Equations:
             columns = [name for name in equations.columns if name in wanted or name not in PAYLOAD]

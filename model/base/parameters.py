@@ -1,6 +1,6 @@
 """Base parameters: combinations of standard parameters that torques determine, and their regressors (13)."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal
 
@@ -81,19 +81,18 @@ class BaseParameters(Brief):
                     "use closed_form_base_parameters"
                 )
             return tuple(f"{name} = {text}" for name, text in zip(self.names, self.expressions, strict=True))
-        return tuple(
-            f"{name} = {self._sum(row, k)}"
-            for name, row, k in zip(self.names, self.grouping, self.chosen, strict=True)
-        )
+        return tuple(f"{name} = {text}" for name, text in zip(self.names, self.sums(), strict=True))
 
-    def _sum(self, row: Array, first: int) -> str:
-        text = self.standard[first]
-        for k in np.flatnonzero(row):
-            if k == first:
-                continue
-            size = "" if abs(abs(row[k]) - 1.0) < 1e-9 else f"{abs(row[k]):.6g} "
-            text += f" {'-' if row[k] < 0 else '+'} {size}{self.standard[k]}"
-        return text
+    def sums(self, digits: int = 6) -> tuple[str, ...]:
+        """Write what each base parameter is: "XX2 - YY2 - 0.2025 M3"."""
+        texts = []
+        for first, row in zip(self.chosen, self.grouping, strict=True):
+            text = self.standard[first]
+            for k in np.flatnonzero(row):
+                size = "" if abs(abs(row[k]) - 1.0) < 1e-9 else f"{abs(row[k]):.{digits}g} "
+                text += "" if k == first else f" {'-' if row[k] < 0 else '+'} {size}{self.standard[k]}"
+            texts.append(text)
+        return tuple(texts)
 
     def value(self, parameters: Mapping[str, float]) -> Array:
         """Evaluate the base parameters of a robot with the given standard parameters, shape (N_b,).
@@ -114,15 +113,3 @@ class BaseParameters(Brief):
 def base_regressor(robot: Robot, base: BaseParameters) -> ca.Function:
     """``base_regressor(q, qd, qdd) -> Phi``, n x N_b, columns as ``base.columns`` (13)."""
     return regressor(robot, base.columns, "base_regressor")
-
-
-def essential_regressor(robot: Robot, base: BaseParameters, names: Sequence[str]) -> ca.Function:
-    """``essential_regressor(q, qd, qdd) -> Phi``, n x ``len(names)``: some columns of the base regressor.
-
-    Raises:
-        KeyError: for a name that is not in ``base.columns``.
-    """
-    for name in names:
-        if name not in base.columns:
-            raise KeyError(f"{name!r} is not a base parameter of robot {robot.name!r}")
-    return regressor(robot, names, "essential_regressor")

@@ -87,9 +87,9 @@ _LOOP = """
 static const long long size[] = {{{sizes}}};
 enum {{ inputs = {inputs}, outputs = {outputs}, widest = {widest}, tile = 8, chunk = {chunk} }};
 
-/* in[k]: samples of input k, one after the other, step[k] numbers apart (0: all samples share it).
-   out: one tile of outputs x 8 numbers for every eight samples; spare places repeat the last sample. */
-void tiles(const double *const *in, const long long *step, double *out, long long n) {{
+/* Eight numbers of each output for every eight samples; in[k]: samples of input k, one after the other, step[k]
+   numbers apart (0: all samples share it). What the last tile has to spare holds anything. */
+static void tiles(const double *const *in, const long long *step, double *out, long long n) {{
   long long i = 0;
   for (; i + tile <= n; i += tile)
     for (int s = 0; s < tile; s += LANES) samples(in, step, i + s, out + i * outputs + s);
@@ -97,8 +97,6 @@ void tiles(const double *const *in, const long long *step, double *out, long lon
     double last[inputs][tile * widest];
     const double *rows[inputs];
     const int count = n - i;
-    int filled = 0;
-    out += i * outputs;
     for (int k = 0; k < inputs; ++k) {{
       for (int s = 0; s < tile; ++s) {{
         const double *sample = in[k] + (i + (s < count ? s : count - 1)) * step[k];
@@ -106,39 +104,29 @@ void tiles(const double *const *in, const long long *step, double *out, long lon
       }}
       rows[k] = last[k];
     }}
-    for (; filled < count; filled += LANES) samples(rows, size, filled, out + filled);
-    for (int r = 0; r < outputs; ++r)
-      for (int s = filled; s < tile; ++s) out[r * tile + s] = out[r * tile + count - 1];
+    for (int s = 0; s < count; s += LANES) samples(rows, size, s, out + i * outputs + s);
   }}
 }}
 
-/* The same with out: outputs rows of n numbers; work: room for outputs x chunk numbers. */
-void rows(const double *const *in, const long long *step, double *out, double *work, long long n) {{
-  const double *from[inputs];
-  for (long long i = 0; i < n; i += chunk) {{
-    const long long count = n - i < chunk ? n - i : chunk;
-    for (int k = 0; k < inputs; ++k) from[k] = in[k] + i * step[k];
-    tiles(from, step, work, count);
-    for (int r = 0; r < outputs; ++r) {{
-      double *row = out + r * n + i;
-      const double *tiled = work + r * tile;
-      long long s = 0;
-      for (; s + tile <= count; s += tile) memcpy(row + s, tiled + s * outputs, tile * sizeof(double));
-      if (s < count) memcpy(row + s, tiled + s * outputs, (count - s) * sizeof(double));
-    }}
-  }}
-}}
-
-/* count steps one after the other: input 0 is the state (n samples), which takes the first outputs of each step;
-   input k moves on by ahead[k] numbers a step. out: for each step what rows writes. */
-void chain(const double *const *in, const long long *step, const long long *ahead, double *state, double *out,
-           double *work, long long n, long long count) {{
+/* count steps one after the other, each a row of n numbers for every output; input k moves on by ahead[k] numbers
+   a step. state: input 0, which takes the first outputs of each step, or 0. work: room for outputs x chunk. */
+void run(const double *const *in, const long long *step, const long long *ahead, double *state, double *out,
+         double *work, long long n, long long count) {{
   const double *from[inputs];
   for (long long i = 0; i < count; ++i, out += outputs * n) {{
-    from[0] = state;
-    for (int k = 1; k < inputs; ++k) from[k] = in[k] + i * ahead[k];
-    rows(from, step, out, work, n);
-    for (int r = 0; r < size[0]; ++r)
+    for (long long first = 0; first < n; first += chunk) {{
+      const long long some = n - first < chunk ? n - first : chunk;
+      for (int k = 0; k < inputs; ++k) from[k] = in[k] + i * ahead[k] + first * step[k];
+      tiles(from, step, work, some);
+      for (int r = 0; r < outputs; ++r) {{
+        double *row = out + r * n + first;
+        const double *tiled = work + r * tile;
+        long long s = 0;
+        for (; s + tile <= some; s += tile) memcpy(row + s, tiled + s * outputs, tile * sizeof(double));
+        if (s < some) memcpy(row + s, tiled + s * outputs, (some - s) * sizeof(double));
+      }}
+    }}
+    for (int r = 0; state && r < size[0]; ++r)
       for (long long s = 0; s < n; ++s) state[s * size[0] + r] = out[r * n + s];
   }}
 }}
@@ -146,7 +134,7 @@ void chain(const double *const *in, const long long *step, const long long *ahea
 
 
 def c_source(program: Program) -> str:
-    """Write the program as one C file that exports ``tiles``, ``rows`` and ``chain``."""
+    """Write the program as one C file that exports ``run``."""
     lines = ["", "static void samples(const double *const *in, const long long *step, long long i, double *out) {"]
     entries = [(k, row) for k, size in enumerate(program.input_sizes) for row in range(size)]
     load = "vload(in[{0}] + i * step[{0}] + {1}, step[{0}])"
@@ -182,23 +170,15 @@ class CPath:
         Raises:
             CompilerUnavailable: if there is no working C compiler.
         """
-        library = compiled_library(c_source(program), "tiles", "rows", "chain")
-        inputs, number, steps = _Pointers, ctypes.c_longlong, ctypes.POINTER(ctypes.c_longlong)
-        self._outputs = len(program.outputs)
-        self._tiles, self._rows, self._chain = library.tiles, library.rows, library.chain
-        self._tiles.argtypes = [inputs, steps, _Pointer, number]
-        self._rows.argtypes = [inputs, steps, _Pointer, _Pointer, number]
-        self._chain.argtypes = [inputs, steps, steps, _Pointer, _Pointer, _Pointer, number, number]
-        self._tiles.restype = self._rows.restype = self._chain.restype = None
-
-    def tiles(self, inputs: Sequence[Array], out: Array) -> None:
-        """Fill ``out`` (tiles x entries x 8) with the first ``N`` samples of C-contiguous inputs."""
-        self._tiles(*_addresses(inputs), _address(out), _samples(inputs))
+        self._work, self._run = len(program.outputs) * _CHUNK, compiled_library(c_source(program), "run").run
+        pointer, number = ctypes.c_void_p, ctypes.c_longlong
+        pointers, numbers = ctypes.POINTER(pointer), ctypes.POINTER(number)
+        self._run.argtypes = [pointers, numbers, numbers, pointer, pointer, pointer, number, number]
+        self._run.restype = None
 
     def rows(self, inputs: Sequence[Array], out: Array) -> None:
         """Fill ``out`` (entries x N), C-contiguous as the inputs."""
-        work = aligned_empty((self._outputs * _CHUNK,))
-        self._rows(*_addresses(inputs), _address(out), _address(work), _samples(inputs))
+        self._fill(inputs, None, out[None])
 
     def chain(self, state: Array, inputs: Sequence[Array], out: Array) -> None:
         """Fill ``out`` (steps x entries x N); ``state`` (N x size) is input 0 and ends as the last step leaves it.
@@ -206,15 +186,19 @@ class CPath:
         The other inputs have the samples of each step (steps x N x size) or of all steps (N x size), or what all
         samples share (size,); their last axes are C-contiguous.
         """
-        work, everything = aligned_empty((self._outputs * _CHUNK,)), [state, *inputs]
-        starts = (_Pointer * len(everything))(*map(_address, everything))
-        apart = [x.shape[-1] if x.ndim >= 2 else 0 for x in everything]
-        ahead = [x.strides[0] // x.itemsize if x.ndim == 3 else 0 for x in everything]
-        numbers = ctypes.c_longlong * len(everything)
-        self._chain(
-            starts, numbers(*apart), numbers(*ahead), _address(state), _address(out), _address(work), len(state),
-            len(out),
-        )  # fmt: skip
+        self._fill([state, *inputs], state, out)
+
+    def _fill(self, inputs: Sequence[Array], state: Array | None, out: Array) -> None:
+        # Addresses as numbers: a typed pointer takes longer to make than few samples take to evaluate.
+        starts = (ctypes.c_void_p * len(inputs))(*(x.ctypes.data for x in inputs))
+        apart = [x.shape[-1] if x.ndim >= 2 else 0 for x in inputs]
+        ahead = [x.strides[0] // x.itemsize if x.ndim == 3 else 0 for x in inputs]
+        numbers = ctypes.c_longlong * len(inputs)
+        work, first = aligned_empty((self._work,)), 0 if state is None else state.ctypes.data
+        steps, _, samples = out.shape
+        self._run(
+            *(starts, numbers(*apart), numbers(*ahead)), first, out.ctypes.data, work.ctypes.data, samples, steps
+        )
 
 
 def aligned_empty(shape: tuple[int, ...]) -> Array:
@@ -223,25 +207,6 @@ def aligned_empty(shape: tuple[int, ...]) -> Array:
     room = np.empty(size + 8)
     start = -(room.ctypes.data // 8) % 8
     return room[start : start + size].reshape(shape)
-
-
-_Pointer = ctypes.c_void_p
-_Pointers = ctypes.POINTER(_Pointer)
-
-
-def _address(array: Array) -> int:
-    """Address of an array as a number: a typed pointer takes longer to make than few samples take to evaluate."""
-    return int(array.ctypes.data)
-
-
-def _addresses(inputs: Sequence[Array]) -> tuple[object, object]:
-    """Addresses at which each input begins, and distances of its samples."""
-    steps = [x.shape[1] if x.ndim == 2 else 0 for x in inputs]
-    return (_Pointer * len(inputs))(*map(_address, inputs)), (ctypes.c_longlong * len(steps))(*steps)
-
-
-def _samples(inputs: Sequence[Array]) -> int:
-    return max((len(x) for x in inputs if x.ndim == 2), default=1)
 
 
 _WIDTH = 90

@@ -1,6 +1,7 @@
 """Evaluation of one CasADi function on N samples, structure of arrays."""
 
 import warnings
+from collections.abc import Sequence
 
 import casadi as ca
 import numpy as np
@@ -30,6 +31,7 @@ class Kernel:
             TypeError: if the function is not an SX function or has an operation the kernel does not know.
         """
         program = read_program(function)
+        self._function = function
         self._sizes = list(program.input_sizes)
         self._outputs = len(program.outputs)
         rows, columns = function.sparsity_out(0).get_triplet()
@@ -61,25 +63,10 @@ class Kernel:
         Raises:
             ValueError: if the inputs or ``out`` do not fit the function.
         """
-        ready, samples = self._checked(inputs)
+        samples = self._samples(inputs)
         result = _room(out, (self._outputs, samples))
         if samples:
-            self._path.rows(ready, result)
-        return result
-
-    def tiles(self, *inputs: Array, out: Array | None = None) -> Array:
-        """Evaluate on N samples, in the layout that is fastest to write.
-
-        Arguments and errors as above.
-
-        Returns:
-            Tiles of eight samples, shape (ceil(N / 8), entries, 8); surplus entries of the last tile repeat the
-            last sample.
-        """
-        ready, samples = self._checked(inputs)
-        result = _room(out, (-(-samples // 8), self._outputs, 8))
-        if samples:
-            self._path.tiles(ready, result)
+            self._path.rows([np.ascontiguousarray(x, dtype=np.float64) for x in inputs], result)
         return result
 
     def chain(self, state: Array, *inputs: Array) -> Array:
@@ -95,36 +82,39 @@ class Kernel:
 
         Raises:
             ValueError: if the inputs do not fit the function or each other.
-            RuntimeError: if there is no compiled code: one step by NumPy takes as long as thousands.
         """
-        if not isinstance(self._path, CPath):
-            raise RuntimeError("steps one after the other need compiled code")
         if self._outputs < self._sizes[0]:  # compiled code would read beyond them
             raise ValueError(f"{self._outputs} outputs cannot be the next state of {self._sizes[0]} numbers")
-        steps = {len(x) for x in inputs if np.ndim(x) == 3}
-        shapes = [state.shape, *(np.shape(x)[np.ndim(x) == 3 :] for x in inputs)]
-        alike = [shape in ((len(state), size), (size,)) for shape, size in zip(shapes, self._sizes, strict=False)]
-        if state.ndim != 2 or len(steps) != 1 or len(shapes) != len(self._sizes) or not all(alike):
-            input_shapes = ", ".join(str(np.shape(x)) for x in (state, *inputs))
-            raise ValueError(
-                f"inputs of shapes {input_shapes} do not fit: sizes must be {self._sizes}, steps one number"
-            )
-        ready = [np.asarray(x, dtype=np.float64) for x in inputs]
-        # Copied where the values of a step do not lie side by side.
-        contiguous = [(x[:1] if x.ndim == 3 else x).flags.c_contiguous for x in ready]
-        ready = [x if fine else np.ascontiguousarray(x) for x, fine in zip(ready, contiguous, strict=True)]
+        ready, steps = [np.asarray(x, dtype=np.float64) for x in inputs], {len(x) for x in inputs if x.ndim == 3}
+        if len(steps) != 1 or state.ndim != 2:
+            raise ValueError(f"inputs must have one number of steps and a state of two axes, got {steps or 'none'}")
+        self._samples([state, *(x[0] if x.ndim == 3 else x for x in ready)])
         out = np.empty((steps.pop(), self._outputs, len(state)))
-        self._path.chain(np.array(state, dtype=np.float64), ready, out)
-        return out
+        if isinstance(self._path, CPath):
+            # Copied where the values of a step do not lie side by side.
+            contiguous = [(x[:1] if x.ndim == 3 else x).flags.c_contiguous for x in ready]
+            ready = [x if fine else np.ascontiguousarray(x) for x, fine in zip(ready, contiguous, strict=True)]
+            self._path.chain(np.array(state, dtype=np.float64), ready, out)
+            return out
+        # NumPy's way through a function, one call an operation, would take far longer for so few samples at once.
+        symbols = [ca.SX.sym("x", size) for size in self._sizes]
+        parts: list[ca.SX] = self._function.call(symbols)
+        entries = ca.vertcat(*(part.nz[:] for part in parts))
+        step = ca.Function("step", symbols, [entries[: self._sizes[0]], entries])
+        columns = [
+            np.broadcast_to(x, (len(out), len(state), x.shape[-1])).reshape(-1, x.shape[-1]).T for x in ready
+        ]
+        taken = step.map(len(state)).mapaccum("chain", len(out))(state.T, *columns)[1].full()
+        return np.ascontiguousarray(taken.reshape(self._outputs, *out.shape[::2]).swapaxes(0, 1))
 
-    def _checked(self, inputs: tuple[Array, ...]) -> tuple[list[Array], int]:
-        """Make the inputs contiguous arrays, and count the samples."""
+    def _samples(self, inputs: Sequence[Array]) -> int:
+        """Count the samples; refuse inputs that do not fit the function or each other."""
         sizes = [x.shape[-1] for x in inputs if x.ndim in (1, 2)]
         counts = {len(x) for x in inputs if x.ndim == 2}
         if sizes != self._sizes or len(counts) > 1:
             shapes = ", ".join(str(x.shape) for x in inputs)
             raise ValueError(f"inputs of shapes {shapes} do not fit: sizes must be {self._sizes}, N one number")
-        return [np.ascontiguousarray(x, dtype=np.float64) for x in inputs], counts.pop() if counts else 1
+        return counts.pop() if counts else 1
 
 
 def _room(out: Array | None, shape: tuple[int, ...]) -> Array:

@@ -1,77 +1,62 @@
 """The operation list of a CasADi SX function, and the scalar operations it may hold."""
 
-from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import casadi as ca
-import numpy as np
-
-from ...common.arrays import Array
 
 
 class Operation(NamedTuple):
-    """Operation on arrays: ``numpy(*args, out)`` and the same in C on vectors ``{0}``, ``{1}``."""
+    """Operation on ``{0}`` and ``{1}``: in NumPy on arrays, in C on vectors."""
 
-    numpy: Callable[..., Any]
+    numpy: str
     c: str
 
 
-def _ufunc(compute: Callable[..., Any]) -> Callable[..., Any]:
-    """Let a plain expression write into its last argument, as a NumPy ufunc does."""
-
-    def into(*args: Array) -> None:
-        args[-1][...] = compute(*args[:-1])
-
-    return into
-
-
 OPERATIONS: dict[str, Operation] = {
-    "ASSIGN": Operation(np.positive, "{0}"),
-    "ADD": Operation(np.add, "{0} + {1}"),
-    "SUB": Operation(np.subtract, "{0} - {1}"),
-    "MUL": Operation(np.multiply, "{0} * {1}"),
-    "DIV": Operation(np.divide, "{0} / {1}"),
-    "NEG": Operation(np.negative, "-{0}"),
-    "SQ": Operation(np.square, "{0} * {0}"),
-    "TWICE": Operation(lambda x, out: np.add(x, x, out=out), "{0} + {0}"),
-    "INV": Operation(np.reciprocal, "1.0 / {0}"),
-    "SIN": Operation(np.sin, "vsin({0})"),
-    "COS": Operation(np.cos, "vcos({0})"),
-    "SIGN": Operation(np.sign, "vselect({0} > 0.0) - vselect({0} < 0.0) + vkeep({0} != {0}, {0})"),
-    "FABS": Operation(np.abs, "veach(fabs, {0})"),
-    "SQRT": Operation(np.sqrt, "veach(sqrt, {0})"),
-    "TAN": Operation(np.tan, "veach(tan, {0})"),
-    "ASIN": Operation(np.arcsin, "veach(asin, {0})"),
-    "ACOS": Operation(np.arccos, "veach(acos, {0})"),
-    "ATAN": Operation(np.arctan, "veach(atan, {0})"),
-    "ATAN2": Operation(np.arctan2, "vpair(atan2, {0}, {1})"),
-    "EXP": Operation(np.exp, "veach(exp, {0})"),
-    "LOG": Operation(np.log, "veach(log, {0})"),
-    "SINH": Operation(np.sinh, "veach(sinh, {0})"),
-    "COSH": Operation(np.cosh, "veach(cosh, {0})"),
-    "TANH": Operation(np.tanh, "veach(tanh, {0})"),
-    "FLOOR": Operation(np.floor, "veach(floor, {0})"),
-    "CEIL": Operation(np.ceil, "veach(ceil, {0})"),
-    "FMIN": Operation(np.fmin, "vpair(fmin, {0}, {1})"),
-    "FMAX": Operation(np.fmax, "vpair(fmax, {0}, {1})"),
-    "POW": Operation(np.power, "vpair(pow, {0}, {1})"),
-    "CONSTPOW": Operation(np.power, "vpair(pow, {0}, {1})"),
-    "LT": Operation(_ufunc(np.less), "vselect({0} < {1})"),
-    "LE": Operation(_ufunc(np.less_equal), "vselect({0} <= {1})"),
-    "EQ": Operation(_ufunc(np.equal), "vselect({0} == {1})"),
-    "NE": Operation(_ufunc(np.not_equal), "vselect({0} != {1})"),
-    "NOT": Operation(_ufunc(np.logical_not), "vselect({0} == 0.0)"),
-    "AND": Operation(_ufunc(np.logical_and), "vselect(({0} != 0.0) & ({1} != 0.0))"),
-    "OR": Operation(_ufunc(np.logical_or), "vselect(({0} != 0.0) | ({1} != 0.0))"),
-    "IF_ELSE_ZERO": Operation(_ufunc(lambda c, x: np.where(c != 0, x, 0.0)), "vkeep({0} != 0.0, {1})"),
+    "ASSIGN": Operation("{0}", "{0}"),
+    "ADD": Operation("{0} + {1}", "{0} + {1}"),
+    "SUB": Operation("{0} - {1}", "{0} - {1}"),
+    "MUL": Operation("{0} * {1}", "{0} * {1}"),
+    "DIV": Operation("{0} / {1}", "{0} / {1}"),
+    "NEG": Operation("-{0}", "-{0}"),
+    "SQ": Operation("{0} * {0}", "{0} * {0}"),
+    "TWICE": Operation("{0} + {0}", "{0} + {0}"),
+    "INV": Operation("1.0 / {0}", "1.0 / {0}"),
+    "SIN": Operation("np.sin({0})", "vsin({0})"),
+    "COS": Operation("np.cos({0})", "vcos({0})"),
+    "SIGN": Operation("np.sign({0})", "vselect({0} > 0.0) - vselect({0} < 0.0) + vkeep({0} != {0}, {0})"),
+    "FABS": Operation("np.abs({0})", "veach(fabs, {0})"),
+    "SQRT": Operation("np.sqrt({0})", "veach(sqrt, {0})"),
+    "TAN": Operation("np.tan({0})", "veach(tan, {0})"),
+    "ASIN": Operation("np.arcsin({0})", "veach(asin, {0})"),
+    "ACOS": Operation("np.arccos({0})", "veach(acos, {0})"),
+    "ATAN": Operation("np.arctan({0})", "veach(atan, {0})"),
+    "ATAN2": Operation("np.arctan2({0}, {1})", "vpair(atan2, {0}, {1})"),
+    "EXP": Operation("np.exp({0})", "veach(exp, {0})"),
+    "LOG": Operation("np.log({0})", "veach(log, {0})"),
+    "SINH": Operation("np.sinh({0})", "veach(sinh, {0})"),
+    "COSH": Operation("np.cosh({0})", "veach(cosh, {0})"),
+    "TANH": Operation("np.tanh({0})", "veach(tanh, {0})"),
+    "FLOOR": Operation("np.floor({0})", "veach(floor, {0})"),
+    "CEIL": Operation("np.ceil({0})", "veach(ceil, {0})"),
+    "FMIN": Operation("np.fmin({0}, {1})", "vpair(fmin, {0}, {1})"),
+    "FMAX": Operation("np.fmax({0}, {1})", "vpair(fmax, {0}, {1})"),
+    "POW": Operation("np.power({0}, {1})", "vpair(pow, {0}, {1})"),
+    "CONSTPOW": Operation("np.power({0}, {1})", "vpair(pow, {0}, {1})"),
+    "LT": Operation("({0} < {1}) * 1.0", "vselect({0} < {1})"),
+    "LE": Operation("({0} <= {1}) * 1.0", "vselect({0} <= {1})"),
+    "EQ": Operation("({0} == {1}) * 1.0", "vselect({0} == {1})"),
+    "NE": Operation("({0} != {1}) * 1.0", "vselect({0} != {1})"),
+    "NOT": Operation("({0} == 0.0) * 1.0", "vselect({0} == 0.0)"),
+    "AND": Operation("(({0} != 0.0) & ({1} != 0.0)) * 1.0", "vselect(({0} != 0.0) & ({1} != 0.0))"),
+    "OR": Operation("(({0} != 0.0) | ({1} != 0.0)) * 1.0", "vselect(({0} != 0.0) | ({1} != 0.0))"),
+    "IF_ELSE_ZERO": Operation("np.where({0} != 0.0, {1}, 0.0)", "vkeep({0} != 0.0, {1})"),
 }
 
-BY_CODE: dict[int, str] = {getattr(ca, f"OP_{name}"): name for name in OPERATIONS}
+_BY_CODE = {getattr(ca, f"OP_{name}"): name for name in OPERATIONS}
 
 
-@dataclass(frozen=True)
-class Step:
+class Step(NamedTuple):
     """Step of a program: ``values[result] = name(*values[arguments])``."""
 
     name: str
@@ -79,8 +64,7 @@ class Step:
     arguments: tuple[int, ...]
 
 
-@dataclass(frozen=True)
-class Program:
+class Program(NamedTuple):
     """Operations that compute a function's outputs, one sample at a time.
 
     Attributes:
@@ -127,8 +111,8 @@ def read_program(function: ca.Function) -> Program:
             inputs[size] = rows[source[0]] + source[1]
         elif code == ca.OP_CONST:
             constants[size] = float(function.instruction_constant(k))
-        elif code in BY_CODE:
-            steps.append(Step(BY_CODE[code], size, tuple(register[s] for s in source)))
+        elif code in _BY_CODE:
+            steps.append(Step(_BY_CODE[code], size, tuple(register[s] for s in source)))
         else:
             raise TypeError(f"{function.name()} uses CasADi operation {code}, which the kernel does not know")
         register[target[0]] = size

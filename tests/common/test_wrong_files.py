@@ -18,7 +18,7 @@ from dynident.estimation.answers.payload import payload_result
 from dynident.estimation.gains.known_load import KnownLoad, read_known_load
 from dynident.model import load_robot, read_payload
 from dynident.model.files import payload_file
-from dynident.model.files.robot_table import RobotTable
+from dynident.model.files.robot_file import RobotTable
 from dynident.tests.model.test_robot_file import FULL
 from dynident.tests.report import made
 from dynident.tests.report.written import written

@@ -7,8 +7,8 @@ from typing import Literal
 
 import numpy as np
 from dynident.model import Joint, Robot
-from dynident.model.base.geometry import frame_rotation
 from dynident.model.drives import Drives
+from dynident.model.kinematics import FrameChange
 
 _Kind = Literal["revolute", "prismatic"]
 _SPECIAL = (0.0, 90.0, -90.0, 180.0)
@@ -49,7 +49,7 @@ def _random_gravity(draw: np.random.Generator, joints: tuple[Joint, ...]) -> tup
     else:
         R = np.eye(3)
         for joint in joints:
-            R = R @ frame_rotation(joint)
+            R = R @ FrameChange.of(joint, 0.0, np).axes
             if joint.revolute:
                 break
         direction = R[:, 2]

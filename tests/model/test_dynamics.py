@@ -16,7 +16,6 @@ from dynident.model import (
     base_regressor,
     coriolis,
     coriolis_matrix,
-    essential_regressor,
     forward_dynamics,
     forward_dynamics_base,
     gravity,
@@ -50,7 +49,6 @@ MAKERS: dict[str, Callable[[Robot], ca.Function]] = {
     "forward_dynamics": forward_dynamics,
     "standard_regressor": standard_regressor,
     "base_regressor": lambda robot: base_regressor(robot, base_parameters(robot)),
-    "essential_regressor": lambda robot: essential_regressor(robot, base_parameters(robot), essential_names(robot)),
     "payload_regressor": payload_regressor,
 }
 
@@ -85,6 +83,21 @@ def dense(value: ca.DM) -> Array:
     return array.ravel() if array.shape[1] == 1 else array
 
 
+def spring_torque(robot: Robot, q: Array) -> Array:
+    torque = np.zeros(robot.n)
+    if robot.spring:
+        joint = robot.spring.joint - 1
+        torque[joint] = robot.spring.torque(q[joint : joint + 1])[0]
+    return torque
+
+
+def drive_torque(robot: Robot, q: Array, qd: Array, chi: Array) -> Array:
+    """Friction and offsets less the torque of the spring, by the regressor."""
+    drives = np.array([parameter_kind(name) not in INERTIAL for name in standard_columns(robot)])
+    phi = dense(standard_regressor(robot)(q, qd, np.zeros(robot.n)))
+    return np.asarray(phi[:, drives] @ chi[drives] - spring_torque(robot, q))
+
+
 def test_forward_dynamics_inverts_the_inverse(robot: Robot, chi: Array) -> None:
     """And needs no more than the base parameters."""
     q, qd, qdd = state(robot)
@@ -101,11 +114,9 @@ def test_torque_is_the_sum_of_its_parts(robot: Robot, chi: Array) -> None:
     torque, still, weight = inverse_dynamics(robot), np.zeros(robot.n), dense(gravity(robot)(q, chi))
     C = dense(coriolis_matrix(robot)(q, qd, chi))
     np.testing.assert_allclose(C @ qd, dense(coriolis(robot)(q, qd, chi)), rtol=1e-11, atol=1e-11)
-    of_drives = np.where([parameter_kind(name) in INERTIAL for name in standard_columns(robot)], 0.0, chi)
-    rubbing = dense(torque(q, qd, still, of_drives))
-    parts = dense(mass_matrix(robot)(q, chi)) @ qdd + C @ qd + weight + rubbing
+    parts = dense(mass_matrix(robot)(q, chi)) @ qdd + C @ qd + weight + drive_torque(robot, q, qd, chi)
     np.testing.assert_allclose(dense(torque(q, qd, qdd, chi)), parts, rtol=1e-10, atol=1e-10)
-    resting = weight + dense(torque(q, still, still, of_drives))
+    resting = weight + drive_torque(robot, q, still, chi)
     np.testing.assert_allclose(dense(torque(q, still, still, chi)), resting, rtol=1e-10, atol=1e-10)
     place, speed = ca.SX.sym("q", robot.n), ca.SX.sym("qd", robot.n)
     A = ca.densify(ca.vec(mass_matrix(robot)(place, chi)))
@@ -119,25 +130,17 @@ def test_torque_is_the_sum_of_its_parts(robot: Robot, chi: Array) -> None:
 def test_base_parameters_give_the_same_torques(robot: Robot, chi: Array) -> None:
     """With fewer operations; a regressor of some of them is its columns."""
     base, names, (q, qd, qdd) = base_parameters(robot), essential_names(robot), state(robot)
-    reduced, phi, spring = base.value(named(robot, chi)), base_regressor(robot, base), np.zeros(robot.n)
+    reduced, phi = base.value(named(robot, chi)), base_regressor(robot, base)
     expected, torque = dense(inverse_dynamics(robot)(q, qd, qdd, chi)), inverse_dynamics_base(robot, base)
     np.testing.assert_allclose(dense(torque(q, qd, qdd, reduced)), expected, rtol=1e-9, atol=1e-9)
-    if robot.spring:
-        joint = robot.spring.joint - 1
-        spring[joint] = robot.spring.torque(q[joint : joint + 1])[0]
     whole = dense(phi(q, qd, qdd))
-    np.testing.assert_allclose(whole @ reduced - spring, expected, rtol=1e-9, atol=1e-9)
+    np.testing.assert_allclose(whole @ reduced - spring_torque(robot, q), expected, rtol=1e-9, atol=1e-9)
     assert torque.n_instructions() < inverse_dynamics(robot).n_instructions()
     assert torque.n_instructions() < phi.n_instructions() + 2 * phi.nnz_out(0)
-    chosen = dense(essential_regressor(robot, base, names)(q, qd, qdd))
+    chosen = dense(regressor(robot, names)(q, qd, qdd))
     np.testing.assert_allclose(
         chosen, whole[:, [base.columns.index(name) for name in names]], rtol=1e-13, atol=1e-13
     )
-
-
-def test_essential_regressor_refuses_what_is_no_base_parameter(rx90: Robot) -> None:
-    with pytest.raises(KeyError, match="'M6' is not a base parameter of robot 'rx90'"):
-        essential_regressor(rx90, base_parameters(rx90), ["ZZ1", "M6"])
 
 
 @pytest.mark.parametrize("name", MAKERS)
@@ -167,7 +170,7 @@ def test_smooth_dry_friction_nears_the_sign(robot: Robot) -> None:
     level, qd = draw.uniform(1.0, 2.0, len(names)), draw.uniform(0.5, 1.0, robot.n) * draw.choice([-1, 1], robot.n)
     values = dict.fromkeys(standard_columns(robot), 0.0) | dict(zip(names, level, strict=True))
     bare = replace(robot, drives=replace(robot.drives, spring=None))
-    sharp = dense(inverse_dynamics(bare)(still, qd, still, list(values.values())))
+    sharp = drive_torque(bare, still, qd, list(values.values()))
     smooth = smooth_dry_friction(robot, 1e-3)
     np.testing.assert_allclose(dense(smooth(qd, level)), sharp, atol=1e-12)
     assert not dense(smooth(still, level)).any()

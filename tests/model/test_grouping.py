@@ -103,7 +103,7 @@ def test_without_gravity() -> None:
 
 
 def test_prismatic_rotor_beyond_the_first_joint() -> None:
-    """The counter-example of grouping.py: a rule for j = 1 only would keep four parameters."""
+    """The counter-example of closed_form.py: a rule for j = 1 only would keep four parameters."""
     joints = (Joint("prismatic"), Joint("prismatic", alpha=radians(90)))
     base = closed_form_base_parameters(Robot("two slides", joints, drives=Drives(friction=())))
     assert base.groupings(symbolic=True) == ("M1R = -IA2 + M1", "IA1 = IA1", "M2R = IA2 + M2")

@@ -10,7 +10,7 @@ import casadi as ca
 import numpy as np
 import pytest
 from dynident.common.arrays import Array
-from dynident.model.integration import Stepper, runge_kutta
+from dynident.model.dynamics import runge_kutta
 from dynident.model.kernel.kernel import Kernel
 from dynident.model.kernel.program import OPERATIONS, read_program
 
@@ -86,21 +86,15 @@ def test_every_size(mixed: ca.Function, compiled: bool, size: int) -> None:
     assert compiled == kernel.compiled
 
 
-@pytest.mark.parametrize("size", [0, 1, 7, 8, 9, 300])
-def test_tiles_hold_the_same_numbers(mixed: ca.Function, compiled: bool, size: int) -> None:
-    """Spare places of the last tile repeat the last sample; ``out`` is filled where it is given."""
-    draw = np.random.default_rng(size)
-    x, p = draw.normal(size=(size, 3)), draw.normal(size=2)
+def test_a_given_array_is_filled(mixed: ca.Function, compiled: bool) -> None:
+    draw = np.random.default_rng(1)
+    x, p = draw.normal(size=(9, 3)), draw.normal(size=2)
     kernel = Kernel(mixed)
-    tiles, rows = kernel.tiles(x, p), kernel(x, p)
-    assert tiles.shape == (-(-size // 8), 4, 8)
-    flat = tiles.swapaxes(0, 1).reshape(4, -1)
-    np.testing.assert_array_equal(flat[:, :size], rows)
-    np.testing.assert_array_equal(flat[:, size:], np.repeat(rows[:, -1:], -size % 8, axis=1))
+    rows = kernel(x, p)
     target = np.full_like(rows, np.nan)
     assert kernel(x, p, out=target) is target
     np.testing.assert_array_equal(target, rows)
-    for wrong in (np.empty((4, size + 1)), np.empty((size, 4)).T if size > 1 else np.empty(4), rows.astype("f4")):
+    for wrong in (np.empty((4, 10)), np.empty((9, 4)).T, rows.astype("f4")):
         with pytest.raises(ValueError, match="out must be"):
             kernel(x, p, out=wrong)
 
@@ -250,13 +244,13 @@ def alone(step: ca.Function) -> Array:
 def test_it_is_what_single_calls_give(step: ca.Function, compiled: bool) -> None:
     arguments = inputs()
     state = arguments[0].copy()
-    np.testing.assert_allclose(Stepper(step)(*arguments), alone(step), rtol=1e-13, atol=1e-13)
+    np.testing.assert_allclose(Kernel(step).chain(*arguments), alone(step), rtol=1e-13, atol=1e-13)
     np.testing.assert_array_equal(arguments[0], state, "the caller's state stays")
 
 
 def test_the_last_step_is_the_next_ones_start(step: ca.Function, compiled: bool) -> None:
     state, drive, *shared = inputs()
-    stepper = Stepper(step)
+    stepper = Kernel(step).chain
     whole = stepper(state, drive, *shared)
     first = stepper(state, drive[:3], *shared)
     second = stepper(np.ascontiguousarray(first[-1, :2].T), drive[3:], *shared)

@@ -60,7 +60,7 @@ def test_resolved_gives_back_what_made_the_torques() -> None:
     x = InertialParameters.from_com(2.0, [0.01, 0.02, 0.1], np.diag([0.01, 0.02, 0.015])).vector
     places, A, b = visibility.resolved(mass_known=True)
     assert places == tuple(range(10))
-    assert A @ (visibility.grouping @ x) + b * x[9] == pytest.approx(x, abs=1e-12)
+    assert A @ (visibility.base.grouping @ x) + b * x[9] == pytest.approx(x, abs=1e-12)
     assert 9 not in visibility.resolved(mass_known=False)[0]
 
 

@@ -17,8 +17,7 @@ from dynident.model import (
     load_robot,
     standard_columns,
 )
-from dynident.model.dynamics import dry_friction_names, smooth_dry_friction
-from dynident.model.integration import SMOOTHING
+from dynident.model.dynamics import SMOOTHING, dry_friction_names, smooth_dry_friction
 from dynident.trajectories import (
     RX90_NOISE,
     Controller,

@@ -145,7 +145,7 @@ class NearGoal:
         payload, moving = payload_columns(robot), [joint - 1 for joint in shape.joints]
         kernel, samples = _payload_kernel(robot), family.sample(family.random(np.random.default_rng(0)))
         W = kernel.matrix(samples).reshape(robot.n, len(samples.q), -1)[moving].reshape(-1, len(kernel.columns))
-        indices = [*visibility.chosen, *range(len(payload), len(kernel.columns))]
+        indices = [*visibility.base.chosen, *range(len(payload), len(kernel.columns))]
         names = tuple(kernel.columns[indices[k]] for k in leftmost_independent(W[:, indices]))
         interest = tuple(name for name in names if name in payload)
         mass = self.expected.mass
@@ -183,7 +183,7 @@ class NearGoal:
         A = np.vstack(rows)
         visibility = visibility_of(A, joints)
         indices, T, b = visibility.resolved(self.mass_sigma is not None)
-        known, W = np.array(visibility.chosen) == 9, A[:, list(visibility.chosen)]
+        known, W = np.array(visibility.base.chosen) == 9, A[:, list(visibility.base.chosen)]
         if self.mass_sigma is not None and known.any():
             W = np.vstack([W, known[None] / self.mass_sigma])  # the scale is one more equation
         C = decomposed(W).covariance

@@ -26,8 +26,7 @@ from ...model import (
     standard_columns,
 )
 from ...model.drives import smooth_sign
-from ...model.dynamics import dry_friction_names, smooth_dry_friction
-from ...model.integration import SMOOTHING, Stepper, runge_kutta, stable_steps
+from ...model.dynamics import SMOOTHING, dry_friction_names, runge_kutta, smooth_dry_friction, stable_steps
 from ...model.kernel.kernel import Kernel
 from ...model.motion import Measurement
 from ...model.stand_in import rotor_inertias, with_rotors
@@ -172,7 +171,7 @@ class ClosedLoop:
         gains = [1.0 / (self.rate * self.steps), own.position, own.speed, own.integral]
         ripple = (disturbances.ripple, disturbances.waves, phases.T.ravel())
         self._settings = np.concatenate([gains, inertia, *ripple])
-        self._step = Stepper(integration_step(robot, self._base, len(disturbances.waves)))
+        self._step = Kernel(integration_step(robot, self._base, len(disturbances.waves)))
         self._feed_forward = Kernel(inverse_dynamics_base(robot, self._base))
         self._bare = self._parameters(None)
 
@@ -215,7 +214,7 @@ class ClosedLoop:
             ]
             wanted = (reference[k : len(reference) - 2 + k : 2] for k in range(3))
             friction = np.repeat(np.array(levels), self.steps, axis=0)
-            out = self._step(state[active], *wanted, chi[active], friction, self._settings).swapaxes(1, 2)
+            out = self._step.chain(state[active], *wanted, chi[active], friction, self._settings).swapaxes(1, 2)
             states = np.concatenate([state[active][None], out[:, :, : 3 * n]])
             logged = slice(max(start, 0), stop)
             if logged.start < stop:

@@ -8,7 +8,7 @@ import pytest
 from dynident.apps.view import view_of
 from dynident.apps.view.shapes import coarse, ellipsoid
 from dynident.model import Motion, Robot
-from dynident.model.files.chain import load_urdf
+from dynident.model.files.urdf import load_urdf
 
 trimesh = pytest.importorskip("trimesh")
 LINKS = {

@@ -1,0 +1,335 @@
+"""Base parameters of a serial robot by closed-form rules, as (12) for the RX90 (Gautier and Khalil 1990).
+
+Joints from the tip to the base. r1 is the first revolute joint, r2 the next revolute one whose axis is not
+parallel to that of r1 (0 and 180 degrees are parallel). To move a parameter to link j-1 is to add the same body,
+seen from frame j-1 at q = 0.
+
+- Revolute j: YYj (with XXj - YYj left behind), MZj and Mj go to link j-1. For r1 <= j < r2: XXj, XYj, XZj and YZj
+  have no effect; nor MXj and MYj where axis j coincides with that of r1, lies along gravity, and all earlier axes
+  are parallel to it.
+- Prismatic j: the inertia matrix goes to link j-1. j < r1: MXj, MYj and MZj have no effect. r1 < j < r2: parallel
+  to r1, MZj has none, MXj and MYj go to link j-1; else the first moment along the axis of r1 has none.
+- Rotors: IA of r1 goes into ZZ of r1, IA of r2 into ZZ of r2 if and only if the two axes are orthogonal. For a
+  prismatic j before r2 whose axis is parallel to every earlier revolute axis and orthogonal to every earlier
+  prismatic one: if orthogonal to gravity, IAj goes into Mj while link j-1 loses a mass IAj; else that combination
+  feels gravity alone, as a constant force, and a drive offset OFFj is grouped into it.
+
+The rotor rule for prismatic joints is often stated for j = 1 only. That leaves a valid set that is not minimal; the
+smallest case is two orthogonal prismatic joints, the second horizontal. With joint 1 vertical,
+
+    Gamma1 = (M1 + M2) (q1'' + g) + IA1 q1'',    Gamma2 = (M2 + IA2) q2'',
+
+M1, IA1, M2 and IA2 have three combinations only: M1R = M1 - IA2, IA1 and M2R = M2 + IA2.
+
+The rules hold for any non-zero gravity and for drives that are not coupled; rank.py covers the rest.
+The geometry is taken as exact: from the angles that are snapped to a multiple of 90 degrees (1e-4 rad) up to
+about 3e-3 rad from one, effects of the angle squared can be too small for QR to see.
+"""
+
+import math
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import combinations, groupby
+from typing import NamedTuple
+
+import numpy as np
+
+from ...common.arrays import Array
+from ...common.errors import InputError
+from ..drives import parameter_kind
+from ..inertia import InertialParameters
+from ..kinematics import FrameChange
+from ..regressors import standard_columns
+from ..robot import INERTIAL, Joint, Robot
+from .parameters import BaseParameters
+from .rank import base_parameters
+
+_ZERO = 1e-9
+"""Cosine, sine or length that is rounding: nearly special geometry was snapped when the robot was made."""
+_ROUNDING = 1e-12
+"""Factor of a parameter that comes from rounded sines and cosines."""
+_SAME = 1e-6
+"""Relative and absolute difference of two groupings that are the same."""
+_Monomial = tuple[str, ...]
+"""Factors of a product of lengths in alphabetical order: D3^2 is ("D3", "D3")."""
+
+
+class Move(NamedTuple):
+    """Application of one rule: parameter ``drop`` of a joint is grouped away.
+
+    Attributes:
+        rule: the rule's name.
+        joint: index from 0.
+        drop: kind of the parameter that goes ("YY").
+        change: what has no effect on the torques when added to the joint's parameters, by kind.
+        to_parent: whether link j-1 has to lose the same body.
+    """
+
+    rule: str
+    joint: int
+    drop: str
+    change: dict[str, float]
+    to_parent: bool
+
+
+def closed_form_base_parameters(robot: Robot) -> BaseParameters:
+    """Base parameters of a serial robot by the rules above, with symbolic expressions.
+
+    Coupled drives are decided by QR; rows that are the same without the coupling keep their expression.
+
+    Raises:
+        InputError: without gravity, or if one name stands for two lengths.
+    """
+    if robot.coupling:
+        return _decided_by_rank(robot)
+    names, columns, regroupings = _length_names(robot), standard_columns(robot), moves(robot)
+    dropped = {f"{move.drop}{move.joint + 1}" for move in regroupings}
+    chosen = [k for k, name in enumerate(columns) if name not in dropped]
+
+    def grouping(lengths: Mapping[str, float]) -> Array:
+        return _grouping(regroupings, [_with_lengths(joint, lengths) for joint in robot.joints], columns)[chosen]
+
+    terms = _second_degree(grouping, names)
+    expressions = [
+        _sum_text((product, factors[row, k], name) for product, factors in terms for k, name in enumerate(columns))
+        for row in range(len(chosen))
+    ]
+    return BaseParameters(columns, tuple(chosen), grouping({}), "closed form", tuple(expressions))
+
+
+def moves(robot: Robot) -> list[Move]:
+    """List all applications of the rules to a robot without coupled drives, tip to base.
+
+    Raises:
+        InputError: without gravity.
+    """
+    if not any(robot.gravity):
+        raise InputError(
+            f"robot {robot.name!r} has no gravity, which the closed-form rules need: use base_parameters"
+        )
+    chain = Chain.of(robot)
+    regroupings: list[Move] = []
+    for j in reversed(range(robot.n)):
+        rules = _revolute if robot.joints[j].revolute else _prismatic
+        known = (*INERTIAL, *(parameter_kind(name) for name in robot.drives.names(j + 1)))
+        regroupings += [move for move in rules(chain, j) if move.drop in known]
+    return regroupings
+
+
+@dataclass(frozen=True)
+class Chain:
+    """Axes of a robot at q = 0, in frame 0. Joints are counted from 0.
+
+    Attributes:
+        robot: the robot; its gravity is not zero.
+        rotation: axes of each frame, n x 3 x 3.
+        origin: origin of each frame [m], n x 3.
+        r1: first revolute joint, n if there is none.
+        r2: next revolute joint whose axis is not parallel to that of r1, n if there is none.
+    """
+
+    robot: Robot
+    rotation: Array
+    origin: Array
+    r1: int
+    r2: int
+
+    @staticmethod
+    def of(robot: Robot) -> "Chain":
+        """Find where the axes of a robot are."""
+        R, p = np.eye(3), np.zeros(3)
+        frames = []
+        for joint in robot.joints:
+            change = FrameChange.of(joint, 0.0, np)
+            R, p = R @ change.axes, p + R @ np.array(change.origin)
+            frames.append((R, p))
+        rotation, origin = (np.array(part) for part in zip(*frames, strict=True))
+        turning = [j for j, joint in enumerate(robot.joints) if joint.revolute]
+        r1 = turning[0] if turning else robot.n
+        apart = (j for j in turning if not _parallel(rotation[j, :, 2], rotation[r1, :, 2]))
+        return Chain(robot, rotation, origin, r1, next(apart, robot.n))
+
+    def axis(self, j: int) -> Array:
+        """Direction of axis ``j``, shape (3,)."""
+        return np.asarray(self.rotation[j, :, 2])
+
+    def parallel(self, i: int, j: int) -> bool:
+        """True if two axes are parallel or opposite."""
+        return _parallel(self.axis(i), self.axis(j))
+
+    def orthogonal(self, i: int, j: int) -> bool:
+        """True if two axes are at right angles."""
+        return abs(float(self.axis(i) @ self.axis(j))) < _ZERO
+
+    def turns_about_gravity(self, j: int) -> bool:
+        """True if revolute axis ``j`` always coincides with that of r1, along gravity, all earlier parallel."""
+        up = np.array(self.robot.gravity) / math.hypot(*self.robot.gravity)
+        aligned = all(_parallel(self.axis(i), up) for i in range(j + 1))
+        # Every revolute axis on the way has to coincide: two offsets may cancel at q = 0 only.
+        on_the_way = [i for i in range(self.r1, j + 1) if self.robot.joints[i].revolute]
+        away = np.cross(self.origin[on_the_way] - self.origin[self.r1], self.axis(self.r1))
+        return aligned and bool(np.abs(away).max(initial=0.0) < _ZERO)
+
+
+def _revolute(chain: Chain, j: int) -> Iterator[Move]:
+    yield Move("revolute: YY to link j-1", j, "YY", {"XX": 1.0, "YY": 1.0}, True)
+    yield Move("revolute: MZ to link j-1", j, "MZ", {"MZ": 1.0}, True)
+    yield Move("revolute: M to link j-1", j, "M", {"M": 1.0}, True)
+    if j < chain.r2:
+        for kind in ("XX", "XY", "XZ", "YZ"):
+            yield Move("revolute before r2: no XX, XY, XZ, YZ", j, kind, {kind: 1.0}, False)
+        if chain.turns_about_gravity(j):
+            for kind in ("MX", "MY"):
+                yield Move("revolute about gravity: no MX, MY", j, kind, {kind: 1.0}, False)
+    if j == chain.r1:
+        yield Move("rotor of r1 into ZZ", j, "IA", {"IA": 1.0, "ZZ": -1.0}, False)
+    if j == chain.r2 and chain.orthogonal(j, chain.r1):
+        yield Move("rotor of r2 into ZZ", j, "IA", {"IA": 1.0, "ZZ": -1.0}, False)
+
+
+def _prismatic(chain: Chain, j: int) -> Iterator[Move]:
+    for kind in INERTIAL[:6]:
+        yield Move("prismatic: inertia to link j-1", j, kind, {kind: 1.0}, True)
+    if j < chain.r1:
+        for kind in ("MX", "MY", "MZ"):
+            yield Move("prismatic before r1: no MX, MY, MZ", j, kind, {kind: 1.0}, False)
+    elif j < chain.r2 and chain.parallel(j, chain.r1):
+        yield Move("prismatic parallel to r1: no MZ", j, "MZ", {"MZ": 1.0}, False)
+        for kind in ("MX", "MY"):
+            yield Move("prismatic parallel to r1: MX, MY to link j-1", j, kind, {kind: 1.0}, True)
+    elif j < chain.r2:
+        components = (chain.rotation[j].T @ chain.axis(chain.r1)).tolist()
+        along = {kind: value for kind, value in zip(INERTIAL[6:9], components, strict=True) if abs(value) > _ZERO}
+        last = list(along)[-1]
+        yield Move(f"prismatic not parallel to r1: no {last}", j, last, along, False)
+    joints, drives = chain.robot.joints, chain.robot.drives
+    apart = all(chain.parallel(i, j) if joints[i].revolute else chain.orthogonal(i, j) for i in range(j))
+    if j < chain.r2 and apart:
+        # A rotor without its mass, carried by a link that is lighter by as much: only gravity can still tell.
+        weight = float(chain.axis(j) @ np.array(chain.robot.gravity))
+        if abs(weight) <= _ZERO * math.hypot(*chain.robot.gravity):
+            yield Move("prismatic rotor into M", j, "IA", {"IA": 1.0, "M": -1.0}, True)
+        elif drives.rotor_inertia:
+            # FA is 1 for a joint that moves, as OFF is; a robot has one of them.
+            constant = "FA" if f"FA{j + 1}" in drives.names(j + 1) else "OFF"
+            yield Move(
+                "prismatic offset into M and IA", j, constant, {"M": 1.0, "IA": -1.0, constant: weight}, True
+            )
+
+
+def _parallel(a: Array, b: Array) -> bool:
+    return float(np.linalg.norm(np.cross(a, b))) < _ZERO
+
+
+def _grouping(regroupings: Sequence[Move], joints: Sequence[Joint], columns: Sequence[str]) -> Array:
+    """Carry out the moves: row k starts as parameter k and becomes what it stands for, N_s x N_s."""
+    index = {name: k for k, name in enumerate(columns)}
+    rows = np.eye(len(columns))
+    changes = [FrameChange.of(joint, 0.0, np) for joint in joints]
+    for move in regroupings:
+        amount = rows[index[f"{move.drop}{move.joint + 1}"]] / move.change[move.drop]
+        for kind, size in move.change.items():
+            rows[index[f"{kind}{move.joint + 1}"]] -= amount * size
+        if not move.to_parent or move.joint == 0:
+            continue
+        body = InertialParameters(np.array([move.change.get(kind, 0.0) for kind in INERTIAL]))
+        before = body.moved(changes[move.joint].axes, changes[move.joint].origin)
+        for name, size in before.named(str(move.joint)).items():
+            rows[index[name]] += amount * size
+    return rows
+
+
+def _length_names(robot: Robot) -> list[str]:
+    lengths: dict[str, float] = {}
+    for number, joint in enumerate(robot.joints, 1):
+        for name, value in zip(joint.names, (joint.d, joint.r), strict=True):
+            if name and not math.isclose(lengths.setdefault(name, value), value):
+                raise InputError(
+                    f"robot {robot.name!r}: joint {number} has length {name!r} = {value:g}, an earlier one "
+                    f"{lengths[name]:g}: give them different names"
+                )
+    return sorted(lengths)
+
+
+def _with_lengths(joint: Joint, lengths: Mapping[str, float]) -> Joint:
+    """Give a joint other lengths by name; those that are zero stay."""
+    d, r = (
+        lengths.get(name, value) if value != 0.0 else 0.0
+        for name, value in zip(joint.names, (joint.d, joint.r), strict=True)
+    )
+    return replace(joint, d=d, r=r)
+
+
+def _second_degree(
+    function: Callable[[Mapping[str, float]], Array], names: Sequence[str]
+) -> list[tuple[_Monomial, Array]]:
+    """Coefficients of a polynomial in some lengths, by its values.
+
+    A grouping is of second degree: Steiner's theorem has squares, and what was moved once has no longer terms.
+    """
+
+    def at(**lengths: float) -> Array:
+        return function(dict.fromkeys(names, 0.0) | lengths)
+
+    constant = at()
+    plus, minus = ({name: at(**{name: size}) for name in names} for size in (1.0, -1.0))
+    terms: list[tuple[_Monomial, Array]] = [((), constant)]
+    for name in names:
+        terms.append(((name,), 0.5 * (plus[name] - minus[name])))
+        terms.append(((name, name), 0.5 * (plus[name] + minus[name]) - constant))
+    for a, b in combinations(names, 2):
+        terms.append(((a, b), at(**{a: 1.0, b: 1.0}) - plus[a] - plus[b] + constant))
+    return terms
+
+
+def _sum_text(terms: Iterable[tuple[_Monomial, float, str]]) -> str:
+    """Write a sum of parameters as (12) prints it: "IA1 + D3^2*(M3+M4) + YY2".
+
+    Parameters with the same factor share a bracket; factors are in alphabetical order, and terms in the order
+    of their last factors.
+
+    Args:
+        terms: product of lengths, factor and parameter of each.
+    """
+    single = sorted(
+        (product, float(f"{factor:.9g}"), name) for product, factor, name in terms if abs(factor) > _ROUNDING
+    )
+    joined = []
+    for (product, factor), group in groupby(single, key=lambda term: term[:2]):
+        names = [name for _, _, name in group]
+        plain = not product and abs(factor) == 1.0
+        joined += [(product, factor, [name]) for name in names] if plain else [(product, factor, names)]
+    joined.sort(key=lambda term: _factors(term[0], term[2][0])[::-1])
+    text = "".join(_term(*term) for term in joined)
+    return ("-" if text.startswith(" -") else "") + text[3:]
+
+
+def _factors(product: _Monomial, parameter: str) -> list[tuple[str, int]]:
+    return sorted({**{name: product.count(name) for name in product}, parameter: 1}.items())
+
+
+def _term(product: _Monomial, factor: float, names: list[str]) -> str:
+    written = [] if abs(factor) == 1.0 else [f"{abs(factor):.6g}"]
+    for name, power in _factors(product, names[0]):
+        parameters = name if len(names) == 1 else f"({'+'.join(names)})"
+        written.append(parameters if name == names[0] else name if power == 1 else f"{name}^{power}")
+    return f" {'-' if factor < 0 else '+'} {'*'.join(written)}"
+
+
+def _decided_by_rank(robot: Robot) -> BaseParameters:
+    decided = base_parameters(robot)
+    rules = closed_form_base_parameters(replace(robot, drives=replace(robot.drives, coupling=None)))
+    here = [decided.standard.index(name) for name in rules.standard]
+    written = dict(zip(rules.columns, zip(rules.grouping, rules.expressions, strict=True), strict=True))
+    texts = []
+    for name, row in zip(decided.columns, decided.grouping, strict=True):
+        row_by_rules, text = written.get(name, (None, ""))
+        coupled = np.delete(row, here)
+        same = row_by_rules is not None and _equal(row[here], row_by_rules) and _equal(coupled, 0.0 * coupled)
+        own = (((), factor, column) for column, factor in zip(decided.standard, row, strict=True))
+        texts.append(text if same else _sum_text(own))
+    return replace(decided, expressions=tuple(texts))
+
+
+def _equal(left: Array, right: Array) -> bool:
+    return bool(np.allclose(left, right, rtol=_SAME, atol=_SAME))

@@ -1,0 +1,478 @@
+"""Reads a serial robot from a URDF file: its links and joints, and of them the chain from base to flange.
+
+Meshes are found but not opened, transmissions are passed over.
+"""
+
+import math
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
+from pathlib import Path
+from typing import NamedTuple
+from xml.etree import ElementTree
+
+import numpy as np
+
+from ...common.errors import InputError
+from ...common.schema import naming, read_text
+from ..inertia import InertialParameters, ten_parameters
+from ..motion import Processing, usual_slow_speed
+from ..pose import Pose
+from ..robot import Limits, Links, Mesh, Robot, snapped
+from .described import Source, expanded, package_places
+from .reframe import JointAxis, modified_dh
+
+_LARGEST_FILE = 5_000_000
+"""Largest file that is read, in bytes; a description without its meshes comes nowhere near."""
+_LARGEST = 1e9  # no length, angle or mass of an arm comes near
+_UNKNOWN_EFFORT = 1e5  # N·m or N: no arm's joint comes near
+_FAR = 20.0  # m: no arm is as large
+_DIGITS = 1e-3  # of the largest moment of inertia: what rounding in a file may do to the others
+_MOVES = ("revolute", "continuous", "prismatic")
+_FLANGES = (r"(.*[_-])?tool0", r"(.*[_-])?flange", r"(panda|fer|fr3|fp3)_link8")
+"""Patterns of the names of the maker's flange: ROS-Industrial's, then Franka's; the first that fits counts."""
+_UNKNOWN = (math.nan,)
+_ZEROS = (0.0, 0.0, 0.0)
+_Element = ElementTree.Element
+_Notes = dict[str, list[str]]
+"""Notes on what was made exact or left out, and where."""
+
+
+class UrdfJoint(NamedTuple):
+    """Joint of a URDF file.
+
+    Attributes:
+        name, kind, parent, child: as written.
+        origin: the child's frame in the parent's at the zero position.
+        axis: in the child's frame.
+        friction: viscous FV [N·m·s/rad or N·s/m] and dry FS [N·m or N], as far as they are given.
+        mimics: the joint it follows, empty for a joint of its own.
+    """
+
+    name: str
+    kind: str
+    parent: str
+    child: str
+    origin: Pose
+    axis: tuple[float, ...]
+    limits: Limits
+    friction: Mapping[str, float]
+    mimics: str
+
+
+class Urdf(NamedTuple):
+    """Links and joints of one file.
+
+    Attributes:
+        name: of the robot.
+        source: the file, for messages.
+        links: every link's body in its own frame, None where the file gives none.
+        joints: in the order of the file.
+        children: of every link, the joints that it carries.
+        notes: what was made exact or left out.
+        meshes: of every link, in its own frame.
+    """
+
+    name: str
+    source: str
+    links: Mapping[str, InertialParameters | None]
+    joints: tuple[UrdfJoint, ...]
+    children: Mapping[str, Sequence[UrdfJoint]]
+    notes: tuple[str, ...]
+    meshes: Mapping[str, tuple[Mesh, ...]]
+
+    def fixed_to(self, link: str, pose: Pose) -> list[tuple[str, Pose]]:
+        """List a link and all that is fixed to it, with their frames where the link's is at ``pose``."""
+        fixed = [(link, pose)]
+        for name, at in fixed:  # grows while it is walked
+            fixed += [(joint.child, at @ joint.origin) for joint in self.children[name] if joint.kind == "fixed"]
+        return fixed
+
+
+def load_urdf(path: str | Path | Source, base: str | None = None, tip: str | None = None) -> Robot:
+    """Read a serial robot from a URDF or xacro file.
+
+    Fixed joints are merged, meshes are not read. Gravity points along -z of the base link. Joint positions count
+    as in the file. Inertias are read into ``Robot.parameters``, as a prior.
+
+    Args:
+        base: first link of the chain; the root by default.
+        tip: the flange's link; by default the only link at an end of the tree that a joint moves.
+
+    Raises:
+        InputError: if there is no such chain, or several, or a joint of it is of a kind that is not supported.
+    """
+    tree = read_urdf(path)
+    first = _base(tree, base)
+    last, by_convention = _tip(tree, first, tip)
+    moving, flange = _chain(tree, first, last)
+    axes = [
+        JointAxis(
+            "prismatic" if joint.kind == "prismatic" else "revolute",
+            tuple((pose.R @ np.array(joint.axis)).tolist()),
+            pose.origin,
+            joint.limits,
+        )
+        for joint, pose in moving
+    ]
+    frames = modified_dh(axes, flange)
+    far = [
+        f"axes {number - 1} and {number} are almost parallel (a calibrated description?): their common normal lies "
+        f"{away:.3g} m away, and parameters lose digits; the nominal description has them parallel"
+        for number, joint in enumerate(frames.joints, start=1)
+        if (away := max(abs(joint.d), abs(joint.r))) > _FAR
+    ]
+    poses = tuple(frame.inverse() @ pose for frame, (_, pose) in zip(frames.frames, moving, strict=True))
+    names = tuple(joint.child for joint, _ in moving)
+    looks = tuple(
+        tuple(
+            mesh._replace(pose=at @ mesh.pose)
+            for fixed, at in tree.fixed_to(link, pose)
+            for mesh in tree.meshes[fixed]
+        )
+        for link, pose in zip((first, *names), (frames.base, *poses), strict=True)
+    )
+    parameters, left_out = _parameters(tree, [joint for joint, _ in moving], poses)
+    file, is_flange = Path(tree.source).name, any(re.fullmatch(pattern, last) for pattern in _FLANGES[::2])
+    return Robot(
+        name=re.sub(r"\s+", "_", tree.name.strip()) or "robot",
+        joints=frames.joints,
+        gravity=tuple((frames.base.R @ np.array([0.0, 0.0, -9.81]) + 0.0).tolist()),
+        # The axes of a link "flange" are not the controller's: its x points out.
+        payload_frame=f"{'flange: ' if is_flange else ''}link {last} of {file}",
+        flange=frames.flange,
+        base=frames.base,
+        links=Links(names, poses, tuple(joint.name for joint, _ in moving), first, last, looks),
+        processing=Processing(slow_speed=usual_slow_speed([joint.revolute for joint in frames.joints])),
+        parameters=parameters,
+        title=f"{tree.name} ({file}, {first} to {last})",
+        snapped=(*by_convention, *tree.notes, *left_out, *far),
+    )
+
+
+def _base(tree: Urdf, base: str | None) -> str:
+    if base is not None:
+        return _known(tree, base)
+    below = {joint.child for joint in tree.joints}
+    roots = [name for name in tree.links if name not in below]
+    if not roots:
+        raise InputError(f"{tree.source}: no links in the file")
+    if len(roots) > 1:
+        raise InputError(
+            f"{tree.source}: {len(roots)} links have no parent: set chain to BASE:, BASE one of {_list(roots)}"
+        )
+    return roots[0]
+
+
+def _tip(tree: Urdf, base: str, tip: str | None) -> tuple[str, tuple[str, ...]]:
+    """Find the flange's link, and note where it was one of several by its name."""
+    if tip is not None:
+        return _known(tree, tip), ()
+    fixed = {name for name, _ in tree.fixed_to(base, Pose())}
+    below = [base]
+    for link in below:  # grows while it is walked
+        below += [joint.child for joint in tree.children[link]]
+    moved = [link for link in below if link not in fixed]
+    ends = sorted(link for link in moved if not tree.children[link])
+    if not ends:
+        raise InputError(
+            f"{tree.source}: no joint moves anything from link {base!r} on: give another BASE (chain BASE:TIP)"
+        )
+    if len(ends) == 1:
+        return ends[0], ()
+    for pattern in _FLANGES:
+        if named := [link for link in moved if re.fullmatch(pattern, link)]:
+            break
+    if len(named) != 1:  # none, or several arms have one each
+        raise InputError(
+            f"{tree.source}: several chains end in a link: set chain to :TIP, TIP one of {_list(ends)}"
+        )
+    return named[0], (
+        f"link {named[0]!r} is taken as the flange by its name; ends are {_list(ends)}: chain = :TIP chooses",
+    )
+
+
+def _known(tree: Urdf, link: str) -> str:
+    if link not in tree.links:
+        raise InputError(
+            f"{tree.source}: chain = BASE:TIP: no link {link!r}: the links are {_list(list(tree.links))}"
+        )
+    return link
+
+
+def _list(names: Sequence[str]) -> str:
+    return ", ".join(names[:30]) + (" and more" if len(names) > 30 else "")
+
+
+def _chain(tree: Urdf, base: str, tip: str) -> tuple[list[tuple[UrdfJoint, Pose]], Pose]:
+    """Find the moving joints from base to tip with their frames, and the tip's, in the base at zero position."""
+    above = {joint.child: joint for joint in tree.joints}
+    path: list[UrdfJoint] = []
+    link = tip
+    while link != base:
+        if link not in above:
+            raise InputError(f"{tree.source}: no chain leads from {base!r} down to {tip!r}: swap or change them")
+        path.append(above[link])
+        link = above[link].parent
+    pose, moving = Pose(), []
+    for joint in reversed(path):
+        pose = pose @ joint.origin
+        if joint.kind == "fixed":
+            continue
+        if joint.kind not in _MOVES:
+            raise InputError(
+                f"{tree.source}: joint {joint.name!r} is {joint.kind or 'of no kind'!r}: a chain of revolute, "
+                "continuous, prismatic and fixed joints is needed; choose another chain BASE:TIP"
+            )
+        if joint.mimics:
+            raise InputError(
+                f"{tree.source}: joint {joint.name!r} mimics {joint.mimics!r}: coupled joints of a URDF are not "
+                "supported; choose another chain BASE:TIP"
+            )
+        moving.append((joint, pose))
+    if not moving:
+        raise InputError(f"{tree.source}: no joint moves between base and tip: choose another chain BASE:TIP")
+    return moving, pose
+
+
+def _parameters(
+    tree: Urdf, chain: Sequence[UrdfJoint], poses: Sequence[Pose]
+) -> tuple[dict[str, float], list[str]]:
+    """Collect standard parameters of the links whose bodies the file gives, and note what is left out."""
+    values: dict[str, float] = {}
+    notes: list[str] = []
+    for j, (moving, at) in enumerate(zip(chain, poses, strict=True), start=1):
+        vectors = []
+        for name, pose in tree.fixed_to(moving.child, at):
+            if (body := tree.links[name]) is not None:
+                vectors.append(body.moved(pose.R, pose.p).vector)
+                notes += _impossible(name, body)
+            notes += [
+                f"joint {joint.name!r} is not of the chain: it and what hangs on it are left out"
+                for joint in tree.children[name]
+                if joint.kind != "fixed" and joint not in chain
+            ]
+        if vectors:
+            values |= InertialParameters(np.sum(vectors, axis=0)).named(str(j))
+        values |= {f"{kind}{j}": value for kind, value in moving.friction.items()}
+    return values, notes
+
+
+def _impossible(name: str, body: InertialParameters) -> list[str]:
+    """Name what no body can have; a link without mass and inertia only carries others."""
+    if body.mass < 0.0 or (body.mass == 0.0 and body.vector.any()):
+        return [f"link {name!r}: no body has a mass of {body.mass:g} kg and this inertia: correct the file"]
+    moments = np.linalg.eigvalsh(body.inertia_com) if body.mass else np.zeros(3)
+    if moments[0] + moments[1] >= (1.0 - _DIGITS) * moments[2] and moments[0] >= -_DIGITS * moments[2]:
+        return []
+    shown = ", ".join(f"{moment:.3g}" for moment in moments)
+    return [
+        f"link {name!r}: no body has these principal moments of inertia: {shown} kg m^2 (the largest exceeds the "
+        "sum of the others, or one is negative): correct the file"
+    ]
+
+
+def read_urdf(source: str | Path | Source) -> Urdf:
+    """Read a file, expanded by xacro where it waits for that.
+
+    Raises:
+        InputError: names the element that cannot be used.
+    """
+    source = source if isinstance(source, Source) else Source(Path(source))
+    path = source.path
+    root = _parsed(path, read_text(path, _LARGEST_FILE))
+    if any(map(_of_xacro, root.iter())):
+        root = _parsed(path, expanded(source))
+        if left := next((element.tag for element in root.iter() if _of_xacro(element)), ""):
+            raise InputError(f"{path}: xacro leaves <{left}> as it is: expand it first (xacro FILE > robot.urdf)")
+    if root.tag != "robot":
+        raise InputError(f"{path}: the outermost element is <{root.tag}>, a URDF's is <robot>")
+    notes: _Notes = {}
+    with naming(path):
+        links = _named(root, "link")
+        bodies = {name: _body(link, f"link {name!r} inertial", notes) for name, link in links.items()}
+        joints = tuple(_joint(name, joint, notes) for name, joint in _named(root, "joint").items())
+        children = _children(list(links), joints)
+    return Urdf(
+        root.get("name") or path.stem,
+        str(path),
+        bodies,
+        joints,
+        children,
+        tuple(f"{', '.join(spots)}: {note}" for note, spots in notes.items()),
+        {name: tuple(_meshes(link, path.resolve().parent)) for name, link in links.items()},
+    )
+
+
+def _parsed(path: Path, text: str) -> _Element:
+    # Entities can grow without bound and read other files; no robot description needs them.
+    for word in ("<!DOCTYPE", "<!ENTITY"):
+        if word in text:
+            raise InputError(f"{path}: {word} is not accepted in a robot description: remove it")
+    try:
+        return ElementTree.fromstring(text)
+    except ElementTree.ParseError as error:
+        raise InputError(f"{path}: not valid XML: {error}") from None
+
+
+def _of_xacro(element: _Element) -> bool:
+    """True if an element waits for xacro. Comments are no elements: expanded files keep the source's."""
+    texts = (element.text or "", *element.attrib.values())
+    return (element.tag.startswith("{") and "xacro" in element.tag) or any("${" in text for text in texts)
+
+
+def _named(root: _Element, tag: str) -> dict[str, _Element]:
+    """Map names to the elements of a tag."""
+    named: dict[str, _Element] = {}
+    for element in root.findall(tag):
+        name = element.get("name")
+        if not name:
+            raise ValueError(f"<{tag}>: a name is missing")
+        if name in named:
+            raise ValueError(f"{tag} {name!r}: given twice")
+        named[name] = element
+    return named
+
+
+def _children(links: Sequence[str], joints: Sequence[UrdfJoint]) -> dict[str, list[UrdfJoint]]:
+    """Find the joints that each link carries; refuse what is no tree."""
+    children: dict[str, list[UrdfJoint]] = {name: [] for name in links}
+    moved: dict[str, str] = {}
+    for joint in joints:
+        for link in (joint.parent, joint.child):
+            if link not in children:
+                raise ValueError(f"joint {joint.name!r}: no link {link!r} in the file")
+        if joint.child in moved:
+            raise ValueError(
+                f"link {joint.child!r} is the child of joints {moved[joint.child]!r} and {joint.name!r}: closed "
+                "loops are not supported"
+            )
+        moved[joint.child] = joint.name
+        children[joint.parent].append(joint)
+    reached = [name for name in links if name not in moved]
+    for name in reached:  # grows while it is walked
+        reached += [joint.child for joint in children[name]]
+    if ring := [name for name in links if name not in set(reached)]:
+        raise ValueError(f"link {ring[0]!r} is its own ancestor: closed loops are not supported")
+    return children
+
+
+def _meshes(link: _Element, folder: Path) -> Iterator[Mesh]:
+    """Read the meshes of a link's visuals, in its frame; a visual that cannot be understood is passed over.
+
+    ``package://NAME/..`` is sought in the folders above the URDF and in those that ROS names by its environment; a
+    file that is not found keeps its name as written.
+    """
+    for visual in link.findall("visual"):
+        element, origin = visual.find("geometry/mesh"), visual.find("origin")
+        name = "" if element is None else element.get("filename", "")
+        if not name:
+            continue
+        scheme, _, rest = name.partition("://")
+        places = [folder / name if not rest else Path(rest)]
+        if scheme in ("package", "model"):
+            package, _, inside = rest.partition("/")
+            places = [root / inside for root in package_places(package, folder)]
+        with suppress(ValueError):  # looks are no reason to refuse a robot
+            pose = Pose.from_rpy(_numbers(origin, "xyz", _ZEROS), _numbers(origin, "rpy", _ZEROS))
+            x, y, z = _numbers(element, "scale", (1.0, 1.0, 1.0))
+            yield Mesh(next((str(path) for path in places if path.is_file()), name), pose, (x, y, z))
+
+
+def _joint(name: str, element: _Element, notes: _Notes) -> UrdfJoint:
+    where, kind, mimic = f"joint {name!r}", element.get("type", ""), element.find("mimic")
+    axis = _numbers(element.find("axis"), "xyz", (1.0, 0.0, 0.0), where)
+    if kind in _MOVES and not 1e-9 < math.hypot(*axis) < _LARGEST:
+        raise ValueError(f"{where}: axis has no direction")
+    dynamics = element.find("dynamics")
+    friction = {
+        kind: value
+        for kind, key in (("FV", "damping"), ("FS", "friction"))
+        for value in _numbers(dynamics, key, _UNKNOWN, where)
+        if not math.isnan(value)
+    }
+    return UrdfJoint(
+        name,
+        kind,
+        _end(element, "parent", where),
+        _end(element, "child", where),
+        _pose(element.find("origin"), where, notes),
+        axis,
+        _limits(element.find("limit"), kind, where, notes),
+        friction,
+        mimic.get("joint", "another joint") if mimic is not None else "",
+    )
+
+
+def _end(joint: _Element, tag: str, where: str) -> str:
+    end = joint.find(tag)
+    if end is None or not (link := end.get("link", "")):
+        raise ValueError(f"{where}: <{tag} link=...> is missing")
+    return link
+
+
+def _body(link: _Element, where: str, notes: _Notes) -> InertialParameters | None:
+    inertial = link.find("inertial")
+    if inertial is None:
+        return None
+    inertia = inertial.find("inertia")
+    entries = [_numbers(inertia, f"i{key}", _UNKNOWN, where)[0] for key in ("xx", "xy", "xz", "yy", "yz", "zz")]
+    (mass,) = _numbers(inertial.find("mass"), "value", _UNKNOWN, where)
+    if not np.isfinite([mass, *entries]).all():
+        raise ValueError(f"{where}: needs <mass> and <inertia> with all their numbers")
+    xx, xy, xz, yy, yz, zz = entries
+    at = _pose(inertial.find("origin"), where, notes)
+    inertia_com = at.R @ np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]) @ at.R.T
+    # Files hold bodies that cannot exist: the chain's are noted.
+    return InertialParameters(ten_parameters(mass, at.p, inertia_com))
+
+
+def _limits(element: _Element | None, kind: str, where: str, notes: _Notes) -> Limits:
+    """Read limits, infinite where the file gives none; many write 0 for an unknown limit, or a torque none has."""
+    if element is None:
+        return Limits()
+    keys = ("velocity", "effort", "lower", "upper")
+    speed, torque, low, high = (_numbers(element, key, (0.0,), where)[0] for key in keys)
+    if speed < 0.0 or torque < 0.0:
+        raise ValueError(f"{where}: velocity and effort limits must not be negative")
+    position = (low, high) if kind != "continuous" and low < high else Limits().position
+    if kind in ("revolute", "prismatic") and not low < high:
+        _note(notes, where, f"position limits {low:g} to {high:g} leave no range: not used")
+    return Limits(position, speed or math.inf, torque=torque if 0.0 < torque < _UNKNOWN_EFFORT else math.inf)
+
+
+def _pose(element: _Element | None, where: str, notes: _Notes) -> Pose:
+    """Read a frame, with angles near a multiple of 90 degrees as that multiple and tiny lengths as zero."""
+    exact = []
+    for key in ("xyz", "rpy"):
+        values = _numbers(element, key, _ZEROS, where)
+        exact.append([snapped(value, angle=key == "rpy") for value in values])
+        for value, special in zip(values, exact[-1], strict=True):
+            # An angle written to seven or more digits is right as it stands.
+            if abs(value - special) > (1e-7 if key == "rpy" else 0.0):
+                _note(notes, f"{where} origin {key}", f"{value:.9g} taken as {special:.9g}")
+    return Pose.from_rpy(*exact)
+
+
+def _note(notes: _Notes, where: str, text: str) -> None:
+    """Note a thing once for all places that it holds for."""
+    spots = notes.setdefault(text, [])
+    if where not in spots:
+        spots.append(where)
+
+
+def _numbers(element: _Element | None, key: str, default: tuple[float, ...], where: str = "") -> tuple[float, ...]:
+    """Read the numbers of an attribute, as many as ``default`` has, which stands where there is none."""
+    if element is None or (text := element.get(key)) is None:
+        return default
+    spot, words = f"{where} {element.tag} {key}", text.split()
+    if len(words) != len(default):
+        count = "three numbers are" if len(default) == 3 else "one number is"
+        raise ValueError(f"{spot}: {count} needed, got {len(words)}")
+    try:
+        values = tuple(map(float, words))
+    except ValueError:
+        raise ValueError(f"{spot}: {text.strip()[:40]!r} is not a number") from None
+    if not all(abs(value) < _LARGEST for value in values):
+        raise ValueError(f"{spot}: {text.strip()[:40]!r} is not a finite number of reasonable size")
+    return values
