@@ -170,7 +170,7 @@ def test_smooth_dry_friction_nears_the_sign(robot: Robot) -> None:
     level, qd = draw.uniform(1.0, 2.0, len(names)), draw.uniform(0.5, 1.0, robot.n) * draw.choice([-1, 1], robot.n)
     values = dict.fromkeys(standard_columns(robot), 0.0) | dict(zip(names, level, strict=True))
     bare = replace(robot, drives=replace(robot.drives, spring=None))
-    sharp = drive_torque(bare, still, qd, list(values.values()))
+    sharp = drive_torque(bare, still, qd, np.array(list(values.values())))
     smooth = smooth_dry_friction(robot, 1e-3)
     np.testing.assert_allclose(dense(smooth(qd, level)), sharp, atol=1e-12)
     assert not dense(smooth(still, level)).any()
