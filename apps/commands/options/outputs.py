@@ -121,7 +121,7 @@ class ViewOptions(Options):
         with status("drawing the view"):
             scene = view()
             if self.view == "-":
-                shown = views.show_view(None, scene)
+                shown = views.open_view(scene)
             else:
                 views.write_view(self.view, scene)
         for text in scene.notes:
