@@ -74,7 +74,7 @@ def run_report(store: _Store, *, files: PageOptions) -> None:
     arms, done = [], 0
     with status("reading nights") as progress:
         for _, own in groupby(logs, key=lambda log: log.arm or ""):  # one arm in memory at a time
-            arms.append(fleet.nights.arm_of([opened.read(log.key) for log in own]))
+            arms.append(fleet.comparing.arm_of([opened.read(log.key) for log in own]))
             done += len(arms[-1].days)
             progress("reading nights", done / len(logs))
     history = fleet.fleet_of(arms)

@@ -431,7 +431,7 @@ class ViewOptions(Options, group=FILES):
         with status("drawing the view"):
             scene = view()
             if self.view == "-":
-                shown = views.show_view(None, scene)
+                shown = views.open_view(scene)
             else:
                 views.write_view(self.view, scene)
         for text in scene.notes:

@@ -1,9 +1,9 @@
-from . import nights as nights
+from . import comparing as comparing
 from . import reduction as reduction
 from . import store as store
+from .comparing import Fleet as Fleet
 from .comparing import compared as compared
-from .nights import Fleet as Fleet
-from .nights import fleet_of as fleet_of
+from .comparing import fleet_of as fleet_of
 from .reduction import reduce_fleet as reduce_fleet
 from .store import Log as Log
 from .store import Recipe as Recipe

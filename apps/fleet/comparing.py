@@ -1,7 +1,14 @@
-"""Parameters by several recordings side by side, and the odd one among them."""
+"""Comparisons: recordings of one robot side by side, an arm's last night with those before, arms with their twins.
 
+Of each recording of an arm friction, payload and drive scales are found while the rest is fixed from all of them. A
+series is one such quantity of one arm, night by night. Its last night is compared with the median of the nights
+before, by their median absolute deviation and the night's own error. This robust z does not move by a few changed
+nights before.
+"""
+
+from collections import Counter
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.special import stdtrit
@@ -10,13 +17,29 @@ from ...common.arrays import Array
 from ...common.errors import InputError
 from ...common.schema import Document, Matrix, Vector
 from ...estimation.answers.identification import Identification
-from ...estimation.fit.covariance import student95
+from ...estimation.equations.equations import PAYLOAD, Equations, merged
+from ...estimation.fit.covariance import jackknife, student95
 from ...estimation.fit.estimate import Estimate
+from ...estimation.fit.least_squares import weighted
+from ...estimation.fit.linear_problem import LinearProblem
+from ...model.drives import parameter_kind
+from ...model.friction import is_friction
+from ...model.regressors import payload_columns
+from .store import Stored
 
 TINY = np.finfo(float).tiny ** 0.25
 """No standard deviation of anything measured is smaller."""
 CHANCE = 1e-3
 """Probability that recordings of one and the same thing are said to differ."""
+MASS = "mass"
+"""The payload's mass less what the controller was told [kg], as a quantity of a night."""
+FEWEST = 8
+"""Nights before the last one that tell what is usual; of fewer a median absolute deviation says little."""
+CHANGED = 5.0
+"""z beyond which a change is told: a quiet series exceeds it once in 60 nights by 8 before, in 2,000 by 30."""
+_MAD = 1.4826  # standard deviations a median absolute deviation is of
+_RELATIVE = ("FS", "FV", "FSM", "FVM")  # kinds of parameters that are taken over their own median
+_CLEARLY = 4.0  # sigmas: such a change of the mass is taken for one
 
 
 class OddDocument(Document, frozen=True):
@@ -107,3 +130,159 @@ def widened(estimate: Estimate, ratio: Array) -> Estimate:
     """An estimate whose standard deviations are so many times as large, without errors that all share."""
     C = estimate.covariance * np.outer(ratio, ratio)
     return replace(estimate, covariance=C, robust=None, gain_covariance=None)
+
+
+@dataclass(frozen=True)
+class Series:
+    """One quantity of one arm over d nights, and what the last of them says.
+
+    Attributes:
+        quantity: a friction ("FS2"), ``MASS``, or "scale 2", by which share a drive's torque is larger than on the
+            whole.
+        days: ISO dates or times, d.
+        values: shape (d,).
+        sigma: each night's own standard deviation, shape (d,).
+        relative: whether changes are ratios to what is usual.
+        usual: the median of the nights before the last one.
+        changes: each night less what is usual, shape (d,).
+        spread: standard deviation of the last change where nothing changed: of the nights before, and its own.
+        z: the last change in such standard deviations; None with fewer than ``FEWEST`` nights before.
+    """
+
+    arm: str
+    quantity: str
+    days: tuple[str, ...]
+    values: Array
+    sigma: Array
+    relative: bool
+    usual: float
+    changes: Array
+    spread: float
+    z: float | None
+
+    @staticmethod
+    def of(arm: str, quantity: str, days: tuple[str, ...], values: Array, sigma: Array) -> "Series":
+        """Compare the last night with those before."""
+        before, relative = len(values) - 1, quantity[:5] not in (MASS, "scale")
+        relative = relative and parameter_kind(quantity) in _RELATIVE
+        usual = float(np.median(values[:-1] if before else values))
+        size = max(abs(usual), 1e-12) if relative else 1.0
+        changes = (values - usual) / size
+        scatter = _MAD * float(np.median(np.abs(changes[:-1]))) if before else 0.0
+        spread = max(float(np.hypot(scatter, sigma[-1] / size)), TINY)
+        z = float(changes[-1]) / spread if before >= FEWEST else None
+        return Series(arm, quantity, days, values, sigma, relative, usual, changes, spread, z)
+
+
+@dataclass(frozen=True)
+class Arm:
+    """An arm by all of its recordings.
+
+    Attributes:
+        days: of its nights, ISO.
+        told: mass that the controller was told each night [kg].
+        pooled: its base parameters by those with the payload it was told most often, to compare with other arms.
+    """
+
+    name: str
+    days: tuple[str, ...]
+    told: tuple[float, ...]
+    series: tuple[Series, ...]
+    pooled: Estimate
+
+
+@dataclass(frozen=True)
+class Fleet:
+    """Arms of one type, by name.
+
+    Attributes:
+        series: each quantity of each arm.
+        changed: those whose last night is beyond ``CHANGED``, the clearest first.
+        twins: the arms' inertial parameters side by side; None of fewer than three.
+        first: day of the first night, ISO.
+    """
+
+    arms: tuple[Arm, ...]
+    series: tuple[Series, ...]
+    changed: tuple[Series, ...]
+    twins: Compared | None
+    first: str
+
+
+def fleet_of(arms: Sequence[Arm]) -> Fleet:
+    """Compare each arm's last night with those before, and arms with each other."""
+    arms = tuple(sorted(arms, key=lambda arm: arm.name))
+    series = tuple(line for arm in arms for line in arm.series)
+    far = [(abs(line.z), line) for line in series if line.z is not None and abs(line.z) > CHANGED]
+    changed = tuple(line for _, line in sorted(far, key=lambda pair: -pair[0]))
+    bodies = [  # friction and constant torques tell nothing of what an arm is made of
+        arm.pooled.part([name for name in arm.pooled.names if not is_friction(name)]) for arm in arms
+    ]
+    twins = side_by_side([arm.name for arm in arms], bodies) if len(arms) >= 3 else None
+    return Fleet(arms, series, changed, twins, min(day for arm in arms for day in arm.days))
+
+
+def arm_of(recordings: Sequence[Stored]) -> Arm:
+    """An arm by its recordings, which name it and the day.
+
+    Raises:
+        InputError: if one does not, or a recording does not determine what is asked of it.
+    """
+    for log in (recording.log for recording in recordings):
+        if log.arm is None or log.day is None:
+            raise InputError(f"{log.file}: its arm and day are not known: give --pattern to reduce")
+    ordered = sorted(recordings, key=lambda recording: str(recording.log.day))
+    arm, days = str(ordered[0].log.arm), tuple(str(recording.log.day) for recording in ordered)
+    reported = tuple(float(recording.log.payload or 0.0) for recording in ordered)
+    usual = Counter(reported).most_common(1)[0][0]
+    same = [recording.equations for recording, mass in zip(ordered, reported, strict=True) if mass == usual]
+    whole = weighted(merged(equations.whole for equations in same))
+    nights = [_night(recording, whole, usual - mass) for recording, mass in zip(ordered, reported, strict=True)]
+    series = tuple(Series.of(arm, name, days, *np.array([night[name] for night in nights]).T) for name in nights[0])
+    return Arm(arm, days, reported, series, widened(whole, compared_by(same[-1])[1]))
+
+
+def _night(recording: Stored, whole: Estimate, usual: float) -> dict[str, tuple[float, float]]:
+    """Value and standard deviation of each quantity by one recording.
+
+    Friction and a change of payload are found together, then each drive's scale beside its friction. ``whole`` is
+    by all recordings that were told the usual mass, which is ``usual`` [kg] more than what was told this night.
+    """
+    names, equations = whole.names, recording.equations
+    frictions = [k for k, name in enumerate(names) if is_friction(name)]
+    rest = np.array(whole.values)
+    rest[frictions] = 0.0
+    change = recording.base.effect_of(payload_columns(recording.robot))
+    own = np.eye(len(names))
+    columns = [*(names[k] for k in frictions), *PAYLOAD]
+    fit = _fitted(equations.transformed(np.column_stack([own[:, frictions], change]), columns, rest))
+    mass, sigma = fit["M_L"]
+    quantities = {names[k]: fit[names[k]] for k in frictions} | {MASS: (usual + mass, sigma)}
+    if abs(mass) > _CLEARLY * sigma:  # what hangs there is no drive's scale
+        rest = rest + change @ np.array([fit[name][0] for name in PAYLOAD])
+    for j in range(recording.robot.n):
+        of_joint = [k for k in frictions if np.abs(equations.factors[j][:, k]).max(initial=0.0) > 0.0]
+        M = np.column_stack([rest, own[:, of_joint]])
+        scaled = equations.transformed(M, ["scale", *(names[k] for k in of_joint)], rest, [j])
+        quantities[f"scale {j + 1}"] = _fitted(scaled)["scale"]
+    return quantities
+
+
+def _fitted(equations: Equations) -> dict[str, tuple[float, float]]:
+    estimate, ratio = compared_by(equations)
+    sigma = ratio * estimate.sigma
+    return dict(zip(estimate.names, zip(estimate.values.tolist(), sigma.tolist(), strict=True), strict=True))
+
+
+def compared_by(equations: Equations) -> tuple[Estimate, Array]:
+    """An estimate and its ``excess``; by the jackknife, where there are enough blocks of time."""
+    estimate, blocks, sigma = weighted(equations), len(equations.blocks), None
+    if blocks > 1:
+        robust = weighted(equations, equations.joint_weights(estimate.values))
+        try:
+            problem = LinearProblem(equations, equations.columns)
+            left = problem.without_blocks(robust.weights, [(b, -1) for b in range(blocks)])
+        except InputError:
+            return estimate, excess(estimate, None)
+        sigma = jackknife([left], robust.values, equations.blocks.length).sigma
+    return estimate, excess(estimate, sigma)

@@ -1,8 +1,5 @@
-from . import blocks as blocks
 from . import documents as documents
-from . import figures as figures
 from . import recordings as recordings
-from . import sections as sections
 from .blocks import Notes as Notes
 from .blocks import Report as Report
 from .blocks import Table as Table

@@ -6,7 +6,7 @@ import json
 import sys
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 from ...common.errors import InputError
 from ...common.files import checksum
@@ -23,15 +23,13 @@ from ..numbers import SIX
 from . import page
 from .blocks import Report
 from .documents import JudgedMotion, Look, check_document, design_document
+from .figures.canvas import Figure
 from .sections.check import check_report, log_report
 from .sections.gains import gains_report
 from .sections.motion import design_report
 from .sections.payload import payload_report
 from .sections.robot import robot_report
 from .terminal import printed, screen_text
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 _RATE = 100.0  # Hz, of a motion in figures
 

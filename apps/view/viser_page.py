@@ -37,16 +37,15 @@ def write_view(path: str | Path, view: View) -> None:
     write_text(path, html_of(view))
 
 
-def show_view(path: str | Path | None, view: View) -> str:
-    """Open the file in the browser, or one in a folder for temporary files; its path.
+def open_view(view: View) -> str:
+    """Open the view in the browser, as a file in a folder for temporary files; its path.
 
     Raises:
         InputError: if there is no browser.
     """
-    page = Path(path) if path else Path(mkdtemp(prefix="dynident_")) / "view.html"
-    if path is None:
-        write_view(page, view)
-    if not webbrowser.open(page.resolve().as_uri()):
+    page = Path(mkdtemp(prefix="dynident_")) / "view.html"
+    write_view(page, view)
+    if not webbrowser.open(page.as_uri()):
         raise InputError(f"--view -: no browser could be opened: open {page} in one")
     return str(page)
 

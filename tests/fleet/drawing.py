@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
-from dynident.apps.fleet.nights import compared_by
+from dynident.apps.fleet.comparing import compared_by
 from dynident.apps.fleet.store import Log, Stored
 from dynident.common.arrays import Array
 from dynident.estimation.equations.equations import Blocks, Equations, merged

@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 from dynident.apps import fleet, report
 from dynident.apps.fleet import Log, Stored
-from dynident.apps.fleet.comparing import side_by_side
-from dynident.apps.fleet.nights import CHANGED, FEWEST, MASS, Series, arm_of, fleet_of
+from dynident.apps.fleet.comparing import CHANGED, FEWEST, MASS, Series, arm_of, fleet_of, side_by_side
 from dynident.apps.logs.read import read_recording
 from dynident.apps.report.documents import fleet_document
 from dynident.apps.report.page import Provenance, now

@@ -15,7 +15,6 @@ from typing import Any
 import numpy as np
 import pytest
 from dynident.apps import live
-from dynident.apps.live import rtde
 from dynident.cli import main
 from dynident.common.errors import InputError
 from dynident.tests.live.conftest import Play
@@ -211,4 +210,4 @@ def test_cut_at_any_byte(play: Play, tmp_path: Path) -> None:
 
 def test_an_unknown_type_is_named(play: Play) -> None:
     with pytest.raises(InputError, match="actual_q as 'VECTOR7D', which is no type of RTDE"):
-        rtde.available(["actual_q"], ["VECTOR7D"])
+        live.available(["actual_q"], ["VECTOR7D"])

@@ -7,12 +7,11 @@ Manual (D28062804A), 9.5 mdesc type and 9.6 movement instructions; Beckhoff TF51
 as in the public VAL3 applications of ros-industrial/staubli_val3_driver.
 """
 
-import math
 import re
-from typing import NamedTuple
 
 import numpy as np
 
+from ....common.arrays import Array
 from ....common.errors import InputError
 from ....model import Robot, forward_kinematics
 from ....trajectories import PointToPoint, Trapezoid, ViaPoints, plan_point_to_point
@@ -22,14 +21,6 @@ from ..motion import WrittenMotion, motion_head, require_six_turning
 from ..xml import COMMENT, FIRST, element, xml_text
 
 _BLEND = 1.0 / 3.0  # of the distance to the nearer neighbour: where a passing quintic's point is left and rejoined
-
-
-class Descriptor(NamedTuple):
-    """Approach of a point: percentages; it is left and reached again at ``leave`` [mm], 0 for a stop."""
-
-    accel: int
-    vel: int
-    leave: float = 0.0
 
 
 def _points(motion: WrittenMotion) -> ViaPoints:
@@ -47,16 +38,15 @@ def val3_replay(motion: WrittenMotion) -> PointToPoint:
         ValueError: if two neighbouring points are the same.
     """
     plan = _points(motion)
-    moves = descriptors_of(motion, plan)
-    speed, accel = (0.01 * np.array([[move[k]] for move in moves]) for k in (1, 0))
+    accel, speed = (0.01 * percent[:, None] for percent in _moves(motion, plan)[:2])
     if plan.rests:
         return plan_stops(motion.described, plan.points, speed, accel)
     at_points = np.minimum(np.vstack([accel, accel[-1:]]), np.vstack([accel[:1], accel]))
     return plan_point_to_point(motion.described, plan.points, speed, at_points)
 
 
-def descriptors_of(motion: WrittenMotion, plan: ViaPoints) -> list[Descriptor]:
-    """A descriptor for each move, into its second point.
+def _moves(motion: WrittenMotion, plan: ViaPoints) -> tuple[Array, Array, Array]:
+    """Acceleration and speed of each move [%]; its second point is left and reached again at so many mm, 0: a stop.
 
     Acceleration of a move: of trapezoidal segments by the ramp, of quintic ones as large as the limits allow.
 
@@ -65,41 +55,33 @@ def descriptors_of(motion: WrittenMotion, plan: ViaPoints) -> list[Descriptor]:
     """
     limits = [joint.limits for joint in motion.described.joints]
     nominal, strong = (np.array([getattr(limit, kind) for limit in limits]) for kind in ("speed", "acceleration"))
-    most_speed = _percent(float((motion.bounds.speed / nominal).min()))
-    most = _percent(min(float((motion.bounds.acceleration / strong).min()), 1.0))
-    leave = np.zeros(len(plan.points))
-    if not plan.rests:  # each inner point is left and rejoined
+    T, steps = plan.durations, np.abs(np.diff(plan.points, axis=0))
+    # As the slowest joint has them; the others follow its law.
+    by_speed, by_acceleration = (steps / nominal).max(axis=1), (steps / strong).max(axis=1)
+    most = _percent(np.minimum((motion.bounds.acceleration / strong).min(), 1.0))
+    accel, rounding = np.full(len(steps), most), 0.0
+    if isinstance(plan.segment, Trapezoid):
+        rounding = 0.005
+        accel = np.minimum(_percent(by_acceleration * plan.segment.peak_acceleration / T**2 + rounding), most)
+    leave, speed = np.zeros(len(steps)), by_speed / T
+    if plan.rests:
+        # A joint that travels d takes d / (v V) + v V / A at the fraction v of its speed V: the smaller root of it,
+        # all the speed where none takes T.
+        ramp = by_acceleration / (0.01 * accel)
+        root = np.sqrt(np.maximum(T**2 - 4.0 * ramp, 0.0))
+        fraction = np.clip((T - root) * by_speed / np.maximum(2.0 * ramp, 1e-300), 0.01, 1.0)
+        speed = np.where((4.0 * ramp > T**2) | (ramp == 0.0), 1.0, fraction)
+    else:  # each inner point is left and rejoined
         kinematics = forward_kinematics(motion.robot)
         origins = np.array([kinematics(q)[1].full().ravel() for q in plan.points]).reshape(-1, 3)
         gap = 1000.0 * np.linalg.norm(np.diff(origins, axis=0), axis=1)
-        leave[1:-1] = np.floor(_BLEND * np.minimum(gap[:-1], gap[1:]))
-    descriptors = []
-    for k, (T, step) in enumerate(zip(plan.durations, np.abs(np.diff(plan.points, axis=0)), strict=True)):
-        # As the slowest joint has them; the others follow its law.
-        by_speed, by_acceleration = float((step / nominal).max()), float((step / strong).max())
-        accel, rounding = most, 0.0
-        if isinstance(plan.segment, Trapezoid):
-            percent, rounding = by_acceleration * plan.segment.peak_acceleration / T**2, 0.005
-            accel = min(_percent(percent + rounding), accel)
-        speed = _speed(by_speed, by_acceleration / (0.01 * accel), T) if plan.rests else by_speed / T
-        descriptors.append(Descriptor(accel, min(_percent(speed + rounding), most_speed), leave[k + 1]))
-    return descriptors
+        leave[:-1] = np.floor(_BLEND * np.minimum(gap[:-1], gap[1:]))
+    most_speed = _percent((motion.bounds.speed / nominal).min())
+    return accel, np.minimum(_percent(speed + rounding), most_speed), leave
 
 
-def _percent(fraction: float) -> int:
-    return max(int(100.0 * fraction + 1e-9), 1)
-
-
-def _speed(by_speed: float, by_acceleration: float, T: float) -> float:
-    """Fraction v of the nominal speed with which a trapezoid rests at both ends and takes T; 1 if none does.
-
-    A joint that travels d takes d / (v V) + v V / A; d / V and d / A are given.
-    """
-    root = T * T - 4.0 * by_acceleration  # of a / v + v b / a = T
-    if root < 0.0 or by_acceleration == 0.0:
-        return 1.0
-    fraction = (T - math.sqrt(root)) * by_speed / (2.0 * by_acceleration)
-    return min(max(fraction, 0.01), 1.0)
+def _percent(fraction: Array) -> Array:
+    return np.maximum(np.floor(100.0 * fraction + 1e-9), 1.0)
 
 
 _XSI = "http://www.w3.org/2001/XMLSchema-instance"
@@ -128,10 +110,15 @@ def check_val3(robot: Robot, via_points: bool, name: str) -> None:
 
 def _write(motion: WrittenMotion) -> str:
     plan = _points(motion)
-    moves = [Descriptor(_APPROACH, _APPROACH), *descriptors_of(motion, plan)]
     angles, motions = np.degrees(plan.points).tolist(), []
-    for accel, vel, leave in moves:
-        profile = {"accel": f"{accel}", "vel": f"{vel}", "decel": f"{accel}", "tmax": "99999", "rmax": "99999"}
+    for accel, vel, leave in [(_APPROACH, _APPROACH, 0.0), *zip(*_moves(motion, plan), strict=True)]:
+        profile = {
+            "accel": f"{accel:g}",
+            "vel": f"{vel:g}",
+            "decel": f"{accel:g}",
+            "tmax": "99999",
+            "rmax": "99999",
+        }
         near = f"{leave:g}"
         motions.append(profile | ({"blend": "joint", "leave": near, "reach": near} if leave else {"blend": "off"}))
     variables = {

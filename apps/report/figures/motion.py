@@ -74,25 +74,18 @@ def sigma_figure(score: Score, title: str, reference: Mapping[str, float], label
     return Drawing("predicted_sigma", caption, draw)
 
 
-def outline(robot: Robot, q: Sequence[float]) -> Array:
-    """Corners of the arm's stick figure in the base [m]: along x of each frame, then along its joint's axis.
-
-    Shape (2 n + 3, 3): the base, two corners a joint, frame n's origin last but one, the payload's frame last.
-    """
-    frames = frames_at(robot, q)
-    corners = [np.zeros(3), frames[0].p]
-    for before, frame, joint, position in zip(frames, frames[1:], robot.joints, q, strict=False):
-        corners += [(before @ step(joint, position)[0]).p, frame.p]
-    return np.array([*corners, frames[-1].p])
-
-
 def save_drawing(path: str | Path, robot: Robot, q: Sequence[float], title: str) -> None:
     """Draw the arm at a pose [rad or m] from three sides with its joint axes, as PNG, SVG or PDF.
 
-    Each view has an axis of the base to the right, another one upwards, in mm.
+    Each view has an axis of the base to the right, another one upwards, in mm. From frame to frame the arm is drawn
+    along x, then along the joint's axis.
     """
     figure, (axes,) = panels((15.0, 5.6), 1, 3, (0.8, 0.1, 0.7, 0.5), (0.85, 0.0))
-    corners, frames = 1e3 * outline(robot, q), frames_at(robot, q)
+    frames = frames_at(robot, q)
+    bends = [np.zeros(3), frames[0].p]
+    for before, frame, joint, position in zip(frames, frames[1:], robot.joints, q, strict=False):
+        bends += [(before @ step(joint, position)[0]).p, frame.p]
+    corners = 1e3 * np.array([*bends, frames[-1].p])
     size = max(float(np.ptp(corners, axis=0).max()), 1.0)
     for axis, (name, a, b) in zip(axes, _VIEWS, strict=True):
         axis.plot(corners[:, a], corners[:, b], color="0.4", linewidth=3.0, solid_capstyle="round", zorder=1)

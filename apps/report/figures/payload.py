@@ -171,62 +171,61 @@ def flange_figure(payload: PossibleEstimate, inertia: bool, flange: bool) -> Dra
     com, ends = 1e3 * array(payload.com, 3), 1e3 * array(payload.com_interval95, 3, 2)
     origin = "the flange, drawn as a plate of 63 mm (ISO 9409-1-50)" if flange else "the frame's origin"
     caption = f"Centre of mass seen along y, along x and along z, from {origin}, to scale."
-    body = None
-    if np.isfinite(ends).all():
+    body, known = None, bool(np.isfinite(ends).all())
+    if known:
         caption += " Bars and ellipse: its 95 % intervals, enlarged below."
     if inertia:
         # Squared semi-axes of the homogeneous ellipsoid of the same inertia, as a matrix [mm^2].
         J = array(payload.inertia_com, 3, 3)
         body = 5e6 / payload.body.mass * (0.5 * np.trace(J) * np.eye(3) - J)
         caption += " Dashed: equivalent ellipsoid, homogeneous and of the identified mass and inertia."
-    where = ", ".join(f"{axis} {x:.1f} mm" for axis, x in zip("xyz", com, strict=True))
-    text = f"{caption} Centre of mass at {where}."
-    return Drawing("flange", caption, lambda: _draw_flange(com, ends, body, flange), text)
 
-
-def _draw_flange(com: Array, ends: Array, body: Array | None, flange: bool) -> Figure:
-    known, patches = bool(np.isfinite(ends).all()), matplotlib().patches
-    points = [np.full(3, -1.25 * _PLATE), np.full(3, 1.25 * _PLATE), com - 12.0, com + 12.0]
-    points += list(ends.T) if known else []
-    if body is not None:
-        reach = np.sqrt(np.maximum(np.diag(body), 0.0))
-        points += [com - reach, com + reach]
-    low, high = np.min(points, axis=0), np.max(points, axis=0)
-    middle, half = 0.5 * (low + high), 0.53 * float((high - low).max())
-    size, edges = (6.6, 4.7 if known else 2.6), (0.65, 0.1, 0.1, 0.75)
-    figure, axes = panels(size, 1 + known, 3, edges, (0.72, 0.55))
-    for column, (i, k) in enumerate(_VIEWS):
-        above = axes[0, column]
-        if flange:
-            look: dict[str, Any] = {"facecolor": "0.85", "edgecolor": "black", "hatch": "///"}
-            side = patches.Rectangle((-_PLATE, -8.0), 2 * _PLATE, 8.0, **look)
-            above.add_patch(side if k == 2 else patches.Circle((0.0, 0.0), _PLATE, **look))
-        for tip, name in (((0.9 * _PLATE, 0.0), "xyz"[i]), ((0.0, 0.9 * _PLATE), "xyz"[k])):
-            above.annotate("", tip, (0.0, 0.0), arrowprops={"arrowstyle": "-|>", "color": "black", "lw": 1.2})
-            above.annotate(name, tip, xytext=(3, 3), textcoords="offset points", fontsize=9)
+    def draw() -> Figure:
+        patches = matplotlib().patches
+        points = [np.full(3, -1.25 * _PLATE), np.full(3, 1.25 * _PLATE), com - 12.0, com + 12.0]
+        points += list(ends.T) if known else []
         if body is not None:
-            squares, directions = np.linalg.eigh(body[np.ix_((i, k), (i, k))])
-            angle = np.linspace(0.0, 2.0 * np.pi, 91)
-            circle = np.sqrt(np.maximum(squares, 0.0))[:, None] * np.vstack([np.cos(angle), np.sin(angle)])
-            outline = com[[i, k], None] + directions @ circle
-            above.plot(*outline, "--", color="0.35", linewidth=1.2, label="equivalent ellipsoid")
-        for axis in axes[:, column]:
+            reach = np.sqrt(np.maximum(np.diag(body), 0.0))
+            points += [com - reach, com + reach]
+        low, high = np.min(points, axis=0), np.max(points, axis=0)
+        middle, half = 0.5 * (low + high), 0.53 * float((high - low).max())
+        size, edges = (6.6, 4.7 if known else 2.6), (0.65, 0.1, 0.1, 0.75)
+        figure, axes = panels(size, 1 + known, 3, edges, (0.72, 0.55))
+        for column, (i, k) in enumerate(_VIEWS):
+            above = axes[0, column]
+            if flange:
+                look: dict[str, Any] = {"facecolor": "0.85", "edgecolor": "black", "hatch": "///"}
+                side = patches.Rectangle((-_PLATE, -8.0), 2 * _PLATE, 8.0, **look)
+                above.add_patch(side if k == 2 else patches.Circle((0.0, 0.0), _PLATE, **look))
+            for tip, name in (((0.9 * _PLATE, 0.0), "xyz"[i]), ((0.0, 0.9 * _PLATE), "xyz"[k])):
+                above.annotate("", tip, (0.0, 0.0), arrowprops={"arrowstyle": "-|>", "color": "black", "lw": 1.2})
+                above.annotate(name, tip, xytext=(3, 3), textcoords="offset points", fontsize=9)
+            if body is not None:
+                squares, directions = np.linalg.eigh(body[np.ix_((i, k), (i, k))])
+                angle = np.linspace(0.0, 2.0 * np.pi, 91)
+                circle = np.sqrt(np.maximum(squares, 0.0))[:, None] * np.vstack([np.cos(angle), np.sin(angle)])
+                outline = com[[i, k], None] + directions @ circle
+                above.plot(*outline, "--", color="0.35", linewidth=1.2, label="equivalent ellipsoid")
+            for axis in axes[:, column]:
+                if known:
+                    centre, width = ends.mean(axis=1), np.ptp(ends, axis=1)
+                    look = {"facecolor": "none", "edgecolor": BLUE, "linewidth": 1.2, "hatch": "xxx"}
+                    axis.add_patch(patches.Ellipse((centre[i], centre[k]), width[i], width[k], **look))
+                    axis.plot(ends[i], [com[k]] * 2, color=BLUE, linewidth=1.6, label="95 % intervals")
+                    axis.plot([com[i]] * 2, ends[k], color=BLUE, linewidth=1.6)
+                mark: dict[str, Any] = {"color": ORANGE, "markeredgecolor": "black", "markersize": 5}
+                axis.plot(com[i], com[k], "o", label="centre of mass", **mark)
+                axis.set_aspect("equal", adjustable="box" if axis is above else "datalim")
+                axis.set_xlabel(f"{'xyz'[i]} [mm]", labelpad=1.0)
+                axis.set_ylabel(f"{'xyz'[k]} [mm]", labelpad=1.0)
+                axis.tick_params(labelsize=8)
+                axis.locator_params(nbins=5)
+                plain(axis)
+            above.set(xlim=(middle[i] - half, middle[i] + half), ylim=(middle[k] - half, middle[k] + half))
             if known:
-                centre, width = ends.mean(axis=1), np.ptp(ends, axis=1)
-                look = {"facecolor": "none", "edgecolor": BLUE, "linewidth": 1.2, "hatch": "xxx"}
-                axis.add_patch(patches.Ellipse((centre[i], centre[k]), width[i], width[k], **look))
-                axis.plot(ends[i], [com[k]] * 2, color=BLUE, linewidth=1.6, label="95 % intervals")
-                axis.plot([com[i]] * 2, ends[k], color=BLUE, linewidth=1.6)
-            mark: dict[str, Any] = {"color": ORANGE, "markeredgecolor": "black", "markersize": 5}
-            axis.plot(com[i], com[k], "o", label="centre of mass", **mark)
-            axis.set_aspect("equal", adjustable="box" if axis is above else "datalim")
-            axis.set_xlabel(f"{'xyz'[i]} [mm]", labelpad=1.0)
-            axis.set_ylabel(f"{'xyz'[k]} [mm]", labelpad=1.0)
-            axis.tick_params(labelsize=8)
-            axis.locator_params(nbins=5)
-            plain(axis)
-        above.set(xlim=(middle[i] - half, middle[i] + half), ylim=(middle[k] - half, middle[k] + half))
-        if known:
-            axes[1, column].margins(0.12)
-    legend(figure, [axes[0, 0]], "lower center", fontsize=9)
-    return figure
+                axes[1, column].margins(0.12)
+        legend(figure, [axes[0, 0]], "lower center", fontsize=9)
+        return figure
+
+    where = ", ".join(f"{axis} {x:.1f} mm" for axis, x in zip("xyz", com, strict=True))
+    return Drawing("flange", caption, draw, f"{caption} Centre of mass at {where}.")

@@ -197,33 +197,35 @@ def excitation_section(make: Callable[[], Excitation | None], labels: Mapping[st
             "(21)."
         )
         known = f"Relative sigma above 10 %: {', '.join(weak)}." if weak else "All relative sigmas are below 10 %."
-        figure = Drawing("excitation", caption, lambda: _draw_excitation(excitation, names), f"{caption} {known}")
+
+        def draw() -> Figure:
+            rows = -(-len(names) // _PER_ROW)
+            size, longest = -(-len(names) // rows), 0.075 * max(map(len, names))
+            edges, gaps = (0.8, 0.1, 0.35, 0.2 + longest), (0.0, 0.3 + longest)
+            figure, axes = panels((9.5, 2.3 * rows + 0.5), rows, 1, edges, gaps, sharey=True)
+            whole, own = (np.clip(x, _LEAST, _MOST) for x in (excitation.signal, excitation.independent))
+            for row, axis in enumerate(axes[:, 0]):
+                part = slice(size * row, size * (row + 1))
+                x = np.arange(len(names[part]))
+                axis.vlines(x, own[part], whole[part], color="0.6", linewidth=1.0)
+                axis.plot(x, whole[part], "_", color="black", markersize=8, label="its torque")
+                axis.plot(
+                    x, own[part], "o", color=BLUE, markersize=4, label="the part no other parameter can imitate"
+                )
+                _limit(axis, _GOOD, "relative sigma 10 %")
+                axis.set_xlim(-0.8, size - 0.2)
+                axis.set_ylabel("torque over noise")
+                plain(axis)
+                names_below(axis, names[part], 8)
+            log_scale(axes[0, 0])
+            legend(figure, [axes[0, 0]], "upper center")
+            return figure
+
+        figure = Drawing("excitation", caption, draw, f"{caption} {known}")
         headings = ("", "torque over noise", "its own part", "share", "relative sigma")
         return [Text(text), figure, Details("Numbers", [Table("Excitation", headings, rows)])]
 
     return Section("excitation", "Excitation of each parameter", [OnPage(shown)])
-
-
-def _draw_excitation(excitation: Excitation, names: list[str]) -> Figure:
-    rows = -(-len(names) // _PER_ROW)
-    size, longest = -(-len(names) // rows), 0.075 * max(map(len, names))
-    edges, gaps = (0.8, 0.1, 0.35, 0.2 + longest), (0.0, 0.3 + longest)
-    figure, axes = panels((9.5, 2.3 * rows + 0.5), rows, 1, edges, gaps, sharey=True)
-    whole, own = (np.clip(x, _LEAST, _MOST) for x in (excitation.signal, excitation.independent))
-    for row, axis in enumerate(axes[:, 0]):
-        part = slice(size * row, size * (row + 1))
-        x = np.arange(len(names[part]))
-        axis.vlines(x, own[part], whole[part], color="0.6", linewidth=1.0)
-        axis.plot(x, whole[part], "_", color="black", markersize=8, label="its torque")
-        axis.plot(x, own[part], "o", color=BLUE, markersize=4, label="the part no other parameter can imitate")
-        _limit(axis, _GOOD, "relative sigma 10 %")
-        axis.set_xlim(-0.8, size - 0.2)
-        axis.set_ylabel("torque over noise")
-        plain(axis)
-        names_below(axis, names[part], 8)
-    log_scale(axes[0, 0])
-    legend(figure, [axes[0, 0]], "upper center")
-    return figure
 
 
 def essential_section(elimination: EliminationDocument | None, title: str) -> Section:

@@ -8,8 +8,7 @@ from pathlib import PurePath
 import numpy as np
 
 from ...fleet import Fleet
-from ...fleet.comparing import CHANCE, Compared
-from ...fleet.nights import CHANGED, FEWEST
+from ...fleet.comparing import CHANCE, CHANGED, FEWEST, Compared
 from ...fleet.reduction import ReducedDocument
 from ..blocks import Banner, Block, Drawing, Notes, OnPage, Report, Section, Table, Text, lines
 from ..figures.canvas import BLUE, GREY, ORANGE, Figure, panels

@@ -62,7 +62,7 @@ def payload_report(result: PayloadResult, document: str | None = None, notes: Se
     controller: list[Block] = [
         Text("What to type into the controller", heading=True),
         Notes(to_do),
-        OnPage(lambda: controller_blocks(result, "this report", result.title)),
+        OnPage(lambda: controller_blocks(result)),
         *([flange_figure(best, result.inertia.use == "use", is_flange(result.frame))] if best else []),
     ]
     first: list[Block] = [
@@ -169,10 +169,10 @@ def _numbers(values: Array, intervals: Array) -> str:
     )
 
 
-def controller_blocks(result: PayloadResult, name: str, title: str) -> list[Block]:
+def controller_blocks(result: PayloadResult) -> list[Block]:
     """The recommended payload in the formats of controllers; that of the robot's maker, by its title, is open."""
     try:
-        load = load_of(result, name)
+        load = load_of(result, "this report")
     except InputError as error:
         return [Text(f"No controller takes this payload: {error}.")]
     if load.verdict == "do_not_use":
@@ -186,7 +186,7 @@ def controller_blocks(result: PayloadResult, name: str, title: str) -> list[Bloc
         )
         return [Text(where), Code("controller-plain", controller_line(result))]
     load = replace(at_flange, reasons=())  # which stand beside it
-    maker = next((form for word, form in _MAKERS.items() if word in title.lower()), "")
+    maker = next((form for word, form in _MAKERS.items() if word in result.title.lower()), "")
     opened, formats = list[Block](), list[Block]()
     for form in _SHOWN:
         try:

@@ -103,10 +103,9 @@ def robot_report(result: RobotResult, rollouts: Sequence[Rollout] = (), document
     known = int((estimate.total_sigma <= 0.1 * np.abs(estimate.values)).sum())
     possible = ""
     if result.constrained is not None:
-        p_value = float(array(result.constrained.p_value))
-        contradicted = f"No robot that can exist comes near them (p {p_value:.2g})."
         possible = "A robot that can exist has these parameters within their uncertainty."
-        possible = contradicted if p_value < CONFLICT else possible
+        if (p_value := float(array(result.constrained.p_value))) < CONFLICT:
+            possible = f"No robot that can exist comes near them (p {p_value:.2g})."
     told = lines(
         f"The model leaves {percent(estimate.fit.relative)} of the torque unexplained{on_held_out}.",
         f"{len(result.columns)} base parameters, {known} of them known to 10 % (1 sigma), "

@@ -134,7 +134,7 @@ def test_verdict_quantity_by_quantity(level: Any, sentence: str, uses: list[str]
 
 
 def shown(document: PayloadResult) -> str:
-    return blocks_html(controller_blocks(document, "this report", "Stäubli RX90"))
+    return blocks_html(controller_blocks(structs.replace(document, robot_title="Stäubli RX90")))
 
 
 def test_controllers_get_what_export_writes(document: PayloadResult) -> None:
