@@ -16,7 +16,7 @@ from cyclopts import Parameter
 from ... import estimation, model
 from ...common.errors import InputError
 from ...common.files import checksum, write_text
-from ...common.progress import each
+from ...common.progress import Progress, each
 from ...common.schema import json_text, write_json
 from ...common.versions import versions
 from .. import live, logs, report, results
@@ -156,6 +156,11 @@ class Setup:
                 self.told.add(about)
                 note(text)
         return recordings
+
+    def settings(self, progress: Progress, **asked: Any) -> estimation.Settings:
+        """Settings of an estimation with what is asked for; where that is None, the default counts."""
+        given = {name: value for name, value in asked.items() if value is not None}
+        return estimation.Settings(self.processing, progress=progress, **given)
 
     def in_words(self) -> dict[str, str]:
         """Robot and processing for the report."""
