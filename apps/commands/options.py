@@ -115,20 +115,14 @@ class FramedRobotOptions(RobotOptions):
 class HostOptions(Options, group=CONTROLLER):
     """The controller that is listened to."""
 
-    host: Annotated[str | None, Parameter(metavar="H")] = None
+    host: Annotated[str, Parameter(metavar="H")]
     """Name or address of the controller."""
     port: values.Port | None = None
     """Its port of RTDE (default: 30004)."""
 
-    def check(self) -> None:
-        """Refuse a controller without a name."""
-        super().check()
-        if not self.host:
-            raise InputError("give --host, the controller's name or address")
-
     def client(self) -> live.Client:
         """A connection to it."""
-        return live.Client(self.host or "", self.port or live.PORT)
+        return live.Client(self.host, self.port or live.PORT)
 
 
 @dataclass(frozen=True, eq=False)
