@@ -156,7 +156,7 @@ def run_apply(
         client.start(_FIELDS, 25.0)
         if live.MASS not in (client.layout.names or ()):
             raise InputError(f"{client.host}: the controller does not tell its payload: nothing was sent")
-        with live.send_program(text, controller.host or "", script_port or live.SCRIPT_PORT):
+        with live.send_program(text, controller.host, script_port or live.SCRIPT_PORT):
             wrong, begin = "nothing", time.monotonic()
             while wrong and time.monotonic() - begin < _PATIENCE:
                 if len(shown := client.take()):

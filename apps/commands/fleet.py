@@ -13,7 +13,7 @@ from cyclopts import Parameter
 from ... import estimation
 from ...common.errors import InputError
 from ...common.files import checksum
-from ...common.progress import each
+from ...common.progress import each, silent
 from .. import fleet, report
 from . import ANSWERED, DO_NOT_USE
 from .entry import Options, command
@@ -92,8 +92,8 @@ def run_compare(data: _Logs, *, arm: RobotOptions, processing: ProcessingOptions
         if first.setdefault(checksum(path), path) != path or data.count(path) > 1:
             raise InputError(f"{path} is given twice: a recording counts once")
     setup = processing.setup(arm.load())
-    settings = estimation.Settings(setup.processing, friction=setup.robot.drives.friction)
     with status("identifying") as progress:
+        settings = setup.settings(silent, friction=setup.robot.drives.friction)
         results = [
             estimation.identify(setup.robot, setup.read([path]), settings, gains=setup.identified)
             for path in each(data, "identifying {}".format, progress)

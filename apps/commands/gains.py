@@ -77,8 +77,7 @@ def run(*, arm: RobotOptions, known: _Known, processing: _Processing, files: Pag
     amperes = replace(setup, robot=plain, gains=(1.0,) * robot.n)
     unloaded, loaded = amperes.read(known.unloaded), amperes.read(known.loaded)
     with status("reading") as progress:
-        settings = estimation.Settings(setup.processing, progress=progress)
-        settings = replace(settings, friction=known.friction or robot.drives.friction)
+        settings = setup.settings(progress, friction=known.friction or robot.drives.friction)
         problem = estimation.gain_problem(robot, unloaded, loaded, settings, load, known.mounting)
         progress("estimating")
         gains = estimation.answer_gains(problem, load)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
 
 from cyclopts import Group, Parameter
@@ -120,8 +119,7 @@ def run(
     gains = drives.errors(setup, [], recordings)
     rollouts: tuple[rollout.Rollout, ...] = ()
     with status("reading") as progress:
-        settings = estimation.Settings(setup.processing, essential=request.essential, progress=progress)
-        settings = settings if request.friction is None else replace(settings, friction=request.friction)
+        settings = setup.settings(progress, essential=request.essential, friction=request.friction)
         result = estimation.identify(setup.robot, recordings, settings, held_out, gains)
         possible = request.possible(result)
         if request.rollout:
@@ -164,7 +162,7 @@ def run_rollout(
             setup.robot,
             stored.possible_values,
             recordings,
-            estimation.Settings(setup.processing, progress=progress),
+            setup.settings(progress),
             request.horizons or rollout.HORIZONS,
             models,
         )

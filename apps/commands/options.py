@@ -16,7 +16,7 @@ from cyclopts import Parameter
 from ... import estimation, model
 from ...common.errors import InputError
 from ...common.files import checksum, write_text
-from ...common.progress import each
+from ...common.progress import Progress, each
 from ...common.schema import json_text, write_json
 from ...common.versions import versions
 from .. import live, logs, report, results
@@ -115,20 +115,14 @@ class FramedRobotOptions(RobotOptions):
 class HostOptions(Options, group=CONTROLLER):
     """The controller that is listened to."""
 
-    host: Annotated[str | None, Parameter(metavar="H")] = None
+    host: Annotated[str, Parameter(metavar="H")]
     """Name or address of the controller."""
     port: values.Port | None = None
     """Its port of RTDE (default: 30004)."""
 
-    def check(self) -> None:
-        """Refuse a controller without a name."""
-        super().check()
-        if not self.host:
-            raise InputError("give --host, the controller's name or address")
-
     def client(self) -> live.Client:
         """A connection to it."""
-        return live.Client(self.host or "", self.port or live.PORT)
+        return live.Client(self.host, self.port or live.PORT)
 
 
 @dataclass(frozen=True, eq=False)
@@ -156,6 +150,11 @@ class Setup:
                 self.told.add(about)
                 note(text)
         return recordings
+
+    def settings(self, progress: Progress, **asked: Any) -> estimation.Settings:
+        """Settings of an estimation with what is asked for; where that is None, the default counts."""
+        given = {name: value for name, value in asked.items() if value is not None}
+        return estimation.Settings(self.processing, progress=progress, **given)
 
     def in_words(self) -> dict[str, str]:
         """Robot and processing for the report."""

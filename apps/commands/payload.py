@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import replace
 from typing import Annotated, ClassVar
 
 from cyclopts import Parameter
@@ -31,11 +30,6 @@ class _Compared(Options):
     those without it in this order (weigh, method 3)."""
     robot_parameters: values.RobotParametersFile | None = None
     """The --json of 'dynident identify' (method 1; weigh: instead of --unloaded)."""
-
-    @property
-    def change(self) -> float:
-        """The change of friction that was given, or the default."""
-        return estimation.FRICTION_CHANGE if self.friction_change is None else self.friction_change
 
     def check(self) -> None:
         """Refuse recordings with a payload that nothing stands beside."""
@@ -101,15 +95,14 @@ def run(
     unloaded, loaded, held_out = map(setup.read, (request.unloaded, request.loaded, request.validate))
     gains = drives.errors(setup, loaded, unloaded, stored)
     with status("reading") as progress, _constraints_solved():
-        settings = estimation.Settings(
-            setup.processing,
+        settings = setup.settings(
+            progress,
             essential=request.essential,
-            friction_change=request.change,
+            friction=request.friction,
+            friction_change=request.friction_change,
             free_friction=request.free_friction,
-            scale_sigma=request.scale_sigma or 0.0,
-            progress=progress,
+            scale_sigma=request.scale_sigma,
         )
-        settings = settings if request.friction is None else replace(settings, friction=request.friction)
         known = stored.estimate if stored else None
         problem = estimation.payload_problem(setup.robot, loaded, unloaded, known, settings)
         progress("estimating")
@@ -154,13 +147,10 @@ def run_weigh(
     loaded, unloaded = setup.read(request.loaded), setup.read(request.unloaded)
     gains = drives.errors(setup, loaded, unloaded, stored)
     with status("reading") as progress, _constraints_solved():
-        settings = estimation.Settings(
-            setup.processing, friction_change=request.change, joints=request.moving, gains=gains, progress=progress
-        )
-        known = stored.estimate if stored else None
-        answer: estimation.PayloadAnswer = estimation.weigh(
-            robot, loaded, unloaded, known, constraints, settings
-        ).working
+        change, known = request.friction_change, stored.estimate if stored else None
+        settings = setup.settings(progress, friction_change=change, joints=request.moving, gains=gains)
+        weighed = estimation.weigh(robot, loaded, unloaded, known, constraints, settings)
+        answer: estimation.PayloadAnswer = weighed.working
         if stand_in is not None:
             answer = answer.assuming(stand_in)
 

@@ -10,6 +10,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import chain
+from typing import Any
 
 from ...common.errors import InputError
 from ...model import Robot
@@ -56,84 +57,66 @@ class Known:
         )  # fmt: skip
 
 
-def _patterns(**patterns: str) -> dict[str, tuple[str, ...]]:
-    """Patterns of each quantity, written with blanks between them."""
-    return {kind: tuple(text.split()) for kind, text in patterns.items()}
+def _recorder(title: str, forms: str, names: Mapping[str, str], **more: Any) -> Known:
+    """A recorder that writes columns of these forms, in which "@" stands for a quantity's names of ``names``."""
+    columns = {
+        kind: tuple(form.replace("@", name) for name in own.split() for form in forms.split())
+        for kind, own in names.items()
+    }
+    return Known(title, columns, **more)
 
 
-PLAIN = Known(
-    "plain columns",
-    _patterns(
-        position="q{}", velocity="qd{}", torque="tau{}", current="i{}", position_reference="qref{}",
-        torque_reference="tauref{}",
-    ),
-)  # fmt: skip
+_SHORT = {"position": "q", "velocity": "qd", "torque": "tau", "current": "i"}
+_FRANKA = {"position": "q", "velocity": "dq", "torque": "tau_J", "position_reference": "q_d"}
+PLAIN = _recorder("plain columns", "@{}", {**_SHORT, "position_reference": "qref", "torque_reference": "tauref"})
 """Columns of a log that follows the documentation."""
-NAMED = Known(
+NAMED = _recorder(
     "columns by joint",
-    _patterns(
-        position="{joint}.position {joint}_position {joint}_pos q_{joint} position_{joint}",
-        velocity="{joint}.velocity {joint}_velocity {joint}_vel qd_{joint} velocity_{joint}",
-        torque="{joint}.effort {joint}_effort {joint}_torque tau_{joint} effort_{joint}",
-        current="{joint}.current {joint}_current i_{joint} current_{joint}",
-    ),
+    "@",
+    {
+        "position": "{joint}.position {joint}_position {joint}_pos q_{joint} position_{joint}",
+        "velocity": "{joint}.velocity {joint}_velocity {joint}_vel qd_{joint} velocity_{joint}",
+        "torque": "{joint}.effort {joint}_effort {joint}_torque tau_{joint} effort_{joint}",
+        "current": "{joint}.current {joint}_current i_{joint} current_{joint}",
+    },
 )
 """Columns of a log whose joints have names, as in a ROS bag."""
 KNOWN = (
     PLAIN,
-    Known(
-        "columns counted from 0",
-        _patterns(position="q{0} q_{0}", velocity="qd{0} qd_{0}", torque="tau{0} tau_{0}", current="i{0} i_{0}"),
-    ),
-    Known(
+    _recorder("columns counted from 0", "@{0} @_{0}", _SHORT),
+    _recorder(
         "Universal Robots, RTDE",
-        _patterns(
-            position="actual_q_{0}", velocity="actual_qd_{0}", torque="actual_current_as_torque_{0}",
-            current="actual_current_{0}", position_reference="target_q_{0}", torque_reference="target_moment_{0}",
-        ),
+        "@_{0}",
+        {
+            "position": "actual_q",
+            "velocity": "actual_qd",
+            "torque": "actual_current_as_torque",
+            "current": "actual_current",
+            "position_reference": "target_q",
+            "torque_reference": "target_moment",
+        },
     ),
-    Known(
-        "Franka, libfranka",
-        _patterns(
-            position="state.q[{0}] q[{0}]", velocity="state.dq[{0}] dq[{0}]", torque="state.tau_J[{0}] tau_J[{0}]",
-            position_reference="state.q_d[{0}] q_d[{0}]",
-        ),
-        time=("time", "duration"),
-        time_unit="ms",
-    ),
-    Known(
-        "Franka, arrays of its state",
-        _patterns(position="q{}", velocity="dq{}", torque="tau_J{}", position_reference="q_d{}"),
-    ),
-    Known(
-        "Franka, PlotJuggler",
-        _patterns(
-            position="*franka_states/q[{0}] *franka_states/q.{0}",
-            velocity="*franka_states/dq[{0}] *franka_states/dq.{0}",
-            torque="*franka_states/tau_J[{0}] *franka_states/tau_J.{0}",
-            position_reference="*franka_states/q_d[{0}] *franka_states/q_d.{0}",
-        ),
-    ),
-    Known(
+    _recorder("Franka, libfranka", "state.@[{0}] @[{0}]", _FRANKA, time=("time", "duration"), time_unit="ms"),
+    _recorder("Franka, arrays of its state", "@{}", _FRANKA),
+    _recorder("Franka, PlotJuggler", "*franka_states/@[{0}] *franka_states/@.{0}", _FRANKA),
+    _recorder(
         "ROS joint states, PlotJuggler",
-        _patterns(
-            position="*joint_states/{joint}/position *measured_joint_state/{joint}/position",
-            velocity="*joint_states/{joint}/velocity *measured_joint_state/{joint}/velocity",
-            torque="*joint_states/{joint}/effort *measured_joint_state/{joint}/effort",
-        ),
+        "*joint_states/{joint}/@ *measured_joint_state/{joint}/@",
+        {"position": "position", "velocity": "velocity", "torque": "effort"},
     ),
-    Known(
+    _recorder(
         "LeRobot data set",
-        _patterns(
-            position="observation.state{} observation.position{}",
-            velocity="observation.velocity{} observation.joint_velocities{}",
-            torque="observation.effort{} observation.torque{} observation.joint_torques{}",
-            current="observation.current{}",
-        ),
+        "observation.@{}",
+        {
+            "position": "state position",
+            "velocity": "velocity joint_velocities",
+            "torque": "effort torque joint_torques",
+            "current": "current",
+        },
         more=True,
     ),
     NAMED,
-)  # fmt: skip
+)
 """Every recorder whose columns are known; of two that fit alike the first counts."""
 
 

@@ -3,7 +3,6 @@
 import csv
 import gzip
 import io
-import math
 import re
 import zlib
 from bisect import bisect_right
@@ -38,6 +37,7 @@ _MARK = ("#", "%")
 _GAIN_SIGMA = re.compile(r"[#%]\s*gain_sigma\s*=\s*(.*?)\s*")
 _SEPARATOR = re.compile(r'"?sep=(.)"?', re.IGNORECASE)
 _DECIMAL_COMMA = re.compile(r"[-+]?\d*,\d+(?:[eE][-+]?\d+)?")
+_STOPPED = re.compile(r"string (.*) to float64 at row (\d+), column (\d+)", re.DOTALL)
 _NAMES = {"\t": "tabs", ";": "semicolons", ",": "commas", "|": "bars", None: "blanks"}
 
 
@@ -120,12 +120,13 @@ class _Text:
 
     def read(self, columns: Sequence[str]) -> Array:
         """Some of the columns."""
-        dialect, per_row = self._dialect, self._per_row
+        dialect, per_row, before = self._dialect, self._per_row, self._dialect.before
         wanted = [self._names.index(name) for name in columns]
         indices = [0] if per_row else wanted
         self._passed, self._cut = [], ""
-        with self._lines() as lines:
-            rows = (dialect.plain(line) for _, line in lines) if per_row else self._rows(lines, indices)
+        with opened_text(self._path, dialect.encoding) as text:
+            lines = islice(text, before, None)
+            rows = map(dialect.plain, lines) if per_row else self._rows(enumerate(lines, before + 1), indices)
             first = next(rows, None)
             if first is None:
                 return np.empty((0, len(columns)))
@@ -135,22 +136,13 @@ class _Text:
                 values = np.loadtxt(chain([first], rows), ndmin=2, **form)
             except InputError:
                 raise
-            except (ValueError, IndexError, TypeError):
-                values = np.full((1, 1), np.nan)
-        if not np.isfinite(values).all():
-            raise self._bad_cell(indices)
+            except (ValueError, IndexError, TypeError) as error:
+                raise self._bad_cell(str(error)) from None
         if per_row and values.size % per_row:
             raise InputError(
                 f"{self._path}: {values.size} numbers are not whole samples of {per_row}: the file is cut"
             )
         return values.reshape(-1, per_row)[:, wanted] if per_row else values
-
-    @contextmanager
-    def _lines(self) -> Iterator[Iterator[tuple[int, str]]]:
-        """Lines from the first row of numbers on, with their numbers."""
-        before = self._dialect.before
-        with opened_text(self._path, self._dialect.encoding) as text:
-            yield enumerate(islice(text, before, None), before + 1)
 
     def _rows(self, lines: Iterable[tuple[int, str]], indices: list[int]) -> Iterator[str]:
         """Rows as wide as the header: without remarks and empty lines, and without a last row that is cut."""
@@ -181,20 +173,17 @@ class _Text:
             count += 1
             yield dialect.plain(line)
 
-    def _bad_cell(self, indices: Sequence[int]) -> InputError:
-        """Say where the first cell stands that is not a finite number."""
-        dialect = self._dialect
-        with self._lines() as lines:
-            for number, line in lines:
-                cells = dialect.cells(line) if _has_cells(line) else []
-                for index in indices if cells else ():
-                    cell = cells[index] if index < len(cells) else ""
-                    if not (dialect.is_number(cell) and math.isfinite(float(dialect.plain(cell)))):
-                        return InputError(
-                            f"{self._path}: line {number}, column {self._names[index]!r}: {cell[:20]!r} is not a "
-                            "finite number: mend or remove the row"
-                        )
-        return InputError(f"{self._path}: the rows cannot be read as numbers")
+    def _bad_cell(self, fault: str) -> InputError:
+        """Say where the cell stands at which NumPy's reader stopped."""
+        match = _STOPPED.search(fault)
+        if match is None:
+            return InputError(f"{self._path}: the rows cannot be read as numbers")
+        row, column = int(match[2]), int(match[3]) - 1
+        place = f"line {self._dialect.before + 1 + row}" if self._per_row else self.place(row)
+        return InputError(
+            f"{self._path}: {place}, column {self._names[column]!r}: {match[1][:22]} is not a finite number: mend "
+            "or remove the row"
+        )
 
 
 def _has_cells(line: str) -> bool:

@@ -65,7 +65,7 @@ def _joined(folder: Path, log_map: LogMap) -> RawLog:
 
     def read(columns: Sequence[str]) -> Array:
         wanted = [[name for name in columns if name in log.names] for log in logs]
-        used = [(log, names, log.read(names)) for log, names in zip(logs, wanted, strict=True) if names]
+        used = [(log, names, log.whole(names)) for log, names in zip(logs, wanted, strict=True) if names]
         if len({len(values) for *_, values in used}) > 1:
             files = ", ".join(log.path.name for log, *_ in used)
             raise InputError(f"{folder}: {files} have not the same number of rows: are they of one recording?")
