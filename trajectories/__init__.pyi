@@ -26,7 +26,6 @@ from .motions.family import JointBounds as JointBounds
 from .motions.family import Plan as Plan
 from .motions.fourier import Fourier as Fourier
 from .motions.fourier import FourierShape as FourierShape
-from .motions.fourier import NearMotion as NearMotion
 from .motions.fourier import NearShape as NearShape
 from .motions.point_to_point import PointToPoint as PointToPoint
 from .motions.point_to_point import plan_point_to_point as plan_point_to_point
@@ -67,7 +66,6 @@ __all__ = [
     "JointBounds",
     "Loads",
     "NearGoal",
-    "NearMotion",
     "NearShape",
     "PayloadSet",
     "PointToPoint",

@@ -167,7 +167,7 @@ def run(
 
     ladder: tuple[trajectories.Rung, ...] = ()
     if options.ladder:
-        assert isinstance(design.plan, trajectories.NearMotion)
+        assert isinstance(design.plan, trajectories.Fourier)
         assert isinstance(payload, trajectories.PayloadSet)
         with status("looking for the speeds of the ladder"):
             ladder = trajectories.speed_ladder(

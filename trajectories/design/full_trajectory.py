@@ -14,7 +14,7 @@ from ...common.arrays import Array
 from ...common.errors import InputError
 from ...model import Motion, Robot
 from ..motions.family import Plan, Samples, sample_count
-from ..motions.fourier import NearMotion
+from ..motions.fourier import Fourier, FreeSeries, NearShape
 from .limits import Limit, LimitCheck, check, state_limits
 from .payloads import PayloadSet
 from .problem import DesignProblem
@@ -100,10 +100,11 @@ def harder(problem: DesignProblem, missed: Missed) -> DesignProblem | None:
 
 
 def _missed(problem: DesignProblem, x: Array) -> Missed:
-    run = problem.family.plan(x)
-    slow = run.slowed(REHEARSAL) if isinstance(run, NearMotion) else None
-    rehearsal = missed_on_run(problem, slow, REHEARSAL * RUN_RATE) if slow is not None else ()
-    return missed_on_run(problem, run), rehearsal
+    family = problem.family
+    rehearsal: tuple[LimitCheck, ...] = ()
+    if isinstance(family, FreeSeries) and isinstance(family.shape, NearShape):
+        rehearsal = missed_on_run(problem, family.plan(x).slowed(REHEARSAL), REHEARSAL * RUN_RATE)
+    return missed_on_run(problem, family.plan(x)), rehearsal
 
 
 def _by_torques(missed: tuple[LimitCheck, ...], most: float) -> bool:
@@ -156,15 +157,15 @@ class Rung(NamedTuple):
     speed: float
     mass: float
     bound: float
-    motion: NearMotion
+    motion: Fourier
 
 
 def speed_ladder(
     bearing: Callable[[PayloadSet], DesignProblem],
     payloads: PayloadSet,
-    motion: NearMotion,
+    motion: Fourier,
     expected: float,
-    sigma: Callable[[NearMotion], float],
+    sigma: Callable[[Fourier], float],
 ) -> tuple[Rung, ...]:
     """List runs of a motion, from the first that every payload allows to full speed.
 
@@ -201,7 +202,7 @@ def speed_ladder(
     return tuple(rungs)
 
 
-def _fastest(problem: DesignProblem, motion: NearMotion) -> float | None:
+def _fastest(problem: DesignProblem, motion: Fourier) -> float | None:
     """Largest speed at which a run keeps all torque and clearance limits; None without any."""
 
     def bears(speed: float) -> bool:

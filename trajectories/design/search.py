@@ -48,7 +48,7 @@ class Design(Speaks):
     """The most informative motion that was found.
 
     Attributes:
-        plan: the motion: ``ViaPoints``, ``Fourier`` or ``NearMotion``.
+        plan: the motion: ``ViaPoints`` or ``Fourier``.
         score: its criterion, what it teaches, its limits; exact sign, fine grid.
         seed, starts: where the search began.
         evaluations: of criterion and gradient.
