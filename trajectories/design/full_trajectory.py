@@ -76,14 +76,15 @@ def kept_throughout(problem: DesignProblem, x: Array, score: Score) -> tuple[Arr
 
     A motion whose score misses a limit on its own samples is left as it is.
     """
-    first = _missed(problem, x) if score.feasible else ((), ())
-    both = first[0] + first[1]
-    for ease in range(_EASES) if both and _by_torques(both, _BETWEEN) else ():
-        eased = problem.family.eased(x, 1.0 + 2.0**ease * max(_most(both), _LEAST), 1.0)
-        after = score_of(problem, eased)
-        if after.feasible and not any(now := _missed(problem, eased)):
-            return eased, after, now
-    return x, score, first
+    run, rehearsal = missed = _missed(problem, x) if score.feasible else ((), ())
+    if any(missed) and _by_torques(run + rehearsal, _BETWEEN):
+        slower = max(_LEAST, *(limit.relative for limit in run + rehearsal))
+        for ease in range(_EASES):
+            eased = problem.family.eased(x, 1.0 + 2.0**ease * slower, 1.0)
+            after = score_of(problem, eased)
+            if after.feasible and not any(now := _missed(problem, eased)):
+                return eased, after, now
+    return x, score, missed
 
 
 def harder(problem: DesignProblem, missed: Missed) -> DesignProblem | None:
@@ -95,7 +96,7 @@ def harder(problem: DesignProblem, missed: Missed) -> DesignProblem | None:
     run, rehearsal = missed
     if not any(missed) or not _by_torques(run, _BETWEEN) or not _by_torques(rehearsal, np.inf):
         return None
-    lower = problem.with_torque_share(1.0 - _BELOW * _most(run))
+    lower = problem.with_torque_share(1.0 - _BELOW * max((limit.relative for limit in run), default=0.0))
     return lower.with_slow_torques(REHEARSAL) if rehearsal else lower
 
 
@@ -110,10 +111,6 @@ def _missed(problem: DesignProblem, x: Array) -> Missed:
 def _by_torques(missed: tuple[LimitCheck, ...], most: float) -> bool:
     """True if torque limits alone are missed, and by less than ``most`` of them."""
     return all(limit.name.startswith("torque") and limit.relative < most for limit in missed)
-
-
-def _most(missed: tuple[LimitCheck, ...]) -> float:
-    return max((limit.relative for limit in missed), default=0.0)
 
 
 def _turns(robot: Robot, plan: Plan, t: Array) -> Array:
