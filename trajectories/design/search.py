@@ -112,7 +112,7 @@ def solve_design(
         ``feasible`` False and the violations named in ``score.violations``.
     """
     begun = time.process_time()
-    starts = problem.criterion.starts if starts is None else starts
+    starts = problem.criterion.usual_starts if starts is None else starts
     search = _Search(problem, np.random.default_rng(seed), progress)
     search.run(starts)
     x, score, missed = kept_throughout(problem, *search.found)
