@@ -81,7 +81,7 @@ def design(_: argparse.Namespace) -> None:
         begun = time.process_time()
         near, spread = solved(case)
         cpu = time.process_time() - begun
-        assert isinstance(near.plan, trajectories.NearMotion)
+        assert isinstance(near.plan, trajectories.Fourier)
         com = (f"{case.com:g}", f"{1e3 * spread.com[2]:.1f}", f"{1e3 * spread.com.max():.1f}")
         kept = "kept" if near.feasible else "MISSED"
         moments = f"{spread.moments.max():.3f}"

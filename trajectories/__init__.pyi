@@ -1,4 +1,3 @@
-from .design.criterion import Kind as Kind
 from .design.full_trajectory import REHEARSAL as REHEARSAL
 from .design.full_trajectory import Rung as Rung
 from .design.full_trajectory import missed_on_replay as missed_on_replay
@@ -6,7 +5,6 @@ from .design.full_trajectory import speed_ladder as speed_ladder
 from .design.goal import Earlier as Earlier
 from .design.goal import Goal as Goal
 from .design.goal import NearGoal as NearGoal
-from .design.goal import Shape as Shape
 from .design.goal import check_mass_visible as check_mass_visible
 from .design.goal import second_pose as second_pose
 from .design.payloads import PayloadSet as PayloadSet
@@ -26,7 +24,6 @@ from .motions.family import JointBounds as JointBounds
 from .motions.family import Plan as Plan
 from .motions.fourier import Fourier as Fourier
 from .motions.fourier import FourierShape as FourierShape
-from .motions.fourier import NearMotion as NearMotion
 from .motions.fourier import NearShape as NearShape
 from .motions.point_to_point import PointToPoint as PointToPoint
 from .motions.point_to_point import plan_point_to_point as plan_point_to_point
@@ -67,7 +64,6 @@ __all__ = [
     "JointBounds",
     "Loads",
     "NearGoal",
-    "NearMotion",
     "NearShape",
     "PayloadSet",
     "PointToPoint",

@@ -160,7 +160,7 @@ def run(
     design = best_motion(problem, options.seed, options.starts)
     ladder: tuple[trajectories.Rung, ...] = ()
     if options.ladder:
-        assert isinstance(design.plan, trajectories.NearMotion)
+        assert isinstance(design.plan, trajectories.Fourier)
         assert isinstance(payload, trajectories.PayloadSet)
         with status("looking for the speeds of the ladder"):
             ladder = trajectories.speed_ladder(

@@ -21,8 +21,7 @@ from ...estimation.results.robot import GainsResult, RobotResult
 from ...model import Motion, Robot
 from ...model.inertia import PayloadSpread
 from ...model.visibility import PayloadVisibility
-from ...trajectories import Design, DesignProblem, NearShape, Score, Trapezoid, ViaPoints
-from ...trajectories import NearMotion as NearPlan
+from ...trajectories import Design, DesignProblem, Fourier, NearShape, Score, Trapezoid, ViaPoints
 from ...trajectories.design.full_trajectory import Rung
 from ...trajectories.design.limits import LimitCheck
 from ...trajectories.design.score import holding_torques
@@ -285,9 +284,9 @@ class NearResult(NamedTuple):
         return self.design.problem.robot
 
     @property
-    def motion(self) -> NearPlan:
+    def motion(self) -> Fourier:
         """The motion with its repeats and transfers."""
-        assert isinstance(self.design.plan, NearPlan)
+        assert isinstance(self.design.plan, Fourier)
         return self.design.plan
 
 
@@ -321,12 +320,12 @@ def design_document(judged: JudgedMotion) -> DesignDocument:
     problem, learnt, relative = score.problem, score.learnt, score.relative_sigma(dict(judged.reference))
     percent = {name: 100.0 * relative[name] if name in relative else None for name in learnt.sigma}
     motion: MotionDocument | UnsetType = UNSET
-    if design is not None and isinstance(design.plan, ViaPoints):
-        segment = design.plan.segment
-        ramp = segment.ramp if isinstance(segment, Trapezoid) else None
-        motion = MotionDocument.of(design.plan, kind="via points", segments=segment.name, ramp=ramp)
-    elif design is not None:
-        motion = MotionDocument.of(design.plan, kind="fourier")
+    plan = None if design is None else design.plan
+    if isinstance(plan, ViaPoints):
+        ramp = plan.segment.ramp if isinstance(plan.segment, Trapezoid) else None
+        motion = MotionDocument.of(plan, kind="via points", segments=plan.segment.name, ramp=ramp)
+    elif isinstance(plan, Fourier):
+        motion = MotionDocument.of(plan, kind="fourier", offset=plan.offset[0], a=plan.a[0], b=plan.b[0])
     return DesignDocument.of(
         *(score, learnt, problem, problem.goal, problem.criterion, design),
         robot=problem.robot.name,

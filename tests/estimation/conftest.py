@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from dynident.model import InertialParameters, Motion, Processing, Robot, load_robot
 from dynident.model.motion import Measurement
-from dynident.trajectories import NearMotion, Simulator, ViaPoints
+from dynident.trajectories import Fourier, Simulator, ViaPoints
 
 GAINS = (11.976, 11.976, 9.839, 10.763, 10.757, 10.680)
 EXACT = Processing()
@@ -64,15 +64,15 @@ def exact_pair(
 
 
 @pytest.fixture(scope="session")
-def near() -> Callable[[Sequence[int]], NearMotion]:
+def near() -> Callable[[Sequence[int]], Fourier]:
     """``near(joints)``: 20 s near a pose of the RX90, periods of 5 s of random harmonics, within 30 degrees."""
 
-    def motion(joints: Sequence[int]) -> NearMotion:
+    def motion(joints: Sequence[int]) -> Fourier:
         draw, n, harmonics = np.random.default_rng(0), 6, 4
         a, b = np.zeros((2, 1, n, harmonics))
         for joint in joints:
             own = 0.6 * draw.standard_normal(harmonics)
             a[0, joint - 1] = own - own.mean()  # at rest where it begins
-        return NearMotion(np.radians([[0.0, -45.0, 90.0, 0.0, 45.0, 0.0]]), a, b, 5.0, 4, 0.0)
+        return Fourier(np.radians([[0.0, -45.0, 90.0, 0.0, 45.0, 0.0]]), a, b, 5.0, 4, 0.0)
 
     return motion

@@ -18,7 +18,7 @@ from dynident.estimation.payload.short_motion import difference_weighing
 from dynident.estimation.signals.alignment import aligned
 from dynident.estimation.signals.rows import cut, pieces
 from dynident.model import InertialParameters, Motion, Processing, Recording, Robot
-from dynident.trajectories import NearMotion, Simulator, Task, random_via_points, run_experiment
+from dynident.trajectories import Fourier, Simulator, Task, random_via_points, run_experiment
 from dynident.trajectories.motions.family import Plan
 from dynident.trajectories.simulation.closed_loop import CONTROLLERS
 from dynident.trajectories.simulation.disturbances import no_disturbances
@@ -87,14 +87,14 @@ POSE = np.radians([0.0, -60.0, 90.0, -120.0, -90.0, 0.0])
 LOAD = InertialParameters.from_com(5.0, [0.01, -0.02, 0.1], np.diag([0.03, 0.03, 0.02]))
 
 
-def near() -> NearMotion:
+def near() -> Fourier:
     """20 s near a pose, periods of 5 s."""
     draw = np.random.default_rng(0)
     a, b = np.zeros((2, 1, 6, 4))
     for joint in (2, 3, 5, 6):
         own = 0.6 * draw.standard_normal(4)
         a[0, joint - 1] = own - own.mean()
-    return NearMotion(POSE[None], a, b, 5.0, 4, 0.0)
+    return Fourier(POSE[None], a, b, 5.0, 4, 0.0)
 
 
 @cache

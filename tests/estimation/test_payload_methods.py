@@ -44,7 +44,7 @@ from dynident.model import (
 )
 from dynident.model.motion import Measurement
 from dynident.model.regressors import payload_columns
-from dynident.trajectories import RX90_NOISE, NearMotion, Simulator
+from dynident.trajectories import RX90_NOISE, Fourier, Simulator
 
 EXACT = Processing()
 LENGTH = 0.45
@@ -285,7 +285,7 @@ def test_moving_the_flange_moves_the_answer(
 @pytest.mark.long
 @pytest.mark.parametrize("joints", [(2, 3, 5, 6), (4, 5, 6), (6,)])
 def test_moving_the_flange_moves_a_weighing(
-    rx90: Robot, payload: InertialParameters, near: Callable[..., NearMotion], joints: tuple[int, ...]
+    rx90: Robot, payload: InertialParameters, near: Callable[..., Fourier], joints: tuple[int, ...]
 ) -> None:
     """Also where a scale gives the mass, and where one joint shows four of the ten."""
     simulator = simulator_of(rx90)

@@ -27,7 +27,7 @@ from dynident.estimation.payload.short_motion import difference_weighing, known_
 from dynident.estimation.signals.filtering import measurement
 from dynident.model import InertialParameters, Recording, Robot, load_robot
 from dynident.model.friction import Friction
-from dynident.trajectories import RX90_NOISE, NearMotion, Simulator, random_via_points
+from dynident.trajectories import RX90_NOISE, Fourier, Simulator, random_via_points
 from scipy.signal import lfilter
 
 LOAD = InertialParameters.from_com(7.02, [0.01, -0.02, 0.15], np.diag([0.05, 0.05, 0.03]))
@@ -67,7 +67,7 @@ def simulator() -> Simulator:
 
 
 @pytest.fixture(scope="session")
-def record(simulator: Simulator, near: Callable[..., NearMotion]) -> Record:
+def record(simulator: Simulator, near: Callable[..., Fourier]) -> Record:
     """``record(joints, seed, noise, load)``: a pair of recordings; held joints flicker by their encoders."""
 
     def make(joints: Sequence[int], seed: int = 0, noise: Array = NOISE, load: InertialParameters = LOAD) -> Pair:

@@ -11,10 +11,10 @@ from dynident.model.kernel.kernel import Kernel
 from dynident.trajectories import (
     Design,
     DesignProblem,
+    Fourier,
     JointBounds,
     Loads,
     NearGoal,
-    NearMotion,
     NearShape,
     PayloadSet,
     build_design,
@@ -106,7 +106,7 @@ class Case(NamedTuple):
     def lowered(self, design: Design) -> "Case":
         """Torque limits of 85 % of what a motion needs with its worst bodies, yet 20 % above its rehearsal's."""
         plan = design.plan
-        assert isinstance(plan, NearMotion)
+        assert isinstance(plan, Fourier)
         fast, slow = (
             worst_shares(self.robot, motion, self.payloads, np.ones(self.robot.n))
             for motion in (plan.motion(RATE), plan.slowed(REHEARSAL).motion(REHEARSAL * RATE))

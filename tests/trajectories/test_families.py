@@ -147,12 +147,13 @@ def test_fixed_durations_stay(name: str) -> None:
 
 
 def test_a_fourier_series_is_the_sum_that_is_written() -> None:
-    plan = Fourier(np.array([0.1]), np.array([[1.0, -1.0]]), np.array([[0.5, -0.25]]), 4.0)
+    plan = Fourier(np.array([[0.1]]), np.array([[[1.0, -1.0]]]), np.array([[[0.5, -0.25]]]), 4.0)
     motion = plan.motion(10.0)
     w, t = 2 * np.pi / 4.0, motion.t
-    q = 0.1 + np.sin(w * t) / w - np.sin(2 * w * t) / (2 * w)
+    q = plan.offset[0, 0] + np.sin(w * t) / w - np.sin(2 * w * t) / (2 * w)
     q += -0.5 * np.cos(w * t) / w + 0.25 * np.cos(2 * w * t) / (2 * w)
     assert np.allclose(motion.q[:, 0], q)
+    assert motion.q[0, 0] == pytest.approx(0.1)
     assert len(t) == 41
 
 
@@ -173,7 +174,7 @@ def test_what_cannot_be_is_refused() -> None:
     with pytest.raises(ValueError, match="a trapezoid rests in every point"):
         ViaPoints(np.eye(3), np.ones(2), np.ones((3, 3)), segment=Trapezoid())
     with pytest.raises(ValueError, match="positive period"):
-        Fourier(np.zeros(1), np.zeros((1, 2)), np.zeros((1, 2)), 0.0)
+        Fourier(np.zeros((1, 1)), np.zeros((1, 1, 2)), np.zeros((1, 1, 2)), 0.0)
     with pytest.raises(InputError, match="override is 1"):
         JointBounds.of(ROBOT, override=1.5)
     with pytest.raises(InputError, match="needs 6 positive numbers"):

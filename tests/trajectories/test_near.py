@@ -12,10 +12,10 @@ from dynident.model.kernel.kernel import Kernel
 from dynident.trajectories import (
     Design,
     DesignProblem,
+    Fourier,
     FourierShape,
     JointBounds,
     NearGoal,
-    NearMotion,
     NearShape,
     build_design,
     solve_design,
@@ -42,14 +42,14 @@ class Asked(NamedTuple):
 
     def solved(self, seed: int = 0) -> "Solved":
         design = solve_design(self.problem(), seed=seed, starts=1)
-        assert isinstance(design.plan, NearMotion)
+        assert isinstance(design.plan, Fourier)
         spread = self.goal.predicted(self.robot, design.plan, self.shape.joints)
         return Solved(design, design.plan, spread)
 
 
 class Solved(NamedTuple):
     design: Design
-    motion: NearMotion
+    motion: Fourier
     spread: PayloadSpread
 
 
@@ -57,9 +57,7 @@ def test_a_motion_at_two_poses_ends_where_it_began() -> None:
     """At each pose its periods, then the way to the other: there, and back."""
     draw = np.random.default_rng(1)
     a = draw.standard_normal((2, 6, 3))
-    motion = NearMotion(
-        np.array([POSE, OTHER]), a - a.mean(axis=2, keepdims=True), np.zeros((2, 6, 3)), 4.0, 2, 3.0
-    )
+    motion = Fourier(np.array([POSE, OTHER]), a - a.mean(axis=2, keepdims=True), np.zeros((2, 6, 3)), 4.0, 2, 3.0)
     ends = np.array([0.0, 8.0, 11.0, 19.0, motion.duration])
     q, qd, _ = motion.at(ends)
     assert motion.duration == pytest.approx(2 * (2 * 4.0 + 3.0))

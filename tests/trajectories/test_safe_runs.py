@@ -20,10 +20,10 @@ from dynident.tests.trajectories.safe_runs import (
 from dynident.trajectories import (
     Design,
     DesignProblem,
+    Fourier,
     JointBounds,
     Loads,
     NearGoal,
-    NearMotion,
     NearShape,
     PayloadSet,
     build_design,
@@ -76,29 +76,29 @@ def bearing(payloads: PayloadSet | InertialParameters) -> DesignProblem:
 
 
 @pytest.fixture(scope="module")
-def fast() -> NearMotion:
+def fast() -> Fourier:
     """The best motion for 3 kg, which 8 kg are too much for."""
     design: Design = solve_design(bearing(EXPECTED), seed=0, starts=1)
-    assert isinstance(design.plan, NearMotion)
+    assert isinstance(design.plan, Fourier)
     return design.plan
 
 
-def sigma(run: NearMotion) -> float:
+def sigma(run: Fourier) -> float:
     return GOAL.predicted(ARM, run, SHAPE.joints).mass
 
 
-def test_a_light_set_needs_one_run(fast: NearMotion) -> None:
+def test_a_light_set_needs_one_run(fast: Fourier) -> None:
     only = speed_ladder(bearing, SET.lighter(1.0), fast, 0.5, sigma)
     assert [(rung.speed, rung.mass) for rung in only] == [(1.0, 1.0)]
 
 
-def test_what_no_speed_bears_is_refused(fast: NearMotion) -> None:
+def test_what_no_speed_bears_is_refused(fast: Fourier) -> None:
     heavy = PayloadSet(40.0, SET.centre, SET.axes)
     with pytest.raises(InputError, match="does not bear 40 kg everywhere within bounds"):
         speed_ladder(bearing, heavy, fast, EXPECTED.mass, sigma)
 
 
-def test_runs_that_tell_nothing_are_refused(fast: NearMotion) -> None:
+def test_runs_that_tell_nothing_are_refused(fast: Fourier) -> None:
     with pytest.raises(InputError, match="bounds the mass by 8 kg, which allows no faster one"):
         speed_ladder(bearing, SET, fast, EXPECTED.mass, lambda run: np.inf)
 
@@ -111,7 +111,7 @@ def test_arms_of_each_kind_climb(arm: str) -> None:
     light, expected = free.payloads.lighter(0.5 * free.payloads.mass), 0.2 * free.payloads.mass
     design = solve_design(free.problem(light), seed=0, starts=1)
     fast = design.plan
-    assert isinstance(fast, NearMotion)
+    assert isinstance(fast, Fourier)
     needed, holding = (
         worst_shares(free.robot, run, payloads, np.ones(free.robot.n))
         for run, payloads in ((fast.motion(200.0), light), (fast.slowed(0.02).motion(5.0), free.payloads))
@@ -119,7 +119,7 @@ def test_arms_of_each_kind_climb(arm: str) -> None:
     limits = np.minimum(free.bounds.torque, np.maximum(1.02 * needed, 1.1 * holding))
     case = free._replace(bounds=replace(free.bounds, torque=limits))
 
-    def sigma(run: NearMotion) -> float:
+    def sigma(run: Fourier) -> float:
         return case.goal.predicted(case.robot, run, case.shape.joints).mass
 
     rungs = speed_ladder(case.problem, case.payloads, fast, expected, sigma)
@@ -153,7 +153,7 @@ def test_values_are_those_of_the_slow_run_and_slopes_those_of_differences(arm: s
     slow = problem.with_slow_torques(REHEARSAL).limits[len(problem.limits) :]
     x = problem.family.random(draw)
     plan = problem.family.plan(x)
-    assert isinstance(plan, NearMotion)
+    assert isinstance(plan, Fourier)
     t = np.linspace(0.0, plan.period, 52)[1:-1]
     ways = (plan.at(t), plan.slowed(REHEARSAL).at(t / REHEARSAL))
     fast, run = (Samples(np.ones(len(t)), *states) for states in ways)
@@ -187,7 +187,7 @@ def test_a_motion_is_found_whose_rehearsal_keeps_its_limits() -> None:
     case = weak(a_case("ur10e", UNSAFE), UNSAFE)
     safe = solve_design(case.problem(case.payloads), seed=UNSAFE, starts=1)
     assert safe.feasible
-    assert isinstance(safe.plan, NearMotion)
+    assert isinstance(safe.plan, Fourier)
     slow, limits = safe.plan.slowed(REHEARSAL).motion(50.0), case.bounds.torque
     bodies = drawn_bodies(case.payloads, 2000, np.random.default_rng(2))
     for motion in (safe.motion(500.0), slow):

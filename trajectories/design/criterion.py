@@ -30,7 +30,7 @@ class Criterion(NamedTuple):
         measure: value and slope by the criterion, G and the order p.
         weighted: whether the joints' torque noise weights the rows of W.
         orders: p of the surrogate, one after the other; 1 where there is none.
-        starts: random starts of a search, which ends at one of many local optima.
+        usual_starts: random starts of a search, which ends at one of many local optima.
         reference: values that standard deviations are relative to, shape (c,); for "a".
         interest: indices of the parameters that count for "d" and "a", the others being estimated besides
             them; None for all.
@@ -40,7 +40,7 @@ class Criterion(NamedTuple):
     measure: Callable[["Criterion", Array, float], ValueSlope]
     weighted: bool
     orders: tuple[float, ...]
-    starts: int
+    usual_starts: int
     reference: Array | None = None
     interest: Sequence[int] | None = None
 
@@ -123,10 +123,10 @@ def scaled_condition(criterion: Criterion, G: Array, order: float) -> ValueSlope
 SURROGATE = (1.0, 8.0, 24.0)
 """Orders p of the surrogate, one after the other: the last is near the condition number itself."""
 CRITERIA = {
-    "d": Criterion("d", determinant, weighted=True, orders=(1.0,), starts=6),
-    "a": Criterion("a", relative_sigma, weighted=True, orders=(1.0,), starts=6),
-    "cond": Criterion("cond", condition, weighted=False, orders=SURROGATE, starts=3),
-    "cond-scaled": Criterion("cond-scaled", scaled_condition, weighted=False, orders=SURROGATE, starts=3),
+    "d": Criterion("d", determinant, weighted=True, orders=(1.0,), usual_starts=6),
+    "a": Criterion("a", relative_sigma, weighted=True, orders=(1.0,), usual_starts=6),
+    "cond": Criterion("cond", condition, weighted=False, orders=SURROGATE, usual_starts=3),
+    "cond-scaled": Criterion("cond-scaled", scaled_condition, weighted=False, orders=SURROGATE, usual_starts=3),
 }
 """Criteria by name: d: log det; a: relative standard deviations; cond: condition number of W in SI
 units; cond-scaled: of W with its columns scaled to norm 1. To add one, add a row."""

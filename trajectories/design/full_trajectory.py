@@ -14,7 +14,7 @@ from ...common.arrays import Array
 from ...common.errors import InputError
 from ...model import Motion, Robot
 from ..motions.family import Plan, Samples, sample_count
-from ..motions.fourier import NearMotion
+from ..motions.fourier import Fourier, FreeSeries, NearShape
 from .limits import Limit, LimitCheck, check, state_limits
 from .payloads import PayloadSet
 from .problem import DesignProblem
@@ -76,14 +76,15 @@ def kept_throughout(problem: DesignProblem, x: Array, score: Score) -> tuple[Arr
 
     A motion whose score misses a limit on its own samples is left as it is.
     """
-    first = _missed(problem, x) if score.feasible else ((), ())
-    both = first[0] + first[1]
-    for ease in range(_EASES) if both and _by_torques(both, _BETWEEN) else ():
-        eased = problem.family.eased(x, 1.0 + 2.0**ease * max(_most(both), _LEAST), 1.0)
-        after = score_of(problem, eased)
-        if after.feasible and not any(now := _missed(problem, eased)):
-            return eased, after, now
-    return x, score, first
+    run, rehearsal = missed = _missed(problem, x) if score.feasible else ((), ())
+    if any(missed) and _by_torques(run + rehearsal, _BETWEEN):
+        slower = max(_LEAST, *(limit.relative for limit in run + rehearsal))
+        for ease in range(_EASES):
+            eased = problem.family.eased(x, 1.0 + 2.0**ease * slower, 1.0)
+            after = score_of(problem, eased)
+            if after.feasible and not any(now := _missed(problem, eased)):
+                return eased, after, now
+    return x, score, missed
 
 
 def harder(problem: DesignProblem, missed: Missed) -> DesignProblem | None:
@@ -95,24 +96,21 @@ def harder(problem: DesignProblem, missed: Missed) -> DesignProblem | None:
     run, rehearsal = missed
     if not any(missed) or not _by_torques(run, _BETWEEN) or not _by_torques(rehearsal, np.inf):
         return None
-    lower = problem.with_torque_share(1.0 - _BELOW * _most(run))
+    lower = problem.with_torque_share(1.0 - _BELOW * max((limit.relative for limit in run), default=0.0))
     return lower.with_slow_torques(REHEARSAL) if rehearsal else lower
 
 
 def _missed(problem: DesignProblem, x: Array) -> Missed:
-    run = problem.family.plan(x)
-    slow = run.slowed(REHEARSAL) if isinstance(run, NearMotion) else None
-    rehearsal = missed_on_run(problem, slow, REHEARSAL * RUN_RATE) if slow is not None else ()
-    return missed_on_run(problem, run), rehearsal
+    family = problem.family
+    rehearsal: tuple[LimitCheck, ...] = ()
+    if isinstance(family, FreeSeries) and isinstance(family.shape, NearShape):
+        rehearsal = missed_on_run(problem, family.plan(x).slowed(REHEARSAL), REHEARSAL * RUN_RATE)
+    return missed_on_run(problem, family.plan(x)), rehearsal
 
 
 def _by_torques(missed: tuple[LimitCheck, ...], most: float) -> bool:
     """True if torque limits alone are missed, and by less than ``most`` of them."""
     return all(limit.name.startswith("torque") and limit.relative < most for limit in missed)
-
-
-def _most(missed: tuple[LimitCheck, ...]) -> float:
-    return max((limit.relative for limit in missed), default=0.0)
 
 
 def _turns(robot: Robot, plan: Plan, t: Array) -> Array:
@@ -156,15 +154,15 @@ class Rung(NamedTuple):
     speed: float
     mass: float
     bound: float
-    motion: NearMotion
+    motion: Fourier
 
 
 def speed_ladder(
     bearing: Callable[[PayloadSet], DesignProblem],
     payloads: PayloadSet,
-    motion: NearMotion,
+    motion: Fourier,
     expected: float,
-    sigma: Callable[[NearMotion], float],
+    sigma: Callable[[Fourier], float],
 ) -> tuple[Rung, ...]:
     """List runs of a motion, from the first that every payload allows to full speed.
 
@@ -201,7 +199,7 @@ def speed_ladder(
     return tuple(rungs)
 
 
-def _fastest(problem: DesignProblem, motion: NearMotion) -> float | None:
+def _fastest(problem: DesignProblem, motion: Fourier) -> float | None:
     """Largest speed at which a run keeps all torque and clearance limits; None without any."""
 
     def bears(speed: float) -> bool:

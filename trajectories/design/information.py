@@ -79,9 +79,9 @@ class RegressorKernel:
         return np.stack([chi[own] @ entries[part] for part, own in self.parts], axis=1)
 
     def torque_slope(self, slope: Array, chi: Array, seed: Array) -> None:
-        """Add to ``seed`` what a slope in the torques (N, n) means for the entries."""
+        """Add to ``seed`` what a slope in the torques (N, n) means for the entries, of chi (c,), or (c, n, N)."""
         for j, (part, own) in enumerate(self.parts):
-            seed[part] += chi[own][:, None] * slope[:, j]
+            seed[part] += (chi[own][:, None] if chi.ndim == 1 else chi[own, j]) * slope[:, j]
 
     def state_slope(self, samples: Samples, width: float, seed: Array) -> tuple[Array, Array, Array]:
         """Slopes in q, qd, qdd, each (N, n), from slopes in the entries."""

@@ -109,15 +109,15 @@ def torque_limit(kernel: RegressorKernel, chi: Array, torque: Array, load: str =
 
 def duration_limit(duration: float) -> Limit:
     """Limit the time that the whole motion may take [s]."""
-    low, high, unit = np.array([-np.inf]), np.array([1.0]), np.array([duration])
+    low, high, middle, unit = np.array([[-np.inf], [1.0], [0.0], [duration]])
 
     def values(state: State) -> Array:
         return np.asarray(state.samples.weight.sum() / unit)[None]
 
     def pullback(_: State, slope: Array, into: State) -> None:
-        into.samples.weight[...] += slope[0, 0] / unit[0]
+        into.samples.weight[...] += slope[0, 0] / duration
 
-    return Limit("duration", "duration", ("motion",), low, high, np.zeros(1), unit, values, pullback)
+    return Limit("duration", "duration", ("motion",), low, high, middle, unit, values, pullback)
 
 
 class LimitCheck(Document, frozen=True):

@@ -226,18 +226,10 @@ def payload_limit(
     unit = np.tile(np.where(finite, torque, 1.0), 2)
     none, bound = np.full(n, np.inf), np.where(finite, 1.0, np.inf)
     ten = [kernel.columns.index(name) for name in columns]
-    # Per joint: indices of the entries in the payload's columns, and their numbers among the ten.
-    rows = [
-        (part.start + np.flatnonzero(np.isin(own, ten)), [ten.index(k) for k in own if k in ten])
-        for part, own in kernel.parts
-    ]
 
     @latest
     def extremes(state: State) -> Array:
-        columns = np.zeros((n, state.entries.shape[1], 10))
-        for own, (entries, numbers) in zip(columns, rows, strict=True):
-            own[:, numbers] = state.entries[entries].T
-        return payloads.extremes(columns.reshape(-1, 10))
+        return payloads.extremes(kernel.dense(state.entries)[:, :, ten].reshape(-1, 10))
 
     @latest
     def doubt(state: State) -> tuple[Array, list[Array]]:
@@ -258,10 +250,10 @@ def payload_limit(
                 size = np.where(sizes[:, j] > 0.0, sizes[:, j], 1.0) / _SIGMAS
                 into.entries[part] += root[names] @ spread[j] * ((up - down)[:, j] / size)
         for weight, extreme in zip((up, down), extremes(state)[:, 1:], strict=True):
-            bodies = extreme.reshape(10, n, -1)
-            for j, (entries, numbers) in enumerate(rows):
-                if weight[:, j].any():
-                    into.entries[entries] += bodies[numbers, j] * weight[:, j]
+            if weight.any():
+                bodies = np.zeros((len(kernel.columns), n, len(weight)))
+                bodies[ten] = extreme.reshape(10, n, -1)
+                kernel.torque_slope(weight, bodies, into.entries)
 
     name, labels = f"torque with any payload up to {payloads.mass:g} kg", joint_labels(n) * 2
     low, high = np.concatenate([-none, -bound]), np.concatenate([bound, none])

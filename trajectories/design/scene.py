@@ -23,7 +23,7 @@ from ...model.kernel.kernel import Kernel
 from ...model.kinematics import link_frames
 from .limits import Limit, State
 
-_TINY = 1e-12  # m^2: keeps slopes finite where two axes touch
+_TINY = 1e-12  # m^2: keeps slopes finite where two axes touch, and spheres have an axis of no length
 _UNIT = 0.1  # m
 
 _Name = Annotated[str, Meta(min_length=1)]
@@ -116,11 +116,7 @@ class Scene(Table, frozen=True):
 
 
 def read_scene(path: str | Path) -> Scene:
-    """Read a scene; lengths in m, in the frame of each link (link 0: the world).
-
-    ``[[bodies]]``: ``name``, ``link``, ``radius``, ``start`` and, for a capsule, ``end``; ``[[surfaces]]``:
-    ``name``, ``normal`` into the free space, ``offset`` along it; ``pairs`` of bodies that keep clear of each
-    other, ``may_touch``: (body, surface) pairs that need not; ``clearance``.
+    """Read a scene: fields of ``Scene``, of ``Capsule`` in ``[[bodies]]``, of ``HalfSpace`` in ``[[surfaces]]``.
 
     Raises:
         InputError: names the key at fault.
@@ -154,23 +150,25 @@ def _functions(robot: Robot, scene: Scene) -> tuple[ca.Function, ca.Function, tu
         raise InputError(f"the scene names a link that robot {robot.name!r} does not have: it has {robot.n}")
     q = ca.SX.sym("q", robot.n)
     frames = link_frames(robot, q)
-    bodies, distances = {}, dict[str, ca.SX]()
+    axes, distances = dict[str, tuple[ca.SX, ca.SX]](), dict[str, ca.SX]()
     for body in scene.bodies:
         R, p = frames[body.link]
-        ends = (body.start, body.start if body.end is None else body.end)
-        first, second = (p + R @ ca.SX(list(end)) for end in ends)
-        bodies[body.name] = body, first, second
-    for body, *axis in bodies.values():
+        first, last = (p + R @ ca.SX(list(end)) for end in (body.start, body.end or body.start))
+        axes[body.name] = first, first if body.sphere else last
         for surface in scene.surfaces:
             if body.link > 0 and (body.name, surface.name) not in scene.may_touch:
                 normal = np.array(surface.normal) / np.linalg.norm(surface.normal)
-                for k, end in enumerate(axis[: 1 if body.sphere else 2]):
-                    label = body.name if body.sphere else f"{body.name}, {('start', 'end')[k]},"
+                ends = (
+                    {body.name: first}
+                    if body.sphere
+                    else {f"{body.name}, start,": first, f"{body.name}, end,": last}
+                )
+                for label, end in ends.items():
                     height = ca.dot(ca.SX(normal.tolist()), end) - surface.offset
                     distances[f"{label} to {surface.name}"] = height - body.radius
+    radius = {body.name: body.radius for body in scene.bodies}
     for a, b in scene.pairs:
-        apart = _segments_apart(bodies[a], bodies[b])
-        distances[f"{a} to {b}"] = apart - bodies[a][0].radius - bodies[b][0].radius
+        distances[f"{a} to {b}"] = _segments_apart(axes[a], axes[b]) - radius[a] - radius[b]
     distances = {label: value for label, value in distances.items() if ca.depends_on(value, q)}
     if not distances:
         raise InputError("nothing in the scene can collide: give surfaces or pairs, and bodies on moving links")
@@ -180,23 +178,15 @@ def _functions(robot: Robot, scene: Scene) -> tuple[ca.Function, ca.Function, tu
     return ca.Function("distance", [q], [distance]), ca.Function("adjoint", [q, seed], [slope]), tuple(distances)
 
 
-def _segments_apart(first: tuple[Capsule, ca.SX, ca.SX], second: tuple[Capsule, ca.SX, ca.SX]) -> ca.SX:
+def _segments_apart(first: tuple[ca.SX, ca.SX], second: tuple[ca.SX, ca.SX]) -> ca.SX:
     """Distance of two segments (Ericson, Real-Time Collision Detection, 5.1.9), zero-length ones included."""
-    (body, p1, q1), (second_body, p2, q2) = first, second
+    (p1, q1), (p2, q2) = first, second
     u, v, r = q1 - p1, q2 - p2, p1 - p2
-    a, e = ca.dot(u, u), ca.dot(v, v)
+    a, e = ca.dot(u, u) + _TINY, ca.dot(v, v) + _TINY
     c, f, b = ca.dot(u, r), ca.dot(v, r), ca.dot(u, v)
-    if body.sphere and second_body.sphere:
-        s, t = ca.SX(0), ca.SX(0)
-    elif body.sphere:
-        s, t = ca.SX(0), _unit(f / e)
-    elif second_body.sphere:
-        s, t = _unit(-c / a), ca.SX(0)
-    else:
-        s = _unit((b * f - c * e) / (a * e - b * b + _TINY))
-        t = _unit((b * s + f) / e)
-        s = _unit((b * t - c) / a)
-    gap = r + s * u - t * v
+    s = _unit((b * f - c * e) / (a * e - b * b + _TINY))
+    t = _unit((b * s + f) / e)
+    gap = r + _unit((b * t - c) / a) * u - t * v
     return ca.sqrt(ca.dot(gap, gap) + _TINY)
 
 

@@ -48,7 +48,7 @@ class Design(Speaks):
     """The most informative motion that was found.
 
     Attributes:
-        plan: the motion: ``ViaPoints``, ``Fourier`` or ``NearMotion``.
+        plan: the motion: ``ViaPoints`` or ``Fourier``.
         score: its criterion, what it teaches, its limits; exact sign, fine grid.
         seed, starts: where the search began.
         evaluations: of criterion and gradient.
@@ -112,7 +112,7 @@ def solve_design(
         ``feasible`` False and the violations named in ``score.violations``.
     """
     begun = time.process_time()
-    starts = problem.criterion.starts if starts is None else starts
+    starts = problem.criterion.usual_starts if starts is None else starts
     search = _Search(problem, np.random.default_rng(seed), progress)
     search.run(starts)
     x, score, missed = kept_throughout(problem, *search.found)

@@ -6,7 +6,6 @@ of these equations, so that every x satisfies them. Such a series moves all join
 it, or some joints near one given pose or two.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache, partial
 
@@ -43,36 +42,7 @@ def _from_offset(b: Array, period: float) -> Array:
 
 @dataclass(frozen=True, repr=False)
 class Fourier(Plan, Brief):
-    """Motion along one period of a Fourier series.
-
-    Attributes:
-        offset: q0 [rad or m], shape (n,).
-        a, b: speed amplitudes of sine and cosine terms [rad/s or m/s], each of shape (n, harmonics).
-        period: [s].
-    """
-
-    offset: Array
-    a: Array
-    b: Array
-    period: float
-
-    def __post_init__(self) -> None:
-        """Lock the arrays and check them."""
-        shape = np.shape(self.a)
-        freeze_fields(self, offset=shape[:1], a=(None, None), b=shape)
-        if not 0.0 < self.period < np.inf:
-            raise ValueError("a Fourier motion needs a positive period")
-
-    @cached_property
-    def pieces(self) -> Pieces:
-        """One piece."""
-        start, C = self.offset + _from_offset(self.b, self.period), self.period * np.hstack([self.a, self.b]).T
-        return Pieces(start[None], C[None], np.array([self.period]), partial(_series, harmonics=self.a.shape[1]))
-
-
-@dataclass(frozen=True, repr=False)
-class NearMotion(Plan, Brief):
-    """Equal periods of a Fourier series at one or two poses, at rest before and after each.
+    """Motion along equal periods of a Fourier series at one or two poses, at rest before and after each.
 
     Between poses it goes on straight lines in joint space, and at the end back to the first.
 
@@ -88,36 +58,41 @@ class NearMotion(Plan, Brief):
     a: Array
     b: Array
     period: float
-    repeats: int
-    transfer: float
+    repeats: int = 1
+    transfer: float = 0.0
 
     def __post_init__(self) -> None:
         """Lock the arrays and check them."""
         shape = np.shape(self.a)
         freeze_fields(self, poses=shape[:2], a=(None, None, None), b=shape)
-        if not self.period > 0.0 or self.repeats < 1 or (self.transfer > 0.0) != (len(self.poses) > 1):
-            raise ValueError("a motion near a pose needs a positive period, repeats, and transfers between poses")
+        if not 0.0 < self.period < np.inf or self.repeats < 1 or (self.transfer > 0.0) != (len(self.poses) > 1):
+            raise ValueError("a Fourier motion needs a positive period, repeats, and transfers between poses")
+
+    @property
+    def offset(self) -> Array:
+        """Offset q0 of each series [rad or m], poses x n."""
+        return self.poses - _from_offset(self.b, self.period)
 
     @cached_property
     def pieces(self) -> Pieces:
         """Periods at each pose, and the way to the other: a quintic's step stands behind the series' factors."""
-        count, _, harmonics = self.a.shape
+        count, n, harmonics = self.a.shape
         C = self.period * np.concatenate([self.a, self.b], axis=2).swapaxes(1, 2)
-        way = np.roll(self.poses, -1, axis=0) - self.poses
-        series, transfer = np.pad(C, ((0, 0), (0, 1), (0, 0))), np.zeros((count, 2 * harmonics + 1, C.shape[2]))
-        transfer[:, -1] = way
-        each = [*[self.period] * self.repeats, *([self.transfer] if count > 1 else [])]
-        coefficients = np.stack([*[series] * self.repeats, *([transfer] if count > 1 else [])], axis=1)
+        series, way = np.pad(C, ((0, 0), (0, 1), (0, 0))), np.zeros((count, 2 * harmonics + 1, n))
+        way[:, -1] = np.roll(self.poses, -1, axis=0) - self.poses
+        ways = count > 1
+        coefficients = np.stack([*[series] * self.repeats, *[way] * ways], axis=1)
+        durations = np.tile([*[self.period] * self.repeats, *[self.transfer] * ways], count)
 
         def basis(s: Array) -> Factors:
             pairs = zip(_series(s, harmonics), QUINTIC.basis(s), strict=True)
             q, qd, qdd = (np.hstack([own, quintic[:, -1:]]) for own, quintic in pairs)
             return q, qd, qdd
 
-        start = np.repeat(self.poses, len(each), axis=0)
-        return Pieces(start, coefficients.reshape(len(start), -1, C.shape[2]), np.tile(each, count), basis)
+        start = np.repeat(self.poses, self.repeats + ways, axis=0)
+        return Pieces(start, coefficients.reshape(len(start), -1, n), durations, basis)
 
-    def slowed(self, speed: float) -> "NearMotion":
+    def slowed(self, speed: float) -> "Fourier":
         """Slow one period down to a fraction of the speed, the same way: to be watched before the real run."""
         slow = replace(self, a=self.a * speed, b=self.b * speed, period=self.period / speed)
         return replace(slow, repeats=1, transfer=self.transfer / speed)
@@ -153,14 +128,10 @@ class FourierShape:
         Raises:
             InputError: for a start beyond limits.
         """
-        start, period = bounds.checked_start(self.start), self.duration
+        start = bounds.checked_start(self.start)
         about = bounds.middle if start is None else start
         ranges = np.maximum(bounds.high - about, about - bounds.low)
-
-        def plan_of(poses: Array, a: Array, b: Array) -> Fourier:
-            return Fourier(poses[0] - _from_offset(b[0], period), a[0], b[0], period)
-
-        return FreeSeries(self, bounds, about[None], list(range(robot.n)), ranges, period, plan_of)
+        return FreeSeries(self, bounds, about[None], list(range(robot.n)), ranges, self.duration)
 
 
 @dataclass(frozen=True, eq=False)
@@ -214,12 +185,7 @@ class NearShape:
                 "--duration"
             )
         repeats = max(1, round(stay / _PERIOD))
-        period = stay / repeats
-
-        def plan_of(poses: Array, a: Array, b: Array) -> NearMotion:
-            return NearMotion(poses, a, b, period, repeats, transfer)
-
-        return FreeSeries(self, bounds, poses, moving, self.ranges, period, plan_of)
+        return FreeSeries(self, bounds, poses, moving, self.ranges, stay / repeats, repeats, transfer)
 
     def visibility(self, robot: Robot) -> PayloadVisibility:
         """Visibility of the payload in torques near the poses, before any motion."""
@@ -243,8 +209,7 @@ class FreeSeries:
         poses: where each series begins, or the middle of the range where q0 is free, poses x n.
         moving: indices of the joints that move; the others stay at rest.
         ranges: how far each of them goes to either side [rad or m].
-        period: [s].
-        plan_of: makes the motion from the poses where series begin and from a and b, poses x n x harmonics.
+        period, repeats, transfer: as of a ``Fourier``.
     """
 
     shape: FourierShape | NearShape
@@ -253,7 +218,8 @@ class FreeSeries:
     moving: list[int]
     ranges: Array
     period: float
-    plan_of: Callable[[Array, Array, Array], Plan]
+    repeats: int = 1
+    transfer: float = 0.0
 
     def __post_init__(self) -> None:
         """Find functions that begin and end at rest, by the coefficients a_1 .. a_H, b_1 .. b_H; lay out x."""
@@ -324,11 +290,11 @@ class FreeSeries:
             weights[..., :count] *= 0.8
         return weights.ravel()
 
-    def plan(self, x: Array) -> Plan:
+    def plan(self, x: Array) -> Fourier:
         """Make the motion."""
         start, C, *_ = self._pieces(x)
         a, b = np.split(C.swapaxes(1, 2) / self.period, 2, axis=2)
-        return self.plan_of(start, a, b)
+        return Fourier(start, a, b, self.period, self.repeats, self.transfer)
 
     def eased(self, x: Array, slower: float, smaller: float) -> Array:
         """Shrink the motion about what q counts from; the period stays."""

@@ -32,7 +32,7 @@ from ...model.motion import Measurement
 from ...model.stand_in import rotor_inertias, with_rotors
 from ..motions.family import Plan, sample_count
 from .disturbances import Disturbances, draw_friction, draw_robot_errors, no_disturbances, record
-from .simulator import Simulator, check_parameters, parameter_vector
+from .simulator import Simulator, parameter_vector
 
 _POSES = 200  # over which a joint's inertia is averaged
 _TIMES = 2000  # of each reference, at which a payload's torque is looked at
@@ -153,7 +153,7 @@ class ClosedLoop:
         Raises:
             InputError: if the robot's description lacks standard parameters, or its links cannot exist.
         """
-        check_parameters(robot)
+        parameter_vector(robot, robot.parameters)  # refuses a robot that lacks some
         self._controller = controller or Controller()
         self.robot, self.rate = robot, self._controller.rate
         self._rotors = np.zeros(robot.n)
@@ -278,9 +278,8 @@ def integration_step(robot: Robot, base: BaseParameters, waves: int) -> ca.Funct
         return ca.vertcat(qd, forward(q, qd, torque + ripple, own), error), torque
 
     at_start, torque = slope(x, reference[0])
-    after = runge_kutta(
-        lambda x, reference: slope(x, reference)[0], x, h, (reference[0], reference[1], reference[2])
-    )
+    start, middle, end = reference
+    after = runge_kutta(lambda x, reference: slope(x, reference)[0], x, h, (start, middle, end))
     out = ca.cse(ca.densify(ca.vertcat(after, torque, at_start[n : 2 * n])))
     return ca.Function("step", [x, *reference, chi, level, settings], [out])
 
@@ -291,21 +290,18 @@ def steps_per_sample(robot: Robot, controller: Controller, inertia: Array) -> in
     Raises:
         InputError: if the robot's links cannot exist or its friction is too stiff.
     """
-    chi = parameter_vector(robot, robot.parameters)
     friction, names = smooth_dry_friction(robot, SMOOTHING), dry_friction_names(robot)
     qd, level = ca.SX.sym("qd", robot.n), [robot.parameters[name] for name in names]
     slope = np.array(ca.Function("slope", [qd], [ca.densify(ca.jacobian(friction(qd, level), qd))])(0.0))
     damping = slope + np.diag(inertia * (controller.speed + controller.position))
-    fastest, A = 0.0, mass_matrix(robot)
-    for q in random_positions(robot, 20):
-        matrix = np.array(A(q, chi))
-        if np.linalg.eigvalsh(matrix)[0] <= 0.0:
-            raise InputError(
-                f"robot {robot.name!r} cannot move: its parameters give an inertia matrix that is not positive "
-                "definite: correct the inertias in its description"
-            )
-        # Rates of A qdd = -D qd: the eigenvalues of A^-1 D.
-        fastest = max(fastest, float(np.abs(np.linalg.eigvals(np.linalg.solve(matrix, damping))).max()))
+    matrices = inertia_matrices(robot, 20)
+    if np.linalg.eigvalsh(matrices).min() <= 0.0:
+        raise InputError(
+            f"robot {robot.name!r} cannot move: its parameters give an inertia matrix that is not positive "
+            "definite: correct the inertias in its description"
+        )
+    # Rates of A qdd = -D qd: the eigenvalues of A^-1 D.
+    fastest = float(np.abs(np.linalg.eigvals(np.linalg.solve(matrices, damping))).max())
     steps = max(_FEWEST, stable_steps(fastest, 1.0 / controller.rate))
     if steps > _FINEST:
         raise InputError(
@@ -317,17 +313,20 @@ def steps_per_sample(robot: Robot, controller: Controller, inertia: Array) -> in
 
 def mean_inertia(robot: Robot) -> Array:
     """Mean diagonal of the inertia matrix over the joints' ranges [kg m^2 or kg], shape (n,)."""
-    A, chi = mass_matrix(robot), parameter_vector(robot, robot.parameters)
-    diagonals = [np.diag(np.array(A(q, chi))) for q in random_positions(robot, _POSES)]
-    return np.asarray(np.mean(diagonals, axis=0))
+    return np.asarray(np.diagonal(inertia_matrices(robot, _POSES), axis1=1, axis2=2).mean(axis=0))
 
 
-def random_positions(robot: Robot, count: int) -> Array:
-    """Draw positions over the joints' ranges (one turn or metre where there is no limit), always the same."""
+def inertia_matrices(robot: Robot, count: int) -> Array:
+    """Inertia matrices, count x n x n, in random positions over the joints' ranges, always the same.
+
+    A joint without limits is taken over one turn or metre.
+    """
     ranges = np.array([joint.limits.position for joint in robot.joints])
     bound = np.array([np.pi if joint.revolute else 0.5 for joint in robot.joints])
-    ranges = np.clip(ranges, -bound[:, None], bound[:, None])
-    return np.asarray(np.random.default_rng(0).uniform(ranges[:, 0], ranges[:, 1], (count, robot.n)))
+    low, high = np.clip(ranges, -bound[:, None], bound[:, None]).T
+    A, chi = mass_matrix(robot), parameter_vector(robot, robot.parameters)
+    positions = np.random.default_rng(0).uniform(low, high, (count, robot.n))
+    return np.array([np.array(A(q, chi)) for q in positions])
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -31,7 +31,7 @@ class Simulator:
         Raises:
             InputError: if the robot's description lacks standard parameters.
         """
-        check_parameters(robot)
+        parameter_vector(robot, robot.parameters)  # refuses a robot that lacks some
         self.robot = robot
         self._kernel = _torque_code(robot)
 
@@ -72,26 +72,23 @@ class Simulator:
         return Recording(motion.t, motion.q, torque, None, source, gain_sigma=0.0)
 
 
-def check_parameters(robot: Robot) -> None:
-    """Refuse a robot whose description lacks standard parameters."""
-    missing = [name for name in standard_columns(robot) if name not in robot.parameters]
+def parameter_vector(
+    robot: Robot, parameters: Mapping[str, float], payload: InertialParameters | None = None
+) -> Array:
+    """Order standard parameters as ``standard_columns``, a payload in its own frame added to the last link's.
+
+    Raises:
+        InputError: if some are missing.
+    """
+    values, columns = dict(parameters), standard_columns(robot)
+    missing = [name for name in columns if name not in values]
     if missing:
         raise InputError(
             f"robot {robot.name!r} cannot be simulated: its description lacks {', '.join(missing[:6])}"
             f"{' and more' if len(missing) > 6 else ''}; add a [parameters] table"
         )
-
-
-def parameter_vector(
-    robot: Robot, parameters: Mapping[str, float], payload: InertialParameters | None = None
-) -> Array:
-    """Order standard parameters as ``standard_columns``, a payload added to the last link's.
-
-    The payload is given in the robot's payload frame.
-    """
-    values = dict(parameters)
     if payload is not None:
         moved = payload.moved(robot.flange.R, robot.flange.p)
         for name, value in moved.named(str(robot.n)).items():
             values[name] += value
-    return np.array([values[name] for name in standard_columns(robot)])
+    return np.array([values[name] for name in columns])

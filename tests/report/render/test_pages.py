@@ -36,7 +36,7 @@ from dynident.estimation.payload.short_motion import difference_weighing
 from dynident.estimation.results.payload import FlangeDocument
 from dynident.model import InertialParameters, Recording, Robot, load_robot
 from dynident.model.pose import Pose
-from dynident.trajectories import RX90_NOISE, NearMotion, Simulator
+from dynident.trajectories import RX90_NOISE, Fourier, Simulator
 from hypothesis import given
 from hypothesis import strategies as st
 from msgspec import structs
@@ -178,7 +178,7 @@ def recordings(robot: Robot, joints: Sequence[int], count: int = 1) -> list[Reco
         own = 0.6 * draw.standard_normal(4)
         a[0, joint - 1] = own - own.mean()
     pose = np.radians([[0.0, -45.0, 90.0, 0.0, 45.0, 0.0]])
-    motion, simulator = NearMotion(pose, a, 0.0 * a, 5.0, 3, 0.0).motion(250.0), Simulator(robot)
+    motion, simulator = Fourier(pose, a, 0.0 * a, 5.0, 3, 0.0).motion(250.0), Simulator(robot)
     noise = 0.3 * np.array(RX90_NOISE)
     loads = (None, *[LOAD] * count)
     return [simulator.record(motion, load, noise, [1, k], f"run {k}") for k, load in enumerate(loads)]
