@@ -274,10 +274,12 @@ def arm_weight(evidence: Evidence) -> Iterator[Finding]:
     {LIGHT:g} and above {HEAVY:g}.
     """
     robot, parameters = evidence.robot, evidence.parameters
-    joints = {6: (2, 3), 7: (2, 4, 6)}.get(robot.n, ()) if all(joint.revolute for joint in robot.joints) else ()
+    joints = {6: (2, 3), 7: (2, 4, 6)}.get(robot.n, ())
     names = {f"{kind}{j}" for j in joints for kind in ("MX", "MY")}
-    known = parameters is not None and names and names <= set(parameters.names)
-    if parameters is None or not (known and robot.mass and any(robot.gravity)) or robot.spring:
+    if parameters is None or not names or not names <= set(parameters.names):
+        return
+    turning = all(joint.revolute for joint in robot.joints)
+    if not (turning and robot.mass and any(robot.gravity)) or robot.spring:
         return
     length = sum(hypot(joint.d, joint.r) for joint in robot.joints[1:])
     moments = sum(hypot(parameters[f"MX{j}"], parameters[f"MY{j}"]) for j in joints)
