@@ -119,9 +119,9 @@ def alternatives(robot: Robot, states: States | None, free_gains: bool = False) 
 
 def _always(own: Comparison) -> Iterator[Read]:
     """Readings that are always compared; of robots those of other geometry with as many joints."""
-    robot, states = own.robot, own.states
+    robot, states, plain = own.robot, own.states, Reading.as_recorded(own.robot.n)
     for j in range(robot.n):
-        yield Read(str(j + 1), Reading.as_recorded(robot.n).turned(j).of(states), kind="turned")
+        yield Read(str(j + 1), plain.changed(j, sign=-1).of(states), kind="turned")
     if any(robot.gravity):
         yield Read("", states, replace(robot, gravity=(0.0, 0.0, 0.0)), "weightless")
     for name in robot_names():
@@ -249,19 +249,19 @@ def joint_columns(own: Comparison, _: Mask) -> Iterator[Read]:
     """Joints, torques or positions exchanged, of the wrong sign, or with a zero a quarter or half turn away."""
     n, states, plain = own.robot.n, own.states, Reading.as_recorded(own.robot.n)
     for j in range(n):
-        yield Read(f"the sign of the torque of joint {j + 1} is wrong", plain.pushed(j).of(states))
+        yield Read(f"the sign of the torque of joint {j + 1} is wrong", plain.changed(j, torque=-1).of(states))
     for i, j in combinations(range(n), 2):
         changed, names = plain.swapped(i, j).of(states), f"joints {i + 1} and {j + 1} are exchanged"
         yield Read(f"the torques of {names}", replace(states, torque=changed.torque))
         yield Read(names, changed)
         yield Read(f"the positions of {names}", replace(changed, torque=states.torque))
     for j in range(n):
-        changed = plain.turned(j).of(states)
+        changed = plain.changed(j, sign=-1).of(states)
         yield Read(f"the sign of q{j + 1} is wrong", replace(changed, torque=states.torque))
         yield Read(f"joint {j + 1} is counted the other way, in position and torque", changed)
     for j, quarters in product(range(1, n), (1, 3, 2)):
         text = f"the zero of q{j + 1} is off by {180 if quarters == 2 else 90} degrees"
-        yield Read(text, plain.moved(j, quarters).of(states))
+        yield Read(text, plain.changed(j, quarters=quarters).of(states))
 
 
 def gravity(own: Comparison, mask: Mask) -> Iterator[Read]:
