@@ -179,11 +179,8 @@ def likely_causes(
 ) -> list[Finding]:
     """Name what would explain the recordings better: all of them, those of one kind, or the worst of a kind.
 
-    Args:
-        robot: as described.
-        states: of the recordings.
-        contradicted: whether something is known to be wrong; if not, only a clear gain counts.
-        free_gains: as of ``Comparison``.
+    ``contradicted``: whether something is known to be wrong; if not, only a clear gain counts; ``free_gains`` as of
+    ``Comparison``.
     """
     if states is None:
         return []

@@ -74,9 +74,7 @@ def judge_mass(mass: float, spread: PayloadSpread, from_scale: bool) -> Judged:
 def judge_com(ten: Array, spread: PayloadSpread) -> Judged:
     """Judge the centre of mass: to 20 mm, or 0.3 of the payload's radius of gyration about the frame's origin.
 
-    Args:
-        ten: the payload's parameters, nan where they are not known, shape (10,).
-        spread: standard deviations, infinite where the joints show nothing.
+    Unknown ones of the ten are nan, standard deviations infinite where the joints show nothing.
     """
     hidden = [axis for axis, sigma in zip("xyz", spread.com, strict=True) if not np.isfinite(sigma)]
     known = bool(np.isfinite(ten).all() and ten[9] > 0.0)

@@ -107,7 +107,6 @@ def disagreement(by_joints: ByJoints, gains: Array, few: bool = False) -> float:
     chance brings about widens nothing (F test).
 
     Args:
-        by_joints: the payload as single joints see it.
         gains: covariance of the gains' stated relative errors, n x n; what all joints have in common does not
             count.
         few: whether the standard deviations come from few blocks of time.

@@ -42,9 +42,7 @@ LONG_ENOUGH = 10.0
 def scales(problem: LongMotion, weights: Array) -> tuple[Effect, ...]:
     """Scales of the loaded torques by full factors: of all, and of each joint.
 
-    Args:
-        problem: with recordings without payload, else nothing is known of a scale, and one that is not free.
-        weights: of the joints.
+    None where there are no recordings without payload, or the scale is an unknown of the problem.
     """
     unloaded, loaded = problem.unloaded, problem.loaded
     if problem.settings.scale_sigma > 0.0 or problem.bare is None or unloaded is None or not loaded.blocks:
