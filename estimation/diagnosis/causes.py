@@ -25,24 +25,18 @@ ROBOT, ROBOT_Z = 0.01, 3.0
 """Fraction by which chi2 falls with another robot, and Vuong's statistic, above which it is that robot's."""
 TURNED, TURNED_Z = 0.03, 2.5
 """Fraction by which chi2 falls with a joint counted the other way, and Vuong's statistic, above which it is so."""
-WEIGHTLESS = 0.36
-"""Fraction by which chi2 falls without gravity, above which the torque holds none."""
-ALIKE = 0.02
-"""Fraction of chi2 within which two robots, or two joints turned round, are the same to the data."""
+WEIGHTLESS = 0.36  # fraction by which chi2 falls without gravity, above which the torque holds none
+ALIKE = 0.02  # fraction of chi2 within which two robots, or two joints turned round, are the same to the data
 BESIDE_PULL = 0.5
 """Fraction of what a pull at the flange takes off above which another robot, or a turned joint, is named besides:
 of a real pull others take off .06 at most, of another robot's recordings a pull takes off as much as that robot."""
 CONVINCING, CAUSE_Z = 0.2, 3.0
 """Fall of chi2 by a cause where nothing else speaks against the recordings, ``HELPFUL`` where something does;
 Vuong's statistic."""
-SERIOUS = 0.5
-"""Fall of chi2 above which the assumption was wrong; below, it may have been."""
-AS_GOOD = 1.1
-"""Causes that leave within this factor of the best's chi2 count as equal."""
-SETTLED = 0.1
-"""Fraction of chi2 left below which no less likely causes are tried."""
-SUSPICIOUS = 0.1
-"""Relative residual of some joint above which causes are tried, even if all else looks well."""
+SERIOUS = 0.5  # fall of chi2 above which the assumption was wrong; below, it may have been
+AS_GOOD = 1.1  # causes that leave within this factor of the best's chi2 count as equal
+SETTLED = 0.1  # fraction of chi2 left below which no less likely causes are tried
+SUSPICIOUS = 0.1  # relative residual of some joint above which causes are tried, even if all else looks well
 _REPORTED = 3
 _ENOUGH = 1200  # states in which causes are searched
 _FAR = -0.1  # fall of chi2 by coarser states: such a reading is not compared closer

@@ -23,17 +23,14 @@ from .finding import Finding, error, note, warning
 from .states import BLOCKS, STRETCH
 
 WITH_PAYLOAD = " with payload"
-WHERE = ("", " without payload", WITH_PAYLOAD)
-"""Recordings in which a fault may be: all, or some."""
-MOVED = 0.025
-"""Relative change of the mass above which a fault spoils every number."""
+WHERE = ("", " without payload", WITH_PAYLOAD)  # recordings in which a fault may be: all, or some
+MOVED = 0.025  # relative change of the mass above which a fault spoils every number
 SLIP, SLIP_Z, SURE = 0.01, 6.0, 3.0
 """Distance [m] by which the centre of mass differs in the second half of the loaded recordings, its standard
 deviations, and those of the step's length."""
 CHANGE, CHANGE_Z = 0.1, 6.0
 """Fraction of the payload that comes or goes during the loaded recordings, and its standard deviations."""
-LATE, LATE_Z = 0.008, 5.0
-"""Delay between torque and position [s], and its standard deviations."""
+LATE, LATE_Z = 0.008, 5.0  # delay between torque and position [s], and its standard deviations
 LEVEL = np.radians(1.0)
 """Standard deviation [rad] of a base's tilt about either horizontal axis, as mounted arms have it."""
 TILT_DEGREES, STEEP_DEGREES, TILT_Z = 0.5, 5.0, 5.0

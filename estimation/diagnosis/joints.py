@@ -17,13 +17,11 @@ NOTABLE, NOTABLE_SIGMAS = 0.03, 3.3
 """Relative difference of the mass between two joints that is reported, and its standard deviations."""
 WRONG, SHARE = 0.10, 0.15
 """Relative difference of one joint's mass from the answer, and of its payload ratio from 1: real ones have 0.1."""
-SIGMAS = 4.5
-"""Standard deviations beyond which a difference is none by chance."""
+SIGMAS = 4.5  # standard deviations beyond which a difference is none by chance
 CHANCE = (0.1, 0.01)
 """Probabilities that joints which agree disagree as much by chance: below the first intervals widen, below the
 second by all of the disagreement."""
-TOGETHER = 2.5
-"""Factor by which all payload ratios together widen the intervals, above which it is reported."""
+TOGETHER = 2.5  # factor by which all payload ratios together widen the intervals, above which it is reported
 USEFUL = 0.10
 """Relative half-width of the mass's 95 % interval, grown by the joints' disagreement, above which it is useless."""
 
