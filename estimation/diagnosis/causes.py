@@ -25,24 +25,18 @@ ROBOT, ROBOT_Z = 0.01, 3.0
 """Fraction by which chi2 falls with another robot, and Vuong's statistic, above which it is that robot's."""
 TURNED, TURNED_Z = 0.03, 2.5
 """Fraction by which chi2 falls with a joint counted the other way, and Vuong's statistic, above which it is so."""
-WEIGHTLESS = 0.36
-"""Fraction by which chi2 falls without gravity, above which the torque holds none."""
-ALIKE = 0.02
-"""Fraction of chi2 within which two robots, or two joints turned round, are the same to the data."""
+WEIGHTLESS = 0.36  # fraction by which chi2 falls without gravity, above which the torque holds none
+ALIKE = 0.02  # fraction of chi2 within which two robots, or two joints turned round, are the same to the data
 BESIDE_PULL = 0.5
 """Fraction of what a pull at the flange takes off above which another robot, or a turned joint, is named besides:
 of a real pull others take off .06 at most, of another robot's recordings a pull takes off as much as that robot."""
 CONVINCING, CAUSE_Z = 0.2, 3.0
 """Fall of chi2 by a cause where nothing else speaks against the recordings, ``HELPFUL`` where something does;
 Vuong's statistic."""
-SERIOUS = 0.5
-"""Fall of chi2 above which the assumption was wrong; below, it may have been."""
-AS_GOOD = 1.1
-"""Causes that leave within this factor of the best's chi2 count as equal."""
-SETTLED = 0.1
-"""Fraction of chi2 left below which no less likely causes are tried."""
-SUSPICIOUS = 0.1
-"""Relative residual of some joint above which causes are tried, even if all else looks well."""
+SERIOUS = 0.5  # fall of chi2 above which the assumption was wrong; below, it may have been
+AS_GOOD = 1.1  # causes that leave within this factor of the best's chi2 count as equal
+SETTLED = 0.1  # fraction of chi2 left below which no less likely causes are tried
+SUSPICIOUS = 0.1  # relative residual of some joint above which causes are tried, even if all else looks well
 _REPORTED = 3
 _ENOUGH = 1200  # states in which causes are searched
 _FAR = -0.1  # fall of chi2 by coarser states: such a reading is not compared closer
@@ -119,9 +113,9 @@ def alternatives(robot: Robot, states: States | None, free_gains: bool = False) 
 
 def _always(own: Comparison) -> Iterator[Read]:
     """Readings that are always compared; of robots those of other geometry with as many joints."""
-    robot, states = own.robot, own.states
+    robot, states, plain = own.robot, own.states, Reading.as_recorded(own.robot.n)
     for j in range(robot.n):
-        yield Read(str(j + 1), Reading.as_recorded(robot.n).turned(j).of(states), kind="turned")
+        yield Read(str(j + 1), plain.changed(j, sign=-1).of(states), kind="turned")
     if any(robot.gravity):
         yield Read("", states, replace(robot, gravity=(0.0, 0.0, 0.0)), "weightless")
     for name in robot_names():
@@ -179,11 +173,8 @@ def likely_causes(
 ) -> list[Finding]:
     """Name what would explain the recordings better: all of them, those of one kind, or the worst of a kind.
 
-    Args:
-        robot: as described.
-        states: of the recordings.
-        contradicted: whether something is known to be wrong; if not, only a clear gain counts.
-        free_gains: as of ``Comparison``.
+    ``contradicted``: whether something is known to be wrong; if not, only a clear gain counts; ``free_gains`` as of
+    ``Comparison``.
     """
     if states is None:
         return []
@@ -249,19 +240,19 @@ def joint_columns(own: Comparison, _: Mask) -> Iterator[Read]:
     """Joints, torques or positions exchanged, of the wrong sign, or with a zero a quarter or half turn away."""
     n, states, plain = own.robot.n, own.states, Reading.as_recorded(own.robot.n)
     for j in range(n):
-        yield Read(f"the sign of the torque of joint {j + 1} is wrong", plain.pushed(j).of(states))
+        yield Read(f"the sign of the torque of joint {j + 1} is wrong", plain.changed(j, torque=-1).of(states))
     for i, j in combinations(range(n), 2):
         changed, names = plain.swapped(i, j).of(states), f"joints {i + 1} and {j + 1} are exchanged"
         yield Read(f"the torques of {names}", replace(states, torque=changed.torque))
         yield Read(names, changed)
         yield Read(f"the positions of {names}", replace(changed, torque=states.torque))
     for j in range(n):
-        changed = plain.turned(j).of(states)
+        changed = plain.changed(j, sign=-1).of(states)
         yield Read(f"the sign of q{j + 1} is wrong", replace(changed, torque=states.torque))
         yield Read(f"joint {j + 1} is counted the other way, in position and torque", changed)
     for j, quarters in product(range(1, n), (1, 3, 2)):
         text = f"the zero of q{j + 1} is off by {180 if quarters == 2 else 90} degrees"
-        yield Read(text, plain.moved(j, quarters).of(states))
+        yield Read(text, plain.changed(j, quarters=quarters).of(states))
 
 
 def gravity(own: Comparison, mask: Mask) -> Iterator[Read]:

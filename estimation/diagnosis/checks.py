@@ -18,8 +18,7 @@ from ..possible.constraints import PossibleBody
 from .evidence import KNOWN_WELL, Evidence, Judged, by
 from .finding import Finding, error, note, warning
 
-MASS_SIGMA = 0.05
-"""Relative standard deviation of the mass above which nothing should be used."""
+MASS_SIGMA = 0.05  # relative standard deviation of the mass above which nothing should be used
 COM_SIGMA, COM_FLOOR = 0.3, 0.02
 """Standard deviation of the centre of mass, of the payload's own size, above which it should not be used; one known
 to the second [m] is good whatever the payload's size."""
@@ -37,18 +36,15 @@ VALIDATION_RATIO, VALIDATION_FLOOR = 2.0, 0.06
 residuals below the second are good whatever the ratio."""
 MISMATCH = 0.005
 """Difference of positions [rad or m, rms] of a pair that is not one motion; real pairs lie below 2e-4."""
-DRIVEN_SIGMAS = 5.0
-"""Standard deviations below zero at which friction counts as negative."""
+DRIVEN_SIGMAS = 5.0  # standard deviations below zero at which friction counts as negative
 LIGHT, HEAVY, WEIGHTLESS = 0.12, 0.40, 0.08
 """Weight that the torques show over the maker's: known arms lie from .19 to .31; below the last nothing is used."""
 MASS_SPREAD, METHODS_APART = 0.05, 0.02
 """Relative spread of the mass over the methods, and difference of two that also exceeds their intervals."""
-SIGMAS = 4.0
-"""Standard deviations beyond which a difference is none by chance."""
+SIGMAS = 4.0  # standard deviations beyond which a difference is none by chance
 ROUNDED = 0.02
 """Fraction by which a mass may pass the rated payload: data sheets round, and a given mass may be the rated one."""
-OTHER_WAY = 0.05
-"""Relative difference of a weighing's mass by another way that speaks against all numbers."""
+OTHER_WAY = 0.05  # relative difference of a weighing's mass by another way that speaks against all numbers
 CONDITION = 500.0
 """Condition number with columns scaled above which small errors spoil the answer; good motions have 10."""
 APART, APART_SIGMAS = 0.03, 4.0
@@ -74,9 +70,7 @@ def judge_mass(mass: float, spread: PayloadSpread, from_scale: bool) -> Judged:
 def judge_com(ten: Array, spread: PayloadSpread) -> Judged:
     """Judge the centre of mass: to 20 mm, or 0.3 of the payload's radius of gyration about the frame's origin.
 
-    Args:
-        ten: the payload's parameters, nan where they are not known, shape (10,).
-        spread: standard deviations, infinite where the joints show nothing.
+    Unknown ones of the ten are nan, standard deviations infinite where the joints show nothing.
     """
     hidden = [axis for axis, sigma in zip("xyz", spread.com, strict=True) if not np.isfinite(sigma)]
     known = bool(np.isfinite(ten).all() and ten[9] > 0.0)
@@ -274,10 +268,12 @@ def arm_weight(evidence: Evidence) -> Iterator[Finding]:
     {LIGHT:g} and above {HEAVY:g}.
     """
     robot, parameters = evidence.robot, evidence.parameters
-    joints = {6: (2, 3), 7: (2, 4, 6)}.get(robot.n, ()) if all(joint.revolute for joint in robot.joints) else ()
+    joints = {6: (2, 3), 7: (2, 4, 6)}.get(robot.n, ())
     names = {f"{kind}{j}" for j in joints for kind in ("MX", "MY")}
-    known = parameters is not None and names and names <= set(parameters.names)
-    if parameters is None or not (known and robot.mass and any(robot.gravity)) or robot.spring:
+    if parameters is None or not names or not names <= set(parameters.names):
+        return
+    turning = all(joint.revolute for joint in robot.joints)
+    if not (turning and robot.mass and any(robot.gravity)) or robot.spring:
         return
     length = sum(hypot(joint.d, joint.r) for joint in robot.joints[1:])
     moments = sum(hypot(parameters[f"MX{j}"], parameters[f"MY{j}"]) for j in joints)

@@ -18,8 +18,7 @@ from .engine import Effect
 
 Use = Literal["use", "not measured well enough", "not visible", "weighed", "assumed"]
 """Use of a quantity; ``weighed``: not by torques, by a scale."""
-KNOWN_WELL = 0.05
-"""Relative standard deviation up to which a drive gain counts as identified."""
+KNOWN_WELL = 0.05  # relative standard deviation up to which a drive gain counts as identified
 
 
 class Judged(NamedTuple):

@@ -23,17 +23,14 @@ from .finding import Finding, error, note, warning
 from .states import BLOCKS, STRETCH
 
 WITH_PAYLOAD = " with payload"
-WHERE = ("", " without payload", WITH_PAYLOAD)
-"""Recordings in which a fault may be: all, or some."""
-MOVED = 0.025
-"""Relative change of the mass above which a fault spoils every number."""
+WHERE = ("", " without payload", WITH_PAYLOAD)  # recordings in which a fault may be: all, or some
+MOVED = 0.025  # relative change of the mass above which a fault spoils every number
 SLIP, SLIP_Z, SURE = 0.01, 6.0, 3.0
 """Distance [m] by which the centre of mass differs in the second half of the loaded recordings, its standard
 deviations, and those of the step's length."""
 CHANGE, CHANGE_Z = 0.1, 6.0
 """Fraction of the payload that comes or goes during the loaded recordings, and its standard deviations."""
-LATE, LATE_Z = 0.008, 5.0
-"""Delay between torque and position [s], and its standard deviations."""
+LATE, LATE_Z = 0.008, 5.0  # delay between torque and position [s], and its standard deviations
 LEVEL = np.radians(1.0)
 """Standard deviation [rad] of a base's tilt about either horizontal axis, as mounted arms have it."""
 TILT_DEGREES, STEEP_DEGREES, TILT_Z = 0.5, 5.0, 5.0
@@ -138,11 +135,6 @@ def slip(system: System) -> Sought | None:
         return None
     first_moments = system.columns[:, system.payload][:, 6:9] * half
     return Sought({WITH_PAYLOAD: system.values[system.payload][9] * first_moments})
-
-
-def _slips(effect: Effect) -> bool:
-    """True if a slip stands out; short motions show one direction only: a step that is not itself known is none."""
-    return effect.size > max(SLIP, SURE * effect.sigma) and effect.z() > SLIP_Z
 
 
 def _slip(effect: Effect, _: Evidence) -> Finding:
@@ -314,6 +306,8 @@ def bursts(system: System) -> Effect | None:
 
     None where there are none, or more than half, or few stretches altogether.
     """
+    if not system.states.loaded.any():
+        return None
     stretch = system.states.stretch
     rows = np.bincount(stretch, system.keep.sum(axis=0))
     grams, rows = system.grams(stretch)[rows > 0], rows[rows > 0]
@@ -321,7 +315,7 @@ def bursts(system: System) -> Effect | None:
     error = np.append(-values, 1.0)
     means = np.einsum("i,kij,j->k", error, grams, error) / rows
     high = means > BURST * np.median(means)
-    if not (system.states.loaded.any() and 0 < 2 * high.sum() <= len(means) and len(means) >= FEWEST):
+    if not (0 < 2 * high.sum() <= len(means) and len(means) >= FEWEST):
         return None
     change = (system.solved(grams[~high].sum(axis=0)) - values)[system.payload, None]
     return Effect("bursts", "", np.ones(1), np.zeros((1, 1)), change, size=int(high.sum()), sigma=len(means))
@@ -348,7 +342,8 @@ def _bursts(effect: Effect, evidence: Evidence) -> Finding:
 
 HYPOTHESES = (
     Hypothesis("pull", pull, _pulls, _pull),
-    Hypothesis("slip", slip, _slips, _slip),
+    # Short motions show one direction only: a step that is not itself known is none.
+    Hypothesis("slip", slip, lambda one: one.size > max(SLIP, SURE * one.sigma) and one.z() > SLIP_Z, _slip),
     Hypothesis("change", change, lambda effect: abs(effect.size) > CHANGE and effect.z() > CHANGE_Z, _change),
     Hypothesis("late", late, lambda effect: abs(effect.size) > LATE and effect.z() > LATE_Z, _late),
     Hypothesis("tilt", tilt, lambda effect: effect.size > TILT and effect.z() > TILT_Z, _tilt),

@@ -2,7 +2,6 @@
 
 from dataclasses import replace
 from itertools import combinations
-from typing import NamedTuple
 
 import numpy as np
 from scipy.special import fdtrc
@@ -17,23 +16,13 @@ NOTABLE, NOTABLE_SIGMAS = 0.03, 3.3
 """Relative difference of the mass between two joints that is reported, and its standard deviations."""
 WRONG, SHARE = 0.10, 0.15
 """Relative difference of one joint's mass from the answer, and of its payload ratio from 1: real ones have 0.1."""
-SIGMAS = 4.5
-"""Standard deviations beyond which a difference is none by chance."""
+SIGMAS = 4.5  # standard deviations beyond which a difference is none by chance
 CHANCE = (0.1, 0.01)
 """Probabilities that joints which agree disagree as much by chance: below the first intervals widen, below the
 second by all of the disagreement."""
-TOGETHER = 2.5
-"""Factor by which all payload ratios together widen the intervals, above which it is reported."""
+TOGETHER = 2.5  # factor by which all payload ratios together widen the intervals, above which it is reported
 USEFUL = 0.10
 """Relative half-width of the mass's 95 % interval, grown by the joints' disagreement, above which it is useless."""
-
-
-class Odd(NamedTuple):
-    """Joints that do not go with the answer, the worst first, and whether that is more than worth knowing."""
-
-    joints: tuple[int, ...]
-    text: str
-    serious: bool = True
 
 
 def joints(evidence: Evidence) -> list[Finding]:
@@ -46,36 +35,36 @@ def joints(evidence: Evidence) -> list[Finding]:
     """
     view, mass, factor = evidence.diagnosis.by_joints, evidence.mass, evidence.diagnosis.disagreement
     view = view if evidence.weighed is None else _allowing(view)
-    odd = _odd(view, mass, factor)
-    if odd is None:
+    odd, text, serious = _odd(view, mass, factor)
+    if not odd:
         return []
     if evidence.spread is not None:
         half = NORMAL95 * evidence.spread.mass
     else:  # drive gains: nothing widened the estimate yet
         half = NORMAL95 * factor * (float(evidence.best.larger_sigma[9]) if evidence.best is not None else np.inf)
-    against, grown = (warning if odd.serious else note), ""
+    spoilt, advice = list[str](), "check drive gains and friction there"
     if not half <= USEFUL * abs(mass):
-        grown = f"the interval that holds all of them is ± {100 * half / max(abs(mass), 1e-300):.0f} %"
-    for joint in odd.joints if not grown else ():
+        spoilt.append(f"the interval that holds all of them is ± {100 * half / max(abs(mass), 1e-300):.0f} %")
+    for joint in odd:
         without = next((reading for reading in view.without if joint not in reading.joints), None)
         if without is None or without.mass is None:
-            grown = f"without joint {joint} nothing shows the mass" if odd.serious else ""
+            spoilt += [f"without joint {joint} nothing shows the mass"] if serious else []
         elif abs(without.mass - mass) > half + NORMAL95 * without.sigma:
-            grown = f"without joint {joint} the mass is {without.mass:.3g} ± {without.sigma:.2g} kg"
-        if grown:
-            break
-    against = error if grown else against
-    grown = grown or f"every interval is widened by {factor:.1f} and holds the mass without them"
-    return [against(f"{odd.text}; {grown}: check drive gains and friction there")]
+            spoilt.append(f"without joint {joint} the mass is {without.mass:.3g} ± {without.sigma:.2g} kg")
+    if spoilt:
+        return [error(f"{text}; {spoilt[0]}: {advice}")]
+    grown = f"every interval is widened by {factor:.1f} and holds the mass without them"
+    return [(warning if serious else note)(f"{text}; {grown}: {advice}")]
 
 
-def _odd(view: ByJoints, mass: float, factor: float) -> Odd | None:
+def _odd(view: ByJoints, mass: float, factor: float) -> tuple[tuple[int, ...], str, bool]:
+    """Find joints that do not go with the answer, the worst first, and whether that is more than worth knowing."""
     shares = [(r.share, r) for r in view.shares if r.share is not None]
     off = [(abs(np.log(max(s, 0.05))), s, r) for s, r in shares if abs(s - 1.0) > max(SHARE, SIGMAS * r.sigma)]
     if off:  # what it spoils in the others is its doing too
         _, share, worst = max(off, key=lambda entry: entry[0])
         text = f"joint {worst.joint} shows {share:.2f} ± {worst.sigma:.2g} times the payload that the others show"
-        return Odd((worst.joint,), text)
+        return (worst.joint,), text, True
     single = [(r.mass, r) for r in view.masses if len(r.joints) == 1 and r.mass is not None]
     apart = [(m, r) for m, r in single if abs(m - mass) > max(WRONG * abs(mass), SIGMAS * r.sigma)]
     if not apart:
@@ -89,15 +78,15 @@ def _odd(view: ByJoints, mass: float, factor: float) -> Odd | None:
     if apart:
         texts = ", ".join(f"{r.name} {m:.3g} ± {r.sigma:.2g} kg" for m, r in apart)
         worst_first = sorted(apart, key=lambda entry: -abs(entry[0] - mass) / entry[1].sigma)
-        return Odd(tuple(r.joints[0] for _, r in worst_first), f"the joints do not weigh the same ({texts})")
+        return tuple(r.joints[0] for _, r in worst_first), f"the joints do not weigh the same ({texts})", True
     if factor <= TOGETHER or not shares:
-        return None
+        return (), "", False
     worst = max(shares, key=lambda entry: abs(entry[0] - 1.0) / entry[1].sigma)[1]
     text = (
         f"the joints do not show one payload: their shares lie {factor:.1f} times farther apart than their errors, "
         f"that of joint {worst.joint} most"
     )
-    return Odd((worst.joint,), text, False)
+    return (worst.joint,), text, False
 
 
 def disagreement(by_joints: ByJoints, gains: Array, few: bool = False) -> float:
@@ -107,7 +96,6 @@ def disagreement(by_joints: ByJoints, gains: Array, few: bool = False) -> float:
     chance brings about widens nothing (F test).
 
     Args:
-        by_joints: the payload as single joints see it.
         gains: covariance of the gains' stated relative errors, n x n; what all joints have in common does not
             count.
         few: whether the standard deviations come from few blocks of time.

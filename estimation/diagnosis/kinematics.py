@@ -55,18 +55,15 @@ class Reading:
         order[i], order[j] = order[j], order[i]
         return replace(self, order=tuple(order))
 
-    def turned(self, *joints: int) -> "Reading":
-        """Count some joints the other way."""
-        return replace(self, sign=tuple(-s if j in joints else s for j, s in enumerate(self.sign)))
-
-    def pushed(self, joint: int) -> "Reading":
-        """Give the torque of one joint alone the other sign."""
-        return replace(self, torque=tuple(-s if j == joint else s for j, s in enumerate(self.torque)))
-
-    def moved(self, joint: int, quarters: int) -> "Reading":
-        """Move the zero of one joint."""
-        there = tuple((k + quarters) % 4 if j == joint else k for j, k in enumerate(self.quarters))
-        return replace(self, quarters=there)
+    def changed(self, *joints: int, sign: int = 1, quarters: int = 0, torque: int = 1) -> "Reading":
+        """Count joints the other way (sign -1), move their zeros, or turn their torques alone round (torque -1)."""
+        own = [j in joints for j in range(len(self.order))]
+        return replace(
+            self,
+            sign=tuple(sign * s if one else s for s, one in zip(self.sign, own, strict=True)),
+            quarters=tuple((k + quarters) % 4 if one else k for k, one in zip(self.quarters, own, strict=True)),
+            torque=tuple(torque * s if one else s for s, one in zip(self.torque, own, strict=True)),
+        )
 
     def positions(self, q: Array) -> Array:
         """Read joint positions [rad or m], N x n."""
@@ -317,12 +314,12 @@ def _neighbours(robot: Robot, reading: Reading, torques: bool) -> Iterator[Readi
     """Change a reading in one thing, or in two that go together: two senses, sense and zero, zeros in a row."""
     turning = [j for j, joint in enumerate(robot.joints) if joint.revolute]
     for i, j in combinations(range(robot.n), 2):
-        yield from (reading.swapped(i, j), reading.turned(i, j))
+        yield from (reading.swapped(i, j), reading.changed(i, j, sign=-1))
     for j in range(robot.n):
-        yield reading.turned(j)
+        yield reading.changed(j, sign=-1)
         if torques:
-            yield reading.pushed(j)
+            yield reading.changed(j, torque=-1)
     for j, step in product(turning, (1, 2, 3)):
-        yield from (reading.moved(j, step), reading.turned(j).moved(j, step))
+        yield from (reading.changed(j, quarters=step), reading.changed(j, sign=-1, quarters=step))
     for (i, j), a, b in product(pairwise(turning), (1, 2, 3), (1, 2, 3)):
-        yield reading.moved(i, a).moved(j, b)
+        yield reading.changed(i, quarters=a).changed(j, quarters=b)

@@ -42,9 +42,7 @@ LONG_ENOUGH = 10.0
 def scales(problem: LongMotion, weights: Array) -> tuple[Effect, ...]:
     """Scales of the loaded torques by full factors: of all, and of each joint.
 
-    Args:
-        problem: with recordings without payload, else nothing is known of a scale, and one that is not free.
-        weights: of the joints.
+    None where there are no recordings without payload, or the scale is an unknown of the problem.
     """
     unloaded, loaded = problem.unloaded, problem.loaded
     if problem.settings.scale_sigma > 0.0 or problem.bare is None or unloaded is None or not loaded.blocks:
@@ -118,18 +116,17 @@ def scale(evidence: Evidence) -> Iterator[Finding]:
     All by {SCALE:.0%} and {SCALE_Z:g} sigma, one joint's by {JOINT_SCALE:.0%} and {JOINT_SCALE_Z:g} sigma, and by
     more sigma than a pull: spoils all. Both are named where the data hardly distinguish them.
     """
-    off = [found for found in evidence.diagnosis.scales if _beyond(found, JOINT_SCALE_Z)]
-    off.sort(key=lambda found: -_z(found))
-    pull = pull_of(evidence)
+    found, pull = sorted(evidence.diagnosis.scales, key=_z, reverse=True), pull_of(evidence)
+    off = [scale for scale in found if _beyond(scale, JOINT_SCALE_Z)]
     if not off or (pull is not None and pull_z(pull) > _z(off[0])):
         return
     worst = off[0]
-    others = [found for found in off if bool(found.where) != bool(worst.where) and _z(found) > EITHER * _z(worst)]
-    likely = sorted([worst, *others[:1]], key=lambda found: found.where)  # that of all torques first
+    others = [scale for scale in off if bool(scale.where) != bool(worst.where) and _z(scale) > EITHER * _z(worst)]
+    likely = sorted([worst, *others[:1]], key=lambda scale: scale.where)  # that of all torques first
     whose = f"{worst.where}'s torques" if worst.where else "the torques"
     whose = f"all torques, or {likely[1].where}'s alone," if others else whose
-    masses = " or ".join(f"{(evidence.mass + found.change[9]) / (1.0 + found.size):.3g}" for found in likely)
-    ratios = " or ".join(f"{1.0 + found.size:.3f} ± {found.sigma:.2g}" for found in likely)
+    masses = " or ".join(f"{(evidence.mass + scale.change[9]) / (1.0 + scale.size):.3g}" for scale in likely)
+    ratios = " or ".join(f"{1.0 + scale.size:.3f} ± {scale.sigma:.2g}" for scale in likely)
     yield error(
         f"{whose} with payload are on another scale: {ratios} times those without; on one scale the mass would be "
         f"{masses} kg: check units, drive gains and what changed in between"
@@ -173,10 +170,9 @@ def motors_apart(evidence: Evidence) -> Iterator[Finding]:
 
     By over {JOINT_SCALE:.0%} and {OWN_SCALE_Z:g} sigma: spoils its gain.
     """
-    off = [found for found in evidence.diagnosis.scales if found.where and _beyond(found, OWN_SCALE_Z)]
-    off = [found for found in off if _z(found) <= JOINT_SCALE_Z]
-    if evidence.gained is not None and off:
-        worst = max(off, key=_z)
+    off = [scale for scale in evidence.diagnosis.scales if scale.where and _beyond(scale, OWN_SCALE_Z)]
+    worst = max((scale for scale in off if _z(scale) <= JOINT_SCALE_Z), key=_z, default=None)
+    if evidence.gained is not None and worst is not None:
         yield warning(
             f"motor {worst.where.split()[1]}: its currents with payload are {1.0 + worst.size:.2f} ± "
             f"{worst.sigma:.2g} times those without: keep the maker's gain there",

@@ -13,12 +13,9 @@ from ..payload.long_motion import Source
 from ..signals.filtering import lowpass, measurement
 from ..signals.rows import Mask, used_rows
 
-BLOCKS = 20
-"""Number of blocks of time that are left out in turn."""
-STRETCH = 3.0
-"""Shortest stretch of time that is judged [s]; shorter ones of good recordings stand out by chance."""
-FEW = 200
-"""Number of states of a recording that are enough to compare readings of it."""
+BLOCKS = 20  # number of blocks of time that are left out in turn
+STRETCH = 3.0  # shortest stretch of time that is judged [s]; shorter ones of good recordings stand out by chance
+FEW = 200  # number of states of a recording that are enough to compare readings of it
 _RATE = 10.0  # Hz
 _MOST = 600  # states of a recording
 _LONGEST = 180.0  # s: of a longer recording the middle is used

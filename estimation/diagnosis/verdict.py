@@ -103,7 +103,6 @@ def diagnose(
     """Look at what no residual of a method shows.
 
     Args:
-        problem: with the recordings themselves, in which faults are searched.
         best: the estimate whose weights of the joints are taken.
         gains: with whose errors joints may disagree.
         description: the robot as it was given, where gains are what is asked for: other readings are then compared
@@ -159,12 +158,7 @@ def robot_verdict(
 ) -> Verdict:
     """Judge a robot's parameters, identified from recordings without payload.
 
-    Args:
-        robot: as described.
-        source: the recordings.
-        equations: of theirs, in blocks of time.
-        estimate: the parameters.
-        free_gains: whether the torques are currents, brought to one unknown scale.
+    ``equations``: in blocks of time; ``free_gains``: whether the torques are currents, brought to an unknown scale.
     """
     states, length = states_of(source), sum(float(one.t[-1] - one.t[0]) for one in source.unloaded)
     own_drives = robot.coupling is None and robot.spring is None  # every drive gives its own joint's torque

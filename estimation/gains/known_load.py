@@ -15,15 +15,10 @@ from ..equations.equations import PAYLOAD
 
 
 class KnownLoad(BodyTable, frozen=True, kw_only=True, dict=True):
-    """Known ones of the payload's ten parameters, in the robot's payload frame.
+    """Known ones of the payload's ten parameters, in the robot's payload frame."""
 
-    Attributes:
-        mass: [kg].
-        mass_sigma: its standard deviation [kg]; the others are known per mass, so that it is one of scale.
-    """
-
-    mass: Real
-    mass_sigma: Real = 0.0
+    mass: Real  # kg
+    mass_sigma: Real = 0.0  # its standard deviation [kg]; the others are known per mass, so that it is one of scale
 
     def __post_init__(self) -> None:
         """Refuse a load without mass, and an inertia without its centre of mass or of no body."""
@@ -92,13 +87,10 @@ def read_known_load(path: str | Path) -> KnownLoad:
 
 
 class Mountings(NamedTuple):
-    """Numbers of the mountings, one for each loaded recording: equal ones share a centre of mass.
-
-    ``numbers``: as given; ``paired``: whether each loaded recording has one without payload of its own.
-    """
+    """Numbers of the mountings, one for each loaded recording: equal ones share a centre of mass."""
 
     numbers: tuple[int, ...] = (1,)
-    paired: bool = True
+    paired: bool = True  # whether each loaded recording has one without payload of its own
 
     @staticmethod
     def of(numbers: Sequence[int], loaded: int, unloaded: int) -> "Mountings":
