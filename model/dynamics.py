@@ -33,8 +33,14 @@ def inverse_dynamics(robot: Robot, sign: Sign = ca.sign) -> ca.Function:
     """
     q, qd, qdd, chi = _symbols(robot)
     value = _parameter_values(robot, chi)
-    rigid = _rigid_body_torque(robot, q, qd, qdd, value)
-    torque = rigid + _drive_torque(robot, DriveState(q, qd, qdd, rigid), value, sign)
+    load = _rigid_body_torque(robot, q, qd, qdd, value)
+    if robot.spring:
+        row = robot.spring.joint - 1
+        load[row] -= robot.spring.torque_symbol(q[row])
+    torque = ca.SX(load)
+    for name, rows in drive_terms(robot.drives, DriveState(q, qd, qdd, load), sign).items():
+        for row, factor in rows.items():
+            torque[row] += factor * value[name]
     return _function("inverse_dynamics", {"q": q, "qd": qd, "qdd": qdd, "chi": chi}, torque, "Gamma")
 
 
@@ -184,23 +190,6 @@ def _coriolis(robot: Robot, q: ca.SX, qd: ca.SX, chi: ca.SX) -> ca.SX:
 def _parameter_values(robot: Robot, chi: ca.SX) -> dict[str, ca.SX]:
     """Map names of the standard parameters to the entries of ``chi``."""
     return dict(zip(standard_columns(robot), ca.vertsplit(chi), strict=True))
-
-
-def _drive_torque(robot: Robot, state: DriveState, value: Mapping[str, ca.SX], sign: Sign = ca.sign) -> ca.SX:
-    """Rotor inertia, friction and offsets less the torque of the spring, n x 1 [N·m or N].
-
-    Args:
-        state: its load the torque of the links alone.
-    """
-    torque = ca.SX.zeros(robot.n)
-    if robot.spring:
-        row = robot.spring.joint - 1
-        torque[row] -= robot.spring.torque_symbol(state.q[row])
-    state = state._replace(load=state.load + torque)
-    for name, rows in drive_terms(robot.drives, state, sign).items():
-        for row, factor in rows.items():
-            torque[row] += factor * value[name]
-    return torque
 
 
 def _rigid_body_torque(robot: Robot, q: ca.SX, qd: ca.SX, qdd: ca.SX, value: Mapping[str, ca.SX]) -> ca.SX:

@@ -105,19 +105,23 @@ def smooth_regressor(robot: Robot, columns: Sequence[str]) -> ca.Function:
     """
     state, terms = _terms(robot)
     width = ca.SX.sym("width")
-    smooth = drive_terms(robot.drives, state, smooth_sign(width))
-    phi = _under_own_load(robot, state, _matrix(robot, columns, terms | smooth))
-    inputs = [state.q, state.qd, state.qdd, width]
-    return ca.Function("smooth_regressor", inputs, [ca.cse(phi)], ["q", "qd", "qdd", "width"], ["Phi"])
+    phi = _matrix(robot, columns, terms | drive_terms(robot.drives, state, smooth_sign(width)))
+    return _under_own_load("smooth_regressor", robot, state, phi, {"width": width})
 
 
 def own_regressor(robot: Robot, columns: Sequence[str]) -> ca.Function:
     """``own_regressor(q, qd, qdd) -> Phi``: ``regressor`` under the load of the robot's own parameters."""
     state, phi = regressor_expression(robot, columns)
-    inputs = [state.q, state.qd, state.qdd]
-    return ca.Function(
-        "own_regressor", inputs, [ca.cse(_under_own_load(robot, state, phi))], ["q", "qd", "qdd"], ["Phi"]
-    )
+    return _under_own_load("own_regressor", robot, state, phi, {})
+
+
+def _under_own_load(name: str, robot: Robot, state: DriveState, phi: ca.SX, more: dict[str, ca.SX]) -> ca.Function:
+    if ca.depends_on(phi, state.load):
+        known = {name: value for name, value in robot.parameters.items() if parameter_kind(name) in INERTIAL}
+        load = load_expression(robot, state, list(known), ca.SX(list(known.values())))
+        phi = ca.substitute(phi, state.load, load)
+    inputs = {"q": state.q, "qd": state.qd, "qdd": state.qdd, **more}
+    return ca.Function(name, [*inputs.values()], [ca.cse(phi)], [*inputs], ["Phi"])
 
 
 def regressor_at(
@@ -143,14 +147,6 @@ def regressor_at(
             for row, values in terms[name].items():
                 W[row, k, part] = values
     return W
-
-
-def _under_own_load(robot: Robot, state: DriveState, phi: ca.SX) -> ca.SX:
-    if not ca.depends_on(phi, state.load):
-        return phi
-    known = {name: value for name, value in robot.parameters.items() if parameter_kind(name) in INERTIAL}
-    load = load_expression(robot, state, list(known), ca.SX(list(known.values())))
-    return ca.substitute(phi, state.load, load)
 
 
 def _matrix(robot: Robot, columns: Sequence[str], terms: dict[str, dict[int, Any]]) -> ca.SX:

@@ -12,23 +12,20 @@ _BLOCK = 4096
 """Samples per block: what is at work stays in the processor's cache."""
 
 
-class NumpyPath:
-    """Evaluates one program."""
+def numpy_rows(program: Program) -> Callable[[Sequence[Array], Array], None]:
+    """Make the function that evaluates a program: of its inputs, and of ``out`` (entries x N), which it fills."""
+    names: dict[str, Any] = {"np": np}
+    exec(python_source(program), names)
 
-    def __init__(self, program: Program) -> None:
-        """Write the program's function, and let Python compile it."""
-        names: dict[str, Any] = {"np": np}
-        exec(python_source(program), names)
-        self._run: Callable[[list[Any], Array], None] = names["run"]
-
-    def rows(self, inputs: Sequence[Array], out: Array) -> None:
-        """Fill ``out`` (entries x N)."""
+    def rows(inputs: Sequence[Array], out: Array) -> None:
         # Silent like compiled code: overflow gives inf and a wrong argument nan.
         with np.errstate(all="ignore"):
             for start in range(0, out.shape[1], _BLOCK):
                 part = slice(start, start + _BLOCK)
-                rows = [row for x in inputs for row in (np.ascontiguousarray(x[part].T) if x.ndim == 2 else x)]
-                self._run(rows, out[:, part])
+                entries = [row for x in inputs for row in (np.ascontiguousarray(x[part].T) if x.ndim == 2 else x)]
+                names["run"](entries, out[:, part])
+
+    return rows
 
 
 def python_source(program: Program) -> str:
