@@ -1,17 +1,10 @@
 from ..common.errors import InputError as InputError
-from . import codegen as codegen
-from . import drives as drives
-from . import dynamics as dynamics
 from . import frames as frames
 from . import friction as friction
-from . import inertia as inertia
-from . import kinematics as kinematics
 from . import motion as motion
-from . import pose as pose
 from . import regressors as regressors
 from . import robot as robot
 from . import stand_in as stand_in
-from . import visibility as visibility
 from .base.closed_form import closed_form_base_parameters as closed_form_base_parameters
 from .base.parameters import BaseParameters as BaseParameters
 from .base.parameters import base_regressor as base_regressor

@@ -86,9 +86,11 @@ def generate_code(robot: Robot, name: str, folder: str | Path) -> tuple[Path, ..
     chi = base.value(known).tolist() if base else [known[column] for column in columns]
     plain = re.sub(r"[^A-Za-z0-9_]", "_", robot.name)
     symbol = f"{plain if plain[:1].isalpha() else f'robot_{plain}'}_{name}"
+    source = [f'#include "{symbol}.h"', "", "#include <math.h>", "", _declaration(function, symbol), "{"]
+    source += [*(f"  {line}" for line in c_body(function)), "}", ""]
     texts = {
         f"{symbol}.h": _header(function, symbol, about),
-        f"{symbol}.c": _source(function, symbol),
+        f"{symbol}.c": "\n".join(source),
         f"{symbol}_example.c": _example(function, symbol, chi),
     }
     folder = Path(folder)
@@ -127,12 +129,6 @@ def _comment(text: str) -> list[str]:
 def _wrapped(text: str) -> list[str]:
     """Break lines at spaces only: a number such as 1e-05 stays whole."""
     return textwrap.wrap(text, 98, subsequent_indent="    ", break_on_hyphens=False, break_long_words=False)
-
-
-def _source(function: ca.Function, symbol: str) -> str:
-    body = [f"  {line}" for line in c_body(function)]
-    head = _declaration(function, symbol)
-    return "\n".join([f'#include "{symbol}.h"', "", "#include <math.h>", "", head, "{", *body, "}", ""])
 
 
 def _example(function: ca.Function, symbol: str, chi: list[float]) -> str:

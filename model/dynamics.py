@@ -34,7 +34,7 @@ def inverse_dynamics(robot: Robot, sign: Sign = ca.sign) -> ca.Function:
     q, qd, qdd, chi = _symbols(robot)
     value = _parameter_values(robot, chi)
     load = _rigid_body_torque(robot, q, qd, qdd, value)
-    if robot.spring is not None:
+    if robot.spring:
         row = robot.spring.joint - 1
         load[row] -= robot.spring.torque_symbol(q[row])
     torque = ca.SX(load)

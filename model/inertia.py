@@ -241,16 +241,17 @@ def payload_spread(values: Array, covariance: Array, indices: Sequence[int]) -> 
     x = np.zeros(10)
     x[list(indices)] = values[list(indices)]
     known = set(indices)
-    if 9 not in known or x[9] == 0.0:
-        mass = float(np.sqrt(C[9, 9])) if 9 in known else np.inf
-        return PayloadSpread(mass, np.full(3, np.inf), np.full((3, 3), np.inf))
+    mass = float(np.sqrt(C[9, 9])) if 9 in known else np.inf
     com, inertia = np.full(3, np.inf), np.full((3, 3), np.inf)
-    sigma = np.sqrt(np.maximum(np.einsum("ik,kl,il->i", J := gradients(x), C, J), 0.0))
-    for k in range(3):
-        if 6 + k in known:
-            com[k] = sigma[k]
+    if 9 not in known or x[9] == 0.0:
+        return PayloadSpread(mass, com, inertia)
+    J = gradients(x)
+    sigma = np.sqrt(np.maximum(np.einsum("ik,kl,il->i", J, C, J), 0.0))
+    for k in known & {6, 7, 8}:
+        com[k - 6] = sigma[k - 6]
     for entry, (i, j) in enumerate(zip(_ROWS, _COLUMNS, strict=True)):
+        # A moment needs the other two first moments, a product its own two.
         needed = {entry, *({6, 7, 8} - {6 + int(i)} if i == j else {6 + int(i), 6 + int(j)})}
         if needed <= known:
             inertia[i, j] = inertia[j, i] = sigma[3 + entry]
-    return PayloadSpread(float(np.sqrt(C[9, 9])), com, inertia)
+    return PayloadSpread(mass, com, inertia)

@@ -67,13 +67,11 @@ class Measurement:
     path: Array | None = None
 
     def __post_init__(self) -> None:
-        """Lock the torques and check their shape."""
-        object.__setattr__(self, "torque", frozen_array(self.torque, self.motion.q.shape, "torque"))
-        if self.spring_before is not None:
-            before = frozen_array(self.spring_before, self.motion.t.shape, "spring_before")
-            object.__setattr__(self, "spring_before", before)
-        if self.path is not None:
-            object.__setattr__(self, "path", frozen_array(self.path, self.motion.q.shape, "path"))
+        """Lock the arrays and check their shapes."""
+        samples, joints = self.motion.t.shape, self.motion.q.shape
+        for name, shape in (("torque", joints), ("spring_before", samples), ("path", joints)):
+            if (array := getattr(self, name)) is not None:
+                object.__setattr__(self, name, frozen_array(array, shape, name))
 
     def between(self, start: int, stop: int) -> "Measurement":
         """Take the samples from ``start`` to before ``stop``."""

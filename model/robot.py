@@ -167,7 +167,7 @@ class Robot(Brief):
     snapped: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        """Snap nearly special geometry, check that drives name joints of this robot."""
+        """Refuse what no robot has and no file can hold; snap nearly special geometry."""
         if not self.joints:
             raise ValueError(f"robot {self.name!r} has no joints")
         if len(self.gravity) != 3 or not all(math.isfinite(value) for value in self.gravity):
@@ -182,7 +182,12 @@ class Robot(Brief):
         slow = self.processing.slow_speed
         if isinstance(slow, tuple) and len(slow) != n:
             raise ValueError(f"slow_speed: give one number, or {n}")
-        self._check_texts()
+        for name in (self.name, *(name for names in self.joint_names for name in names)):
+            if not name.strip() or not name.isprintable():
+                raise ValueError(f"{name!r} is no name: give letters that can be seen")
+        for text in (self.title, self.payload_frame, *self.sources.values()):
+            if holds_control(text):
+                raise ValueError(f"{text[:40]!r} holds control letters: leave them out")
         notes = list(self.snapped)
         object.__setattr__(self, "gravity", _snap_gravity(self.gravity, notes))
         joints = tuple(_snap(joint, j + 1, notes) for j, joint in enumerate(self.joints))
@@ -191,15 +196,6 @@ class Robot(Brief):
         object.__setattr__(self, "parameters", MappingProxyType(dict(self.parameters)))
         object.__setattr__(self, "sources", MappingProxyType(dict(self.sources)))
         self.drives.check(len(joints))
-
-    def _check_texts(self) -> None:
-        """Refuse names that cannot be shown, and texts that no file can hold."""
-        for name in (self.name, *(name for names in self.joint_names for name in names)):
-            if not name.strip() or not name.isprintable():
-                raise ValueError(f"{name!r} is no name: give letters that can be seen")
-        for text in (self.title, self.payload_frame, *self.sources.values()):
-            if holds_control(text):
-                raise ValueError(f"{text[:40]!r} holds control letters: leave them out")
 
     @property
     def n(self) -> int:

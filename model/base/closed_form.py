@@ -27,12 +27,14 @@ about 3e-3 rad from one, effects of the angle squared can be too small for QR to
 """
 
 import math
+from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations, groupby
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ...common.arrays import Array
 from ...common.errors import InputError
@@ -87,7 +89,15 @@ def closed_form_base_parameters(robot: Robot) -> BaseParameters:
     chosen = [k for k, name in enumerate(columns) if name not in dropped]
 
     def grouping(lengths: Mapping[str, float]) -> Array:
-        return _grouping(regroupings, [_with_lengths(joint, lengths) for joint in robot.joints], columns)[chosen]
+        joints = [  # a length that is zero has no name
+            replace(
+                joint,
+                d=lengths.get(joint.names[0], joint.d) if joint.d else 0.0,
+                r=lengths.get(joint.names[1], joint.r) if joint.r else 0.0,
+            )
+            for joint in robot.joints
+        ]
+        return _grouping(regroupings, joints, columns)[chosen]
 
     terms = _second_degree(grouping, names)
     expressions = [
@@ -123,16 +133,20 @@ class Chain:
     Attributes:
         robot: the robot; its gravity is not zero.
         rotation: axes of each frame, n x 3 x 3.
-        origin: origin of each frame [m], n x 3.
+        parallel, orthogonal: whether two joints' axes are parallel or opposite, or at right angles, n x n.
         r1: first revolute joint, n if there is none.
         r2: next revolute joint whose axis is not parallel to that of r1, n if there is none.
+        about_gravity: whether a joint's axis, if revolute, always coincides with that of r1, along gravity, and all
+            earlier ones are parallel to it, shape (n,).
     """
 
     robot: Robot
     rotation: Array
-    origin: Array
+    parallel: NDArray[np.bool_]
+    orthogonal: NDArray[np.bool_]
     r1: int
     r2: int
+    about_gravity: NDArray[np.bool_]
 
     @staticmethod
     def of(robot: Robot) -> "Chain":
@@ -144,31 +158,20 @@ class Chain:
             R, p = R @ change.axes, p + R @ np.array(change.origin)
             frames.append((R, p))
         rotation, origin = (np.array(part) for part in zip(*frames, strict=True))
-        turning = [j for j, joint in enumerate(robot.joints) if joint.revolute]
-        r1 = turning[0] if turning else robot.n
-        apart = (j for j in turning if not _parallel(rotation[j, :, 2], rotation[r1, :, 2]))
-        return Chain(robot, rotation, origin, r1, next(apart, robot.n))
-
-    def axis(self, j: int) -> Array:
-        """Direction of axis ``j``, shape (3,)."""
-        return np.asarray(self.rotation[j, :, 2])
-
-    def parallel(self, i: int, j: int) -> bool:
-        """True if two axes are parallel or opposite."""
-        return _parallel(self.axis(i), self.axis(j))
-
-    def orthogonal(self, i: int, j: int) -> bool:
-        """True if two axes are at right angles."""
-        return abs(float(self.axis(i) @ self.axis(j))) < _ZERO
-
-    def turns_about_gravity(self, j: int) -> bool:
-        """True if revolute axis ``j`` always coincides with that of r1, along gravity, all earlier parallel."""
-        up = np.array(self.robot.gravity) / math.hypot(*self.robot.gravity)
-        aligned = all(_parallel(self.axis(i), up) for i in range(j + 1))
+        axes = rotation[:, :, 2]
+        parallel = _lie_along(axes[:, None], axes)
+        turns = np.array([joint.revolute for joint in robot.joints])
+        r1 = next(iter(np.flatnonzero(turns).tolist()), robot.n)
+        r2 = next((j for j in range(r1, robot.n) if turns[j] and not parallel[j, r1]), robot.n)
+        along_gravity = _lie_along(axes, np.array(robot.gravity) / math.hypot(*robot.gravity))
         # Every revolute axis on the way has to coincide: two offsets may cancel at q = 0 only.
-        on_the_way = [i for i in range(self.r1, j + 1) if self.robot.joints[i].revolute]
-        away = np.cross(self.origin[on_the_way] - self.origin[self.r1], self.axis(self.r1))
-        return aligned and bool(np.abs(away).max(initial=0.0) < _ZERO)
+        apart = turns & ~_lie_along(origin - origin[min(r1, robot.n - 1)], axes[min(r1, robot.n - 1)])
+        about_gravity = np.logical_and.accumulate(along_gravity & ~apart)
+        return Chain(robot, rotation, parallel, np.abs(axes @ axes.T) < _ZERO, r1, r2, about_gravity)
+
+
+def _lie_along(vectors: Array, axes: Array) -> NDArray[np.bool_]:
+    return np.asarray(np.linalg.norm(np.cross(vectors, axes), axis=-1) < _ZERO)
 
 
 def _revolute(chain: Chain, j: int) -> Iterator[Move]:
@@ -178,12 +181,12 @@ def _revolute(chain: Chain, j: int) -> Iterator[Move]:
     if j < chain.r2:
         for kind in ("XX", "XY", "XZ", "YZ"):
             yield Move("revolute before r2: no XX, XY, XZ, YZ", j, kind, {kind: 1.0}, False)
-        if chain.turns_about_gravity(j):
+        if chain.about_gravity[j]:
             for kind in ("MX", "MY"):
                 yield Move("revolute about gravity: no MX, MY", j, kind, {kind: 1.0}, False)
     if j == chain.r1:
         yield Move("rotor of r1 into ZZ", j, "IA", {"IA": 1.0, "ZZ": -1.0}, False)
-    if j == chain.r2 and chain.orthogonal(j, chain.r1):
+    if j == chain.r2 and chain.orthogonal[j, chain.r1]:
         yield Move("rotor of r2 into ZZ", j, "IA", {"IA": 1.0, "ZZ": -1.0}, False)
 
 
@@ -193,20 +196,20 @@ def _prismatic(chain: Chain, j: int) -> Iterator[Move]:
     if j < chain.r1:
         for kind in ("MX", "MY", "MZ"):
             yield Move("prismatic before r1: no MX, MY, MZ", j, kind, {kind: 1.0}, False)
-    elif j < chain.r2 and chain.parallel(j, chain.r1):
+    elif j < chain.r2 and chain.parallel[j, chain.r1]:
         yield Move("prismatic parallel to r1: no MZ", j, "MZ", {"MZ": 1.0}, False)
         for kind in ("MX", "MY"):
             yield Move("prismatic parallel to r1: MX, MY to link j-1", j, kind, {kind: 1.0}, True)
     elif j < chain.r2:
-        components = (chain.rotation[j].T @ chain.axis(chain.r1)).tolist()
+        components = (chain.rotation[j].T @ chain.rotation[chain.r1, :, 2]).tolist()
         along = {kind: value for kind, value in zip(INERTIAL[6:9], components, strict=True) if abs(value) > _ZERO}
         last = list(along)[-1]
         yield Move(f"prismatic not parallel to r1: no {last}", j, last, along, False)
     joints, drives = chain.robot.joints, chain.robot.drives
-    apart = all(chain.parallel(i, j) if joints[i].revolute else chain.orthogonal(i, j) for i in range(j))
+    apart = all(chain.parallel[i, j] if joints[i].revolute else chain.orthogonal[i, j] for i in range(j))
     if j < chain.r2 and apart:
         # A rotor without its mass, carried by a link that is lighter by as much: only gravity can still tell.
-        weight = float(chain.axis(j) @ np.array(chain.robot.gravity))
+        weight = float(chain.rotation[j, :, 2] @ np.array(chain.robot.gravity))
         if abs(weight) <= _ZERO * math.hypot(*chain.robot.gravity):
             yield Move("prismatic rotor into M", j, "IA", {"IA": 1.0, "M": -1.0}, True)
         elif drives.rotor_inertia:
@@ -215,10 +218,6 @@ def _prismatic(chain: Chain, j: int) -> Iterator[Move]:
             yield Move(
                 "prismatic offset into M and IA", j, constant, {"M": 1.0, "IA": -1.0, constant: weight}, True
             )
-
-
-def _parallel(a: Array, b: Array) -> bool:
-    return float(np.linalg.norm(np.cross(a, b))) < _ZERO
 
 
 def _grouping(regroupings: Sequence[Move], joints: Sequence[Joint], columns: Sequence[str]) -> Array:
@@ -249,15 +248,6 @@ def _length_names(robot: Robot) -> list[str]:
                     f"{lengths[name]:g}: give them different names"
                 )
     return sorted(lengths)
-
-
-def _with_lengths(joint: Joint, lengths: Mapping[str, float]) -> Joint:
-    """Give a joint other lengths by name; those that are zero stay."""
-    d, r = (
-        lengths.get(name, value) if value != 0.0 else 0.0
-        for name, value in zip(joint.names, (joint.d, joint.r), strict=True)
-    )
-    return replace(joint, d=d, r=r)
 
 
 def _second_degree(
@@ -297,23 +287,18 @@ def _sum_text(terms: Iterable[tuple[_Monomial, float, str]]) -> str:
     joined = []
     for (product, factor), group in groupby(single, key=lambda term: term[:2]):
         names = [name for _, _, name in group]
-        plain = not product and abs(factor) == 1.0
-        joined += [(product, factor, [name]) for name in names] if plain else [(product, factor, names)]
-    joined.sort(key=lambda term: _factors(term[0], term[2][0])[::-1])
-    text = "".join(_term(*term) for term in joined)
+        apart = not product and abs(factor) == 1.0
+        for some in [[name] for name in names] if apart else [names]:
+            powers = sorted({**Counter(product), some[0]: 1}.items())
+            joined.append((powers, factor, some))
+    text = ""
+    for powers, factor, names in sorted(joined, key=lambda term: term[0][::-1]):
+        bracket = names[0] if len(names) == 1 else f"({'+'.join(names)})"
+        written = [] if abs(factor) == 1.0 else [f"{abs(factor):.6g}"]
+        for name, power in powers:
+            written.append(bracket if name == names[0] else name if power == 1 else f"{name}^{power}")
+        text += f" {'-' if factor < 0 else '+'} {'*'.join(written)}"
     return ("-" if text.startswith(" -") else "") + text[3:]
-
-
-def _factors(product: _Monomial, parameter: str) -> list[tuple[str, int]]:
-    return sorted({**{name: product.count(name) for name in product}, parameter: 1}.items())
-
-
-def _term(product: _Monomial, factor: float, names: list[str]) -> str:
-    written = [] if abs(factor) == 1.0 else [f"{abs(factor):.6g}"]
-    for name, power in _factors(product, names[0]):
-        parameters = name if len(names) == 1 else f"({'+'.join(names)})"
-        written.append(parameters if name == names[0] else name if power == 1 else f"{name}^{power}")
-    return f" {'-' if factor < 0 else '+'} {'*'.join(written)}"
 
 
 def _decided_by_rank(robot: Robot) -> BaseParameters:

@@ -1,5 +1,6 @@
 """Reads a payload from TOML."""
 
+from contextlib import nullcontext
 from pathlib import Path
 from typing import Annotated, Any, cast
 
@@ -45,21 +46,15 @@ def read_payload(path: str | Path) -> InertialParameters:
         InputError: if the file cannot be used, or no body has such parameters.
     """
     data = read_toml(path, dict[str, Any])
-    with naming(path):
-        if "payload" not in data:
-            body = _body(data)
+    with naming(path), at("payload") if "payload" in data else nullcontext():
+        own = convert(data.get("payload", data), dict[str, Any])
+        if set(BodyTable.__struct_fields__) & set(own):
+            body = convert(own, BodyTable).body()
         else:
-            with at("payload"):
-                body = _body(convert(data["payload"], dict[str, Any]))
+            body = InertialParameters(np.array(structs.astuple(convert(own, TenTable))))
     if not body.physically_consistent:
         raise InputError(
             f"{path}: no body has such parameters (smallest eigenvalue of the pseudo-inertia "
             f"{body.min_pseudo_inertia_eigenvalue:.3g}): check the signs, and about which point the inertia is"
         )
     return body
-
-
-def _body(data: dict[str, Any]) -> InertialParameters:
-    if set(BodyTable.__struct_fields__) & set(data):
-        return convert(data, BodyTable).body()
-    return InertialParameters(np.array(structs.astuple(convert(data, TenTable))))

@@ -51,8 +51,8 @@ class Reframed(NamedTuple):
     flange: Pose
 
 
-_Frame = tuple[Array, Array, Array]
-"""Frame as its directions x and z, and its origin."""
+_Line = tuple[Array, Array]
+"""Axis as its direction, of length 1, and a point on it."""
 
 
 def modified_dh(axes: Sequence[JointAxis], flange: Pose) -> Reframed:
@@ -66,31 +66,34 @@ def modified_dh(axes: Sequence[JointAxis], flange: Pose) -> Reframed:
         flange: the flange at the zero pose, in the base.
     """
     lines = [_line(axis) for axis in axes]
-    x, z, origin = zero = _frame_zero(*lines[0])
-    frames: list[Pose] = []
-    joints: list[Joint] = []
-    for j, axis in enumerate(axes):
-        direction, point = lines[j]
+    x, z, origin = _frame_zero(*lines[0])
+    base, frames, joints = _pose(x, z, origin).inverse(), list[Pose](), list[Joint]()
+    for j, (axis, line) in enumerate(zip(axes, lines, strict=True)):
+        direction = line[0]
         # x of the frame before meets this axis at a right angle, so this is where.
-        foot = _foot(origin, direction, point)
-        after = lines[j + 1] if j + 1 < len(axes) else None
-        new = _frame(x, direction, point, foot, after) if after else _last(x, direction, foot, flange)
+        foot = _foot(origin, *line)
+        if j + 1 < len(axes):
+            new_x, new_origin = _common_normal(x, line, lines[j + 1], foot)
+        else:  # the flange where its z axis lies on the last joint's, as near as can be elsewhere
+            wish = flange.R[:, 0]
+            across = np.linalg.norm(np.cross(wish, direction)) > SNAP_ANGLE
+            new_x, new_origin = _perpendicular(direction, wish) if across else x, _foot(flange.p, direction, foot)
         joints.append(
             Joint(
                 axis.kind,
                 alpha=_angle(z, direction, x),
                 d=_along(foot - origin, x),
-                theta=_angle(x, new[0], direction),
-                r=_along(new[2] - foot, direction),
+                theta=_angle(x, new_x, direction),
+                r=_along(new_origin - foot, direction),
                 limits=axis.limits,
             )
         )
-        frames.append(_pose(*new))
-        x, z, origin = new
-    return Reframed(tuple(joints), _pose(*zero).inverse(), tuple(frames), frames[-1].inverse() @ flange)
+        x, z, origin = new_x, direction, new_origin
+        frames.append(_pose(x, z, origin))
+    return Reframed(tuple(joints), base, tuple(frames), frames[-1].inverse() @ flange)
 
 
-def _line(axis: JointAxis) -> tuple[Array, Array]:
+def _line(axis: JointAxis) -> _Line:
     direction = np.array(axis.direction, dtype=float)
     direction = direction / np.linalg.norm(direction)
     special = np.where(np.abs(direction) < SNAP_ANGLE, 0.0, direction)
@@ -102,8 +105,8 @@ def _foot(origin: Array, direction: Array, point: Array) -> Array:
     return np.asarray(point + ((origin - point) @ direction) * direction)
 
 
-def _frame_zero(direction: Array, point: Array) -> _Frame:
-    """Choose frame 0: the base if its x axis meets the first joint's at a right angle, else on the first axis."""
+def _frame_zero(direction: Array, point: Array) -> tuple[Array, Array, Array]:
+    """Choose x, z and origin of frame 0: the base, if its x axis meets the first joint's at a right angle."""
     x = np.array([1.0, 0.0, 0.0])
     origin = np.zeros(3)
     foot = _foot(origin, direction, point)
@@ -122,40 +125,31 @@ def _perpendicular(direction: Array, wish: Array) -> Array:
     return np.asarray(across / np.linalg.norm(across))
 
 
-def _frame(x: Array, direction: Array, point: Array, foot: Array, after: tuple[Array, Array]) -> _Frame:
-    """Frame on an axis with x along the common normal to the next one."""
-    next_direction, there = after
-    normal = np.cross(direction, next_direction)
-    size = float(np.linalg.norm(normal))
-    if size < SNAP_ANGLE:
-        across = there - point - ((there - point) @ direction) * direction
-        apart = float(np.linalg.norm(across))
-        return x if apart < SNAP_LENGTH else _turned(across, x, direction, apart), direction, foot
-    # Nearest point of this axis to the next one.
-    along = float(np.cross(there - point, next_direction) @ normal) / size**2
-    distance = float((there - point) @ normal) / size
-    return _turned(normal, x, direction, distance), direction, point + along * direction
+def _common_normal(x: Array, axis: _Line, after: _Line, foot: Array) -> tuple[Array, Array]:
+    """Choose x, along the common normal of an axis and the next one, and origin of the axis's frame.
 
-
-def _turned(normal: Array, x: Array, direction: Array, apart: float) -> Array:
-    """Turn a normal towards x; if neither direction is near it, towards the next axis.
+    Of both directions it takes the one near the x before; if neither is near it, the one towards the next axis.
 
     Args:
-        normal: along the common normal.
-        apart: signed distance of the next axis along ``normal`` [m].
+        x: of the frame before.
+        foot: where that meets the axis.
     """
-    normal = np.asarray(normal / np.linalg.norm(normal))
+    (direction, point), (next_direction, there) = axis, after
+    normal, between = np.cross(direction, next_direction), there - point
+    size = float(np.linalg.norm(normal))
+    if size < SNAP_ANGLE:
+        normal, origin = between - (between @ direction) * direction, foot
+        size = apart = float(np.linalg.norm(normal))
+        if apart < SNAP_LENGTH:
+            return x, foot
+    else:  # the nearest point to the next axis
+        origin = point + np.cross(between, next_direction) @ normal / size**2 * direction
+        apart = float(between @ normal) / size
+    normal = normal / size
     side = float(normal @ x)
     if abs(side) < 1e-9:
         side = apart if abs(apart) > SNAP_LENGTH else float(np.cross(x, normal) @ direction)
-    return np.asarray(normal if side > 0.0 else -normal)
-
-
-def _last(x: Array, direction: Array, foot: Array, flange: Pose) -> _Frame:
-    """Choose frame n: the flange where its z axis lies on the last joint's, as near as can be elsewhere."""
-    wish = flange.R[:, 0]
-    x = x if np.linalg.norm(np.cross(wish, direction)) < SNAP_ANGLE else _perpendicular(direction, wish)
-    return x, direction, _foot(flange.p, direction, foot)
+    return (normal if side > 0.0 else -normal), origin
 
 
 def _pose(x: Array, z: Array, origin: Array) -> Pose:

@@ -21,35 +21,43 @@ _PRELUDE = """\
 #include <string.h>
 
 #if defined __AVX512F__
-#define LANES 8
-#define ANY(x) (x[0] | x[1] | x[2] | x[3] | x[4] | x[5] | x[6] | x[7])
-#define APART(p, n) p[0], p[n], p[2 * n], p[3 * n], p[4 * n], p[5 * n], p[6 * n], p[7 * n]
+enum { LANES = 8 };
 #elif defined __AVX__
-#define LANES 4
-#define ANY(x) (x[0] | x[1] | x[2] | x[3])
-#define APART(p, n) p[0], p[n], p[2 * n], p[3 * n]
+enum { LANES = 4 };
 #else
-#define LANES 2
-#define ANY(x) (x[0] | x[1])
-#define APART(p, n) p[0], p[n]
+enum { LANES = 2 };
 #endif
+#define EACH_LANE(statement) { _Pragma("GCC unroll 8") for (int k_ = 0; k_ < LANES; ++k_) statement; }
 typedef double reals __attribute__((vector_size(8 * LANES)));
 typedef long long wholes __attribute__((vector_size(8 * LANES)));
 
-static inline reals vload(const double *p, long long step) { return (reals){APART(p, step)}; }
+static inline reals vload(const double *p, long long step) { reals x; EACH_LANE(x[k_] = p[k_ * step]) return x; }
 static inline void vstore(double *p, reals x) { memcpy(p, &x, sizeof x); }
 static inline reals vsplat(double x) { return x - (reals){0}; }
 static inline reals vkeep(wholes mask, reals x) { return (reals)(mask & (wholes)x); }
 static inline reals vselect(wholes mask) { return vkeep(mask, vsplat(1.0)); }
-#define veach(f, x) ({ reals a_ = (x), r_; for (int k_ = 0; k_ < LANES; ++k_) r_[k_] = f(a_[k_]); r_; })
-#define vpair(f, x, y) \\
-  ({ reals a_ = (x), b_ = (y), r_; for (int k_ = 0; k_ < LANES; ++k_) r_[k_] = f(a_[k_], b_[k_]); r_; })
+#define veach(f, x) ({ reals a_ = (x), r_; EACH_LANE(r_[k_] = f(a_[k_])) r_; })
+#define vpair(f, x, y) ({ reals a_ = (x), b_ = (y), r_; EACH_LANE(r_[k_] = f(a_[k_], b_[k_])) r_; })
 
 /* Cosine and sine: reduction by multiples of pi/2 in three parts, Taylor series on [-pi/4, pi/4]
    (remainder below 1e-18). Beyond 1e5 rad the C library answers. */
+static const double SINE[] = {
+  1.0 / 355687428096000.0, -1.0 / 1307674368000.0, 1.0 / 6227020800.0, -1.0 / 39916800.0,
+  1.0 / 362880.0, -1.0 / 5040.0, 1.0 / 120.0, -1.0 / 6.0};
+static const double COSINE[] = {
+  1.0 / 20922789888000.0, -1.0 / 87178291200.0, 1.0 / 479001600.0, -1.0 / 3628800.0,
+  1.0 / 40320.0, -1.0 / 720.0, 1.0 / 24.0};
+static inline reals vseries(reals z, const double *factors, int count) {
+  reals sum = vsplat(factors[0]);
+#pragma GCC unroll 8
+  for (int k = 1; k < count; ++k) sum = sum * z + factors[k];
+  return sum;
+}
 static inline int vhuge(reals x) {
   wholes far = (x > 1e5) | (x < -1e5) | (x != x);
-  return ANY(far) != 0;
+  long long any = 0;
+  EACH_LANE(any |= far[k_])
+  return any != 0;
 }
 static inline reals vturn(reals x, int quarter) {
   const double magic = 6755399441055744.0; /* 1.5 * 2^52: adding it rounds to a whole number */
@@ -60,21 +68,8 @@ static inline reals vturn(reals x, int quarter) {
   r = r - turns * 6.07710050630396597660e-11;
   r = r - turns * 2.02226624879595063154e-21;
   reals z = r * r;
-  reals s = z * (1.0 / 355687428096000.0) - 1.0 / 1307674368000.0;
-  s = s * z + 1.0 / 6227020800.0;
-  s = s * z - 1.0 / 39916800.0;
-  s = s * z + 1.0 / 362880.0;
-  s = s * z - 1.0 / 5040.0;
-  s = s * z + 1.0 / 120.0;
-  s = s * z - 1.0 / 6.0;
-  s = r + r * z * s;
-  reals c = z * (1.0 / 20922789888000.0) - 1.0 / 87178291200.0;
-  c = c * z + 1.0 / 479001600.0;
-  c = c * z - 1.0 / 3628800.0;
-  c = c * z + 1.0 / 40320.0;
-  c = c * z - 1.0 / 720.0;
-  c = c * z + 1.0 / 24.0;
-  c = 1.0 - (0.5 * z - z * z * c);
+  reals s = r + r * z * vseries(z, SINE, 8);
+  reals c = 1.0 - (0.5 * z - z * z * vseries(z, COSINE, 7));
   wholes odd = -(k & 1);
   reals y = (reals)((odd & (wholes)c) | (~odd & (wholes)s));
   return (reals)((wholes)y ^ ((k & 2) << 62));

@@ -1,7 +1,8 @@
 """Evaluation of one CasADi function on N samples, structure of arrays."""
 
 import warnings
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -9,8 +10,10 @@ import numpy as np
 from ...common.arrays import Array
 from .c_path import CPath, aligned_empty
 from .cache import CompilerUnavailable
-from .numpy_path import NumpyPath
-from .program import read_program
+from .program import OPERATIONS, Program, read_program
+
+_BLOCK = 4096
+"""Samples per block: what is at work stays in the processor's cache."""
 
 
 class Kernel:
@@ -36,18 +39,20 @@ class Kernel:
         self._outputs = len(program.outputs)
         rows, columns = function.sparsity_out(0).get_triplet()
         self.rows, self.columns = np.array(rows, dtype=int), np.array(columns, dtype=int)
-        self._path: CPath | NumpyPath
+        self._compiled: CPath | None = None
+        self._rows: Callable[[Sequence[Array], Array], None]
         try:
-            self._path = CPath(program)
+            self._compiled = CPath(program)
+            self._rows = self._compiled.rows
         except CompilerUnavailable as reason:
             if "failed" in str(reason):
                 warnings.warn(f"{reason}; NumPy does the work instead", RuntimeWarning, stacklevel=1)
-            self._path = NumpyPath(program)
+            self._rows = numpy_rows(program)
 
     @property
     def compiled(self) -> bool:
         """True if compiled code does the work."""
-        return isinstance(self._path, CPath)
+        return self._compiled is not None
 
     def __call__(self, *inputs: Array, out: Array | None = None) -> Array:
         """Evaluate on N samples.
@@ -64,9 +69,12 @@ class Kernel:
             ValueError: if the inputs or ``out`` do not fit the function.
         """
         samples = self._samples(inputs)
-        result = _room(out, (self._outputs, samples))
+        shape = (self._outputs, samples)
+        if out is not None and (out.shape != shape or out.dtype != np.float64 or not out.flags.c_contiguous):
+            raise ValueError(f"out must be a C-contiguous float array of shape {shape}, got {out.shape}")
+        result = aligned_empty(shape) if out is None else out
         if samples:
-            self._path.rows([np.ascontiguousarray(x, dtype=np.float64) for x in inputs], result)
+            self._rows([np.ascontiguousarray(x, dtype=np.float64) for x in inputs], result)
         return result
 
     def chain(self, state: Array, *inputs: Array) -> Array:
@@ -90,11 +98,11 @@ class Kernel:
             raise ValueError(f"inputs must have one number of steps and a state of two axes, got {steps or 'none'}")
         self._samples([state, *(x[0] if x.ndim == 3 else x for x in ready)])
         out = np.empty((steps.pop(), self._outputs, len(state)))
-        if isinstance(self._path, CPath):
+        if self._compiled is not None:
             # Copied where the values of a step do not lie side by side.
             contiguous = [(x[:1] if x.ndim == 3 else x).flags.c_contiguous for x in ready]
             ready = [x if fine else np.ascontiguousarray(x) for x, fine in zip(ready, contiguous, strict=True)]
-            self._path.chain(np.array(state, dtype=np.float64), ready, out)
+            self._compiled.chain(np.array(state, dtype=np.float64), ready, out)
             return out
         # NumPy's way through a function, one call an operation, would take far longer for so few samples at once.
         symbols = [ca.SX.sym("x", size) for size in self._sizes]
@@ -117,9 +125,31 @@ class Kernel:
         return counts.pop() if counts else 1
 
 
-def _room(out: Array | None, shape: tuple[int, ...]) -> Array:
-    if out is None:
-        return aligned_empty(shape)
-    if out.shape != shape or out.dtype != np.float64 or not out.flags.c_contiguous:
-        raise ValueError(f"out must be a C-contiguous float array of shape {shape}, got {out.shape}")
-    return out
+def numpy_rows(program: Program) -> Callable[[Sequence[Array], Array], None]:
+    """Make the function that evaluates a program: of its inputs, and of ``out`` (entries x N), which it fills."""
+    names: dict[str, Any] = {"np": np}
+    exec(python_source(program), names)
+
+    def rows(inputs: Sequence[Array], out: Array) -> None:
+        # Silent like compiled code: overflow gives inf and a wrong argument nan.
+        with np.errstate(all="ignore"):
+            for start in range(0, out.shape[1], _BLOCK):
+                part = slice(start, start + _BLOCK)
+                entries = [row for x in inputs for row in (np.ascontiguousarray(x[part].T) if x.ndim == 2 else x)]
+                names["run"](entries, out[:, part])
+
+    return rows
+
+
+def python_source(program: Program) -> str:
+    """Write ``run(rows, out)``, of a row for each input's entry; each value is forgotten after its last use."""
+    lines = [f"x{k} = rows[{row}]" for k, row in program.inputs.items()]
+    lines += [f"x{k} = np.float64('{value!r}')" for k, value in program.constants.items()]
+    last = {value: k for k, step in enumerate(program.steps) for value in step.arguments}
+    for k, step in enumerate(program.steps):
+        values = [f"x{value}" for value in step.arguments]
+        lines.append(f"x{step.result} = {OPERATIONS[step.name].numpy.format(*values)}")
+        used = set(step.arguments) - set(program.outputs)
+        lines += [f"del x{value}" for value in sorted(used) if last[value] == k]
+    lines += [f"out[{row}] = x{k}" for row, k in enumerate(program.outputs)]
+    return "\n    ".join(["def run(rows, out):", *lines, "return"])
