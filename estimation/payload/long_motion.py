@@ -40,8 +40,7 @@ from ..fit.settings import DEFAULTS, Settings
 from ..signals.alignment import AlignedPair
 from ..signals.plausibility import check_apart, check_recordings
 from .pairs import PairedMeasurement, cut_alike, side_by_side, torque_change
-from .result import in_payload_frame
-from .under_load import friction_changes, robot_of, with_changes, with_scale
+from .under_load import friction_changes, robot_of
 
 
 class Source(NamedTuple):
@@ -150,19 +149,6 @@ class LongMotion(Brief):
         if robot is None or not self.inflation:
             return {}
         return friction_changes(robot, self.inflation, self.settings.friction_change)
-
-    def under_load(self, friction: bool = True) -> tuple[Equations, dict[str, SoftPrior]]:
-        """[W W_L], the payload in its frame, and columns near zero for all that may be another one under load.
-
-        Args:
-            friction: with the changes of friction; else of the torques' scale alone, where that may be another.
-        """
-        loaded, near = self.loaded, dict[str, SoftPrior]()
-        if self.settings.scale_sigma > 0.0:
-            role = SoftPrior(self.settings.scale_sigma, max(self.inflation, default=1.0))
-            loaded, near = with_scale(loaded, self.robot_known, role)
-        loaded, changes = with_changes(in_payload_frame(self.robot, loaded), self.friction if friction else {})
-        return loaded, near | changes
 
     @cached_property
     def both(self) -> Equations:
