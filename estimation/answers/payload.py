@@ -279,7 +279,7 @@ def weigh(
         )
     settings.progress("estimating")
     first, *others = problems
-    return answer_payload(first, constraints=constraints, gains=settings.gains, others=others).result
+    return answer_payload(first, constraints=constraints, others=others).result
 
 
 def check_lists(*groups: Sequence[Recording]) -> None:
@@ -322,16 +322,14 @@ def answer_payload(
         SolverError: if by no method a payload was found that holds the constraints; what speaks against the
             recordings is named with it.
     """
-    if isinstance(problem, LongMotion):
-        methods = problem.settings.methods if methods is None else methods
-        gains = problem.settings.gains if gains is None else gains
+    methods = problem.settings.methods if methods is None else methods
+    recordings = (*problem.source.unloaded, *problem.source.loaded)
+    gains = gains or problem.settings.gains or usual_gains(problem.robot, recordings)
     scale = next((known for known in constraints if isinstance(known, KnownMass)), None)
     free, left_out = _identified(problem, methods, scale)
     repeats = repeats_of(problem, scale)
     if repeats is not None:  # the scatter of repeated recordings beyond their own
         free = [widened(estimate, repeats.excess) for estimate in free]
-    if gains is None:
-        gains = usual_gains(problem.robot, (*problem.source.unloaded, *problem.source.loaded))
     # Errors that are assumed, not known, excuse no joint that disagrees: they never shorten an interval.
     diagnosis = diagnose(problem, by_all_recordings(free), None if gains is not None and gains.assumed else gains)
     free = [allowing_for(estimate, diagnosis) for estimate in free]
@@ -345,7 +343,7 @@ def answer_payload(
     for estimate in free:
         hard = [known for known in constraints if not (isinstance(known, KnownMass) and estimate.from_scale)]
         try:
-            if estimate.complete:
+            if len(estimate.indices) == len(PAYLOAD):
                 constrained.append(constrain_payload(estimate, hard, gains))
         except SolverError as error:
             failures[estimate.method] = error

@@ -176,8 +176,6 @@ class LongMotion(Brief):
             InputError: if there are fewer than two blocks.
         """
         loaded, unloaded = len(self.loaded.blocks), len(self.unloaded.blocks) if self.unloaded else 0
-        if not loaded:
-            raise InputError("robust standard deviations need recordings in blocks of time")
         check_blocks(loaded, unloaded or loaded)
         if self.paired:
             return (tuple((b, b if unloaded else -1) for b in range(loaded)),)
