@@ -24,9 +24,8 @@ from ..equations.equations import PAYLOAD, Equations, merged
 from ..fit.covariance import NORMAL95, student95
 from ..fit.drive_gains import Gains, usual_gains
 from ..fit.essential import Elimination
-from ..fit.estimate import Estimate, Fit, error_model, fit
+from ..fit.estimate import Estimate, Fit, error_model
 from ..fit.least_squares import Excitation, excitation, weighted
-from ..fit.own_equations import base_problem
 from ..fit.settings import DEFAULTS, Settings
 from ..payload.by_joints import ByJoints
 from ..payload.long_motion import LongMotion, payload_problem
@@ -56,7 +55,7 @@ from ..results import parts
 from ..results import payload as documents
 from ..results.payload import PayloadResult
 from ..results.robot import RobotResult
-from .identification import elimination_warnings
+from .identification import elimination_warnings, held_out_fit
 from .system import DRAWN, TorquePrediction, payload_prediction, robot_prediction
 
 _VAGUE = "not measured well enough"
@@ -333,11 +332,9 @@ def answer_payload(
     # Errors that are assumed, not known, excuse no joint that disagrees: they never shorten an interval.
     diagnosis = diagnose(problem, by_all_recordings(free), None if gains is not None and gains.assumed else gains)
     free = [allowing_for(estimate, diagnosis) for estimate in free]
-    validation = None
-    if held_out and problem.robot_estimate is not None:
-        settings = Settings(problem.source.processing, robust=False)
-        unseen = base_problem(problem.robot, problem.base, held_out, settings, False, problem.robot_estimate.values)
-        validation = fit(unseen, problem.robot_estimate.values)
+    robot, validation = problem.robot_estimate, None
+    if robot is not None:
+        validation = held_out_fit(problem.robot, problem.base, robot, held_out, problem.settings)
     constrained: list[ConstrainedPayload] = []
     failures: dict[int, SolverError] = {}
     for estimate in free:
