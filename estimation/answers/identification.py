@@ -279,13 +279,11 @@ def held_out_fit(
     return fit(unseen, estimate.values)
 
 
-def identification_system(
-    result: Identification, recordings: Sequence[Recording], processing: Processing
-) -> ObservationSystem:
-    """Build the system behind an identification of these recordings, in the robot's base parameters."""
+def identification_system(result: Identification) -> ObservationSystem:
+    """Build the system behind an identification, in the robot's base parameters."""
     observer = Observer(result.robot, result.base.columns).at(result.estimate.values)
-    observers, loaded = [observer] * len(recordings), [False] * len(recordings)
-    return joined(observers, recordings, loaded, result.estimate.weights, result.problem, processing)
+    recordings = [(observer, recording, False) for recording in result.recordings]
+    return joined(recordings, result.estimate.weights, result.problem, result.processing)
 
 
 def robot_result(
