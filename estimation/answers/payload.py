@@ -350,23 +350,26 @@ def answer_payload(
     best = next(estimate for estimate in shown if estimate.method == method)
     possible = next((payload for payload in constrained if payload.method == method), None)
     model = error_model(best.estimate, gains)
+    ten, spread, intervals = _reported(best, possible, model, scale)
     answer = PayloadAnswer(
-        problem,
-        tuple(shown),
-        tuple(constrained),
-        left_out | {failed: str(error) for failed, error in failures.items()},
-        diagnosis.by_joints,
-        (method, reason),
-        best,
-        possible,
-        model,
-        *_reported(best, possible, model, scale),
-        scale,
-        gains,
-        validation,
-        tuple(held_out),
-        _other_ways(problem, others, scale),
-        repeats,
+        problem=problem,
+        estimates=tuple(shown),
+        constrained=tuple(constrained),
+        left_out=left_out | {failed: str(error) for failed, error in failures.items()},
+        by_joints=diagnosis.by_joints,
+        recommendation=(method, reason),
+        free=best,
+        possible=possible,
+        model=model,
+        ten=ten,
+        spread=spread,
+        intervals=intervals,
+        scale=scale,
+        gains=gains,
+        validation=validation,
+        held_out=tuple(held_out),
+        agreement=_other_ways(problem, others, scale),
+        repeats=repeats,
     )
     verdict = judge(_evidence(answer, free, diagnosis))
     if failures and not constrained:
