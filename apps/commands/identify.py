@@ -128,7 +128,7 @@ def run(
     told = estimation.robot_result(result, possible, tuple(map(report.documents.rollout_document, rollouts)))
     shown = report.robot_report(told, rollouts, files.document)
     files.give(shown, lambda: told, setup.in_words())
-    files.write_equations(lambda: estimation.identification_system(result, recordings, setup.processing))
+    files.write_equations(lambda: estimation.identification_system(result))
     return answered(result.verdict.level)
 
 

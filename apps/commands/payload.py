@@ -115,7 +115,7 @@ def run(
 
     shown = report.payload_report(answer.result, files.document)
     files.give(shown, lambda: answer.result, setup.in_words())
-    files.write_equations(lambda: estimation.payload_system(problem, loaded, unloaded, setup.processing))
+    files.write_equations(lambda: estimation.payload_system(problem))
     files.write_view(lambda: views.view_of_answer(setup.robot, loaded[0], answer.result))
     return answered(answer.verdict.level)
 

@@ -253,11 +253,6 @@ def identify(
             estimate, part = over_blocks(estimate), over_blocks(part)
         except InputError as error:
             reason = str(error)
-    check = None
-    if validation:
-        unseen_settings = replace(settings, robust=False)
-        unseen = base_problem(robot, base, validation, unseen_settings, False, estimate.values)
-        check = fit(unseen, estimate.values)
     return Identification(
         robot=robot,
         base=base,
@@ -267,20 +262,28 @@ def identify(
         processing=settings.processing_of(robot),
         without_robust=reason,
         gains=gains,
-        validation=check,
+        validation=held_out_fit(robot, base, estimate, validation, settings),
         recordings=tuple(recordings),
         held_out=tuple(validation),
         choices=choices,
     )
 
 
-def identification_system(
-    result: Identification, recordings: Sequence[Recording], processing: Processing
-) -> ObservationSystem:
-    """Build the system behind an identification of these recordings, in the robot's base parameters."""
+def held_out_fit(
+    robot: Robot, base: BaseParameters, estimate: Estimate, recordings: Sequence[Recording], settings: Settings
+) -> Fit | None:
+    """Fit of the robot's parameters to recordings without payload that were held out; None without any."""
+    if not recordings:
+        return None
+    unseen = base_problem(robot, base, recordings, replace(settings, robust=False), False, estimate.values)
+    return fit(unseen, estimate.values)
+
+
+def identification_system(result: Identification) -> ObservationSystem:
+    """Build the system behind an identification, in the robot's base parameters."""
     observer = Observer(result.robot, result.base.columns).at(result.estimate.values)
-    observers, loaded = [observer] * len(recordings), [False] * len(recordings)
-    return joined(observers, recordings, loaded, result.estimate.weights, result.problem, processing)
+    recordings = [(observer, recording, False) for recording in result.recordings]
+    return joined(recordings, result.estimate.weights, result.problem, result.processing)
 
 
 def robot_result(

@@ -24,9 +24,8 @@ from ..equations.equations import PAYLOAD, Equations, merged
 from ..fit.covariance import NORMAL95, student95
 from ..fit.drive_gains import Gains, usual_gains
 from ..fit.essential import Elimination
-from ..fit.estimate import Estimate, Fit, error_model, fit
+from ..fit.estimate import Estimate, Fit, error_model
 from ..fit.least_squares import Excitation, excitation, weighted
-from ..fit.own_equations import base_problem
 from ..fit.settings import DEFAULTS, Settings
 from ..payload.by_joints import ByJoints
 from ..payload.long_motion import LongMotion, payload_problem
@@ -56,7 +55,7 @@ from ..results import parts
 from ..results import payload as documents
 from ..results.payload import PayloadResult
 from ..results.robot import RobotResult
-from .identification import elimination_warnings
+from .identification import elimination_warnings, held_out_fit
 from .system import DRAWN, TorquePrediction, payload_prediction, robot_prediction
 
 _VAGUE = "not measured well enough"
@@ -279,7 +278,7 @@ def weigh(
         )
     settings.progress("estimating")
     first, *others = problems
-    return answer_payload(first, constraints=constraints, gains=settings.gains, others=others).result
+    return answer_payload(first, constraints=constraints, others=others).result
 
 
 def check_lists(*groups: Sequence[Recording]) -> None:
@@ -322,30 +321,26 @@ def answer_payload(
         SolverError: if by no method a payload was found that holds the constraints; what speaks against the
             recordings is named with it.
     """
-    if isinstance(problem, LongMotion):
-        methods = problem.settings.methods if methods is None else methods
-        gains = problem.settings.gains if gains is None else gains
+    methods = problem.settings.methods if methods is None else methods
+    recordings = (*problem.source.unloaded, *problem.source.loaded)
+    gains = gains or problem.settings.gains or usual_gains(problem.robot, recordings)
     scale = next((known for known in constraints if isinstance(known, KnownMass)), None)
     free, left_out = _identified(problem, methods, scale)
     repeats = repeats_of(problem, scale)
     if repeats is not None:  # the scatter of repeated recordings beyond their own
         free = [widened(estimate, repeats.excess) for estimate in free]
-    if gains is None:
-        gains = usual_gains(problem.robot, (*problem.source.unloaded, *problem.source.loaded))
     # Errors that are assumed, not known, excuse no joint that disagrees: they never shorten an interval.
     diagnosis = diagnose(problem, by_all_recordings(free), None if gains is not None and gains.assumed else gains)
     free = [allowing_for(estimate, diagnosis) for estimate in free]
-    validation = None
-    if held_out and problem.robot_estimate is not None:
-        settings = Settings(problem.source.processing, robust=False)
-        unseen = base_problem(problem.robot, problem.base, held_out, settings, False, problem.robot_estimate.values)
-        validation = fit(unseen, problem.robot_estimate.values)
+    robot, validation = problem.robot_estimate, None
+    if robot is not None:
+        validation = held_out_fit(problem.robot, problem.base, robot, held_out, problem.settings)
     constrained: list[ConstrainedPayload] = []
     failures: dict[int, SolverError] = {}
     for estimate in free:
         hard = [known for known in constraints if not (isinstance(known, KnownMass) and estimate.from_scale)]
         try:
-            if estimate.complete:
+            if len(estimate.indices) == len(PAYLOAD):
                 constrained.append(constrain_payload(estimate, hard, gains))
         except SolverError as error:
             failures[estimate.method] = error
@@ -355,23 +350,26 @@ def answer_payload(
     best = next(estimate for estimate in shown if estimate.method == method)
     possible = next((payload for payload in constrained if payload.method == method), None)
     model = error_model(best.estimate, gains)
+    ten, spread, intervals = _reported(best, possible, model, scale)
     answer = PayloadAnswer(
-        problem,
-        tuple(shown),
-        tuple(constrained),
-        left_out | {failed: str(error) for failed, error in failures.items()},
-        diagnosis.by_joints,
-        (method, reason),
-        best,
-        possible,
-        model,
-        *_reported(best, possible, model, scale),
-        scale,
-        gains,
-        validation,
-        tuple(held_out),
-        _other_ways(problem, others, scale),
-        repeats,
+        problem=problem,
+        estimates=tuple(shown),
+        constrained=tuple(constrained),
+        left_out=left_out | {failed: str(error) for failed, error in failures.items()},
+        by_joints=diagnosis.by_joints,
+        recommendation=(method, reason),
+        free=best,
+        possible=possible,
+        model=model,
+        ten=ten,
+        spread=spread,
+        intervals=intervals,
+        scale=scale,
+        gains=gains,
+        validation=validation,
+        held_out=tuple(held_out),
+        agreement=_other_ways(problem, others, scale),
+        repeats=repeats,
     )
     verdict = judge(_evidence(answer, free, diagnosis))
     if failures and not constrained:

@@ -13,7 +13,6 @@ from ...model.regressors import payload_columns
 from ..equations.equations import PAYLOAD, Equations
 from ..equations.observer import Observer
 from ..fit.blocks import autocorrelation
-from ..fit.own_equations import filtered
 from ..payload.long_motion import LongMotion
 from ..payload.methods import PayloadProblem, combined, from_robot
 from ..signals.filtering import measurement
@@ -143,42 +142,37 @@ class ObservationSystem(Brief):
     known: Array | None = None  # values of the first columns that are known from an earlier identification
 
 
-def payload_system(
-    problem: LongMotion, loaded: Sequence[Recording], unloaded: Sequence[Recording], processing: Processing
-) -> ObservationSystem:
+def payload_system(problem: LongMotion) -> ObservationSystem:
     """Build the system of method 4, (30): base parameters, then the payload's ten in ``robot.last_frame``.
 
     Rows of unloaded recordings have zeros in the payload's columns; without any it is the system of method 1, (22),
     with the robot's stored values as ``known``.
     """
-    if problem.unloaded is not None:
-        weights, reduced, known = combined(problem).weights, problem.both, None
-    else:
-        weights, reduced, known = from_robot(problem).weights(), problem.loaded, problem.known
-    observer, robot = _loaded_observer(problem), problem.robot_estimate
-    recordings, flags = [*unloaded, *loaded], [False] * len(unloaded) + [True] * len(loaded)
+    source, robot, observer = problem.source, problem.robot_estimate, _loaded_observer(problem)
     own = robot.values if robot is not None else np.zeros(len(problem.base.columns))
-    observers = [observer.at(np.append(own, problem.carried * flag)) for flag in flags]
-    system = joined(observers, recordings, flags, weights, reduced, processing)
-    return replace(system, known=known.values if known is not None else None)
+    without, under_load = (observer.at(np.append(own, ten)) for ten in (0.0 * problem.carried, problem.carried))
+    recordings = [(without, recording, False) for recording in source.unloaded]
+    recordings += [(under_load, recording, True) for recording in source.loaded]
+    if problem.unloaded is not None:
+        return joined(recordings, combined(problem).weights, problem.both, source.processing)
+    system = joined(recordings, from_robot(problem).weights(), problem.loaded, source.processing)
+    return replace(system, known=problem.known.values if problem.known is not None else None)
 
 
 def joined(
-    observers: Sequence[Observer],
-    recordings: Sequence[Recording],
-    loaded: Sequence[bool],
+    recordings: Sequence[tuple[Observer, Recording, bool]],
     weights: Array,
     reduced: Equations,
     processing: Processing,
 ) -> ObservationSystem:
-    """Join recordings to one system, each held whole; ``loaded``: whether each is with payload."""
+    """Join recordings, each with its observer and whether it is with payload, to one system that is held whole."""
     robot_only = np.array([name not in PAYLOAD for name in reduced.columns], dtype=float)
     rows = []
-    for k, data in enumerate(filtered(recordings, processing)):
-        one, columns = observers[k].observe(data, processing), 1.0 if loaded[k] else robot_only
+    for k, (observer, recording, loaded) in enumerate(recordings):
+        one = observer.observe(measurement(recording, processing), processing)
         for j, (W, Y, t) in enumerate(zip(one.W, one.Y, one.t, strict=True), start=1):
-            places = np.full(len(Y), j), np.full(len(Y), k), t, np.full(len(Y), loaded[k])
-            rows.append((W * columns, Y, *places))
+            places = np.full(len(Y), j), np.full(len(Y), k), t, np.full(len(Y), loaded)
+            rows.append((W if loaded else W * robot_only, Y, *places))
     W, Y, joint, number, t, flags = (np.concatenate(arrays) for arrays in zip(*rows, strict=True))
-    sources = tuple(recording.source for recording in recordings)
+    sources = tuple(recording.source for _, recording, _ in recordings)
     return ObservationSystem(reduced.columns, W, Y, joint, number, t, flags, sources, weights, reduced)

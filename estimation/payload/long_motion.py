@@ -41,8 +41,7 @@ from ..fit.settings import DEFAULTS, Settings
 from ..signals.alignment import AlignedPair
 from ..signals.plausibility import check_apart, check_recordings
 from .pairs import PairedMeasurement, cut_alike, side_by_side, torque_change
-from .result import in_payload_frame
-from .under_load import friction_changes, robot_of, with_changes, with_scale
+from .under_load import friction_changes, robot_of
 
 
 class Source(NamedTuple):
@@ -152,19 +151,6 @@ class LongMotion(Brief):
             return {}
         return friction_changes(robot, self.inflation, self.settings.friction_change)
 
-    def under_load(self, friction: bool = True) -> tuple[Equations, dict[str, SoftPrior]]:
-        """[W W_L], the payload in its frame, and columns near zero for all that may be another one under load.
-
-        Args:
-            friction: with the changes of friction; else of the torques' scale alone, where that may be another.
-        """
-        loaded, near = self.loaded, dict[str, SoftPrior]()
-        if self.settings.scale_sigma > 0.0:
-            role = SoftPrior(self.settings.scale_sigma, max(self.inflation, default=1.0))
-            loaded, near = with_scale(loaded, self.robot_known, role)
-        loaded, changes = with_changes(in_payload_frame(self.robot, loaded), self.friction if friction else {})
-        return loaded, near | changes
-
     @cached_property
     def both(self) -> Equations:
         """Join the equations of (30), robot and payload together, columns base, then ``PAYLOAD``."""
@@ -191,8 +177,6 @@ class LongMotion(Brief):
             InputError: if there are fewer than two blocks.
         """
         loaded, unloaded = len(self.loaded.blocks), len(self.unloaded.blocks) if self.unloaded else 0
-        if not loaded:
-            raise InputError("robust standard deviations need recordings in blocks of time")
         check_blocks(loaded, unloaded or loaded)
         if self.paired:
             return (tuple((b, b if unloaded else -1) for b in range(loaded)),)

@@ -4,7 +4,7 @@ chi are the robot's base parameters, W their columns; chi_L the payload's ten, W
 (estimated with them), fixed (known, with a covariance) or given a soft prior at zero or at what is known.
 """
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import chain
 from typing import Protocol
@@ -24,12 +24,12 @@ from ..fit.covariance import FEW, RobustCovariance, Rule, jackknife, naming_bloc
 from ..fit.essential import Elimination, StopRule, eliminate
 from ..fit.estimate import Estimate, fit
 from ..fit.least_squares import weighted
-from ..fit.linear_problem import LinearProblem, left_out
+from ..fit.linear_problem import LinearProblem, SoftPrior, left_out
 from ..possible.constraints import KnownMass
 from .long_motion import LongMotion
 from .result import PayloadEstimate, frame_change, in_payload_frame
 from .short_motion import ShortMotion
-from .under_load import known_path
+from .under_load import known_path, with_changes, with_scale
 
 PayloadProblem = LongMotion | ShortMotion
 
@@ -60,9 +60,9 @@ def from_robot(motion: LongMotion) -> LinearProblem:
     """
     free_friction = motion.settings.free_friction
     if motion.corrected and not free_friction:
-        loaded, changes = motion.under_load()
+        loaded, changes = under_load(motion, motion.friction)
         return LinearProblem(loaded, PAYLOAD, soft=changes, prior=motion.robot_prior)
-    loaded, scale = motion.under_load(friction=False)
+    loaded, scale = under_load(motion, {})
     robot = motion.robot_known
     rigid = [name for name in robot.names if not is_friction(name)]
     return LinearProblem(loaded, PAYLOAD, (robot.part(rigid) if free_friction else robot,), scale)
@@ -184,8 +184,21 @@ def global_fit(motion: LongMotion) -> LinearProblem:
     Wanted: chi_L. Free: chi, common to both. Soft priors, near zero: what friction, and the scale of the torques
     where it is free, are more under load.
     """
-    loaded, changes = motion.under_load()
+    loaded, changes = under_load(motion, motion.friction)
     return LinearProblem(motion.with_unloaded(loaded), PAYLOAD, soft=changes, shown=loaded)
+
+
+def under_load(motion: LongMotion, friction: Mapping[str, SoftPrior]) -> tuple[Equations, dict[str, SoftPrior]]:
+    """[W W_L], the payload in its frame, and columns near zero for all that may be another one under load.
+
+    Frictions may, and the scale of the torques, where it is free.
+    """
+    loaded, near = motion.loaded, dict[str, SoftPrior]()
+    if motion.settings.scale_sigma > 0.0:
+        role = SoftPrior(motion.settings.scale_sigma, max(motion.inflation, default=1.0))
+        loaded, near = with_scale(loaded, motion.robot_known, role)
+    loaded, changes = with_changes(in_payload_frame(motion.robot, loaded), friction)
+    return loaded, near | changes
 
 
 _FORMULA_ONLY = (

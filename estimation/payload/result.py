@@ -48,11 +48,6 @@ class PayloadEstimate(Brief):
         return np.asarray(self.estimate.fit.error_norms / np.sqrt(np.maximum(rows, 1.0)) / torque)
 
     @property
-    def complete(self) -> bool:
-        """True if all ten are determined."""
-        return len(self.indices) == len(PAYLOAD)
-
-    @property
     def ten(self) -> Array:
         """Ten parameters, nan where not determined, shape (10,)."""
         values = np.full(len(PAYLOAD), np.nan)

@@ -71,6 +71,7 @@ class ShortMotion(Brief):
     held: HeldFriction  # prior of constant torques and friction, the same in all recordings
     torque_rms: Array  # of each joint's torque with payload in the rows used [N·m or N], (n,)
     known: Estimate | None = None  # the robot, where no torque was subtracted
+    settings: Settings = DEFAULTS
 
     def __post_init__(self) -> None:
         """Refuse another model's robot."""
@@ -251,7 +252,8 @@ def known_robot_weighing(
     source = Source(tuple(loaded), (), processing, rate=measured[0].motion.rate)
     # Of a single recording the robot's own ripple is what would be found: it takes weight along.
     runs = _runs(sources, observations, [() for _ in loaded])
-    return ShortMotion(robot, base, source, moving, runs, friction_prior(payload_only, own), rms, known)
+    held = friction_prior(payload_only, own)
+    return ShortMotion(robot, base, source, moving, runs, held, rms, known, settings)
 
 
 def difference_weighing(
@@ -321,6 +323,7 @@ def difference_weighing(
         _runs(sources, observations, ripples),
         offset_prior(observations, coulomb_friction(without_payload)),
         rms,
+        settings=settings,
     )
 
 

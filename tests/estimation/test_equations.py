@@ -173,7 +173,7 @@ def solved(W: Array, Y: Array, row_weights: Array) -> Array:
 def test_identification(recordings: tuple[Recordings, Recordings]) -> None:
     bare, _ = recordings
     result = identify(load_robot("rx90"), bare, Settings(SETTINGS, robust=False))
-    system = identification_system(result, bare, SETTINGS)
+    system = identification_system(result)
     assert system.columns == result.base.columns
     values = solved(system.W, system.Y, system.weights[system.joint - 1])
     np.testing.assert_allclose(values, result.estimate.values, atol=1e-7 * np.abs(values).max())
@@ -188,7 +188,7 @@ def test_identification(recordings: tuple[Recordings, Recordings]) -> None:
 def test_payload(recordings: tuple[Recordings, Recordings]) -> None:
     bare, loaded = recordings
     problem = payload_problem(load_robot("rx90"), loaded, bare, settings=Settings(SETTINGS, robust=False))
-    system = payload_system(problem, loaded, bare, SETTINGS)
+    system = payload_system(problem)
     both = combined(problem)
     assert system.columns == both.names
     values = solved(system.W, system.Y, system.weights[system.joint - 1])
@@ -204,7 +204,7 @@ def test_payload_with_a_stored_robot(recordings: tuple[Recordings, Recordings]) 
     robot = load_robot("rx90")
     known = identify(robot, bare, Settings(SETTINGS, robust=False)).estimate
     problem = payload_problem(robot, loaded, known=known, settings=Settings(SETTINGS, robust=False))
-    system = payload_system(problem, loaded, (), SETTINGS)
+    system = payload_system(problem)
     assert system.known is not None
     assert system.loaded.all()
     residue = system.Y - system.W[:, :-10] @ system.known
@@ -216,7 +216,7 @@ def test_npz(recordings: tuple[Recordings, Recordings], tmp_path_factory: pytest
     bare, _ = recordings
     result = identify(load_robot("rx90"), bare, Settings(SETTINGS, robust=False))
     path = tmp_path_factory.mktemp("npz") / "system.out"
-    write_npz(path, identification_system(result, bare, SETTINGS))
+    write_npz(path, identification_system(result))
     assert [file.name for file in path.parent.iterdir()] == ["system.out"]
     with np.load(path, allow_pickle=False) as data:
         values = solved(data["W"], data["Y"], data["row_weights"])
