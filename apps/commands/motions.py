@@ -180,7 +180,7 @@ class Limited(NamedTuple):
 
     def problem(
         self,
-        shape: trajectories.Shape,
+        shape: trajectories.ViaPointShape | trajectories.FourierShape | trajectories.NearShape,
         goal: trajectories.Goal | trajectories.NearGoal,
         loads: trajectories.Loads | None,
     ) -> trajectories.DesignProblem:
