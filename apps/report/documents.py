@@ -6,7 +6,7 @@ Each key is declared once, with the type it is read by. ``python -m dynident.app
 from collections.abc import Mapping, Sequence
 from itertools import islice
 from pathlib import Path
-from typing import Literal, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import msgspec
 from msgspec import UNSET, UnsetType, field
@@ -186,28 +186,33 @@ class MotionDocument(Document, frozen=True):
     period: float | UnsetType = UNSET
 
 
-class DesignDocument(Document, frozen=True):
-    """A designed or judged motion: its criterion, what it would teach, its limits, what it assumes of the robot."""
+class _MotionAnswer(Document, frozen=True, kw_only=True):
+    """Robot, criterion and limits of a motion, and what it assumes."""
 
     robot: str
-    robot_fingerprint: str
     kind: str = field(name="criterion")
-    value: Number = field(name="criterion_value")
     condition_number: Number
     condition_number_scaled: Number
+    duration: float = field(name="duration_s")
+    limits: LimitsDocument
+    payload_bounds: PayloadBoundsDocument | None
+    assumed: dict[str, str]
+
+
+class DesignDocument(_MotionAnswer, frozen=True, kw_only=True):
+    """A designed or judged motion: its criterion, what it would teach, its limits, what it assumes of the robot."""
+
+    robot_fingerprint: str
+    value: Number = field(name="criterion_value")
     log_det: Number
     sigma: dict[str, Number] = field(name="predicted_sigma")
     predicted_sigma_percent: dict[str, Number]
     noise: Vector = field(name="torque_noise")
     rate: Number = field(name="independent_rate_hz")
     data_length: Number = field(name="data_length_s")
-    duration: float = field(name="duration_s")
-    limits: LimitsDocument
-    payload_bounds: PayloadBoundsDocument | None
     floor: FloorDocument | None
     evaluated: str | None
     val3_replay: ReplayDocument | None
-    assumed: dict[str, str]
     version: str
     seed: int | UnsetType = UNSET
     starts: int | UnsetType = UNSET
@@ -246,23 +251,15 @@ class RungDocument(Document, frozen=True):
     duration: float = field(name="duration_s")
 
 
-class NearDocument(Document, frozen=True):
+class NearDocument(_MotionAnswer, frozen=True, kw_only=True):
     """A motion near a pose: what it shows of a payload, how well, its limits."""
 
-    robot: str
-    kind: str = field(name="criterion")
     near: NearMotion
     visibility: VisibilityDocument
     predicted_sigma: SpreadDocument
-    condition_number: Number
-    condition_number_scaled: Number
-    duration: float = field(name="duration_s")
     rehearsal_s: float
     ladder: tuple[RungDocument, ...] | None
     cpu_s: float
-    limits: LimitsDocument
-    payload_bounds: PayloadBoundsDocument | None
-    assumed: dict[str, str]
     seed: int
 
 
@@ -328,25 +325,25 @@ def design_document(judged: JudgedMotion) -> DesignDocument:
         motion = MotionDocument.of(plan, kind="fourier", offset=plan.offset[0], a=plan.a[0], b=plan.b[0])
     return DesignDocument.of(
         *(score, learnt, problem, problem.goal, problem.criterion, design),
-        robot=problem.robot.name,
+        **_of_motion(problem, score),
         robot_fingerprint=problem.robot.fingerprint,
         predicted_sigma_percent=percent,
         limits=LimitsDocument.of(score, nearest=score.limits),
-        payload_bounds=_payload_bounds(problem, score),
         floor=FloorDocument.of(floor) if floor else None,
         evaluated=judged.source,
         val3_replay=ReplayDocument.of(replay, replay.learnt) if replay else None,
-        assumed=problem.robot.assumed(*rests_on(problem)),
         version=__version__,
         solver="augmented" if design else UNSET,
         motion=motion,
     )
 
 
-def _payload_bounds(problem: DesignProblem, score: Score) -> PayloadBoundsDocument | None:
-    if problem.payloads is None:
-        return None
-    return PayloadBoundsDocument.of(problem.payloads, holding=holding_torques(problem, score.samples.q))
+def _of_motion(problem: DesignProblem, score: Score) -> dict[str, Any]:
+    """Robot, payloads and assumptions of a motion."""
+    bounds, robot = None, problem.robot
+    if problem.payloads is not None:
+        bounds = PayloadBoundsDocument.of(problem.payloads, holding=holding_torques(problem, score.samples.q))
+    return {"robot": robot.name, "payload_bounds": bounds, "assumed": robot.assumed(*rests_on(problem))}
 
 
 def near_document(result: NearResult) -> NearDocument:
@@ -354,7 +351,7 @@ def near_document(result: NearResult) -> NearDocument:
     design, motion, score = result.design, result.motion, result.design.score
     return NearDocument.of(
         *(score.learnt, motion, design, design.problem.criterion),
-        robot=design.problem.robot.name,
+        **_of_motion(design.problem, score),
         near=NearMotion.of(result.shape, motion),
         visibility=VisibilityDocument.of(result.visibility),
         predicted_sigma=SpreadDocument.of(result.spread),
@@ -363,8 +360,6 @@ def near_document(result: NearResult) -> NearDocument:
         limits=LimitsDocument(
             score.max_violation, torque_checked=design.problem.torque_limited, nearest=score.limits
         ),
-        payload_bounds=_payload_bounds(design.problem, score),
-        assumed=design.problem.robot.assumed(*rests_on(design.problem)),
     )
 
 
