@@ -172,10 +172,10 @@ def friction(evidence: Evidence) -> Iterator[Finding]:
 
     Coulomb and viscous friction of a joint both over {DRIVEN_SIGMAS:g} sigma below zero: spoils all.
     """
-    parameters = evidence.parameters
-    z = dict(zip(parameters.names, parameters.values / parameters.sigma, strict=True)) if parameters else {}
-    frictions = {j: {f"FS{j}", f"FV{j}"} & z.keys() for j in range(1, evidence.robot.n + 1)}
-    driven = [str(j) for j, own in frictions.items() if own and max(z[name] for name in own) < -DRIVEN_SIGMAS]
+    fitted = evidence.parameters
+    most = dict(zip(fitted.names, fitted.values + DRIVEN_SIGMAS * fitted.sigma, strict=True)) if fitted else {}
+    frictions = {j: {f"FS{j}", f"FV{j}"} & most.keys() for j in range(1, evidence.robot.n + 1)}
+    driven = [str(j) for j, names in frictions.items() if names and max(most[name] for name in names) < 0.0]
     if driven:
         yield error(
             f"the friction of joint {', '.join(driven)} comes out negative, as if it drove the joint: the sign of "
