@@ -106,7 +106,7 @@ class Kernel:
             # Copied where the values of a step do not lie side by side.
             contiguous = [(x[:1] if x.ndim == 3 else x).flags.c_contiguous for x in ready]
             ready = [x if fine else np.ascontiguousarray(x) for x, fine in zip(ready, contiguous, strict=True)]
-            self._path.fill([np.array(state, dtype=np.float64), *ready], out, chained=True)
+            self._path.fill([np.array(state, dtype=np.float64, order="C"), *ready], out, chained=True)
             return out
         # NumPy's way through a function, one call an operation, would take far longer for so few samples at once.
         symbols = [ca.SX.sym("x", size) for size in self._sizes]
