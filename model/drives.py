@@ -186,15 +186,11 @@ class Drives:
         return tuple(term.kind for term in self.friction if term.loaded)
 
     def names(self, joint: int) -> tuple[str, ...]:
-        """Names of one joint's drive parameters, in the order of (6), the offset last."""
+        """Names of one joint's drive parameters, in the order of (6), the offset and a spring's column last."""
         friction = tuple(term.kind for term in self.friction if term.at(joint))
-        kinds = ("IA",) * self.rotor_inertia + friction + ("OFF",) * self.offsets
+        springs = self.spring is not None and self.spring.column and self.spring.joint == joint
+        kinds = ("IA",) * self.rotor_inertia + friction + ("OFF",) * self.offsets + (SPRING,) * springs
         return tuple(f"{kind}{joint}" for kind in kinds)
-
-    def spring_names(self, joint: int) -> tuple[str, ...]:
-        """Name of the parameter by which a spring is a column, on its own joint."""
-        there = self.spring is not None and self.spring.column and self.spring.joint == joint
-        return (f"{SPRING}{joint}",) if there else ()
 
     def coupling_names(self) -> tuple[str, ...]:
         """Names of the friction parameters of coupled drives: FVMk and FSMk."""

@@ -58,7 +58,7 @@ class InertialParameters:
         if c.shape != (3,):
             raise InputError(f"centre of mass of shape {c.shape}: give x, y, z [m]")
         rounding = _ROUNDING * float(mass * (c @ c))
-        inertia = inertia_matrix(inertia_com, rounding)
+        inertia = _inertia_matrix(inertia_com, rounding)
         # No body has a negative principal moment, or one that exceeds the sum of the others.
         moments = np.linalg.eigvalsh(inertia)
         allowed = _ROUNDING * float(np.abs(moments).sum()) + rounding
@@ -152,16 +152,8 @@ def ten_parameters(mass: float, com: Array, inertia_com: Array) -> Array:
     return np.concatenate([inertia[_ROWS, _COLUMNS], mass * com, [mass]])
 
 
-def inertia_matrix(values: ArrayLike, rounding: float = 0.0) -> Array:
-    """Make the 3 x 3 matrix of an inertia [kg m^2]: from moments, entries XX XY XZ YY YZ ZZ, or the matrix.
-
-    Args:
-        values: the inertia in one of these forms.
-        rounding: by how much entries may differ from their mirror images, besides a millionth of the largest.
-
-    Raises:
-        InputError: for another shape, a number that is not finite, and a matrix that is not symmetric.
-    """
+def _inertia_matrix(values: ArrayLike, rounding: float) -> Array:
+    """Make the 3 x 3 matrix; ``rounding``: how much mirror images may differ besides a millionth of the largest."""
     numbers = _numbers(values, "inertia")
     if numbers.shape == (3,):
         return np.diag(numbers)

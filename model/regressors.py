@@ -9,7 +9,7 @@ import casadi as ca
 import numpy as np
 
 from ..common.arrays import Array
-from .drives import DriveState, Sign, drive_terms, parameter_kind
+from .drives import SPRING, DriveState, Sign, drive_terms, parameter_kind
 from .kinematics import ZERO, FrameChange, Vector, add, cross, dot
 from .robot import INERTIAL, Robot
 
@@ -22,7 +22,7 @@ def standard_columns(robot: Robot) -> tuple[str, ...]:
     names: list[str] = []
     for joint in range(1, robot.n + 1):
         names += [f"{kind}{joint}" for kind in INERTIAL]
-        names += [*robot.drives.names(joint), *robot.drives.spring_names(joint)]
+        names += robot.drives.names(joint)
     return (*names, *robot.drives.coupling_names())
 
 
@@ -40,8 +40,9 @@ def own_columns(robot: Robot) -> tuple[str, ...]:
     for link, joint in enumerate(robot.joints, start=1):
         passed = ("YY", "MZ", "M") if joint.revolute else INERTIAL[:6]
         names += [f"{kind}{link}" for kind in INERTIAL if kind not in passed]
-    drives = [name for joint in range(1, robot.n + 1) for name in robot.drives.names(joint)]
-    return (*names, *drives, *robot.drives.coupling_names())
+    for link in range(1, robot.n + 1):
+        names += [name for name in robot.drives.names(link) if parameter_kind(name) != SPRING]
+    return (*names, *robot.drives.coupling_names())
 
 
 def standard_regressor(robot: Robot) -> ca.Function:
@@ -149,10 +150,9 @@ def _terms(robot: Robot) -> tuple[DriveState, dict[str, dict[int, Any]]]:
     """Symbols q, qd, qdd, load, and the factors of each standard parameter; built once for a robot."""
     state = DriveState(*(ca.SX.sym(symbol, robot.n) for symbol in DriveState._fields))
     terms = inertial_terms(robot, state) | drive_terms(robot.drives, state)
-    if robot.spring is not None:
+    if robot.spring is not None and robot.spring.column:
         row = robot.spring.joint - 1
-        torque = robot.spring.torque_symbol(state.q[row])
-        terms |= {name: {row: -torque} for name in robot.drives.spring_names(row + 1)}
+        terms[f"{SPRING}{row + 1}"] = {row: -robot.spring.torque_symbol(state.q[row])}
     return state, terms
 
 

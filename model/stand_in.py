@@ -1,5 +1,6 @@
 """Nominal parameters and limits: what a robot's description lacks is assumed, from its mass on, and called so."""
 
+import math
 from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
@@ -9,7 +10,7 @@ import numpy as np
 
 from ..common.arrays import Array
 from ..common.errors import InputError
-from .drives import parameter_kind
+from .drives import joint_of, parameter_kind
 from .dynamics import gravity, mass_matrix
 from .inertia import InertialParameters
 from .kinematics import FrameChange
@@ -109,23 +110,20 @@ def cylinders(robot: Robot, total_mass: float) -> tuple[InertialParameters, ...]
 
 def cylinder_radius(robot: Robot) -> float:
     """Radius of ``cylinders`` [m]."""
-    lengths = [np.linalg.norm(np.array(FrameChange.of(joint, 0.0, np).origin)) for joint in robot.joints[1:]]
-    return RADIUS * (float(sum(lengths)) or 1.0)
+    return RADIUS * (sum(math.hypot(joint.d, joint.r) for joint in robot.joints[1:]) or 1.0)
 
 
 def can_stand_in(robot: Robot) -> bool:
     """True if ``with_stand_in`` has what it starts from: the bodies of some links or all, or the arm's mass."""
-    lacking = len(missing_inertial(robot))
-    if lacking % 10 or lacking != 10 * len(_bodiless(robot)):
-        return False
-    return not lacking or robot.mass is not None or _mass_of_bodies(robot) > 0.0
+    bodiless = _bodiless(robot)
+    whole = len(missing_inertial(robot)) == len(INERTIAL) * len(bodiless)
+    return whole and (not bodiless or robot.mass is not None or _mass_of_bodies(robot) > 0.0)
 
 
 def _bodiless(robot: Robot) -> list[int]:
     """Links of which the description gives no inertial parameter."""
-    return [
-        link for link in range(1, robot.n + 1) if not any(f"{kind}{link}" in robot.parameters for kind in INERTIAL)
-    ]
+    links = range(1, robot.n + 1)
+    return [link for link in links if not any(f"{kind}{link}" in robot.parameters for kind in INERTIAL)]
 
 
 def _mass_of_bodies(robot: Robot) -> float:
@@ -167,16 +165,14 @@ def with_stand_in(robot: Robot) -> Robot:
         which = "links" if len(bodiless) == robot.n else f"links without a body ({', '.join(map(str, bodiless))})"
         assumptions.append(f"{which} are cylinders {density}")
     values |= robot.parameters
-    unknown = {name for name in values.keys() - robot.parameters.keys() if parameter_kind(name) not in INERTIAL}
-    rotors = unknown & {f"IA{number}" for number in range(1, robot.n + 1)}
-    if rotors:
+    unknown = values.keys() - robot.parameters.keys()
+    if rotors := [name for name in unknown if parameter_kind(name) == "IA"]:
         inertias = rotor_inertias(robot, values)
-        values |= {name: float(inertias[int(name.removeprefix("IA")) - 1]) for name in rotors}
+        values |= {name: float(inertias[joint_of(name)]) for name in rotors}
         assumptions.append(f"rotors add {100 * ROTOR:g} % of the inertia that they turn")
     limited = _limited(robot, values)
-    friction = _friction(limited)
-    if unknown & friction.keys():
-        values |= {name: friction[name] for name in unknown & friction.keys()}
+    if friction := {name: value for name, value in _friction(limited).items() if name in unknown}:
+        values |= friction
         assumptions.append(f"friction is {100 * FRICTION:g} % of the torque limits at full speed")
     sources = {"parameters": f"{ASSUMED}: {', '.join(assumptions)}"} if assumptions else {}
     return replace(limited, parameters=values, sources={**limited.sources, **sources})
@@ -283,12 +279,10 @@ def _limited(robot: Robot, parameters: Mapping[str, float]) -> Robot:
     rest, inertia = _needed(robot, parameters)
     strong = np.array([limit.acceleration for limit in limits])
     needed = SAFETY * (np.abs(rest) + inertia * strong[:, None]).max(axis=1)
-    rubs = SAFETY * np.array(
-        [
-            parameters.get(f"FS{number}", 0.0) + parameters.get(f"FV{number}", 0.0) * limit.speed
-            for number, limit in enumerate(limits, start=1)
-        ]
+    dry, viscous = (
+        np.array([parameters.get(f"{kind}{j}", 0.0) for j in range(1, robot.n + 1)]) for kind in ("FS", "FV")
     )
+    rubs = SAFETY * (dry + viscous * np.array([limit.speed for limit in limits]))
     joints = tuple(
         replace(joint, limits=replace(joint.limits, torque=min(joint.limits.torque, float(most))))
         for joint, most in zip(robot.joints, np.maximum(needed, rubs), strict=True)

@@ -17,8 +17,7 @@ from ..common.linear import without
 from .base.parameters import BaseParameters
 from .base.rank import base_parameters_of
 from .drives import parameter_kind
-from .kernel.kernel import Kernel
-from .regressors import payload_columns, regressor, standard_columns
+from .regressors import payload_columns, regressor_at, standard_columns
 from .robot import INERTIAL, Robot
 
 Shown = Literal["yes", "no", "only with a known mass", "only in combination"]
@@ -137,11 +136,8 @@ def payload_visibility(
         qd[:, j] = (speed if np.isfinite(speed) else _FAST) * draw.uniform(-1.0, 1.0, len(q))
         qdd[:, j] = _STRONG * draw.uniform(-1.0, 1.0, len(q))
     names = (*payload_columns(robot), *friction_columns(robot))
-    kernel = Kernel(regressor(robot.with_offsets(True), names))
-    stacked = np.zeros((robot.n, len(q), len(names)))
-    stacked[kernel.rows, :, kernel.columns] = kernel(q, qd, qdd)
-    rows = [without(stacked[j][:, :10], stacked[j][:, 10:]) for j in moving]
-    return visibility_of(np.vstack(rows), joints)
+    W = regressor_at(robot, names, q, qd, qdd)
+    return visibility_of(np.vstack([without(W[j, :10].T, W[j, 10:].T) for j in moving]), joints)
 
 
 def friction_columns(robot: Robot) -> tuple[str, ...]:

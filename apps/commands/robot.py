@@ -197,25 +197,21 @@ def new_robot(sheet: _Sheet) -> tuple[model.Robot, tuple[float, ...]]:
         low, high, speed, acceleration = (scale * bound for bound in bounds[:4])
         with about(f"--limits of joint {j + 1}"):
             axes[j] = replace(axes[j], limits=model.Limits((low, high), speed, acceleration, bounds[4]))
-    frames = model.modified_dh(axes, sheet.flange or model.Pose())
+    robot = model.modified_dh(axes, sheet.flange or model.Pose())
     # Counted so that each joint stands at its part of drawn_at where the frames were taken.
     joints = [
         replace(joint, theta=joint.theta - math.radians(q))
         if joint.revolute
         else replace(joint, r=round(joint.r - q, 12) + 0.0)
-        for joint, q in zip(frames.joints, drawn_at, strict=True)
+        for joint, q in zip(robot.joints, drawn_at, strict=True)
     ]
-    x, y, z = (frames.base.R[:, 2] * -9.81 + 0.0).tolist()
     slow_speed = model.motion.usual_slow_speed([axis.kind == "revolute" for axis in axes])
     try:
-        robot = model.Robot(
+        robot = replace(
+            robot,
             name=name,
             joints=tuple(joints),
-            gravity=(x, y, z),
-            drives=model.Drives(),
             payload_frame="the bare flange: origin on its face, z out of it",
-            flange=frames.flange,
-            base=frames.base,
             rated_payload=math.inf if sheet.rated_payload is None else sheet.rated_payload,
             mass=sheet.mass,
             processing=model.Processing(cutoff=10.0, decimate=5, slow_speed=slow_speed),

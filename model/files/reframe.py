@@ -7,13 +7,14 @@ follow Khalil and Kleinfinger: z_j along axis j, x_j along the common normal of 
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Literal, NamedTuple
+from typing import Literal
 
 import numpy as np
 
 from ...common.arrays import Array
+from ..frames import with_gravity
 from ..pose import Pose
-from ..robot import SNAP_ANGLE, SNAP_LENGTH, Joint, Limits
+from ..robot import SNAP_ANGLE, SNAP_LENGTH, Joint, Limits, Robot
 
 
 @dataclass(frozen=True)
@@ -38,25 +39,12 @@ class JointAxis:
             raise ValueError("an axis needs a direction")
 
 
-class Reframed(NamedTuple):
-    """A chain in modified DH.
-
-    ``joints``; ``base``: the base in frame 0; ``frames``: frames 1 to n in the base at the zero pose;
-    ``flange``: the flange in frame n.
-    """
-
-    joints: tuple[Joint, ...]
-    base: Pose
-    frames: tuple[Pose, ...]
-    flange: Pose
-
-
 _Line = tuple[Array, Array]
 """Axis as its direction, of length 1, and a point on it."""
 
 
-def modified_dh(axes: Sequence[JointAxis], flange: Pose) -> Reframed:
-    """Modified DH parameters of a chain, with every freedom used for plain numbers.
+def modified_dh(axes: Sequence[JointAxis], flange: Pose) -> Robot:
+    """Robot of a chain's axes, gravity along -z of its base, with every freedom used for plain numbers.
 
     Frame 0 is the base wherever the first axis allows it, frame n the flange wherever the last one does; axes
     within 1e-4 rad of parallel, or 1e-6 m of meeting, are taken as such.
@@ -67,7 +55,7 @@ def modified_dh(axes: Sequence[JointAxis], flange: Pose) -> Reframed:
     """
     lines = [_line(axis) for axis in axes]
     x, z, origin = _frame_zero(*lines[0])
-    base, frames, joints = _pose(x, z, origin).inverse(), list[Pose](), list[Joint]()
+    base, joints = _pose(x, z, origin).inverse(), list[Joint]()
     for j, (axis, line) in enumerate(zip(axes, lines, strict=True)):
         direction = line[0]
         # x of the frame before meets this axis at a right angle, so this is where.
@@ -89,8 +77,8 @@ def modified_dh(axes: Sequence[JointAxis], flange: Pose) -> Reframed:
             )
         )
         x, z, origin = new_x, direction, new_origin
-        frames.append(_pose(x, z, origin))
-    return Reframed(tuple(joints), base, tuple(frames), frames[-1].inverse() @ flange)
+    robot = Robot("robot", tuple(joints), flange=_pose(x, z, origin).inverse() @ flange, base=base)
+    return with_gravity(robot, (0.0, 0.0, -9.81))
 
 
 def _line(axis: JointAxis) -> _Line:

@@ -7,6 +7,7 @@ import math
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 from xml.etree import ElementTree
@@ -15,6 +16,7 @@ import numpy as np
 
 from ...common.errors import InputError
 from ...common.schema import naming, read_text
+from ..frames import frames_at
 from ..inertia import InertialParameters, ten_parameters
 from ..motion import Processing, usual_slow_speed
 from ..pose import Pose
@@ -115,14 +117,15 @@ def load_urdf(path: str | Path | Source, base: str | None = None, tip: str | Non
         )
         for joint, pose in moving
     ]
-    frames = modified_dh(axes, flange)
+    robot = modified_dh(axes, flange)
     far = [
         f"axes {number - 1} and {number} are almost parallel (a calibrated description?): their common normal lies "
         f"{away:.3g} m away, and parameters lose digits; the nominal description has them parallel"
-        for number, joint in enumerate(frames.joints, start=1)
+        for number, joint in enumerate(robot.joints, start=1)
         if (away := max(abs(joint.d), abs(joint.r))) > _FAR
     ]
-    poses = tuple(frame.inverse() @ pose for frame, (_, pose) in zip(frames.frames, moving, strict=True))
+    frames = frames_at(robot, [0.0] * robot.n)[1:-1]
+    poses = tuple(frame.inverse() @ pose for frame, (_, pose) in zip(frames, moving, strict=True))
     names = tuple(joint.child for joint, _ in moving)
     looks = tuple(
         tuple(
@@ -130,23 +133,20 @@ def load_urdf(path: str | Path | Source, base: str | None = None, tip: str | Non
             for fixed, at in tree.fixed_to(link, pose)
             for mesh in tree.meshes[fixed]
         )
-        for link, pose in zip((first, *names), (frames.base, *poses), strict=True)
+        for link, pose in zip((first, *names), (robot.base, *poses), strict=True)
     )
     parameters, left_out = _parameters(tree, [joint for joint, _ in moving], poses)
     file, is_flange = Path(tree.source).name, any(re.fullmatch(pattern, last) for pattern in _FLANGES[::2])
-    return Robot(
+    return replace(
+        robot,
         name=re.sub(r"\s+", "_", tree.name.strip()) or "robot",
-        joints=frames.joints,
-        gravity=tuple((frames.base.R @ np.array([0.0, 0.0, -9.81]) + 0.0).tolist()),
         # The axes of a link "flange" are not the controller's: its x points out.
         payload_frame=f"{'flange: ' if is_flange else ''}link {last} of {file}",
-        flange=frames.flange,
-        base=frames.base,
         links=Links(names, poses, tuple(joint.name for joint, _ in moving), first, last, looks),
-        processing=Processing(slow_speed=usual_slow_speed([joint.revolute for joint in frames.joints])),
+        processing=Processing(slow_speed=usual_slow_speed([joint.revolute for joint in robot.joints])),
         parameters=parameters,
         title=f"{tree.name} ({file}, {first} to {last})",
-        snapped=(*by_convention, *tree.notes, *left_out, *far),
+        snapped=(*by_convention, *tree.notes, *left_out, *far, *robot.snapped),
     )
 
 

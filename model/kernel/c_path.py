@@ -171,28 +171,23 @@ class CPath:
         self._run.argtypes = [pointers, numbers, numbers, pointer, pointer, pointer, number, number]
         self._run.restype = None
 
-    def rows(self, inputs: Sequence[Array], out: Array) -> None:
-        """Fill ``out`` (entries x N), C-contiguous as the inputs."""
-        self._fill(inputs, None, out[None])
+    def fill(self, inputs: Sequence[Array], out: Array, chained: bool) -> None:
+        """Fill ``out`` (steps x entries x N), C-contiguous.
 
-    def chain(self, state: Array, inputs: Sequence[Array], out: Array) -> None:
-        """Fill ``out`` (steps x entries x N); ``state`` (N x size) is input 0 and ends as the last step leaves it.
-
-        The other inputs have the samples of each step (steps x N x size) or of all steps (N x size), or what all
-        samples share (size,); their last axes are C-contiguous.
+        Args:
+            inputs: each with the samples of each step (steps x N x size), of all steps (N x size), or what all
+                samples share (size,); their last axes are C-contiguous.
+            chained: whether the first one is the state, which ends as the last step leaves it.
         """
-        self._fill([state, *inputs], state, out)
-
-    def _fill(self, inputs: Sequence[Array], state: Array | None, out: Array) -> None:
         # Addresses as numbers: a typed pointer takes longer to make than few samples take to evaluate.
         starts = (ctypes.c_void_p * len(inputs))(*(x.ctypes.data for x in inputs))
         apart = [x.shape[-1] if x.ndim >= 2 else 0 for x in inputs]
         ahead = [x.strides[0] // x.itemsize if x.ndim == 3 else 0 for x in inputs]
         numbers = ctypes.c_longlong * len(inputs)
-        work, first = aligned_empty((self._work,)), 0 if state is None else state.ctypes.data
+        work, state = aligned_empty((self._work,)), inputs[0].ctypes.data if chained else 0
         steps, _, samples = out.shape
         self._run(
-            *(starts, numbers(*apart), numbers(*ahead)), first, out.ctypes.data, work.ctypes.data, samples, steps
+            *(starts, numbers(*apart), numbers(*ahead)), state, out.ctypes.data, work.ctypes.data, samples, steps
         )
 
 

@@ -12,6 +12,8 @@ from .c_path import CPath, aligned_empty
 from .cache import CompilerUnavailable
 from .program import OPERATIONS, Program, read_program
 
+NumpyRows = Callable[[Sequence[Array], Array], None]
+"""Function of the inputs, and of the array of entries x N that it fills."""
 _BLOCK = 4096
 """Samples per block: what is at work stays in the processor's cache."""
 
@@ -39,20 +41,18 @@ class Kernel:
         self._outputs = len(program.outputs)
         rows, columns = function.sparsity_out(0).get_triplet()
         self.rows, self.columns = np.array(rows, dtype=int), np.array(columns, dtype=int)
-        self._compiled: CPath | None = None
-        self._rows: Callable[[Sequence[Array], Array], None]
+        self._path: CPath | NumpyRows
         try:
-            self._compiled = CPath(program)
-            self._rows = self._compiled.rows
+            self._path = CPath(program)
         except CompilerUnavailable as reason:
             if "failed" in str(reason):
                 warnings.warn(f"{reason}; NumPy does the work instead", RuntimeWarning, stacklevel=1)
-            self._rows = numpy_rows(program)
+            self._path = numpy_rows(program)
 
     @property
     def compiled(self) -> bool:
         """True if compiled code does the work."""
-        return self._compiled is not None
+        return isinstance(self._path, CPath)
 
     def __call__(self, *inputs: Array, out: Array | None = None) -> Array:
         """Evaluate on N samples.
@@ -74,7 +74,11 @@ class Kernel:
             raise ValueError(f"out must be a C-contiguous float array of shape {shape}, got {out.shape}")
         result = aligned_empty(shape) if out is None else out
         if samples:
-            self._rows([np.ascontiguousarray(x, dtype=np.float64) for x in inputs], result)
+            ready = [np.ascontiguousarray(x, dtype=np.float64) for x in inputs]
+            if isinstance(self._path, CPath):
+                self._path.fill(ready, result[None], chained=False)
+            else:
+                self._path(ready, result)
         return result
 
     def chain(self, state: Array, *inputs: Array) -> Array:
@@ -98,11 +102,11 @@ class Kernel:
             raise ValueError(f"inputs must have one number of steps and a state of two axes, got {steps or 'none'}")
         self._samples([state, *(x[0] if x.ndim == 3 else x for x in ready)])
         out = np.empty((steps.pop(), self._outputs, len(state)))
-        if self._compiled is not None:
+        if isinstance(self._path, CPath):
             # Copied where the values of a step do not lie side by side.
             contiguous = [(x[:1] if x.ndim == 3 else x).flags.c_contiguous for x in ready]
             ready = [x if fine else np.ascontiguousarray(x) for x, fine in zip(ready, contiguous, strict=True)]
-            self._compiled.chain(np.array(state, dtype=np.float64), ready, out)
+            self._path.fill([np.array(state, dtype=np.float64, order="C"), *ready], out, chained=True)
             return out
         # NumPy's way through a function, one call an operation, would take far longer for so few samples at once.
         symbols = [ca.SX.sym("x", size) for size in self._sizes]
@@ -125,8 +129,8 @@ class Kernel:
         return counts.pop() if counts else 1
 
 
-def numpy_rows(program: Program) -> Callable[[Sequence[Array], Array], None]:
-    """Make the function that evaluates a program: of its inputs, and of ``out`` (entries x N), which it fills."""
+def numpy_rows(program: Program) -> NumpyRows:
+    """Make the function that evaluates a program."""
     names: dict[str, Any] = {"np": np}
     exec(python_source(program), names)
 

@@ -74,7 +74,7 @@ def test_regressor_times_parameters_is_the_torque(rubbing: Robot) -> None:
     if rubbing.spring is not None:
         joint = rubbing.spring.joint - 1
         by_casadi[:, joint] -= rubbing.spring.torque(states[0][:, joint])
-        assert rubbing.drives.spring_names(joint + 1) == ()
+        assert not rubbing.spring.column
     np.testing.assert_allclose(by_casadi, torque, rtol=1e-10, atol=1e-10 * np.abs(torque).max())
     by_numpy = regressor_at(rubbing, standard_columns(rubbing), *states, load)
     np.testing.assert_allclose(

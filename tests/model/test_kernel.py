@@ -246,6 +246,8 @@ def test_it_is_what_single_calls_give(step: ca.Function, compiled: bool) -> None
     state = arguments[0].copy()
     np.testing.assert_allclose(Kernel(step).chain(*arguments), alone(step), rtol=1e-13, atol=1e-13)
     np.testing.assert_array_equal(arguments[0], state, "the caller's state stays")
+    turned = Kernel(step).chain(np.asfortranarray(state), *arguments[1:])
+    np.testing.assert_array_equal(turned, Kernel(step).chain(*arguments), "whatever its layout")
 
 
 def test_the_last_step_is_the_next_ones_start(step: ca.Function, compiled: bool) -> None:
