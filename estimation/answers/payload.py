@@ -7,7 +7,7 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from msgspec import UNSET
+from msgspec import UNSET, structs
 
 from ...common.arrays import Array
 from ...common.errors import InputError
@@ -561,29 +561,16 @@ def _estimates(answer: PayloadAnswer) -> tuple[documents.FreeEstimate | document
     if answer.constrained:
         possible = map(documents.PossibleEstimate.made, answer.constrained)
         return (*map(documents.FreeEstimate.made, answer.estimates), *possible)
-    free, own, model, scale = answer.free, answer.free.estimate, answer.model, answer.scale
-    weighed: Any = UNSET
+    free, model, scale = answer.free, answer.model, answer.scale
+    more: dict[str, Any] = {"com": answer.com, "com_sigma": answer.spread.com}
+    if answer.gains:
+        more["sigma_with_gains"] = documents.named(model.sigma, free.indices)
     if scale is not None and not free.from_scale:
         sigma = float(model.sigma[model.names.index("M_L")])
         weighing = Weighing(scale.mass, scale.sigma, model["M_L"], sigma, model.degrees_of_freedom)
-        weighed = (documents.WeighedDocument.of(weighing),)
-    return (
-        documents.FreeEstimate(
-            method=free.method,
-            parameters=documents.named(answer.ten),
-            sigma=documents.named(own.sigma, free.indices),
-            sigma_robust=documents.named(own.sigma_robust, free.indices),
-            interval95=None,
-            robust=parts.RobustDocument.made(own.robust, free.without_robust),
-            com=answer.com,
-            com_sigma=answer.spread.com,
-            inertia_com=None,
-            physically_consistent=None,
-            sigma_with_gains=documents.named(model.sigma, free.indices) if answer.gains else UNSET,
-            from_scale=free.from_scale or UNSET,
-            weighed=weighed,
-        ),
-    )
+        more["weighed"] = (documents.WeighedDocument.of(weighing),)
+    some = documents.FreeEstimate.made(free)
+    return (structs.replace(some, parameters=documents.named(answer.ten), **more),)
 
 
 def _quantities(answer: PayloadAnswer) -> dict[str, documents.Quantity]:

@@ -110,8 +110,19 @@ class FreeEstimate(MethodEstimate, frozen=True, tag="wls"):
 
     @classmethod
     def made(cls, result: PayloadEstimate) -> Self:
-        """Collect all ten by a method; positive definite inertia is not enough for a body that exists."""
-        estimate, spread, robust = result.estimate, result.spread, result.robust_spread
+        """Collect what a method determines; positive definite inertia is not enough for a body that exists."""
+        estimate, indices = result.estimate, result.indices
+        own: dict[str, Any] = {
+            "method": result.method,
+            "parameters": named(estimate.values, indices),
+            "sigma": named(estimate.sigma, indices),
+            "sigma_robust": named(estimate.sigma_robust, indices),
+            "robust": RobustDocument.made(estimate.robust, result.without_robust),
+            "from_scale": result.from_scale or UNSET,
+        }
+        if len(indices) < len(INERTIAL):
+            return cls(**own, interval95=None, com=None, inertia_com=None, physically_consistent=None)
+        spread, robust = result.spread, result.robust_spread
         there = {
             "com_sigma": spread.com,
             "com_sigma_robust": robust and robust.com,
@@ -120,16 +131,11 @@ class FreeEstimate(MethodEstimate, frozen=True, tag="wls"):
         }
         return cls.of(
             result.body,
+            **own,
             **(there if result.mass != 0.0 else dict.fromkeys((*there, "com", "inertia_com"))),
-            method=result.method,
-            parameters=named(estimate.values),
-            sigma=named(estimate.sigma),
-            sigma_robust=named(estimate.sigma_robust),
             interval95=named(estimate.interval95),
             interval95_robust=named(estimate.robust_interval95),
-            robust=RobustDocument.made(estimate.robust, result.without_robust),
             relative_residual=estimate.fit.relative,
-            from_scale=result.from_scale or UNSET,
         )
 
     @property
