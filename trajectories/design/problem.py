@@ -45,10 +45,7 @@ class DesignProblem(Brief):
     """Problem that ``solve_design`` solves; made by ``build_design``.
 
     Attributes:
-        robot, bounds: the robot and the limits of its joints.
         family: the motions among which to choose.
-        goal: what is to be learnt.
-        limits: what the motion has to keep.
         scene: what the motion keeps clear of, the ball of ``payloads`` included.
         payloads: the set for each body of which the torque limits hold, in the last link's frame.
     """
