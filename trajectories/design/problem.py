@@ -195,8 +195,7 @@ class DesignProblem(Brief):
         M = np.zeros((len(self.kernel.columns),) * 2)
         value, M[own] = self.criterion(self.information(state.entries, weights), order)
         if np.isfinite(value):
-            seed, by_weight = self.kernel.gram_slope(state.entries, weights, M)
-            into.entries[...] += seed
+            by_weight = self.kernel.gram_slope(state.entries, weights, M, into.entries)
             # Weights are times over their sum, so that their slopes lose the mean.
             by_time = np.einsum("jk,jk->k", by_weight, weights) / weight
             into.samples.weight[...] += by_time - (by_time @ weight) / weight.sum()
