@@ -65,7 +65,7 @@ class RegressorKernel:
         return G
 
     def gram_slope(self, entries: Array, weights: Array, M: Array, seed: Array) -> Array:
-        """Slopes of tr(M G), M symmetric and fixed, in the weights (n, N); those in the entries go into ``seed``."""
+        """Slopes of tr(M G), M symmetric and fixed, in the weights (n, N); those in the entries into ``seed``."""
         by_weight = np.empty_like(weights)
         for j, ((part, _), block) in enumerate(zip(self.parts, self._blocks, strict=True)):
             MW = M[block] @ entries[part]
