@@ -65,14 +65,15 @@ class RegressorKernel:
             G[block] += (W * w) @ W.T
         return G
 
-    def gram_slope(self, entries: Array, weights: Array, M: Array) -> tuple[Array, Array]:
-        """Slopes of tr(M G) for fixed symmetric M: in the entries, and in the weights (n, N)."""
-        seed, by_weight = np.empty_like(entries), np.empty_like(weights)
+    def gram_slope(self, entries: Array, weights: Array, M: Array, seed: Array) -> Array:
+        """Slopes of tr(M G), M symmetric and fixed, in the weights (n, N); those in the entries into ``seed``."""
+        by_weight = np.empty_like(weights)
         for j, ((part, _), block) in enumerate(zip(self.parts, self._blocks, strict=True)):
             MW = M[block] @ entries[part]
             by_weight[j] = np.einsum("kn,kn->n", MW, entries[part])
-            np.multiply(MW, 2.0 * weights[j], out=seed[part])
-        return seed, by_weight
+            MW *= 2.0 * weights[j]
+            seed[part] += MW
+        return by_weight
 
     def torque(self, entries: Array, chi: Array) -> Array:
         """Torques W chi, shape (N, n)."""

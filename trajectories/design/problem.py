@@ -45,10 +45,7 @@ class DesignProblem(Brief):
     """Problem that ``solve_design`` solves; made by ``build_design``.
 
     Attributes:
-        robot, bounds: the robot and the limits of its joints.
         family: the motions among which to choose.
-        goal: what is to be learnt.
-        limits: what the motion has to keep.
         scene: what the motion keeps clear of, the ball of ``payloads`` included.
         payloads: the set for each body of which the torque limits hold, in the last link's frame.
     """
@@ -198,8 +195,7 @@ class DesignProblem(Brief):
         M = np.zeros((len(self.kernel.columns),) * 2)
         value, M[own] = self.criterion(self.information(state.entries, weights), order)
         if np.isfinite(value):
-            seed, by_weight = self.kernel.gram_slope(state.entries, weights, M)
-            into.entries[...] += seed
+            by_weight = self.kernel.gram_slope(state.entries, weights, M, into.entries)
             # Weights are times over their sum, so that their slopes lose the mean.
             by_time = np.einsum("jk,jk->k", by_weight, weights) / weight
             into.samples.weight[...] += by_time - (by_time @ weight) / weight.sum()

@@ -189,8 +189,8 @@ class Pieces(NamedTuple):
         """Gradient in start, coefficients and durations of a number whose gradient in the samples is ``slope``."""
         weights, (B, Bd, Bdd) = grid
         C, T = self.coefficients, self.durations[:, None, None]
-        q, qd, qdd = (x.reshape(len(T), len(weights), -1) / T**power for power, x in enumerate(slope[1:]))
-        by_speed, by_acceleration = Bd.T @ qd, Bdd.T @ qdd
+        q, qd, qdd = (x.reshape(len(T), len(weights), -1) for x in slope[1:])
+        by_speed, by_acceleration = Bd.T @ (qd / T), Bdd.T @ (qdd / T**2)
         by_duration = slope.weight.reshape(len(T), -1) @ weights
         by_duration -= np.einsum("kmn,kmn->k", by_speed + 2.0 * by_acceleration, C) / self.durations
         return q.sum(axis=1), B.T @ q + by_speed + by_acceleration, by_duration

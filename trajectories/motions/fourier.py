@@ -123,11 +123,7 @@ class FourierShape:
             )
 
     def family(self, robot: Robot, bounds: JointBounds) -> "FreeSeries":
-        """Make the family of motions of this shape: about a middle that is free, or from a given start.
-
-        Raises:
-            InputError: for a start beyond limits.
-        """
+        """Make the family of motions of this shape: about a middle that is free, or from a start within limits."""
         start = bounds.checked_start(self.start)
         about = bounds.middle if start is None else start
         ranges = np.maximum(bounds.high - about, about - bounds.low)
@@ -231,8 +227,10 @@ class FreeSeries:
         self.layout = len(self.poses), len(self.moving), self.functions.shape[1] + self.free_middle
         self.size = int(np.prod(self.layout))
         self.low, self.high = np.full(self.size, -np.inf), np.full(self.size, np.inf)
-        # Weights of the order of 1 use the whole range at the first harmonics.
-        self._scale = np.minimum(self.bounds.speed[self.moving], 2.0 * np.pi / self.period * self.ranges)
+        self._offsets = _from_offset(np.eye(H), self.period)
+        self._scale = self.bounds.speed[self.moving]
+        if isinstance(self.shape, NearShape):  # weights of the order of 1 use the range at the first harmonics
+            self._scale = np.minimum(self._scale, 2.0 * np.pi / self.period * self.ranges)
         # The range of each moving joint about each pose, within its limits; any for joints at rest.
         low, high = self.poses - 1.0, self.poses + 1.0
         low[:, self.moving] = np.maximum(self.poses[:, self.moving] - self.ranges, self.bounds.low[self.moving])
@@ -264,7 +262,7 @@ class FreeSeries:
         gradient, count = np.empty(self.layout), self.functions.shape[1]
         by_c = self.period * by_C[:, :, self.moving].swapaxes(1, 2)
         if self.free_middle:
-            by_c[..., self.harmonics :] += by_start[..., None] * _from_offset(np.eye(self.harmonics), self.period)
+            by_c[..., self.harmonics :] += by_start[..., None] * self._offsets
             gradient[..., -1] = by_start * self.ranges
         gradient[..., :count] = by_c @ self.functions * self._scale[:, None]
         return gradient.ravel()

@@ -133,10 +133,7 @@ def plan_stops(
 ) -> PointToPoint:
     """Plan the quickest such motion that stops at every point, each move by its own speed and acceleration.
 
-    Arguments as of ``plan_point_to_point``, but the acceleration may be one for each move, shape (K - 1, 1).
-
-    Raises:
-        ValueError: if no limit bounds a move, or two neighbouring points are the same.
+    As ``plan_point_to_point``, but the acceleration may be one for each move, shape (K - 1, 1).
     """
     step, top, strong = _step_and_limits(robot, points, speed, acceleration, smoothing)
     by_speed, by_acceleration = ((np.abs(step) / most).max(axis=1) for most in (top, strong))

@@ -238,11 +238,7 @@ class FreeViaPoints:
     """
 
     def __init__(self, bounds: JointBounds, shape: ViaPointShape) -> None:
-        """Lay out x.
-
-        Raises:
-            InputError: for a start beyond limits.
-        """
+        """Lay out x for a start, where one is given, within limits."""
         self.shape, self._bounds, self.reach = shape, bounds, (bounds.low, bounds.high)
         self._start, self.free_duration = bounds.checked_start(shape.start), shape.fixed is None
         self._first, n, moves = int(shape.start is not None), len(bounds.low), shape.count - 1
