@@ -12,7 +12,6 @@ import numpy as np
 import pytest
 from dynident.common.arrays import Array
 from dynident.model import (
-    INERTIAL,
     Coupling,
     Drives,
     InertialParameters,
@@ -278,20 +277,3 @@ def random_parameters(random_bodies: Callable[[int, int], Bodies]) -> Callable[[
         return values
 
     return make
-
-
-@pytest.fixture(scope="session")
-def groupings(root: Path) -> dict[str, dict[str, float]]:
-    """The paper's (12) for the RX90: base parameter -> standard parameter -> factor."""
-    lines = (root / "tests/reference/khalil_rx90_groupings.txt").read_text(encoding="utf-8").splitlines()
-    relations = (line.split("=") for line in lines if "=" in line and not line.startswith("#"))
-    return {name.strip(): _factors(right) for name, right in relations}
-
-
-def _factors(expression: str) -> dict[str, float]:
-    """Factors of a linear expression: its value where one parameter is 1 and the others are 0."""
-    names = [f"{kind}{link}" for kind in (*INERTIAL, "IA") for link in range(1, 7)]
-    code = compile(expression.strip().replace("^", "**"), "relation", "eval")
-    zero = dict.fromkeys(names, 0.0) | {"D3": 0.45, "RL4": 0.45}
-    factors = {name: float(eval(code, {"__builtins__": {}}, zero | {name: 1.0})) for name in names}
-    return {name: factor for name, factor in factors.items() if factor != 0.0}

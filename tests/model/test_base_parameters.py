@@ -1,30 +1,11 @@
 """Base parameters: the paper's for the RX90, and what must hold for every robot."""
 
-from dataclasses import replace
 from string import ascii_letters
 
 import numpy as np
-import pytest
-from dynident.model import Drives, Robot, base_parameters, standard_columns, standard_regressor
+from dynident.model import Robot, base_parameters, standard_columns, standard_regressor
 from dynident.model.base.rank import leftmost_independent, random_states, stacked_regressor
 from dynident.model.regressors import payload_columns
-
-Groupings = dict[str, dict[str, float]]
-WITH_ROTORS = Drives(rotor_inertia=True, friction=())
-
-
-def with_drives(robot: Robot, drives: Drives) -> Robot:
-    return replace(robot, drives=drives)
-
-
-@pytest.mark.parametrize("drives", [WITH_ROTORS, None], ids=["rotors", "all drives"])
-def test_groupings_of_the_rx90(rx90: Robot, groupings: Groupings, drives: Drives | None) -> None:
-    """Every relation of (12), every factor, every sign; nothing is grouped into the other parameters."""
-    base = base_parameters(with_drives(rx90, drives) if drives else rx90)
-    assert len(groupings) == 15
-    for name, column, row in zip(base.names, base.columns, base.grouping, strict=True):
-        grouping = {base.standard[k]: row[k] for k in np.flatnonzero(row)}
-        assert grouping == pytest.approx(groupings.get(name, {column: 1.0}), abs=1e-10), name
 
 
 def test_grouped_regressor(robot: Robot) -> None:

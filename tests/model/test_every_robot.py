@@ -12,10 +12,8 @@ from dynident.model import (
     Joint,
     Robot,
     inverse_dynamics,
-    mass_matrix,
     payload_regressor,
     standard_columns,
-    standard_regressor,
 )
 from dynident.model.base.rank import random_states
 from dynident.model.regressors import payload_columns
@@ -30,42 +28,11 @@ def vector(robot: Robot, values: dict[str, float]) -> Array:
     return np.array([values[name] for name in standard_columns(robot)])
 
 
-def spring_torque(robot: Robot, q: Array) -> Array:
-    torque = np.zeros_like(q)
-    if robot.spring:
-        row = robot.spring.joint - 1
-        torque[:, row] = robot.spring.torque(q[:, row])
-    return torque
-
-
 def assert_equal(value: Array, reference: Array, tolerance: float = 1e-11) -> None:
     """Equal to a fraction of each column's largest entry (columns may have different units)."""
     scale = np.abs(reference).max(axis=0)
     assert value.shape == reference.shape
     assert (np.abs(value - reference) <= tolerance * scale).all()
-
-
-def test_torque_is_linear_in_the_parameters(
-    robot: Robot, evaluate: Evaluate, random_parameters: RandomParameters
-) -> None:
-    """(4): Phi_s chi is what Newton and Euler give; the spring is known and not in Phi_s."""
-    states = random_states(robot, STATES, seed=1)
-    chi = vector(robot, random_parameters(robot, 1))
-    torque = evaluate(inverse_dynamics(robot), *states, chi)[:, :, 0]
-    phi = evaluate(standard_regressor(robot), *states)
-    assert_equal(phi @ chi, torque + spring_torque(robot, states[0]))
-
-
-def test_mass_matrix(robot: Robot, evaluate: Evaluate, random_parameters: RandomParameters) -> None:
-    """Symmetric, positive definite for bodies that can exist, and the slope of torque over acceleration."""
-    q, _, qdd = random_states(robot, STATES, seed=3)
-    chi, still = vector(robot, random_parameters(robot, 3)), np.zeros_like(q)
-    A = evaluate(mass_matrix(robot), q, chi)
-    assert np.abs(A - A.transpose(0, 2, 1)).max() <= 1e-13 * np.abs(A).max()
-    assert np.linalg.eigvalsh(A).min() > 0.0
-    torque = inverse_dynamics(robot)
-    moved, resting = (evaluate(torque, q, still, a, chi)[:, :, 0] for a in (qdd, still))
-    assert_equal(np.einsum("kij,kj->ki", A, qdd), moved - resting)
 
 
 def test_power_balance(robot: Robot, evaluate: Evaluate, random_parameters: RandomParameters) -> None:
