@@ -9,73 +9,20 @@ from typing import Any
 
 import numpy as np
 import pytest
-from dynident.apps.commands.demo import PAYLOAD
 from dynident.apps.logs import read_trajectory
 from dynident.apps.report.recordings import write_recording
 from dynident.apps.results import read_stored_gains
-from dynident.model import INERTIAL, InertialParameters, base_parameters, load_robot
+from dynident.model import INERTIAL, InertialParameters, load_robot
 from dynident.model.files.robot_file import robot_toml
 from dynident.tests.commands.lines import save
-from dynident.tests.commands.typed import Answer, answered, refused, typed
-from dynident.tests.selection import cases
-from dynident.trajectories import Simulator, ViaPoints, plan_point_to_point, random_via_points
-from dynident.trajectories.motions.via_points import random_points
-
-TWO = "--unloaded bare0.csv --loaded loaded0.csv --unloaded bare1.csv --loaded loaded1.csv"
-TRUTH = PAYLOAD.named()
-
-
-def by_estimator(answer: Answer) -> tuple[list[Any], list[Any]]:
-    """Free and constrained estimates."""
-    estimates = answer.document["estimates"]
-    free, constrained = ([x for x in estimates if x["estimator"] == name] for name in ("wls", "constrained"))
-    return free, constrained
-
-
-def test_payload(logs: Path) -> None:
-    answer = answered(f"payload --robot rx90 {TWO} --validate bare2.csv")
-    data = answer.document["data"]
-    assert data["base_parameters"] == 54
-    assert data["rate_hz"] == pytest.approx(250.0)
-    assert abs(data["lag_s"]) < 1e-3
-    free, constrained = by_estimator(answer)
-    assert [x["method"] for x in free] == [x["method"] for x in constrained] == [1, 2, 3, 4]
-    reason = answer.document["recommended"].pop("reason")
-    assert answer.document["recommended"] == {"method": 3, "estimator": "constrained"}
-    assert reason.startswith("one path, within 0.0")
-    for estimate in constrained:
-        assert estimate["physically_consistent"]
-        assert estimate["min_pseudo_inertia_eigenvalue"] >= 0.0
-        assert estimate["gain_sigma"] is None
-        assert estimate["solver_status"] in ("free", "Solved")
-        for name, (low, high) in estimate["interval95"].items():
-            assert low <= estimate["parameters"][name] <= high
-    for estimate in free:
-        assert estimate["robust"]["blocks"] >= 10
-        assert estimate["parameters"]["M"] == pytest.approx(7.025, rel=0.01)
-        assert np.allclose(estimate["com"], [0.0, 0.0, 1.003 / 7.025], atol=0.01)
-        for name, value in estimate["parameters"].items():
-            low, high = estimate["interval95"][name]
-            assert low < value < high
-            assert abs(value - TRUTH[name]) < 5.0 * estimate["sigma"][name]
-            assert 0.0 < estimate["sigma_robust"][name] < 10.0 * estimate["sigma"][name]
-    assert answer.document["verdict"]["level"] in ("use", "mass_and_com_only")
-    assert "Verdict" in answer.text
-    assert "± the larger of the formula's (17)-(19) and the block jackknife's standard deviation." in answer.text
-    assert "Mass, sigma_robust/sigma" in answer.text
-    assert "…" not in answer.text
-
+from dynident.tests.commands.typed import answered, refused, typed
+from dynident.trajectories import Simulator, ViaPoints, random_via_points
 
 WRONG = {
     "identify --robot rx90 --data constant.csv": "Do not use these parameters",
     "payload --robot rx90 --unloaded flipped.csv --loaded loaded2.csv --method 4": "signs",
     "payload --robot rx90 --unloaded mirrored_bare.csv --loaded mirrored_loaded.csv --method 3": "joint 5",
 }
-
-
-@pytest.mark.parametrize("line", cases(WRONG, lambda line: line.startswith("identify")))
-def test_a_description_that_is_not_the_robots_is_not_to_be_used(logs: Path, line: str) -> None:
-    assert WRONG[line] in answered(line, status=(1,)).text
 
 
 def test_stored_parameters_of_another_robot(logs: Path) -> None:
@@ -92,25 +39,6 @@ def test_stored_parameters_of_another_robot(logs: Path) -> None:
     del robot["covariance"]
     (logs / "robot.json").write_text(json.dumps(robot))
     assert "'covariance': missing" in refused(line)
-
-
-def test_a_robot_that_can_exist(logs: Path) -> None:
-    line, by_gauge = "identify --robot rx90 --data bare0.csv", {}
-    for gauge in ("none", "base", "prior"):
-        answer = answered(f"{line} --constrained {gauge}")
-        by_gauge[gauge] = answer.document["constrained"]
-        assert ("Constrained: the nearest robot that can exist" in answer.text) == (gauge != "none")
-        assert ("prior within MX2R" in answer.text) == (gauge == "prior")
-    assert by_gauge["none"] is None
-    assert by_gauge["prior"]["chi2_rise"] == pytest.approx(by_gauge["base"]["chi2_rise"] + 1.0, rel=1e-6)
-    assert {entry["kind"] for entry in by_gauge["prior"]["parameters"]} == {"identified", "combination", "prior"}
-    assert min(by_gauge["prior"]["min_eigenvalues"].values()) > 0.0
-    bounds = "--constrained prior --prior-mass 70 prior-budget=4 --total-mass 30 60"
-    found = answered(f"{line} {bounds}").document["constrained"]
-    values = {entry["name"]: entry["value"] for entry in found["parameters"]}
-    assert 30.0 - 1e-4 <= sum(values[f"M{j}"] for j in range(1, 7)) <= 60.0 + 1e-4
-    assert found["prior"]["budget"] == 4.0
-    assert "70 kg" in found["prior"]["source"]
 
 
 EXPORT = "robot export --robot rx90 --robot-parameters r.json"
@@ -206,20 +134,6 @@ def typed_gains(document: dict[str, Any]) -> str:
 
 
 @pytest.mark.long
-def test_gains_flow_into_the_payload(gains: dict[str, Any]) -> None:
-    values, sigma = (np.array(gains["drive_gains"][key]) for key in ("values", "sigma"))
-    assert (np.abs(values - GAINS) < 4.0 * sigma).all()
-    assert np.abs(values / GAINS - 1.0)[1:].max() < 0.05
-    line = f"payload {PAIR} --method 4 --drive-gains"
-    without = answered(f"{line} {typed_gains(gains)} --gain-sigma 0", status=(0, 1)).document
-    answer = answered(f"{line} gains.json")
-    assert "errors of the drive gains as they were identified" in answer.text
-    assert width(answer.document) > 1.1 * width(without)
-    assert answer.document["processing"]["drive_gains"] == pytest.approx(values)
-    assert answer.document["estimates"][0]["parameters"]["M"] == pytest.approx(6.0, rel=0.03)
-
-
-@pytest.mark.long
 def test_gains_from_the_same_pair_confirm_nothing(gains: dict[str, Any], pair: Path) -> None:
     """Told in text, JSON and report, whatever the file is called; a recording in common is told too."""
     (pair / "copy.csv.gz").write_bytes(gzip.compress((pair / "loaded.csv").read_bytes()))
@@ -296,50 +210,3 @@ def test_visibility_and_sigma_before_any_motion(here: Path) -> None:
     assert np.abs(slow).max() == pytest.approx(0.1 * np.abs(fast).max(), rel=1e-3)
     assert t[-1] == pytest.approx(document["rehearsal_s"])
     assert "REHEARSAL" in (here / "motion_rehearsal.csv").read_text(encoding="utf-8")
-
-
-def test_verify(here: Path) -> None:
-    t = np.arange(1000) / 100.0
-    q = 0.4 * np.sin(np.outer(t, [1.3, 1.1, 1.7, 2.3, 0.9, 1.4]))
-    for name, share in (("before", 1.0), ("after", 0.7)):
-        error = 1e-3 * share * np.cos(np.outer(t, [2.0, 3.0, 2.5, 1.9, 2.2, 2.8]))
-        save(f"{name}.csv", t, q, 30.0 * np.cos(q), q + error, names="q,tau,qref")
-    document, text = answered("verify --robot rx90 --before before.csv --after after.csv")
-    assert "The following error fell by 30.0 %" in text
-    assert document["all"]["fall"] == pytest.approx(0.3, abs=1e-6)
-    harmful = typed("verify --robot rx90 --before after.csv --after before.csv")
-    assert harmful.status == 1
-    assert "does harm" in harmful.out
-
-
-@pytest.fixture(scope="module")
-def simulated(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Exact recordings without and with a payload, of a trajectory file."""
-    folder = tmp_path_factory.mktemp("simulated")
-    robot = load_robot("rx90")
-    motion = plan_point_to_point(robot, random_points(robot, 14, 0)).motion(250.0)
-    save(folder / "move.csv", motion.t, motion.q, names="q")
-    (folder / "load.toml").write_text("mass = 5\ncom = [0.02, 0, 0.1]\ninertia_com = [0.05, 0, 0, 0.05, 0, 0.05]\n")
-    line = f"simulate --robot rx90 --trajectory {folder}/move.csv --payload {folder}/load.toml"
-    assert typed(f"{line} --noise none --out {folder}").status == 0
-    another = f"{line.replace(' --robot rx90', ' --robot rx90 --sag 4')} --out {folder}/new"
-    assert "another never sags" in refused(another)
-    return folder
-
-
-def test_simulated_recordings_give_their_payload_back(simulated: Path) -> None:
-    """Exact recordings: what is left is the sign of the speed, and the filter."""
-    pair = f"--unloaded {simulated}/move_unloaded.csv --loaded {simulated}/move_loaded.csv"
-    estimate = answered(f"payload --robot rx90 {pair} --method 4").document["estimates"][0]
-    assert estimate["parameters"]["M"] == pytest.approx(5.0, rel=3e-3)
-    assert np.allclose(estimate["com"], [0.02, 0.0, 0.1], atol=1e-3)
-
-
-def test_simulated_recordings_give_the_robot_back(simulated: Path) -> None:
-    result = answered(f"identify --robot rx90 --data {simulated}/move_unloaded.csv").document
-    assert result["relative_residual"]["all"] < 0.01
-    robot = load_robot("rx90")
-    base = base_parameters(robot)
-    assert [entry["name"] for entry in result["base_parameters"]] == list(base.names)
-    values = [entry["value"] for entry in result["base_parameters"]]
-    assert values == pytest.approx(base.value(robot.parameters), rel=0.02, abs=0.02)

@@ -31,18 +31,6 @@ def test_a_designed_csv_is_judged_as_the_design_was(here: Path, goal: str, shape
     assert judged["predicted_sigma"] == pytest.approx(designed["predicted_sigma"], rel=1e-2)
 
 
-BALL = "--heaviest-payload 6@0,0,0.1 --within 0.2"
-HELD = "near --robot ur10e --pose=0,-90,110,-110,-90,0 --joints 2,3,5,6 --duration 6"
-
-
-@pytest.fixture(scope="module")
-def motion(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A motion for every payload of a ball, a torque limit being active."""
-    path = tmp_path_factory.mktemp("motion") / "n.csv"
-    assert typed(f"{HELD} {BALL} --samples {path}").status == 0
-    return path
-
-
 @pytest.mark.parametrize(
     "file", cases(("--val3 app", "--ros2 m.yaml", "--urscript m.script"), lambda file: file.startswith("--val3"))
 )
