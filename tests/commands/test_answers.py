@@ -18,12 +18,6 @@ from dynident.tests.commands.lines import save
 from dynident.tests.commands.typed import answered, refused, typed
 from dynident.trajectories import Simulator, ViaPoints, random_via_points
 
-WRONG = {
-    "identify --robot rx90 --data constant.csv": "Do not use these parameters",
-    "payload --robot rx90 --unloaded flipped.csv --loaded loaded2.csv --method 4": "signs",
-    "payload --robot rx90 --unloaded mirrored_bare.csv --loaded mirrored_loaded.csv --method 3": "joint 5",
-}
-
 
 def test_stored_parameters_of_another_robot(logs: Path) -> None:
     robot = answered("identify --robot rx90 --data bare0.csv").document
@@ -121,12 +115,6 @@ def gains(shared: Callable[[str, Callable[[Path], object]], Path], pair: Path) -
     text = (shared("gains", _identify_gains) / "gains.json").read_text()
     (pair / "gains.json").write_text(text)
     return dict(json.loads(text))
-
-
-def width(document: dict[str, Any]) -> float:
-    """Width of the mass's 95 % interval of the constrained estimate."""
-    (low, high) = next(e for e in document["estimates"] if e["estimator"] == "constrained")["interval95"]["M"]
-    return float(high - low)
 
 
 def typed_gains(document: dict[str, Any]) -> str:

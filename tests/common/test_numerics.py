@@ -44,14 +44,6 @@ def test_units_of_the_columns_do_not_matter() -> None:
     assert scaled.covariance * np.outer(units, units) == pytest.approx(plain.covariance, rel=1e-9, abs=1e-12)
 
 
-def test_order_of_the_rows_does_not_matter() -> None:
-    order = DRAW.permutation(len(A))
-    plain, mixed = decomposed(DEPENDENT), decomposed(DEPENDENT[order])
-    assert mixed.rank == plain.rank
-    assert mixed.solution(B[order]) == pytest.approx(plain.solution(B), rel=1e-9, abs=1e-12)
-    assert mixed.inverse == pytest.approx(plain.inverse[:, order], abs=1e-12)
-
-
 def test_hidden_names_what_is_undetermined() -> None:
     twice = np.column_stack([A[:, :3], 1e4 * A[:, 2], np.zeros(12)])
     assert decomposed(twice).hidden == pytest.approx([0.0, 0.0, 0.5, 0.5, 1.0], abs=1e-12)
@@ -64,13 +56,6 @@ def test_rank_on_both_sides_of_the_tolerance(error: float, expected: int) -> Non
     angle = 2.0 * error * RANK_TOLERANCE
     columns = np.array([[1.0, np.cos(angle)], [0.0, np.sin(angle)]])
     assert rank(columns * [1e-5, 1e5]) == expected
-
-
-def test_fewer_rows_than_columns() -> None:
-    parts = decomposed(A[:3])
-    assert (parts.rank, parts.null.shape) == (3, (5, 2))
-    assert A[:3] @ parts.solution(B[:3]) == pytest.approx(B[:3])
-    assert np.abs(A[:3] / parts.sizes @ parts.null).max() < 1e-13
 
 
 @pytest.mark.parametrize("shape", [(0, 3), (3, 0), (0, 0)])

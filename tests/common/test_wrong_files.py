@@ -21,7 +21,7 @@ from dynident.model.files import payload_file
 from dynident.model.files.robot_table import RobotTable
 from dynident.tests.model.test_robot_file import FULL
 from dynident.tests.report import made
-from dynident.tests.report.written import written
+from dynident.tests.report.made import written
 from dynident.tests.trajectories.test_scene import WHOLE
 from dynident.trajectories import read_scene
 from dynident.trajectories.design.scene import Scene

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 from dynident.apps.report.recordings import write_npz
 from dynident.common.arrays import Array
-from dynident.common.errors import InputError
 from dynident.estimation import Settings, identify, payload_estimate, payload_problem
 from dynident.estimation.answers.identification import identification_system
 from dynident.estimation.answers.system import payload_system
@@ -140,14 +139,6 @@ def test_saved_and_merged_problems(simulated: Simulated, wander: Wander, tmp_pat
         merged([problems[0], problems[1].select(problems[1].columns[1:])])
 
 
-def test_files_that_are_not_reduced_problems(tmp_path: Path) -> None:
-    (tmp_path / "text.npz").write_text("no")
-    np.savez(tmp_path / "other.npz", a=np.zeros(3))
-    for name in ("text.npz", "other.npz", "none.npz"):
-        with pytest.raises(InputError, match=name):
-            Equations.load(tmp_path / name)
-
-
 SETTINGS = Processing(cutoff=15.0, decimate=4)
 Recordings = list[Recording]
 
@@ -168,21 +159,6 @@ def recordings(
 
 def solved(W: Array, Y: Array, row_weights: Array) -> Array:
     return np.asarray(np.linalg.lstsq(W * row_weights[:, None], Y * row_weights, rcond=None)[0])
-
-
-def test_identification(recordings: tuple[Recordings, Recordings]) -> None:
-    bare, _ = recordings
-    result = identify(load_robot("rx90"), bare, Settings(SETTINGS, robust=False))
-    system = identification_system(result, bare, SETTINGS)
-    assert system.columns == result.base.columns
-    values = solved(system.W, system.Y, system.weights[system.joint - 1])
-    np.testing.assert_allclose(values, result.estimate.values, atol=1e-7 * np.abs(values).max())
-    assert not system.loaded.any()
-    counts = [int(np.sum(system.joint == j)) for j in range(1, 7)]
-    assert counts == list(result.problem.rows)
-    assert set(system.recording) == {0, 1}
-    for number in (0, 1):
-        assert system.t[system.recording == number].max() <= bare[number].t[-1]
 
 
 def test_payload(recordings: tuple[Recordings, Recordings]) -> None:

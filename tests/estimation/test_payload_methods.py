@@ -236,19 +236,6 @@ def test_methods_that_lack_data_say_what_they_need(
             payload_estimate(problem, method)
 
 
-def test_different_trajectories_leave_method_3_out_and_say_why(
-    rx90: Robot, payload: InertialParameters, wander: Callable[..., Motion]
-) -> None:
-    simulator = Simulator(rx90)
-    processing = Processing(rate=100.0, decimate=2)
-    bare: Recording = simulator.record(wander(6, 0))
-    loaded = simulator.record(wander(6, 1), payload)
-    problem = payload_problem(rx90, [loaded], [bare], settings=Settings(processing, robust=False))
-    assert usable_methods(problem) == (1, 2, 4)
-    with pytest.raises(InputError, match="not the same trajectory"):
-        payload_estimate(problem, 3)
-
-
 def test_an_arm_that_cannot_show_a_payload_says_so(wander: Callable[..., Motion]) -> None:
     """A planar arm never turns the payload about x or y."""
     planar = Robot("planar", (Joint(), Joint(d=0.4), Joint(d=0.3)))
@@ -322,12 +309,6 @@ def same_but_for_the_frame(plain: PayloadAnswer, moved: PayloadAnswer) -> None:
     for drawn, again in zip(plain.predictions, moved.predictions, strict=True):
         for before, after in zip(*(next(iter(each.curves.values())) for each in (drawn, again)), strict=True):
             np.testing.assert_allclose(after, before, atol=1e-3 * np.abs(before).max())
-
-
-def test_frame_change_is_that_of_a_body(payload: InertialParameters) -> None:
-    moved = payload.moved(TOOL.R, TOOL.p).vector
-    np.testing.assert_allclose(frame_change(TOOL) @ payload.vector, moved, atol=1e-14)
-    np.testing.assert_allclose(frame_change(TOOL.inverse()) @ moved, payload.vector, atol=1e-12)
 
 
 SETTINGS = Settings(Processing(cutoff=10.0, rate=100.0, decimate=2))

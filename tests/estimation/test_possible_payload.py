@@ -82,20 +82,6 @@ ROTATION = np.linalg.qr(np.random.default_rng(5).standard_normal((3, 3)))[0]
 CENTRE, SEMI_AXES = np.array([0.05, -0.1, 0.2]), np.array([0.1, 0.2, 0.3])
 
 
-def test_possible_body_is_the_pseudo_inertia(random_bodies: Callable[[int, int], list[InertialParameters]]) -> None:
-    rule = PossibleBody("gripper")
-    for body in random_bodies(50, 3):
-        assert rule.violation(body.vector) < 0.0
-
-
-@pytest.mark.parametrize("unit", range(10))
-def test_possible_body_sees_every_parameter(unit: int) -> None:
-    """No single parameter can be negative where all others are zero."""
-    x = np.zeros(10)
-    x[unit] = -0.1
-    assert PossibleBody().violation(x) > 0.0
-
-
 def test_centre_of_mass_in_box(cloud: Cloud) -> None:
     rule = CentreOfMassInBox([-0.1, -0.1, 0.0], [0.1, 0.1, 0.3])
     ends = np.array([[0.5, 0.0, 0.1], [-0.5, 0.0, 0.1]])
@@ -188,12 +174,6 @@ def test_p_value_is_conservative() -> None:
         estimate = estimate_of(truth + sigma * draw.standard_normal(10), np.diag(sigma**2))
         small += solve_constrained(estimate).p_value < 0.05
     assert small <= 10
-
-
-def test_impossible_combination_raises_with_the_problem() -> None:
-    with pytest.raises(SolverError, match="no body holds all constraints") as caught:
-        solve_constrained(TABLES[1], [MassBounds(7.0, 7.5), MassBounds(8.0, 9.0)])
-    assert caught.value.status == "PrimalInfeasible"
 
 
 def test_rank_and_finiteness_are_checked_first() -> None:

@@ -133,10 +133,6 @@ def test_the_pair_gives_mass_and_centre_of_mass_without_a_conflict(answer: Paylo
     assert abs(answer.recommended.mass / MASS - 1.0) < 0.015
 
 
-def late(r: Recording) -> Recording:
-    return replace(r, torque=np.column_stack([np.interp(r.t - 0.2, r.t, channel) for channel in r.torque.T]))
-
-
 def part(recording: Recording, start: float, length: float) -> Recording:
     t = recording.t - recording.t[0]
     keep = (t >= start) & (t < start + length)

@@ -78,6 +78,8 @@ def cell(line: int, column: int, text: str) -> Callable[[list[str]], None]:
     [
         (cell(7, 3, "nan"), ["line 7", "'q3'", "'nan'"]),
         (cell(8, 12, "inf"), ["line 8", "'tau6'"]),
+        (cell(8, 3, "1e308"), ["line 8", "'q3'", "too large a number"]),
+        (cell(8, 3, "-2e30"), ["too large"]),
         (cell(9, 0, "abc"), ["line 9", "'t'", "'abc'"]),
         (cell(10, 5, ""), ["line 10", "'q5'"]),
         (cell(51, 2, "1.5 Nm"), ["line 51", "'q2'"]),

@@ -1,6 +1,5 @@
 """Drives: friction, rotor inertia, the coupling of two drives, offsets, springs."""
 
-from collections.abc import Callable
 from dataclasses import replace
 from typing import Literal
 
@@ -10,7 +9,7 @@ import pytest
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError
 from dynident.model import Coupling, Drives, Robot, Spring, inverse_dynamics, standard_columns
-from dynident.model.base.rank import random_states, stacked_regressor
+from dynident.model.base.rank import random_states
 
 GEOMETRIC = Spring(1, stiffness=800.0, length=0.2, arms=(0.3, 0.15), zero=0.4)
 TABLE = Spring(1, table=((-1.0, 5.0), (0.0, 1.0), (2.0, -3.0)))
@@ -104,39 +103,6 @@ def test_spring_as_expression(spring: Spring) -> None:
     symbol = ca.SX.sym("q")
     law = ca.Function("law", [symbol], [spring.torque_symbol(symbol)])
     np.testing.assert_allclose(np.array(law(q[None])).ravel(), spring.torque(q), atol=1e-10)
-
-
-@pytest.mark.parametrize(
-    "spring", [replace(GEOMETRIC, joint=2), replace(TABLE, joint=2)], ids=["geometric", "table"]
-)
-def test_spring_is_taken_off_the_motor(rx90: Robot, spring: Spring, evaluate: Callable[..., Array]) -> None:
-    """Only joint 2 changes, by the spring's torque; the regressor does not know the spring."""
-    robot = replace(rx90, drives=replace(rx90.drives, spring=replace(spring, joint=2)))
-    q, qd, qdd = random_states(robot, 30, seed=6)
-    q = q / np.pi  # inside the table
-    chi = np.array([rx90.parameters[name] for name in standard_columns(rx90)])
-    with_spring, without = (evaluate(inverse_dynamics(arm), q, qd, qdd, chi)[:, :, 0] for arm in (robot, rx90))
-    expected = np.zeros_like(q)
-    expected[:, 1] = -spring.torque(q[:, 1])
-    np.testing.assert_allclose(with_spring - without, expected, atol=1e-10)
-    assert standard_columns(robot) == standard_columns(rx90)
-    first, second = (stacked_regressor(arm, q, qd, qdd) for arm in (robot, rx90))
-    np.testing.assert_array_equal(first, second)
-
-
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        ({}, "either a table or"),
-        ({"stiffness": 1.0, "arms": (0.1, 0.1), "table": ((0.0, 0.0), (1.0, 1.0))}, "either a table or"),
-        ({"stiffness": -1.0, "arms": (0.1, 0.1)}, "either a table or"),
-        ({"table": ((0.0, 0.0),)}, "two rows with rising angles"),
-        ({"table": ((0.0, 0.0), (0.0, 1.0))}, "two rows with rising angles"),
-    ],
-)
-def test_springs_without_one_clear_law(arguments: dict[str, object], message: str) -> None:
-    with pytest.raises(ValueError, match=message):
-        Spring(1, **arguments)  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize(

@@ -29,11 +29,6 @@ def expression(name: str, x: ca.SX, y: ca.SX) -> ca.SX:
     return ca.SX.binary(code, x, y) if name in TWO_ARGUMENTS else ca.SX.unary(code, x)
 
 
-def reference(function: ca.Function, *inputs: Array) -> Array:
-    """CasADi's virtual machine, sample by sample."""
-    return np.array(function(*(x.T for x in inputs)))
-
-
 def test_every_operation(compiled: bool) -> None:
     """On ordinary and on special numbers, in every pairing."""
     names, x, y = sorted(OPERATIONS.keys() - {"ASSIGN"}), ca.SX.sym("x"), ca.SX.sym("y")
@@ -170,33 +165,6 @@ def test_sine_and_cosine(
     expected = np.array([exact(angle) for angle in angles])
     assert np.abs(result - expected).max() <= 2.5e-16
     np.testing.assert_allclose(result, expected, rtol=5e-16, atol=1e-22)
-
-
-@pytest.mark.parametrize("function", [ca.sin, ca.cos], ids=["sin", "cos"])
-def test_angles_without_a_sine(function: Callable[[ca.SX], ca.SX], compiled: bool) -> None:
-    """One infinite angle among eight must not spoil the others."""
-    symbol = ca.SX.sym("x")
-    angles = np.array([0.5, math.inf, -math.inf, math.nan, 1.0, 2e5, -0.5, 3.0])
-    result = Kernel(ca.Function("f", [symbol], [function(symbol)]))(angles[:, None])[0]
-    np.testing.assert_array_equal(np.isnan(result), ~np.isfinite(angles))
-    exact = math.sin if function is ca.sin else math.cos
-    expected = [exact(angle) for angle in angles[np.isfinite(angles)]]
-    np.testing.assert_allclose(result[np.isfinite(angles)], expected, atol=2.5e-16)
-
-
-def test_random_expressions(compiled: bool) -> None:
-    """Long programs in which registers are used again and again."""
-    draw = np.random.default_rng(4)
-    names = ("ADD", "SUB", "MUL", "SIN", "COS", "NEG", "SQ", "FMIN", "SIGN", "LT", "IF_ELSE_ZERO", "TANH")
-    for _ in range(5):
-        x = ca.SX.sym("x", 4)
-        pool = ca.vertsplit(x)
-        for name in draw.choice(names, 150):
-            first, second = (pool[k] for k in draw.integers(max(0, len(pool) - 12), len(pool), 2))
-            pool.append(expression(str(name), first, second))
-        function = ca.Function("f", [x], [ca.tanh(ca.vertcat(*pool[-10:]))])
-        samples = draw.normal(size=(37, 4))
-        np.testing.assert_allclose(Kernel(function)(samples), reference(function, samples), atol=1e-9)
 
 
 def test_compiled_code_leaves_the_process_alone() -> None:

@@ -23,7 +23,7 @@ from dynident.estimation.payload.ripple import RIPPLE_CHANCE
 from dynident.estimation.results.parts import PossibleRobotDocument
 from dynident.model import INERTIAL
 from dynident.tests.report import made
-from dynident.tests.report.written import written
+from dynident.tests.report.made import written
 from msgspec.structs import asdict
 
 

@@ -7,10 +7,8 @@ import numpy as np
 import pytest
 from dynident.apps.report.blocks import Block, Notes, Report, Section, Table, with_sigma
 from dynident.apps.report.documents import DOCUMENTS, schema_text
-from dynident.apps.report.sections.robot import robot_description
 from dynident.apps.report.terminal import COLUMNS, LINES, screen_text
 from dynident.common.schema import write_json
-from dynident.model import friction_terms, load_robot
 from rich.cells import cell_len
 
 LONG = "a reason that goes on and on, " * 40
@@ -108,10 +106,3 @@ def test_each_document_has_one_and_the_page_links_it() -> None:
 def test_it_is_current(name: str) -> None:
     """If not: python -m dynident.apps.report.documents."""
     assert json.loads((FOLDER / f"{name}.schema.json").read_bytes()) == json.loads(schema_text(name))
-
-
-def test_a_robots_terms_of_friction_are_named() -> None:
-    robot = load_robot("ur10e")
-    more = robot.with_friction(friction_terms(["FS", "FV", "FL2", "FB3@0.1"]))
-    assert "friction, offsets" in f"{robot_description(robot)}"
-    assert "friction (FS, FV, FL2, FB3@0.1), offsets" in f"{robot_description(more)}"

@@ -5,7 +5,6 @@ import pytest
 from dynident.common.arrays import Array
 from dynident.model import Robot, base_parameters, load_robot, regressor
 from dynident.model.base.rank import random_states
-from dynident.model.regressors import smooth_regressor
 from dynident.tests.conftest import CROOKED, SCARA
 from dynident.trajectories.design.criterion import Criterion, Kind, condition_numbers
 from dynident.trajectories.design.information import SPRING, RegressorKernel, regressor_kernel
@@ -139,16 +138,3 @@ def test_the_adjoint_is_the_derivative(kernel: tuple[Robot, RegressorKernel]) ->
         )
         expected = np.sum(seed * (ahead - behind)) / (2 * step)
         assert np.sum(slope * direction) == pytest.approx(expected, rel=1e-6, abs=1e-7)
-
-
-def test_the_smooth_sign_becomes_the_sign() -> None:
-    robot = load_robot("rx90")
-    names = base_parameters(robot).columns
-    q, qd, qdd = (x[0] for x in random_states(robot, 1, 3))
-    exact = np.asarray(regressor(robot, names)(q, qd, qdd))
-    assert np.allclose(np.asarray(smooth_regressor(robot, names)(q, qd, qdd, 1e-3)), exact, atol=1e-12)
-    wide = np.asarray(smooth_regressor(robot, names)(q, qd, qdd, 2.0))
-    place = names.index("FS2")
-    assert wide[1, place] == pytest.approx(np.tanh(qd[1] / 2.0))
-    place = names.index("FSM6")
-    assert wide[4, place] == pytest.approx(np.tanh((qd[4] + qd[5]) / 2.0))

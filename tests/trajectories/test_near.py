@@ -53,20 +53,6 @@ class Solved(NamedTuple):
     spread: PayloadSpread
 
 
-def test_a_motion_at_two_poses_ends_where_it_began() -> None:
-    """At each pose its periods, then the way to the other: there, and back."""
-    draw = np.random.default_rng(1)
-    a = draw.standard_normal((2, 6, 3))
-    motion = NearMotion(
-        np.array([POSE, OTHER]), a - a.mean(axis=2, keepdims=True), np.zeros((2, 6, 3)), 4.0, 2, 3.0
-    )
-    ends = np.array([0.0, 8.0, 11.0, 19.0, motion.duration])
-    q, qd, _ = motion.at(ends)
-    assert motion.duration == pytest.approx(2 * (2 * 4.0 + 3.0))
-    np.testing.assert_allclose(q, [POSE, POSE, OTHER, OTHER, POSE], atol=1e-9)
-    np.testing.assert_allclose(qd[[2, 4]], 0.0, atol=1e-9)
-
-
 def asked(joints: tuple[int, ...] = (2, 3, 5, 6), mass_sigma: float | None = None, **changes: Any) -> Asked:
     shape = NearShape(POSE[None], joints, np.full(len(joints), np.radians(30.0)), 30.0)
     return Asked(load_robot("ur10e"), replace(shape, **changes), NearGoal(NOISE, 10.0, BODY, mass_sigma))

@@ -43,20 +43,11 @@ from dynident.trajectories.simulation.disturbances import (
     record,
     relative_disturbances,
 )
-from dynident.trajectories.simulation.simulator import parameter_vector
 
 
 @pytest.fixture(scope="module")
 def simulator() -> Simulator:
     return Simulator(load_robot("rx90"))
-
-
-def test_a_payload_is_part_of_the_last_link(simulator: Simulator) -> None:
-    body = InertialParameters.from_com(2.0, [0.1, 0.0, 0.2], 0.01 * np.eye(3))
-    known = simulator.robot.parameters
-    change = parameter_vector(simulator.robot, known, body) - parameter_vector(simulator.robot, known)
-    assert np.count_nonzero(change) == np.count_nonzero(body.vector)
-    assert change.sum() == pytest.approx(body.vector.sum())
 
 
 def test_noise_has_its_level_and_its_seed(simulator: Simulator) -> None:

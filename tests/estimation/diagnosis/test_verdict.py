@@ -554,12 +554,6 @@ def test_every_check_has_a_threshold_here() -> None:
     assert len(FUNCTIONS) == len(CHECKS) + len(BEFOREHAND) + 1
 
 
-def test_the_table_tells_every_limit() -> None:
-    rows = verdict.table()
-    assert len(rows) == len(CHECKS) - 1 + len(hypotheses.HYPOTHESES) + len(BEFOREHAND)
-    assert all(what and limits and "{" not in limits for what, limits in rows)
-
-
 ALL = [(name, Side(*row)) for name, rows in SIDES.items() for row in rows]
 
 

@@ -53,12 +53,6 @@ def test_every_dialect_with_every_layout(tmp_path: Path, dialect: str, title: st
         assert f"columns of: {title}" in notes
 
 
-def test_a_plain_file_says_nothing(tmp_path: Path) -> None:
-    robot = ARMS["ur10e"]
-    (tmp_path / "a.csv").write_bytes(_text(_lines(sheet_of(PLAIN, robot, signals_of(robot)))))
-    assert read_recording(tmp_path / "a.csv", robot).notes == ()
-
-
 @pytest.mark.parametrize("known", KNOWN, ids=[known.title for known in KNOWN])
 def test_arrays_and_parquet_go_by_the_same_table(tmp_path: Path, known: object) -> None:
     """Columns are known by their names, whatever the format that holds them."""

@@ -173,19 +173,6 @@ def test_every_recipe_is_read_and_described(root: Path) -> None:
         assert f"examples/logs/{path.name}" in text
 
 
-def test_ur10e_of_dynamic_calibration(tmp_path: Path) -> None:
-    """No header; time, q, qd, i, wanted currents, wanted torques."""
-    table = DRAW.normal(size=(40, 31))
-    table[:, 0] = 838.465 + 0.01 * np.arange(40)
-    np.savetxt(tmp_path / "ur.csv", table, delimiter=",", fmt="%.4f")
-    how = read_log_map(FOLDER / "ur10e_dynamic_calibration.toml")
-    recording = read_recording(tmp_path / "ur.csv", load_robot("ur10e"), [2.0] * 6, how)
-    assert recording.qd is not None
-    assert np.allclose(recording.t, table[:, 0], atol=1e-4)
-    for signal, first, gain in ((recording.q, 1, 1.0), (recording.qd, 7, 1.0), (recording.torque, 13, 2.0)):
-        assert np.allclose(signal, gain * table[:, first : first + 6], atol=2e-4)
-
-
 def test_tx40_of_figaroh(tmp_path: Path) -> None:
     """Two files without time, motor side; (8) and (9) by hand."""
     q, tau = DRAW.normal(size=(2, 30, 6))

@@ -1,6 +1,5 @@
 """Pages of any content are whole, and text stays text; the first page at every verdict."""
 
-import html
 import re
 from collections.abc import Sequence
 from dataclasses import replace
@@ -10,8 +9,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from dynident.apps.export.controllers import FORMATS
-from dynident.apps.export.load import load_of
 from dynident.apps.logs.read import read_recording
 from dynident.apps.numbers import with_interval
 from dynident.apps.report import payload_report
@@ -19,11 +16,10 @@ from dynident.apps.report.blocks import Block, Code, Notes, Report, Section, Tab
 from dynident.apps.report.figures.signals import prediction_figure, worst_joint_figure
 from dynident.apps.report.page import blocks_html, page_html
 from dynident.apps.report.provenance import Provenance, SourceFile
-from dynident.apps.report.sections.payload import controller_blocks, controller_line
+from dynident.apps.report.sections.payload import controller_line
 from dynident.estimation import (
     KnownMass,
     PayloadAnswer,
-    PayloadResult,
     PossibleBody,
     Settings,
     StandIn,
@@ -107,12 +103,6 @@ def answer(short_logs: Path) -> PayloadAnswer:
     return answer_payload(payload_problem(robot, [loaded], [bare], settings=Settings(robust=False)))
 
 
-@pytest.fixture(scope="module")
-def document(answer: PayloadAnswer) -> PayloadResult:
-    """A document as if the payload were known in the flange."""
-    return structs.replace(answer.result, frame="flange: plain")
-
-
 @pytest.mark.parametrize(
     ("level", "sentence", "uses"),
     [
@@ -132,23 +122,6 @@ def test_verdict_quantity_by_quantity(level: Any, sentence: str, uses: list[str]
     assert ("Nothing is given here" in text) == (level == "do_not_use")
     assert ("equivalent ellipsoid" in text) == (level == "use")
     assert "No recording was held out" in text
-
-
-def shown(document: PayloadResult) -> str:
-    return blocks_html(controller_blocks(document, "this report", "Stäubli RX90"))
-
-
-def test_controllers_get_what_export_writes(document: PayloadResult) -> None:
-    """The robot's own maker first and open; each text is that of ``dynident export``, but for the reasons."""
-    block = shown(document)
-    page = read(block)
-    load = replace(load_of(document, "this report"), reasons=())
-    codes = dict(re.findall(r'<code id="controller-([^"]+)">(.*?)</code>', block, re.DOTALL))
-    assert next(iter(codes)) == "staubli"
-    assert set(codes) == {"abb", "kuka", "ur", "fanuc", "yaskawa", "staubli", "franka", "urdf"}
-    for name, code in codes.items():
-        assert html.unescape(code) == FORMATS[name].text(load).rstrip("\n")
-    assert [key for _, key, _ in page.attributes].count("open") == 1
 
 
 def test_the_line_for_a_controller_is_the_body_at_the_flange(answer: PayloadAnswer) -> None:
