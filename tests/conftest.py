@@ -24,6 +24,7 @@ from dynident.model import (
 )
 from dynident.model.kernel.cache import CompilerUnavailable, compiled_library
 from dynident.model.kernel.kernel import Kernel
+from dynident.tests.frozen.inputs import folder_of_inputs
 from hypothesis import settings
 
 gc.set_threshold(100_000, 20, 20)
@@ -182,6 +183,13 @@ def shared(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str, Callable[
         return place
 
     return folder
+
+
+@pytest.fixture(scope="module")
+def inputs() -> Iterator[Path]:
+    """The frozen runs' inputs in a folder of their own, which is the working folder."""
+    with folder_of_inputs() as folder:
+        yield folder
 
 
 @pytest.fixture(scope="session")
