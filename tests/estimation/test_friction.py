@@ -7,10 +7,8 @@ import casadi as ca
 import numpy as np
 import pytest
 from dynident.apps.logs.log_check import check_log
-from dynident.apps.logs.read import read_recording
 from dynident.common.schema import convert
 from dynident.estimation import (
-    Identification,
     Settings,
     identify,
     identify_payload,
@@ -30,7 +28,6 @@ from msgspec import UnsetType
 
 LOADED = {name: name for name in IN_FULL if load_robot(name).drives.friction}
 PAYLOAD = InertialParameters.from_com(4.0, (0.02, -0.03, 0.1), np.diag([0.02, 0.03, 0.025]))
-GAINS = (11.976, 11.976, 9.839, 10.763, 10.757, 10.680)
 
 
 def rubbing(name: str, **levels: float) -> Robot:
@@ -157,46 +154,3 @@ def test_a_check_sees_the_friction_that_is_identified() -> None:
 def quantity(result: PayloadResult) -> Quantity:
     assert not isinstance(result.quantities, UnsetType)
     return result.quantities["mass"]
-
-
-def given(folder: Path, name: str) -> Recording:
-    return read_recording(folder / "ur10e" / f"{name}.csv.gz", load_robot("ur10e"), GAINS)
-
-
-@pytest.fixture(scope="module")
-def ur10e(recordings: Path) -> dict[str, Identification]:
-    return {
-        name: identify(load_robot("ur10e"), [given(recordings, name)])
-        for name in ("unloaded", "validation_unloaded")
-    }
-
-
-def test_a_real_arms_friction_grows_with_load(recordings: Path, ur10e: dict[str, Identification]) -> None:
-    """On recordings that were not fitted the error falls by more than a half; Coulomb friction by a third.
-
-    An independent program has 2.2 to 2.5 % with both terms, 3.9 to 4.2 with the paper's.
-    """
-    asked = {"unloaded": (2.3, 2.4), "validation_unloaded": (2.3, 2.6)}
-    for name, result in ur10e.items():
-        assert {"FL2", "FL3", "FR1"} <= set(result.estimate.names)
-        assert result.estimate["FL2"] == pytest.approx(0.061, abs=0.004)
-        assert result.estimate["FS2"] < 13.0  # 18.3 by the paper's terms
-        others = [other for other in ("unloaded", "validation_unloaded") if other != name]
-        for other, most in zip((*others, "validation_point_to_point"), asked[name], strict=True):
-            settings, values = Settings(robust=False), result.estimate.values
-            unseen = base_problem(
-                result.robot, result.base, [given(recordings, other)], settings, check=False, fitted=values
-            )
-            assert 100.0 * fit(unseen, values).relative < most
-
-
-def test_a_real_pair_by_every_method(recordings: Path) -> None:
-    """The gains are 1 to 2 % off: all methods now say so alike, and every interval holds the weighed 2.805 kg."""
-    result = identify_payload(
-        load_robot("ur10e"), [given(recordings, "loaded_2.805kg")], [given(recordings, "unloaded")]
-    )
-    masses = np.array([estimate.parameters["M"] for estimate in result.estimates], dtype=float)
-    assert np.ptp(masses) < 0.003 * 2.805
-    low, high = quantity(result).interval95
-    assert low < 2.805 < high
-    assert result.verdict.level == "mass_and_com_only"

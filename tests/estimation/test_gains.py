@@ -10,10 +10,10 @@ import pytest
 from dynident.apps.logs.read import read_recording
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError
-from dynident.estimation import PAYLOAD, Settings, answer_gains
+from dynident.estimation import Settings, answer_gains
 from dynident.estimation.equations.equations import Equations
 from dynident.estimation.gains.current_side import gauss_newton
-from dynident.estimation.gains.known_load import known_mass, read_known_load
+from dynident.estimation.gains.known_load import known_mass
 from dynident.estimation.gains.problem import GainProblem, free_gains, gain_problem, gravity_acts, rests_on
 from dynident.model import InertialParameters, Motion, Processing, Recording, Robot, Spring, load_robot
 from dynident.model.friction import PAPER, Friction
@@ -45,21 +45,6 @@ def currents(simulated: Callable[[str], Simulator], wander: Callable[..., Motion
     return problem
 
 
-@pytest.mark.long
-def test_truth_within_the_stated_sigma(currents: Callable[..., GainProblem]) -> None:
-    """Mean squared error in sigma is 1, free; bodies that can exist may do better, not worse."""
-    free, possible = [], []
-    for seed in range(10):
-        problem = replace(currents(seed), deletions=())
-        gains = answer_gains(problem, known_mass(6.0))
-        free.append(np.log(gains.free_values / TRUTH) / gains.logarithms.sigma)
-        possible.append(np.log(gains.values / TRUTH) / gains.logarithms.sigma)
-    squares = np.mean(np.square(free))
-    assert 0.6 < squares < 1.6, squares
-    assert np.mean(np.square(possible)) < 1.5
-    assert (np.abs(free) < 1.96).mean() > 0.88
-
-
 def test_gains_without_a_block_are_those_of_all_but_for_chance(currents: Callable[..., GainProblem]) -> None:
     problem, loads = currents(0), [known_mass(6.0)]
     whole = free_gains(problem.equations, problem.weights, loads).k
@@ -74,17 +59,6 @@ def test_gravity_decides_what_a_gain_rests_on() -> None:
     wall = replace(load_robot("ur10e"), gravity=(-9.81, 0.0, 0.0))
     assert gravity_acts(wall) == (True,) * 6
     assert gravity_acts(wall.with_friction((*PAPER, Friction("FL")))) == (True,) * 6
-
-
-def test_load_file(tmp_path: Path) -> None:
-    path = tmp_path / "load.toml"
-    path.write_text(
-        "mass = 6\nmass_sigma = 0.01\ncom = [0.03, 0.12, 0.06]\ninertia_com = [0.03, 0, 0, 0.04, 0, 0.02]\n"
-    )
-    load = read_known_load(path)
-    assert load.known == PAYLOAD
-    assert load.ten == pytest.approx(BODY.vector)
-    assert load.mass_sigma == 0.01
 
 
 @pytest.mark.long
