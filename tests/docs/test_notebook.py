@@ -28,13 +28,6 @@ def ran(source: str, names: dict[str, Any]) -> tuple[str, Any]:
     return printed.getvalue(), shown
 
 
-def test_the_notebook_is_one_of_five_cells_without_outputs() -> None:
-    notebook = json.loads(NOTEBOOK.read_text(encoding="utf-8"))
-    assert len(notebook["cells"]) == 5
-    assert not any(cell["outputs"] or cell["execution_count"] for cell in notebook["cells"])
-    assert all(cell.startswith("# ") for cell in cells())
-
-
 @pytest.mark.long
 def test_every_cell_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)

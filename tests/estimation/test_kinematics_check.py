@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from dynident.apps.logs.read import read_recording
+from dynident.benchmarks.shared import UR10E_GAINS
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError
 from dynident.estimation.diagnosis.kinematics import Reading, Readings, ToolPoses, check_pose, rank_readings
@@ -14,7 +15,6 @@ from dynident.model import Pose, Recording, Robot, load_robot
 from dynident.model.frames import frames_at
 from dynident.trajectories import Simulator, random_via_points
 
-GAINS = (11.976, 11.976, 9.839, 10.763, 10.757, 10.680)
 WORLD = Pose.from_rpy((1.0, -0.5, 0.3), (0.2, -0.1, 2.0))
 TOOL = Pose.from_rpy((0.05, -0.02, 0.15), (0.5, 0.4, -1.0))
 
@@ -130,7 +130,7 @@ def test_suggestion_restores_the_log(log: Recording, right: Readings, truth: Rea
 def test_real_recordings(recordings: Path) -> None:
     """A UR10e's log is taken as it stands; with one sense turned round it is found out."""
     robot = load_robot("ur10e")
-    log = read_recording(recordings / "ur10e/unloaded.csv.gz", robot, GAINS)
+    log = read_recording(recordings / "ur10e/unloaded.csv.gz", robot, UR10E_GAINS)
     assert rank_readings(robot, [log]).suggested is None
     turned = replace(RIGHT, sign=(1, 1, -1, 1, 1, 1))
     assert rank_readings(robot, [spoilt(log, turned)]).suggested == turned

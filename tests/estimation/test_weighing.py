@@ -22,9 +22,7 @@ from dynident.estimation import (
     payload_estimate,
 )
 from dynident.estimation.payload.constant_torques import OFFSET_SHARE, HeldFriction
-from dynident.estimation.payload.short_motion import telling_rows
 from dynident.estimation.payload.weighing import difference_weighing, known_robot_weighing
-from dynident.estimation.signals.filtering import measurement
 from dynident.model import InertialParameters, Recording, Robot, load_robot
 from dynident.model.friction import Friction
 from dynident.trajectories import RX90_NOISE, NearMotion, Simulator, random_via_points
@@ -141,20 +139,6 @@ def test_ends_cut_in_full_motion_cost_little(
     pair = record((2, 3, 5, 6), noise=np.zeros(6))
     problem = difference_weighing(simulator.robot, [cut(pair.loaded, begin, end)], [cut(pair.bare, begin, end)])
     assert payload_estimate(problem, 3).ten == pytest.approx(LOAD.vector, abs=5e-3)
-
-
-def test_ends_cut_in_full_motion_are_left_out_of_a_single_recording(record: Record, simulator: Simulator) -> None:
-    """Three periods of the cut-off are left out, 5 % at most, as everywhere but in a pair."""
-    processing = simulator.robot.processing
-    motion = measurement(cut(record((2, 3, 5, 6)).bare, 2.3, 17.2), processing).motion
-    rows = telling_rows(motion, (2, 3, 5, 6), processing)
-    whole = telling_rows(motion, (2, 3, 5, 6), processing, ends=True)
-    lost = min(3.0 / (processing.cutoff or np.inf), 0.05 * (motion.t[-1] - motion.t[0]))
-    inner = (motion.t >= motion.t[0] + lost) & (motion.t <= motion.t[-1] - lost)
-    assert whole[~inner].any()
-    assert not rows[motion.t < motion.t[0] + 0.99 * lost].any()
-    assert not rows[motion.t > motion.t[-1] - 0.99 * lost].any()
-    assert (rows[inner] == whole[inner]).mean() > 0.99
 
 
 def test_a_constant_torque_and_coulomb_friction_that_changed_do_not_matter(

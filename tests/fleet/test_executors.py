@@ -21,7 +21,7 @@ from dynident.apps.fleet.store import RefusedDocument
 from dynident.apps.logs.read import read_recordings
 from dynident.cli import main
 from dynident.common.errors import InputError
-from dynident.tests.fleet.night_logs import ROBOT, Here, Lost, contents, entries
+from dynident.tests.fleet.night_logs import ROBOT, Here, contents, entries
 
 
 @pytest.mark.long
@@ -67,17 +67,6 @@ def test_a_log_that_ends_its_worker_each_time_is_one_row(
     assert {bad.file for bad in reduced.refused if bad.reason == reduction.KILLS} == {
         "b/2026-01-01.csv", "b/2026-01-03.csv"
     }  # fmt: skip
-
-
-def test_workers_that_cannot_begin_are_no_fault_of_a_log(
-    logs: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def pool(_: int) -> contextlib.AbstractContextManager[Executor]:
-        return contextlib.nullcontext(Lost(0))
-
-    monkeypatch.setattr(reduction, "process_pool", pool)
-    with pytest.raises(InputError, match="workers were lost after 0 of"):
-        fleet.reduce_fleet(entries(), ROBOT, tmp_path / "s", workers=2)
 
 
 class KilledWorker(Exception):  # noqa: N818

@@ -7,7 +7,6 @@ import numpy as np
 import pinocchio as pin
 import pytest
 from dynident.model import Pose, Robot, mounted, with_tool
-from dynident.model.files.reframe import JointAxis, modified_dh
 
 RPY = [(0.3, -0.7, 2.0), (0.0, math.pi / 2, 0.0), (0.4, -math.pi / 2, 1.1), (math.pi, 0.0, math.pi / 2)]
 
@@ -26,21 +25,6 @@ def test_poses_compose_like_transforms() -> None:
     np.testing.assert_allclose((a @ b).p, theirs.translation, atol=1e-12)
     assert (Pose() @ Pose().inverse()).is_identity
     assert not a.is_identity
-
-
-@pytest.mark.parametrize(
-    ("rotation", "origin"),
-    [
-        (((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, -1.0)), (0.0, 0.0, 0.0)),
-        (((1.0, 0.0, 0.0), (0.0, 1.1, 0.0), (0.0, 0.0, 1.0)), (0.0, 0.0, 0.0)),
-        (((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)), (0.0, math.nan, 0.0)),
-    ],
-)
-def test_what_is_no_pose(rotation: tuple[tuple[float, float, float], ...], origin: tuple[float, ...]) -> None:
-    first, second, third = rotation
-    x, y, z = origin
-    with pytest.raises(ValueError, match="pose"):
-        Pose((first, second, third), (x, y, z))
 
 
 @pytest.mark.parametrize(
@@ -81,13 +65,3 @@ def test_tool_frames_add_up(rx90: Robot) -> None:
         "finger",
     )
     assert rx90.last_frame == rx90.payload_frame
-
-
-def test_axes_almost_parallel_are_parallel() -> None:
-    """5e-5 rad off parallel would put the frames kilometres away."""
-    axes = [
-        JointAxis("revolute", (0.0, 0.0, 1.0), (0.0, 0.0, 0.0)),
-        JointAxis("revolute", (0.0, 5e-5, 1.0), (0.5, 0.0, 0.1)),
-    ]
-    joints = modified_dh(axes, Pose(origin=(0.8, 0.0, 0.1))).joints
-    assert max(abs(joint.d) + abs(joint.r) for joint in joints) < 1.0

@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError
-from dynident.examples.paper.printed import paper_tables
-from dynident.model import INERTIAL, InertialParameters, Limits, Robot, inverse_dynamics, load_robot
+from dynident.model import INERTIAL, InertialParameters, Robot, inverse_dynamics, load_robot
 from dynident.model.kernel.kernel import Kernel
 from dynident.tests.conftest import CROOKED
 from dynident.trajectories import (
@@ -20,12 +19,10 @@ from dynident.trajectories import (
     JointBounds,
     Loads,
     Scene,
-    Score,
     Trapezoid,
     ViaPoints,
     ViaPointShape,
     build_design,
-    random_via_points,
     score_motion,
     solve_design,
 )
@@ -76,17 +73,6 @@ def problem(goal: str, shape: str, *, bounds: JointBounds = BOUNDS, **of_shape: 
     return build_design(ROBOT, own, GOALS[goal], bounds=bounds, loads=loads, scene=SCENE)
 
 
-def limited(robot: Robot, bounds: JointBounds) -> Robot:
-    """The robot with these limits in its description."""
-    joints = tuple(
-        replace(joint, limits=Limits((float(low), float(high)), float(v), float(a), float(tau)))
-        for joint, low, high, v, a, tau in zip(
-            robot.joints, bounds.low, bounds.high, bounds.speed, bounds.acceleration, bounds.torque, strict=True
-        )
-    )
-    return replace(robot, joints=joints)
-
-
 def derivative(function: object, x: Array, direction: Array, step: float = 2e-4) -> float:
     """Central differences of two steps, extrapolated (Richardson)."""
     assert callable(function)
@@ -121,12 +107,7 @@ def test_fixed_durations_leave_no_other(rx90: Robot) -> None:
 @pytest.mark.parametrize(
     ("make", "message"),
     [
-        (lambda: Goal("e"), "'e' is not one of d, a, cond, cond-scaled"),
-        (lambda: Goal("a"), "needs reference values"),
-        (lambda: Goal("cond", interest=("FV1",)), "counts for d and a only"),
         (lambda: Goal("d", earlier=Earlier(("FV1",), np.eye(1))), "data length to come"),
-        (lambda: build_design(ROBOT, goal=Goal(columns=("FV9",))), "FV9"),
-        (lambda: build_design(ROBOT, goal=Goal(noise=(1.0,))), "6 positive numbers"),
         (lambda: build_design(ROBOT, ViaPointShape(start=(9.0,) * 6)), "6 positions within the limits"),
         (
             lambda: build_design(ROBOT, ViaPointShape(start=(0.0, 1.2, 1.2, 0.0, 0.0, 0.0)), scene=SCENE),
@@ -279,45 +260,3 @@ def test_interrupted_it_keeps_the_best_so_far() -> None:
     assert design.feasible
     assert steps[-1] == pytest.approx(design.score.value)
     assert isinstance(design.plan, ViaPoints)
-
-
-TABLE2 = {name: printed.value for name, printed in paper_tables().table2_robot.items()}
-SPEEDS = 0.95 ** np.arange(30)
-PAPER_NOISE = tuple(0.1 * TABLE2[f"FS{j}"] for j in range(1, 7))
-
-
-@pytest.fixture(scope="module")
-def scored() -> DesignProblem:
-    goal = Goal("d", columns=tuple(TABLE2), noise=PAPER_NOISE)
-    return build_design(ROBOT, ViaPointShape(14), goal, bounds=BOUNDS)
-
-
-def random_scores(scored: DesignProblem, count: int) -> list[Score]:
-    """At rest in each point, as fast as all limits allow, in steps of 5 %."""
-    robot = limited(ROBOT, scored.bounds)
-    scores = []
-    for seed in range(count):
-        motions = (random_via_points(robot, 14, seed, speed, 0.75).motion(100.0) for speed in SPEEDS)
-        scores.append(next(score for score in (score_motion(scored, x) for x in motions) if score.feasible))
-    return scores
-
-
-def spread(score: Score) -> list[float]:
-    """Median and worst relative sigma, for one second of motion."""
-    sigma = np.array(list(score.relative_sigma(TABLE2).values())) * np.sqrt(score.duration)
-    return [float(np.median(sigma)), float(sigma.max())]
-
-
-def test_d_counts_information_per_second(scored: DesignProblem) -> None:
-    """The search optimises what is compared at equal duration: -log det per parameter of one second's data."""
-    for score in random_scores(scored, 3):
-        per_second = score.learnt.log_det / len(TABLE2) - np.log(score.duration)
-        assert score.value == pytest.approx(-per_second, abs=1e-9)
-
-
-@pytest.mark.long
-def test_a_design_is_a_quarter_below_random_motions(scored: DesignProblem) -> None:
-    design = solve_design(scored, starts=3)
-    assert design.feasible
-    best = np.min([spread(score) for score in random_scores(scored, 40)], axis=0)
-    assert (spread(design.score) < 0.75 * best).all()

@@ -157,26 +157,11 @@ def test_a_fourier_series_is_the_sum_that_is_written() -> None:
 
 
 def test_what_cannot_be_is_refused() -> None:
-    with pytest.raises(InputError, match="1 harmonics"):
-        FourierShape(1, 10.0).family(ROBOT, BOUNDS)
-    with pytest.raises(InputError, match="1 via points"):
-        ViaPointShape(1).family(ROBOT, BOUNDS)
-    bad: float | tuple[float, ...]
-    for bad in ((1.0,), (1.0, 0.0, 1.0), -1.0, np.inf):
-        with pytest.raises(InputError, match="need 3 positive ones"):
-            ViaPointShape(4, fixed=bad).family(ROBOT, BOUNDS)
     with pytest.raises(InputError, match="a trapezoid rests in every via point"):
         ViaPointShape(4, segment=Trapezoid()).family(ROBOT, BOUNDS)
-    for ramp in (0.0, 0.6, np.nan):
-        with pytest.raises(InputError, match=r"above 0, at most 0\.5"):
-            Trapezoid(ramp)
     with pytest.raises(ValueError, match="a trapezoid rests in every point"):
         ViaPoints(np.eye(3), np.ones(2), np.ones((3, 3)), segment=Trapezoid())
     with pytest.raises(ValueError, match="positive period"):
         Fourier(np.zeros(1), np.zeros((1, 2)), np.zeros((1, 2)), 0.0)
-    with pytest.raises(InputError, match="override is 1"):
-        JointBounds.of(ROBOT, override=1.5)
-    with pytest.raises(InputError, match="needs 6 positive numbers"):
-        JointBounds.of(ROBOT, torque=[1.0])
     with pytest.raises(InputError, match="'free' has no position limit for joint 1, 2"):
         JointBounds.of(Robot("free", (Joint(), Joint())))

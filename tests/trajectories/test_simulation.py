@@ -1,5 +1,6 @@
 """Simulated recordings: the robot under its controller, disturbances by level and seed, exact without noise."""
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -9,13 +10,10 @@ from dynident.common.arrays import Array
 from dynident.common.errors import InputError
 from dynident.examples.paper.printed import paper_tables
 from dynident.model import (
-    INERTIAL,
-    InertialParameters,
     Motion,
     Robot,
     base_parameters,
     load_robot,
-    standard_columns,
 )
 from dynident.model.dynamics import dry_friction_names, smooth_dry_friction
 from dynident.model.integration import SMOOTHING
@@ -41,7 +39,6 @@ from dynident.trajectories.simulation.disturbances import (
     draw_robot_errors,
     no_disturbances,
     record,
-    relative_disturbances,
 )
 
 
@@ -158,16 +155,6 @@ def test_recorded_again_is_what_would_have_been_recorded(tasks: list[Task], expe
         experiment.again(replace(RX90_DISTURBANCES, friction=0.5))
 
 
-def test_levels_can_be_scaled_and_are_checked() -> None:
-    assert relative_disturbances(np.array([100.0, 10.0]), 0.1).white == (10.0, 1.0)
-    with pytest.raises(ValueError, match="one number per joint"):
-        Disturbances((1.0,), (0.0, 0.0), (0.0,))
-    with pytest.raises(ValueError, match="must not be negative"):
-        replace(RX90_DISTURBANCES, friction=-0.1)
-    with pytest.raises(ValueError, match="must be positive"):
-        replace(RX90_DISTURBANCES, slow_memory=0.0)
-
-
 WAVES = (8, 36)  # as in the demo: the code is compiled once for all tests
 
 
@@ -243,22 +230,13 @@ def test_without_a_compiler(rx90: Robot, loop: ClosedLoop, monkeypatch: pytest.M
     assert np.abs(plain.torque - compiled.torque).max() < 1e-8 * np.abs(compiled.torque).max()
 
 
-def filled(robot: Robot) -> Robot:
-    """A robot with links that can exist and drives that resist."""
-    values = dict.fromkeys(standard_columns(robot), 0.0)
-    for link in range(1, robot.n + 1):
-        body = InertialParameters.from_com(3.0 / link, [0.02 * link, -0.03, 0.05], 0.05 * np.eye(3))
-        values |= {f"{kind}{link}": float(x) for kind, x in zip(INERTIAL, body.vector, strict=True)}
-        values |= {f"IA{link}": 0.3, f"FS{link}": 2.0, f"FV{link}": 3.0}
-    values |= dict.fromkeys(robot.drives.coupling_names(), 0.5)
-    values |= {name: 1.0 for name in values if name.startswith("OFF")}
-    return replace(robot, parameters=values)
-
-
 @pytest.mark.long
-def test_a_robot_of_every_kind(prismatic: dict[str, Robot]) -> None:
+def test_a_robot_of_every_kind(
+    prismatic: dict[str, Robot], random_parameters: Callable[[Robot, int], dict[str, float]]
+) -> None:
     """Sliding joints, oblique gravity, offsets, coupling, spring: the motor torques are the inverse model's."""
-    robot = filled(prismatic["crooked"])
+    crooked = prismatic["crooked"]
+    robot = replace(crooked, parameters=random_parameters(crooked, 0))
     t = np.linspace(0.0, 1.0, 101)
     bump = (1.0 - np.cos(2.0 * np.pi * t)) ** 2
     reference = SampledTrajectory(t, 0.1 * np.outer(bump, np.linspace(1.0, -1.0, robot.n)))

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from dynident.apps.logs.read import read_recording
 from dynident.apps.rollout import CONSTANT, IDENTIFIED, IdentifiedArm, MujocoArm, Rollout, roll_out_all
+from dynident.benchmarks.shared import UR10E_GAINS
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError
 from dynident.estimation import Settings, identify
@@ -152,9 +153,9 @@ def test_a_real_arm(recordings: Path) -> None:
     """UR10e, a recording that was not fitted: a third of constant speed's error, torques to 5 %."""
     folder = recordings / "ur10e"
     robot = load_robot("ur10e").with_offsets(True)
-    gains = (11.976, 11.976, 9.839, 10.763, 10.757, 10.680)
     training, unseen = (
-        read_recording(folder / f"{name}.csv.gz", robot, gains) for name in ("unloaded", "validation_unloaded")
+        read_recording(folder / f"{name}.csv.gz", robot, UR10E_GAINS)
+        for name in ("unloaded", "validation_unloaded")
     )
     result = identify(robot, [training])
     (rollout,) = roll_out_all(result.robot, result.estimate.values, [unseen], horizons=(0.5, 1.0))

@@ -18,22 +18,17 @@ from dynident.apps.report.page import blocks_html, page_html
 from dynident.apps.report.provenance import Provenance, SourceFile
 from dynident.apps.report.sections.payload import controller_line
 from dynident.estimation import (
-    KnownMass,
     PayloadAnswer,
-    PossibleBody,
     Settings,
-    StandIn,
     Verdict,
     answer_payload,
     payload_problem,
 )
 from dynident.estimation.answers.system import TorquePrediction
 from dynident.estimation.diagnosis.finding import Finding
-from dynident.estimation.payload.weighing import difference_weighing
 from dynident.estimation.results.payload import FlangeDocument
-from dynident.model import InertialParameters, Recording, Robot, load_robot
+from dynident.model import load_robot
 from dynident.model.pose import Pose
-from dynident.trajectories import RX90_NOISE, NearMotion, Simulator
 from hypothesis import given
 from hypothesis import strategies as st
 from msgspec import structs
@@ -137,41 +132,3 @@ def test_the_line_for_a_controller_is_the_body_at_the_flange(answer: PayloadAnsw
         numbers = text.split(", ")
         digits = len(numbers[0].partition(".")[2])
         assert [float(number) for number in numbers] == pytest.approx(values, abs=0.51 * 10.0**-digits)
-
-
-LOAD = InertialParameters.from_com(7.02, [0.01, -0.02, 0.15], np.diag([0.05, 0.05, 0.03]))
-SCALE = (PossibleBody(), KnownMass(7.02, 0.02))
-PROVENANCE = Provenance("dynident weigh", datetime(2001, 9, 9, tzinfo=UTC))
-
-
-def recordings(robot: Robot, joints: Sequence[int], count: int = 1) -> list[Recording]:
-    """One without payload, ``count`` with it."""
-    draw, n = np.random.default_rng(0), robot.n
-    a = np.zeros((1, n, 4))
-    for joint in joints:
-        own = 0.6 * draw.standard_normal(4)
-        a[0, joint - 1] = own - own.mean()
-    pose = np.radians([[0.0, -45.0, 90.0, 0.0, 45.0, 0.0]])
-    motion, simulator = NearMotion(pose, a, 0.0 * a, 5.0, 3, 0.0).motion(250.0), Simulator(robot)
-    noise = 0.3 * np.array(RX90_NOISE)
-    loads = (None, *[LOAD] * count)
-    return [simulator.record(motion, load, noise, [1, k], f"run {k}") for k, load in enumerate(loads)]
-
-
-def answered(joints: Sequence[int], count: int = 1, stand_in: StandIn | None = None) -> PayloadAnswer:
-    robot = load_robot("rx90")
-    bare, *loaded = recordings(robot, joints, count)
-    answer = answer_payload(difference_weighing(robot, loaded, [bare]), constraints=SCALE)
-    return answer if stand_in is None else answer.assuming(stand_in)
-
-
-def test_a_mass_from_the_scale_alone() -> None:
-    answer = answered((6,))
-    page = payload_report(answer.result)
-    text = page_html(page, PROVENANCE)
-    read(text)
-    assert answer.possible is None
-    assert page.drawings() == []  # no joint sees the mass, no body is known
-    assert "the torques of these joints do not contain it" in text
-    assert "Verdict: do not use" in text
-    assert "No controller takes this payload" in text

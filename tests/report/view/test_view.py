@@ -10,17 +10,15 @@ import casadi as ca
 import numpy as np
 import pytest
 from dynident.apps.view import ShownPayload, View, html_of, view_of
-from dynident.apps.view.moving import _axes, ground_of
+from dynident.apps.view.moving import _axes
 from dynident.apps.view.shapes import Shape, box, capsule, ellipsoid, inertia_axes, plane
 from dynident.cli import main
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError
 from dynident.model import InertialParameters, Motion, Pose, Robot, load_robot, robot_names
-from dynident.model.frames import frames_at
 from dynident.model.kinematics import joint_transform
 from dynident.tests.conftest import PRISMATIC
-from dynident.trajectories import Scene, random_via_points
-from dynident.trajectories.design.scene import HalfSpace
+from dynident.trajectories import random_via_points
 
 DRAW = np.random.default_rng(3)
 PAYLOAD = ShownPayload(
@@ -105,28 +103,6 @@ def test_shapes_are_closed_and_as_large_as_they_should_be() -> None:
     assert volume(*box(start, axes)) == pytest.approx(8.0 * 0.006)
     corners, _ = plane((0.0, 0.6, 0.8), 0.5, 1.0)
     assert (corners @ [0.0, 0.6, 0.8]).max() == pytest.approx(0.5)
-
-
-@pytest.mark.parametrize("name", robot_names())
-def test_a_foot_reaches_from_the_base_to_the_floor_and_says_what_is_not_known(name: str) -> None:
-    """No floor is made up where the arm stays above its base; walls and ceilings are none."""
-    robot = load_robot(name)
-    floor, wall = HalfSpace("floor", offset=-0.7), HalfSpace("wall", (1.0, 0.0, 0.0), -3.0)
-    ceiling = HalfSpace("ceiling", (0.0, 0.0, -1.0), -3.0)
-    upper = HalfSpace("table", offset=-0.4)
-    for surfaces, height in (((wall, ceiling, floor), -0.7), ((floor, upper), -0.4)):
-        poses = frames_at(robot, np.zeros(robot.n).tolist())
-        found, (foot,) = ground_of(robot, [poses], Scene(surfaces=surfaces))
-        assert found == pytest.approx(height)
-        assert foot.name == "foot, its shape is not known"
-        reach = np.array([at(poses[foot.frame], end) for end in ends(foot)])
-        assert np.allclose(sorted(reach[:, 2]), [height, 0.0], atol=1e-9)
-        assert np.allclose(reach[:, :2], 0.0, atol=1e-9)
-    high, low = (Pose.from_rpy((0.3, 0.0, z), (0.0, 0.0, 0.0)) for z in (0.2, -0.5))
-    assert ground_of(robot, [(poses[0], high)], Scene(surfaces=(wall,))) == (0.0, [])
-    below, feet = ground_of(robot, [(poses[0], high), (poses[0], low)], None)
-    assert below < -0.5
-    assert [foot.name for foot in feet] == ["foot, neither its height nor its shape is known"]
 
 
 def test_the_payloads_ellipsoids_are_to_scale() -> None:
