@@ -6,7 +6,6 @@ from typing import Any
 import numpy as np
 import pytest
 from dynident.common.arrays import Array
-from dynident.common.errors import InputError
 from dynident.model import INERTIAL, InertialParameters, Robot, inverse_dynamics, load_robot
 from dynident.model.kernel.kernel import Kernel
 from dynident.tests.conftest import CROOKED
@@ -97,33 +96,6 @@ def test_gradient_is_the_derivative(goal: str, shape: str) -> None:
     direction = draw.standard_normal(len(x)) / np.sqrt(len(x))
     expected = derivative(lambda y: task.evaluate(y, 8.0, 0.5, limits)[0], x, direction)
     assert slope @ direction == pytest.approx(expected, rel=1e-6, abs=1e-6 * float(np.linalg.norm(slope)) / len(x))
-
-
-def test_fixed_durations_leave_no_other(rx90: Robot) -> None:
-    with pytest.raises(InputError, match="durations of the moves are fixed"):
-        build_design(rx90, ViaPointShape(5, fixed=1.0, longest=10.0), Goal("cond", payload_only=True))
-
-
-@pytest.mark.parametrize(
-    ("make", "message"),
-    [
-        (lambda: Goal("d", earlier=Earlier(("FV1",), np.eye(1))), "data length to come"),
-        (lambda: build_design(ROBOT, ViaPointShape(start=(9.0,) * 6)), "6 positions within the limits"),
-        (
-            lambda: build_design(ROBOT, ViaPointShape(start=(0.0, 1.2, 1.2, 0.0, 0.0, 0.0)), scene=SCENE),
-            "another start pose: clearance of .* against 0, violated",
-        ),
-        (lambda: build_design(ROBOT, goal=Goal("a", reference={"FV1": 1.0})), "reference value other than zero"),
-        (
-            lambda: build_design(ROBOT, bounds=BOUNDS, loads=Loads({"FV1": 1.0})),
-            "torque limits need the parameters",
-        ),
-    ],
-)
-def test_requests_that_cannot_be(make: object, message: str) -> None:
-    assert callable(make)
-    with pytest.raises(InputError, match=message):
-        make()
 
 
 def test_a_spring_is_part_of_the_torque() -> None:

@@ -3,9 +3,8 @@
 import numpy as np
 import pytest
 from dynident.common.arrays import Array
-from dynident.common.errors import InputError
-from dynident.model import Joint, Robot, load_robot
-from dynident.trajectories import Fourier, FourierShape, JointBounds, NearShape, Trapezoid, ViaPoints, ViaPointShape
+from dynident.model import load_robot
+from dynident.trajectories import Fourier, FourierShape, JointBounds, NearShape, Trapezoid, ViaPointShape
 from dynident.trajectories.design.floor import FreeStates
 from dynident.trajectories.design.goal import Shape
 from dynident.trajectories.motions.family import Family, Samples
@@ -154,14 +153,3 @@ def test_a_fourier_series_is_the_sum_that_is_written() -> None:
     q += -0.5 * np.cos(w * t) / w + 0.25 * np.cos(2 * w * t) / (2 * w)
     assert np.allclose(motion.q[:, 0], q)
     assert len(t) == 41
-
-
-def test_what_cannot_be_is_refused() -> None:
-    with pytest.raises(InputError, match="a trapezoid rests in every via point"):
-        ViaPointShape(4, segment=Trapezoid()).family(ROBOT, BOUNDS)
-    with pytest.raises(ValueError, match="a trapezoid rests in every point"):
-        ViaPoints(np.eye(3), np.ones(2), np.ones((3, 3)), segment=Trapezoid())
-    with pytest.raises(ValueError, match="positive period"):
-        Fourier(np.zeros(1), np.zeros((1, 2)), np.zeros((1, 2)), 0.0)
-    with pytest.raises(InputError, match="'free' has no position limit for joint 1, 2"):
-        JointBounds.of(Robot("free", (Joint(), Joint())))

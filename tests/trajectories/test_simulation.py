@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 from dynident.apps.commands.demo import PAYLOAD
 from dynident.common.arrays import Array
-from dynident.common.errors import InputError
 from dynident.examples.paper.printed import paper_tables
 from dynident.model import (
     Motion,
@@ -19,7 +18,6 @@ from dynident.model.dynamics import dry_friction_names, smooth_dry_friction
 from dynident.model.integration import SMOOTHING
 from dynident.trajectories import (
     RX90_NOISE,
-    Controller,
     Disturbances,
     Experiment,
     PointToPoint,
@@ -246,20 +244,3 @@ def test_a_robot_of_every_kind(
     expected += [np.array(dry(qd, friction(robot)[0]))[:, 0] for qd in data.motion.qd]
     assert np.abs(data.torque - expected).max() < 1e-8 * np.abs(expected).max()
     assert np.abs(data.motion.q - target).max() < 5e-3
-
-
-def test_what_cannot_be_simulated_is_told(rx90: Robot) -> None:
-    with pytest.raises(InputError, match="'ur10e' cannot be simulated: its description lacks XX1"):
-        ClosedLoop(load_robot("ur10e"))
-    massless = replace(rx90, parameters=dict.fromkeys(rx90.parameters, 0.0))
-    with pytest.raises(InputError, match="not positive definite"):
-        ClosedLoop(massless)
-    limp = ClosedLoop(rx90, Controller(0.1, 0.1, 0.0, feed_forward=0.0))
-    with pytest.raises(InputError, match="controller loses joint"):
-        limp.run([Task("", motion(rx90, 1))])
-    with pytest.raises(ValueError, match="gains must be positive"):
-        Controller(position=0.0)
-    with pytest.raises(ValueError, match="'motion' or 'gravity'"):
-        replace(Controller(), compensates="nothing")  # type: ignore[arg-type]
-    with pytest.raises(InputError, match="does not sag"):
-        Controller().sagging(rx90, PAYLOAD, [motion(rx90, 1)], 1e-3)
