@@ -81,7 +81,7 @@ ALL_ROBOTS = ("test_every_robot.py", "test_robot_file.py")
 UNCOMPILED = (
     "test_robot.py",
     "test_design.py",
-    "test_gains_verdict.py",
+    "test_gains.py",
     "test_effects.py",
     "test_full_trajectory.py",
 )
