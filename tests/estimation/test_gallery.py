@@ -463,11 +463,6 @@ def causes_of(name: str, change: Change, contradicted: bool = True) -> str:
     return " ".join(finding.text for finding in likely_causes(robot, states, contradicted))
 
 
-@pytest.mark.parametrize("name", invented.NAMES)
-def test_good_recordings_give_no_cause(name: str) -> None:
-    assert causes_of(name, same) == ""
-
-
 @pytest.mark.parametrize("delay", [-0.1, 0.05, 0.3])
 def test_a_delay_is_found_with_its_sign_and_size(delay: float) -> None:
     words = causes_of("rx90", read_at(lambda t: t - delay))
@@ -503,26 +498,6 @@ def problem_scaled(name: str, factor: float = 1.0, joint: int = 1, blocks: bool 
 
 def seen(problem: LongMotion) -> ByJoints:
     return payload_by_joints(problem, payload_estimate(problem, 1).estimate.weights)
-
-
-@pytest.fixture(scope="module")
-def problems() -> dict[str, LongMotion]:
-    return {name: problem_scaled(name) for name in invented.NAMES}
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("name", ["rx90", "tx40"])
-def test_the_joints_of_a_spherical_wrist_do_not_see_the_mass(problems: dict[str, LongMotion], name: str) -> None:
-    """Rank 9 of 10 whatever the motion: no minimum-norm number with a small sigma."""
-    masses = {group.joints: group for group in seen(problems[name]).masses}
-    for joints in ((4,), (5,), (6,), (4, 5, 6)):
-        assert masses[joints].mass is None
-        assert masses[joints].interval95 is None
-        assert np.isnan(masses[joints].sigma)
-    truth = good_pair(name)[3].mass
-    for joints in ((1,), (2,), (3,), (1, 2, 3)):
-        low, high = masses[joints].interval95 or (np.nan, np.nan)
-        assert low - 0.02 * truth < truth < high + 0.02 * truth
 
 
 def rows_of(part: Equations | None, keep: tuple[int, ...]) -> Equations:

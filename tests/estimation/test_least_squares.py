@@ -5,24 +5,20 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from dynident.apps.commands.demo import PAYLOAD as DISC
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError
 from dynident.common.linear import RANK_TOLERANCE
 from dynident.estimation import PAYLOAD, Estimate, Identification, Settings, SigmaBound, SigmaRatio, identify
 from dynident.estimation.answers.identification import impossible_payload
-from dynident.estimation.answers.system import robot_prediction
 from dynident.estimation.equations.equations import Equations, checked, merged
 from dynident.estimation.equations.observer import Observation, Observer
 from dynident.estimation.equations.reduction import reduced
-from dynident.estimation.fit.blocks import autocorrelation
 from dynident.estimation.fit.essential import Elimination, EliminationPath, eliminate
-from dynident.estimation.fit.estimate import Fit, fit
+from dynident.estimation.fit.estimate import Fit
 from dynident.estimation.fit.least_squares import excitation, weighted
 from dynident.estimation.fit.linear_problem import Known, LinearProblem, SoftPrior
-from dynident.estimation.fit.own_equations import base_problem
 from dynident.estimation.signals.filtering import measurement
-from dynident.model import INERTIAL, InertialParameters, Processing, Recording, base_parameters, load_robot
+from dynident.model import INERTIAL, InertialParameters, Processing, base_parameters, load_robot
 from dynident.model.friction import PAPER
 from dynident.trajectories import RX90_NOISE, Simulator, random_via_points
 from hypothesis import given, settings
@@ -279,50 +275,6 @@ def _own(W: Array, k: int) -> float:
     scaled = others / np.linalg.norm(others, axis=0)
     rest = W[:, k] - scaled @ np.linalg.lstsq(scaled, W[:, k], rcond=None)[0]
     return float(np.linalg.norm(rest) / np.linalg.norm(W[:, k]))
-
-
-ROBOT = load_robot("rx90")
-QUIET = tuple(0.1 * sigma for sigma in RX90_NOISE)
-
-
-def recorded(seed: int, loaded: int) -> Recording:
-    motion = random_via_points(ROBOT, 8, seed=seed).motion(250.0)
-    return Simulator(ROBOT).record(motion, DISC if loaded else None, QUIET, [seed, loaded])
-
-
-def test_residuals_are_those_of_the_fit() -> None:
-    """By W of the held-out recording, and by its triangular factor."""
-    used, second = recorded(0, False), recorded(1, False)
-    result = identify(ROBOT, [used], Settings(robust=False), validation=[second])
-    prediction = robot_prediction(ROBOT, result.base, result.estimate.values, second, ROBOT.processing, True)
-    (same,) = result.predictions
-    assert np.array_equal(same.measured[0], prediction.measured[0])
-    assert same.held_out
-    assert result.validation is not None
-    assert np.allclose(prediction.relative_per_joint, result.validation.relative_per_joint, rtol=1e-6)
-    check = base_problem(ROBOT, result.base, [second], Settings(ROBOT.processing, robust=False))
-    assert np.allclose(
-        prediction.relative_per_joint, fit(check, result.estimate.values).relative_per_joint, rtol=1e-6
-    )
-    assert prediction.worst == int(np.argmax(result.validation.relative_per_joint))
-    assert prediction.held_out
-    assert not prediction.loaded
-
-
-def test_autocorrelation_of_known_series() -> None:
-    rng, n, a = np.random.default_rng(0), 40_000, 0.8
-    white = rng.standard_normal(n)
-    series = np.empty(n)
-    series[0] = white[0]
-    for k in range(1, n):
-        series[k] = a * series[k - 1] + white[k]
-    t = np.arange(n) * np.float64(0.01)
-    rho = autocorrelation(t, series, 0.01, 5)
-    assert rho == pytest.approx(a ** np.arange(6), abs=0.03)
-    mask = rng.random(n) < 0.7
-    assert autocorrelation(t[mask], series[mask], 0.01, 5) == pytest.approx(rho, abs=0.03)
-    assert autocorrelation(t, 0.0 * series, 0.01, 2).tolist() == [1.0, 0.0, 0.0]
-    assert autocorrelation(t[:0], series[:0], 0.01, 2).tolist() == [1.0, 0.0, 0.0]
 
 
 NOTHING = Fit(np.ones(1), np.ones(1), (1,))

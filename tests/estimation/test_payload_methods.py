@@ -11,7 +11,6 @@ from dynident.common.arrays import Array
 from dynident.common.errors import InputError
 from dynident.estimation import (
     PAYLOAD,
-    Estimate,
     Gains,
     InEllipsoid,
     KnownMass,
@@ -128,16 +127,6 @@ def test_unit_of_torque_does_not_matter(
     assert np.allclose(1000.0 * a.sigma, b.sigma, rtol=1e-7)
 
 
-@pytest.mark.parametrize("method", METHODS)
-def test_no_payload_is_found_where_there_is_none(
-    method: int, simulated: Callable[[str], Simulator], wander: Callable[..., Motion]
-) -> None:
-    simulator = simulated("ur10e")
-    bare = simulator.measure(wander(6, 3))
-    values = payload_estimate(problem_of(simulator.robot, [(bare, bare)]), method).estimate.values
-    assert np.abs(values).max() < 1e-8
-
-
 def test_method_2_reduces_to_the_paper_on_the_rx90(
     simulated: Callable[[str], Simulator], exact_pair: Callable[..., tuple[Measurement, ...]]
 ) -> None:
@@ -173,20 +162,6 @@ def test_stored_robot_parameters_replace_the_unloaded_recording(
     assert np.allclose(a.covariance, b.covariance)
 
 
-def test_parameters_of_another_model_are_refused(
-    simulated: Callable[[str], Simulator], exact_pair: Callable[..., tuple[Measurement, ...]]
-) -> None:
-    simulator = simulated("ur10e")
-    problem = problem_of(simulator.robot, [exact_pair(simulator)], noise=0.5)
-    assert problem.unloaded is not None
-    known = weighted(problem.unloaded)
-    short = Estimate(
-        known.names[:-1], known.values[:-1], known.covariance[:-1, :-1], 100.0, known.fit, known.weights
-    )
-    with pytest.raises(InputError, match="another model"):
-        replace(problem, known=short)
-
-
 def test_friction_under_load_can_be_freed(
     simulated: Callable[[str], Simulator], wander: Callable[..., Motion], payload: InertialParameters
 ) -> None:
@@ -202,19 +177,6 @@ def test_friction_under_load_can_be_freed(
     )
     assert (np.abs(free - payload.vector) < 1e-6 * scale(payload)).all()
     assert np.abs(fixed - payload.vector).max() > 1e-3
-
-
-def test_covariance_of_method_1_includes_the_robot(
-    simulated: Callable[[str], Simulator], exact_pair: Callable[..., tuple[Measurement, ...]]
-) -> None:
-    simulator = simulated("rx90")
-    problem = problem_of(simulator.robot, [exact_pair(simulator)], noise=1.0)
-    assert problem.unloaded is not None
-    robot = weighted(problem.unloaded)
-    exact = replace(robot, covariance=np.zeros_like(robot.covariance))
-    whole = payload_estimate(problem, 1).estimate.sigma
-    alone = payload_estimate(replace(problem, known=exact), 1).estimate.sigma
-    assert (whole > alone).all()
 
 
 def test_methods_that_lack_data_say_what_they_need(

@@ -112,12 +112,6 @@ def test_negative_friction_is_named(rx90: Robot, rx90_base: BaseParameters, rand
     assert dict(zip(rx90_base.columns, result.values, strict=True))["FV3"] == pytest.approx(0.0, abs=1e-6)
 
 
-def test_another_models_estimate_is_refused(rx90: Robot, rx90_base: BaseParameters) -> None:
-    estimate = noisy_estimate(rx90_base, np.ones(len(rx90_base.columns)), 0)
-    with pytest.raises(InputError, match="identify the robot anew"):
-        solve_constrained_base(rx90, rx90_base, replace(estimate, names=estimate.names[::-1]))
-
-
 def test_a_program_without_an_attained_least_value_is_closed() -> None:
     """A body with a first moment of at least 1 has as little mass as its extent is large: none is the least."""
     only = np.eye(10)

@@ -6,7 +6,6 @@ from typing import get_args
 
 import numpy as np
 import pytest
-from dynident.benchmarks.coverage import repeated_problem
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError
 from dynident.estimation import Identification, LongMotion, Settings, identify, payload_estimate, payload_problem
@@ -25,7 +24,6 @@ from dynident.estimation.signals.filtering import measurement
 from dynident.model import InertialParameters, Motion, Processing, Recording, base_parameters, load_robot
 from dynident.model.motion import Measurement
 from dynident.trajectories import RX90_NOISE, Simulator, random_via_points
-from numpy.typing import NDArray
 from scipy.signal import lfilter
 
 SETTINGS = Processing(decimate=4, slow_fraction=0.01)
@@ -327,26 +325,6 @@ def test_too_short_for_blocks_says_so_and_still_answers(
         single.loaded.without_each()
 
 
-def ratios(seed: int, memory: float = 0.0) -> Array:
-    """Standard deviations of the ten by the jackknife over the formula's, methods x 10, in simulated recordings."""
-    problem, _ = repeated_problem("disc", memory, 4, seed)
-    estimates = [payload_estimate(problem, method).estimate for method in (1, 2, 3, 4)]
-    return np.array([one.sigma_robust / one.sigma for one in estimates if one.sigma_robust is not None])
-
-
-@pytest.mark.parametrize(("runs", "off"), [(1, 0.25), pytest.param(6, 0.1, marks=pytest.mark.long)])
-def test_white_noise_gives_the_formulas_sigma(runs: int, off: float) -> None:
-    ratio = np.mean([ratios(seed) for seed in range(runs)], axis=0)
-    assert ratio.shape == (4, 10)
-    assert np.all(np.abs(ratio.mean(axis=1) - 1.0) < off), ratio
-
-
-def test_noise_that_remembers_widens_the_jackknife() -> None:
-    """Torque noise AR(1), correlation time 20 samples at 250 Hz: the formula's sigma is too small."""
-    assert np.all(ratios(0, 20.0).mean(axis=1) > 1.3)
-
-
-BoolArray = NDArray[np.bool_]
 MEMORY = 20.0  # samples
 
 
@@ -383,21 +361,6 @@ def observed(result: Identification, recordings: list[Recording]) -> list[Observ
     """The equations of recordings, each held whole."""
     observer, processing = Observer(result.robot, result.base.columns), result.robot.processing
     return [observer.observe(measurement(recording, processing), processing) for recording in recordings]
-
-
-def test_intervals_hold_under_noise_that_remembers(results: list[Identification]) -> None:
-    """Mean over the 54 parameters and four runs; a correlation of 20 samples makes the formula's too short."""
-    robot = load_robot("rx90")
-    truth = results[0].base.value(robot.parameters)
-    formula: list[BoolArray] = []
-    robust: list[BoolArray] = []
-    for result in results:
-        wide = result.estimate.robust_interval95
-        assert wide is not None
-        for hits, interval in ((formula, result.estimate.interval95), (robust, wide)):
-            hits.append((interval[:, 0] <= truth) & (truth <= interval[:, 1]))
-    assert np.mean(formula) < 0.82
-    assert 0.90 <= np.mean(robust) <= 0.99
 
 
 def test_essential_parameters_have_their_own(exact: list[Recording], results: list[Identification]) -> None:

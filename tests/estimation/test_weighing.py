@@ -9,7 +9,6 @@ import pytest
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError
 from dynident.estimation import (
-    Gains,
     KnownMass,
     LongMotion,
     PayloadAnswer,
@@ -223,25 +222,6 @@ def test_a_drift_is_told_and_widens(record: Record, simulator: Simulator) -> Non
     assert answer.repeats.drift_per_recording > 0.1
     assert answer.repeats.excess > 1.5
     assert any("drifts" in text for text in (*answer.verdict.reasons, *answer.verdict.notes))
-
-
-@pytest.mark.long
-def test_robot_parameters_instead_of_a_recording(record: Record, simulator: Simulator) -> None:
-    robot = simulator.robot
-    motion = random_via_points(robot, 14, 1).motion(250.0)
-    known = identify(robot, [simulator.record(motion, None, NOISE, 1)], Settings(robust=False)).estimate
-    pair = record((2, 3, 5, 6))
-    problem = known_robot_weighing(robot, [pair.loaded], known)
-    answer = answer_payload(
-        problem, gains=Gains((0.01,)), others=[difference_weighing(robot, [pair.loaded], [pair.bare])]
-    )
-    assert answer.mass == pytest.approx(LOAD.mass, abs=3.0 * answer.spread.mass)
-    exact = replace(problem, known=replace(known, covariance=1e-6 * known.covariance))
-    unsure, certain = (payload_estimate(variant, 1).estimate.sigma[9] for variant in (problem, exact))
-    assert unsure > certain
-    assert [way.name for way in answer.agreement] == ["torque difference (method 3)"]
-    with pytest.raises(InputError, match="another model"):
-        known_robot_weighing(robot.with_offsets(True), [pair.loaded], known)
 
 
 def test_a_known_robot_with_asymmetric_friction(record: Record, simulator: Simulator) -> None:

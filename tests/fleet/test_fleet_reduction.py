@@ -9,8 +9,8 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterator
-from concurrent.futures import Executor, Future, ProcessPoolExecutor
+from collections.abc import Iterator
+from concurrent.futures import Executor, ProcessPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -18,14 +18,14 @@ import numpy as np
 import pytest
 from dynident.apps import fleet
 from dynident.apps.fleet import reduction
-from dynident.apps.fleet.store import Log, RefusedDocument, catalog, same_time
+from dynident.apps.fleet.store import Log, catalog, same_time
 from dynident.apps.logs.map import LogMap
 from dynident.apps.logs.read import read_recordings
 from dynident.cli import main
 from dynident.common.errors import InputError
 from dynident.estimation.fit.least_squares import weighted
 from dynident.model import load_robot
-from dynident.tests.fleet.night_logs import GOOD, ROBOT, Here, Lost, contents, entries
+from dynident.tests.fleet.night_logs import GOOD, ROBOT, Lost, contents, entries
 
 
 def test_good_ones_are_in_and_each_wrong_one_is_named(store: Path) -> None:
@@ -166,24 +166,6 @@ def test_a_log_that_ends_its_worker_each_time_is_one_row(
     assert {bad.file for bad in reduced.refused if bad.reason == reduction.KILLS} == {
         "b/2026-01-01.csv", "b/2026-01-03.csv"
     }  # fmt: skip
-
-
-class KilledWorker(Exception):  # noqa: N818
-    """A task that each worker died of, as Dask says it."""
-
-
-def test_a_log_that_kills_each_worker_of_a_cluster_is_refused(store: Path, tmp_path: Path) -> None:
-    class Killed(Here):
-        def submit(self, fn: Callable[..., Any], /, *arguments: Any, **more: Any) -> Future[Any]:
-            if arguments[1].file.startswith("b/2026-01-01"):
-                future: Future[Any] = Future()
-                future.set_exception(KilledWorker())
-                return future
-            return super().submit(fn, *arguments, **more)
-
-    reduced = fleet.reduce_fleet(entries(), ROBOT, tmp_path / "s", workers=(Killed(), 1))
-    assert RefusedDocument("b/2026-01-01.csv", reduction.KILLS) in reduced.refused
-    assert (reduced.new, reduced.workers_lost) == (2, 1)
 
 
 def free_port() -> int:

@@ -8,7 +8,6 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import casadi as ca
@@ -60,18 +59,6 @@ def mixed() -> ca.Function:
     return ca.Function("mixed", [x, p], [matrix, shared * shared - ca.sqrt(ca.fabs(x[2] * p[1])) / 3.0])
 
 
-def test_threads_never_share_a_block(mixed: ca.Function, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Arrays that operations are bound to are kept for further calls, of many sizes and at once."""
-    monkeypatch.setenv("DYNIDENT_NO_COMPILER", "1")
-    kernel, draw = Kernel(mixed), np.random.default_rng(0)
-    cases = [(draw.normal(size=(size, 3)), draw.normal(size=(size, 2))) for size in (5, 700, 5000, 700) * 25]
-    alone = [Kernel(mixed)(*case) for case in cases]
-    with ThreadPoolExecutor(4) as pool:
-        together = list(pool.map(lambda case: kernel(*case), cases))
-    for one_by_one, at_once in zip(alone, together, strict=True):
-        np.testing.assert_array_equal(at_once, one_by_one)
-
-
 @pytest.mark.parametrize("size", [0, 1, 7, 8, 9, 4095, 4096, 4097])
 def test_every_size(mixed: ca.Function, compiled: bool, size: int) -> None:
     draw = np.random.default_rng(size)
@@ -112,13 +99,6 @@ def test_shared_inputs(mixed: ca.Function, compiled: bool) -> None:
     kernel = Kernel(mixed)
     np.testing.assert_array_equal(kernel(x, p), kernel(x, np.tile(p, (11, 1))))
     np.testing.assert_array_equal(kernel(x[0], p), kernel(x[:1], p[None]))
-
-
-def test_inputs_need_not_be_contiguous(mixed: ca.Function, compiled: bool) -> None:
-    draw = np.random.default_rng(2)
-    x, p = draw.normal(size=(3, 50)).T[::2], draw.normal(size=(25, 4))[:, ::2]
-    kernel = Kernel(mixed)
-    np.testing.assert_array_equal(kernel(x, p), kernel(x.copy(), p.copy()))
 
 
 @pytest.mark.parametrize(
@@ -307,16 +287,6 @@ def test_key_is_source_compiler_flags_and_processor(
     assert entries_after() == 5
     wrapper.write_text('#!/bin/sh\n# upgraded\nexec cc "$@"\n')
     assert entries_after() == 6
-
-
-@pytest.mark.long
-def test_sixteen_processes_race_on_an_empty_cache(folder: Path, tmp_path: Path) -> None:
-    processes = [_start(folder, str(tmp_path), str(k)) for k in range(16)]
-    while len(list(tmp_path.glob("ready*"))) < 16:
-        assert all(process.poll() is None for process in processes)
-    (tmp_path / "go").touch()
-    assert [_answer(process) for process in processes] == ["compiled"] * 16
-    assert list(folder.iterdir()) == _entries(folder), "no half-written files stay"
 
 
 def _flip_a_byte(content: bytes) -> bytes:

@@ -105,17 +105,6 @@ def test_the_same_input_gives_the_same_bytes(payload_report: Made, short_logs: P
     assert command_line.sub("", second.read_text(encoding="utf-8")) == command_line.sub("", payload_report.text)
 
 
-def test_no_report_without_being_asked(short_logs: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def refused(*_: object) -> None:
-        raise AssertionError("the page was made")
-
-    monkeypatch.setattr("dynident.apps.report.page.page_html", refused)
-    monkeypatch.setattr("dynident.estimation.PayloadAnswer.predictions", property(refused))
-    command = payload_command(short_logs, tmp_path / "x.html", tmp_path / "x")
-    assert main(command[:-4]) == 0
-    assert not list(tmp_path.iterdir())
-
-
 def test_a_time_that_is_none_is_refused(
     short_logs: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

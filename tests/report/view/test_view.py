@@ -12,7 +12,6 @@ import casadi as ca
 import numpy as np
 import pytest
 from dynident.apps.view import ShownPayload, View, html_of, view_of
-from dynident.apps.view.moving import _axes
 from dynident.apps.view.shapes import Shape, box, capsule, coarse, ellipsoid, inertia_axes, plane
 from dynident.cli import main
 from dynident.common.arrays import Array
@@ -125,15 +124,6 @@ def test_the_payloads_ellipsoids_are_to_scale() -> None:
         shape.name for shape in view_of(load_robot("ur10e"), motion(load_robot("ur10e"), 2), payload=unknown).shapes
     ]
     assert not any("mass" in name or "inertia" in name for name in names)
-
-
-def test_a_joint_at_a_limit_is_marked_at_that_time() -> None:
-    touched = np.zeros((4, 6), dtype=bool)
-    touched[2, 4] = True
-    marks = [shape for shape in _axes(load_robot("ur10e"), touched) if shape.shown is not None]
-    assert [(shape.frame, shape.shown.tolist()) for shape in marks if shape.shown is not None] == [
-        (5, [False, False, True, False])
-    ]
 
 
 @pytest.fixture(scope="module")
