@@ -1,4 +1,4 @@
-"""The plan of the house: rooms, directions of imports, what is packaged, what is imported when."""
+"""The plan of the house: what is packaged, what is imported when, and values that show themselves in brief."""
 
 import subprocess
 import sys
@@ -7,7 +7,12 @@ from fnmatch import fnmatch
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
+from dynident.estimation import Estimate
+from dynident.estimation.fit.estimate import Fit
+from dynident.model import Recording, base_parameters, load_robot, robot_names
+from dynident.trajectories import random_via_points
 
 ROOT = Path(__file__).parents[1]
 ROOMS = ("common", "model", "estimation", "trajectories", "apps")
@@ -83,3 +88,21 @@ def test_rooms_are_found_in_the_package_only() -> None:
     code = f"import sys; sys.path.insert(0, {str(ROOT)!r}); import estimation"
     answer = subprocess.run([sys.executable, "-c", code], check=False, capture_output=True, text=True)
     assert "attempted relative import beyond top-level package" in answer.stderr
+
+
+def values() -> list[Any]:
+    robot, large = load_robot("rx90"), np.linspace(0.0, 1.0, 6000).reshape(1000, 6)
+    via = random_via_points(robot, count=12, seed=0)
+    base, fit = base_parameters(robot), Fit(np.ones(6), np.ones(6), (9,) * 6)
+    names = base.columns
+    estimate = Estimate(names, np.ones(len(names)), np.eye(len(names)), 10.0, fit, np.ones(6))
+    recording = Recording(np.arange(1000.0), large, large, source="a.csv")
+    return [*map(load_robot, robot_names()), via, via.motion(rate=100.0), base, estimate, recording]
+
+
+@pytest.mark.parametrize("value", values(), ids=lambda value: type(value).__name__)
+def test_ten_lines_hold_it(value: Any) -> None:
+    text = repr(value)
+    assert text.startswith(f"{type(value).__name__}(")
+    assert len(text) <= 10 * 80
+    assert "\n" not in text

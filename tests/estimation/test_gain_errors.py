@@ -313,7 +313,7 @@ def test_gains_of_which_nothing_is_said_have_usual_errors(name: str) -> None:
     assert usual_gains(robot, [replace(silent, gains=(1.0,) * robot.n)]) == Gains((0.02,), assumed=True)
 
 
-@pytest.mark.parametrize("error", [0.0, 0.02])
+@pytest.mark.parametrize("error", [pytest.param(0.0, marks=pytest.mark.long), 0.02])
 def test_what_is_assumed_of_gains_shortens_no_interval(
     error: float, robot: Robot, recorders: tuple[Record, Record]
 ) -> None:

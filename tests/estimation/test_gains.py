@@ -19,7 +19,7 @@ from dynident.estimation.diagnosis.states import States
 from dynident.estimation.equations.equations import Equations
 from dynident.estimation.gains.current_side import gauss_newton
 from dynident.estimation.gains.known_load import KnownLoad, Mountings, known_mass
-from dynident.estimation.gains.problem import GainProblem, free_gains, gain_problem, gravity_acts, rests_on
+from dynident.estimation.gains.problem import GainProblem, free_gains, gain_problem, gravity_acts
 from dynident.model import (
     InertialParameters,
     Motion,
@@ -155,16 +155,6 @@ def test_one_gain_for_each_motor_within_its_sigma(motor_currents: Currents, name
             assert (gains.logarithms.robust.sigma / gains.logarithms.sigma).max() < 2.5
     assert 0.3 < np.sqrt(np.mean(np.square(errors))) < 1.7
     assert np.abs(errors).max() < 4.5
-
-
-def test_words_tell_what_a_gain_rests_on() -> None:
-    robot = arm("rx90", "stiff")
-    assert gravity_acts(robot) == (False, True, True, True, True, True)
-    words = rests_on(robot)
-    assert "inertia only" in words[0]
-    assert "known spring" in words[1]
-    assert words[4].endswith("(the torque of joint 5 less that of joint 6)")
-    assert "turns with joints 5 and 6" in words[5]
 
 
 def test_currents_of_coupled_drives_make_joint_torques(tmp_path: Path) -> None:

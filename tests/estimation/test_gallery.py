@@ -28,13 +28,12 @@ from dynident.estimation import (
     payload_problem,
 )
 from dynident.estimation.diagnosis.causes import likely_causes
-from dynident.estimation.diagnosis.engine import System
-from dynident.estimation.diagnosis.states import States, states_of
+from dynident.estimation.diagnosis.states import states_of
 from dynident.estimation.equations.equations import Equations
 from dynident.estimation.fit.least_squares import weighted
 from dynident.estimation.payload.by_joints import WITHOUT_BLOCKS, ByJoints, payload_by_joints
 from dynident.estimation.payload.long_motion import Source
-from dynident.model import InertialParameters, Motion, Processing, Recording, Robot, Spring, load_robot
+from dynident.model import InertialParameters, Motion, Processing, Recording, Robot, load_robot
 from dynident.tests.selection import every
 from dynident.trajectories import Simulator
 
@@ -478,17 +477,6 @@ def test_the_one_wrong_recording_of_many_is_named() -> None:
     assert finding.text.startswith("3.csv looks as if the sign of the torque of joint 3 is wrong")
 
 
-def test_a_known_spring_is_no_misfit() -> None:
-    """The spring's torque is taken off before anything is tried."""
-    robot = invented.robot("rx90")
-    spring = Spring(joint=2, stiffness=2e4, length=0.2, arms=(0.3, 0.1), zero=0.1)
-    sprung = replace(robot, drives=replace(robot.drives, spring=spring))
-    recording = Simulator(sprung).record(good_pair("rx90")[0])
-    states = States.of(recording, robot.processing)
-    with_spring, without = (System.of(arm, states).fit(np.ones(6)).relative()[1] for arm in (sprung, robot))
-    assert without > 2.0 * with_spring
-
-
 def problem_scaled(name: str, factor: float = 1.0, joint: int = 1, blocks: bool = True) -> LongMotion:
     """The gallery's good recordings, one joint's torque scaled."""
     _, bare, loaded, _ = good_pair(name)
@@ -520,15 +508,6 @@ def test_a_group_sees_what_method_3_sees_in_its_rows() -> None:
     assert group.joints == (1, 2, 3)
     assert group.mass == pytest.approx(expected["M_L"], rel=1e-9)
     assert group.sigma == pytest.approx(WITHOUT_BLOCKS * expected.sigma[-1], rel=1e-6)
-
-
-@pytest.mark.parametrize(("name", "joint", "factor"), [("rx90", 2, 2.0), ("rx90", 5, 0.5), ("tx40", 4, 1.5)])
-def test_a_wrong_gain_shows_as_that_joints_share(name: str, joint: int, factor: float) -> None:
-    shares = {entry.joint: entry for entry in seen(problem_scaled(name, factor, joint)).shares}
-    own = shares[joint]
-    assert own.share is not None
-    assert abs(own.share - factor) < max(5.0 * own.sigma, 0.1)
-    assert all(entry.share is not None and entry.sigma > 0.0 for entry in shares.values())
 
 
 def test_rows_that_hide_a_parameter_give_an_error_and_no_minimum_norm_answer() -> None:

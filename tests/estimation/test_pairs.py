@@ -12,7 +12,7 @@ from dynident.estimation import Settings, answer_payload, payload_problem
 from dynident.estimation.equations.observer import PATH
 from dynident.estimation.fit.settings import FRICTION_CHANGE
 from dynident.estimation.payload.long_motion import LongMotion
-from dynident.estimation.payload.methods import ONE_PATH, from_difference, payload_estimate, recommended_method
+from dynident.estimation.payload.methods import ONE_PATH, payload_estimate, recommended_method
 from dynident.estimation.payload.problem import cut_alike
 from dynident.estimation.payload.weighing import difference_weighing
 from dynident.estimation.signals.alignment import aligned
@@ -125,19 +125,6 @@ def test_what_a_sag_changes_is_taken_off_and_a_quarter_of_it_is_unsure(mrad: flo
     exact = replace(posed, fixed=(levels, path._replace(lasting=np.zeros((1, 1)))))
     quarter = lasting - exact.lasting(estimate.weights)
     assert quarter == pytest.approx(np.outer(change, change) / 16.0, rel=1e-6, abs=1e-12)
-
-
-@pytest.mark.long
-def test_method_3_takes_it_off_as_well() -> None:
-    bare, loaded = sagging(4.0, wide=True)
-    problem = payload_problem(ROBOT, [loaded], [bare], settings=Settings(robust=False))
-    assert problem.difference is not None
-    assert PATH in problem.difference.columns
-    mass = payload_estimate(problem, 3).mass
-    (path,) = from_difference(problem).fixed
-    as_measured = replace(from_difference(problem), fixed=(path._replace(values=np.array([-1.0])),))
-    plain = as_measured.solved().values[9]
-    assert abs(mass - LOAD.mass) < max(abs(plain - LOAD.mass), 1e-3 * LOAD.mass)
 
 
 def test_a_pair_is_refused_by_the_rms_of_the_joint_that_differs_most() -> None:

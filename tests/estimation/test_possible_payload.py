@@ -119,14 +119,6 @@ def test_nearest_possible_payload_costs_nothing(table: int, chi2: float) -> None
     assert result.p_value > 0.98
 
 
-def test_a_possible_estimate_is_left_alone() -> None:
-    values = InertialParameters.from_com(2.0, [0.1, 0.0, 0.2], np.diag([0.02, 0.02, 0.03])).vector
-    result = solve_constrained(estimate_of(values, np.diag(np.full(10, 1e-4))))
-    assert (result.values == values).all()
-    assert (result.chi2_rise, result.status, result.active) == (0.0, "free", ())
-    assert result.p_value == 1.0
-
-
 def test_a_scale_pulls_the_mass() -> None:
     """Two independent measurements of one mass, weighted by their variances; chi2 of their difference."""
     values = InertialParameters.from_com(2.0, [0.1, 0.0, 0.2], np.diag([0.02, 0.02, 0.03])).vector

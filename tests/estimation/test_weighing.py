@@ -195,22 +195,6 @@ def test_a_constant_torque_beyond_the_allowance_is_free(
 
 
 @pytest.mark.long
-def test_repeats_spread_and_no_drift(record: Record, simulator: Simulator) -> None:
-    pairs = [record((2, 3, 5, 6), seed) for seed in range(4)]
-    answer = answer_payload(
-        difference_weighing(simulator.robot, [p.loaded for p in pairs], [p.bare for p in pairs])
-    )
-    repeats = answer.repeats
-    assert repeats is not None
-    assert len(repeats.masses) == 4
-    assert repeats.spread == pytest.approx(np.std(np.array(repeats.masses, dtype=float), ddof=1))
-    assert not repeats.drifts
-    assert answer.spread.mass / repeats.excess < np.array(repeats.sigmas, dtype=float).min()
-    single = answer_payload(difference_weighing(simulator.robot, [p.loaded for p in pairs], [pairs[0].bare]))
-    assert single.mass == pytest.approx(LOAD.mass, abs=0.3)
-
-
-@pytest.mark.long
 def test_a_drift_is_told_and_widens(record: Record, simulator: Simulator) -> None:
     """Torques that grow by 3 % from one recording to the next."""
     pairs = [record((2, 3, 5, 6), seed) for seed in range(4)]

@@ -1,6 +1,5 @@
 """A fleet's nights: what was put in is found, where nothing was put in little is said, and the page shows it."""
 
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +11,6 @@ from dynident.apps.fleet.nights import CHANGED, FEWEST, MASS, Series, arm_of, fl
 from dynident.apps.logs.read import read_recording
 from dynident.apps.report.documents import fleet_document
 from dynident.apps.report.provenance import Provenance, now
-from dynident.common.errors import InputError
 from dynident.estimation import identify
 from dynident.estimation.fit.least_squares import weighted
 from dynident.model import load_robot
@@ -94,7 +92,9 @@ def test_z_is_the_distance_from_the_median_in_robust_standard_deviations() -> No
     assert series(np.append(np.zeros(9), 3.0), 0.5).z == pytest.approx(6.0), "the night's own error is the floor"
 
 
-@pytest.mark.parametrize(("nights", "rate"), [(FEWEST, 1.0 / 60.0), (30, 1.0 / 2000.0)])
+@pytest.mark.parametrize(
+    ("nights", "rate"), [(FEWEST, 1.0 / 60.0), pytest.param(30, 1.0 / 2000.0, marks=pytest.mark.long)]
+)
 def test_quiet_series_are_told_as_seldom_as_stated(nights: int, rate: float) -> None:
     draw, quiet = np.random.default_rng(1), 40_000
     told = sum(abs(series(draw.normal(size=nights + 1), 0.0).z or 0.0) > CHANGED for _ in range(quiet))
@@ -110,11 +110,3 @@ def test_a_recording_is_compared_with_the_mean_of_all_others() -> None:
         error = np.sqrt(sigma[k] ** 2 + 1.0 / weights.sum(axis=0))
         apart = (values[k] - np.average(others, axis=0, weights=weights)) / error
         assert both.apart[k] == pytest.approx(apart, rel=1e-9)
-
-
-def test_an_arm_without_a_name_or_day_is_refused(recording: Stored) -> None:
-    with pytest.raises(InputError, match="arm and day are not known"):
-        arm_of([recording])
-    alone = fleet_of([arm_of([replace(recording, about={"arm": "a", "day": "2026-01-01"})])])
-    assert not alone.changed
-    assert alone.twins is None

@@ -135,17 +135,6 @@ def test_coupled_drives_are_decided_by_rank(name: str) -> None:
         local_transfer_base_parameters(robot)
 
 
-@pytest.mark.parametrize(
-    ("joint", "message"),
-    [('kind = "fixed"', "a body fixed to a link is part of it"), ("antecedent = 1", "trees are not supported")],
-)
-def test_fixed_joints_and_trees_are_refused(tmp_path: Path, joint: str, message: str) -> None:
-    path = tmp_path / "robot.toml"
-    path.write_text(f'name = "tree"\n[[joints]]\nalpha_deg = 0\n[[joints]]\n{joint}\n')
-    with pytest.raises(InputError, match=rf"joints\[2\].*{message}"):
-        load_robot(path)
-
-
 def test_nearly_vertical_gravity_is_snapped() -> None:
     """Else axis 1 would be almost along gravity, and MX1 and MY1 neither visible nor invisible."""
     robot = Robot("level", (Joint(), Joint(alpha=radians(90))), gravity=(0.0, 1e-5, -9.81))

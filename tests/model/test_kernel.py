@@ -93,14 +93,6 @@ def test_tiles_hold_the_same_numbers(mixed: ca.Function, compiled: bool, size: i
             kernel(x, p, out=wrong)
 
 
-def test_shared_inputs(mixed: ca.Function, compiled: bool) -> None:
-    """A 1-D input is the same for all samples; with none but 1-D inputs there is one sample."""
-    x, p = np.random.default_rng(1).normal(size=(11, 3)), np.array([0.3, -2.0])
-    kernel = Kernel(mixed)
-    np.testing.assert_array_equal(kernel(x, p), kernel(x, np.tile(p, (11, 1))))
-    np.testing.assert_array_equal(kernel(x[0], p), kernel(x[:1], p[None]))
-
-
 @pytest.mark.parametrize(
     "shapes",
     [

@@ -12,7 +12,6 @@ from dynident.tests.conftest import CROOKED
 from dynident.trajectories import (
     Design,
     DesignProblem,
-    Earlier,
     FourierShape,
     Goal,
     JointBounds,
@@ -179,32 +178,6 @@ def test_condition_number_of_a_design_and_its_floor() -> None:
     floor = floor_under(design.problem, design.score.value, states=60, effort=1)
     assert 8.0 < np.exp(floor.value) < 11.0
     assert floor.gap == pytest.approx(design.score.value - floor.value)
-
-
-@pytest.mark.long
-def test_same_seed_same_motion() -> None:
-    task = build_design(ROBOT, FourierShape(3, 5.0), Goal("cond-scaled", payload_only=True))
-    first, two, reseeded = (solve_design(task, seed=seed, starts=1) for seed in (1, 1, 2))
-    assert np.array_equal(first.motion(50.0).q, two.motion(50.0).q)
-    assert not np.array_equal(first.motion(50.0).q, reseeded.motion(50.0).q)
-
-
-@pytest.mark.long
-def test_earlier_recordings_turn_the_design_to_what_is_uncertain() -> None:
-    """Parameters known well already need no more of the motion's time: from two of three starts at least."""
-    names = tuple(f"{kind}6" for kind in INERTIAL)
-    known = Earlier(names, np.diag([1e-3] * 6 + [1e3] * 4))  # the first moments and the mass
-    plain = Goal("d", payload_only=True, data_length=10.0)
-    shape = FourierShape(3, 5.0)
-    gains = []
-    for seed in range(3):
-        first, second = (
-            solve_design(build_design(ROBOT, shape, goal), seed=seed, starts=1)
-            for goal in (plain, replace(plain, earlier=known))
-        )
-        assert all(second.learnt.sigma[name] <= 1.001e-3 for name in names[6:])
-        gains.append(score_motion(second.problem, first.motion(200.0)).value - second.score.value)
-    assert np.median(gains) > 1e-3
 
 
 @pytest.mark.long

@@ -604,17 +604,6 @@ def test_bursts_matter_that_move_the_mass_by_more_than_chance() -> None:
             assert (finding.severity, "1 of 20 stretches" in finding.text) == ("note", True)
 
 
-def test_a_rating_that_is_assumed_is_called_so() -> None:
-    """The RX90's is; one with a source stands on its data sheet."""
-    heavy = of_payload(estimate_of(ten=with_mass(20.0)))
-    sheet = replace(ROBOT, sources={"rated_payload": "the maker's data sheet"})
-    texts = [finding.text for robot in (ROBOT, sheet) for finding in checks.rating(replace(heavy, robot=robot))]
-    assert [text.partition(" carries ")[2].partition(":")[0] for text in texts] == [
-        "as is assumed",
-        "by its data sheet",
-    ]
-
-
 def test_a_mass_that_was_weighed_a_pull_or_a_scale_that_is_seen_leaves_nothing_to_say_of_scale() -> None:
     plain = leaning_on(0.2, 1e-3)
     assert list(scales.sensitive(plain))
@@ -642,13 +631,6 @@ def test_bounds_that_hold_the_answer_are_told_and_possibility_is_not() -> None:
         assert judge(evidence).level == "mass_and_com_only"
     for evidence in (of_possible(active(0.5, PossibleBody())), of_weighing(active(0.5, PossibleBody()))):
         assert judge(evidence).level == "use"
-
-
-def test_one_conflict_is_told_once_and_not_as_a_bound() -> None:
-    (reason,) = judge(of_possible(active(1e-3), active(1e-3))).reasons
-    assert "contradict the constraint" in reason
-    (reason,) = judge(of_weighing(active(1e-3))).reasons
-    assert "the torques contradict" in reason
 
 
 def test_hidden_and_unknown_quantities() -> None:

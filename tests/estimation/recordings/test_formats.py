@@ -16,7 +16,6 @@ from dynident.apps.logs.read import read_recording
 from dynident.common.errors import InputError
 from dynident.model import Robot
 from dynident.tests.estimation.recordings.conftest import FORMATS, NAMES, as_bag, same
-from scipy.sparse import csc_matrix
 
 
 @pytest.mark.parametrize("name", FORMATS)
@@ -180,12 +179,6 @@ def test_headers_that_promise_too_much(tmp_path: Path, arm: Robot, content: byte
         archive.writestr("t.npy", content)
     with pytest.raises(InputError, match=words):
         read_recording(tmp_path / "a.npz", arm)
-
-
-def test_sparse_matrices_are_read(tmp_path: Path, arm: Robot, signals: dict[str, np.ndarray]) -> None:
-    data = {kind: csc_matrix(values) if kind == "q" else values for kind, values in signals.items()}
-    scipy.io.matlab.savemat(tmp_path / "a.mat", data)
-    same(read_recording(tmp_path / "a.mat", arm), signals)
 
 
 def opaque(name: str, kind: str) -> bytes:

@@ -15,7 +15,7 @@ from dynident.common.arrays import Array
 from dynident.common.errors import InputError
 from dynident.common.schema import convert
 from dynident.estimation.fit.covariance import student95
-from dynident.model import Joint, Recording, Robot, load_robot, robot_names
+from dynident.model import Recording, Robot, load_robot, robot_names
 from dynident.tests.estimation.recordings.conftest import NAMES, as_csv
 from hypothesis import given
 from hypothesis import strategies as st
@@ -188,19 +188,6 @@ def test_tx40_of_figaroh(tmp_path: Path) -> None:
     assert np.allclose(recording.t, np.arange(30) / 5000.0)
     assert np.allclose(recording.q, q)
     assert np.allclose(recording.torque, tau)
-
-
-def test_panda(tmp_path: Path) -> None:
-    """One number a line, seven lines a sample, four files."""
-    values = {name: DRAW.normal(size=(25, 7)) for name in ("positions", "velocity", "torques")}
-    for name, rows in values.items():
-        np.savetxt(tmp_path / f"exciting_traj_{name}.txt", rows.ravel(), fmt="%.6g")
-    np.savetxt(tmp_path / "exciting_traj_time.txt", 0.001 * np.arange(25))
-    robot = Robot("seven", tuple(Joint(alpha=1.0) for _ in range(7)))
-    recording = read_recording(tmp_path, robot, None, read_log_map(FOLDER / "panda_dyn_model.toml"))
-    assert recording.qd is not None
-    for signal, name in ((recording.q, "positions"), (recording.qd, "velocity"), (recording.torque, "torques")):
-        assert np.allclose(signal, values[name], atol=1e-5)
 
 
 RATE, SECONDS = 100.0, 12.0

@@ -1,7 +1,5 @@
 """The view in three dimensions without a browser: links, meshes, sizes of bodies, what the file holds."""
 
-import base64
-import re
 import sys
 from collections.abc import Callable
 from dataclasses import replace
@@ -11,7 +9,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 import pytest
-from dynident.apps.view import ShownPayload, View, html_of, view_of
+from dynident.apps.view import ShownPayload, html_of, view_of
 from dynident.apps.view.shapes import Shape, box, capsule, coarse, ellipsoid, inertia_axes, plane
 from dynident.cli import main
 from dynident.common.arrays import Array
@@ -20,7 +18,6 @@ from dynident.model import InertialParameters, Motion, Pose, Robot, load_robot, 
 from dynident.model.files.chain import load_urdf
 from dynident.model.kinematics import joint_transform
 from dynident.tests.conftest import PRISMATIC
-from dynident.trajectories import random_via_points
 
 DRAW = np.random.default_rng(3)
 PAYLOAD = ShownPayload(
@@ -124,48 +121,6 @@ def test_the_payloads_ellipsoids_are_to_scale() -> None:
         shape.name for shape in view_of(load_robot("ur10e"), motion(load_robot("ur10e"), 2), payload=unknown).shapes
     ]
     assert not any("mass" in name or "inertia" in name for name in names)
-
-
-@pytest.fixture(scope="module")
-def page() -> tuple[View, str]:
-    """Thirty seconds of a UR10e, or so."""
-    pytest.importorskip("viser")
-    robot = load_robot("ur10e")
-    plan = random_via_points(robot, 30, 1)
-    view = view_of(robot, plan.motion(100.0), payload=PAYLOAD)
-    return view, html_of(view)
-
-
-def recorded(page: str) -> dict[str, Any]:
-    """The scene that a page holds."""
-    import msgspec
-    import zstandard
-
-    data = re.search(r'__VISER_EMBED_DATA__="([^"]*)"', page)
-    assert data is not None
-    packed = base64.b64decode(data[1])
-    inner = zstandard.ZstdDecompressor().decompress(
-        packed[8:], max_output_size=int.from_bytes(packed[:8], "little")
-    )
-    length = int.from_bytes(inner[:8], "little")
-    return dict(msgspec.msgpack.decode(inner[8 : 8 + length]))
-
-
-def test_the_file_holds_every_pose_in_its_time(page: tuple[View, str]) -> None:
-    """Last poses before each time are those of the view, to rounding; all numbers are finite."""
-    view, text = page
-    placed = [
-        (t, message["name"], message["position"])
-        for t, message in recorded(text)["messages"]
-        if message["type"] == "SetPositionMessage"
-    ]
-    assert np.isfinite([p for *_, p in placed]).all()
-    for number in (2, 7):
-        by_time = {t: np.array(p) for t, name, p in placed if name == f"/{number}"}
-        for k in range(1, len(view.times)):
-            last = max((t for t in by_time if t <= view.times[k] + 1e-9), default=None)
-            shown = view.frames[0][number].p if last is None else by_time[last]
-            assert np.abs(shown - view.frames[k][number].p).max() < 1e-6
 
 
 def test_without_the_extra_one_line_says_what_to_install(
