@@ -76,14 +76,14 @@ ONE_OF_EACH = ("rx90", "ur10e", "panda", "crooked")
 """Robots of ``make test``: coupled drives, none, seven joints with link-side sensors, sliding joints."""
 IN_FULL = ("rx90", "tx40", "ur10e", "panda")
 """Shipped robots that go through every test: coupled drives, offsets, seven joints with link-side sensors."""
-ALL_ROBOTS = ("test_every_robot.py", "test_robot_file.py")
+ALL_ROBOTS = ("test_pinocchio.py", "test_robot_file.py")
 """Files whose tests take every shipped robot; compiled only for those above, for a compiler's time is long."""
 UNCOMPILED = (
     "test_robot.py",
     "test_design.py",
     "test_gains.py",
     "test_effects.py",
-    "test_full_trajectory.py",
+    "test_safe_runs.py",
 )
 """Files whose tests take every shipped robot through much; further ones without a compiler, which takes longer."""
 

@@ -257,14 +257,6 @@ def test_a_file_of_options_without_end_is_none(path: str) -> None:
     assert "larger than" in refused(f"check --config {path}")
 
 
-def test_links_in_a_circle_lead_nowhere(here: Path) -> None:
-    (here / "circle").symlink_to(here / "circle")
-    data = "identify --robot rx90 --data x.csv"
-    for line in ("check --robot rx90 circle", f"{data} --json circle/a.json", f"{data} plots=circle",
-                 "fleet report circle"):  # fmt: skip
-        assert "circle" in refused(line)
-
-
 STOPPED = (130, -signal.SIGINT)
 """An interrupted command ends with one of these; a shell tells 130 of both."""
 

@@ -14,7 +14,7 @@ from dynident.apps.logs.map import LogMap
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError
 from dynident.model import INERTIAL, InertialParameters, Recording, Robot, load_robot, robot_names, with_stand_in
-from dynident.tests.commands.typed import Answer, answered, refused, typed
+from dynident.tests.commands.typed import answered, refused, typed
 from dynident.tests.frozen.inputs import EXAMPLES
 from dynident.trajectories import Simulator, random_via_points
 
@@ -60,20 +60,11 @@ def recorded() -> Recording:
     return Simulator(robot).record(random_via_points(robot, 8, seed=5).motion(100.0), None, [0.5] * 6, 1)
 
 
-def checked(log: str, more: str = "", status: int = 0) -> Answer:
-    """``robot check`` without the second part of its screen."""
-    ended = typed(f"robot check --robot rx90 --data {log} {more} --json -")
-    assert ended.status == status, ended.err
-    return Answer(json.loads(ended.out), " ".join(ended.err.split()))
-
-
-def write(log: Recording, positions: Array, names: str = "x,y,z", torques: bool = False) -> None:
-    """A log of joints and of more columns, and no torques unless they are wanted."""
-    columns = [log.t, log.q, *([log.torque] if torques else []), positions]
-    header = ["t", *(f"q{j}" for j in range(1, 7)), *(f"tau{j}" for j in range(1, 7) if torques), names]
-    np.savetxt(
-        "log.csv", np.column_stack(columns), delimiter=",", header=",".join(header), comments="", fmt="%.12g"
-    )
+def write(log: Recording, positions: Array, names: str = "x,y,z") -> None:
+    """A log of joints and of more columns, without torques."""
+    header = ",".join(["t", *(f"q{j}" for j in range(1, 7)), names])
+    table = np.column_stack([log.t, log.q, positions])
+    np.savetxt("log.csv", table, delimiter=",", header=header, comments="", fmt="%.12g")
 
 
 SHEET = (

@@ -18,8 +18,8 @@ from dynident.estimation.diagnosis.evidence import KNOWN_WELL
 from dynident.estimation.diagnosis.states import States
 from dynident.estimation.equations.equations import Equations
 from dynident.estimation.gains.current_side import gauss_newton
-from dynident.estimation.gains.known_load import KnownLoad, Mountings, known_mass
-from dynident.estimation.gains.problem import GainProblem, free_gains, gain_problem, gravity_acts
+from dynident.estimation.gains.known_load import Mountings, known_mass
+from dynident.estimation.gains.problem import GainProblem, gain_problem, gravity_acts
 from dynident.model import (
     InertialParameters,
     Motion,
@@ -58,15 +58,6 @@ def currents(simulated: Callable[[str], Simulator], wander: Callable[..., Motion
         return gain_problem(load_robot("ur10e"), pair[:1], pair[1:], Settings(SETTINGS))
 
     return problem
-
-
-def test_gains_without_a_block_are_those_of_all_but_for_chance(currents: Callable[..., GainProblem]) -> None:
-    problem, loads = currents(0), [known_mass(6.0)]
-    whole = free_gains(problem.equations, problem.weights, loads).k
-    deletions = [left for group in problem.deletions for left in group]
-    assert deletions
-    for left in deletions:
-        assert free_gains(left, problem.weights, loads).k == pytest.approx(whole, rel=0.1)
 
 
 def test_gravity_decides_what_a_gain_rests_on() -> None:
@@ -447,11 +438,6 @@ def test_a_weight_mounted_anew_has_a_centre_of_mass_for_each_mounting() -> None:
 def test_another_count_of_mountings_is_refused(numbers: tuple[int, ...]) -> None:
     with pytest.raises(InputError, match=r"for 2 loaded recordings: give one number for each.*1,2,2"):
         Mountings.of(numbers, 2, 2)
-
-
-def test_one_centre_of_mass_does_not_hold_in_two_mountings() -> None:
-    with pytest.raises(InputError, match="cannot hold in several mountings"):
-        Mountings.of((1, 2), 2, 2).loads(KnownLoad(mass=2.0, com=(0.0, 0.0, 0.1)))
 
 
 SINGLE = [name for name in robot_names() if not (load_robot(name).coupling or load_robot(name).spring)]

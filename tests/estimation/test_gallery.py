@@ -31,7 +31,7 @@ from dynident.estimation.diagnosis.causes import likely_causes
 from dynident.estimation.diagnosis.states import states_of
 from dynident.estimation.equations.equations import Equations
 from dynident.estimation.fit.least_squares import weighted
-from dynident.estimation.payload.by_joints import WITHOUT_BLOCKS, ByJoints, payload_by_joints
+from dynident.estimation.payload.by_joints import WITHOUT_BLOCKS, payload_by_joints
 from dynident.estimation.payload.long_motion import Source
 from dynident.model import InertialParameters, Motion, Processing, Recording, Robot, load_robot
 from dynident.tests.selection import every
@@ -400,19 +400,6 @@ _UNSEEN = {("rx90", 1), ("tx40", 1), ("tx40", 4), ("ur10e", 6)}
 """Joints whose sense the recordings without payload hardly show: chi2 falls by 3 % at most."""
 
 
-@pytest.mark.long
-def test_the_gallery_is_large_and_its_good_recordings_are_good() -> None:
-    """The cases are made from recordings which, as they are, give the mass and no contradiction."""
-    assert len(CASES) >= 45
-    for name in ("rx90", "ur10e", "tx40"):
-        good = both(name, "as it is", "", same)
-        end = ending(good)
-        assert end.level in ("use", "mass_and_com_only"), end.text
-        assert "joint" not in end.text
-        assert "looks as if" not in end.text
-        assert abs(end.mass / good.mass - 1.0) < 0.03
-
-
 @pytest.mark.parametrize("name", every(16, CASES))
 def test_a_wrong_input_ends_in_words_that_name_its_cause(name: str) -> None:
     case = CASES[name]
@@ -468,24 +455,11 @@ def test_a_delay_is_found_with_its_sign_and_size(delay: float) -> None:
     assert f"torque {'lags' if delay > 0 else 'leads'} position by about {abs(delay):.2f} s" in words
 
 
-def test_the_one_wrong_recording_of_many_is_named() -> None:
-    robot = invented.robot("rx90")
-    recordings = [invented.recorded("rx90", invented.motion("rx90", k), None, k, 0.05) for k in range(6)]
-    named = [replace(recording, source=f"{k}.csv") for k, recording in enumerate(recordings)]
-    named[3] = replace(scaled(3, -1.0)(recordings[3]), source="3.csv")
-    (finding,) = likely_causes(robot, states_of(Source((), tuple(named), robot.processing)))
-    assert finding.text.startswith("3.csv looks as if the sign of the torque of joint 3 is wrong")
-
-
 def problem_scaled(name: str, factor: float = 1.0, joint: int = 1, blocks: bool = True) -> LongMotion:
     """The gallery's good recordings, one joint's torque scaled."""
     _, bare, loaded, _ = good_pair(name)
     change = scaled(joint, factor)
     return payload_problem(invented.robot(name), [change(loaded)], [change(bare)], settings=Settings(robust=blocks))
-
-
-def seen(problem: LongMotion) -> ByJoints:
-    return payload_by_joints(problem, payload_estimate(problem, 1).estimate.weights)
 
 
 def rows_of(part: Equations | None, keep: tuple[int, ...]) -> Equations:

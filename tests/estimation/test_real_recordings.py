@@ -6,9 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from dynident.apps.logs.read import read_recording
-from dynident.benchmarks.shared import UR10E_GAINS, UR10E_MASS, window
+from dynident.benchmarks.shared import UR10E_GAINS, UR10E_MASS
 from dynident.estimation import (
-    Gains,
     Identification,
     Settings,
     answer_payload,
@@ -18,8 +17,6 @@ from dynident.estimation import (
 )
 from dynident.estimation.fit.estimate import fit
 from dynident.estimation.fit.own_equations import base_problem
-from dynident.estimation.payload.weighing import difference_weighing
-from dynident.estimation.signals.alignment import aligned
 from dynident.model import Recording, load_robot
 from dynident.model.friction import PAPER
 
@@ -118,22 +115,3 @@ def test_a_real_pair_gives_mass_and_centre_of_mass(ur10e: dict[str, Recording]) 
     assert not any(payload.conflict for payload in answer.constrained)
     assert min(payload.p_value for payload in answer.constrained) > 0.05
     assert abs(answer.recommended.mass / UR10E_MASS - 1.0) < 0.015
-
-
-@pytest.mark.long
-@pytest.mark.parametrize(
-    ("length", "within", "starts"),
-    [(10.0, 0.06, [3.0, 9.0, 15.0, 21.0, 27.0, 33.0, 37.0, 41.0]), (20.0, 0.03, [4.0, 14.0, 24.0, 31.0])],
-)
-def test_windows(length: float, within: float, starts: list[float], ur10e: dict[str, Recording]) -> None:
-    bare, loaded = ur10e["unloaded"], ur10e["loaded_2.805kg"]
-    lag = aligned(bare, loaded, 100.0, 0.02).lag
-    answers = []
-    for start in bare.t[0] + starts:
-        parts = window(loaded, start + lag, length), window(bare, start, length)
-        problem = difference_weighing(UR10E, [parts[0]], [parts[1]])
-        answers.append(answer_payload(problem, gains=Gains((0.02,))))
-    off = np.array([answer.mass / UR10E_MASS - 1.0 for answer in answers])
-    assert np.abs(off).max() <= within
-    hits = [answer.mass_interval[0] <= UR10E_MASS <= answer.mass_interval[1] for answer in answers]
-    assert sum(hits) >= len(hits) - 1

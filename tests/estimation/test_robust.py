@@ -1,11 +1,12 @@
-"""Blocks of time, the delete-a-block jackknife, and robust deviations of the robot: exactly, and by simulation."""
+"""Blocks of time, the delete-a-block jackknife, robust deviations: exactly, and as far as intervals cover."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import get_args
 
 import numpy as np
 import pytest
+from dynident.benchmarks.coverage import Stated, cases, coverage
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError
 from dynident.estimation import Identification, LongMotion, Settings, identify, payload_estimate, payload_problem
@@ -396,3 +397,37 @@ def test_distance_and_probability_go_by_robust_deviations(results: list[Identifi
     assert plain.free.degrees_of_freedom == estimate.robust.degrees_of_freedom
     prior = solve_constrained_prior(robot, base, shifted, robot_prior(robot))
     assert prior.nearest.chi2_rise == pytest.approx(plain.chi2_rise, rel=1e-6)
+
+
+def disc(noise: str, trajectories: int, runs: int) -> dict[str, list[Stated]]:
+    return coverage(cases(trajectories)[noise]._replace(arms=("disc",)), range(runs))
+
+
+def pooled(rows: Mapping[str, Sequence[Stated]], kind: str) -> list[float]:
+    """Coverage of the ten by methods 1 to 4."""
+    return [float(np.mean([stated.held for stated in rows[f"disc, method {m}, {kind}"]])) for m in (1, 2, 3, 4)]
+
+
+@pytest.mark.long
+def test_intervals_hold_the_truth_under_white_noise() -> None:
+    rows = disc("white", 4, 80)
+    for kind in ("formula", "jackknife"):
+        assert np.all(np.abs(np.array(pooled(rows, kind)) - 0.95) <= 0.02), pooled(rows, kind)
+    assert min(pooled(rows, "recommended")) > 0.95
+
+
+@pytest.mark.long
+def test_intervals_hold_under_noise_that_remembers() -> None:
+    """AR(1) torque noise, correlation time 20 samples at 250 Hz."""
+    rows = disc("ar", 4, 12)
+    assert max(pooled(rows, "formula")) < 0.82
+    assert min(pooled(rows, "jackknife")) >= 0.90
+    assert max(pooled(rows, "jackknife")) <= 0.98
+
+
+@pytest.mark.long
+def test_intervals_hold_where_decimated_noise_remembers() -> None:
+    """The formula is far too short there."""
+    rows = disc("late", 2, 10)
+    assert max(pooled(rows, "formula")) < 0.75
+    assert min(pooled(rows, "recommended")) > 0.88

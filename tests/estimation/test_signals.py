@@ -83,14 +83,6 @@ def test_noise_bandwidth_is_what_noise_shows(factor: int) -> None:
     assert left.var() / density == pytest.approx(noise_bandwidth(factor), rel=0.02)
 
 
-@pytest.mark.parametrize(("duration", "words"), [(0.4, "too short for it; record longer"), (4.0, "raise --cutoff")])
-def test_a_cutoff_is_not_blamed_for_a_short_log(duration: float, words: str) -> None:
-    t = np.arange(0.0, duration, 0.004)
-    q = np.sin(2.0 * np.pi * 9.0 * t)[:, None]
-    with pytest.raises(InputError, match=words):
-        measurement(Recording(t, q, q, source="log"), Processing(cutoff=10.0))
-
-
 CUT_AT_10 = Processing(cutoff=10.0)
 
 

@@ -25,7 +25,10 @@ from dynident.cli import main
 from dynident.common.errors import InputError
 from dynident.estimation.fit.least_squares import weighted
 from dynident.model import load_robot
-from dynident.tests.fleet.night_logs import GOOD, ROBOT, Lost, contents, entries
+from dynident.tests.commands.lines import make_recordings
+from dynident.tests.commands.typed import refused
+from dynident.tests.fleet.conftest import GOOD, ROBOT, Lost, contents, entries
+from dynident.tests.frozen.inputs import unpack
 
 
 def test_good_ones_are_in_and_each_wrong_one_is_named(store: Path) -> None:
@@ -228,3 +231,32 @@ def test_a_dask_scheduler_and_two_workers(store: Path, tmp_path: Path, capsys: p
         assert main([*line.split(), "--pattern", "{arm}/{day}.csv"]) == 0
     assert "5 logs refused" in capsys.readouterr().out
     assert contents(tmp_path / "b") == contents(store)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
+    place = tmp_path_factory.mktemp("wrong_stores")
+    unpack(place)
+    with contextlib.chdir(place):
+        make_recordings(place)
+        yield place
+
+
+WRONG = ["", "{", "[]", "3", '{"robot": 3}', '{"logs": [{"file": "a.csv"}]}', 3000 * "["]
+
+
+@pytest.mark.parametrize("text", WRONG)
+@pytest.mark.parametrize(
+    ("name", "line"),
+    [
+        ("logs.parquet", "fleet report nightly --json -"),
+        ("store.json", "fleet reduce first.csv --robot rx90 --store nightly"),
+    ],
+)
+def test_what_was_changed_in_a_store_is_named(name: str, line: str, text: str, folder: Path) -> None:
+    path = folder / "nightly" / name
+    good = path.read_bytes()
+    path.write_text(text)
+    error = refused(line)
+    path.write_bytes(good)
+    assert name in error

@@ -15,7 +15,7 @@ from dynident.estimation import identify
 from dynident.estimation.fit.least_squares import weighted
 from dynident.model import load_robot
 from dynident.model.regressors import payload_columns
-from dynident.tests.fleet.drawing import drawn, noise_of
+from dynident.tests.fleet.conftest import drawn, noise_of
 from dynident.tests.frozen.inputs import unpack
 
 NIGHTS = 14

@@ -10,8 +10,7 @@ import pytest
 from dynident.apps import live
 from dynident.cli import main
 from dynident.tests.frozen.filed import filed
-from dynident.tests.live.conftest import Play
-from dynident.tests.live.played import Played
+from dynident.tests.live.conftest import Play, Played
 
 Write = Callable[..., str]
 PARAMETERS = {"XX": 0.06, "XY": 0.002, "XZ": 0.0, "YY": 0.07, "YZ": 0.0, "ZZ": 0.03}

@@ -1,5 +1,6 @@
 """Base parameters: by rules against the paper, published robots, local transfers and QR; laws of every robot."""
 
+import re
 from dataclasses import replace
 from math import radians
 from pathlib import Path
@@ -23,12 +24,33 @@ from dynident.model.base.rank import leftmost_independent, random_states, stacke
 from dynident.model.regressors import payload_columns
 from dynident.tests.model.random_robots import random_robot, small_robots
 from dynident.tests.model.three_ways import Comparison, compare, local_transfer_base_parameters
-from dynident.tests.reference.groupings import rx90_eliminated, rx90_relations
 
 KNOWN = Path(__file__).parents[1] / "reference" / "robots"
 NUMBERS = {"stanford": (37, 33), "iiwa14": (48, 43), "cobra600": (11, 8), "puma560": (40, 36), "panda": (48, 43)}
 """Base inertial parameters with and without rotor inertias. Panda: 43 in Gaz et al., RA-L 2019."""
 SHIPPED = {"rx90": (40, 36), "tx40": (40, 36), "ur10e": (40, 36)}
+
+
+PAPER = (KNOWN.parent / "khalil_rx90_groupings.txt").read_text(encoding="utf-8").splitlines()
+"""The relations (12) of the RX90 and the list of section II.D."""
+
+
+def rx90_relations() -> tuple[str, ...]:
+    """The relations (12), one text each, spaces as in "ZZ2R = IA2 + D3^2*(M3+M4+M5+M6) + ZZ2"."""
+    relations = [line for line in PAPER if " = " in line and not line.startswith("#")]
+    return tuple(re.sub(r"\s*\*\s*", "*", close_brackets(line)) for line in relations)
+
+
+def rx90_eliminated() -> set[str]:
+    """Standard inertial parameters that section II.D leaves out of the base parameters."""
+    (line,) = (line for line in PAPER if "Not among the base parameters" in line)
+    named = line.split(": ")[1].rstrip(".")
+    every_link = [f"{kind}{j}" for kind in re.findall(r"([A-Z]+)j", named) for j in range(1, 7)]
+    return {*every_link, *re.findall(r"[A-Z]+\d", named)}
+
+
+def close_brackets(line: str) -> str:
+    return re.sub(r"\([^)]*\)", lambda bracket: bracket.group().replace(" ", ""), line)
 
 
 def serial(name: str) -> Robot:

@@ -122,22 +122,6 @@ def test_a_spring_is_seen_where_it_is(name: str) -> None:
         assert abs(mass + force.change[9] - body.mass) < 4.0 * mass_sigma(force) + 0.02 * body.mass
 
 
-@pytest.mark.parametrize("name", every(6, robot_names()))
-def test_a_tilted_base_is_no_pull(name: str) -> None:
-    """Two degrees in both recordings: it looks like a force to the side, which explains no more."""
-    robot = invented.robot(name)
-    body = InertialParameters.from_com(0.5 * robot.rated_payload, [0.02, -0.02, 0.08], 0.003 * np.eye(3))
-    motion = random_via_points(robot, 12, seed=7).motion(100.0)
-    aside = G * np.sin(np.radians(2.0))
-    arm = Simulator(replace(robot, gravity=(0.6 * aside, 0.8 * aside, -G * np.cos(np.radians(2.0)))))
-    bare, heavy = (
-        first(invented.recorded(name, motion, load, k, 0.02, arm=arm)) for k, load in enumerate((None, body))
-    )
-    system, _ = pull_of(heavy, bare, name)
-    assert BY_NAME["tilt"].stands_out(seen(system)["tilt"])
-    assert acting(system) == []
-
-
 def test_a_spring_in_all_recordings_leaves_the_mass_of_one_motion(pair: tuple[Recording, Recording]) -> None:
     """And is told; without payload alone it spoils the mass as much as with it."""
     bare, heavy = pair

@@ -9,7 +9,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import scipy.io.matlab
 from dynident.apps.logs import with_flags
 from dynident.apps.logs.map import LogMap
 from dynident.apps.logs.read import read_recording
@@ -115,8 +114,6 @@ def test_every_way_to_write_a_number_is_read_alike(tmp_path: Path, arm: Robot, c
 
 BINARY = ["a.npz", "five.mat", "seven.mat", "a.parquet"]
 FLIPS = 40
-MATLAB = sorted((Path(scipy.io.matlab.__file__).parent / "tests" / "data").glob("*.mat"))
-"""Files that MATLAB itself wrote, with objects, functions and cells; not in every installation of scipy."""
 
 
 def damaged(good: bytes, seed: int) -> Iterator[bytes]:

@@ -137,7 +137,6 @@ def test_without_the_extra_one_line_says_what_to_install(
     assert not list(tmp_path.iterdir())
 
 
-trimesh = pytest.importorskip("trimesh")
 LINKS = {
     "base": ('<origin xyz="0 0 .1"/>', "package://arm_description/meshes/ball.stl", ""),
     "upper": ('<origin xyz=".5 0 0" rpy="0 0 1.5707963"/>', "../meshes/beam.obj", 'scale=".001 .001 .001"'),
@@ -150,6 +149,7 @@ JOINTS = {"shoulder": ("base", "upper", "0 0 .2", "0 0 1"), "elbow": ("upper", "
 @pytest.fixture
 def described(tmp_path: Path) -> Callable[[str], Robot]:
     """``described(file)``: an arm of two joints whose last link looks like ``file``, with a gripper fixed to it."""
+    trimesh = pytest.importorskip("trimesh")
     root = tmp_path / "arm_description"
     (root / "meshes").mkdir(parents=True)
     (root / "urdf").mkdir()
@@ -210,6 +210,7 @@ def test_meshes_stand_where_the_links_are(described: Callable[[str], Robot], tmp
 
 
 def test_a_coarse_mesh_keeps_its_form() -> None:
+    trimesh = pytest.importorskip("trimesh")
     sphere = trimesh.creation.icosphere(subdivisions=6, radius=0.1)
     vertices, faces = coarse(np.asarray(sphere.vertices), np.asarray(sphere.faces, dtype=np.uint32), 6000)
     assert 1000 < len(faces) <= 6000
