@@ -32,6 +32,7 @@ from dynident.model import (
     with_stand_in,
 )
 from dynident.model.friction import PAPER, Friction
+from dynident.tests.selection import cases
 from dynident.trajectories import Simulator, random_via_points
 
 TRUTH = np.array([11.5, 12.4, 9.9, 10.4, 10.3, 10.1])
@@ -306,26 +307,20 @@ def expected(gains: DriveGains) -> str:
     return "use" if known.all() else "identified_only" if known.any() else "do_not_use"
 
 
-def check_good(name: str, seed: int, noise: float) -> None:
-    bare, heavy, mass = pair(name, seed, noise)
+@pytest.mark.parametrize(
+    ("name", "noise"),
+    cases(
+        [*((name, 0.05) for name in robot_names()), *product(("irb120", "rx90"), (0.02, 0.1))],
+        lambda case: case == ("irb120", 0.05),
+    ),
+)
+def test_good_recordings_are_answered(name: str, noise: float) -> None:
+    """None is refused, and none spoken against."""
+    bare, heavy, mass = pair(name, int(1000 * noise), noise)
     gains = answered(name, bare, heavy, mass)
     assert gains.verdict.level == expected(gains), gains.verdict.reasons
-    error = np.log(gains.values / truth(name, seed)) / gains.larger_relative_sigma
+    error = np.log(gains.values / truth(name, int(1000 * noise))) / gains.larger_relative_sigma
     assert np.abs(error).max() < 4.5
-
-
-@pytest.mark.parametrize("name", ["irb120", pytest.param("rx90", marks=pytest.mark.long)])
-def test_good_recordings_are_answered(name: str) -> None:
-    check_good(name, 1, 0.05)
-
-
-@pytest.mark.long
-@pytest.mark.parametrize(
-    ("name", "noise"), [*((name, 0.05) for name in robot_names()), *product(("irb120", "rx90"), (0.02, 0.1))]
-)
-def test_good_recordings_of_every_arm_are_answered(name: str, noise: float) -> None:
-    """None is refused, and none spoken against."""
-    check_good(name, int(1000 * noise), noise)
 
 
 Mistake = Callable[[Recording, Recording, float], tuple[Recording, Recording, float]]

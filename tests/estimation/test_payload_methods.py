@@ -322,10 +322,3 @@ def test_a_payload_needs_no_recording_beside_a_robot_that_is_known(pair: Callabl
             ask(robot, loaded, known=stored)
         with pytest.raises(InputError, match="list of recordings"):
             ask(robot, loaded[0], unloaded)
-
-
-@pytest.mark.parametrize("ask", [identify_payload, weigh])
-def test_nothing_to_compare_with_is_refused(ask: Callable[..., object], pair: Callable[[str], Pair]) -> None:
-    loaded, _ = pair("rx90")
-    with pytest.raises(InputError, match="without payload"):
-        ask(load_robot("rx90"), loaded)

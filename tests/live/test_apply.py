@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 from dynident.apps import live
 from dynident.cli import main
-from dynident.tests.frozen.filed import filed
+from dynident.tests.frozen.inputs import filed
 from dynident.tests.live.conftest import Play, Played
 
 Write = Callable[..., str]
