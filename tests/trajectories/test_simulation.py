@@ -38,6 +38,7 @@ from dynident.trajectories.simulation.disturbances import (
     draw_robot_errors,
     no_disturbances,
     record,
+    relative_disturbances,
 )
 
 
@@ -87,6 +88,12 @@ def test_friction_wanders_about_its_level() -> None:
     assert correlation(levels[:, 0] - mean[0], 500) == pytest.approx(np.exp(-1.0), abs=0.12)
     constant = draw_friction(RX90, no_disturbances(6), 10, 250.0, [1, 2])
     assert np.array_equal(constant, np.tile(mean, (10, 1)))
+
+
+def test_levels_are_shares_of_the_torque() -> None:
+    levels = relative_disturbances(np.array([100.0, 10.0]), 0.1)
+    assert (levels.white, levels.slow, levels.ripple) == ((10.0, 1.0), (0.0, 0.0), (5.0, 0.5))
+    assert (levels.friction, levels.encoder) == (0.05, 1e-5)
 
 
 def test_encoder_and_gains() -> None:
