@@ -2,7 +2,6 @@
 
 from dataclasses import replace
 from functools import cache
-from itertools import product
 
 import casadi as ca
 import numpy as np
@@ -89,7 +88,12 @@ def test_none_is_found_where_there_is_none(name: str) -> None:
 
 @pytest.mark.parametrize(
     ("name", "known"),
-    cases(product(LOADED, (False, True)), lambda case: case in (("ur10e", False), ("rx90", True))),
+    [
+        ("ur10e", False),
+        ("rx90", True),
+        *(pytest.param(name, name == "ur10e", marks=pytest.mark.long) for name in LOADED),
+        pytest.param("panda", True, marks=pytest.mark.long),
+    ],
 )
 def test_the_payload_bears_its_own_friction(name: str, known: bool) -> None:
     """By every method; with the paper's friction alone the mass is further off than its interval."""

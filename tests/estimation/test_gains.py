@@ -32,7 +32,6 @@ from dynident.model import (
     with_stand_in,
 )
 from dynident.model.friction import PAPER, Friction
-from dynident.tests.selection import cases
 from dynident.trajectories import Simulator, random_via_points
 
 TRUTH = np.array([11.5, 12.4, 9.9, 10.4, 10.3, 10.1])
@@ -309,10 +308,11 @@ def expected(gains: DriveGains) -> str:
 
 @pytest.mark.parametrize(
     ("name", "noise"),
-    cases(
-        [*((name, 0.05) for name in robot_names()), *product(("irb120", "rx90"), (0.02, 0.1))],
-        lambda case: case == ("irb120", 0.05),
-    ),
+    [
+        ("irb120", 0.05),
+        *(pytest.param(name, 0.05, marks=pytest.mark.long) for name in robot_names() if name != "irb120"),
+        *(pytest.param(*case, marks=pytest.mark.long) for case in product(("irb120", "rx90"), (0.02, 0.1))),
+    ],
 )
 def test_good_recordings_are_answered(name: str, noise: float) -> None:
     """None is refused, and none spoken against."""

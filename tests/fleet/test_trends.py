@@ -105,6 +105,8 @@ def test_a_recording_is_compared_with_the_mean_of_all_others() -> None:
     draw = np.random.default_rng(2)
     values, sigma = draw.normal(size=(5, 4)), draw.uniform(0.1, 2.0, (5, 4))
     both = Compared(tuple("abcde"), tuple("ABCD"), values, sigma, 50.0)
+    pooled = np.average(values, axis=0, weights=sigma**-2)
+    assert both.scatter == pytest.approx((((values - pooled) / sigma) ** 2).sum(axis=0) / 4)
     for k in range(5):
         others, weights = (np.delete(each, k, axis=0) for each in (values, sigma**-2))
         error = np.sqrt(sigma[k] ** 2 + 1.0 / weights.sum(axis=0))

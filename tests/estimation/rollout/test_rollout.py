@@ -132,5 +132,6 @@ def test_parameters_of_no_robot_are_named() -> None:
 
 
 def test_a_short_recording_is_refused() -> None:
-    with pytest.raises(InputError, match=r"swung: 0\.39 s are too short for a horizon of 2 s"):
-        roll_out_all(PENDULUM, values_of(PENDULUM, BODY), [swung(40)], horizons=(2.0,))
+    """It must last twice as long as the horizon."""
+    with pytest.raises(InputError, match=r"swung: 3\.99 s are too short for a horizon of 2 s"):
+        roll_out_all(PENDULUM, values_of(PENDULUM, BODY), [swung(400)], horizons=(2.0,))
