@@ -28,6 +28,7 @@ from dynident.estimation.fit.settings import FRICTION_CHANGE
 from dynident.estimation.payload.constant_torques import OFFSET_SHARE, HeldFriction
 from dynident.estimation.payload.methods import ONE_PATH, recommended_method
 from dynident.estimation.payload.problem import cut_alike
+from dynident.estimation.payload.repeats import Repeats
 from dynident.estimation.payload.weighing import difference_weighing, known_robot_weighing
 from dynident.estimation.signals.alignment import aligned
 from dynident.estimation.signals.rows import cut, pieces
@@ -200,6 +201,14 @@ def test_a_constant_torque_beyond_the_allowance_is_free(
         logs.append(replace(recording, torque=recording.torque + slow + torque * np.eye(6)[1]))
     motion = short(difference_weighing(simulator.robot, logs[1:], logs[:1]))
     assert motion.held.joints == ((1, 2) if held else ())
+
+
+def test_repeats_spread_and_drift_as_their_masses_do() -> None:
+    masses = [5.0, 5.12, 5.19]
+    repeats = Repeats.made("abc", masses, (0.1, 0.1, 0.1))
+    assert repeats.spread == pytest.approx(np.std(masses, ddof=1))
+    assert repeats.drift_per_recording == pytest.approx(0.095)
+    assert not repeats.drifts
 
 
 @pytest.mark.long

@@ -102,13 +102,6 @@ def test_refused_before_a_byte_is_sent(name: str, play: Play, payload: Write, ca
     assert player.events() == []
 
 
-def test_despite_its_verdict(play: Play, payload: Write) -> None:
-    player = play()
-    path = payload(verdict={"level": "do_not_use", "reasons": ["noise"]})
-    assert apply(player, path, "--yes", "--despite-verdict") == 0
-    assert len(scripts(player)) == 1
-
-
 @pytest.mark.parametrize(
     "command",
     ["movej([0,0,0,0,0,0])", "set_target_payload(1)\n  movej([0])", "set_target_payload(get_x(), [0,0,0])", ""],
